@@ -86,7 +86,12 @@ impl SampleMapping {
     fn new(field: &Field, falling: bool, range: [f64; 2]) -> Self {
         let elements = if falling { field.elements().upside_down() } else { *field.elements() };
         let (has_fill, fill) = (field.fill().is_some(), field.fill().unwrap_or(f64::NAN));
-        SampleMapping { elements, has_fill, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
+        SampleMapping { elements, has_fill, fill, shift: 0.0, scale: 1.0 }.normalised_to(range)
+    }
+
+    #[inline]
+    fn normalised_to(self, range: [f64; 2]) -> Self {
+        SampleMapping { shift: range[0], scale: 1.0 / (range[1] - range[0]), ..self }
     }
 
     /// A value, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel. NaN where it is
@@ -213,6 +218,12 @@ impl<'a> AnySamples<'a> {
     /// As [`Samples::new`], of the array of `field`.
     pub fn new(field: &Field<'a>, falling: bool, range: [f64; 2]) -> Self {
         AnySamples { data: field.samples(), reading: SampleMapping::new(field, falling, range) }
+    }
+
+    /// The same samples, normalised to another range.
+    #[inline]
+    pub fn normalised_to(&self, range: [f64; 2]) -> Self {
+        AnySamples { data: self.data, reading: self.reading.normalised_to(range) }
     }
 
     /// The array and how it is read, where it has f32 values.

@@ -23,7 +23,6 @@ pub mod ground;
 mod leap;
 mod light;
 pub mod lit;
-mod native_volume;
 pub mod owned_region;
 mod packet;
 pub mod piece;

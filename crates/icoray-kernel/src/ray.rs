@@ -13,8 +13,7 @@ mod frustum;
 pub(crate) mod scalar;
 pub use crate::budget::Budget;
 pub use crate::fragment::Fragment;
-pub use crate::native_volume::NativeVolumeTracer;
-pub use crate::packet::{NativeLayers, beyond_gathers, packets};
+pub use crate::packet::{beyond_gathers, packets};
 pub use crate::single_volume::SingleVolumeTracer;
 pub use crate::trace::{FragmentReport, PrimaryRay, Tracer};
 

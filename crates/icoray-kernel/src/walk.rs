@@ -196,7 +196,7 @@ pub(crate) struct Column {
 
 impl Column {
     #[inline]
-    fn new(cells: [u32; 3], entry: ColumnEnd, exit: ColumnEnd) -> Self {
+    pub(crate) fn new(cells: [u32; 3], entry: ColumnEnd, exit: ColumnEnd) -> Self {
         Column { cells, entry, exit, curvature: 1.0 / entry.rho, scale: 1.0 / (exit.rho - entry.rho) }
     }
 }

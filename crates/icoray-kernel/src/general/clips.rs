@@ -51,6 +51,29 @@ impl Clips {
         self.0.is_empty()
     }
 
+    /// Number of cuts.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The bits of the cuts that hold what is between or on `layers`, wherever it lies.
+    #[inline]
+    pub(crate) fn around(&self, layers: [usize; 2]) -> u32 {
+        self.bits(|cut| cut.has_layers(layers))
+    }
+
+    /// The bits of the cuts whose inside is cut away; of the others the outside is.
+    #[inline]
+    pub(crate) fn inside_out(&self) -> u32 {
+        self.bits(|cut| cut.cuts_inside)
+    }
+
+    #[inline]
+    fn bits(&self, holds: impl Fn(&ClipRegion) -> bool) -> u32 {
+        self.0.iter().enumerate().fold(0, |bits, (k, cut)| bits | u32::from(holds(cut)) << k)
+    }
+
     /// The stretches of the ray inside each cut.
     #[inline]
     pub(super) fn along(&self, line: &RayLine) -> RayClips<'_> {
@@ -131,6 +154,18 @@ impl RayClips<'_> {
             let is_inside = cut.has_layers(layers) && stretches.iter().any(|[a, b]| t >= *a && t <= *b);
             is_inside != cut.cuts_inside
         })
+    }
+
+    /// The bits of the cuts that hold the ray just behind `t`, layers apart, and the next bound.
+    pub fn behind(&self, t: f64) -> (u32, f64) {
+        let (mut bits, mut next) = (0, f64::INFINITY);
+        for (k, stretches) in self.inside.iter().enumerate() {
+            for [a, b] in stretches {
+                bits |= u32::from(*a <= t && t < *b) << k;
+                next = [*a, *b].into_iter().filter(|bound| *bound > t).fold(next, f64::min);
+            }
+        }
+        (bits, next)
     }
 
     /// Calls `tell` for the shown parts between `t[0]` and `t[1]`, in order, until it returns false.

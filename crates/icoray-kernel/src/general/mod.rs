@@ -4,13 +4,16 @@
 //! traces one ray after the other in double precision. In each frustum it collects the places where a field takes the
 //! value of a knot or of an isosurface, all of them roots of the same quadratic (`segment.rs`). In order along the ray,
 //! these places divide the frustum into pieces, which `blend` integrates, with surfaces between them. So volumes and
-//! surfaces hide each other exactly where they lie.
+//! surfaces hide each other exactly where they lie. In single precision packets of rays pass the frusta in which there
+//! is no more than one volume, and leave the rest to it (`packets.rs`).
 
 mod blend;
 mod clips;
 mod frustum;
 mod levels;
+mod packets;
 mod source;
+mod step;
 mod surfaces;
 mod trace;
 mod wedge;
@@ -18,8 +21,11 @@ mod wedge;
 pub use blend::Medium;
 pub use clips::Clips;
 pub use levels::Levels;
+pub use packets::PacketScene;
 pub use source::{FieldSource, TransferMap};
+pub(crate) use step::{GapWay, Met};
 pub use surfaces::{Isosurface, Material, SurfaceHeight, SurfaceLayer};
+pub(crate) use wedge::FacetSide;
 
 use crate::column::Flow;
 use crate::column_ray::ColumnRay;
@@ -37,7 +43,7 @@ use glam::{DVec3, Vec3};
 use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
-use wedge::{Facet, FacetSide, Wedge};
+use wedge::{Facet, Wedge};
 
 /// The contents of a picture, the same for all rays of a frame.
 #[derive(Debug)]
@@ -79,7 +85,6 @@ impl KernelScene<'_> {
 }
 
 /// The general kernel: what is shown, and how its rays are traced.
-#[derive(Debug)]
 pub struct MultiVolumeTracer<'w, 'f> {
     /// The scene's volumes, surfaces and cuts.
     pub scene: &'w KernelScene<'f>,
@@ -87,6 +92,10 @@ pub struct MultiVolumeTracer<'w, 'f> {
     pub shading: Option<Shading>,
     /// Division of the tolerance along a ray.
     pub budget: Budget,
+    /// When set, packets do not cut pieces where the gradient turns.
+    pub is_coarse: bool,
+    /// The scene as packets read it; `None` where rays are traced one after the other, in double precision.
+    pub packets: Option<&'w PacketScene<'f>>,
 }
 
 /// One ray.
@@ -114,7 +123,7 @@ pub(crate) struct RayState<'r, 'f> {
 
 impl<'r, 'f> RayState<'r, 'f> {
     #[inline]
-    fn new(tracer: &MultiVolumeTracer<'r, 'f>, line: RayLine, eye: DVec3, dir: DVec3) -> Self {
+    fn new(tracer: &MultiVolumeTracer<'r, 'f>, line: RayLine, dir: DVec3, from_eye: EyeDistance) -> Self {
         let color_tolerance = tracer.budget.color_tolerance.max(f64::EPSILON);
         RayState {
             scene: tracer.scene,
@@ -128,7 +137,7 @@ impl<'r, 'f> RayState<'r, 'f> {
             min_transmittance: tracer.budget.min_transmittance,
             light: Radiance::none(),
             surfaces: BoundarySignature::default(),
-            from_eye: EyeDistance::new(eye, dir),
+            from_eye,
             is_cut: false,
             gap: 0,
             counts: Counts { rays: 1, ..Counts::default() },

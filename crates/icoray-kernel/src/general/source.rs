@@ -38,6 +38,18 @@ impl<'f> FieldSource<'f> {
         self.gradients
     }
 
+    /// The field's values, normalised to a range.
+    #[inline]
+    pub(crate) fn samples_in(&self, range: [f64; 2]) -> AnySamples<'f> {
+        self.values.normalised_to(range)
+    }
+
+    /// The field's values as they are.
+    #[inline]
+    pub(crate) fn samples(&self) -> AnySamples<'f> {
+        self.values
+    }
+
     /// The values at `layer` over three cells; NaN where one is missing.
     #[inline]
     pub fn at(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
@@ -85,6 +97,12 @@ impl TransferMap {
     #[inline]
     pub fn knots(&self) -> &[KernelKnot] {
         &self.knots
+    }
+
+    /// Whether it is the same transfer function of the same source.
+    #[inline]
+    pub(crate) fn is_of(&self, other: &Self) -> bool {
+        self.source == other.source && self.knots == other.knots
     }
 
     /// The factor from differences of field values to differences of normalised values.

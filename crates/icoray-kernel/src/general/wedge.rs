@@ -133,7 +133,7 @@ pub(super) struct FrustumPoint {
 
 /// Whether a place lies on a facet: rounding is not asked then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FacetSide {
+pub(crate) enum FacetSide {
     Lower,
     Upper,
     Between,

@@ -3,7 +3,6 @@
 use super::Packet;
 use super::lanes::lanes_of;
 use super::layers::{CoreHit, Layers};
-use crate::signature::Boundary;
 use icoray_simd::Machine;
 
 impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
@@ -33,12 +32,11 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     /// An opaque core ends the ray in a lane.
     #[inline(never)]
     pub(super) fn meet_core(&mut self, lane: usize, hit: &CoreHit) {
-        if let (Some(mut ray), Some(start)) = (self.ray(lane), self.starts[lane].as_mut()) {
-            if L::HAS_HEIGHTS && self.tracer.budget.sees_behind(f64::from(ray.light.alpha)) {
-                start.surfaces.push(Boundary::Core, start.from_eye.distance(hit.t));
-            }
-            let light = self.layers.core_light(&self.lanes, lane, self.tracer, (start, hit), ray.shading.as_ref());
-            light.iter().for_each(|light| ray.light.over(light));
+        if L::HAS_SCENE {
+            self.scene_core(lane, hit);
+        } else if let (Some(mut ray), Some(core), Some(start)) = (self.ray(lane), self.tracer.core, &self.starts[lane])
+        {
+            ray.light.over(&core.round_light(start.line.position(hit.t), ray.shading.as_ref()));
             self.lanes.put_light(lane, &ray.light);
         }
         self.ended |= 1 << lane;

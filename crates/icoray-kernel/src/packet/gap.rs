@@ -2,23 +2,20 @@
 //! [`ColumnTraversal`](crate::column::ColumnTraversal) in vectors.
 
 use super::lanes::Lanes;
-use super::layers::{CoreHit, Crossing, Layers, next_shown};
+use super::layers::{Crossing, Layers, next_shown};
 use super::medium::number;
 use super::part::all;
 use super::read::ConcentricWay;
-use super::start::Start;
 use crate::column::{Chord, Shell};
 use crate::lit::FrustumInterpolant;
-use crate::piece::Radiance;
-use crate::shade::RayShading;
 use crate::single_volume::SingleVolumeTracer;
 use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
 
-/// Layers of one radius each.
+/// Layers of one radius each; `SCENE` is [`Layers::HAS_SCENE`].
 #[derive(Clone, Copy)]
-pub(super) struct Concentric<'t> {
+pub(super) struct Concentric<'t, const SCENE: bool> {
     shell: &'t Shell<f32>,
     /// [`Shell::bounds`].
     bounds: Table<'t, f64>,
@@ -32,7 +29,7 @@ pub(super) struct ConcentricEnd<V: Machine> {
     place: Floats<V>,
 }
 
-impl<'t> Concentric<'t> {
+impl<'t, const SCENE: bool> Concentric<'t, SCENE> {
     /// The layers of a shell; `None` where they are too many for gathers.
     #[inline]
     pub fn new(shell: &'t Shell<f32>) -> Option<Self> {
@@ -63,8 +60,9 @@ impl<'t> Concentric<'t> {
     }
 }
 
-impl Layers for Concentric<'_> {
+impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
     const HAS_HEIGHTS: bool = false;
+    const HAS_SCENE: bool = SCENE;
     type End<V: Machine> = ConcentricEnd<V>;
     type Way<V: Machine> = ConcentricWay<V>;
 
@@ -121,6 +119,11 @@ impl Layers for Concentric<'_> {
                 place: passes.select(lanes.rising.select(whole, none), place),
             },
         }
+    }
+
+    #[inline(always)]
+    fn rising<V: Machine>(lanes: &Lanes<V>, _: &Crossing<V, ConcentricEnd<V>>) -> Mask<V> {
+        lanes.rising
     }
 
     #[inline(always)]
@@ -206,17 +209,5 @@ impl Layers for Concentric<'_> {
         let [low, high] = lanes.vertices(lane, tracer).map(|vertices| Chord::over(vertices, &weights));
         let [from, to] = [lanes.place[lane], crossing.end.place[lane]].map(|place| low.mix(high, place));
         from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane])
-    }
-
-    #[inline(always)]
-    fn core_light<V: Machine>(
-        &self,
-        _: &Lanes<V>,
-        _: usize,
-        tracer: &SingleVolumeTracer<'_, f32>,
-        (start, hit): (&Start, &CoreHit),
-        shading: Option<&RayShading<f32>>,
-    ) -> Option<Radiance<f32>> {
-        Some(tracer.core?.round_light(start.line.position(hit.t), shading))
     }
 }

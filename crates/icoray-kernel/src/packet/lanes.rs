@@ -106,7 +106,7 @@ pub(super) struct Lanes<V: Machine> {
     /// Weights of the second and third vertex at the column's entry and exit, and at the entry of the next one.
     pub weights: [[Floats<V>; 2]; 2],
     next_weights: [Floats<V>; 2],
-    /// The same in double precision, if each cell has heights of its own.
+    /// The same in double precision, where rays may meet more than one volume.
     pub wide_weights: [[Wide<V>; 2]; 2],
     next_wide_weights: [Wide<V>; 2],
     /// Whether the ray ends in the column.
@@ -249,7 +249,7 @@ impl<V: Machine> Lanes<V> {
         for (row, weight) in self.next_weights.iter_mut().zip([first, second]) {
             *row = new.select(weight.narrow(), *row);
         }
-        if L::HAS_HEIGHTS {
+        if L::HAS_SCENE {
             put(&mut self.next_wide_weights, wide, [first, second]);
         }
         let zero = all(simd, 0.0);
@@ -306,7 +306,7 @@ impl<V: Machine> Lanes<V> {
         for k in 0..2 {
             self.weights[1][k] = step.select(exit.weight[k], self.weights[1][k]);
         }
-        if L::HAS_HEIGHTS {
+        if L::HAS_SCENE {
             put(&mut self.wide_weights[1], wide, exit.wide_weight);
             put(&mut self.next_wide_weights, wide, [w, zero]);
         }
@@ -342,7 +342,7 @@ impl<V: Machine> Lanes<V> {
         for k in 0..2 {
             self.weights[0][k] = step.select(self.next_weights[k], self.weights[0][k]);
         }
-        if L::HAS_HEIGHTS {
+        if L::HAS_SCENE {
             put(&mut self.wide_weights[0], wide, self.next_wide_weights);
         }
     }
@@ -384,7 +384,7 @@ impl<V: Machine> Exit<V> {
             *weight = is_last.select(part.mul_add(*weight - entry, entry), *weight);
         }
         let mut wide_weight = self.wide_weight;
-        if L::HAS_HEIGHTS {
+        if L::HAS_SCENE {
             for (weight, entry) in wide_weight.iter_mut().zip(lanes.next_wide_weights) {
                 *weight = (entry + w * (*weight - entry)).over(last, *weight);
             }

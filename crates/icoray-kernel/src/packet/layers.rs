@@ -4,11 +4,8 @@
 use super::lanes::Lanes;
 use super::medium::number;
 use super::read::{Course, Vertices};
-use super::start::Start;
 use crate::column::Values;
 use crate::lit::FrustumInterpolant;
-use crate::piece::Radiance;
-use crate::shade::RayShading;
 use crate::single_volume::SingleVolumeTracer;
 use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
@@ -45,6 +42,9 @@ pub(super) trait Way<V: Machine>: Copy {
 pub(super) trait Layers: Copy {
     /// Whether [`Lanes::heights`] are needed.
     const HAS_HEIGHTS: bool;
+    /// Whether rays may meet more than one volume and the core ([`super::scene`]): then [`Lanes::wide_weights`] are
+    /// needed.
+    const HAS_SCENE: bool;
     /// What is known of where lanes leave their gaps.
     type End<V: Machine>: Copy;
     type Way<V: Machine>: Way<V>;
@@ -66,6 +66,9 @@ pub(super) trait Layers: Copy {
 
     /// The ways through the gaps: the same for each turn that a lane stays in its gap.
     fn cross<V: Machine>(&self, simd: V, lanes: &Lanes<V>) -> Crossing<V, Self::End<V>>;
+
+    /// Lanes that leave their gaps upwards, of those that leave them through a layer.
+    fn rising<V: Machine>(lanes: &Lanes<V>, crossing: &Crossing<V, Self::End<V>>) -> Mask<V>;
 
     /// The lanes' ways through their gaps.
     fn way<V: Machine>(lanes: &Lanes<V>, crossing: &Crossing<V, Self::End<V>>) -> Self::Way<V>;
@@ -97,16 +100,6 @@ pub(super) trait Layers: Copy {
         tracer: &SingleVolumeTracer<'_, f32>,
         crossing: &Crossing<V, Self::End<V>>,
     ) -> FrustumInterpolant<f32, N>;
-
-    /// The light of the opaque core where a lane's ray meets it.
-    fn core_light<V: Machine>(
-        &self,
-        lanes: &Lanes<V>,
-        lane: usize,
-        tracer: &SingleVolumeTracer<'_, f32>,
-        at: (&Start, &CoreHit),
-        shading: Option<&RayShading<f32>>,
-    ) -> Option<Radiance<f32>>;
 }
 
 impl<V: Machine> Lanes<V> {

@@ -8,15 +8,17 @@
 //!
 //! Lanes do not depend on each other: a ray has the same bits in any lane beside any others. Scalar code is left for
 //! what is rare: frusta at steps of the transfer function, values beyond all bounds, pieces for which the rules in
-//! vectors are not near enough.
+//! vectors are not near enough; and, in a [`scene`] of more than one volume, frusta in which a ray meets a surface or a
+//! cut.
 
 use crate::counts::Counts;
+use crate::general::{Levels, MultiVolumeTracer};
 use crate::leap::Leaps;
 use crate::ray::scalar::Ray;
 use crate::shade::RayShading;
 use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::RowHints;
-use crate::trace::{PrimaryRay, Report, Target};
+use crate::trace::{PrimaryRay, Target};
 use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
 use gap::Concentric;
@@ -27,9 +29,9 @@ use layers::{CoreHit, Layers};
 use light::Lit;
 pub use limits::beyond_gathers;
 use native::Native;
-pub use native::NativeLayers;
 use part::all;
 use runs::Runs;
+use scene::{SceneLanes, SceneTables};
 use start::{Rays, Start};
 use tables::Tables;
 
@@ -49,6 +51,7 @@ mod part;
 mod piece;
 mod read;
 mod runs;
+mod scene;
 mod start;
 mod tables;
 mod turn;
@@ -80,7 +83,7 @@ pub(crate) fn trace<const N: usize>(
         Target::Light(_) => None,
         Target::Fragments(own, _) => Some(*own),
     };
-    match (Tables::new(tracer, region), Concentric::new(tracer.shell)) {
+    match (Tables::new(tracer, region), Concentric::<false>::new(tracer.shell)) {
         (Some(tables), Some(layers)) => {
             let tables = Tables { leaps: region.map_or_else(|| Leaps::new(tracer), |_| None), ..tables };
             trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
@@ -90,22 +93,28 @@ pub(crate) fn trace<const N: usize>(
     true
 }
 
-/// [`trace`] between layers at heights of their own over each cell.
+/// [`trace`] through a scene of the general kernel, whose volume is that of `tracer`.
 #[inline(never)]
-pub(crate) fn trace_native<const N: usize>(
+pub(crate) fn trace_scene<const N: usize>(
     level: Level,
     tracer: &SingleVolumeTracer<'_, f32>,
-    layers: &NativeLayers<'_>,
+    scene: &MultiVolumeTracer<'_, '_>,
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
-    report: &mut Report,
+    target: &mut Target,
 ) -> bool {
-    match (Tables::new(tracer, None), Native::new(layers)) {
-        (Some(tables), Some(layers)) => {
-            let target = &mut Target::Light(report);
+    let Some(tables) = Tables::new(tracer, None) else { return false };
+    let Some(scene_tables) = SceneTables::new(scene) else { return false };
+    let tables = Tables { scene: Some(scene_tables), ..tables };
+    match &scene.scene.levels {
+        Levels::Concentric(_) => {
+            let Some(layers) = Concentric::<true>::new(tracer.shell) else { return false };
             trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
         }
-        _ => return false,
+        Levels::Native(heights) => {
+            let Some(layers) = Native::new(heights, scene.scene.core_radius[0]) else { return false };
+            trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
+        }
     }
     true
 }
@@ -169,6 +178,8 @@ struct Packet<'p, 'f, V: Machine, L, const N: usize> {
     color_tolerance: f32,
     /// Transmittance at which each ray ends.
     min_transmittance: Floats<V>,
+    /// What is seen beside the volume, if there is more than the core.
+    scene: Option<SceneLanes<'p, V>>,
     /// The fragments of the rays, where these are sought.
     runs: Option<Runs<'p, V>>,
     counts: Counts,
@@ -193,6 +204,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             exited: 0,
             color_tolerance: tracer.color_tolerance() as f32,
             min_transmittance: all(simd, 0.0),
+            scene: tables.scene.as_ref().map(|tables| SceneLanes::new(simd, tables)),
             runs: tables.own.map(|(region, own)| Runs::new(simd, region, own)),
             counts: Counts::default(),
         }
@@ -252,6 +264,9 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.lanes.next_leap.set(lane, next_leap);
             self.layers.locate(&mut self.lanes, lane, side.height);
             self.starts[lane % MOST] = Some(start);
+            if let Some(scene) = &mut self.scene {
+                scene.begin(lane, &start);
+            }
             if let Some(runs) = &mut self.runs {
                 runs.begin(lane, &start.line, self.tracer);
             }
@@ -355,11 +370,16 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             }
             done &= !core;
         }
+        let inside = if L::HAS_SCENE { self.scene_frusta(&crossing, inside) } else { inside };
         if inside != 0 {
             self.frusta(&crossing, inside);
         }
         done &= !self.mid & !self.ended;
         let passes = crossing.passes.to_bitmask() as u32;
+        if L::HAS_SCENE {
+            self.scene_layers(&crossing, done & passes);
+            done &= !self.ended;
+        }
         let (passing, leaving) = (done & passes, done & !passes);
         let (passed, left) = (mask::<V>(simd, passing), mask::<V>(simd, leaving));
         self.layers.pass(simd, &mut self.lanes, &crossing, passed, left);

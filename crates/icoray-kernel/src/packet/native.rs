@@ -11,40 +11,23 @@
 
 use super::heights::{Corners, HeightTable};
 use super::lanes::{Lanes, lanes_of};
-use super::layers::{CoreHit, Crossing, Layers, next_shown};
+use super::layers::{Crossing, Layers, next_shown};
 use super::medium::number;
 use super::native_way::{LaneWay, NativeWay};
 use super::part::all;
-use super::start::Start;
-use crate::ground::{Core, SurfaceHit};
 use crate::lit::FrustumInterpolant;
-use crate::piece::Radiance;
-use crate::shade::RayShading;
 use crate::single_volume::SingleVolumeTracer;
 use fearless_simd::prelude::*;
-use glam::{DVec3, Vec3};
 use icoray_grid::array::MapInline;
 use icoray_grid::heights::Heights;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
-
-/// Layers at heights of their own over each cell.
-#[derive(Debug, Clone, Copy)]
-pub struct NativeLayers<'f> {
-    /// The radii of all layers.
-    pub heights: &'f Heights<'f>,
-    /// Least radius of the innermost layer, planet radii: the core's below void triangles.
-    pub core_radius: f64,
-    /// The direction across the innermost layer at each cell; not read without lighting.
-    pub normals: &'f [[f32; 3]],
-}
 
 /// The layers as packets cross them.
 #[derive(Clone, Copy)]
 pub(super) struct Native<'t> {
     table: HeightTable<'t>,
     core_radius: f64,
-    normals: &'t [[f32; 3]],
 }
 
 /// Where lanes leave their gaps.
@@ -114,11 +97,11 @@ fn place<V: Machine>(simd: V, psi: Wide<V>, depth: Floats<V>) -> Floats<V> {
 }
 
 impl<'t> Native<'t> {
-    /// The layers as packets cross them; `None` where they are too many for gathers.
+    /// The layers at `heights`, over a core of `core_radius` below void triangles; `None` where they are too many for
+    /// gathers.
     #[inline]
-    pub fn new(layers: &NativeLayers<'t>) -> Option<Self> {
-        let NativeLayers { heights, core_radius, normals } = *layers;
-        Some(Native { table: HeightTable::new(heights)?, core_radius, normals })
+    pub fn new(heights: &'t Heights<'_>, core_radius: f64) -> Option<Self> {
+        Some(Native { table: HeightTable::new(heights)?, core_radius })
     }
 
     /// ψ of a layer at the entry (0) or exit (1) of a lane's column, rounded as in vectors.
@@ -172,26 +155,11 @@ impl<'t> Native<'t> {
             gap = gap + up.select(one, none) - down.select(one, none);
         }
     }
-
-    /// The outward normal of the innermost layer where a lane is at `u`, at `position`.
-    fn normal<V: Machine>(&self, lanes: &Lanes<V>, lane: usize, u: f64, position: DVec3) -> DVec3 {
-        let cells = lanes.cells.map_inline(|row| row[lane]);
-        let [Some(x), Some(y), Some(z)] = cells.map_inline(|cell| self.normals.get(cell as usize)) else {
-            return position;
-        };
-        let inverse = self.table.inverses_at(cells, 0);
-        let [entry, exit] = [0, 1].map_inline(|k: usize| {
-            let ([b, c], rho) = (lanes.wide_weights[k].map_inline(|row| row.get(lane)), lanes.rho[k].get(lane));
-            [rho * (1.0 - b - c).max(0.0), rho * b, rho * c]
-        });
-        let [a, b, c] = [0, 1, 2].map_inline(|k: usize| (entry[k] + u * (exit[k] - entry[k])) * inverse[k]);
-        let [x, y, z] = [x, y, z].map_inline(|normal| Vec3::from_array(*normal).as_dvec3());
-        (a * x + b * y + c * z) / (a + b + c)
-    }
 }
 
 impl Layers for Native<'_> {
     const HAS_HEIGHTS: bool = true;
+    const HAS_SCENE: bool = true;
     type End<V: Machine> = NativeEnd<V>;
     type Way<V: Machine> = NativeWay<V>;
 
@@ -263,6 +231,11 @@ impl Layers for Native<'_> {
     }
 
     #[inline(always)]
+    fn rising<V: Machine>(_: &Lanes<V>, crossing: &Crossing<V, NativeEnd<V>>) -> Mask<V> {
+        crossing.end.rising
+    }
+
+    #[inline(always)]
     fn way<V: Machine>(_: &Lanes<V>, crossing: &Crossing<V, NativeEnd<V>>) -> NativeWay<V> {
         crossing.end.way
     }
@@ -330,26 +303,6 @@ impl Layers for Native<'_> {
         crossing: &Crossing<V, NativeEnd<V>>,
     ) -> FrustumInterpolant<f32, N> {
         LaneWay::of(&crossing.end.way, lane).interpolant(&lanes.vertices(lane, tracer))
-    }
-
-    fn core_light<V: Machine>(
-        &self,
-        lanes: &Lanes<V>,
-        lane: usize,
-        tracer: &SingleVolumeTracer<'_, f32>,
-        (start, hit): (&Start, &CoreHit),
-        shading: Option<&RayShading<f32>>,
-    ) -> Option<Radiance<f32>> {
-        let core: Core = tracer.core?;
-        let position = start.line.position(hit.t);
-        let normal = hit.u.map_or(position, |u| self.normal(lanes, lane, u, position));
-        let unit = normal.normalize_or_zero();
-        // A headlight lights the side that is seen.
-        let has_headlight = tracer.shading.is_some_and(|shading| shading.towards_light.is_none());
-        let is_seen_inside = has_headlight && unit.dot(start.line.plane.y) > 0.0;
-        let body = shading.map_or(1.0, |shading| shading.solid(if is_seen_inside { -unit } else { unit }));
-        let over = hit.u.map(|_| (tracer.grid, lanes.triangles[lane]));
-        Some(core.light(&SurfaceHit { position, normal }, over, body))
     }
 }
 

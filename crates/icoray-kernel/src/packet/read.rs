@@ -92,8 +92,14 @@ impl<'t> Source<'t> {
     /// Reads the values around the lanes' gaps; those of lanes whose bits are not set mean nothing.
     #[inline(always)]
     pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bits: u32) -> Vertices<V> {
+        self.read_from(simd, lanes, lanes.bases, bits)
+    }
+
+    /// [`Self::read`] of columns that begin at `bases`.
+    #[inline(always)]
+    pub fn read_from<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bases: [Numbers<V>; 3], bits: u32) -> Vertices<V> {
         let Some(plain) = &self.plain else { return self.read_any(simd, lanes, bits) };
-        let [a, b, c] = lanes.bases;
+        let [a, b, c] = bases;
         let (gap, table) = (lanes.gap, plain.table);
         match plain.layer_stride {
             1 => {

@@ -4,6 +4,7 @@ use super::lanes::Mesh;
 use super::light::Slopes;
 use super::medium::SpanTables;
 use super::read::Source;
+use super::scene::SceneTables;
 use crate::leap::Leaps;
 use crate::owned_region::OwnedRegion;
 use crate::single_volume::SingleVolumeTracer;
@@ -17,6 +18,8 @@ pub(super) struct Tables<'t> {
     pub slopes: Slopes<'t>,
     /// The macrocells; `None` where rays do not leap.
     pub leaps: Option<Leaps<'t, f32>>,
+    /// What is seen beside the volume; `None` where there is no more than the core.
+    pub scene: Option<SceneTables<'t>>,
     /// The region in which fragments are sought, and [`OwnedRegion::words`].
     pub own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
 }
@@ -38,6 +41,7 @@ impl<'t> Tables<'t> {
             source: Source::new(tracer.samples),
             spans: SpanTables::new(tracer.spans)?,
             leaps: None,
+            scene: None,
             own,
         })
     }

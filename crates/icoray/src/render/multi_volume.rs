@@ -7,22 +7,21 @@ use super::lazy::Lazy;
 use super::picture;
 use super::prepare::FieldSummary;
 use super::rendered::Rendered;
-use super::work::{Rays, Work, budget};
+use super::work::{Rays, Work, with_ends};
 use crate::edges::Edges;
+use crate::plan::budget::{allowed, allowed_to_single};
 use crate::ranks::Ranks;
 use icoray_grid::Reals;
 use icoray_grid::Result;
 use icoray_grid::gradient::Gradients;
 use icoray_grid::sample::Samples;
-use icoray_kernel::general::{Clips, KernelScene, Levels, MultiVolumeTracer};
+use icoray_kernel::general::{Clips, KernelScene, Levels, MultiVolumeTracer, PacketScene};
 use icoray_kernel::ground::{Core, Ground};
 use icoray_kernel::ray::Tracer;
-use icoray_scene::{Lights, Quality};
-use native_volume::NativeVolume;
+use icoray_scene::{Lights, Method, Precision, Quality};
 use scene_builder::SceneBuilder;
 use terrain::Terrain;
 
-mod native_volume;
 mod scene_builder;
 mod terrain;
 
@@ -30,26 +29,33 @@ mod terrain;
 struct MultiVolume<'p, 'f> {
     context: &'p FrameContext<'f>,
     world: &'p KernelScene<'f>,
-    /// What packets of rays need beside the scene, where they can be traced.
-    single: Option<NativeVolume<'p>>,
+    /// The scene as packets of rays read it, where they can be traced.
+    packets: Option<PacketScene<'f>>,
 }
 
 impl Rays for MultiVolume<'_, '_> {
     fn get_ready(&self) {
-        if self.single.is_some() {
+        if self.packets.is_some() {
             self.context.grid.half_edges();
         }
     }
 
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
-        let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
-        let budget = budget(renderer, scene, quality);
-        let general = MultiVolumeTracer { scene: self.world, shading, budget }.boxed();
-        match &self.single {
-            Some(single) => single.tracer(self.context, self.world, quality, general),
-            None => general,
+        let packets = self.packets.as_ref();
+        // Before there are tiles, each of which would ask for them.
+        self.get_ready();
+        MultiVolumeTracer {
+            scene: self.world,
+            shading: plan.shading.filter(|_| quality.lights != Lights::Off),
+            budget: with_ends(
+                renderer,
+                packets.map_or_else(|| allowed(scene, quality), |_| allowed_to_single(scene, quality)),
+            ),
+            is_coarse: quality.lights == Lights::Coarse,
+            packets,
         }
+        .boxed()
     }
 }
 
@@ -100,7 +106,10 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     };
     let none = Lazy::of(|| Gradients::none().into());
     let on_device = OnDevice::new(context, field, &none, field_summary.quality);
-    let rays = &MultiVolume { context, world: &world, single: NativeVolume::new(context, field, &world) };
+    let is_exact = scene.method == Method::Exact && scene.precision == Precision::F32;
+    let level = renderer.vectors().filter(|_| is_exact && context.part.is_none());
+    let packets = level.and_then(|level| PacketScene::new(&world, &plan.radius, level, renderer.integrates));
+    let rays = &MultiVolume { context, world: &world, packets };
     let has_surfaces = scene.core.is_some()
         || !world.surface_layers.is_empty()
         || !world.isosurfaces.is_empty()

@@ -1,0 +1,115 @@
+//! What packets of rays read of a scene: its volume in single precision, and where rays must be followed one by one.
+//!
+//! In a frustum in which a ray meets no isosurface, no surface and no bound of a cut, only the volume is seen: packets
+//! integrate it by their own rules ([`packet`](crate::packet)). What is rare, a few frusta of each ray, is left to the
+//! rays of this kernel, in double precision.
+
+use super::{KernelScene, MultiVolumeTracer, SurfaceHeight};
+use crate::column::Shell;
+use crate::counts::Counts;
+use crate::packet;
+use crate::single_volume::SingleVolumeTracer;
+use crate::trace::{PrimaryRay, Target};
+use crate::transfer::{KernelKnot, Spans};
+use fearless_simd::Level;
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::sample::AnySamples;
+use icoray_scene::Method;
+
+/// A scene as packets of rays read it, the same for all rays of a frame.
+pub struct PacketScene<'f> {
+    level: Level,
+    shell: Shell<f32>,
+    spans: Spans<f32>,
+    samples: AnySamples<'f>,
+    visible: OccupancyMask,
+    /// For each gap, the bits of the cuts that hold it.
+    pub(crate) clips_of_gaps: Vec<u32>,
+    /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
+    integrates: bool,
+}
+
+/// Largest number of cuts: a bit each.
+const MAX_CLIPS: usize = 32;
+
+impl<'f> PacketScene<'f> {
+    /// A scene between layers of these radii, planet radii (mean ones under native heights), for packets at `level`;
+    /// `None` where rays are traced one after the other: through several volumes, or one whose opacity is that of
+    /// another field.
+    pub fn new(scene: &KernelScene<'f>, radius: &[f64], level: Level, integrates: bool) -> Option<Self> {
+        const CLEAR: [KernelKnot; 1] = [KernelKnot { value: 0.0, color: [0.0; 3], extinction: 0.0 }];
+        let (source, knots) = match scene.media.as_slice() {
+            [] => (0, CLEAR.as_slice()),
+            [medium] if medium.color.is_of(&medium.extinction) => (medium.extinction.source, medium.extinction.knots()),
+            _ => return None,
+        };
+        if scene.clips.len() > MAX_CLIPS {
+            return None;
+        }
+        let spans = Spans::new(knots);
+        let samples = scene.sources.get(source)?.samples_in(spans.range());
+        let gaps = 0..=radius.len();
+        let clips_of_gaps = gaps.map(|gap| scene.clips.around([gap.saturating_sub(1), gap])).collect();
+        let (shell, visible) = (Shell::new(radius), scene.joined_blocks(radius.len()));
+        Some(PacketScene { level, shell, spans, samples, visible, clips_of_gaps, integrates })
+    }
+}
+
+impl KernelScene<'_> {
+    /// The blocks of gaps in which a volume or an isosurface can be seen, or that a surface lies beside.
+    fn joined_blocks(&self, layers: usize) -> OccupancyMask {
+        let Some(first) = self.visible.first().filter(|_| self.visible.iter().all(|mask| !mask.is_full())) else {
+            return OccupancyMask::default().full(layers);
+        };
+        let mut beside = 0;
+        for surface in &self.surface_layers {
+            let SurfaceHeight::Layer(layer) = surface.place else { return OccupancyMask::default().full(layers) };
+            beside |= first.between([layer, layer + 1], layers);
+        }
+        let mut blocks: Vec<u32> = first.blocks.iter().map(|blocks| blocks | beside).collect();
+        for mask in &self.visible[1..] {
+            blocks.iter_mut().zip(&mask.blocks).for_each(|(all, blocks)| *all |= blocks);
+        }
+        OccupancyMask { blocks, shift: first.shift, top: layers - 1, ..OccupancyMask::default() }
+    }
+}
+
+impl MultiVolumeTracer<'_, '_> {
+    /// Traces all rays in packets and returns true, or traces none.
+    pub(super) fn in_packets(
+        &self,
+        rays: &mut dyn Iterator<Item = PrimaryRay>,
+        counts: &mut Counts,
+        target: &mut Target,
+    ) -> bool {
+        let (Some(packets), Target::Light(_)) = (self.packets, &target) else { return false };
+        let MultiVolumeTracer { scene, shading, budget, is_coarse, .. } = *self;
+        let source = scene.media.first().map_or(0, |medium| medium.extinction.source);
+        let volume = SingleVolumeTracer {
+            grid: scene.grid,
+            shell: &packets.shell,
+            spans: &packets.spans,
+            samples: packets.samples,
+            visible: &packets.visible,
+            outer: scene.outer,
+            gradients: scene.sources[source].gradients().values(),
+            method: Method::Exact,
+            budget,
+            shading: shading.filter(|_| !scene.media.is_empty()),
+            is_coarse,
+            level: Some(packets.level),
+            integrates: packets.integrates,
+            core: scene.core,
+        };
+        match volume.shading {
+            Some(_) => packet::trace_scene::<4>(packets.level, &volume, self, rays, counts, target),
+            None => packet::trace_scene::<1>(packets.level, &volume, self, rays, counts, target),
+        }
+    }
+
+    /// What packets of rays read of the scene.
+    #[inline]
+    pub(crate) fn packet_scene(&self) -> Option<&PacketScene<'_>> {
+        self.packets
+    }
+}
