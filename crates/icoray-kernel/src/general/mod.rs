@@ -22,6 +22,7 @@ pub use blend::Medium;
 pub use clips::Clips;
 pub use levels::Levels;
 pub use packets::PacketScene;
+pub(crate) use packets::PacketVolumes;
 pub use source::{FieldSource, TransferMap};
 pub(crate) use step::{GapWay, Met};
 pub use surfaces::{Isosurface, Material, SurfaceHeight, SurfaceLayer};

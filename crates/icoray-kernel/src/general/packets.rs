@@ -4,7 +4,7 @@
 //! integrate it by their own rules ([`packet`](crate::packet)). What is rare, a few frusta of each ray, is left to the
 //! rays of this kernel, in double precision.
 
-use super::{KernelScene, MultiVolumeTracer, SurfaceHeight};
+use super::{KernelScene, MultiVolumeTracer, SurfaceHeight, TransferMap};
 use crate::column::Shell;
 use crate::counts::Counts;
 use crate::packet;
@@ -12,6 +12,7 @@ use crate::single_volume::SingleVolumeTracer;
 use crate::trace::{PrimaryRay, Target};
 use crate::transfer::{KernelKnot, Spans};
 use fearless_simd::Level;
+use icoray_grid::gradient::Gradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::sample::AnySamples;
 use icoray_scene::Method;
@@ -22,6 +23,7 @@ pub struct PacketScene<'f> {
     shell: Shell<f32>,
     spans: Spans<f32>,
     samples: AnySamples<'f>,
+    volumes: Option<PacketVolumes<'f>>,
     visible: OccupancyMask,
     /// For each gap, the bits of the cuts that hold it.
     pub(crate) clips_of_gaps: Vec<u32>,
@@ -29,20 +31,51 @@ pub struct PacketScene<'f> {
     integrates: bool,
 }
 
+/// Several volumes, or one whose opacity is that of another field, in single precision.
+pub(crate) struct PacketVolumes<'f> {
+    /// Transfer functions with their fields.
+    pub maps: Vec<PacketMap<'f>>,
+    /// The numbers of each volume's maps: that of its extinction and that of its colour.
+    pub maps_of: Vec<[usize; 2]>,
+}
+
+/// A transfer function with its field.
+pub(crate) struct PacketMap<'f> {
+    pub samples: AnySamples<'f>,
+    pub spans: Spans<f32>,
+}
+
+impl<'f> PacketVolumes<'f> {
+    fn new(scene: &KernelScene<'f>) -> Option<Self> {
+        let (mut maps, mut maps_of) = (Vec::new(), Vec::new());
+        let mut add = |map: &TransferMap| {
+            let spans = Spans::new(map.knots());
+            let samples = scene.sources.get(map.source)?.samples_in(spans.range());
+            maps.push(PacketMap { samples, spans });
+            Some(maps.len() - 1)
+        };
+        for medium in &scene.media {
+            let extinction = add(&medium.extinction)?;
+            let is_one = medium.color.is_of(&medium.extinction);
+            maps_of.push([extinction, if is_one { extinction } else { add(&medium.color)? }]);
+        }
+        Some(PacketVolumes { maps, maps_of })
+    }
+}
+
 /// Largest number of cuts: a bit each.
 const MAX_CLIPS: usize = 32;
 
 impl<'f> PacketScene<'f> {
     /// A scene between layers of these radii, planet radii (mean ones under native heights), for packets at `level`;
-    /// `None` where rays are traced one after the other: through several volumes, or one whose opacity is that of
-    /// another field.
+    /// `None` where there are more cuts than packets know, and rays are traced one after the other.
     pub fn new(scene: &KernelScene<'f>, radius: &[f64], level: Level, integrates: bool) -> Option<Self> {
         const CLEAR: [KernelKnot; 1] = [KernelKnot { value: 0.0, color: [0.0; 3], extinction: 0.0 }];
         let (source, knots) = match scene.media.as_slice() {
             [] => (0, CLEAR.as_slice()),
-            [medium] if medium.color.is_of(&medium.extinction) => (medium.extinction.source, medium.extinction.knots()),
-            _ => return None,
+            [medium, ..] => (medium.extinction.source, medium.extinction.knots()),
         };
+        let volumes = if scene.has_one_field_of_volume() { None } else { Some(PacketVolumes::new(scene)?) };
         if scene.clips.len() > MAX_CLIPS {
             return None;
         }
@@ -51,11 +84,21 @@ impl<'f> PacketScene<'f> {
         let gaps = 0..=radius.len();
         let clips_of_gaps = gaps.map(|gap| scene.clips.around([gap.saturating_sub(1), gap])).collect();
         let (shell, visible) = (Shell::new(radius), scene.joined_blocks(radius.len()));
-        Some(PacketScene { level, shell, spans, samples, visible, clips_of_gaps, integrates })
+        Some(PacketScene { level, shell, spans, samples, volumes, visible, clips_of_gaps, integrates })
     }
 }
 
 impl KernelScene<'_> {
+    /// Whether there is no more than one volume, whose opacity is that of its own field: then the shade of a piece has
+    /// an error of its own.
+    pub fn has_one_field_of_volume(&self) -> bool {
+        match self.media.as_slice() {
+            [] => true,
+            [medium] => medium.color.is_of(&medium.extinction),
+            _ => false,
+        }
+    }
+
     /// The blocks of gaps in which a volume or an isosurface can be seen, or that a surface lies beside.
     fn joined_blocks(&self, layers: usize) -> OccupancyMask {
         let Some(first) = self.visible.first().filter(|_| self.visible.iter().all(|mask| !mask.is_full())) else {
@@ -105,6 +148,15 @@ impl MultiVolumeTracer<'_, '_> {
             Some(_) => packet::trace_scene::<4>(packets.level, &volume, self, rays, counts, target),
             None => packet::trace_scene::<1>(packets.level, &volume, self, rays, counts, target),
         }
+    }
+
+    /// Several volumes, and the gradients of each where there is light.
+    #[inline]
+    pub(crate) fn packet_volumes(&self) -> Option<(&PacketVolumes<'_>, Vec<&Gradients>)> {
+        let volumes = self.packets?.volumes.as_ref()?;
+        let sources = self.scene.media.iter().map(|medium| medium.extinction.source);
+        let gradients = sources.filter(|_| self.shading.is_some());
+        Some((volumes, gradients.map(|source| self.scene.sources[source].gradients().values()).collect()))
     }
 
     /// What packets of rays read of the scene.

@@ -183,7 +183,7 @@ fn absorbed_by_thin<V: Machine>(simd: V, x: Floats<V>) -> Floats<V> {
 
 /// `1 - e^-x` for `x >= 0`.
 #[inline(always)]
-fn absorbed_by<V: Machine>(simd: V, x: Floats<V>) -> Floats<V> {
+pub(super) fn absorbed_by<V: Machine>(simd: V, x: Floats<V>) -> Floats<V> {
     let one = all(simd, 1.0);
     let dense = one - exp2(simd, x * -std::f32::consts::LOG2_E);
     x.simd_le(0.5).select(absorbed_by_thin(simd, x), dense)
@@ -191,7 +191,7 @@ fn absorbed_by<V: Machine>(simd: V, x: Floats<V>) -> Floats<V> {
 
 /// 6 ∫ x(1-x)/(1+εx) dx. With `δ = ε/(2 + ε)` it is `2/(2 + ε) Σ 3 δ^2m / ((2m+1)(2m+3))`.
 #[inline(always)]
-fn bend_factor<V: Machine>(simd: V, eps: Floats<V>) -> Floats<V> {
+pub(super) fn bend_factor<V: Machine>(simd: V, eps: Floats<V>) -> Floats<V> {
     let inverse = all(simd, 1.0) / (eps + 2.0);
     let delta = eps * inverse;
     let d2 = delta * delta;

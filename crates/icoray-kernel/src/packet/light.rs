@@ -86,10 +86,52 @@ fn signed<V: Machine>(bits: Numbers<V>) -> Floats<V> {
     (bits.bitcast::<V::i32s>() >> 14).to_float::<Floats<V>>()
 }
 
+/// The gradient along each lane's frustum.
+#[derive(Clone, Copy)]
+pub(super) struct GradientCourse<V: Machine>([Course<V>; 3]);
+
+impl<V: Machine> GradientCourse<V> {
+    /// No gradients.
+    #[inline(always)]
+    pub fn none(simd: V) -> Self {
+        GradientCourse([[all(simd, 0.0); 3]; 3])
+    }
+
+    /// Puts the gradients along the frusta of the lanes of `new`.
+    #[inline(always)]
+    pub fn put(&mut self, new: Mask<V>, course: [Course<V>; 3]) {
+        for (row, number) in self.0.as_flattened_mut().iter_mut().zip(course.as_flattened()) {
+            *row = new.select(*number, *row);
+        }
+    }
+
+    /// The gradients at the start, in the middle and at the end of a piece.
+    #[inline(always)]
+    fn of_piece(&self, simd: V, [from, to]: [Floats<V>; 2], eps: Floats<V>) -> [Vectors<V>; 3] {
+        let middle = (from + to) * 0.5;
+        [self.at(simd, from, eps), self.at(simd, middle, eps), self.at(simd, to, eps)]
+    }
+
+    /// The gradient at `u` of the frusta with this relative change of height.
+    #[inline(always)]
+    fn at(&self, simd: V, u: Floats<V>, eps: Floats<V>) -> Vectors<V> {
+        let one = all(simd, 1.0);
+        let bent = u * (one - u) / eps.mul_add(u, one);
+        let [x, y, z] = &self.0;
+        [along::<V>(x, u, bent), along::<V>(y, u, bent), along::<V>(z, u, bent)]
+    }
+
+    /// The gradient along a lane's frustum at its start, at its end, and its bend.
+    pub fn interpolant(&self, lane: usize) -> [[f32; 3]; 3] {
+        let at = |k: usize| [self.0[0][k][lane], self.0[1][k][lane], self.0[2][k][lane]];
+        [at(0), at(1), at(2)]
+    }
+}
+
 /// What light needs of each lane: the gradient along its frustum, the part of the frustum that is left, the part of
 /// that to be taken next, and the directions of its ray.
 pub(super) struct Lit<V: Machine> {
-    course: [Course<V>; 3],
+    pub course: GradientCourse<V>,
     /// The frustum's relative change of height.
     pub eps: Floats<V>,
     /// Where in the frustum what is left begins.
@@ -105,7 +147,7 @@ impl<V: Machine> Lit<V> {
     pub fn new(simd: V) -> Self {
         let zero = all(simd, 0.0);
         let none = [zero; 3];
-        Lit { course: [none; 3], eps: zero, from: zero, fraction: zero, light: none, halfway: none }
+        Lit { course: GradientCourse::none(simd), eps: zero, from: zero, fraction: zero, light: none, halfway: none }
     }
 
     /// Enters new frusta, with this relative change of height, in the lanes of `new`.
@@ -116,35 +158,12 @@ impl<V: Machine> Lit<V> {
         self.fraction = new.select(all(simd, 1.0), self.fraction);
     }
 
-    /// Puts the gradients along the frusta of the lanes of `new`.
-    #[inline(always)]
-    pub fn put(&mut self, new: Mask<V>, course: [Course<V>; 3]) {
-        for (row, number) in self.course.as_flattened_mut().iter_mut().zip(course.as_flattened()) {
-            *row = new.select(*number, *row);
-        }
-    }
-
     /// Goes on behind the pieces of the lanes `taken`, which end at `to`; takes half as much of those that are `left`.
     #[inline(always)]
     pub fn go_on(&mut self, simd: V, taken: Mask<V>, left: Mask<V>, to: Floats<V>) {
         self.from = taken.select(to, self.from);
         let next = taken.select((self.fraction + self.fraction).min(all(simd, 1.0)), self.fraction);
         self.fraction = left.select(self.fraction * 0.5, next);
-    }
-
-    /// The gradient at `u` of the frusta with this relative change of height.
-    #[inline(always)]
-    fn gradient(&self, simd: V, u: Floats<V>, eps: Floats<V>) -> Vectors<V> {
-        let one = all(simd, 1.0);
-        let bent = u * (one - u) / eps.mul_add(u, one);
-        let [x, y, z] = &self.course;
-        [along::<V>(x, u, bent), along::<V>(y, u, bent), along::<V>(z, u, bent)]
-    }
-
-    /// The gradient along a lane's frustum at its start, at its end, and its bend.
-    pub fn interpolant(&self, lane: usize) -> [[f32; 3]; 3] {
-        let at = |k: usize| [self.course[0][k][lane], self.course[1][k][lane], self.course[2][k][lane]];
-        [at(0), at(1), at(2)]
     }
 }
 
@@ -171,12 +190,29 @@ pub(super) struct Piece<'p, V: Machine> {
     pub eps: Floats<V>,
 }
 
+/// How the colour changes along a piece of each lane: [`ColorChange`](crate::shade::ColorChange) in vectors.
+pub(super) struct Change<V: Machine> {
+    pub brightest: Floats<V>,
+    pub change: Floats<V>,
+    pub bend: Floats<V>,
+    pub eps: Floats<V>,
+}
+
+impl<V: Machine> Change<V> {
+    #[inline(always)]
+    fn of(part: &Part<V>, medium: &Medium<V>) -> Self {
+        let bend = medium.steepest * part.kappa.abs();
+        let change = medium.steepest * (part.f1 - part.f0).abs() + bend;
+        Change { brightest: medium.brightest, change, bend, eps: part.eps }
+    }
+}
+
 /// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and the error of all
 /// per absorbed light.
 pub(super) struct Shade<V: Machine> {
-    body: Floats<V>,
-    tilt: Floats<V>,
-    highlight: Floats<V>,
+    pub body: Floats<V>,
+    pub tilt: Floats<V>,
+    pub highlight: Floats<V>,
     pub off: Floats<V>,
 }
 
@@ -184,16 +220,27 @@ impl<V: Machine> Lit<V> {
     /// The mean shade of each lane's piece.
     #[inline(always)]
     pub fn shade(&self, simd: V, common: &RayShading<f32>, piece: &Piece<'_, V>) -> Shade<V> {
-        let Piece { part, medium, ends, range: [from, to], eps } = *piece;
-        let middle = (from + to) * 0.5;
-        let gradients =
-            [self.gradient(simd, from, eps), self.gradient(simd, middle, eps), self.gradient(simd, to, eps)];
-        let turn = Turns::of(simd, &gradients, part.eps, Spread::of(simd, part, medium, ends));
-        let (body, tilt, dim) = self.mean_body(simd, common, &turn, piece);
+        let Piece { part, medium, ends, range, eps } = *piece;
+        let spread = Spread::of(simd, part, medium, ends);
+        self.shade_of(simd, common, (&self.course, range, eps), spread, &Change::of(part, medium))
+    }
+
+    /// The mean shade of each lane's piece with these gradients along its frustum, of which it is `range`.
+    #[inline(always)]
+    pub fn shade_of(
+        &self,
+        simd: V,
+        common: &RayShading<f32>,
+        (course, range, eps): (&GradientCourse<V>, [Floats<V>; 2], Floats<V>),
+        spread: Spread<V>,
+        colors: &Change<V>,
+    ) -> Shade<V> {
+        let turn = Turns::of(simd, &course.of_piece(simd, range, eps), colors.eps, spread);
+        let (body, tilt, dim) = self.mean_body(simd, common, &turn, colors);
         let (highlight, faint) = self.mean_highlight(simd, common, &turn);
-        let most = medium.brightest * common.diffuse + common.specular;
+        let most = colors.brightest * common.diffuse + common.specular;
         // A mean cosine is off by two last digits, and its power by that times the exponent.
-        let rounded = (medium.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
+        let rounded = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
         let off = rounded.mul_add(0.5 * f32::EPSILON, dim + faint);
         Shade { body, tilt, highlight, off: turn.is_wild.select(most, off) }
     }
@@ -205,9 +252,9 @@ impl<V: Machine> Lit<V> {
         simd: V,
         common: &RayShading<f32>,
         turn: &Turns<V>,
-        piece: &Piece<'_, V>,
+        colors: &Change<V>,
     ) -> (Floats<V>, Floats<V>, Floats<V>) {
-        let Piece { part, medium, .. } = *piece;
+        let Change { brightest, change, bend: color_bend, eps } = *colors;
         let zero = all(simd, 0.0);
         let cosine = turn.cosine(&self.light);
         let is_behind = cosine.mean.simd_lt(zero);
@@ -232,11 +279,9 @@ impl<V: Machine> Lit<V> {
             apart = crosses.select(all(simd, 0.1), zero);
         }
         let even = unsure * swing + turn.across + turn.along + at_kink;
-        let color_bend = medium.steepest * part.kappa.abs();
-        let change = medium.steepest * (part.f1 - part.f0).abs() + color_bend;
-        let skewed = color_bend * (part.eps.abs() * 0.015 + centre.abs() * 0.1) * swing;
+        let skewed = color_bend * (eps.abs() * 0.015 + centre.abs() * 0.1) * swing;
         let changed = change * (bend * 0.12 + (unsure + apart) * swing + turn.across) + skewed;
-        let off = (medium.brightest * even + changed).min(medium.brightest) * common.diffuse;
+        let off = (brightest * even + changed).min(brightest) * common.diffuse;
         (body * common.diffuse + common.ambient, tilt, off)
     }
 

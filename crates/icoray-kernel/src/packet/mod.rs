@@ -32,10 +32,13 @@ use native::Native;
 use part::all;
 use runs::Runs;
 use scene::{SceneLanes, SceneTables};
+use several::{VolumeLanes, VolumeTables};
 use start::{Rays, Start};
 use tables::Tables;
 
+mod blend;
 mod core;
+mod cut;
 mod gap;
 mod heights;
 mod integral;
@@ -52,6 +55,7 @@ mod piece;
 mod read;
 mod runs;
 mod scene;
+mod several;
 mod start;
 mod tables;
 mod turn;
@@ -105,7 +109,14 @@ pub(crate) fn trace_scene<const N: usize>(
 ) -> bool {
     let Some(tables) = Tables::new(tracer, None) else { return false };
     let Some(scene_tables) = SceneTables::new(scene) else { return false };
-    let tables = Tables { scene: Some(scene_tables), ..tables };
+    let volumes = match scene.packet_volumes() {
+        Some((volumes, gradients)) => match VolumeTables::new(volumes, &gradients, tracer.shell.layers()) {
+            Some(volumes) => Some(volumes),
+            None => return false,
+        },
+        None => None,
+    };
+    let tables = Tables { scene: Some(scene_tables), volumes, ..tables };
     match &scene.scene.levels {
         Levels::Concentric(_) => {
             let Some(layers) = Concentric::<true>::new(tracer.shell) else { return false };
@@ -180,6 +191,8 @@ struct Packet<'p, 'f, V: Machine, L, const N: usize> {
     min_transmittance: Floats<V>,
     /// What is seen beside the volume, if there is more than the core.
     scene: Option<SceneLanes<'p, V>>,
+    /// The frusta in several fields, if there is more than one volume, or opacity by another field.
+    volumes: Option<VolumeLanes<'p, V>>,
     /// The fragments of the rays, where these are sought.
     runs: Option<Runs<'p, V>>,
     counts: Counts,
@@ -205,6 +218,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             color_tolerance: tracer.color_tolerance() as f32,
             min_transmittance: all(simd, 0.0),
             scene: tables.scene.as_ref().map(|tables| SceneLanes::new(simd, tables)),
+            volumes: tables.volumes.as_ref().map(|tables| VolumeLanes::new(simd, tables)),
             runs: tables.own.map(|(region, own)| Runs::new(simd, region, own)),
             counts: Counts::default(),
         }
@@ -372,7 +386,10 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         }
         let inside = if L::HAS_SCENE { self.scene_frusta(&crossing, inside) } else { inside };
         if inside != 0 {
-            self.frusta(&crossing, inside);
+            match &self.volumes {
+                Some(_) if L::HAS_SCENE => self.several_frusta(&crossing, inside),
+                _ => self.frusta(&crossing, inside),
+            }
         }
         done &= !self.mid & !self.ended;
         let passes = crossing.passes.to_bitmask() as u32;

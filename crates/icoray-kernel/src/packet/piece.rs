@@ -1,10 +1,11 @@
 //! The frusta of a packet, a piece of each in a turn.
 
+use super::cut::{Cutter, Pieces};
 use super::integral::{Integral, LARGEST_DEPTH, LARGEST_EPS, Light, Outcome};
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{Crossing, Layers};
 use super::light::Piece;
-use super::medium::{Found, Medium, number};
+use super::medium::Medium;
 use super::part::{Part, all};
 use super::read::{LARGEST, Vertices};
 use super::{Packet, mask};
@@ -13,20 +14,7 @@ use crate::lit::FrustumInterpolant;
 use crate::piece::Radiance;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
-use icoray_simd::{Floats, Machine, Mask, Numbers};
-
-/// The pieces of this turn: each lane's part of its frustum inside one span of the transfer function.
-struct Pieces<V: Machine> {
-    part: Part<V>,
-    span: Numbers<V>,
-    /// Where the pieces end in the parts.
-    upto: Floats<V>,
-    /// Lanes whose frusta go on behind their pieces, and what follows there.
-    more: u32,
-    rest: Part<V>,
-    /// Lanes in which that is monotone.
-    is_monotone: Mask<V>,
-}
+use icoray_simd::{Floats, Machine, Mask};
 
 impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     /// Integrates a piece of the frusta of the lanes `inside`, and sets [`Packet::mid`] to those of which more is left.
@@ -56,13 +44,17 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         if !self.tracer.integrates {
             return;
         }
-        let mut pieces = self.pieces(part, active, &mut scalar);
+        let cutter = Cutter { simd, spans: &self.tables.spans, is_monotone: self.lanes.is_monotone };
+        let mut pieces = cutter.pieces(part, self.lanes.span, active, &mut scalar);
         self.lanes.span = pieces.span;
         let medium = self.tables.spans.medium(simd, pieces.span);
         if N == 4 {
             self.enter_light(crossing, &pieces, &medium, new & active);
         }
-        self.cut_fractions(&part, &mut pieces, active & !scalar);
+        let cut = self.lit.fraction.simd_lt(1.0).to_bitmask() as u32 & active & !scalar;
+        if cut != 0 {
+            pieces.shorten(simd, &part, self.lit.fraction, (cut, self.lanes.is_monotone));
+        }
         let piece = pieces.part;
         let integral = Integral::new(simd, &piece, &medium);
         let mut outcome = integral.thin(self.color_tolerance);
@@ -109,30 +101,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let seen = new & ((!is_dark).to_bitmask() as u32 | pieces.more);
         if seen != 0 {
             let course = self.tables.slopes.read(simd, &self.lanes, &L::way(&self.lanes, crossing));
-            self.lit.put(mask::<V>(simd, new), course);
+            self.lit.course.put(mask::<V>(simd, new), course);
         }
-    }
-
-    /// Cuts the pieces of those `active` lanes of which only a fraction is to be taken.
-    #[inline(always)]
-    fn cut_fractions(&self, part: &Part<V>, pieces: &mut Pieces<V>, active: u32) {
-        let simd = self.simd;
-        let fraction = self.lit.fraction;
-        let cut = fraction.simd_lt(1.0).to_bitmask() as u32 & active;
-        if cut == 0 {
-            return;
-        }
-        let is_cut = mask::<V>(simd, cut);
-        let piece = pieces.part;
-        let f = piece.value(simd, fraction);
-        let front = piece.between((all(simd, 0.0), piece.f0), (fraction, f));
-        let upto = pieces.upto * fraction;
-        let rest = part.between((upto, f), (all(simd, 1.0), part.f1));
-        pieces.part = front.over(is_cut, piece);
-        pieces.rest = rest.over(is_cut, pieces.rest);
-        pieces.upto = is_cut.select(upto, pieces.upto);
-        pieces.is_monotone = is_cut.select(self.lanes.is_monotone, pieces.is_monotone);
-        pieces.more |= cut;
     }
 
     /// Lights the pieces of the lanes `taken`; returns those whose rays cannot afford the error of their shades.
@@ -164,7 +134,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
 
     /// Ends the rays of `active` lanes through which no more light comes than may be left out.
     #[inline(always)]
-    fn end(&mut self, active: u32) {
+    pub(super) fn end(&mut self, active: u32) {
         // The transmittance of a piece that ended early is known to the last digit only.
         let rest = self.min_transmittance * 1.001 + f32::EPSILON;
         let through = all(self.simd, 1.0) - self.lanes.alpha;
@@ -190,76 +160,6 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         (void, unusual & !void)
     }
 
-    /// The piece of each `active` lane's part: all of it where its values stay in one span, else up to where they turn
-    /// or meet the next knot. Lanes of frusta that only scalar code can cut are added to `scalar`.
-    #[inline(always)]
-    fn pieces(&self, part: Part<V>, active: u32, scalar: &mut u32) -> Pieces<V> {
-        let simd = self.simd;
-        let spans = &self.tables.spans;
-        let [least, most] = part.within();
-        let Found { span, low, high } = spans.find(simd, least, self.lanes.span, mask::<V>(simd, active));
-        let is_whole = if spans.has_steps {
-            let margin = part.reach() * 8.0;
-            low.simd_le(least - margin) & (most + margin).simd_le(high)
-        } else {
-            most.simd_le(high)
-        };
-        let cut = (!is_whole).to_bitmask() as u32 & active & !*scalar;
-        if cut == 0 {
-            return self.whole(part, span);
-        }
-        if spans.has_steps {
-            *scalar |= cut;
-            return self.whole(part, span);
-        }
-        self.cut(part, span, cut)
-    }
-
-    /// Parts that stay in their spans.
-    #[inline(always)]
-    fn whole(&self, part: Part<V>, span: Numbers<V>) -> Pieces<V> {
-        let is_monotone = self.lanes.is_monotone;
-        Pieces { part, span, upto: all(self.simd, 1.0), more: 0, rest: part, is_monotone }
-    }
-
-    /// The pieces of the lanes of `cut` up to where their parts turn or meet the next knot.
-    #[inline(always)]
-    fn cut(&self, part: Part<V>, span: Numbers<V>, cut: u32) -> Pieces<V> {
-        let simd = self.simd;
-        let spans = &self.tables.spans;
-        let (one, is_cut) = (all(simd, 1.0), mask::<V>(simd, cut));
-        let extremum = part.extremum(simd);
-        let turns = extremum.exists & !self.lanes.is_monotone;
-        let (u, f) = (turns.select(extremum.place.0, one), turns.select(extremum.place.1, part.f1));
-        let front = part.between((all(simd, 0.0), part.f0), (u, f));
-        let is_rising = part.f0.simd_le(f);
-        let start = spans.find(simd, part.f0, span, is_cut);
-        // A falling part that begins on a knot lies below it.
-        let is_below = is_cut & !is_rising & part.f0.simd_eq(start.low);
-        let start = if is_below.any_true() {
-            let span = start.span - is_below.select(number(simd, 1), number(simd, 0));
-            spans.at(simd, span)
-        } else {
-            start
-        };
-        let knot = is_rising.select(start.high, start.low);
-        let start = start.span;
-        let crosses = is_rising.select(knot.simd_lt(f), f.simd_lt(knot));
-        let place = (crosses.select(u * front.solve(simd, knot), u), crosses.select(knot, f));
-        let piece = part.between((all(simd, 0.0), part.f0), place);
-        let rest = part.between(place, (one, part.f1));
-        let goes_on = is_cut & (crosses | turns);
-        Pieces {
-            part: piece.over(is_cut, part),
-            span: is_cut.select(start, span),
-            upto: goes_on.select(place.0, one),
-            more: goes_on.to_bitmask() as u32,
-            rest,
-            // What follows a part that does not turn, or is cut where it turns, is monotone.
-            is_monotone: self.lanes.is_monotone | !turns | !crosses,
-        }
-    }
-
     /// Integrates the pieces of lanes in scalar code.
     #[inline(never)]
     fn scalar_pieces(&mut self, lanes: u32, pieces: &Pieces<V>, [from, to]: [Floats<V>; 2]) {
@@ -267,7 +167,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let Some(mut ray) = self.ray(lane) else { continue };
             let segment = pieces.part.segment(lane);
             self.counts.scalar_pieces += 1;
-            let [start, end, bend] = self.lit.interpolant(lane);
+            let [start, end, bend] = self.lit.course.interpolant(lane);
             let of = |gradient: [f32; 3]| {
                 let mut values = [0.0; N];
                 values.iter_mut().skip(1).zip(gradient).for_each(|(value, component)| *value = component);
@@ -298,7 +198,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
 }
 
 /// A piece of a frustum that is no longer than this is taken, whatever its shade.
-const LEAST_FRACTION: f32 = 1e-4;
+pub(super) const LEAST_FRACTION: f32 = 1e-4;
 
 impl<V: Machine> Lanes<V> {
     /// The light of a lane.
@@ -319,7 +219,7 @@ impl<V: Machine> Lanes<V> {
 
     /// Puts light behind that of the lanes of `mask`.
     #[inline(always)]
-    fn add(&mut self, simd: V, mask: Mask<V>, light: &Light<V>) {
+    pub(super) fn add(&mut self, simd: V, mask: Mask<V>, light: &Light<V>) {
         let through = all(simd, 1.0) - self.alpha;
         let behind = |own: Floats<V>, new: Floats<V>| mask.select(through.mul_add(new, own), own);
         for k in 0..3 {

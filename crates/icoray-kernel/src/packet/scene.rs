@@ -228,7 +228,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
 
     /// A lane's way through a frustum in which it meets more than the volume.
     #[inline(never)]
-    fn scene_frustum(&mut self, lane: usize, crossing: &Crossing<V, L::End<V>>) {
+    pub(super) fn scene_frustum(&mut self, lane: usize, crossing: &Crossing<V, L::End<V>>) {
         let (lanes, gap) = (&self.lanes, self.lanes.gap[lane] as usize);
         let from = match lanes.place[lane] {
             0.0 => FacetSide::Lower,

@@ -5,6 +5,7 @@ use super::light::Slopes;
 use super::medium::SpanTables;
 use super::read::Source;
 use super::scene::SceneTables;
+use super::several::VolumeTables;
 use crate::leap::Leaps;
 use crate::owned_region::OwnedRegion;
 use crate::single_volume::SingleVolumeTracer;
@@ -20,6 +21,8 @@ pub(super) struct Tables<'t> {
     pub leaps: Option<Leaps<'t, f32>>,
     /// What is seen beside the volume; `None` where there is no more than the core.
     pub scene: Option<SceneTables<'t>>,
+    /// Several volumes, in place of the one of `source`.
+    pub volumes: Option<VolumeTables<'t>>,
     /// The region in which fragments are sought, and [`OwnedRegion::words`].
     pub own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
 }
@@ -42,6 +45,7 @@ impl<'t> Tables<'t> {
             spans: SpanTables::new(tracer.spans)?,
             leaps: None,
             scene: None,
+            volumes: None,
             own,
         })
     }

@@ -43,15 +43,14 @@ impl Rays for MultiVolume<'_, '_> {
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
         let packets = self.packets.as_ref();
+        let is_single = packets.is_some() && self.world.has_one_field_of_volume();
+        let budget = if is_single { allowed_to_single(scene, quality) } else { allowed(scene, quality) };
         // Before there are tiles, each of which would ask for them.
         self.get_ready();
         MultiVolumeTracer {
             scene: self.world,
             shading: plan.shading.filter(|_| quality.lights != Lights::Off),
-            budget: with_ends(
-                renderer,
-                packets.map_or_else(|| allowed(scene, quality), |_| allowed_to_single(scene, quality)),
-            ),
+            budget: with_ends(renderer, budget),
             is_coarse: quality.lights == Lights::Coarse,
             packets,
         }

@@ -1,0 +1,130 @@
+//! Parts of frusta, cut into pieces that each stay in one span of a transfer function.
+
+use super::mask;
+use super::medium::{Found, SpanTables, number};
+use super::part::{Part, all};
+use fearless_simd::prelude::*;
+use icoray_simd::{Floats, Machine, Mask, Numbers};
+
+/// The pieces of this turn: each lane's part of its frustum inside one span of the transfer function.
+pub(super) struct Pieces<V: Machine> {
+    pub part: Part<V>,
+    pub span: Numbers<V>,
+    /// Where the pieces end in the parts.
+    pub upto: Floats<V>,
+    /// Lanes whose frusta go on behind their pieces, and what follows there.
+    pub more: u32,
+    pub rest: Part<V>,
+    /// Lanes in which that is monotone.
+    pub is_monotone: Mask<V>,
+}
+
+impl<V: Machine> Pieces<V> {
+    /// Takes only a `fraction` of the pieces of the lanes `cut`; whether their parts are known to be monotone holds for
+    /// what is left of them.
+    #[inline(always)]
+    pub fn shorten(&mut self, simd: V, part: &Part<V>, fraction: Floats<V>, (cut, is_monotone): (u32, Mask<V>)) {
+        let is_cut = mask::<V>(simd, cut);
+        let piece = self.part;
+        let f = piece.value(simd, fraction);
+        let front = piece.between((all(simd, 0.0), piece.f0), (fraction, f));
+        let upto = self.upto * fraction;
+        let rest = part.between((upto, f), (all(simd, 1.0), part.f1));
+        self.part = front.over(is_cut, piece);
+        self.rest = rest.over(is_cut, self.rest);
+        self.upto = is_cut.select(upto, self.upto);
+        self.is_monotone = is_cut.select(is_monotone, self.is_monotone);
+        self.more |= cut;
+    }
+}
+
+impl<V: Machine> Pieces<V> {
+    /// Ends the pieces of these lanes at `upto` of their parts, wherever they end.
+    #[inline(always)]
+    pub fn end_at(&mut self, simd: V, part: &Part<V>, upto: Floats<V>, (lanes, is_monotone): (Mask<V>, Mask<V>)) {
+        let place = (upto, part.value(simd, upto));
+        let front = part.between((all(simd, 0.0), part.f0), place);
+        let rest = part.between(place, (all(simd, 1.0), part.f1));
+        self.part = front.over(lanes, self.part);
+        self.rest = rest.over(lanes, self.rest);
+        self.upto = lanes.select(upto, self.upto);
+        self.is_monotone = lanes.select(is_monotone, self.is_monotone);
+    }
+}
+
+/// Cuts parts of frusta at the knots of a transfer function.
+pub(super) struct Cutter<'c, 't, V: Machine> {
+    pub simd: V,
+    pub spans: &'c SpanTables<'t>,
+    /// Lanes whose parts are known to be monotone.
+    pub is_monotone: Mask<V>,
+}
+
+impl<V: Machine> Cutter<'_, '_, V> {
+    /// The piece of each `active` lane's part: all of it where its values stay in one span, else up to where they turn
+    /// or meet the next knot. Lanes of frusta that only scalar code can cut are added to `scalar`. Spans are searched from `near`.
+    #[inline(always)]
+    pub fn pieces(&self, part: Part<V>, near: Numbers<V>, active: u32, scalar: &mut u32) -> Pieces<V> {
+        let Cutter { simd, spans, .. } = *self;
+        let [least, most] = part.within();
+        let Found { span, low, high } = spans.find(simd, least, near, mask::<V>(simd, active));
+        let is_whole = if spans.has_steps {
+            let margin = part.reach() * 8.0;
+            low.simd_le(least - margin) & (most + margin).simd_le(high)
+        } else {
+            most.simd_le(high)
+        };
+        let cut = (!is_whole).to_bitmask() as u32 & active & !*scalar;
+        if cut == 0 {
+            return self.whole(part, span);
+        }
+        if spans.has_steps {
+            *scalar |= cut;
+            return self.whole(part, span);
+        }
+        self.cut(part, span, cut)
+    }
+
+    /// Parts that stay in their spans.
+    #[inline(always)]
+    pub fn whole(&self, part: Part<V>, span: Numbers<V>) -> Pieces<V> {
+        Pieces { part, span, upto: all(self.simd, 1.0), more: 0, rest: part, is_monotone: self.is_monotone }
+    }
+
+    /// The pieces of the lanes of `cut` up to where their parts turn or meet the next knot.
+    #[inline(always)]
+    fn cut(&self, part: Part<V>, span: Numbers<V>, cut: u32) -> Pieces<V> {
+        let Cutter { simd, spans, is_monotone } = *self;
+        let (one, is_cut) = (all(simd, 1.0), mask::<V>(simd, cut));
+        let extremum = part.extremum(simd);
+        let turns = extremum.exists & !is_monotone;
+        let (u, f) = (turns.select(extremum.place.0, one), turns.select(extremum.place.1, part.f1));
+        let front = part.between((all(simd, 0.0), part.f0), (u, f));
+        let is_rising = part.f0.simd_le(f);
+        let start = spans.find(simd, part.f0, span, is_cut);
+        // A falling part that begins on a knot lies below it.
+        let is_below = is_cut & !is_rising & part.f0.simd_eq(start.low);
+        let start = if is_below.any_true() {
+            let span = start.span - is_below.select(number(simd, 1), number(simd, 0));
+            spans.at(simd, span)
+        } else {
+            start
+        };
+        let knot = is_rising.select(start.high, start.low);
+        let start = start.span;
+        let crosses = is_rising.select(knot.simd_lt(f), f.simd_lt(knot));
+        let place = (crosses.select(u * front.solve(simd, knot), u), crosses.select(knot, f));
+        let piece = part.between((all(simd, 0.0), part.f0), place);
+        let rest = part.between(place, (one, part.f1));
+        let goes_on = is_cut & (crosses | turns);
+        Pieces {
+            part: piece.over(is_cut, part),
+            span: is_cut.select(start, span),
+            upto: goes_on.select(place.0, one),
+            more: goes_on.to_bitmask() as u32,
+            rest,
+            // What follows a part that does not turn, or is cut where it turns, is monotone.
+            is_monotone: is_monotone | !turns | !crosses,
+        }
+    }
+}

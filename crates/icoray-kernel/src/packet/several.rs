@@ -1,0 +1,250 @@
+//! The frusta of a packet in a scene of several volumes, or of one whose opacity is that of another field: a piece of
+//! each in a turn, up to the next knot of any of the transfer functions.
+
+use super::blend::{Blend, VolumeNodes, VolumePiece};
+use super::cut::{Cutter, Pieces};
+use super::integral::LARGEST_EPS;
+use super::lanes::{Lanes, lanes_of};
+use super::layers::{Crossing, Layers};
+use super::light::{GradientCourse, Slopes};
+use super::medium::{Medium, SpanTables, number};
+use super::part::{Part, all};
+use super::piece::LEAST_FRACTION;
+use super::read::{LARGEST, Source};
+use super::{Packet, mask};
+use crate::general::PacketVolumes;
+use fearless_simd::prelude::*;
+use icoray_grid::gradient::Gradients;
+use icoray_simd::{Floats, Machine, Mask};
+
+/// What the volumes of a scene are read from.
+pub(super) struct VolumeTables<'t> {
+    /// Transfer functions with their fields.
+    maps: Vec<(Source<'t>, SpanTables<'t>)>,
+    volumes: Vec<VolumeTable<'t>>,
+}
+
+/// A volume: the numbers of the maps of its extinction and of its colour, and the gradients of the former's field.
+struct VolumeTable<'t> {
+    extinction: usize,
+    color: usize,
+    slopes: Slopes<'t>,
+}
+
+impl<'t> VolumeTables<'t> {
+    /// The tables of volumes between this number of layers, with the gradients of each where there is light; `None` where
+    /// they are too long for gathers.
+    pub fn new(volumes: &'t PacketVolumes<'_>, gradients: &[&'t Gradients], layers: usize) -> Option<Self> {
+        let mut maps = Vec::new();
+        for map in &volumes.maps {
+            maps.push((Source::new(map.samples), SpanTables::new(&map.spans)?));
+        }
+        let mut tables = Vec::new();
+        for (k, [extinction, color]) in volumes.maps_of.iter().copied().enumerate() {
+            let slopes = match gradients.get(k) {
+                Some(gradients) => Slopes::new(gradients, layers)?,
+                None => Slopes::None,
+            };
+            tables.push(VolumeTable { extinction, color, slopes });
+        }
+        Some(VolumeTables { maps, volumes: tables })
+    }
+}
+
+/// The frusta of a packet's lanes in several fields.
+pub(super) struct VolumeLanes<'p, V: Machine> {
+    tables: &'p VolumeTables<'p>,
+    maps: Vec<MapLanes<V>>,
+    /// The gradients along the frusta, of each volume.
+    courses: Vec<GradientCourse<V>>,
+    nodes: Vec<VolumeNodes<V>>,
+}
+
+/// What a map shows of each lane's frustum.
+struct MapLanes<V: Machine> {
+    /// What is left of the frustum, and whether the scalar is known to be monotone there.
+    rest: Part<V>,
+    is_monotone: Mask<V>,
+    /// Lanes with all values.
+    is_there: Mask<V>,
+    pieces: Pieces<V>,
+    medium: Medium<V>,
+}
+
+impl<'p, V: Machine> VolumeLanes<'p, V> {
+    /// No rays.
+    #[inline(always)]
+    pub fn new(simd: V, tables: &'p VolumeTables<'p>) -> Self {
+        let no = <Mask<V> as SimdMask<V>>::splat(simd, false);
+        let (part, span) = (Part::none(simd), number(simd, 0));
+        let mut maps = Vec::new();
+        for (_, spans) in &tables.maps {
+            let cutter = Cutter { simd, spans, is_monotone: no };
+            let (pieces, medium) = (cutter.whole(part, span), spans.medium(simd, span));
+            maps.push(MapLanes { rest: part, is_monotone: no, is_there: no, pieces, medium });
+        }
+        let mut courses = Vec::new();
+        courses.resize_with(tables.volumes.len(), || GradientCourse::none(simd));
+        VolumeLanes { tables, maps, courses, nodes: Vec::with_capacity(tables.volumes.len()) }
+    }
+
+    /// Reads the frusta of the lanes `new`; returns those with values beyond all bounds, and those in which each volume
+    /// misses a value.
+    #[inline(always)]
+    fn enter<L: Layers>(&mut self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, L::End<V>>, new: u32) -> [u32; 2] {
+        let is_new = mask::<V>(simd, new);
+        let way = L::way(lanes, crossing);
+        let [a, b, c] = lanes.cells;
+        let mut beyond = 0;
+        for (map, (source, _)) in self.maps.iter_mut().zip(&self.tables.maps) {
+            let bases = [source.bases(simd, a, new), source.bases(simd, b, new), source.bases(simd, c, new)];
+            let vertices = source.read_from(simd, lanes, bases, new);
+            let [f0, f1, kappa] = source.normalised(simd, &vertices, &way);
+            let read = Part { f0, f1, kappa, eps: crossing.eps, length: crossing.length };
+            let mut is_there = !source.not_finite(simd, &vertices);
+            if let Some(missing) = source.missing(simd, &vertices) {
+                is_there &= !missing;
+            }
+            let is_usual =
+                (f0.abs() + f1.abs() + kappa.abs()).simd_le(LARGEST) & crossing.eps.abs().simd_lt(LARGEST_EPS);
+            beyond |= (is_there & !is_usual).to_bitmask() as u32 & new;
+            map.rest = read.over(is_new, map.rest);
+            map.is_monotone &= !is_new;
+            map.is_there = is_new.select(is_there, map.is_there);
+        }
+        let there = self.tables.volumes.iter().fold(0, |there, volume| there | self.there(volume).to_bitmask() as u32);
+        [beyond, new & !there]
+    }
+
+    /// Lanes in whose frusta no value of a volume is missing.
+    #[inline(always)]
+    fn there(&self, volume: &VolumeTable) -> Mask<V> {
+        self.maps[volume.extinction].is_there & self.maps[volume.color].is_there
+    }
+
+    /// The pieces of `active` lanes, which end where the first of the maps has a knot, or at `fraction` of that; returns
+    /// this place, and the lanes with steps of transfer functions, which only scalar code crosses.
+    #[inline(always)]
+    fn cut(&mut self, simd: V, active: u32, fraction: Floats<V>) -> (Floats<V>, u32) {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let mut steps = 0;
+        for (map, (_, spans)) in self.maps.iter_mut().zip(&self.tables.maps) {
+            let cutter = Cutter { simd, spans, is_monotone: map.is_monotone };
+            let there = active & map.is_there.to_bitmask() as u32;
+            map.pieces = cutter.pieces(map.rest, map.pieces.span, there, &mut steps);
+            map.medium = spans.medium(simd, map.pieces.span);
+        }
+        let mut upto = one;
+        for volume in &self.tables.volumes {
+            let (is_there, extinction) = (self.there(volume), &self.maps[volume.extinction]);
+            let is_dark = extinction.medium.extinction.simd_le(0.0) & extinction.medium.slope.simd_eq(zero);
+            upto = is_there.select(upto.min(extinction.pieces.upto), upto);
+            if volume.color != volume.extinction {
+                let color = &self.maps[volume.color];
+                upto = (is_there & !is_dark).select(upto.min(color.pieces.upto), upto);
+            }
+        }
+        let upto = upto * fraction;
+        for map in &mut self.maps {
+            let is_other = !map.pieces.upto.simd_eq(upto);
+            if is_other.any_true() {
+                map.pieces.end_at(simd, &map.rest, upto, (is_other, map.is_monotone));
+            }
+        }
+        (upto, steps)
+    }
+
+    /// Reads the gradients along the frusta of the lanes `new`, of the volumes that any of them shows.
+    #[inline(always)]
+    fn enter_light<L: Layers>(&mut self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, L::End<V>>, new: u32) {
+        for (volume, course) in self.tables.volumes.iter().zip(&mut self.courses) {
+            let map = &self.maps[volume.extinction];
+            let is_dark =
+                map.medium.extinction.simd_le(0.0) & map.medium.slope.simd_eq(0.0) & map.pieces.upto.simd_eq(1.0);
+            if new & (!is_dark).to_bitmask() as u32 != 0 {
+                course.put(mask::<V>(simd, new), volume.slopes.read(simd, lanes, &L::way(lanes, crossing)));
+            }
+        }
+    }
+
+    /// The volumes at the places of the pieces.
+    #[inline(always)]
+    fn find_nodes(&mut self, simd: V) {
+        self.nodes.clear();
+        for volume in &self.tables.volumes {
+            let (extinction, color) = (&self.maps[volume.extinction], &self.maps[volume.color]);
+            let piece = VolumePiece {
+                extinction: (&extinction.pieces.part, &extinction.medium),
+                color: (&color.pieces.part, &color.medium),
+                is_there: extinction.is_there & color.is_there,
+            };
+            self.nodes.push(VolumeNodes::new(simd, &piece));
+        }
+    }
+
+    /// Goes on behind the pieces of the lanes of `more`.
+    #[inline(always)]
+    fn go_on(&mut self, more: Mask<V>) {
+        for map in &mut self.maps {
+            map.rest = map.pieces.rest.over(more, map.rest);
+            map.is_monotone = more.select(map.pieces.is_monotone, map.is_monotone);
+        }
+    }
+}
+
+impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
+    /// [`Packet::frusta`] in several fields.
+    #[inline(always)]
+    pub(super) fn several_frusta(&mut self, crossing: &Crossing<V, L::End<V>>, inside: u32) {
+        let simd = self.simd;
+        let Some(volumes) = &mut self.volumes else { return };
+        let new = inside & !self.mid;
+        self.counts.frusta += u64::from(new.count_ones());
+        let (mut active, mut scalar) = (inside, 0);
+        if new != 0 {
+            self.lit.enter(simd, mask::<V>(simd, new), crossing.eps);
+            let [beyond, void] = volumes.enter::<L>(simd, &self.lanes, crossing, new);
+            self.counts.void_frusta += u64::from(void.count_ones());
+            (active, scalar) = (active & !void, beyond);
+        }
+        self.mid = 0;
+        if !self.tracer.integrates {
+            return;
+        }
+        let (upto, steps) = volumes.cut(simd, active, self.lit.fraction);
+        scalar |= steps & new;
+        active &= !scalar;
+        if N == 4 {
+            volumes.enter_light::<L>(simd, &self.lanes, crossing, new & active);
+        }
+        volumes.find_nodes(simd);
+        let from = self.lit.from;
+        let to = upto.mul_add(all(simd, 1.0) - from, from);
+        let shading = self.shading.as_ref().filter(|_| N == 4);
+        let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
+        let Blend { light, off, absorbs } = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
+        // What pieces before have left of theirs, under light.
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let color_tolerance = self.color_tolerance.max(LEAST_TOLERANCE);
+        let earned = (self.lanes.alpha * color_tolerance - self.lanes.error).max(zero);
+        let earned = if N == 4 { earned } else { zero };
+        let through = (one - self.lanes.alpha).max(f32::MIN_POSITIVE);
+        let is_far = ((off - color_tolerance) * light.alpha * through).simd_gt(earned);
+        let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION);
+        let left = (is_far & has_room & absorbs).to_bitmask() as u32 & active;
+        let taken = active & !left;
+        let shown = mask::<V>(simd, taken) & absorbs;
+        let more = taken & upto.simd_lt(one).to_bitmask() as u32;
+        volumes.go_on(mask::<V>(simd, more));
+        self.lanes.add(simd, shown, &light);
+        self.mid = more | left;
+        self.lit.go_on(simd, mask::<V>(simd, taken), mask::<V>(simd, left), to);
+        for lane in lanes_of(scalar) {
+            self.scene_frustum(lane, crossing);
+        }
+        self.end(active);
+    }
+}
+
+/// Rounding in single precision leaves no smaller differences of colours.
+const LEAST_TOLERANCE: f32 = 4.0 * f32::EPSILON;
