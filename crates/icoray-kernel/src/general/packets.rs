@@ -89,9 +89,8 @@ impl<'f> PacketScene<'f> {
 }
 
 impl KernelScene<'_> {
-    /// Whether there is no more than one volume, whose opacity is that of its own field: then the shade of a piece has
-    /// an error of its own.
-    pub fn has_one_field_of_volume(&self) -> bool {
+    /// Whether there is no more than one volume, whose opacity is that of its own field.
+    fn has_one_field_of_volume(&self) -> bool {
         match self.media.as_slice() {
             [] => true,
             [medium] => medium.color.is_of(&medium.extinction),

@@ -4,10 +4,12 @@
 //! the mean colour of the light that is absorbed. Where that is not near enough, the lane takes half of the piece.
 
 use super::integral::{Light, absorbed_by, bend_factor};
+use super::lanes::Lanes;
 use super::light::{Change, GradientCourse, Lit, Shade};
 use super::medium::Medium;
 use super::part::{Part, all};
 use super::turn::Spread;
+use crate::lit::ADVANCE;
 use crate::piece::THIN;
 use crate::shade::RayShading;
 use fearless_simd::prelude::*;
@@ -24,6 +26,8 @@ pub(super) struct VolumePiece<'p, V: Machine> {
 
 /// A volume at the start, in the middle and at the end of the pieces.
 pub(super) struct VolumeNodes<V: Machine> {
+    /// The number of the volume.
+    number: usize,
     extinction: [Floats<V>; 3],
     color: [[Floats<V>; 3]; 3],
     /// Optical depth of the whole piece, and of its first half.
@@ -35,7 +39,7 @@ pub(super) struct VolumeNodes<V: Machine> {
 
 impl<V: Machine> VolumeNodes<V> {
     #[inline(always)]
-    pub fn new(simd: V, piece: &VolumePiece<'_, V>) -> Self {
+    pub fn new(simd: V, number: usize, piece: &VolumePiece<'_, V>) -> Self {
         let ((part, medium), (color_part, color)) = (piece.extinction, piece.color);
         let (zero, half) = (all(simd, 0.0), all(simd, 0.5));
         let middle = part.value(simd, half);
@@ -53,6 +57,7 @@ impl<V: Machine> VolumeNodes<V> {
             [colors(simd, color, color_part.f0), colors(simd, color, at), colors(simd, color, color_part.f1)];
         let thickened = part.length * medium.slope.abs() * part.reach();
         VolumeNodes {
+            number,
             extinction,
             color: color_at,
             depth: [shown(whole), shown(front)],
@@ -121,10 +126,13 @@ fn changes<V: Machine>(simd: V, colors: &[[Floats<V>; 3]; 3], brightest: Floats<
 pub(super) struct Blend<V: Machine> {
     pub light: Light<V>,
     /// Error of the colour per absorbed light.
-    pub off: Floats<V>,
+    off: Floats<V>,
     /// Lanes in which anything is absorbed.
     pub absorbs: Mask<V>,
 }
+
+/// Rounding in single precision leaves no smaller differences of colours.
+const LEAST_TOLERANCE: f32 = 4.0 * f32::EPSILON;
 
 /// Light on the volumes: the ray's, the frame's, the gradients of each volume, and the range of the frustum.
 pub(super) type Lighting<'l, V> = (&'l Lit<V>, &'l RayShading<f32>, &'l [GradientCourse<V>], [Floats<V>; 2]);
@@ -143,7 +151,8 @@ impl<V: Machine> Blend<V> {
         let (mut shade_off, mut sharpness) = (zero, 0.0);
         if let Some((lit, shading, courses, range)) = lighting {
             let (mut sum, mut off) = (all(simd, f32::MIN_POSITIVE), zero);
-            for (volume, course) in volumes.iter_mut().zip(courses) {
+            for volume in volumes.iter_mut() {
+                let course = &courses[volume.number];
                 let [share, shade_off] = volume.shade(simd, &through, (lit, shading), (course, range));
                 (sum, off) = (sum + share, share.mul_add(shade_off, off));
             }
@@ -178,6 +187,17 @@ impl<V: Machine> Blend<V> {
         };
         // No number is no depth.
         Blend { light, off, absorbs: depth.simd_gt(0.0) }
+    }
+
+    /// Lanes whose rays cannot afford the error of their pieces, from what pieces before have left of theirs and an
+    /// advance.
+    #[inline(always)]
+    pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
+        let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
+        let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
+        ((self.off - color_tolerance) * self.light.alpha * through).simd_gt(earned) & self.absorbs
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{CoreHit, Crossing, Layers};
-use super::part::all;
+use super::part::{Part, all};
 use super::read::{Source, Vertices};
 use super::start::Start;
 use super::{MOST, Packet};
@@ -155,13 +155,16 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
 
     /// Lanes whose frusta an isosurface may lie in.
     #[inline(always)]
-    fn at_isosurfaces(&self, simd: V, lanes: &Lanes<V>, new: u32) -> u32 {
+    fn at_isosurfaces<L: Layers>(&self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, L::End<V>>, new: u32) -> u32 {
         let mut met = 0;
+        let way = L::way(lanes, crossing);
         for (source, values) in &self.tables.isosurfaces {
             let [a, b, c] = lanes.cells;
             let bases = [source.bases(simd, a, new), source.bases(simd, b, new), source.bases(simd, c, new)];
             let vertices = source.read_from(simd, lanes, bases, new);
-            let [low, high] = range::<V>(&vertices);
+            let [f0, f1, kappa] = source.normalised(simd, &vertices, &way);
+            let course = Part { f0, f1, kappa, eps: crossing.eps, length: crossing.length };
+            let [low, high] = range(simd, &vertices, &course);
             for value in values {
                 let value = all(simd, *value);
                 met |= (low.simd_le(value) & value.simd_le(high)).to_bitmask() as u32;
@@ -171,16 +174,21 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
     }
 }
 
-/// Least and greatest value at the vertices, and a little more.
+/// A range that holds all values along each frustum, and a little more.
 #[inline(always)]
-fn range<V: Machine>(vertices: &Vertices<V>) -> [Floats<V>; 2] {
+fn range<V: Machine>(simd: V, vertices: &Vertices<V>, course: &Part<V>) -> [Floats<V>; 2] {
     /// More than rounding to single precision does to a value.
-    const SLACK: f32 = 4.0 * f32::EPSILON;
+    const SLACK: f32 = 16.0 * f32::EPSILON;
+    /// [`Part::within`] bounds the values of rounder frusta.
+    const LEAST_EPS: f32 = -0.7;
     let Vertices { low: [a, b, c], high: [d, e, f] } = *vertices;
     let low = a.min(b).min(c).min(d.min(e).min(f));
     let high = a.max(b).max(c).max(d.max(e).max(f));
     let slack = low.abs().max(high.abs()) * SLACK;
-    [low - slack, high + slack]
+    let is_round = course.eps.simd_gt(all(simd, LEAST_EPS));
+    let [least, most] = course.within();
+    let (least, most) = (is_round.select(least.max(low), low), is_round.select(most.min(high), high));
+    [least - slack, most + slack]
 }
 
 impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
@@ -196,7 +204,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             met |= scene.at_radii(self.simd, &self.lanes, crossing);
         }
         if !tables.isosurfaces.is_empty() {
-            met |= scene.at_isosurfaces(self.simd, &self.lanes, new);
+            met |= scene.at_isosurfaces::<L>(self.simd, &self.lanes, crossing, new);
         }
         met &= new & !hidden;
         for lane in lanes_of(met) {

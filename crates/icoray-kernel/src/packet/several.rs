@@ -71,6 +71,14 @@ struct MapLanes<V: Machine> {
     medium: Medium<V>,
 }
 
+impl<V: Machine> MapLanes<V> {
+    /// Lanes whose pieces have no extinction.
+    #[inline(always)]
+    fn is_dark(&self) -> Mask<V> {
+        self.medium.extinction.simd_le(0.0) & self.medium.slope.simd_eq(0.0)
+    }
+}
+
 impl<'p, V: Machine> VolumeLanes<'p, V> {
     /// No rays.
     #[inline(always)]
@@ -126,7 +134,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
     /// this place, and the lanes with steps of transfer functions, which only scalar code crosses.
     #[inline(always)]
     fn cut(&mut self, simd: V, active: u32, fraction: Floats<V>) -> (Floats<V>, u32) {
-        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let one = all(simd, 1.0);
         let mut steps = 0;
         for (map, (_, spans)) in self.maps.iter_mut().zip(&self.tables.maps) {
             let cutter = Cutter { simd, spans, is_monotone: map.is_monotone };
@@ -137,11 +145,10 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         let mut upto = one;
         for volume in &self.tables.volumes {
             let (is_there, extinction) = (self.there(volume), &self.maps[volume.extinction]);
-            let is_dark = extinction.medium.extinction.simd_le(0.0) & extinction.medium.slope.simd_eq(zero);
             upto = is_there.select(upto.min(extinction.pieces.upto), upto);
             if volume.color != volume.extinction {
                 let color = &self.maps[volume.color];
-                upto = (is_there & !is_dark).select(upto.min(color.pieces.upto), upto);
+                upto = (is_there & !extinction.is_dark()).select(upto.min(color.pieces.upto), upto);
             }
         }
         let upto = upto * fraction;
@@ -159,27 +166,31 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
     fn enter_light<L: Layers>(&mut self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, L::End<V>>, new: u32) {
         for (volume, course) in self.tables.volumes.iter().zip(&mut self.courses) {
             let map = &self.maps[volume.extinction];
-            let is_dark =
-                map.medium.extinction.simd_le(0.0) & map.medium.slope.simd_eq(0.0) & map.pieces.upto.simd_eq(1.0);
+            let is_dark = map.is_dark() & map.pieces.upto.simd_eq(1.0);
             if new & (!is_dark).to_bitmask() as u32 != 0 {
                 course.put(mask::<V>(simd, new), volume.slopes.read(simd, lanes, &L::way(lanes, crossing)));
             }
         }
     }
 
-    /// The volumes at the places of the pieces.
+    /// The volumes that any of the `active` lanes shows, at the places of the pieces; false where there are none.
     #[inline(always)]
-    fn find_nodes(&mut self, simd: V) {
+    fn find_nodes(&mut self, simd: V, active: u32) -> bool {
         self.nodes.clear();
-        for volume in &self.tables.volumes {
+        for (number, volume) in self.tables.volumes.iter().enumerate() {
             let (extinction, color) = (&self.maps[volume.extinction], &self.maps[volume.color]);
+            let is_dark = extinction.is_dark() | !extinction.is_there;
+            if (!is_dark).to_bitmask() as u32 & active == 0 {
+                continue;
+            }
             let piece = VolumePiece {
                 extinction: (&extinction.pieces.part, &extinction.medium),
                 color: (&color.pieces.part, &color.medium),
                 is_there: extinction.is_there & color.is_there,
             };
-            self.nodes.push(VolumeNodes::new(simd, &piece));
+            self.nodes.push(VolumeNodes::new(simd, number, &piece));
         }
+        !self.nodes.is_empty()
     }
 
     /// Goes on behind the pieces of the lanes of `more`.
@@ -217,26 +228,24 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         if N == 4 {
             volumes.enter_light::<L>(simd, &self.lanes, crossing, new & active);
         }
-        volumes.find_nodes(simd);
         let from = self.lit.from;
         let to = upto.mul_add(all(simd, 1.0) - from, from);
-        let shading = self.shading.as_ref().filter(|_| N == 4);
-        let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
-        let Blend { light, off, absorbs } = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
-        // What pieces before have left of theirs, under light.
-        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
-        let color_tolerance = self.color_tolerance.max(LEAST_TOLERANCE);
-        let earned = (self.lanes.alpha * color_tolerance - self.lanes.error).max(zero);
-        let earned = if N == 4 { earned } else { zero };
-        let through = (one - self.lanes.alpha).max(f32::MIN_POSITIVE);
-        let is_far = ((off - color_tolerance) * light.alpha * through).simd_gt(earned);
-        let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION);
-        let left = (is_far & has_room & absorbs).to_bitmask() as u32 & active;
+        let (mut left, mut shown) = (0, None);
+        if volumes.find_nodes(simd, active) {
+            let shading = self.shading.as_ref().filter(|_| N == 4);
+            let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
+            let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
+            let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION) & (to - from).simd_gt(LEAST_PART);
+            let is_far = blend.is_far(simd, &self.lanes, self.color_tolerance);
+            left = (is_far & has_room).to_bitmask() as u32 & active;
+            shown = Some(blend);
+        }
         let taken = active & !left;
-        let shown = mask::<V>(simd, taken) & absorbs;
-        let more = taken & upto.simd_lt(one).to_bitmask() as u32;
+        let more = taken & upto.simd_lt(1.0).to_bitmask() as u32;
         volumes.go_on(mask::<V>(simd, more));
-        self.lanes.add(simd, shown, &light);
+        if let Some(Blend { light, absorbs, .. }) = shown {
+            self.lanes.add(simd, mask::<V>(simd, taken) & absorbs, &light);
+        }
         self.mid = more | left;
         self.lit.go_on(simd, mask::<V>(simd, taken), mask::<V>(simd, left), to);
         for lane in lanes_of(scalar) {
@@ -246,5 +255,6 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     }
 }
 
-/// Rounding in single precision leaves no smaller differences of colours.
-const LEAST_TOLERANCE: f32 = 4.0 * f32::EPSILON;
+/// A piece that is no longer than this part of its frustum is taken as it is: where the extinction of all volumes goes to
+/// zero towards its end, colours differ in any part of it.
+const LEAST_PART: f32 = 1e-5;

@@ -43,8 +43,8 @@ impl Rays for MultiVolume<'_, '_> {
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
         let packets = self.packets.as_ref();
-        let is_single = packets.is_some() && self.world.has_one_field_of_volume();
-        let budget = if is_single { allowed_to_single(scene, quality) } else { allowed(scene, quality) };
+        // In packets the shade of a piece has an error of its own.
+        let budget = if packets.is_some() { allowed_to_single(scene, quality) } else { allowed(scene, quality) };
         // Before there are tiles, each of which would ask for them.
         self.get_ready();
         MultiVolumeTracer {

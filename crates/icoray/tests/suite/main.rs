@@ -12,6 +12,7 @@ mod labels;
 mod lit;
 mod memory_limit;
 mod mixed;
+mod mixed_packets;
 mod native;
 mod parts;
 mod samples;
