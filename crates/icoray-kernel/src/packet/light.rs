@@ -283,9 +283,9 @@ impl<V: Machine> Shade<V> {
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
         light.error = light.error.mul_add(self.body, light.alpha * self.off);
-        let rounded = light.alpha * (0.25 * f32::EPSILON * common.sharpness);
+        let deviation = light.alpha * common.deviation;
         let scale = self.body.max(all(simd, 1.0));
-        light.variance = light.variance * scale * scale + rounded * rounded;
+        light.variance = light.variance * scale * scale + deviation * deviation;
     }
 
     /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable) and
