@@ -133,15 +133,20 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     return vec2f(s.specular * highlight, s.specular * off);
 }
 
+// The gradients of devices are not packed.
+fn ray_shading_deviation(s: RayShading) -> f32 {
+    return 0.5 * ROUNDING * s.sharpness;
+}
+
 fn ray_shading_apply(s: RayShading, light: Radiance, mean: MeanShade, change: vec3f) -> Radiance {
-    let rounded = 0.5 * ROUNDING * s.sharpness * light.alpha;
+    let deviation = ray_shading_deviation(s) * light.alpha;
     let body = mean.shade.body;
     let scale = max(body, 1.0);
     return Radiance(
         light.color * body + light.alpha * (mean.shade.highlight + mean.tilt * change),
         light.alpha,
         light.error * body + light.alpha * mean.off,
-        light.variance * scale * scale + rounded * rounded,
+        light.variance * scale * scale + deviation * deviation,
     );
 }
 

@@ -19,6 +19,7 @@ use super::piece::Radiance;
 use super::turn::{NormalTurn, direction, dot};
 use glam::DVec3;
 use icoray_grid::array::MapInline;
+use icoray_grid::gradient::Gradients;
 use icoray_grid::real::Real;
 
 /// Reflectance of surfaces, and the direction of the light (Blinn and Phong's model).
@@ -34,6 +35,8 @@ pub struct Shading {
     pub shininess: f64,
     /// Unit vector towards the light; `None` is a headlight, at the eye.
     pub towards_light: Option<DVec3>,
+    /// Whether the gradients are packed ([`Gradients::Packed`]), which turns the normals a little.
+    pub is_packed: bool,
 }
 
 /// [`Shading`] for one ray.
@@ -53,6 +56,8 @@ pub struct RayShading<T> {
     pub halfway: [T; 3],
     /// The larger of 4 and the exponent: squared ratio of the change of a shade to the turn of its normal.
     pub sharpness: T,
+    /// Standard deviation of a shade ([`Shading::deviation`]).
+    pub deviation: T,
 }
 
 /// Factor for the surface's own colour, and the white highlight.
@@ -97,6 +102,19 @@ impl Shading {
         2.0 * T::ROUNDING * (4.0 * brightest + 3.0 * self.shininess.max(4.0) * self.specular)
     }
 
+    /// Standard deviation of a shade: what rounding of the shade gives to it, the more the sharper the highlight is, and
+    /// what rounding of packed gradients does. A normal that turns by a small angle changes the body by `diffuse` times
+    /// that at most, the highlight by `0.61 √shininess specular` times that, but hardly ever both.
+    #[inline]
+    pub fn deviation<T: Real>(&self) -> f64 {
+        let rounded = 0.5 * T::ROUNDING * self.shininess.max(4.0);
+        if !self.is_packed {
+            return rounded;
+        }
+        let steepest = self.diffuse.hypot(0.61 * self.shininess.sqrt() * self.specular);
+        rounded.hypot(Gradients::PACKED_TURN * steepest)
+    }
+
     /// The lighting of rays along `dir`.
     #[inline]
     pub fn along<T: Real>(&self, dir: DVec3) -> RayShading<T> {
@@ -111,6 +129,7 @@ impl Shading {
             light: light.to_array().map_inline(T::of),
             halfway: halfway.to_array().map_inline(T::of),
             sharpness: T::of(self.shininess.max(4.0)),
+            deviation: T::of(self.deviation::<T>()),
         }
     }
 }
@@ -196,8 +215,8 @@ impl<T: Real> RayShading<T> {
         (self.specular * highlight, self.specular * off)
     }
 
-    /// `light` under `mean`; its colour changes by `change` from start to end. Shades are rounded too, the sharper the
-    /// more.
+    /// `light` under `mean`; its colour changes by `change` from start to end. The shade's own deviation is added to that
+    /// of the light.
     #[inline(always)]
     pub fn apply(&self, mut light: Radiance<T>, mean: &MeanShade<T>, change: [T; 3]) -> Radiance<T> {
         let Shade { body, highlight } = mean.shade;
@@ -205,9 +224,9 @@ impl<T: Real> RayShading<T> {
             *channel = *channel * body + light.alpha * (highlight + mean.tilt * change);
         }
         light.error = light.error * body + light.alpha * mean.off;
-        let rounded = T::of(0.5 * T::ROUNDING) * self.sharpness * light.alpha;
+        let deviation = self.deviation * light.alpha;
         let scale = body.max(T::one());
-        light.variance = light.variance * scale * scale + rounded * rounded;
+        light.variance = light.variance * scale * scale + deviation * deviation;
         light
     }
 
@@ -224,7 +243,8 @@ impl<T: Real> RayShading<T> {
 mod tests {
     use super::*;
 
-    const SHADING: Shading = Shading { ambient: 0.2, diffuse: 0.7, specular: 0.5, shininess: 8.0, towards_light: None };
+    const SHADING: Shading =
+        Shading { ambient: 0.2, diffuse: 0.7, specular: 0.5, shininess: 8.0, towards_light: None, is_packed: false };
 
     #[test]
     fn a_headlight_shines_fully_on_what_faces_it_from_either_side() {

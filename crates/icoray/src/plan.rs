@@ -72,6 +72,7 @@ impl Plan {
             diffuse: l.diffuse,
             specular: l.specular,
             shininess: l.shininess,
+            is_packed: false,
             towards_light: match l.source {
                 Source::Headlight => None,
                 Source::Sun { lon_deg, lat_deg } => {

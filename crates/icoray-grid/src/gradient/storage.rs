@@ -17,6 +17,10 @@ pub enum Gradients {
 }
 
 impl Gradients {
+    /// Standard deviation of the angle by which packing turns a gradient in any one direction across it, at most: the
+    /// largest component has 2^16 units at least, and all are rounded to whole ones, by 1/√12 of a unit.
+    pub const PACKED_TURN: f64 = 0.288_675_134_594_812_9 / (1u32 << (BITS - 2)) as f64;
+
     /// No gradients, for a picture without lighting.
     pub fn none() -> Self {
         Gradients::Whole(Vec::new())
@@ -195,6 +199,26 @@ mod tests {
             }
         }
         assert!(worst > 1e-6, "{worst}");
+    }
+
+    /// Gradients whose largest component is just above a power of two are turned by as much as is told, others by less.
+    #[test]
+    fn packed_gradients_turn_as_told() {
+        for (size, least, most) in [(1.0f32, 0.85, 1.0), (1.9, 0.4, 0.6)] {
+            let mut sum = 0.0;
+            let count = 20_000;
+            for i in 0..count {
+                let [a, b] = [0.618_034, 0.414_214].map(|step| (i as f32 * step).fract() * 0.2 - 0.1);
+                let gradient = [size * (1.0 + 0.01 * a), size * a, size * b];
+                let near = unpack(u64::of(gradient)).map(f64::from);
+                let [x, y, z] = gradient.map(f64::from);
+                // Across the gradient and the third axis.
+                sum += ((near[0] * y - near[1] * x) / (x * x + y * y)).powi(2);
+                assert!((near[2] - z).abs() < 1e-5);
+            }
+            let part = (sum / f64::from(count)).sqrt() / Gradients::PACKED_TURN;
+            assert!((least..=most).contains(&part), "{size}: {part}");
+        }
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Which layers of which columns hold values that are not clear, read as fast as memory gives them.
 
-use super::{Sample, Samples};
+use super::{Sample, Samples, VECTOR};
 use crate::real::Real;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch, prelude::*, u32x16};
 
 /// Columns that are read side by side where layers lie apart.
 const SIDE: usize = 1024;
@@ -22,11 +22,18 @@ impl<S: Sample> Samples<'_, S> {
         first: usize,
         cells: &mut [[u32; R]],
     ) {
-        dispatch!(level, _simd => self.outside_of(ranges, bits, first, cells));
+        dispatch!(level, simd => self.outside_of(simd, ranges, bits, first, cells));
     }
 
     #[inline(always)]
-    fn outside_of<const R: usize>(&self, ranges: &[Stored<S>; R], bits: &[u32], first: usize, cells: &mut [[u32; R]]) {
+    fn outside_of<V: Simd, const R: usize>(
+        &self,
+        simd: V,
+        ranges: &[Stored<S>; R],
+        bits: &[u32],
+        first: usize,
+        cells: &mut [[u32; R]],
+    ) {
         let tests = ranges.map(|range| ClearTest { range, fill: self.fill_beside(range) });
         let stride = self.reading.elements.layer_stride();
         if stride.unsigned_abs() == 1 {
@@ -36,7 +43,10 @@ impl<S: Sample> Samples<'_, S> {
             for (i, cell) in cells.iter_mut().enumerate() {
                 let base = self.reading.elements.base(first + i);
                 let start = self.reading.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
-                *cell = joined(&self.data[start..start + bits.len()], bits, &tests);
+                let column = &self.data[start..start + bits.len()];
+                for (cell, test) in cell.iter_mut().zip(&tests) {
+                    *cell = test.joined(simd, column, bits);
+                }
             }
             return;
         }
@@ -121,49 +131,36 @@ impl<S: Sample> ClearTest<S> {
         let is_clear = (value >= low) & (value <= high) & (value != self.fill);
         if is_clear { 0 } else { bit }
     }
-}
 
-/// The bits of all layers of a column that fail each test.
-#[inline(always)]
-fn joined<S: Sample, const R: usize>(column: &[S], bits: &[u32], tests: &[ClearTest<S>; R]) -> [u32; R] {
-    let mut all = [0; R];
-    for (all, test) in all.iter_mut().zip(tests) {
-        *all = match column.len() {
-            0..4 => joined_by::<S, 1>(column, bits, test),
-            4..16 => joined_by::<S, 4>(column, bits, test),
-            _ => joined_by::<S, 16>(column, bits, test),
-        };
+    /// The `bits` of all values of a column that are not clear, joined.
+    #[inline(always)]
+    fn joined<V: Simd>(&self, simd: V, column: &[S], bits: &[u32]) -> u32 {
+        if column.len() < VECTOR {
+            return column.iter().zip(bits).fold(0, |all, (value, bit)| all | self.bit(*value, *bit));
+        }
+        let mut all = u32x16::splat(simd, 0);
+        for (values, bits) in column.as_chunks().0.iter().zip(bits.as_chunks().0) {
+            all |= self.bits(simd, values, bits);
+        }
+        // The last ones may look at some layers again.
+        if column.len() % VECTOR != 0
+            && let (Some(values), Some(bits)) = (column.last_chunk(), bits.last_chunk())
+        {
+            all |= self.bits(simd, values, bits);
+        }
+        let mut joined = 0;
+        for bits in all.as_slice() {
+            joined |= bits;
+        }
+        joined
     }
-    all
-}
 
-/// The same in loops of fixed size, which become vectors. The last one may look at some layers again.
-#[inline(always)]
-fn joined_by<S: Sample, const LANES: usize>(column: &[S], bits: &[u32], test: &ClearTest<S>) -> u32 {
-    let mut all = [0u32; LANES];
-    for (values, bits) in column.as_chunks().0.iter().zip(bits.as_chunks().0) {
-        join(&mut all, values, bits, test);
-    }
-    if let (Some(values), Some(bits)) = (column.last_chunk(), bits.last_chunk()) {
-        join(&mut all, values, bits, test);
-    }
-    let mut joined = 0;
-    for bits in all {
-        joined |= bits;
-    }
-    joined
-}
-
-/// Adds the bits of the values that fail a test.
-#[inline(always)]
-fn join<S: Sample, const LANES: usize>(
-    all: &mut [u32; LANES],
-    values: &[S; LANES],
-    bits: &[u32; LANES],
-    test: &ClearTest<S>,
-) {
-    for i in 0..LANES {
-        all[i] |= test.bit(values[i], bits[i]);
+    /// The bits of the values that are not clear; 0 for the others.
+    #[inline(always)]
+    fn bits<V: Simd>(&self, simd: V, values: &[S; VECTOR], bits: &[u32; VECTOR]) -> u32x16<V> {
+        let values = S::load(simd, values);
+        let is_clear = S::within(simd, values, self.range) & !S::equals(simd, values, self.fill);
+        is_clear.select(u32x16::splat(simd, 0), u32x16::load_array_ref(simd, bits))
     }
 }
 
@@ -222,6 +219,42 @@ mod tests {
             for fill in [None, Some(-1e30), Some(f64::from(-1e30f32))] {
                 check(&wide, wide.as_slice().into(), layers, fill);
                 check(&single, single.as_slice().into(), layers, fill);
+            }
+        }
+    }
+
+    /// Rows of all lengths, with values at the ends of the range, missing ones, NaN and zeros of both signs.
+    #[test]
+    fn vectors_find_what_single_values_do() {
+        fn compare<S: Sample>(special: &[S], test: ClearTest<S>) {
+            let mut state = 1u64;
+            let mut random = move || {
+                state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+                (state >> 33) as usize
+            };
+            for length in (0..80).cycle().take(4000) {
+                let value = |number: usize| match number % 5 {
+                    // Long stretches of clear values, so that a single other one is found.
+                    0 => special[number / 5 % special.len()],
+                    _ => S::near(0.5),
+                };
+                let row: Vec<S> = (0..length).map(|_| value(random())).collect();
+                let bits: Vec<u32> = (0..length).map(|_| 1 << (random() % 32) | 1 << (random() % 32)).collect();
+                let expected = row.iter().zip(&bits).fold(0, |all, (value, bit)| all | test.bit(*value, *bit));
+                for level in [Level::new(), Level::baseline()] {
+                    let found = dispatch!(level, simd => test.joined(simd, &row, &bits));
+                    assert_eq!(found, expected, "{length} values");
+                }
+            }
+        }
+        let special = [0.0f32, -0.0, f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.7, 0.2, -1e30, f32::MAX];
+        let ends = [0.2f32, 0.7].map(|end| [end.next_down(), end.next_up()]);
+        let special: Vec<f32> = [&special, ends.as_flattened()].concat();
+        let wide: Vec<f64> = special.iter().map(|value| (*value).into()).collect();
+        for range in [[0.2, 0.7], [-0.0, 0.7], [0.5, 0.5], [0.7, 0.2], [f32::MIN, f32::MAX]] {
+            for fill in [0.7, -1e30, 0.0, 0.5, f32::INFINITY, range[0].next_down()] {
+                compare(&special, ClearTest { range, fill });
+                compare(&wide, ClearTest { range: range.map(f64::from), fill: fill.into() });
             }
         }
     }

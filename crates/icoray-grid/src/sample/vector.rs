@@ -1,4 +1,4 @@
-//! Differences of samples, 16 at a time in the machine's vectors.
+//! Differences and comparisons of samples, 16 at a time in the machine's vectors.
 
 use crate::array::MapInline;
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16, prelude::*};
@@ -22,6 +22,9 @@ pub trait SampleVectors: Sized {
 
     /// Which of the samples are `value`.
     fn equals<V: Simd>(simd: V, samples: Self::Vector<V>, value: Self) -> mask32x16<V>;
+
+    /// Which of the samples are from `low` to `high`; NaN is not.
+    fn within<V: Simd>(simd: V, samples: Self::Vector<V>, range: [Self; 2]) -> mask32x16<V>;
 
     /// The first sample, and all but the last one.
     fn preceding<V: Simd>(simd: V, samples: Self::Vector<V>) -> Self::Vector<V>;
@@ -47,6 +50,11 @@ impl SampleVectors for f32 {
     #[inline(always)]
     fn equals<V: Simd>(_simd: V, samples: f32x16<V>, value: Self) -> mask32x16<V> {
         samples.simd_eq(value)
+    }
+
+    #[inline(always)]
+    fn within<V: Simd>(_simd: V, samples: f32x16<V>, [low, high]: [Self; 2]) -> mask32x16<V> {
+        samples.simd_ge(low) & samples.simd_le(high)
     }
 
     #[inline(always)]
@@ -81,6 +89,12 @@ impl SampleVectors for f64 {
     #[inline(always)]
     fn equals<V: Simd>(_simd: V, samples: [f64x8<V>; 2], value: Self) -> mask32x16<V> {
         samples[0].simd_eq(value).narrow(samples[1].simd_eq(value))
+    }
+
+    #[inline(always)]
+    fn within<V: Simd>(_simd: V, samples: [f64x8<V>; 2], [low, high]: [Self; 2]) -> mask32x16<V> {
+        let [a, b] = samples;
+        (a.simd_ge(low) & a.simd_le(high)).narrow(b.simd_ge(low) & b.simd_le(high))
     }
 
     #[inline(always)]

@@ -119,7 +119,8 @@ fn case(random: &mut Random, number: usize) -> Case {
     let normal = DVec3::from_array(interpolant.gradient(0.5)).normalize_or_zero();
     let [light, halfway] = directions(random, normal, turn, shininess);
     let specular = [0.0, 0.2, 1.0][number / 144 % 3];
-    let shading = Shading { ambient: 0.3, diffuse: 0.7, specular, shininess, towards_light: Some(light) };
+    let shading =
+        Shading { ambient: 0.3, diffuse: 0.7, specular, shininess, towards_light: Some(light), is_packed: false };
     let shading = RayShading { halfway: halfway.to_array(), ..shading.along(-halfway) };
     let knots = [knot(0), knot(1)];
     Case { piece, knots, spans: Spans::new(&knots), interpolant, shading }
@@ -176,7 +177,8 @@ fn a_missing_normal_has_ambient_light() {
 /// In f32, with gradients of any size.
 #[test]
 fn sizes_of_gradients_do_not_matter() {
-    let shading = Shading { ambient: 0.2, diffuse: 0.7, specular: 0.5, shininess: 32.0, towards_light: None };
+    let shading =
+        Shading { ambient: 0.2, diffuse: 0.7, specular: 0.5, shininess: 32.0, towards_light: None, is_packed: false };
     let shading = shading.along::<f32>(DVec3::new(-0.6, -0.8, 0.0));
     let knot = |value: f64, gray: f64| KernelKnot { value, color: [gray; 3], extinction: 2.0 };
     let spans = Spans::<f32>::new(&[knot(0.0, 0.1), knot(1.0, 0.9)]);
@@ -208,7 +210,8 @@ fn the_rounding_of_a_shade_can_be_afforded() {
     let piece = Segment { f0: 0.2, f1: 0.7, kappa: 0.0, eps: 0.1, length: 0.3 };
     for shininess in [1.0, 8.0, 100.0, 5000.0] {
         for specular in [0.0, 0.2, 1.0] {
-            let shading = Shading { ambient: 0.2, diffuse: 0.7, specular, shininess, towards_light: None };
+            let shading =
+                Shading { ambient: 0.2, diffuse: 0.7, specular, shininess, towards_light: None, is_packed: false };
             let mean = mean_shade(&shading.along(DVec3::NEG_X), &piece, spans.span(1), &[[1.0, 0.0, 0.0]; 3]);
             let budget = Budget::new(1e-9, 0.9 * 0.9 + specular, Some(0.9));
             let allowed = budget.color_tolerance_in::<f32>(Some(&shading)) as f32;
@@ -225,11 +228,12 @@ fn in_single(case: &Case) -> Radiance<f32> {
     let Segment { f0, f1, kappa, eps, length } = case.piece;
     let [f0, f1, kappa, eps, length] = [f0, f1, kappa, eps, length].map(|x| x as f32);
     let piece = Segment { f0, f1, kappa, eps, length };
-    let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness } = case.shading;
+    let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, .. } = case.shading;
+    let deviation = 0.25 * f32::EPSILON * sharpness as f32;
     let [ambient, diffuse, specular, shininess, sharpness] =
         [ambient, diffuse, specular, shininess, sharpness].map(|x| x as f32);
     let [light, halfway] = [light, halfway].map(|d| d.map(|x| x as f32));
-    let shading = RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness };
+    let shading = RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation };
     let allowance =
         ErrorBudget { color_tolerance: 1e-6, min_transmittance: 0.0, transmittance: 1.0, reach: piece.reach() };
     let spans = Spans::<f32>::new(&case.knots);

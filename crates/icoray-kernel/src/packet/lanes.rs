@@ -44,6 +44,12 @@ impl Mesh<'_> {
         self.half_edges.elements()[number as usize]
     }
 
+    /// Starts to fetch the direction of a cell.
+    #[inline(always)]
+    pub fn prefetch_direction(&self, cell: u32) {
+        self.directions.prefetch(cell);
+    }
+
     /// The direction of a cell.
     #[inline(always)]
     pub fn direction(&self, cell: u32) -> DVec3 {
@@ -315,6 +321,19 @@ impl<V: Machine> Lanes<V> {
         let next = on_left.narrow().select(record[half_edge::NEXT], record[half_edge::NEXT + 1]);
         self.half_edge = step.select(next, self.half_edge);
         apex
+    }
+
+    /// The apexes of the columns behind those of the lanes.
+    #[inline(always)]
+    pub fn next_apexes(&self, simd: V, mesh: &Mesh) -> Numbers<V> {
+        let Some(words) = Table::new(mesh.half_edges.elements().as_flattened()) else { return self.cells[2] };
+        simd.gather_u32(words, (self.half_edge << 2) + half_edge::APEX as u32)
+    }
+
+    /// Starts to fetch the half-edge through which a lane leaves its column.
+    #[inline(always)]
+    pub fn prefetch_half_edge(&self, mesh: &Mesh, lane: usize) {
+        mesh.half_edges.prefetch(self.half_edge[lane]);
     }
 
     /// The exit of the last column becomes the entry of the next, over the triangle with this apex.

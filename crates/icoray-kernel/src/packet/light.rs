@@ -50,6 +50,18 @@ impl<'t> Slopes<'t> {
         [course_of(way, &low, &high, 0), course_of(way, &low, &high, 1), course_of(way, &low, &high, 2)]
     }
 
+    /// Starts to fetch the gradient at `layer` over a cell.
+    #[inline(always)]
+    pub fn prefetch(&self, cell: u32, layer: u32) {
+        let (Slopes::Whole(_, layers) | Slopes::Packed(_, layers)) = *self else { return };
+        let number = cell.wrapping_mul(layers).wrapping_add(layer);
+        match self {
+            Slopes::None => {}
+            Slopes::Whole(table, _) => table.prefetch(number.wrapping_mul(3)),
+            Slopes::Packed(table, _) => table.prefetch(number),
+        }
+    }
+
     /// The gradients with these numbers.
     #[inline(always)]
     fn at<V: Machine>(&self, simd: V, index: Numbers<V>) -> Vectors<V> {
@@ -328,9 +340,9 @@ impl<V: Machine> Shade<V> {
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
         light.error = light.error.mul_add(self.body, light.alpha * self.off);
-        let rounded = light.alpha * (0.25 * f32::EPSILON * common.sharpness);
+        let deviation = light.alpha * common.deviation;
         let scale = self.body.max(all(simd, 1.0));
-        light.variance = light.variance * scale * scale + rounded * rounded;
+        light.variance = light.variance * scale * scale + deviation * deviation;
     }
 
     /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable) and

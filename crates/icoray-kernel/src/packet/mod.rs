@@ -47,6 +47,7 @@ mod layers;
 mod leap;
 mod light;
 mod limits;
+mod look_ahead;
 mod medium;
 mod native;
 mod native_way;
@@ -177,6 +178,8 @@ struct Packet<'p, 'f, V: Machine, L, const N: usize> {
     starts: [Option<Start>; MOST],
     /// Lanes with a ray.
     live: u32,
+    /// Those that have entered columns and have not looked ahead from there.
+    stepped: u32,
     /// Those that are to enter their next columns.
     fresh: u32,
     /// Those with a part of a frustum left.
@@ -211,6 +214,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             shading: None,
             starts: [None; MOST],
             live: 0,
+            stepped: 0,
             fresh: 0,
             mid: 0,
             ended: 0,
@@ -315,6 +319,8 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.lanes.put_bases::<L>(step, bases, self.layers.bases(simd, apexes, self.fresh));
             self.counts.columns += u64::from(self.fresh.count_ones());
             let entered = std::mem::take(&mut self.fresh);
+            self.fetch_half_edges(entered);
+            self.stepped = entered;
             if self.runs.is_some() {
                 self.pass_others(entered);
             } else if self.tracer.grid.void_triangles() > 0 {
@@ -400,6 +406,9 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         let (passing, leaving) = (done & passes, done & !passes);
         let (passed, left) = (mask::<V>(simd, passing), mask::<V>(simd, leaving));
         self.layers.pass(simd, &mut self.lanes, &crossing, passed, left);
+        if self.stepped != 0 {
+            self.look_ahead();
+        }
         self.leave(leaving);
     }
 

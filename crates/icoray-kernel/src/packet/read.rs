@@ -89,6 +89,14 @@ impl<'t> Source<'t> {
         if self.plain.is_some() { self.samples.base(cell) as u32 } else { cell }
     }
 
+    /// Starts to fetch the value at `layer` over the cell with this base.
+    #[inline(always)]
+    pub fn prefetch(&self, base: u32, layer: u32) {
+        if let Some(plain) = &self.plain {
+            plain.table.prefetch(base.wrapping_add(layer.wrapping_mul(plain.layer_stride as u32)));
+        }
+    }
+
     /// Reads the values around the lanes' gaps; those of lanes whose bits are not set mean nothing.
     #[inline(always)]
     pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bits: u32) -> Vertices<V> {

@@ -19,6 +19,7 @@ use icoray_kernel::column::Shell;
 use icoray_kernel::ground::{Core, Ground};
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::ray::{Budget, KernelReal, PrimaryRay, SingleVolumeTracer, Tracer};
+use icoray_kernel::shade::Shading;
 use icoray_kernel::signature::BoundarySignature;
 use icoray_kernel::transfer::Spans;
 use icoray_output::Certainty;
@@ -128,6 +129,8 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
         // Before there are tiles, each of which would ask for them.
         self.make_half_edges();
         let visible = visible.get();
+        let gradients = gradients.get().values();
+        let is_packed = gradients.words().is_some();
         let top = if renderer.savings.layers { visible.top.max(1) } else { shell.layers() - 1 };
         T::boxed(SingleVolumeTracer {
             grid,
@@ -136,10 +139,10 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
             samples,
             visible,
             outer: plan.radius[top],
-            gradients: gradients.get().values(),
+            gradients,
             method: scene.method,
             budget: budget(renderer, scene, quality),
-            shading: plan.shading.filter(|_| is_lit),
+            shading: plan.shading.filter(|_| is_lit).map(|shading| Shading { is_packed, ..shading }),
             is_coarse: quality.lights == Lights::Coarse,
             level: renderer.vectors().filter(|_| scene.method == Method::Exact),
             integrates: renderer.integrates,

@@ -95,8 +95,14 @@ fn one_colour_is_itself_to_the_digit_however_dense() {
 fn light_follows_the_gradient_of_what_absorbs() {
     let white = medium(0, &[knot(0.0, [1.0; 3], 2.0), knot(1.0, [1.0; 3], 2.0)]);
     let f = segment(0.0, 1.0, 0.0, 0.0, 0.1);
-    let shading =
-        crate::shade::Shading { ambient: 0.2, diffuse: 0.8, specular: 0.0, shininess: 8.0, towards_light: None };
+    let shading = crate::shade::Shading {
+        ambient: 0.2,
+        diffuse: 0.8,
+        specular: 0.0,
+        shininess: 8.0,
+        towards_light: None,
+        is_packed: false,
+    };
     let shading = shading.along::<f64>(DVec3::NEG_X);
     let parts = [MediumPiece::new(&white, [f, f], 0.5, 3).unwrap()];
     let lit = |gradient: [f64; 3]| {
@@ -176,6 +182,7 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
             specular: [0.0, 0.3, 1.0][case / 12 % 3],
             shininess: [1.0, 8.0, 32.0, 100.0][case / 36 % 4],
             towards_light: (case / 144 % 3 > 0).then(|| direction(&mut next)),
+            is_packed: false,
         };
         let shading = shading.along::<f64>(direction(&mut next));
         let gradient = |slot: usize, u: f64| interpolants[slot].map(|axis| axis.value(u));

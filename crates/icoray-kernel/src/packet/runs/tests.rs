@@ -23,7 +23,8 @@ use icoray_test_support::{Random, count};
 const RADII: [f64; 6] = [1.0, 1.02, 1.05, 1.09, 1.14, 1.2];
 const LAYERS: usize = RADII.len();
 const TOLERANCE: f64 = 1e-3;
-const SHADING: Shading = Shading { ambient: 0.3, diffuse: 0.7, specular: 0.3, shininess: 20.0, towards_light: None };
+const SHADING: Shading =
+    Shading { ambient: 0.3, diffuse: 0.7, specular: 0.3, shininess: 20.0, towards_light: None, is_packed: false };
 
 /// A field over a grid, part of whose values are clear, and a region of its triangles.
 struct Model<'g> {

@@ -21,6 +21,7 @@ pub struct AlongRay {
     pub light: [f32; 3],
     pub halfway: [f32; 3],
     pub sharpness: f32,
+    pub deviation: f32,
 }
 
 /// Body and highlight.
@@ -37,15 +38,15 @@ impl AlongRay {
         dir: [f64; 3],
     ) -> Self {
         let towards_light = towards_light.map(DVec3::from_array);
-        let shading = shade::Shading { ambient, diffuse, specular, shininess, towards_light };
-        let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness } =
+        let shading = shade::Shading { ambient, diffuse, specular, shininess, towards_light, is_packed: false };
+        let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation } =
             shading.along(DVec3::from_array(dir));
-        AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness }
+        AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation }
     }
 
     fn kernel(&self) -> RayShading<f32> {
-        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness } = *self;
-        RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness }
+        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation } = *self;
+        RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation }
     }
 
     /// `RayShading::shade`.
