@@ -3,6 +3,7 @@
 #![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};
+use icoray::device::MAX_CLIPS;
 
 /// Splits a double into the high and the low half of the shaders' `Wide`.
 pub fn halves(x: f64) -> [f32; 2] {
@@ -127,6 +128,45 @@ pub struct Shading {
     pub padding: [u32; 3],
 }
 
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Clip {
+    pub towards_hi: [f32; 3],
+    pub distance_hi: f32,
+    pub towards_lo: [f32; 3],
+    pub distance_lo: f32,
+    pub west: [f32; 4],
+    pub east: [f32; 4],
+    pub inner: [f32; 2],
+    pub outer: [f32; 2],
+    pub south: [f32; 2],
+    pub north: [f32; 2],
+    pub first_layer: u32,
+    pub last_layer: u32,
+    pub kind: u32,
+    pub cuts_inside: u32,
+}
+
+impl Clip {
+    /// The conditions in `kind`.
+    pub const HAS_HALF_SPACE: u32 = 1;
+    pub const HAS_SHELL: u32 = 2;
+    pub const HAS_LATITUDES: u32 = 4;
+    pub const HAS_LONGITUDES: u32 = 8;
+    pub const IS_WIDE: u32 = 16;
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Scenery {
+    pub clips: [Clip; MAX_CLIPS],
+    pub clip_count: u32,
+    pub seen_above: f32,
+    pub padding: [u32; 2],
+}
+
 /// See `shaders/gradient.wgsl`.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -162,6 +202,8 @@ pub struct Pixel {
     pub columns: u32,
     pub frusta: u32,
     pub void_frusta: u32,
+    pub order: u32,
+    pub nearness: f32,
 }
 
 impl Pixel {

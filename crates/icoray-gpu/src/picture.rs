@@ -77,7 +77,8 @@ impl<'p> Picture<'p> {
     pub fn constants(&self, in_parts: bool) -> Constants {
         let (job, scene) = (self.job, self.job.scene());
         let flags = [
-            ("IS_EXACT", scene.method == Method::Exact),
+            // Scenes that are not plain are integrated to the tolerance whatever their method.
+            ("IS_EXACT", scene.method == Method::Exact || job.scenery().is_some()),
             ("HAS_CORE", scene.core.is_some()),
             ("HAS_VOID", job.grid().void_triangles() > 0),
             ("HAS_STEPS", !job.steps().is_empty()),

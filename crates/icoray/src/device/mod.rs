@@ -7,6 +7,7 @@
 mod job;
 mod light;
 pub mod mirror;
+mod scenery;
 mod tables;
 
 pub use crate::raster::Rect;
@@ -14,6 +15,8 @@ pub use icoray_kernel::ray::Fragment;
 pub use icoray_kernel::signature::BoundarySignature;
 pub use job::{Content, Job};
 pub use light::Shading;
+pub(crate) use scenery::unsupported;
+pub use scenery::{ClipRegion, MAX_CLIPS, Scenery};
 pub use tables::{BudgetTable, Span, Tables, locate};
 
 use bytemuck::{Pod, Zeroable};
@@ -137,6 +140,8 @@ pub struct Traced {
     pub variance: f32,
     /// Columns, frusta and void frusta.
     pub counts: [u32; 3],
+    /// The surfaces that it met, as [`BoundarySignature::values`]: zeros in a plain scene.
+    pub surfaces: [f32; 2],
 }
 
 impl Traced {

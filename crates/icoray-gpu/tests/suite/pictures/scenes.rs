@@ -1,0 +1,153 @@
+//! Scenes that show more than a volume and a core.
+
+use super::common::*;
+use icoray::{Counts, Fields, Frame, Grid, Layers, Precision, Renderer, Scene};
+
+const SHINY: &str =
+    "[light]\nkind = \"sun\"\nlon = 10\nlat = -20\nambient = 0.2\ndiffuse = 0.8\nspecular = 1\nshininess = 30";
+const HEAD: &str = "[light]\nkind = \"headlight\"";
+
+/// Cuts of all kinds, one by one and together.
+const CLIPS: [(&str, &str); 9] = [
+    ("box", "[[clip]]\nlon = [10, 70]\nlat = [-20, 45]"),
+    ("wide box", "[[clip]]\nlon = [-100, 150]\nlat = [-90, 30]\ncut = \"outside\""),
+    ("half a turn", "[[clip]]\nlon = [20, 200]"),
+    ("shell", "[[clip]]\nheight_m = [4000, 11000]"),
+    ("outside a shell", "[[clip]]\nheight_m = [4000, 11000]\ncut = \"outside\""),
+    ("layers", "[[clip]]\nlon = [0, 60]\nlayers = [2, 4]"),
+    ("half-space", "[[clip]]\nhalf_space = { towards = [40, 20], distance = 0.7 }"),
+    ("cap", "[[clip]]\nlat = [40, 90]\nlon = [30, 390]"),
+    (
+        "several",
+        "[[clip]]\nlon = [10, 50]\n[[clip]]\nlat = [20, 50]\nheight_m = [2000, 9000]\n[[clip]]\n\
+         half_space = { towards = [300, 0], distance = 0.2 }\n[[clip]]\nlon = [-60, 120]\ncut = \"outside\"",
+    ),
+];
+
+/// Draws a scene on the GPU and on the CPU in both precisions. None but `stray` pixels may differ by more than their
+/// errors: those that see the edge of a surface, where rounding decides.
+fn compare<'f>(
+    name: &str,
+    scene: &Scene,
+    (grid, layers): (&Grid, &Layers),
+    fields: impl Fn() -> Fields<'f>,
+    stray: usize,
+) -> Frame {
+    let gpu = gpu().expect("the test has opened it");
+    let drawn = renderer(&gpu).render(scene, grid, layers, fields()).unwrap();
+    assert_eq!(drawn.report.device.left_to_cpu, None, "{name}");
+    assert!(drawn.report.device.name.is_some(), "{name}");
+    let in_f64 = Scene { precision: Precision::F64, ..scene.clone() };
+    // In packets, which save what they can, and ray by ray.
+    let narrow = Renderer::new(2).unwrap().render(scene, grid, layers, fields()).unwrap();
+    let wide = cpu(2).render(&in_f64, grid, layers, fields()).unwrap();
+    let (rmse, max) = apart(&drawn, &narrow);
+    let of_cpu = apart(&narrow, &wide);
+    let beyond = [count_beyond(&drawn, &wide, 0.0), count_beyond(&drawn, &narrow, 0.0)];
+    let (ours, theirs) = (&drawn.report, &wide.report);
+    println!(
+        "{name}: rmse {rmse:.1e}, max {max:.1e}; cpu f32 to f64 {:.1e}, {:.1e}; beyond {beyond:?}; errors {} and {}; \
+         edges {} and {}; {:?}, {:?}",
+        of_cpu.0,
+        of_cpu.1,
+        ours.error,
+        narrow.report.error,
+        ours.edge_pixels,
+        theirs.edge_pixels,
+        ours.counts,
+        theirs.counts
+    );
+    assert!(drawn.pixels.iter().flatten().chain(&drawn.error).all(|x| x.is_finite()), "{name}");
+    assert!(beyond.iter().all(|count| *count <= stray), "{name}: {beyond:?} pixels beyond their errors");
+    assert!(rmse <= 3e-4 + 0.02 * stray as f64, "{name}: rmse {rmse:e}");
+    assert!(ours.error.mean <= 1.2 * narrow.report.error.mean + 1e-7, "{name}");
+    assert_eq!(ours.counts.rays, theirs.counts.rays, "{name}");
+    let Counts { columns, frusta, void_frusta, .. } = theirs.counts;
+    if scene.lighting.is_some() {
+        // Rays end elsewhere.
+        return drawn;
+    }
+    let found = [ours.counts.columns, ours.counts.frusta, ours.counts.void_frusta];
+    for (ours, theirs) in found.into_iter().zip([columns, frusta, void_frusta]) {
+        let allowed = 10.0 + 0.002 * theirs as f64;
+        assert!(ours.abs_diff(theirs) as f64 <= allowed, "{name}: {ours}, expected about {theirs}");
+    }
+    drawn
+}
+
+/// The edge pixels of a scene with and without a device: rays on it have the signatures of those on the CPU.
+fn compare_edges<'f>(name: &str, scene: &Scene, (grid, layers): (&Grid, &Layers), fields: impl Fn() -> Fields<'f>) {
+    let scene = Scene { antialias: true, ..scene.clone() };
+    let gpu = gpu().expect("the test has opened it");
+    let draw = |renderer: Renderer| renderer.render(&scene, grid, layers, fields()).unwrap();
+    let (drawn, expected) = (draw(renderer(&gpu)), draw(cpu(2)));
+    let [ours, theirs] = [&drawn, &expected].map(|frame| frame.report.edge_pixels);
+    let (rmse, max) = apart(&drawn, &expected);
+    println!("{name}: {ours} edge pixels, expected {theirs}; rmse {rmse:.1e}, max {max:.1e}");
+    assert!(drawn.report.device.name.is_some() && theirs > 0, "{name}");
+    assert!(ours.abs_diff(theirs) * 100 <= theirs + 100, "{name}: {ours} edge pixels, expected {theirs}");
+    assert!(rmse <= 2e-3, "{name}: rmse {rmse:e}");
+}
+
+#[test]
+fn cut_volumes() {
+    let Some(_) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    let (grid, layers) = (sphere.grid(), &sphere.layers);
+    for (k, (clip, text)) in CLIPS.into_iter().enumerate() {
+        for (transfer, colors) in [TRANSFERS[k % 5], TRANSFERS[(k + 2) % 5]] {
+            for (camera, where_) in [("far", FAR), ("inside", INSIDE)] {
+                let name = format!("{clip}, {transfer}, {camera}");
+                let scene = scene(where_, &format!("{colors}\n{text}"), CORES[k % 2]);
+                compare(&name, &scene, (&grid, layers), || Fields::new([("f", sphere.field())]), 0);
+            }
+        }
+    }
+}
+
+#[test]
+fn lit_cut_volumes() {
+    let Some(_) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    let (grid, layers) = (sphere.grid(), &sphere.layers);
+    for (clip, text) in CLIPS {
+        for (light, lamp) in [("headlight", HEAD), ("shiny", SHINY)] {
+            let name = format!("{clip}, {light}");
+            let scene = scene(FAR, &format!("{SMOOTH}\n{lamp}\n{text}"), CORES[0]);
+            compare(&name, &scene, (&grid, layers), || Fields::new([("f", sphere.field())]), 0);
+        }
+    }
+}
+
+/// 100 m layers on an Earth that is true to scale, and meshes with holes.
+#[test]
+fn cuts_of_thin_layers_and_of_meshes_with_holes() {
+    let Some(_) = gpu() else { return };
+    let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
+    let sphere = Sphere::new(5, &heights);
+    for (clip, text) in [
+        ("box", CLIPS[0].1),
+        ("shell", "[[clip]]\nheight_m = [850, 1730]"),
+        ("layers", "[[clip]]\nlayers = [3, 12]\nlon = [0, 60]"),
+    ] {
+        for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
+            let scene = scene(where_, &format!("{SMOOTH}\n{text}"), "core = \"gray\"");
+            let fields = || Fields::new([("f", sphere.field())]);
+            compare(&format!("100 m, {clip}, {camera}"), &scene, (&sphere.grid(), &sphere.layers), fields, 0);
+        }
+    }
+    each_mesh_with_holes(|hole, grid, layers, field| {
+        let scene = scene(FAR, &format!("{SMOOTH}\n{}", CLIPS[8].1), CORES[0]);
+        compare(hole, &scene, (grid, layers), || Fields::new([("f", *field)]), 0);
+    });
+}
+
+#[test]
+fn edges_of_cut_volumes() {
+    let Some(_) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    for (clip, text) in CLIPS {
+        let scene = scene(FAR, &format!("{DENSE}\n{text}"), CORES[0]);
+        compare_edges(clip, &scene, (&sphere.grid(), &sphere.layers), || Fields::new([("f", sphere.field())]));
+    }
+}
