@@ -32,13 +32,47 @@ const HAS_LONGITUDES: u32 = 8u;
 // The box is wider than half a turn.
 const IS_WIDE: u32 = 16u;
 
+// A layer with surfaces on it: the first in front.
+struct SurfaceLayer {
+    layer: u32,
+    first_material: u32,
+    material_count: u32,
+    padding: u32,
+}
+
+// Colours of a surface.
+struct Material {
+    // The colour, where it is one.
+    color: vec3f,
+    opacity: f32,
+    // One of MATERIAL_PLAIN and those behind it.
+    kind: u32,
+    // Where the values over the first cell lie in `surface_values`.
+    first_value: u32,
+    // The spans of its transfer function in `spans`.
+    first_span: u32,
+    span_count: u32,
+}
+
+const MATERIAL_PLAIN: u32 = 0u;
+// Colours of interpolated values.
+const MATERIAL_FIELD: u32 = 1u;
+// Each cell has one colour.
+const MATERIAL_CELLS: u32 = 2u;
+
 const MAX_CLIPS: u32 = 8u;
+const MAX_SURFACES: u32 = 8u;
 
 struct Scenery {
     clips: array<Clip, MAX_CLIPS>,
+    surface_layers: array<SurfaceLayer, MAX_SURFACES>,
+    materials: array<Material, MAX_SURFACES>,
     clip_count: u32,
+    surface_layer_count: u32,
     // A surface is seen where more than this part of its light comes through.
     seen_above: f32,
 }
 
 @group(2) @binding(1) var<uniform> scenery: Scenery;
+// Values of fields on the layers that they colour, cell by cell, normalised to their transfer functions.
+@group(2) @binding(2) var<storage, read> surface_values: array<f32>;

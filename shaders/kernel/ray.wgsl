@@ -158,6 +158,9 @@ fn cross(
         if !passes {
             break;
         }
+#scene         if scene_layer(ray, light, line, column, ahead, b) {
+#scene             return true;
+#scene         }
         *gap = select(*gap - 1u, *gap + 1u, rising);
         a = b;
         is_first = false;

@@ -8,6 +8,11 @@ struct BoundarySignature {
 const BOUNDARY_CORE: u32 = 1u;
 const BOUNDARY_CUT_FACE: u32 = 2u;
 
+// The surface layer `k`, and the bits of the materials that are painted there.
+fn boundary_surface_layer(k: u32, materials: u32) -> u32 {
+    return (k * 0x00200203u) ^ (materials << 2u);
+}
+
 const SIGNATURE_HASH: u32 = 0xFFFFFFu;
 const SIGNATURE_BASE: u32 = 0x9E3779u;
 

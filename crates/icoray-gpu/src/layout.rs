@@ -3,7 +3,7 @@
 #![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};
-use icoray::device::MAX_CLIPS;
+use icoray::device::{MAX_CLIPS, MAX_SURFACES};
 
 /// Splits a double into the high and the low half of the shaders' `Wide`.
 pub fn halves(x: f64) -> [f32; 2] {
@@ -160,11 +160,43 @@ impl Clip {
 /// See `shaders/scenery.wgsl`.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
+pub struct SurfaceLayer {
+    pub layer: u32,
+    pub first_material: u32,
+    pub material_count: u32,
+    pub padding: u32,
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Material {
+    pub color: [f32; 3],
+    pub opacity: f32,
+    pub kind: u32,
+    pub first_value: u32,
+    pub first_span: u32,
+    pub span_count: u32,
+}
+
+impl Material {
+    /// The values of `kind`.
+    pub const PLAIN: u32 = 0;
+    pub const FIELD: u32 = 1;
+    pub const CELLS: u32 = 2;
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct Scenery {
     pub clips: [Clip; MAX_CLIPS],
+    pub surface_layers: [SurfaceLayer; MAX_SURFACES],
+    pub materials: [Material; MAX_SURFACES],
     pub clip_count: u32,
+    pub surface_layer_count: u32,
     pub seen_above: f32,
-    pub padding: [u32; 2],
+    pub padding: u32,
 }
 
 /// See `shaders/gradient.wgsl`.

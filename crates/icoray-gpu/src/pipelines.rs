@@ -42,7 +42,7 @@ impl Pipelines {
         Pipelines {
             tables: layout(ctx, &TABLES),
             picture: layout(ctx, &[Uniform]),
-            scene: layout(ctx, &[Uniform, Uniform]),
+            scene: layout(ctx, &[Uniform, Uniform, READ]),
             parts: layout(ctx, &[Uniform, Uniform, READ, READ_WRITE]),
             gradient: layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
             compiled: Mutex::default(),

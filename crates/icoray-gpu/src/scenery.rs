@@ -1,10 +1,10 @@
 //! What a scene shows beside its volume, as shaders read it.
 
 use crate::bindings;
-use crate::layout::{Clip, Scenery, halves, halves3};
+use crate::layout::{Clip, Material, Scenery, SurfaceLayer, halves, halves3};
 use crate::picture::Picture;
 use crate::pool::PooledBuffer;
-use icoray::device::{ClipRegion, FallbackReason, Job};
+use icoray::device::{self, ClipRegion, FallbackReason, Job, Paint};
 
 /// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
 /// are submitted.
@@ -19,8 +19,10 @@ impl SceneGroup {
         let (ctx, pipelines) = (picture.ctx, picture.pipelines);
         let mut buffers = vec![picture.light()?];
         let mut layout = &pipelines.picture;
-        if let Some(scenery) = scenery(picture.job) {
-            buffers.push(ctx.pooled_uniform("scenery", &scenery)?);
+        if let Some(scenery) = picture.job.scenery() {
+            let tables = SceneTables::new(picture.job, scenery);
+            buffers.push(ctx.pooled_uniform("scenery", &tables.scenery)?);
+            buffers.push(ctx.pooled_storage("values of surfaces", &tables.values)?);
             layout = &pipelines.scene;
         }
         let group = bindings::group(ctx, layout, buffers.iter().map(|buffer| &**buffer))?;
@@ -28,13 +30,52 @@ impl SceneGroup {
     }
 }
 
-/// The scenery of a job; `None` if its scene is plain.
-fn scenery(job: &Job) -> Option<Scenery> {
-    let shown = job.scenery()?;
-    let mut scenery =
-        Scenery { clip_count: shown.clips.len() as u32, seen_above: job.sees_above(), ..Scenery::default() };
-    scenery.clips.iter_mut().zip(&shown.clips).for_each(|(clip, region)| *clip = clip_of(region));
-    Some(scenery)
+/// The spans of the transfer functions of surfaces, in the order of their materials.
+pub(crate) fn surface_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Span> {
+    let layers = job.scenery().into_iter().flat_map(|scenery| &scenery.surface_layers);
+    layers.flat_map(|layer| &layer.materials).flat_map(|material| match &material.paint {
+        Paint::Plain(_) => [].as_slice(),
+        Paint::Field { spans, .. } => spans,
+    })
+}
+
+/// The scenery of a job and the values of its surfaces.
+struct SceneTables {
+    scenery: Scenery,
+    values: Vec<f32>,
+}
+
+impl SceneTables {
+    fn new(job: &Job, shown: &device::Scenery) -> Self {
+        let mut scenery = Scenery {
+            clip_count: shown.clips.len() as u32,
+            surface_layer_count: shown.surface_layers.len() as u32,
+            seen_above: job.sees_above(),
+            ..Scenery::default()
+        };
+        scenery.clips.iter_mut().zip(&shown.clips).for_each(|(clip, region)| *clip = clip_of(region));
+        let (mut all, mut materials) = (Vec::new(), scenery.materials.iter_mut());
+        let (mut first_material, mut first_span) = (0, job.spans().len() as u32);
+        for (layer, surface) in scenery.surface_layers.iter_mut().zip(&shown.surface_layers) {
+            let material_count = surface.materials.len() as u32;
+            *layer = SurfaceLayer { layer: surface.layer as u32, first_material, material_count, padding: 0 };
+            first_material += material_count;
+            for (shown, material) in surface.materials.iter().zip(materials.by_ref()) {
+                material.opacity = shown.opacity;
+                match &shown.paint {
+                    Paint::Plain(color) => (material.color, material.kind) = (*color, Material::PLAIN),
+                    Paint::Field { spans, values, by_cell } => {
+                        material.kind = if *by_cell { Material::CELLS } else { Material::FIELD };
+                        (material.first_value, material.first_span) = (all.len() as u32, first_span);
+                        material.span_count = spans.len() as u32;
+                        first_span += material.span_count;
+                        all.extend_from_slice(values);
+                    }
+                }
+            }
+        }
+        SceneTables { scenery, values: all }
+    }
 }
 
 fn clip_of(region: &ClipRegion) -> Clip {

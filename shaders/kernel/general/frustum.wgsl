@@ -5,6 +5,7 @@
 #import kernel/ray
 #import kernel/signature
 #import kernel/general/clips
+#import kernel/general/surfaces
 
 struct RayScene {
     // The stretch of the ray between bounds of cuts.
@@ -196,4 +197,74 @@ fn scene_rounded_ends(light: ptr<function, Radiance>, length: f32, segment: Segm
             (*light).variance += off * off;
         }
     }
+}
+
+// The surfaces on a layer that the ray crosses; true where it ends.
+fn scene_layer(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Radiance>,
+    line: RayLine,
+    column: Column,
+    layer: u32,
+    at: RayPoint,
+) -> bool {
+    let first = scene_first_surface(layer);
+    if first == scenery.surface_layer_count {
+        return false;
+    }
+    let t = wide_add(column.entry.t, wide(at.u * wide_apart(column.exit.t, column.entry.t)));
+    while wide_less(ray_scene.stretch.end, t) && may_step() {
+        ray_scene.stretch = clips_behind(line, ray_scene.stretch.end);
+    }
+    if !clips_show(ray_scene.stretch.inside, layer, layer) {
+        return false;
+    }
+    var body = 1.0;
+    if IS_LIT {
+        body = surface_body((*ray).shading, normalize(ray_line_position(line, t).hi));
+    }
+    for (var k = first; k < scenery.surface_layer_count; k++) {
+        let surface = scenery.surface_layers[k];
+        if surface.layer != layer {
+            continue;
+        }
+        var here = radiance_none();
+        var painted = 0u;
+        for (var m = 0u; m < surface.material_count; m++) {
+            let material = scenery.materials[surface.first_material + m];
+            let color = material_on_layer(material, column, at.tau);
+            if color.is_there {
+                painted |= 1u << m;
+                var coat = radiance_plain(color.color * body, material.opacity);
+                let off = material.opacity * (body * color.off + 4.0 * ROUNDING);
+                coat.variance = off * off;
+                radiance_over(&here, coat);
+            }
+        }
+        if painted != 0u {
+            scene_boundary(boundary_surface_layer(k, painted), (*light).alpha, t);
+            radiance_over(light, here);
+        }
+    }
+    return scene_ends(ray, light);
+}
+
+// The first of the surfaces on a layer; their number where there is none.
+fn scene_first_surface(layer: u32) -> u32 {
+    for (var k = 0u; k < scenery.surface_layer_count; k++) {
+        if scenery.surface_layers[k].layer == layer {
+            return k;
+        }
+    }
+    return scenery.surface_layer_count;
+}
+
+// Whether the ray ends behind a surface.
+fn scene_ends(ray: ptr<function, Ray>, light: ptr<function, Radiance>) -> bool {
+    let through = 1.0 - (*light).alpha;
+    if through > ray_min_transmittance(ray) * 1.001 + 2.0 * ROUNDING {
+        return false;
+    }
+    (*light).error += through * params.brightest;
+    return true;
 }

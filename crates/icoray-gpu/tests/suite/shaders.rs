@@ -3,7 +3,8 @@
 
 use icoray::device::mirror;
 use icoray_gpu::layout::{
-    Around, Clip, Fragment, Params, Part, Passed, Piece, Pixel, Scenery, Shading, ShellLayer, Span, Step,
+    Around, Clip, Fragment, Material, Params, Part, Passed, Piece, Pixel, Scenery, Shading, ShellLayer, Span, Step,
+    SurfaceLayer,
 };
 use icoray_gpu::shader::{SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
@@ -109,7 +110,9 @@ fn structs_have_the_same_layout_in_rust_and_wgsl() {
     same_layout!(&picture, Pixel: red green blue alpha error variance columns frusta void_frusta order nearness);
     same_layout!(&scene, Clip: towards_hi distance_hi towards_lo distance_lo west east inner outer south north
         first_layer last_layer kind cuts_inside);
-    same_layout!(&scene, Scenery: clips clip_count seen_above);
+    same_layout!(&scene, SurfaceLayer: layer first_material material_count padding);
+    same_layout!(&scene, Material: color opacity kind first_value first_span span_count);
+    same_layout!(&scene, Scenery: clips surface_layers materials clip_count surface_layer_count seen_above);
     same_layout!(&gradient, Around: first columns row);
     same_layout!(&parts, Part: middle reach lowest_hi lowest_lo max_fragments);
     same_layout!(&parts, Fragment: ray entry_hi entry_lo exit_hi exit_lo red green blue alpha error variance);
@@ -148,6 +151,9 @@ fn constants_are_those_of_rust() {
         ("HAS_LATITUDES", Clip::HAS_LATITUDES),
         ("HAS_LONGITUDES", Clip::HAS_LONGITUDES),
         ("IS_WIDE", Clip::IS_WIDE),
+        ("MATERIAL_PLAIN", Material::PLAIN),
+        ("MATERIAL_FIELD", Material::FIELD),
+        ("MATERIAL_CELLS", Material::CELLS),
     ] {
         assert_eq!(constant(scene, name), f64::from(value), "{name}");
     }

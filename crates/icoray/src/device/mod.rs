@@ -16,7 +16,7 @@ pub use icoray_kernel::signature::BoundarySignature;
 pub use job::{Content, Job};
 pub use light::Shading;
 pub(crate) use scenery::unsupported;
-pub use scenery::{ClipRegion, MAX_CLIPS, Scenery};
+pub use scenery::{ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, Paint, Scenery, SurfaceLayer};
 pub use tables::{BudgetTable, Span, Tables, locate};
 
 use bytemuck::{Pod, Zeroable};

@@ -1,17 +1,61 @@
 //! What a scene shows beside its volume, for a device.
 
+use super::{ENDLESS, FallbackReason, Span};
 use icoray_grid::array::MapInline;
 use icoray_grid::grid::unit_vector;
+use icoray_kernel::general;
+use icoray_kernel::general::{FieldSource, SurfaceHeight};
+use icoray_kernel::transfer::Spans;
 use icoray_scene::{Clip, Heights, Level, LonLatBox, Scene, Volume};
+use rayon::prelude::*;
 
 /// Largest number of cuts that a device is given.
 pub const MAX_CLIPS: usize = 8;
+
+/// Largest number of surfaces on layers that a device is given.
+pub const MAX_SURFACES: usize = 8;
 
 /// What is shown beside the volume and the core; nothing in a plain scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenery {
     /// The cuts.
     pub clips: Vec<ClipRegion>,
+    /// The layers with surfaces on them.
+    pub surface_layers: Vec<SurfaceLayer>,
+}
+
+/// A layer with all surfaces on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceLayer {
+    /// The number of the layer, counted from the innermost.
+    pub layer: usize,
+    /// The surfaces, the first in front.
+    pub materials: Vec<Material>,
+}
+
+/// Colours and opacity of a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// The part of the light behind that is absorbed.
+    pub opacity: f32,
+    /// The colours.
+    pub paint: Paint,
+}
+
+/// Colours of a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Paint {
+    /// One colour, linear RGB.
+    Plain([f32; 3]),
+    /// The colours of a field's values.
+    Field {
+        /// The transfer function, of which the colours count.
+        spans: Vec<Span>,
+        /// The value over each cell, normalised to the range of the spans; missing ones are [`ENDLESS`].
+        values: Vec<f32>,
+        /// Whether a cell has one colour all over.
+        by_cell: bool,
+    },
 }
 
 /// A cut: where all of its conditions hold.
@@ -45,6 +89,37 @@ impl ClipRegion {
     }
 }
 
+impl SurfaceLayer {
+    /// A layer of the general kernel on a grid of so many cells.
+    ///
+    /// # Errors
+    /// A [`FallbackReason`] where the surfaces lie between layers.
+    pub(crate) fn new(
+        surface: &general::SurfaceLayer,
+        sources: &[FieldSource],
+        cells: usize,
+    ) -> Result<Self, FallbackReason> {
+        let SurfaceHeight::Layer(layer) = surface.place else {
+            return Err(FallbackReason::new("the scene shows surfaces at heights between its layers"));
+        };
+        let material = |(material, opacity): &(general::Material, f64)| {
+            let paint = match material {
+                general::Material::Plain(color) => Paint::Plain(color.map_inline(|c| c as f32)),
+                general::Material::By { map, by_cell } => {
+                    let source = &sources[map.source];
+                    // A cell is a triangle of three alike.
+                    let value = |cell: u32| map.normal(source.at([cell; 3], layer)[0]);
+                    let value = |cell| if value(cell).is_finite() { value(cell) as f32 } else { ENDLESS };
+                    let values = (0..cells as u32).into_par_iter().map(value).collect();
+                    Paint::Field { spans: Spans::new(map.knots()).all().to_vec(), values, by_cell: *by_cell }
+                }
+            };
+            Material { opacity: *opacity as f32, paint }
+        };
+        Ok(SurfaceLayer { layer, materials: surface.materials.iter().map(material).collect() })
+    }
+}
+
 /// What devices do not draw of a scene, if there is something.
 pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
     let scenery = &scene.scenery;
@@ -57,14 +132,14 @@ pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
         "the scene shows several volumes"
     } else if matches!(scene.volumes.as_slice(), [Volume { opacity: Some(_), .. }]) {
         "the opacity of the scene's volume is that of another field"
-    } else if !scenery.surfaces.is_empty() {
-        "the scene shows surfaces on layers"
     } else if !scenery.isosurfaces.is_empty() {
         "the scene shows isosurfaces"
     } else if scenery.lines.iter().any(|lines| lines.on != Level::Ground) {
         "the scene has lines on a layer"
     } else if scenery.clips.len() > MAX_CLIPS {
         return Some(format!("the scene has {} cuts, expected at most {MAX_CLIPS}", scenery.clips.len()));
+    } else if scenery.surfaces.len() > MAX_SURFACES {
+        return Some(format!("the scene has {} surfaces, expected at most {MAX_SURFACES}", scenery.surfaces.len()));
     } else {
         return None;
     };

@@ -43,11 +43,21 @@ impl<'f> OnDevice<'f> {
         OnDevice { device, job, spent: DeviceCost::default(), drew: None }
     }
 
-    /// The same picture of a scene that is not plain, of which devices draw whole grids only.
-    pub fn with_scenery(self, scenery: Scenery) -> Self {
-        let reason = || Some(FallbackReason::new("the scene is not plain, and ranks have parts of the grid"));
-        let device = self.device.and_then(|device| if self.job.is_part() { Err(reason()) } else { Ok(device) });
-        OnDevice { device, job: self.job.with_scenery(scenery), ..self }
+    /// The same picture of a scene that is not plain, of which devices draw whole grids only. Its scenery is asked for
+    /// where there is a device.
+    pub fn with_scenery(self, scenery: impl FnOnce() -> Result<Scenery, FallbackReason>) -> Self {
+        let device = match self.device {
+            Ok(device) => device,
+            Err(reason) => return OnDevice { device: Err(reason), ..self },
+        };
+        let scenery = match self.job.is_part() {
+            true => Err(FallbackReason::new("the scene is not plain, and ranks have parts of the grid")),
+            false => scenery(),
+        };
+        match scenery {
+            Ok(scenery) => OnDevice { device: Ok(device), job: self.job.with_scenery(scenery), ..self },
+            Err(reason) => OnDevice { device: Err(Some(reason)), ..self },
+        }
     }
 
     /// Whether a device is asked first.
