@@ -60,19 +60,55 @@ const MATERIAL_FIELD: u32 = 1u;
 // Each cell has one colour.
 const MATERIAL_CELLS: u32 = 2u;
 
+// A field beside the volume's.
+struct SceneField {
+    // Where its values lie in `surface_values`, level-fastest, normalised to its range.
+    first_value: u32,
+    // Where its gradients lie there, x, y and z one after the other, where the scene is lit.
+    first_gradient: u32,
+    padding: vec2u,
+}
+
+// A surface on which a field has one value.
+struct Isosurface {
+    // The colour, where it is one.
+    color: vec3f,
+    opacity: f32,
+    // The value, normalised as the field.
+    value: f32,
+    // The field: OWN_FIELD, or else its number in `fields`.
+    field: u32,
+    // Colours: MATERIAL_PLAIN or MATERIAL_FIELD.
+    kind: u32,
+    // Of the field that colours: which it is, the spans of its transfer function in `spans`, and from the field's
+    // normalised value to that of the spans.
+    color_field: u32,
+    first_span: u32,
+    span_count: u32,
+    scale: f32,
+    shift: f32,
+}
+
+const OWN_FIELD: u32 = 0xFFFFFFFFu;
+
 const MAX_CLIPS: u32 = 8u;
 const MAX_SURFACES: u32 = 8u;
+const MAX_FIELDS: u32 = 4u;
 
 struct Scenery {
     clips: array<Clip, MAX_CLIPS>,
     surface_layers: array<SurfaceLayer, MAX_SURFACES>,
     materials: array<Material, MAX_SURFACES>,
+    isosurfaces: array<Isosurface, MAX_SURFACES>,
+    fields: array<SceneField, MAX_FIELDS>,
     clip_count: u32,
     surface_layer_count: u32,
+    isosurface_count: u32,
     // A surface is seen where more than this part of its light comes through.
     seen_above: f32,
 }
 
 @group(2) @binding(1) var<uniform> scenery: Scenery;
-// Values of fields on the layers that they colour, cell by cell, normalised to their transfer functions.
+// Values of fields on the layers that they colour, cell by cell, normalised to their transfer functions; then whole
+// fields.
 @group(2) @binding(2) var<storage, read> surface_values: array<f32>;

@@ -126,7 +126,9 @@ fn cross(
             let part = select(clamp(climb * scale, 0.0, 1.0), 1.0, is_first && !passes);
 #scene             let way = GapWay(*gap, a, b, part);
 #scene             let is_hidden = scene_hides(line, column, way);
-            if at_a.is_void || at_b.is_void {
+#scene             let is_void = at_a.is_void || at_b.is_void;
+#plain             if at_a.is_void || at_b.is_void {
+#scene             if is_void && scenery.isosurface_count == 0u {
                 (*ray).frusta++;
 #plain                 (*ray).void_frusta++;
 #scene                 (*ray).void_frusta += select(1u, 0u, is_hidden);
@@ -143,7 +145,9 @@ fn cross(
                     interpolant = frustum_interpolant_over(at_a, at_b, a.tau, b.tau, eps);
                 }
 #plain                 if frustum(ray, light, segment, interpolant) {
-#scene                 if scene_frustum(ray, light, line, column, bases, way, segment, interpolant) {
+#scene                 (*ray).void_frusta += select(0u, 1u, is_void && !is_hidden);
+#scene                 let own = FieldSegment(segment, interpolant, !is_void);
+#scene                 if scene_frustum(ray, light, line, column, bases, way, own) {
                     return true;
                 }
             }
@@ -154,6 +158,7 @@ fn cross(
                 return true;
             }
             has_near = false;
+#scene             scene_leave();
         }
         if !passes {
             break;
@@ -202,6 +207,7 @@ fn frustum_interpolant_over(at_a: Chord, at_b: Chord, tau_a: f32, tau_b: f32, ep
 
 fn void_column(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: RayLine, column: Column) -> bool {
     (*ray).is_in_span = false;
+#scene     scene_leave();
     let met = ray_line_first_inside(line, shell_inner(), column.entry.t, column.exit.t);
     return met.is_there && core(ray, light, line, met.t);
 }

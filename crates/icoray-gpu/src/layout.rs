@@ -3,7 +3,7 @@
 #![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};
-use icoray::device::{MAX_CLIPS, MAX_SURFACES};
+use icoray::device::{MAX_CLIPS, MAX_FIELDS, MAX_SURFACES};
 
 /// Splits a double into the high and the low half of the shaders' `Wide`.
 pub fn halves(x: f64) -> [f32; 2] {
@@ -189,14 +189,46 @@ impl Material {
 /// See `shaders/scenery.wgsl`.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
+pub struct SceneField {
+    pub first_value: u32,
+    pub first_gradient: u32,
+    pub padding: [u32; 2],
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Isosurface {
+    pub color: [f32; 3],
+    pub opacity: f32,
+    pub value: f32,
+    pub field: u32,
+    pub kind: u32,
+    pub color_field: u32,
+    pub first_span: u32,
+    pub span_count: u32,
+    pub scale: f32,
+    pub shift: f32,
+}
+
+impl Isosurface {
+    /// The number of the volume's field.
+    pub const OWN_FIELD: u32 = u32::MAX;
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct Scenery {
     pub clips: [Clip; MAX_CLIPS],
     pub surface_layers: [SurfaceLayer; MAX_SURFACES],
     pub materials: [Material; MAX_SURFACES],
+    pub isosurfaces: [Isosurface; MAX_SURFACES],
+    pub fields: [SceneField; MAX_FIELDS],
     pub clip_count: u32,
     pub surface_layer_count: u32,
+    pub isosurface_count: u32,
     pub seen_above: f32,
-    pub padding: u32,
 }
 
 /// See `shaders/gradient.wgsl`.

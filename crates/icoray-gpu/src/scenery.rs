@@ -1,10 +1,10 @@
 //! What a scene shows beside its volume, as shaders read it.
 
 use crate::bindings;
-use crate::layout::{Clip, Material, Scenery, SurfaceLayer, halves, halves3};
+use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, halves, halves3};
 use crate::picture::Picture;
 use crate::pool::PooledBuffer;
-use icoray::device::{self, ClipRegion, FallbackReason, Job, Paint};
+use icoray::device::{self, ClipRegion, FallbackReason, FieldId, IsosurfacePaint, Job, Paint};
 
 /// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
 /// are submitted.
@@ -33,10 +33,15 @@ impl SceneGroup {
 /// The spans of the transfer functions of surfaces, in the order of their materials.
 pub(crate) fn surface_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Span> {
     let layers = job.scenery().into_iter().flat_map(|scenery| &scenery.surface_layers);
-    layers.flat_map(|layer| &layer.materials).flat_map(|material| match &material.paint {
+    let of_layers = layers.flat_map(|layer| &layer.materials).flat_map(|material| match &material.paint {
         Paint::Plain(_) => [].as_slice(),
         Paint::Field { spans, .. } => spans,
-    })
+    });
+    let isosurfaces = job.scenery().into_iter().flat_map(|scenery| &scenery.isosurfaces);
+    of_layers.chain(isosurfaces.flat_map(|surface| match &surface.paint {
+        IsosurfacePaint::Plain(_) => [].as_slice(),
+        IsosurfacePaint::Field(colors) => &colors.spans,
+    }))
 }
 
 /// The scenery of a job and the values of its surfaces.
@@ -73,6 +78,26 @@ impl SceneTables {
                     }
                 }
             }
+        }
+        scenery.isosurface_count = shown.isosurfaces.len() as u32;
+        let number = |field: FieldId| field.map_or(layout::Isosurface::OWN_FIELD, |number| number as u32);
+        for (surface, shown) in scenery.isosurfaces.iter_mut().zip(&shown.isosurfaces) {
+            (surface.opacity, surface.value, surface.field) = (shown.opacity, shown.value, number(shown.field));
+            match &shown.paint {
+                IsosurfacePaint::Plain(color) => (surface.color, surface.kind) = (*color, Material::PLAIN),
+                IsosurfacePaint::Field(colors) => {
+                    (surface.kind, surface.color_field) = (Material::FIELD, number(colors.field));
+                    (surface.first_span, surface.span_count) = (first_span, colors.spans.len() as u32);
+                    [surface.scale, surface.shift] = colors.to_spans;
+                    first_span += surface.span_count;
+                }
+            }
+        }
+        for (field, shown) in scenery.fields.iter_mut().zip(&shown.fields) {
+            field.first_value = all.len() as u32;
+            all.extend_from_slice(&shown.values);
+            field.first_gradient = all.len() as u32;
+            all.extend_from_slice(shown.gradients.as_flattened());
         }
         SceneTables { scenery, values: all }
     }

@@ -11,9 +11,9 @@ macro_rules! sources {
 }
 
 /// All files in `shaders/`: name and text.
-pub const SOURCES: [(&str, &str); 31] = sources! {
+pub const SOURCES: [(&str, &str); 32] = sources! {
     "gradient" "gradients" "grid" "pages" "params" "parts" "picture" "pieces" "scene" "scenery" "kernel/column"
-    "kernel/general/clips" "kernel/general/frustum" "kernel/general/surfaces" "kernel/signature"
+    "kernel/general/clips" "kernel/general/frustum" "kernel/general/isosurfaces" "kernel/general/surfaces" "kernel/signature"
     "kernel/roundoff" "kernel/lit" "kernel/piece" "kernel/plane" "kernel/ray" "kernel/ray/fragment"
     "kernel/real" "kernel/sample" "kernel/segment" "kernel/shade" "kernel/transfer" "kernel/turn" "kernel/walk"
     "kernel/wide" "measure/multiply" "measure/stream"

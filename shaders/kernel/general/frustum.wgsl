@@ -5,6 +5,7 @@
 #import kernel/ray
 #import kernel/signature
 #import kernel/general/clips
+#import kernel/general/isosurfaces
 #import kernel/general/surfaces
 
 struct RayScene {
@@ -21,6 +22,7 @@ struct RayScene {
 var<private> ray_scene: RayScene;
 
 fn scene_begin(line: RayLine, eye: Wide3, dir: Wide3) {
+    known_sides = 0u;
     ray_scene = RayScene(clips_behind(line, line.start), false, BoundarySignature(0u, 0.0), wide3_dot(eye, dir));
 }
 
@@ -29,15 +31,6 @@ fn scene_boundary(boundary: u32, alpha: f32, t: Wide) {
     if 1.0 - alpha > scenery.seen_above {
         ray_scene.surfaces = signature_push(ray_scene.surfaces, boundary, wide_apart(t, ray_scene.eye));
     }
-}
-
-// The way of a ray through a gap of a column, from `a` to `b`.
-struct GapWay {
-    gap: u32,
-    a: RayPoint,
-    b: RayPoint,
-    // The fraction of the column that it is.
-    part: f32,
 }
 
 // The fraction of the frustum at which the stretch ends; 1 where it goes on behind.
@@ -143,7 +136,8 @@ fn frustum_interpolant_part(whole: FrustumInterpolant, from_: f32, to: f32) -> F
     );
 }
 
-// The volume in a frustum, as far as it is shown; true where the ray ends.
+// The volume and isosurfaces in a frustum, as far as they are shown; true where the ray ends. Without values `own` is not
+// there.
 fn scene_frustum(
     ray: ptr<function, Ray>,
     light: ptr<function, Radiance>,
@@ -151,31 +145,90 @@ fn scene_frustum(
     column: Column,
     bases: array<Base, 3>,
     way: GapWay,
-    segment: Segment,
-    interpolant: FrustumInterpolant,
+    own: FieldSegment,
 ) -> bool {
     let frusta = (*ray).frusta + 1u;
-    var from_ = 0.0;
+    find_crossings(column, way, own);
+    let segment = own.segment;
+    var next = 0u;
+    var start = 0.0;
+    var shown_to = 0.0;
     var is_over = false;
-    while !is_over && from_ < 1.0 {
-        let part = scene_next_part(line, column, way, from_);
-        if part.is_there {
-            scene_cut_face(column, bases, way, part.from_, (*light).alpha);
-            var shown = segment;
-            var course = interpolant;
-            if part.from_ > 0.0 || part.to < 1.0 {
-                shown = segment_part(segment, segment_place(segment, part.from_), segment_place(segment, part.to));
-                if IS_LIT {
-                    course = frustum_interpolant_part(interpolant, part.from_, part.to);
-                }
+    while !is_over {
+        if shown_to > 0.0 && next < crossing_count && crossings[next].u <= start {
+            is_over = scene_isosurface(ray, light, crossings[next], column, way, own);
+            next++;
+        } else if start < shown_to {
+            var end = shown_to;
+            if next < crossing_count {
+                end = min(end, crossings[next].u);
             }
-            is_over = frustum(ray, light, shown, course);
-            scene_rounded_ends(light, segment.length, shown, part);
+            if own.is_there {
+                var shown = segment;
+                var course = own.interpolant;
+                if start > 0.0 || end < 1.0 {
+                    shown = segment_part(segment, segment_place(segment, start), segment_place(segment, end));
+                    if IS_LIT {
+                        course = frustum_interpolant_part(own.interpolant, start, end);
+                    }
+                }
+                is_over = frustum(ray, light, shown, course);
+                scene_rounded_ends(light, segment.length, shown, FrustumPart(start, end, true));
+            }
+            start = end;
+        } else {
+            let part = scene_next_part(line, column, way, shown_to);
+            if !part.is_there {
+                break;
+            }
+            if own.is_there {
+                scene_cut_face(column, bases, way, part.from_, (*light).alpha);
+            }
+            start = part.from_;
+            shown_to = part.to;
+            while next < crossing_count && crossings[next].u < start {
+                next++;
+            }
         }
-        from_ = part.to;
     }
     (*ray).frusta = frusta;
     return is_over;
+}
+
+// The ray passes where there is no field: on which side of a surface it comes out is open.
+fn scene_leave() {
+    known_sides = 0u;
+}
+
+// An isosurface that the ray meets; true where it ends.
+fn scene_isosurface(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Radiance>,
+    crossing: IsosurfaceCrossing,
+    column: Column,
+    way: GapWay,
+    own: FieldSegment,
+) -> bool {
+    let found = isosurface_color((*ray).shading, crossing, column, way, own);
+    if !found.is_there {
+        return false;
+    }
+    let length = wide_apart(column.exit.t, column.entry.t);
+    let t = wide_add(column.entry.t, wide((way.a.u + crossing.u * way.part) * length));
+    scene_boundary((crossing.surface << 2u) | 3u, (*light).alpha, t);
+    let opacity = scenery.isosurfaces[crossing.surface].opacity;
+    var here = radiance_plain(found.color, opacity);
+    let off = opacity * (found.off + 4.0 * ROUNDING);
+    here.variance = off * off;
+    if own.is_there {
+        // Matter that is before the surface where it may be behind.
+        let f = segment_value(own.segment, crossing.u);
+        let depth = crossing.off * own.segment.length * span_extinction(spans[spans_search(f)], f);
+        let shifted = opacity * absorbed_by(depth);
+        here.variance += shifted * shifted;
+    }
+    radiance_over(light, here);
+    return scene_ends(ray, light);
 }
 
 // A fraction of a segment, and the value there.

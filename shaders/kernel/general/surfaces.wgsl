@@ -14,8 +14,12 @@ struct SurfaceColor {
 
 // The colour of a value of a material's field; `reach` is what rounding does to the value.
 fn material_of_value(material: Material, value: f32, reach: f32) -> SurfaceColor {
-    var k = material.first_span;
-    let last = material.first_span + material.span_count - 1u;
+    return spans_color(material.first_span, material.span_count, value, reach);
+}
+
+fn spans_color(first: u32, count: u32, value: f32, reach: f32) -> SurfaceColor {
+    var k = first;
+    let last = first + count - 1u;
     while k < last && spans[k + 1u].low <= value {
         k++;
     }

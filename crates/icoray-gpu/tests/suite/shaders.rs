@@ -3,8 +3,8 @@
 
 use icoray::device::mirror;
 use icoray_gpu::layout::{
-    Around, Clip, Fragment, Material, Params, Part, Passed, Piece, Pixel, Scenery, Shading, ShellLayer, Span, Step,
-    SurfaceLayer,
+    Around, Clip, Fragment, Isosurface, Material, Params, Part, Passed, Piece, Pixel, SceneField, Scenery, Shading,
+    ShellLayer, Span, Step, SurfaceLayer,
 };
 use icoray_gpu::shader::{SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
@@ -112,7 +112,10 @@ fn structs_have_the_same_layout_in_rust_and_wgsl() {
         first_layer last_layer kind cuts_inside);
     same_layout!(&scene, SurfaceLayer: layer first_material material_count padding);
     same_layout!(&scene, Material: color opacity kind first_value first_span span_count);
-    same_layout!(&scene, Scenery: clips surface_layers materials clip_count surface_layer_count seen_above);
+    same_layout!(&scene, SceneField: first_value first_gradient padding);
+    same_layout!(&scene, Isosurface: color opacity value field kind color_field first_span span_count scale shift);
+    same_layout!(&scene, Scenery: clips surface_layers materials isosurfaces fields clip_count surface_layer_count
+        isosurface_count seen_above);
     same_layout!(&gradient, Around: first columns row);
     same_layout!(&parts, Part: middle reach lowest_hi lowest_lo max_fragments);
     same_layout!(&parts, Fragment: ray entry_hi entry_lo exit_hi exit_lo red green blue alpha error variance);
@@ -151,6 +154,7 @@ fn constants_are_those_of_rust() {
         ("HAS_LATITUDES", Clip::HAS_LATITUDES),
         ("HAS_LONGITUDES", Clip::HAS_LONGITUDES),
         ("IS_WIDE", Clip::IS_WIDE),
+        ("OWN_FIELD", Isosurface::OWN_FIELD),
         ("MATERIAL_PLAIN", Material::PLAIN),
         ("MATERIAL_FIELD", Material::FIELD),
         ("MATERIAL_CELLS", Material::CELLS),

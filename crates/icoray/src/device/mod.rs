@@ -4,6 +4,7 @@
 //! The CPU renderer keeps the plan, ranges, averages of fields at corners, gradients, blending over the background and
 //! error bounds, and traces the tiles that the device does not return. Everything is for `f32` kernels.
 
+mod isosurfaces;
 mod job;
 mod light;
 pub mod mirror;
@@ -13,6 +14,8 @@ mod tables;
 pub use crate::raster::Rect;
 pub use icoray_kernel::ray::Fragment;
 pub use icoray_kernel::signature::BoundarySignature;
+pub(crate) use isosurfaces::isosurface_tables;
+pub use isosurfaces::{ColorByField, FieldId, Isosurface, IsosurfacePaint, MAX_FIELDS, SceneField};
 pub use job::{Content, Job};
 pub use light::Shading;
 pub(crate) use scenery::unsupported;

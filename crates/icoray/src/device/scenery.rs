@@ -1,6 +1,6 @@
 //! What a scene shows beside its volume, for a device.
 
-use super::{ENDLESS, FallbackReason, Span};
+use super::{ENDLESS, FallbackReason, Isosurface, SceneField, Span};
 use icoray_grid::array::MapInline;
 use icoray_grid::grid::unit_vector;
 use icoray_kernel::general;
@@ -22,6 +22,10 @@ pub struct Scenery {
     pub clips: Vec<ClipRegion>,
     /// The layers with surfaces on them.
     pub surface_layers: Vec<SurfaceLayer>,
+    /// Surfaces on which a field has one value.
+    pub isosurfaces: Vec<Isosurface>,
+    /// The fields that isosurfaces need beside the volume's.
+    pub fields: Vec<SceneField>,
 }
 
 /// A layer with all surfaces on it.
@@ -132,14 +136,15 @@ pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
         "the scene shows several volumes"
     } else if matches!(scene.volumes.as_slice(), [Volume { opacity: Some(_), .. }]) {
         "the opacity of the scene's volume is that of another field"
-    } else if !scenery.isosurfaces.is_empty() {
-        "the scene shows isosurfaces"
     } else if scenery.lines.iter().any(|lines| lines.on != Level::Ground) {
         "the scene has lines on a layer"
     } else if scenery.clips.len() > MAX_CLIPS {
         return Some(format!("the scene has {} cuts, expected at most {MAX_CLIPS}", scenery.clips.len()));
     } else if scenery.surfaces.len() > MAX_SURFACES {
         return Some(format!("the scene has {} surfaces, expected at most {MAX_SURFACES}", scenery.surfaces.len()));
+    } else if scenery.isosurfaces.len() > MAX_SURFACES {
+        let count = scenery.isosurfaces.len();
+        return Some(format!("the scene has {count} isosurfaces, expected at most {MAX_SURFACES}"));
     } else {
         return None;
     };
