@@ -14,6 +14,9 @@ struct Pixel {
     columns: u32,
     frusta: u32,
     void_frusta: u32,
+    // The surfaces that it met: `BoundarySignature`, nothing where there is only a volume.
+    order: u32,
+    nearness: f32,
 }
 
 const MISSED: f32 = -1.0;
@@ -48,5 +51,9 @@ fn picture(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id
         traced.ray.columns,
         traced.ray.frusta,
         traced.ray.void_frusta,
+#plain         0u,
+#plain         0.0,
+#scene         ray_scene.surfaces.order,
+#scene         ray_scene.surfaces.nearness,
     );
 }

@@ -7,6 +7,7 @@
 #import kernel/roundoff
 #import kernel/lit
 #import gradients
+#scene #import kernel/general/frustum
 
 struct Ray {
     // The span of the transfer function that the ray is in, where that is known.
@@ -47,6 +48,7 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
         return Traced(light, ray, false);
     }
     var walk = walk_new(line, hint);
+#scene     scene_begin(line, eye, dir);
     var gap = 0u;
     var is_in_gap = false;
     var is_over = false;
@@ -122,9 +124,14 @@ fn cross(
             // The whole column where no layer is passed. Else a fraction of its own, not the difference of two.
             let climb = wide_apart(b.rho, a.rho);
             let part = select(clamp(climb * scale, 0.0, 1.0), 1.0, is_first && !passes);
-            if at_a.is_void || at_b.is_void {
+#scene             let way = GapWay(*gap, a, b, part);
+#scene             let is_hidden = scene_hides(line, column, way);
+#scene             let is_void = at_a.is_void || at_b.is_void;
+#plain             if at_a.is_void || at_b.is_void {
+#scene             if is_void && scenery.isosurface_count == 0u {
                 (*ray).frusta++;
-                (*ray).void_frusta++;
+#plain                 (*ray).void_frusta++;
+#scene                 (*ray).void_frusta += select(1u, 0u, is_hidden);
                 (*ray).is_in_span = false;
             } else {
                 let eps = max(climb * a.curvature, ROUNDING - 1.0);
@@ -137,7 +144,10 @@ fn cross(
                 if IS_LIT {
                     interpolant = frustum_interpolant_over(at_a, at_b, a.tau, b.tau, eps);
                 }
-                if frustum(ray, light, segment, interpolant) {
+#plain                 if frustum(ray, light, segment, interpolant) {
+#scene                 (*ray).void_frusta += select(0u, 1u, is_void && !is_hidden);
+#scene                 let own = FieldSegment(segment, interpolant, !is_void);
+#scene                 if scene_frustum(ray, light, line, column, bases, way, own) {
                     return true;
                 }
             }
@@ -148,10 +158,14 @@ fn cross(
                 return true;
             }
             has_near = false;
+#scene             scene_leave();
         }
         if !passes {
             break;
         }
+#scene         if scene_layer(ray, light, line, column, ahead, b) {
+#scene             return true;
+#scene         }
         *gap = select(*gap - 1u, *gap + 1u, rising);
         a = b;
         is_first = false;
@@ -193,6 +207,7 @@ fn frustum_interpolant_over(at_a: Chord, at_b: Chord, tau_a: f32, tau_b: f32, ep
 
 fn void_column(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: RayLine, column: Column) -> bool {
     (*ray).is_in_span = false;
+#scene     scene_leave();
     let met = ray_line_first_inside(line, shell_inner(), column.entry.t, column.exit.t);
     return met.is_there && core(ray, light, line, met.t);
 }
@@ -204,6 +219,7 @@ fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: RayLine, 
         if IS_LIT {
             body = ray_shading_solid((*ray).shading, normalize(ray_line_position(line, t).hi));
         }
+#scene         scene_boundary(BOUNDARY_CORE, (*light).alpha, t);
         radiance_over(light, radiance_plain(params.core * body, 1.0));
     }
     return HAS_CORE;

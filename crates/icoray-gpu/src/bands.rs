@@ -55,9 +55,10 @@ impl<'b> Bands<'b> {
     ) -> Result<Self, FallbackReason> {
         let (ctx, pipelines) = (picture.ctx, picture.pipelines);
         // A band whose fragments exceed their buffer is traced twice.
-        let (shader, label, ray_bytes, runs) = match in_parts {
-            true => (("parts", &pipelines.parts), "rays through a part", size_of::<Passed>(), 2),
-            false => (("picture", &pipelines.picture), "pixels", size_of::<Pixel>(), 1),
+        let (shader, label, ray_bytes, runs) = match (in_parts, picture.job.scenery()) {
+            (true, _) => (("parts", &pipelines.parts), "rays through a part", size_of::<Passed>(), 2),
+            (false, None) => (("picture", &pipelines.picture), "pixels", size_of::<Pixel>(), 1),
+            (false, Some(_)) => (("scene", &pipelines.scene), "pixels", size_of::<Pixel>(), 1),
         };
         let constants = [picture.constants(in_parts), field.constants()].concat();
         let pipeline = pipelines.get(ctx, shader, field.layout.pages, constants)?;

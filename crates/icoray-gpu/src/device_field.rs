@@ -7,6 +7,7 @@ use crate::layout::Params;
 use crate::picture::Picture;
 use crate::pipelines::Constants;
 use crate::pool::PooledBuffer;
+use crate::visible_layers::needs_all_layers;
 use icoray::device::{Content, FallbackReason, Job, Span};
 use std::ops::Range;
 use std::sync::Arc;
@@ -69,7 +70,7 @@ impl DeviceField {
         let key = GradientKey::new(job);
         self.content == job.content()
             && self.cells.id == cells.id
-            && (self.layout.has_all_layers || self.spans == job.spans())
+            && (self.layout.has_all_layers || (self.spans == job.spans() && !needs_all_layers(job)))
             && (key.is_none() || self.gradient_key == key)
     }
 

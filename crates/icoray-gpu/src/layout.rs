@@ -3,6 +3,7 @@
 #![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};
+use icoray::device::{MAX_CLIPS, MAX_FIELDS, MAX_SURFACES};
 
 /// Splits a double into the high and the low half of the shaders' `Wide`.
 pub fn halves(x: f64) -> [f32; 2] {
@@ -127,6 +128,109 @@ pub struct Shading {
     pub padding: [u32; 3],
 }
 
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Clip {
+    pub towards_hi: [f32; 3],
+    pub distance_hi: f32,
+    pub towards_lo: [f32; 3],
+    pub distance_lo: f32,
+    pub west: [f32; 4],
+    pub east: [f32; 4],
+    pub inner: [f32; 2],
+    pub outer: [f32; 2],
+    pub south: [f32; 2],
+    pub north: [f32; 2],
+    pub first_layer: u32,
+    pub last_layer: u32,
+    pub kind: u32,
+    pub cuts_inside: u32,
+}
+
+impl Clip {
+    /// The conditions in `kind`.
+    pub const HAS_HALF_SPACE: u32 = 1;
+    pub const HAS_SHELL: u32 = 2;
+    pub const HAS_LATITUDES: u32 = 4;
+    pub const HAS_LONGITUDES: u32 = 8;
+    pub const IS_WIDE: u32 = 16;
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct SurfaceLayer {
+    pub layer: u32,
+    pub first_material: u32,
+    pub material_count: u32,
+    pub padding: u32,
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Material {
+    pub color: [f32; 3],
+    pub opacity: f32,
+    pub kind: u32,
+    pub first_value: u32,
+    pub first_span: u32,
+    pub span_count: u32,
+}
+
+impl Material {
+    /// The values of `kind`.
+    pub const PLAIN: u32 = 0;
+    pub const FIELD: u32 = 1;
+    pub const CELLS: u32 = 2;
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct SceneField {
+    pub first_value: u32,
+    pub first_gradient: u32,
+    pub padding: [u32; 2],
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Isosurface {
+    pub color: [f32; 3],
+    pub opacity: f32,
+    pub value: f32,
+    pub field: u32,
+    pub kind: u32,
+    pub color_field: u32,
+    pub first_span: u32,
+    pub span_count: u32,
+    pub scale: f32,
+    pub shift: f32,
+}
+
+impl Isosurface {
+    /// The number of the volume's field.
+    pub const OWN_FIELD: u32 = u32::MAX;
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Scenery {
+    pub clips: [Clip; MAX_CLIPS],
+    pub surface_layers: [SurfaceLayer; MAX_SURFACES],
+    pub materials: [Material; MAX_SURFACES],
+    pub isosurfaces: [Isosurface; MAX_SURFACES],
+    pub fields: [SceneField; MAX_FIELDS],
+    pub clip_count: u32,
+    pub surface_layer_count: u32,
+    pub isosurface_count: u32,
+    pub seen_above: f32,
+}
+
 /// See `shaders/gradient.wgsl`.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -162,6 +266,8 @@ pub struct Pixel {
     pub columns: u32,
     pub frusta: u32,
     pub void_frusta: u32,
+    pub order: u32,
+    pub nearness: f32,
 }
 
 impl Pixel {

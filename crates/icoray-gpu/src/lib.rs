@@ -40,6 +40,7 @@ mod pipelines;
 mod pool;
 mod ray_entry_cache;
 mod readback;
+mod scenery;
 pub mod shader;
 mod staging;
 mod timestamps;

@@ -8,6 +8,7 @@ use crate::mesh::DeviceMesh;
 use crate::pipelines::{Constants, Pipelines};
 use crate::pool::PooledBuffer;
 use crate::ray_entry_cache::RayEntries;
+use crate::scenery::surface_spans;
 use icoray::device::{BudgetTable, ENDLESS, FallbackReason, Job};
 use icoray::{Lights, Method};
 use std::sync::Arc;
@@ -36,7 +37,8 @@ impl<'p> Picture<'p> {
         mesh: Arc<DeviceMesh>,
         entries: Arc<RayEntries>,
     ) -> Result<Self, FallbackReason> {
-        let spans: Vec<Span> = job.spans().iter().map(Span::from).collect();
+        // Those of surfaces lie behind those of the volume.
+        let spans: Vec<Span> = job.spans().iter().chain(surface_spans(job)).map(Span::from).collect();
         let step = |[value, extinction]: [f32; 2]| Step { value, extinction: extinction.min(1e37) };
         let steps: Vec<Step> = job.steps().into_iter().map(step).collect();
         let radius = job.radius();
@@ -77,7 +79,8 @@ impl<'p> Picture<'p> {
     pub fn constants(&self, in_parts: bool) -> Constants {
         let (job, scene) = (self.job, self.job.scene());
         let flags = [
-            ("IS_EXACT", scene.method == Method::Exact),
+            // Scenes that are not plain are integrated to the tolerance whatever their method.
+            ("IS_EXACT", scene.method == Method::Exact || job.scenery().is_some()),
             ("HAS_CORE", scene.core.is_some()),
             ("HAS_VOID", job.grid().void_triangles() > 0),
             ("HAS_STEPS", !job.steps().is_empty()),

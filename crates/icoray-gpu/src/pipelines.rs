@@ -27,6 +27,8 @@ pub(crate) struct Pipelines {
     pub tables: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/picture.wgsl`.
     pub picture: wgpu::BindGroupLayout,
+    /// Group 2 of `shaders/scene.wgsl`.
+    pub scene: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/parts.wgsl`.
     pub parts: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/gradient.wgsl`.
@@ -40,14 +42,15 @@ impl Pipelines {
         Pipelines {
             tables: layout(ctx, &TABLES),
             picture: layout(ctx, &[Uniform]),
+            scene: layout(ctx, &[Uniform, Uniform, READ]),
             parts: layout(ctx, &[Uniform, Uniform, READ, READ_WRITE]),
             gradient: layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
             compiled: Mutex::default(),
         }
     }
 
-    /// The pipeline of a shader whose entry point has its name, with the layout of its group 2, for a field of `pages`
-    /// pages.
+    /// The pipeline of a shader whose entry point has its name, or for `scene` that of `picture`, with the layout of its
+    /// group 2, for a field of `pages` pages.
     pub fn get(
         &self,
         ctx: &Context,
@@ -62,7 +65,8 @@ impl Pipelines {
         }
         let page_layout = page_layout(ctx, pages);
         let layouts = [&self.tables, &page_layout, own, &page_layout];
-        let pipeline = compile(ctx, name, shader::compose_for(name, pages), Some(layouts), &key.1)?;
+        let entry = if name == "scene" { "picture" } else { name };
+        let pipeline = compile(ctx, entry, shader::compose_for(name, pages), Some(layouts), &key.1)?;
         compiled.insert(key, pipeline.clone());
         Ok(pipeline)
     }

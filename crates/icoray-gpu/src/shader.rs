@@ -1,7 +1,8 @@
 //! The sources of the shaders, and their preprocessor.
 //!
 //! A line `#import NAME` includes `shaders/NAME.wgsl` before the rest of the file, once per shader. A line `#each TEXT`
-//! is replaced by one line TEXT per page of the field, with the number of the page in place of PAGE.
+//! is replaced by one line TEXT per page of the field, with the number of the page in place of PAGE. A line `#scene TEXT`
+//! is TEXT in the shader `scene`, and a line `#plain TEXT` in all others; elsewhere it is left out.
 
 macro_rules! sources {
     ($($name:literal)*) => {
@@ -10,8 +11,9 @@ macro_rules! sources {
 }
 
 /// All files in `shaders/`: name and text.
-pub const SOURCES: [(&str, &str); 25] = sources! {
-    "gradient" "gradients" "grid" "pages" "params" "parts" "picture" "pieces" "kernel/column"
+pub const SOURCES: [(&str, &str); 32] = sources! {
+    "gradient" "gradients" "grid" "pages" "params" "parts" "picture" "pieces" "scene" "scenery" "kernel/column"
+    "kernel/general/clips" "kernel/general/frustum" "kernel/general/isosurfaces" "kernel/general/surfaces" "kernel/signature"
     "kernel/roundoff" "kernel/lit" "kernel/piece" "kernel/plane" "kernel/ray" "kernel/ray/fragment"
     "kernel/real" "kernel/sample" "kernel/segment" "kernel/shade" "kernel/transfer" "kernel/turn" "kernel/walk"
     "kernel/wide" "measure/multiply" "measure/stream"
@@ -42,29 +44,44 @@ pub fn expand(text: &str) -> String {
 }
 
 fn expand_for(text: &str, pages: usize) -> String {
-    let (mut seen, mut whole) = (Vec::new(), String::new());
-    add(text, pages, &mut seen, &mut whole);
-    whole
+    let is_scene = text.lines().any(|line| line.trim() == "#import scene");
+    let mut composer = Composer { pages, is_scene, seen: Vec::new(), whole: String::new() };
+    composer.add(text);
+    composer.whole
 }
 
-fn add<'t>(text: &'t str, pages: usize, seen: &mut Vec<&'t str>, whole: &mut String) {
-    let import = |line: &'t str| line.strip_prefix("#import ").map(str::trim);
-    for name in text.lines().filter_map(import) {
-        if !seen.contains(&name) {
-            seen.push(name);
-            let source = SOURCES.iter().find(|(known, _)| *known == name);
-            add(source.unwrap_or_else(|| panic!("no shader is named {name}")).1, pages, seen, whole);
+/// A shader that is put together.
+struct Composer<'t> {
+    pages: usize,
+    is_scene: bool,
+    /// The names of the files that it has.
+    seen: Vec<&'t str>,
+    whole: String,
+}
+
+impl<'t> Composer<'t> {
+    fn add(&mut self, text: &'t str) {
+        let import = |line: &'t str| line.strip_prefix("#import ").map(str::trim);
+        let (kept, left_out) = if self.is_scene { ("#scene ", "#plain ") } else { ("#plain ", "#scene ") };
+        let lines = text.lines().filter(|line| !line.starts_with(left_out));
+        let lines: Vec<&str> = lines.map(|line| line.strip_prefix(kept).unwrap_or(line)).collect();
+        for name in lines.iter().copied().filter_map(import) {
+            if !self.seen.contains(&name) {
+                self.seen.push(name);
+                let source = SOURCES.iter().find(|(known, _)| *known == name);
+                self.add(source.unwrap_or_else(|| panic!("no shader is named {name}")).1);
+            }
         }
-    }
-    for line in text.lines().filter(|line| import(line).is_none()) {
-        match line.strip_prefix("#each ") {
-            Some(each) => (0..pages).for_each(|page| {
-                whole.push_str(&each.replace("PAGE", &page.to_string()));
-                whole.push('\n');
-            }),
-            None => {
-                whole.push_str(line);
-                whole.push('\n');
+        for line in lines.into_iter().filter(|line| import(line).is_none()) {
+            match line.strip_prefix("#each ") {
+                Some(each) => (0..self.pages).for_each(|page| {
+                    self.whole.push_str(&each.replace("PAGE", &page.to_string()));
+                    self.whole.push('\n');
+                }),
+                None => {
+                    self.whole.push_str(line);
+                    self.whole.push('\n');
+                }
             }
         }
     }

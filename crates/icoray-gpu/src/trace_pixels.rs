@@ -1,12 +1,11 @@
 //! Pixels of a whole grid: each band is traced while the results of the one before are read back.
 
 use crate::bands::{Bands, Tile};
-use crate::bindings;
 use crate::device_field::DeviceField;
 use crate::layout::Pixel;
 use crate::picture::Picture;
-use crate::pool::PooledBuffer;
 use crate::readback::Readback;
+use crate::scenery::SceneGroup;
 use icoray::device::{Band, FallbackReason, Traced};
 use std::ops::Range;
 use std::time::Instant;
@@ -15,18 +14,14 @@ use std::time::Instant;
 pub(crate) struct PixelTrace<'t> {
     bands: Bands<'t>,
     /// Group 2.
-    group: wgpu::BindGroup,
-    /// Bound in `group`: not to return to the pool before all bands are submitted.
-    _light: PooledBuffer,
+    scene: SceneGroup,
 }
 
 impl<'t> PixelTrace<'t> {
     /// Prepares tiles of a picture of `field`.
     pub fn new(picture: &Picture<'t>, field: &DeviceField, tiles: &'t [Tile]) -> Result<Self, FallbackReason> {
         let bands = Bands::new(picture, field, tiles, false)?;
-        let light = picture.light()?;
-        let group = bindings::group(picture.ctx, &picture.pipelines.picture, [&*light])?;
-        Ok(PixelTrace { bands, group, _light: light })
+        Ok(PixelTrace { bands, scene: SceneGroup::new(picture)? })
     }
 
     /// Bytes that were uploaded.
@@ -48,7 +43,7 @@ impl<'t> PixelTrace<'t> {
             Ok(())
         };
         for band in list {
-            let readback = self.bands.submit(band, &self.group, |_| ())?;
+            let readback = self.bands.submit(band, &self.scene.group, |_| ())?;
             previous.replace((band.tiles.clone(), readback)).map_or(Ok(()), &mut finish)?;
         }
         previous.map_or(Ok(()), &mut finish)?;

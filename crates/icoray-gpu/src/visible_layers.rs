@@ -1,6 +1,6 @@
 //! The layers of a field between which anything is visible.
 
-use icoray::device::{Job, Span};
+use icoray::device::{ColorByField, Isosurface, IsosurfacePaint, Job, Span};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,6 +13,9 @@ const CHUNK: usize = 1024;
 /// span, so that the picture is the same.
 pub(crate) fn visible_layers(job: &Job, columns: &[u32]) -> Range<usize> {
     let layers = job.radius().len();
+    if needs_all_layers(job) {
+        return 0..layers;
+    }
     let below = clear_layers(job, columns, |k| k);
     if below == layers {
         // All are clear, and a field has at least one layer.
@@ -22,6 +25,17 @@ pub(crate) fn visible_layers(job: &Job, columns: &[u32]) -> Range<usize> {
     // Gradients read one layer more.
     let kept = if job.shading().is_some() { 2 } else { 1 };
     below.max(kept) - kept..layers - above.max(kept) + kept
+}
+
+/// Whether what is clear may be seen: an isosurface of the volume's field.
+pub(crate) fn needs_all_layers(job: &Job) -> bool {
+    job.scenery().is_some_and(|scenery| scenery.isosurfaces.iter().any(|surface| surface.field.is_none()))
+        || job.scenery().is_some_and(|scenery| {
+            let is_own = |surface: &Isosurface| {
+                matches!(&surface.paint, IsosurfacePaint::Field(ColorByField { field: None, .. }))
+            };
+            scenery.isosurfaces.iter().any(is_own)
+        })
 }
 
 /// Counts the layers, in the order of `layer`, whose values all lie in the clear span of the first value.

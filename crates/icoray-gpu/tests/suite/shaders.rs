@@ -2,7 +2,10 @@
 //! by numbers (`functions.rs`, `light.rs`) and by pictures.
 
 use icoray::device::mirror;
-use icoray_gpu::layout::{Around, Fragment, Params, Part, Passed, Piece, Pixel, Shading, ShellLayer, Span, Step};
+use icoray_gpu::layout::{
+    Around, Clip, Fragment, Isosurface, Material, Params, Part, Passed, Piece, Pixel, SceneField, Scenery, Shading,
+    ShellLayer, Span, Step, SurfaceLayer,
+};
 use icoray_gpu::shader::{SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
@@ -29,7 +32,9 @@ fn validate(name: &str, text: &str) {
 /// Each page has a binding and a case for values, and the same for gradients or residuals.
 #[test]
 fn a_shader_has_as_many_pages_as_are_asked_for() {
-    for (shader, beside) in [("picture", "gradients"), ("parts", "gradients"), ("gradient", "rests")] {
+    for (shader, beside) in
+        [("picture", "gradients"), ("scene", "gradients"), ("parts", "gradients"), ("gradient", "rests")]
+    {
         for pages in [1, 2, 7, 16] {
             let text = compose_for(shader, pages);
             validate(shader, &text);
@@ -91,7 +96,7 @@ macro_rules! same_layout {
 
 #[test]
 fn structs_have_the_same_layout_in_rust_and_wgsl() {
-    let [picture, parts, gradient] = ["picture", "parts", "gradient"].map(parse);
+    let [picture, scene, parts, gradient] = ["picture", "scene", "parts", "gradient"].map(parse);
     same_layout!(&picture, Params: eye_hi width eye_lo height forward_hi first_piece forward_lo pixel_step right_hi
         half_pixel_hi right_lo half_pixel_lo up_hi zero up_lo max_steps knots core layers index_base triangles rim_sides
         spans steps column_stride layer_stride color_tolerance min_transmittance brightest start page_columns first_layer last_layer);
@@ -102,7 +107,15 @@ fn structs_have_the_same_layout_in_rust_and_wgsl() {
     same_layout!(&picture, Piece: left top width height first stride hint);
     same_layout!(&picture, Shading: light_hi ambient light_lo diffuse specular shininess sharpness
         is_headlight max_cuts);
-    same_layout!(&picture, Pixel: red green blue alpha error variance columns frusta void_frusta);
+    same_layout!(&picture, Pixel: red green blue alpha error variance columns frusta void_frusta order nearness);
+    same_layout!(&scene, Clip: towards_hi distance_hi towards_lo distance_lo west east inner outer south north
+        first_layer last_layer kind cuts_inside);
+    same_layout!(&scene, SurfaceLayer: layer first_material material_count padding);
+    same_layout!(&scene, Material: color opacity kind first_value first_span span_count);
+    same_layout!(&scene, SceneField: first_value first_gradient padding);
+    same_layout!(&scene, Isosurface: color opacity value field kind color_field first_span span_count scale shift);
+    same_layout!(&scene, Scenery: clips surface_layers materials isosurfaces fields clip_count surface_layer_count
+        isosurface_count seen_above);
     same_layout!(&gradient, Around: first columns row);
     same_layout!(&parts, Part: middle reach lowest_hi lowest_lo max_fragments);
     same_layout!(&parts, Fragment: ray entry_hi entry_lo exit_hi exit_lo red green blue alpha error variance);
@@ -134,4 +147,18 @@ fn constants_are_those_of_rust() {
         assert_eq!(constant(module, name), f64::from(value), "{name}");
     }
     assert_eq!(constant(&parse("parts"), "LOST"), f64::from(Passed::LOST));
+    let scene = &parse("scene");
+    for (name, value) in [
+        ("HAS_HALF_SPACE", Clip::HAS_HALF_SPACE),
+        ("HAS_SHELL", Clip::HAS_SHELL),
+        ("HAS_LATITUDES", Clip::HAS_LATITUDES),
+        ("HAS_LONGITUDES", Clip::HAS_LONGITUDES),
+        ("IS_WIDE", Clip::IS_WIDE),
+        ("OWN_FIELD", Isosurface::OWN_FIELD),
+        ("MATERIAL_PLAIN", Material::PLAIN),
+        ("MATERIAL_FIELD", Material::FIELD),
+        ("MATERIAL_CELLS", Material::CELLS),
+    ] {
+        assert_eq!(constant(scene, name), f64::from(value), "{name}");
+    }
 }

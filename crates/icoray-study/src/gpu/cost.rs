@@ -14,7 +14,7 @@ const FRUSTUM_BYTES: u64 = 12;
 /// Gradients of three vertices, wherever values are read.
 const GRADIENT_BYTES: u64 = 36;
 /// Output of a pixel's ray.
-const PIXEL_BYTES: u64 = 36;
+const PIXEL_BYTES: u64 = 44;
 
 /// In double-float, where a sum is 20 operations, a product 24 and a quotient 110: the new vertex seen from the ray's
 /// plane 336, the side crossed 258, whether the ray ends 68, distance 134, height 246; in f32 the first chord 45.
@@ -57,6 +57,6 @@ mod tests {
         assert_eq!(of(1, 0, 0, false), Cost { bytes: 64.0, flops: 1087.0 });
         assert_eq!(of(0, 1, 0, false), Cost { bytes: 12.0, flops: 224.0 });
         assert_eq!(of(0, 1, 0, true), Cost { bytes: 48.0, flops: 224.0 });
-        assert_eq!(of(2, 3, 5, false).bytes, 128.0 + 36.0 + 180.0);
+        assert_eq!(of(2, 3, 5, false).bytes, 128.0 + 36.0 + 220.0);
     }
 }

@@ -1,8 +1,8 @@
 //! A picture's rays, prepared for a device.
 
-use super::{BudgetTable, ENDLESS, Span};
+use super::{BudgetTable, ENDLESS, Scenery, Span};
 use crate::plan::Plan;
-use crate::plan::budget::allowed;
+use crate::plan::budget::allowed_to_single;
 use crate::raster::Raster;
 use crate::raster::Rect;
 use crate::render::Lazy;
@@ -27,6 +27,7 @@ pub struct Job<'f> {
     field: &'f Field<'f>,
     gradients: &'f Lazy<'f, PartialGradients>,
     is_part: bool,
+    scenery: Option<Scenery>,
     spans: transfer::Spans<f32>,
     quality: Quality,
     raster: Raster,
@@ -56,7 +57,13 @@ impl<'f> Job<'f> {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let spans = transfer::Spans::new(&plan.knots);
         let raster = Raster { width: scene.width, height: scene.height, step: 1 };
-        Job { number, scene, plan, grid, field, gradients, is_part, spans, quality, raster, tiles: Vec::new() }
+        let (scenery, tiles) = (None, Vec::new());
+        Job { number, scene, plan, grid, field, gradients, is_part, scenery, spans, quality, raster, tiles }
+    }
+
+    /// The same job of a scene that is not plain.
+    pub(crate) fn with_scenery(self, scenery: Scenery) -> Self {
+        Job { scenery: Some(scenery), ..self }
     }
 
     /// The same picture's tiles `tiles`, in a quality.
@@ -95,6 +102,18 @@ impl<'f> Job<'f> {
         self.is_part
     }
 
+    /// What is shown beside the volume and the core; `None` in a plain scene.
+    pub fn scenery(&self) -> Option<&Scenery> {
+        self.scenery.as_ref()
+    }
+
+    /// Transmittance above which a surface behind counts in a ray's signature ([`BoundarySignature`]).
+    ///
+    /// [`BoundarySignature`]: super::BoundarySignature
+    pub fn sees_above(&self) -> f32 {
+        2.0 * allowed_to_single(self.scene, &self.quality).color_tolerance as f32
+    }
+
     /// Tolerance and method of the frame.
     pub fn quality(&self) -> &Quality {
         &self.quality
@@ -127,7 +146,7 @@ impl<'f> Job<'f> {
 
     /// Division of the tolerance along a ray.
     pub fn allowed(&self) -> BudgetTable {
-        let budget = allowed(self.scene, &self.quality);
+        let budget = allowed_to_single(self.scene, &self.quality);
         let shading = self.plan.shading.filter(|_| self.quality.lights != Lights::Off);
         BudgetTable {
             color_tolerance: budget.color_tolerance_in::<f32>(shading.as_ref()) as f32,

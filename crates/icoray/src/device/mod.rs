@@ -4,16 +4,22 @@
 //! The CPU renderer keeps the plan, ranges, averages of fields at corners, gradients, blending over the background and
 //! error bounds, and traces the tiles that the device does not return. Everything is for `f32` kernels.
 
+mod isosurfaces;
 mod job;
 mod light;
 pub mod mirror;
+mod scenery;
 mod tables;
 
 pub use crate::raster::Rect;
 pub use icoray_kernel::ray::Fragment;
 pub use icoray_kernel::signature::BoundarySignature;
+pub(crate) use isosurfaces::isosurface_tables;
+pub use isosurfaces::{ColorByField, FieldId, Isosurface, IsosurfacePaint, MAX_FIELDS, SceneField};
 pub use job::{Content, Job};
 pub use light::Shading;
+pub(crate) use scenery::unsupported;
+pub use scenery::{ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, Paint, Scenery, SurfaceLayer};
 pub use tables::{BudgetTable, Span, Tables, locate};
 
 use bytemuck::{Pod, Zeroable};
@@ -137,6 +143,8 @@ pub struct Traced {
     pub variance: f32,
     /// Columns, frusta and void frusta.
     pub counts: [u32; 3],
+    /// The surfaces that it met, as [`BoundarySignature::values`]: zeros in a plain scene.
+    pub surfaces: [f32; 2],
 }
 
 impl Traced {

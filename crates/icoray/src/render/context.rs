@@ -46,9 +46,10 @@ impl FrameContext<'_> {
         self.renderer.frame_cache.range(&field.source(self.grid), || field.field().range())
     }
 
-    /// Whether the CPU computes gradients in any case: a device has its own, but for those of a part.
+    /// Whether the CPU computes gradients in any case: a device has its own, but for those of a part. Of scenes that are
+    /// not plain they are computed at once.
     pub fn needs_gradients(&self) -> bool {
-        self.device.is_err() || self.part.is_some()
+        self.device.is_err() || self.part.is_some() || !self.scene.is_plain()
     }
 
     /// Whether rays through one volume are traced in packets, in this precision.

@@ -5,14 +5,15 @@ use super::lazy::Lazy;
 use super::work::background_blend;
 use crate::compose::TileFragments;
 use crate::device::{
-    Band, Device, DeviceCost, FallbackReason, Fragments, Job, OwnedColumns, RayFragments, Rect, Traced,
+    Band, Device, DeviceCost, FallbackReason, Fragments, Job, OwnedColumns, RayFragments, Rect, Scenery, Traced,
 };
 use crate::plan::budget::brightest;
-use crate::raster::{Raster, Tile};
+use crate::raster::{Pixel, Raster, Tile};
 use icoray_grid::gradient::PartialGradients;
 use icoray_grid::{Error, Field};
 use icoray_kernel::Counts;
 use icoray_kernel::piece::Radiance;
+use icoray_kernel::signature::BoundarySignature;
 use icoray_output::{DeviceReport, FrameReport};
 use icoray_scene::Quality;
 use rayon::prelude::*;
@@ -40,6 +41,23 @@ impl<'f> OnDevice<'f> {
         let job = Job::new(scene, plan, grid, field, gradients, quality, part.is_some());
         let device = context.device.as_deref().map_err(Clone::clone);
         OnDevice { device, job, spent: DeviceCost::default(), drew: None }
+    }
+
+    /// The same picture of a scene that is not plain, of which devices draw whole grids only. Its scenery is asked for
+    /// where there is a device.
+    pub fn with_scenery(self, scenery: impl FnOnce() -> Result<Scenery, FallbackReason>) -> Self {
+        let device = match self.device {
+            Ok(device) => device,
+            Err(reason) => return OnDevice { device: Err(reason), ..self },
+        };
+        let scenery = match self.job.is_part() {
+            true => Err(FallbackReason::new("the scene is not plain, and ranks have parts of the grid")),
+            false => scenery(),
+        };
+        match scenery {
+            Ok(scenery) => OnDevice { device: Ok(device), job: self.job.with_scenery(scenery), ..self },
+            Err(reason) => OnDevice { device: Err(Some(reason)), ..self },
+        }
     }
 
     /// Whether a device is asked first.
@@ -182,13 +200,15 @@ fn tile_of_rays(job: &Job, number: u32, rays: &[Traced]) -> Tile {
     let brightest = brightest(scene);
     let mut counts = Counts::default();
     let pixel = |ray: &Traced| {
-        let Traced { color, alpha: absorbed, error, variance, counts: [columns, frusta, void_frusta] } = *ray;
+        let Traced { color, alpha: absorbed, error, variance, counts: [columns, frusta, void_frusta], surfaces } = *ray;
         if error == Traced::MISSED {
             return background_blend(scene, brightest, None);
         }
         let [columns, frusta, void_frusta] = [columns, frusta, void_frusta].map(u64::from);
         counts += Counts { rays: 1, columns, frusta, void_frusta, ..Counts::default() };
-        background_blend(scene, brightest, Some(Radiance { color, alpha: absorbed, error, variance }.wide()))
+        let light = Radiance { color, alpha: absorbed, error, variance }.wide();
+        let surfaces = BoundarySignature::of_values(surfaces);
+        Pixel { surfaces, ..background_blend(scene, brightest, Some(light)) }
     };
     let pixels = rays.iter().map(pixel).collect();
     Tile { number, seconds: 0.0, counts, pixels, moments: Vec::new() }

@@ -4,7 +4,7 @@ use super::devices::{DeviceCache, SingleDevice};
 use super::frame_cache::FrameCache;
 use super::progress::Progress;
 use crate::derive::DerivedFieldCache;
-use crate::device::{Device, DeviceRequest, Devices, FallbackReason};
+use crate::device::{Device, DeviceRequest, Devices, FallbackReason, unsupported};
 use crate::plan::Savings;
 use crate::ranges::Ranges;
 use fearless_simd::Level;
@@ -157,10 +157,8 @@ impl Renderer {
         if scene.precision == Precision::F64 {
             return Err(Some(FallbackReason::new("the scene asks for precision = \"f64\"")));
         }
-        if !scene.is_plain() {
-            return Err(Some(FallbackReason::new(
-                "the scene shows more than one volume between concentric layers, or cuts it",
-            )));
+        if let Some(reason) = unsupported(scene) {
+            return Err(Some(FallbackReason::new(reason)));
         }
         if Ground::new(scene).is_some() {
             return Err(Some(FallbackReason::new("the scene has land, sea or lines on its core")));

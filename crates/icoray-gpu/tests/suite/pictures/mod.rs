@@ -7,6 +7,7 @@ mod common;
 mod data;
 mod lit;
 mod parts;
+mod scenes;
 use common::*;
 
 #[test]

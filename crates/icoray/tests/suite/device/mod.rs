@@ -53,7 +53,7 @@ fn painted(job: &Job, rect: Rect) -> Vec<Traced> {
         (rect.top..rect.top + rect.height).flat_map(|y| (rect.left..rect.left + rect.width).map(move |x| (x, y)));
     let ray = |(x, y): (u32, u32)| {
         let (x, y) = ((x * step).min(scene.width - 1), (y * step).min(scene.height - 1));
-        Traced { color: color(x, y), alpha: 1.0, error: 0.25, variance: 0.0, counts: [2, 3, 1] }
+        Traced { color: color(x, y), alpha: 1.0, error: 0.25, variance: 0.0, counts: [2, 3, 1], surfaces: [0.0; 2] }
     };
     nodes.map(ray).collect()
 }

@@ -1,0 +1,133 @@
+//! What a scene shows beside its volume, as shaders read it.
+
+use crate::bindings;
+use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, halves, halves3};
+use crate::picture::Picture;
+use crate::pool::PooledBuffer;
+use icoray::device::{self, ClipRegion, FallbackReason, FieldId, IsosurfacePaint, Job, Paint};
+
+/// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
+/// are submitted.
+pub(crate) struct SceneGroup {
+    pub group: wgpu::BindGroup,
+    _buffers: Vec<PooledBuffer>,
+}
+
+impl SceneGroup {
+    /// Uploads light and scenery of a picture.
+    pub fn new(picture: &Picture) -> Result<Self, FallbackReason> {
+        let (ctx, pipelines) = (picture.ctx, picture.pipelines);
+        let mut buffers = vec![picture.light()?];
+        let mut layout = &pipelines.picture;
+        if let Some(scenery) = picture.job.scenery() {
+            let tables = SceneTables::new(picture.job, scenery);
+            buffers.push(ctx.pooled_uniform("scenery", &tables.scenery)?);
+            buffers.push(ctx.pooled_storage("values of surfaces", &tables.values)?);
+            layout = &pipelines.scene;
+        }
+        let group = bindings::group(ctx, layout, buffers.iter().map(|buffer| &**buffer))?;
+        Ok(SceneGroup { group, _buffers: buffers })
+    }
+}
+
+/// The spans of the transfer functions of surfaces, in the order of their materials.
+pub(crate) fn surface_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Span> {
+    let layers = job.scenery().into_iter().flat_map(|scenery| &scenery.surface_layers);
+    let of_layers = layers.flat_map(|layer| &layer.materials).flat_map(|material| match &material.paint {
+        Paint::Plain(_) => [].as_slice(),
+        Paint::Field { spans, .. } => spans,
+    });
+    let isosurfaces = job.scenery().into_iter().flat_map(|scenery| &scenery.isosurfaces);
+    of_layers.chain(isosurfaces.flat_map(|surface| match &surface.paint {
+        IsosurfacePaint::Plain(_) => [].as_slice(),
+        IsosurfacePaint::Field(colors) => &colors.spans,
+    }))
+}
+
+/// The scenery of a job and the values of its surfaces.
+struct SceneTables {
+    scenery: Scenery,
+    values: Vec<f32>,
+}
+
+impl SceneTables {
+    fn new(job: &Job, shown: &device::Scenery) -> Self {
+        let mut scenery = Scenery {
+            clip_count: shown.clips.len() as u32,
+            surface_layer_count: shown.surface_layers.len() as u32,
+            seen_above: job.sees_above(),
+            ..Scenery::default()
+        };
+        scenery.clips.iter_mut().zip(&shown.clips).for_each(|(clip, region)| *clip = clip_of(region));
+        let (mut all, mut materials) = (Vec::new(), scenery.materials.iter_mut());
+        let (mut first_material, mut first_span) = (0, job.spans().len() as u32);
+        for (layer, surface) in scenery.surface_layers.iter_mut().zip(&shown.surface_layers) {
+            let material_count = surface.materials.len() as u32;
+            *layer = SurfaceLayer { layer: surface.layer as u32, first_material, material_count, padding: 0 };
+            first_material += material_count;
+            for (shown, material) in surface.materials.iter().zip(materials.by_ref()) {
+                material.opacity = shown.opacity;
+                match &shown.paint {
+                    Paint::Plain(color) => (material.color, material.kind) = (*color, Material::PLAIN),
+                    Paint::Field { spans, values, by_cell } => {
+                        material.kind = if *by_cell { Material::CELLS } else { Material::FIELD };
+                        (material.first_value, material.first_span) = (all.len() as u32, first_span);
+                        material.span_count = spans.len() as u32;
+                        first_span += material.span_count;
+                        all.extend_from_slice(values);
+                    }
+                }
+            }
+        }
+        scenery.isosurface_count = shown.isosurfaces.len() as u32;
+        let number = |field: FieldId| field.map_or(layout::Isosurface::OWN_FIELD, |number| number as u32);
+        for (surface, shown) in scenery.isosurfaces.iter_mut().zip(&shown.isosurfaces) {
+            (surface.opacity, surface.value, surface.field) = (shown.opacity, shown.value, number(shown.field));
+            match &shown.paint {
+                IsosurfacePaint::Plain(color) => (surface.color, surface.kind) = (*color, Material::PLAIN),
+                IsosurfacePaint::Field(colors) => {
+                    (surface.kind, surface.color_field) = (Material::FIELD, number(colors.field));
+                    (surface.first_span, surface.span_count) = (first_span, colors.spans.len() as u32);
+                    [surface.scale, surface.shift] = colors.to_spans;
+                    first_span += surface.span_count;
+                }
+            }
+        }
+        for (field, shown) in scenery.fields.iter_mut().zip(&shown.fields) {
+            field.first_value = all.len() as u32;
+            all.extend_from_slice(&shown.values);
+            field.first_gradient = all.len() as u32;
+            all.extend_from_slice(shown.gradients.as_flattened());
+        }
+        SceneTables { scenery, values: all }
+    }
+}
+
+fn clip_of(region: &ClipRegion) -> Clip {
+    let [first, last] = region.layers.map_or([0, u32::MAX], |layers| layers.map(|layer| layer as u32));
+    let cuts_inside = u32::from(region.cuts_inside);
+    let mut clip = Clip { first_layer: first, last_layer: last, cuts_inside, ..Clip::default() };
+    if let Some((towards, distance)) = region.half_space {
+        clip.kind |= Clip::HAS_HALF_SPACE;
+        [clip.towards_hi, clip.towards_lo] = halves3(towards);
+        [clip.distance_hi, clip.distance_lo] = halves(distance);
+    }
+    if let Some(shell) = region.shell {
+        clip.kind |= Clip::HAS_SHELL;
+        [clip.inner, clip.outer] = shell.map(halves);
+    }
+    let Some(region) = region.region else { return clip };
+    clip.kind |= Clip::HAS_LATITUDES;
+    // Beyond the poles, where rounding is not asked.
+    let sine = |lat: f64| if lat.abs() < 90.0 { lat.to_radians().sin() } else { 2.0 * lat.signum() };
+    [clip.south, clip.north] = region.lat_deg.map(|lat| halves(sine(lat)));
+    let [west, east] = region.lon_deg;
+    if east - west < 360.0 {
+        clip.kind |= Clip::HAS_LONGITUDES | if east - west > 180.0 { Clip::IS_WIDE } else { 0 };
+        [clip.west, clip.east] = region.lon_deg.map(|lon| {
+            let [[x, x_lo], [y, y_lo]] = [-lon.to_radians().sin(), lon.to_radians().cos()].map(halves);
+            [x, y, x_lo, y_lo]
+        });
+    }
+    clip
+}

@@ -1,0 +1,152 @@
+//! What a scene shows beside its volume, for a device.
+
+use super::{ENDLESS, FallbackReason, Isosurface, SceneField, Span};
+use icoray_grid::array::MapInline;
+use icoray_grid::grid::unit_vector;
+use icoray_kernel::general;
+use icoray_kernel::general::{FieldSource, SurfaceHeight};
+use icoray_kernel::transfer::Spans;
+use icoray_scene::{Clip, Heights, Level, LonLatBox, Scene, Volume};
+use rayon::prelude::*;
+
+/// Largest number of cuts that a device is given.
+pub const MAX_CLIPS: usize = 8;
+
+/// Largest number of surfaces on layers that a device is given.
+pub const MAX_SURFACES: usize = 8;
+
+/// What is shown beside the volume and the core; nothing in a plain scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scenery {
+    /// The cuts.
+    pub clips: Vec<ClipRegion>,
+    /// The layers with surfaces on them.
+    pub surface_layers: Vec<SurfaceLayer>,
+    /// Surfaces on which a field has one value.
+    pub isosurfaces: Vec<Isosurface>,
+    /// The fields that isosurfaces need beside the volume's.
+    pub fields: Vec<SceneField>,
+}
+
+/// A layer with all surfaces on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceLayer {
+    /// The number of the layer, counted from the innermost.
+    pub layer: usize,
+    /// The surfaces, the first in front.
+    pub materials: Vec<Material>,
+}
+
+/// Colours and opacity of a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// The part of the light behind that is absorbed.
+    pub opacity: f32,
+    /// The colours.
+    pub paint: Paint,
+}
+
+/// Colours of a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Paint {
+    /// One colour, linear RGB.
+    Plain([f32; 3]),
+    /// The colours of a field's values.
+    Field {
+        /// The transfer function, of which the colours count.
+        spans: Vec<Span>,
+        /// The value over each cell, normalised to the range of the spans; missing ones are [`ENDLESS`].
+        values: Vec<f32>,
+        /// Whether a cell has one colour all over.
+        by_cell: bool,
+    },
+}
+
+/// A cut: where all of its conditions hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClipRegion {
+    /// Whether the inside is cut away; else the outside.
+    pub cuts_inside: bool,
+    /// A box in longitude and latitude.
+    pub region: Option<LonLatBox>,
+    /// From layer to layer, counted from the innermost; both included.
+    pub layers: Option<[usize; 2]>,
+    /// From radius to radius, planet radii.
+    pub shell: Option<[f64; 2]>,
+    /// Beyond a plane: the direction in which it lies, a unit vector, and how far out, planet radii.
+    pub half_space: Option<([f64; 3], f64)>,
+}
+
+impl ClipRegion {
+    /// A cut of a scene. `radius_of` converts heights in metres to radii in planet radii, exaggeration included.
+    pub(crate) fn new(clip: &Clip, radius_of: impl Fn(f64) -> f64) -> Self {
+        ClipRegion {
+            cuts_inside: clip.cuts_inside,
+            region: clip.region,
+            layers: clip.layers,
+            shell: clip.height_m.map(|ends| ends.map_inline(&radius_of)),
+            half_space: clip.half_space.map(|half| {
+                let [lon, lat] = half.towards_deg.map_inline(f64::to_radians);
+                (unit_vector(lon, lat).to_array(), half.distance)
+            }),
+        }
+    }
+}
+
+impl SurfaceLayer {
+    /// A layer of the general kernel on a grid of so many cells.
+    ///
+    /// # Errors
+    /// A [`FallbackReason`] where the surfaces lie between layers.
+    pub(crate) fn new(
+        surface: &general::SurfaceLayer,
+        sources: &[FieldSource],
+        cells: usize,
+    ) -> Result<Self, FallbackReason> {
+        let SurfaceHeight::Layer(layer) = surface.place else {
+            return Err(FallbackReason::new("the scene shows surfaces at heights between its layers"));
+        };
+        let material = |(material, opacity): &(general::Material, f64)| {
+            let paint = match material {
+                general::Material::Plain(color) => Paint::Plain(color.map_inline(|c| c as f32)),
+                general::Material::By { map, by_cell } => {
+                    let source = &sources[map.source];
+                    // A cell is a triangle of three alike.
+                    let value = |cell: u32| map.normal(source.at([cell; 3], layer)[0]);
+                    let value = |cell| if value(cell).is_finite() { value(cell) as f32 } else { ENDLESS };
+                    let values = (0..cells as u32).into_par_iter().map(value).collect();
+                    Paint::Field { spans: Spans::new(map.knots()).all().to_vec(), values, by_cell: *by_cell }
+                }
+            };
+            Material { opacity: *opacity as f32, paint }
+        };
+        Ok(SurfaceLayer { layer, materials: surface.materials.iter().map(material).collect() })
+    }
+}
+
+/// What devices do not draw of a scene, if there is something.
+pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
+    let scenery = &scene.scenery;
+    if scene.is_plain() {
+        return None;
+    }
+    let reason = if scenery.heights == Heights::Native {
+        "the scene's layers lie at other heights in each column"
+    } else if scene.volumes.len() > 1 {
+        "the scene shows several volumes"
+    } else if matches!(scene.volumes.as_slice(), [Volume { opacity: Some(_), .. }]) {
+        "the opacity of the scene's volume is that of another field"
+    } else if scenery.lines.iter().any(|lines| lines.on != Level::Ground) {
+        "the scene has lines on a layer"
+    } else if scenery.clips.len() > MAX_CLIPS {
+        return Some(format!("the scene has {} cuts, expected at most {MAX_CLIPS}", scenery.clips.len()));
+    } else if scenery.surfaces.len() > MAX_SURFACES {
+        return Some(format!("the scene has {} surfaces, expected at most {MAX_SURFACES}", scenery.surfaces.len()));
+    } else if scenery.isosurfaces.len() > MAX_SURFACES {
+        let count = scenery.isosurfaces.len();
+        return Some(format!("the scene has {count} isosurfaces, expected at most {MAX_SURFACES}"));
+    } else {
+        return None;
+    };
+    Some(reason.into())
+}

@@ -1,0 +1,183 @@
+// Mirrors what kernel/general/frustum.rs does at isosurfaces. In f32 two columns find the value on the side between them
+// to some roundings each: on which side of a surface a ray is goes on from frustum to frustum, so that none is met twice
+// or not at all.
+#import params
+#import scenery
+#import kernel/ray
+#import kernel/general/surfaces
+
+// A frustum's way through a gap: from `a` to `b`, the fraction `part` of the column.
+struct GapWay {
+    gap: u32,
+    a: RayPoint,
+    b: RayPoint,
+    part: f32,
+}
+
+// A place at which a frustum meets an isosurface.
+struct IsosurfaceCrossing {
+    u: f32,
+    surface: u32,
+    // What rounding does to `u`.
+    off: f32,
+}
+
+// The crossings of a frustum, in order.
+var<private> crossings: array<IsosurfaceCrossing, 2u * MAX_SURFACES>;
+var<private> crossing_count: u32;
+
+// Bits of the isosurfaces: on which side the ray is, and whether that is known.
+var<private> sides: u32;
+var<private> known_sides: u32;
+
+// What a field has along a frustum, if no value is missing.
+struct FieldSegment {
+    segment: Segment,
+    interpolant: FrustumInterpolant,
+    is_there: bool,
+}
+
+fn scene_field_chord(field: SceneField, column: Column, layer: u32, has_gradients: bool) -> Chord {
+    let at = column.cells * params.layers + layer;
+    let first = field.first_value;
+    let values = vec3f(surface_values[first + at.x], surface_values[first + at.y], surface_values[first + at.z]);
+    var chord = chord_over(values, column.entry.weight, column.exit.weight);
+    if has_gradients {
+        let a = scene_gradient(field, at.x);
+        let b = scene_gradient(field, at.y);
+        let c = scene_gradient(field, at.z);
+        chord_over_gradients(&chord, a, b, c, column.entry.weight, column.exit.weight);
+    }
+    return chord;
+}
+
+fn scene_gradient(field: SceneField, at: u32) -> vec3f {
+    let first = field.first_gradient + 3u * at;
+    return vec3f(surface_values[first], surface_values[first + 1u], surface_values[first + 2u]);
+}
+
+// A field beside the volume's along a frustum.
+fn scene_field_segment(number: u32, column: Column, way: GapWay, eps: f32, length: f32, has_gradients: bool) -> FieldSegment {
+    let field = scenery.fields[number];
+    let below = scene_field_chord(field, column, way.gap - 1u, has_gradients);
+    let above = scene_field_chord(field, column, way.gap, has_gradients);
+    let at_a = chord_mix(below, above, shell_fraction(way.gap, way.a.rho));
+    let at_b = chord_mix(below, above, shell_fraction(way.gap, way.b.rho));
+    let slope_a = at_a.exit - at_a.entry;
+    let slope_b = at_b.exit - at_b.entry;
+    let kappa = (way.b.tau - way.a.tau) * ((slope_a - slope_b) + eps * slope_a);
+    let segment = Segment(chord_at(at_a, way.a.tau), chord_at(at_b, way.b.tau), kappa, eps, length);
+    var found = FieldSegment(segment, FrustumInterpolant(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0), true);
+    found.is_there = !(below.is_void || above.is_void);
+    if has_gradients {
+        found.interpolant = frustum_interpolant_over(at_a, at_b, way.a.tau, way.b.tau, eps);
+    }
+    return found;
+}
+
+// Finds the crossings of a frustum; `own` is the volume's field there.
+fn find_crossings(column: Column, way: GapWay, own: FieldSegment) {
+    crossing_count = 0u;
+    for (var k = 0u; k < scenery.isosurface_count; k++) {
+        let field = scenery.isosurfaces[k].field;
+        var found = own;
+        if field != OWN_FIELD {
+            found = scene_field_segment(field, column, way, own.segment.eps, own.segment.length, false);
+        }
+        let bit = 1u << k;
+        if found.is_there {
+            find_crossings_of(k, scenery.isosurfaces[k].value, found.segment);
+            known_sides |= bit;
+        } else {
+            known_sides &= ~bit;
+        }
+    }
+}
+
+fn find_crossings_of(k: u32, value: f32, segment: Segment) {
+    let bit = 1u << k;
+    let least = value - 4.0 * ROUNDING * (1.0 + abs(value));
+    var is_above = segment.f0 >= least;
+    if (known_sides & bit) != 0u {
+        is_above = (sides & bit) != 0u;
+    }
+    let turn = segment_extremum(segment);
+    var start = vec2f(0.0, segment.f0);
+    for (var i = 0u; i < select(1u, 2u, turn.is_there); i++) {
+        var end = vec2f(1.0, segment.f1);
+        if turn.is_there && i == 0u {
+            end = vec2f(turn.u, turn.f);
+        }
+        if (end.y >= least) != is_above {
+            is_above = !is_above;
+            // Where rounding of the start has put it on this side before, the surface lies at the start.
+            var u = start.x;
+            if (start.y >= least) != is_above {
+                let part = segment_part(segment, start, end);
+                let within = clamp(value, min(part.f0, part.f1), max(part.f0, part.f1));
+                u = lerp(start.x, end.x, segment_solve(part, within));
+            }
+            crossing_insert(IsosurfaceCrossing(u, k, crossing_off(segment, u)));
+        }
+        start = end;
+    }
+    sides = select(sides & ~bit, sides | bit, is_above);
+}
+
+// What rounding of values does to the place of a crossing: most where the ray grazes the surface.
+fn crossing_off(segment: Segment, u: f32) -> f32 {
+    let reach = 4.0 * segment_reach(segment);
+    let slope = abs(segment.f1 - segment.f0 + segment.kappa * (1.0 - 2.0 * u));
+    return min(reach / (slope + sqrt(reach * (abs(segment.kappa) + reach))), 1.0);
+}
+
+fn crossing_insert(crossing: IsosurfaceCrossing) {
+    var at = crossing_count;
+    while at > 0u && crossings[at - 1u].u > crossing.u {
+        crossings[at] = crossings[at - 1u];
+        at--;
+    }
+    crossings[at] = crossing;
+    crossing_count++;
+}
+
+// A colour of an isosurface, with the light that it gives back; not there where the value that colours is missing.
+fn isosurface_color(
+    shading: RayShading,
+    crossing: IsosurfaceCrossing,
+    column: Column,
+    way: GapWay,
+    own: FieldSegment,
+) -> SurfaceColor {
+    let surface = scenery.isosurfaces[crossing.surface];
+    var found = SurfaceColor(surface.color, 0.0, true);
+    if surface.kind == MATERIAL_FIELD {
+        var colors = own;
+        if surface.color_field != OWN_FIELD {
+            colors = scene_field_segment(
+                surface.color_field, column, way, own.segment.eps, own.segment.length, false,
+            );
+        }
+        if !colors.is_there {
+            return SurfaceColor(vec3f(0.0), 0.0, false);
+        }
+        let value = segment_value(colors.segment, crossing.u);
+        let size = abs(colors.segment.f0) + abs(colors.segment.f1) + abs(value);
+        let reach = 4.0 * ROUNDING * (size * abs(surface.scale) + abs(surface.shift));
+        found = spans_color(surface.first_span, surface.span_count, surface.scale * value + surface.shift, reach);
+    }
+    if IS_LIT {
+        var gradient: vec3f;
+        if surface.field == OWN_FIELD {
+            gradient = frustum_interpolant_gradient(own.interpolant, crossing.u);
+        } else {
+            let lit = scene_field_segment(surface.field, column, way, own.segment.eps, own.segment.length, true);
+            gradient = frustum_interpolant_gradient(lit.interpolant, crossing.u);
+        }
+        let shade = ray_shading_shade(shading, gradient);
+        found.color = found.color * shade.body + vec3f(shade.highlight);
+        // Normals are those of f32.
+        found.off = found.off * shade.body + 4.0 * ROUNDING * (1.0 + shading.sharpness);
+    }
+    return found;
+}

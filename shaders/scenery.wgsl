@@ -1,0 +1,114 @@
+// What is shown beside the volume. Mirrored by icoray-gpu/src/layout.rs; lengths and directions are in double-float,
+// upper half first.
+
+// A cut: where all of its conditions hold.
+struct Clip {
+    // The direction in which a half-space lies, and how far out.
+    towards_hi: vec3f,
+    distance_hi: f32,
+    towards_lo: vec3f,
+    distance_lo: f32,
+    // Normals of the meridians at the western and at the eastern end: x and y, upper halves first.
+    west: vec4f,
+    east: vec4f,
+    // Radii of a shell.
+    inner: vec2f,
+    outer: vec2f,
+    // Sines of latitudes.
+    south: vec2f,
+    north: vec2f,
+    first_layer: u32,
+    last_layer: u32,
+    // The conditions: HAS_HALF_SPACE and those behind it.
+    kind: u32,
+    // Whether the inside is cut away.
+    cuts_inside: u32,
+}
+
+const HAS_HALF_SPACE: u32 = 1u;
+const HAS_SHELL: u32 = 2u;
+const HAS_LATITUDES: u32 = 4u;
+const HAS_LONGITUDES: u32 = 8u;
+// The box is wider than half a turn.
+const IS_WIDE: u32 = 16u;
+
+// A layer with surfaces on it: the first in front.
+struct SurfaceLayer {
+    layer: u32,
+    first_material: u32,
+    material_count: u32,
+    padding: u32,
+}
+
+// Colours of a surface.
+struct Material {
+    // The colour, where it is one.
+    color: vec3f,
+    opacity: f32,
+    // One of MATERIAL_PLAIN and those behind it.
+    kind: u32,
+    // Where the values over the first cell lie in `surface_values`.
+    first_value: u32,
+    // The spans of its transfer function in `spans`.
+    first_span: u32,
+    span_count: u32,
+}
+
+const MATERIAL_PLAIN: u32 = 0u;
+// Colours of interpolated values.
+const MATERIAL_FIELD: u32 = 1u;
+// Each cell has one colour.
+const MATERIAL_CELLS: u32 = 2u;
+
+// A field beside the volume's.
+struct SceneField {
+    // Where its values lie in `surface_values`, level-fastest, normalised to its range.
+    first_value: u32,
+    // Where its gradients lie there, x, y and z one after the other, where the scene is lit.
+    first_gradient: u32,
+    padding: vec2u,
+}
+
+// A surface on which a field has one value.
+struct Isosurface {
+    // The colour, where it is one.
+    color: vec3f,
+    opacity: f32,
+    // The value, normalised as the field.
+    value: f32,
+    // The field: OWN_FIELD, or else its number in `fields`.
+    field: u32,
+    // Colours: MATERIAL_PLAIN or MATERIAL_FIELD.
+    kind: u32,
+    // Of the field that colours: which it is, the spans of its transfer function in `spans`, and from the field's
+    // normalised value to that of the spans.
+    color_field: u32,
+    first_span: u32,
+    span_count: u32,
+    scale: f32,
+    shift: f32,
+}
+
+const OWN_FIELD: u32 = 0xFFFFFFFFu;
+
+const MAX_CLIPS: u32 = 8u;
+const MAX_SURFACES: u32 = 8u;
+const MAX_FIELDS: u32 = 4u;
+
+struct Scenery {
+    clips: array<Clip, MAX_CLIPS>,
+    surface_layers: array<SurfaceLayer, MAX_SURFACES>,
+    materials: array<Material, MAX_SURFACES>,
+    isosurfaces: array<Isosurface, MAX_SURFACES>,
+    fields: array<SceneField, MAX_FIELDS>,
+    clip_count: u32,
+    surface_layer_count: u32,
+    isosurface_count: u32,
+    // A surface is seen where more than this part of its light comes through.
+    seen_above: f32,
+}
+
+@group(2) @binding(1) var<uniform> scenery: Scenery;
+// Values of fields on the layers that they colour, cell by cell, normalised to their transfer functions; then whole
+// fields.
+@group(2) @binding(2) var<storage, read> surface_values: array<f32>;
