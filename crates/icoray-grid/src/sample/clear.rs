@@ -143,7 +143,7 @@ impl<S: Sample> ClearTest<S> {
             all |= self.bits(simd, values, bits);
         }
         // The last ones may look at some layers again.
-        if column.len() % VECTOR != 0
+        if !column.len().is_multiple_of(VECTOR)
             && let (Some(values), Some(bits)) = (column.last_chunk(), bits.last_chunk())
         {
             all |= self.bits(simd, values, bits);

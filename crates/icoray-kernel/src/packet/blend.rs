@@ -164,13 +164,13 @@ impl<V: Machine> Blend<V> {
         for volume in &*volumes {
             for place in 0..3 {
                 let rate = volume.extinction[place];
-                rates[place] = rates[place] + rate;
-                for k in 0..3 {
-                    mixed[place][k] = rate.mul_add(volume.color[place][k], mixed[place][k]);
+                rates[place] += rate;
+                for (channel, color) in mixed[place].iter_mut().zip(volume.color[place]) {
+                    *channel = rate.mul_add(color, *channel);
                 }
             }
             rounded = rounded.max(volume.rounding[0]);
-            thickened = thickened + volume.rounding[1];
+            thickened += volume.rounding[1];
         }
         let Means { color, rule, spread } = Means::of(simd, &rates, &mixed, through);
         let cut_for = if is_coarse { zero } else { shade_off };
