@@ -124,7 +124,7 @@ impl MultiVolumeTracer<'_, '_> {
         counts: &mut Counts,
         target: &mut Target,
     ) -> bool {
-        let (Some(packets), Target::Light(_)) = (self.packets, &target) else { return false };
+        let Some(packets) = self.packets else { return false };
         let MultiVolumeTracer { scene, shading, budget, is_coarse, .. } = *self;
         let source = scene.media.first().map_or(0, |medium| medium.extinction.source);
         let volume = SingleVolumeTracer {

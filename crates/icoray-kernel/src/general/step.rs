@@ -47,9 +47,10 @@ impl<'r, 'f> RayState<'r, 'f> {
         Met { light: self.light, surfaces: self.surfaces, is_cut: self.is_cut }
     }
 
-    /// Goes on with what the ray has met elsewhere.
+    /// Goes on with what the ray has met elsewhere, to the transmittance at which it ends.
     #[inline]
-    pub(crate) fn go_on(&mut self, met: Met) {
+    pub(crate) fn go_on(&mut self, met: Met, min_transmittance: f64) {
+        self.min_transmittance = min_transmittance;
         Met { light: self.light, surfaces: self.surfaces, is_cut: self.is_cut } = met;
     }
 

@@ -108,7 +108,11 @@ pub(crate) fn trace_scene<const N: usize>(
     counts: &mut Counts,
     target: &mut Target,
 ) -> bool {
-    let Some(tables) = Tables::new(tracer, None) else { return false };
+    let region = match target {
+        Target::Light(_) => None,
+        Target::Fragments(own, _) => Some(*own),
+    };
+    let Some(tables) = Tables::new(tracer, region) else { return false };
     let Some(scene_tables) = SceneTables::new(scene) else { return false };
     let volumes = match scene.packet_volumes() {
         Some((volumes, gradients)) => match VolumeTables::new(volumes, &gradients, tracer.shell.layers()) {
@@ -275,6 +279,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Takes rays into free lanes; true where there are no more.
     #[inline(never)]
     fn take(&mut self, queue: &mut Rays, target: &mut Target) -> bool {
+        let core_radius = self.core_radius();
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
             let next = queue.next(self.tracer, self.tables, &mut self.counts, target);
             let Some((start, side, next_leap)) = next else { return true };
@@ -286,7 +291,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
                 scene.begin(lane, &start);
             }
             if let Some(runs) = &mut self.runs {
-                runs.begin(lane, &start.line, self.tracer);
+                runs.begin(lane, &start.line, self.tracer, core_radius);
             }
             if let Some(shading) = self.tracer.shading.as_ref().filter(|_| N == 4) {
                 let shading = shading.along::<f32>(start.dir);
@@ -419,7 +424,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             let Some(start) = self.starts[lane].take() else { continue };
             match target {
                 Target::Light(report) => report(start.number, Some(self.lanes.light(lane).wide()), start.surfaces),
-                Target::Fragments(_, report) => self.finish_runs(lane, start.number, report),
+                Target::Fragments(_, report) => self.finish_runs(lane, &start, report),
             }
         }
         self.exited = 0;

@@ -5,6 +5,8 @@
 
 use super::lanes::lanes_of;
 use super::layers::Layers;
+use super::scene::SceneLanes;
+use super::start::Start;
 use super::{MOST, Packet};
 use crate::fragment::{Fragment, FragmentRules};
 use crate::owned_region::OwnedRegion;
@@ -49,22 +51,21 @@ impl<'o, V: Machine> Runs<'o, V> {
 
     /// Begins a ray in a lane.
     #[inline]
-    pub fn begin(&mut self, lane: usize, line: &RayLine, tracer: &SingleVolumeTracer<'_, f32>) {
-        let radius = [tracer.shell.inner(); 2];
-        let rules = FragmentRules::new(self.region, line, radius, tracer.core.is_some(), tracer.budget.brightest);
+    pub fn begin(&mut self, lane: usize, line: &RayLine, tracer: &SingleVolumeTracer<'_, f32>, core_radius: [f64; 2]) {
+        let (is_solid, brightest) = (tracer.core.is_some(), tracer.budget.brightest);
+        let rules = FragmentRules::new(self.region, line, core_radius, is_solid, brightest);
         self.rules[lane % MOST] = rules;
         self.core_by.set(lane, rules.core_by());
     }
 
     /// Ends a lane's run at the distance `to`.
-    fn leave(&mut self, lane: usize, to: f64, light: &Radiance<f32>) {
-        let met = (light, BoundarySignature::default());
+    fn leave(&mut self, lane: usize, to: f64, met: (&Radiance<f32>, BoundarySignature)) {
         self.found[lane].extend(self.rules[lane].left([self.starts[lane], to], met));
     }
 
     /// Ends a lane's run in which its ray has ended.
-    fn end(&mut self, lane: usize, light: &Radiance<f32>) {
-        let fragment = self.rules[lane].ended(self.starts[lane], (light, BoundarySignature::default()));
+    fn end(&mut self, lane: usize, met: (&Radiance<f32>, BoundarySignature)) {
+        let fragment = self.rules[lane].ended(self.starts[lane], met);
         self.found[lane].push(fragment);
     }
 }
@@ -74,10 +75,18 @@ impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
     #[inline]
     pub(super) fn clip(&self) -> Clip<'p> {
         let SingleVolumeTracer { shell, outer, .. } = *self.tracer;
+        let [lowest, _] = self.core_radius();
         match &self.runs {
             None => Clip { outer, region: None },
-            Some(runs) => Clip { outer: shell.outer(), region: Some((runs.region, shell.inner())) },
+            Some(runs) if L::HAS_SCENE => Clip { outer, region: Some((runs.region, lowest)) },
+            Some(runs) => Clip { outer: shell.outer(), region: Some((runs.region, lowest)) },
         }
+    }
+
+    /// Least and greatest radius of the innermost layer.
+    #[inline]
+    pub(super) fn core_radius(&self) -> [f64; 2] {
+        self.scene.as_ref().map_or([self.tracer.shell.inner(); 2], SceneLanes::core_radius)
     }
 
     /// Takes those of `entered` that are outside of the region to their columns' exits. Runs end and begin.
@@ -119,28 +128,32 @@ impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
         let Some(runs) = &mut self.runs else { return };
         for lane in lanes_of(lanes) {
             let light = self.lanes.light(lane);
-            runs.leave(lane, self.lanes.t[0].get(lane), &light);
+            let surfaces = self.starts[lane].as_mut().map(|start| std::mem::take(&mut start.surfaces));
+            runs.leave(lane, self.lanes.t[0].get(lane), (&light, surfaces.unwrap_or_default()));
             self.min_transmittance[lane] /= light.transmittance();
             self.lanes.put_light(lane, &Radiance::none());
+        }
+        if let Some(scene) = &mut self.scene {
+            scene.restart(lanes);
         }
         runs.open &= !lanes;
     }
 
     /// Reports the fragments of a lane's ray, which has ended.
-    pub(super) fn finish_runs(&mut self, lane: usize, number: usize, report: &mut FragmentReport) {
+    pub(super) fn finish_runs(&mut self, lane: usize, start: &Start, report: &mut FragmentReport) {
         let Some(runs) = &mut self.runs else { return };
         let bit = 1 << lane;
         if runs.open & bit != 0 {
             let light = self.lanes.light(lane);
             if self.exited & bit != 0 {
-                runs.leave(lane, self.lanes.t[1].get(lane), &light);
+                runs.leave(lane, self.lanes.t[1].get(lane), (&light, start.surfaces));
             } else {
-                runs.end(lane, &light);
+                runs.end(lane, (&light, start.surfaces));
             }
             runs.open &= !bit;
         }
         if !runs.found[lane].is_empty() {
-            report(number, &runs.found[lane]);
+            report(start.number, &runs.found[lane]);
             runs.found[lane].clear();
         }
     }

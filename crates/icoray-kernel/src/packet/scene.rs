@@ -103,6 +103,18 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
         }
     }
 
+    /// Least and greatest radius of the innermost layer.
+    #[inline]
+    pub fn core_radius(&self) -> [f64; 2] {
+        self.tables.tracer.scene.core_radius
+    }
+
+    /// Lets the rays of these lanes go on as new fragments.
+    #[inline]
+    pub fn restart(&mut self, lanes: u32) {
+        self.cut &= !lanes;
+    }
+
     /// Puts a ray into a lane.
     #[inline]
     pub fn begin(&mut self, lane: usize, start: &Start) {
@@ -272,7 +284,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let Some(ray) = &mut scene.rays[lane] else { return };
         let bit = 1 << lane;
         let light = self.lanes.light(lane).wide();
-        ray.go_on(Met { light, surfaces: start.surfaces, is_cut: scene.cut & bit != 0 });
+        let min_transmittance = f64::from(self.min_transmittance[lane]);
+        ray.go_on(Met { light, surfaces: start.surfaces, is_cut: scene.cut & bit != 0 }, min_transmittance);
         if step(ray, &column, triangle) == Flow::Stop {
             self.ended |= bit;
         }

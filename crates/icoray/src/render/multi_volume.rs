@@ -117,7 +117,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         Ok(Scenery { clips: clips.collect(), surface_layers: surface_layers?, isosurfaces, fields })
     });
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F32;
-    let level = renderer.vectors().filter(|_| is_exact && context.part.is_none());
+    let level = renderer.vectors().filter(|_| is_exact);
     let packets = level.and_then(|level| PacketScene::new(&world, &plan.radius, level, renderer.integrates));
     let rays = &MultiVolume { context, world: &world, packets };
     let has_surfaces = scene.core.is_some()

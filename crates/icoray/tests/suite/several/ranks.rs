@@ -4,7 +4,7 @@ use super::*;
 use crate::common::{assert_same_refusal, at_centers, level_fastest, on_ranks, picture, refusal};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, chance, partitions, without_holes};
-use icoray::{Decomposition, Error, ErrorKind, Owned, Part, PartCells, Ranks, Rendered};
+use icoray::{Decomposition, Error, ErrorKind, Owned, Part, PartCells, Precision, Ranks, Rendered};
 
 /// The second of two frames on this rank.
 pub(super) fn second(mut render: impl FnMut(usize) -> Result<Rendered, Error>) -> Rendered {
@@ -82,15 +82,18 @@ fn parts_are_within_errors_of_one_process() {
     let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Corner));
     let grid = Grid::new(mesh.tables()).unwrap();
     for (i, (name, scene)) in scenes().into_iter().enumerate() {
-        let scene = Scene { antialias: false, ..scene };
-        let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
-        for ranks in [1, 2, 3] {
-            let partitions = partitions(&mesh, ranks);
-            for (partition, owner) in [&partitions[i % 3], &partitions[(i + ranks) % 3]] {
-                let frame = of_parts(&Spread::new(&mesh, ranks, owner), &mesh, &scene, Location::Corner);
-                let (wrong, most) = beyond(&frame, &expected, 1e-6);
-                println!("{name}, {partition} on {ranks}: {wrong} beyond, {most:e} at most");
-                assert!(is_near((wrong, most)), "{name}, {partition} on {ranks}: {wrong}, {most:e}");
+        let exact = Scene { antialias: false, ..scene };
+        let packets = Scene { precision: Precision::F32, ..exact.clone() };
+        for (precision, scene) in [("f64", exact), ("f32", packets)] {
+            let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+            for ranks in [1, 2, 3] {
+                let partitions = partitions(&mesh, ranks);
+                for (partition, owner) in [&partitions[i % 3], &partitions[(i + ranks) % 3]] {
+                    let frame = of_parts(&Spread::new(&mesh, ranks, owner), &mesh, &scene, Location::Corner);
+                    let (wrong, most) = beyond(&frame, &expected, 1e-6);
+                    println!("{name}, {precision}, {partition} on {ranks}: {wrong} beyond, {most:e} at most");
+                    assert!(is_near((wrong, most)), "{name}, {precision}, {partition} on {ranks}: {wrong}, {most:e}");
+                }
             }
         }
     }
@@ -107,7 +110,8 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
         // Of corners in a hole only some styles of culling keep the values.
         let steps = [0, 1].map(|step| Model::new(&mesh, step, rows, Location::Center));
         let (name, scene) = &scenes[i % scenes.len()];
-        let scene = &Scene { antialias: false, ..scene.clone() };
+        let precision = [Precision::F64, Precision::F32][i / 2 % 2];
+        let scene = &Scene { antialias: false, precision, ..scene.clone() };
         let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
         let ranks = 2 + i % 2;
         let (partition, owner) = partitions(&mesh, ranks).swap_remove(i % 3);
