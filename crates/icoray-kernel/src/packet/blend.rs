@@ -20,8 +20,8 @@ use icoray_simd::{Floats, Machine, Mask};
 pub(super) struct VolumePiece<'p, V: Machine> {
     pub extinction: (&'p Part<V>, &'p Medium<V>),
     pub color: (&'p Part<V>, &'p Medium<V>),
-    /// Lanes in which no value of the two is missing.
-    pub is_there: Mask<V>,
+    /// Lanes in which no value of the two is missing and there is extinction.
+    pub is_seen: Mask<V>,
 }
 
 /// A volume at the start, in the middle and at the end of the pieces.
@@ -43,7 +43,7 @@ impl<V: Machine> VolumeNodes<V> {
         let ((part, medium), (color_part, color)) = (piece.extinction, piece.color);
         let (zero, half) = (all(simd, 0.0), all(simd, 0.5));
         let middle = part.value(simd, half);
-        let shown = |x: Floats<V>| piece.is_there.select(x, zero);
+        let shown = |x: Floats<V>| piece.is_seen.select(x, zero);
         let extinction = [
             shown(medium.extinction(simd, part.f0)),
             shown(medium.extinction(simd, middle)),

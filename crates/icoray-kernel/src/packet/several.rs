@@ -179,14 +179,14 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         self.nodes.clear();
         for (number, volume) in self.tables.volumes.iter().enumerate() {
             let (extinction, color) = (&self.maps[volume.extinction], &self.maps[volume.color]);
-            let is_dark = extinction.is_dark() | !extinction.is_there;
-            if (!is_dark).to_bitmask() as u32 & active == 0 {
+            let is_seen = extinction.is_there & color.is_there & !extinction.is_dark();
+            if is_seen.to_bitmask() as u32 & active == 0 {
                 continue;
             }
             let piece = VolumePiece {
                 extinction: (&extinction.pieces.part, &extinction.medium),
                 color: (&color.pieces.part, &color.medium),
-                is_there: extinction.is_there & color.is_there,
+                is_seen,
             };
             self.nodes.push(VolumeNodes::new(simd, number, &piece));
         }
