@@ -13,6 +13,7 @@ use super::piece::LEAST_FRACTION;
 use super::read::{LARGEST, Source};
 use super::{Packet, mask};
 use crate::general::PacketVolumes;
+use crate::lit::ADVANCE;
 use fearless_simd::prelude::*;
 use icoray_grid::gradient::Gradients;
 use icoray_simd::{Floats, Machine, Mask};
@@ -236,7 +237,9 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
             let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
             let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION) & (to - from).simd_gt(LEAST_PART);
-            let is_far = blend.is_far(simd, &self.lanes, self.color_tolerance);
+            // The budget of lit rays has the advance in it.
+            let share = if N == 4 { 1.0 } else { 1.0 / (1.0 + ADVANCE as f32) };
+            let is_far = blend.is_far(simd, &self.lanes, share * self.color_tolerance);
             left = (is_far & has_room).to_bitmask() as u32 & active;
             shown = Some(blend);
         }
