@@ -237,8 +237,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
             let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
             let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION) & (to - from).simd_gt(LEAST_PART);
-            // The budget of lit rays has the advance in it.
-            let share = if N == 4 { 1.0 } else { 1.0 / (1.0 + ADVANCE as f32) };
+            // The budget of lit rays has the advance in it, and room for rounding.
+            let share = if N == 4 { 1.0 } else { 0.95 / (1.0 + ADVANCE as f32) };
             let is_far = blend.is_far(simd, &self.lanes, share * self.color_tolerance);
             left = (is_far & has_room).to_bitmask() as u32 & active;
             shown = Some(blend);
