@@ -29,6 +29,7 @@ pub mod piece;
 pub mod plane;
 pub mod ray;
 mod roundoff;
+mod scene_tracer;
 pub mod segment;
 pub mod shade;
 pub mod signature;

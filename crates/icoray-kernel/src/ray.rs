@@ -13,7 +13,8 @@ mod frustum;
 pub(crate) mod scalar;
 pub use crate::budget::Budget;
 pub use crate::fragment::Fragment;
-pub use crate::packet::{beyond_gathers, packets};
+pub use crate::packet::{PacketScene, beyond_gathers, packets};
+pub use crate::scene_tracer::SceneTracer;
 pub use crate::single_volume::SingleVolumeTracer;
 pub use crate::trace::{FragmentReport, PrimaryRay, Tracer};
 

@@ -5,13 +5,12 @@
 //! value of a knot or of an isosurface, all of them roots of the same quadratic (`segment.rs`). In order along the ray,
 //! these places divide the frustum into pieces, which `blend` integrates, with surfaces between them. So volumes and
 //! surfaces hide each other exactly where they lie. In single precision packets of rays pass the frusta in which there
-//! is no more than one volume, and leave the rest to it (`packets.rs`).
+//! are volumes alone, and leave the rest to it (`step.rs`).
 
 mod blend;
 mod clips;
 mod frustum;
 mod levels;
-mod packets;
 mod source;
 mod step;
 mod surfaces;
@@ -21,8 +20,6 @@ mod wedge;
 pub use blend::Medium;
 pub use clips::Clips;
 pub use levels::Levels;
-pub use packets::PacketScene;
-pub(crate) use packets::PacketVolumes;
 pub use source::{FieldSource, TransferMap};
 pub(crate) use step::{GapWay, Met};
 pub use surfaces::{Isosurface, Material, SurfaceHeight, SurfaceLayer};
@@ -86,6 +83,7 @@ impl KernelScene<'_> {
 }
 
 /// The general kernel: what is shown, and how its rays are traced.
+#[derive(Debug)]
 pub struct MultiVolumeTracer<'w, 'f> {
     /// The scene's volumes, surfaces and cuts.
     pub scene: &'w KernelScene<'f>,
@@ -93,10 +91,6 @@ pub struct MultiVolumeTracer<'w, 'f> {
     pub shading: Option<Shading>,
     /// Division of the tolerance along a ray.
     pub budget: Budget,
-    /// When set, packets do not cut pieces where the gradient turns.
-    pub is_coarse: bool,
-    /// The scene as packets read it; `None` where rays are traced one after the other, in double precision.
-    pub packets: Option<&'w PacketScene<'f>>,
 }
 
 /// One ray.

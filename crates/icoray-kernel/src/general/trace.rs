@@ -2,10 +2,9 @@
 
 use super::{MultiVolumeTracer, RayState};
 use crate::budget::Budget;
-use crate::counts::Counts;
 use crate::plane::RayLine;
 use crate::signature::EyeDistance;
-use crate::trace::{self, Extent, Kernel, PrimaryRay, Target, Tracer};
+use crate::trace::{self, Extent, Kernel, Tracer};
 use glam::DVec3;
 
 impl<'w> MultiVolumeTracer<'w, '_> {
@@ -35,14 +34,5 @@ impl Kernel for MultiVolumeTracer<'_, '_> {
 
     fn ray(&self, line: RayLine, eye: DVec3, dir: DVec3) -> RayState<'_, '_> {
         RayState::new(self, line, dir, EyeDistance::new(eye, dir))
-    }
-
-    fn trace_packets(
-        &self,
-        rays: &mut dyn Iterator<Item = PrimaryRay>,
-        counts: &mut Counts,
-        target: &mut Target,
-    ) -> bool {
-        self.in_packets(rays, counts, target)
     }
 }

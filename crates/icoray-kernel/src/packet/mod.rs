@@ -29,6 +29,7 @@ use layers::{CoreHit, Layers};
 use light::Lit;
 pub use limits::beyond_gathers;
 use native::Native;
+pub use packet_scene::PacketScene;
 use part::all;
 use runs::Runs;
 use scene::{SceneLanes, SceneTables};
@@ -51,6 +52,7 @@ mod look_ahead;
 mod medium;
 mod native;
 mod native_way;
+mod packet_scene;
 mod part;
 mod piece;
 mod read;
@@ -103,7 +105,7 @@ pub(crate) fn trace<const N: usize>(
 pub(crate) fn trace_scene<const N: usize>(
     level: Level,
     tracer: &SingleVolumeTracer<'_, f32>,
-    scene: &MultiVolumeTracer<'_, '_>,
+    (general, packets): (&MultiVolumeTracer<'_, '_>, &PacketScene<'_>),
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,
@@ -113,22 +115,22 @@ pub(crate) fn trace_scene<const N: usize>(
         Target::Fragments(own, _) => Some(*own),
     };
     let Some(tables) = Tables::new(tracer, region) else { return false };
-    let Some(scene_tables) = SceneTables::new(scene) else { return false };
-    let volumes = match scene.packet_volumes() {
-        Some((volumes, gradients)) => match VolumeTables::new(volumes, &gradients, tracer.shell.layers()) {
+    let Some(scene_tables) = SceneTables::new(general, packets) else { return false };
+    let volumes = match &packets.volumes {
+        Some(volumes) => match VolumeTables::new(volumes, general, tracer.shell.layers()) {
             Some(volumes) => Some(volumes),
             None => return false,
         },
         None => None,
     };
     let tables = Tables { scene: Some(scene_tables), volumes, ..tables };
-    match &scene.scene.levels {
+    match &general.scene.levels {
         Levels::Concentric(_) => {
             let Some(layers) = Concentric::<true>::new(tracer.shell) else { return false };
             trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
         }
         Levels::Native(heights) => {
-            let Some(layers) = Native::new(heights, scene.scene.core_radius[0]) else { return false };
+            let Some(layers) = Native::new(heights, general.scene.core_radius[0]) else { return false };
             trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
         }
     }

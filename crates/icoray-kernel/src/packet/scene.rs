@@ -4,6 +4,7 @@
 
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{CoreHit, Crossing, Layers};
+use super::packet_scene::PacketScene;
 use super::part::{Part, all};
 use super::read::{Source, Vertices};
 use super::start::Start;
@@ -38,9 +39,9 @@ struct ClipTables<'t> {
 }
 
 impl<'t> SceneTables<'t> {
-    /// The tables of a scene that has a [`PacketScene`](crate::general::PacketScene).
-    pub fn new(tracer: &'t MultiVolumeTracer<'t, 't>) -> Option<Self> {
-        let (scene, packets) = (tracer.scene, tracer.packet_scene()?);
+    /// The tables of a scene; `None` where they are too long for gathers.
+    pub fn new(tracer: &'t MultiVolumeTracer<'t, 't>, packets: &'t PacketScene<'_>) -> Option<Self> {
+        let scene = tracer.scene;
         let mut isosurfaces = Vec::new();
         for (number, source) in scene.sources.iter().enumerate() {
             let here = scene.isosurfaces.iter().filter(|surface| surface.source == number);

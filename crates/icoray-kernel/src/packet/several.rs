@@ -8,14 +8,14 @@ use super::lanes::{Lanes, lanes_of};
 use super::layers::{Crossing, Layers};
 use super::light::{GradientCourse, Slopes};
 use super::medium::{Medium, SpanTables, number};
+use super::packet_scene::PacketVolumes;
 use super::part::{Part, all};
 use super::piece::LEAST_FRACTION;
 use super::read::{LARGEST, Source};
 use super::{Packet, mask};
-use crate::general::PacketVolumes;
+use crate::general::MultiVolumeTracer;
 use crate::lit::ADVANCE;
 use fearless_simd::prelude::*;
-use icoray_grid::gradient::Gradients;
 use icoray_simd::{Floats, Machine, Mask};
 
 /// What the volumes of a scene are read from.
@@ -35,15 +35,16 @@ struct VolumeTable<'t> {
 impl<'t> VolumeTables<'t> {
     /// The tables of volumes between this number of layers, with the gradients of each where there is light; `None` where
     /// they are too long for gathers.
-    pub fn new(volumes: &'t PacketVolumes<'_>, gradients: &[&'t Gradients], layers: usize) -> Option<Self> {
+    pub fn new(volumes: &'t PacketVolumes<'_>, general: &'t MultiVolumeTracer<'_, '_>, layers: usize) -> Option<Self> {
         let mut maps = Vec::new();
         for map in &volumes.maps {
             maps.push((Source::new(map.samples), SpanTables::new(&map.spans)?));
         }
         let mut tables = Vec::new();
-        for (k, [extinction, color]) in volumes.maps_of.iter().copied().enumerate() {
-            let slopes = match gradients.get(k) {
-                Some(gradients) => Slopes::new(gradients, layers)?,
+        for ([extinction, color], medium) in volumes.maps_of.iter().copied().zip(&general.scene.media) {
+            let gradients = general.scene.sources[medium.extinction.source].gradients().values();
+            let slopes = match general.shading {
+                Some(_) => Slopes::new(gradients, layers)?,
                 None => Slopes::None,
             };
             tables.push(VolumeTable { extinction, color, slopes });

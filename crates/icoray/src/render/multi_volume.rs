@@ -12,13 +12,14 @@ use crate::device::{ClipRegion, FallbackReason, Scenery, SurfaceLayer, isosurfac
 use crate::edges::Edges;
 use crate::plan::budget::{allowed, allowed_to_single};
 use crate::ranks::Ranks;
+use fearless_simd::Level;
 use icoray_grid::Reals;
 use icoray_grid::Result;
 use icoray_grid::gradient::Gradients;
 use icoray_grid::sample::Samples;
-use icoray_kernel::general::{Clips, KernelScene, Levels, MultiVolumeTracer, PacketScene};
+use icoray_kernel::general::{Clips, KernelScene, Levels, MultiVolumeTracer};
 use icoray_kernel::ground::{Core, Ground};
-use icoray_kernel::ray::Tracer;
+use icoray_kernel::ray::{PacketScene, SceneTracer, Tracer};
 use icoray_scene::{Lights, Method, Precision, Quality};
 use scene_builder::SceneBuilder;
 use terrain::Terrain;
@@ -30,8 +31,8 @@ mod terrain;
 struct MultiVolume<'p, 'f> {
     context: &'p FrameContext<'f>,
     world: &'p KernelScene<'f>,
-    /// The scene as packets of rays read it, where they can be traced.
-    packets: Option<PacketScene<'f>>,
+    /// The scene as packets of rays read it, and their instructions, where they can be traced.
+    packets: Option<(PacketScene<'f>, Level)>,
 }
 
 impl Rays for MultiVolume<'_, '_> {
@@ -43,17 +44,18 @@ impl Rays for MultiVolume<'_, '_> {
 
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
-        let packets = self.packets.as_ref();
-        // In packets the shade of a piece has an error of its own.
-        let budget = if packets.is_some() { allowed_to_single(scene, quality) } else { allowed(scene, quality) };
+        let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
+        let general = |budget| MultiVolumeTracer { scene: self.world, shading, budget: with_ends(renderer, budget) };
+        let Some((packets, level)) = &self.packets else { return general(allowed(scene, quality)).boxed() };
         // Before there are tiles, each of which would ask for them.
         self.get_ready();
-        MultiVolumeTracer {
-            scene: self.world,
-            shading: plan.shading.filter(|_| quality.lights != Lights::Off),
-            budget: with_ends(renderer, budget),
-            is_coarse: quality.lights == Lights::Coarse,
+        SceneTracer {
+            // In packets the shade of a piece has an error of its own.
+            general: general(allowed_to_single(scene, quality)),
             packets,
+            level: *level,
+            is_coarse: quality.lights == Lights::Coarse,
+            integrates: renderer.integrates,
         }
         .boxed()
     }
@@ -118,7 +120,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     });
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F32;
     let level = renderer.vectors().filter(|_| is_exact);
-    let packets = level.and_then(|level| PacketScene::new(&world, &plan.radius, level, renderer.integrates));
+    let packets = level.and_then(|level| Some((PacketScene::new(&world, &plan.radius)?, level)));
     let rays = &MultiVolume { context, world: &world, packets };
     let has_surfaces = scene.core.is_some()
         || !world.surface_layers.is_empty()

@@ -125,7 +125,8 @@ fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
     let most = exact.pixels.len() * beyond / 1000;
     assert!(wrong <= most, "{name}: {wrong} pixels, {:e}; {worst:?}", difference(&packets, &exact));
     assert!(exact.pixels.iter().any(|p| p[3] > 0.2), "{name}: nothing is seen");
-    assert!(packets.report.counts.frusta > 0, "{name}");
+    // Single precision is not what the general kernel has.
+    assert!(bits(&packets) != bits(&exact), "{name}: no packets");
 }
 
 /// All scenes with all lights, one of the cameras and tolerances each, on concentric and on native layers.

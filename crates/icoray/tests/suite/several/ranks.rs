@@ -84,16 +84,20 @@ fn parts_are_within_errors_of_one_process() {
     for (i, (name, scene)) in scenes().into_iter().enumerate() {
         let exact = Scene { antialias: false, ..scene };
         let packets = Scene { precision: Precision::F32, ..exact.clone() };
-        for (precision, scene) in [("f64", exact), ("f32", packets)] {
-            let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
-            for ranks in [1, 2, 3] {
-                let partitions = partitions(&mesh, ranks);
-                for (partition, owner) in [&partitions[i % 3], &partitions[(i + ranks) % 3]] {
-                    let frame = of_parts(&Spread::new(&mesh, ranks, owner), &mesh, &scene, Location::Corner);
-                    let (wrong, most) = beyond(&frame, &expected, 1e-6);
-                    println!("{name}, {precision}, {partition} on {ranks}: {wrong} beyond, {most:e} at most");
-                    assert!(is_near((wrong, most)), "{name}, {precision}, {partition} on {ranks}: {wrong}, {most:e}");
+        let scenes = [&exact, &packets];
+        let expected = scenes.map(|scene| draw(&Renderer::new(2).unwrap(), &grid, scene, &steps));
+        for ranks in [1, 2, 3] {
+            let partitions = partitions(&mesh, ranks);
+            for (partition, owner) in [&partitions[i % 3], &partitions[(i + ranks) % 3]] {
+                let name = format!("{name}, {partition} on {ranks}");
+                let spread = Spread::new(&mesh, ranks, owner);
+                let frames = scenes.map(|scene| of_parts(&spread, &mesh, scene, Location::Corner));
+                for (frame, expected) in frames.iter().zip(&expected) {
+                    let (wrong, most) = beyond(frame, expected, 1e-6);
+                    println!("{name}: {wrong} beyond, {most:e} at most");
+                    assert!(is_near((wrong, most)), "{name}: {wrong}, {most:e}");
                 }
+                assert!(bits(&frames[0]) != bits(&frames[1]), "{name}: no packets");
             }
         }
     }
