@@ -2,8 +2,8 @@
 
 use crate::array::MapInline;
 use crate::grid::Grid;
+use crate::macrocells::JoinedBits;
 use std::ops::Range;
-use std::sync::atomic::AtomicU32;
 
 /// Largest number of blocks over a triangle.
 pub(crate) const MAX_BLOCKS: usize = 32;
@@ -21,7 +21,7 @@ pub struct OccupancyMask {
     /// The same bits for each cell, from which those of triangles are made.
     pub columns: Vec<u32>,
     /// The joined bits of the triangles of each macrocell ([`Grid::macrocells`]); empty where they are not used.
-    pub macrocells: Vec<AtomicU32>,
+    pub macrocells: JoinedBits,
 }
 
 impl OccupancyMask {
@@ -87,6 +87,6 @@ impl OccupancyMask {
     /// Bytes of memory.
     #[inline]
     pub fn bytes(&self) -> usize {
-        4 * (self.blocks.capacity() + self.columns.capacity() + self.macrocells.capacity())
+        4 * (self.blocks.capacity() + self.columns.capacity()) + self.macrocells.bytes()
     }
 }

@@ -59,6 +59,12 @@ impl<T: Real> Shell<T> {
         self.radius[0]
     }
 
+    /// The radius of each layer, rising.
+    #[inline]
+    pub fn radii(&self) -> &[f64] {
+        &self.radius
+    }
+
     /// Number of layers.
     #[inline]
     pub fn layers(&self) -> usize {

@@ -6,7 +6,6 @@ use crate::single_volume::SingleVolumeTracer;
 use icoray_grid::macrocells::Macrocells;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
-use std::sync::atomic::Ordering::Relaxed;
 
 /// What lies ahead of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,8 +27,10 @@ pub(crate) struct Leaps<'t, T> {
     macrocells: &'t Macrocells,
     visible: &'t OccupancyMask,
     shell: &'t Shell<T>,
-    /// Whether the core is opaque.
-    is_solid: bool,
+    /// Squares of the lowest and the highest radius in the gaps of each block.
+    blocks: Vec<[f64; 2]>,
+    /// Square of the radius below which rays do not leap: that of the core where it is opaque.
+    inner2: f64,
 }
 
 /// Part of a macrocell's width by which a ray goes on behind its border: with [`CENTRE`] less than the margin of its
@@ -37,7 +38,7 @@ pub(crate) struct Leaps<'t, T> {
 const STEP: f64 = 1e-5;
 /// Radius below which rays do not leap.
 const CENTRE: f64 = 0.1;
-/// More than the rounding of heights, relative to them.
+/// More than the rounding of heights and of their squares, relative to them.
 const ROUNDING: f64 = 1e-12;
 
 impl<'t, T: Real> Leaps<'t, T> {
@@ -48,7 +49,17 @@ impl<'t, T: Real> Leaps<'t, T> {
         if visible.macrocells.is_empty() {
             return None;
         }
-        Some(Leaps { macrocells: grid.macrocells(), visible, shell, is_solid: tracer.core.is_some() })
+        let macrocells = grid.macrocells();
+        let radii = shell.radii();
+        let square = |radius: f64, part: f64| (radius * radius) * part;
+        let block = |low: usize| {
+            let high = (low + (1 << visible.shift)).min(radii.len() - 1);
+            // On a facet of radius R are points with radii from R down to R times its lowest place.
+            [square(radii[low] * macrocells.lowest_facet, 1.0 - ROUNDING), square(radii[high], 1.0 + ROUNDING)]
+        };
+        let blocks = (0..radii.len() - 1).step_by(1 << visible.shift).map(block).collect();
+        let inner = if tracer.core.is_some() { shell.inner().max(CENTRE) } else { CENTRE };
+        Some(Leaps { macrocells, visible, shell, blocks, inner2: square(inner, 1.0 + ROUNDING) })
     }
 
     /// The least length of a leap that is worth it, for a ray at radius 1.
@@ -60,37 +71,74 @@ impl<'t, T: Real> Leaps<'t, T> {
     /// What lies ahead of a ray that is at distance `t`.
     #[inline(never)]
     pub fn ahead(&self, line: &RayLine, mut t: f64) -> Ahead {
-        let map = &self.macrocells.map;
+        let Macrocells { map, groups, .. } = self.macrocells;
         let (from, along) = (line.b * line.plane.x, line.plane.y);
-        let step = STEP * map.width();
+        let (b2, step) = (line.b * line.b, STEP * map.width());
+        let mut entered = u32::MAX;
         while t < line.end {
             let cell = map.find(from + t * along);
+            let group = map.group_of(cell);
+            let number = groups.number(group);
+            if number != entered {
+                let until = groups.exit(group, from, along, t) + step;
+                let first = self.first(self.visible.macrocells.of_group(number), b2, t);
+                entered = number;
+                if first > t {
+                    t = first.min(until);
+                    continue;
+                }
+            }
             let until = map.exit(cell, from, along, t) + step;
             let number = map.number(cell);
-            if self.shows(number, line.b * line.b, [t, until.min(line.end)]) {
-                return Ahead::Shown { at: t, until, near: self.macrocells.triangle_in(number) };
+            let bits = self.visible.macrocells.of_macrocell(number);
+            let first = self.first(bits, b2, t);
+            if first < until && self.shows(bits, b2, [first, until.min(line.end)]) {
+                return Ahead::Shown { at: first, until, near: self.macrocells.triangle_in(number) };
             }
             t = until;
         }
         Ahead::Nothing
     }
 
-    /// Whether something may show, or the opaque core be met, between two distances in a macrocell; `b2` is the square
-    /// of the line's distance from the centre.
+    /// The first distance from `t` on at which a ray is between the lowest and the highest radius of these blocks, or
+    /// where rays do not leap; infinity where there is none. `b2` is the square of the line's distance from the centre.
     #[inline]
-    fn shows(&self, number: u32, b2: f64, [from, to]: [f64; 2]) -> bool {
+    fn first(&self, bits: u32, b2: f64, t: f64) -> f64 {
+        // Half of the chord that the line has in a sphere.
+        let half = |r2: f64| (r2 - b2).max(0.0).sqrt();
+        let core = if b2 < self.inner2 { half(self.inner2) } else { f64::NEG_INFINITY };
+        if t.abs() <= core {
+            return t;
+        }
+        let to_core = if t < -core { -core } else { f64::INFINITY };
+        if bits == 0 {
+            return to_core;
+        }
+        let (lowest, highest) = (bits.trailing_zeros() as usize, (u32::BITS - 1 - bits.leading_zeros()) as usize);
+        let ([low2, _], [_, high2]) = (self.blocks[lowest], self.blocks[highest]);
+        let (low, high) = (half(low2), half(high2));
+        let to_blocks = if b2 > high2 || t > high {
+            f64::INFINITY
+        } else if t < -high {
+            -high
+        } else if t.abs() < low {
+            low
+        } else {
+            t
+        };
+        to_core.min(to_blocks)
+    }
+
+    /// Whether something may show, or rays do not leap, between two distances in a macrocell with these visible blocks;
+    /// `b2` is the square of the line's distance from the centre.
+    #[inline]
+    fn shows(&self, bits: u32, b2: f64, [from, to]: [f64; 2]) -> bool {
         let near = if from < 0.0 && to > 0.0 { 0.0 } else { from.abs().min(to.abs()) };
         let near2 = b2 + near * near;
-        let inner = if self.is_solid { self.shell.inner().max(CENTRE) } else { CENTRE };
-        if near2 * (1.0 - 2.0 * ROUNDING) < inner * inner {
+        if near2 * (1.0 - 2.0 * ROUNDING) < self.inner2 {
             return true;
         }
-        let bits = self.visible.macrocells[number as usize].load(Relaxed);
-        if bits == 0 {
-            return false;
-        }
         let far2 = b2 + (from * from).max(to * to);
-        // On a facet of radius R are points with radii from R down to R times its lowest place.
         let low = self.shell.gap(near2.sqrt() * (1.0 - ROUNDING));
         let high = self.shell.gap(far2.sqrt() / self.macrocells.lowest_facet * (1.0 + ROUNDING));
         bits & self.visible.between([low, high], self.shell.layers()) != 0
