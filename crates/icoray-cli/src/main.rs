@@ -1,6 +1,6 @@
 //! icoray on the command line: pictures of files of MPAS and ICON.
 //!
-//! `icoray render` makes pictures, `icoray animate` one that moves, `icoray info` says what a file holds, `icoray plan`
+//! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray animate` one that moves, `icoray info` says what a file holds, `icoray plan`
 //! what a scene reads and leaves out, `icoray devices` which GPUs can draw. Results go to stdout, progress to stderr
 //! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2.
 #![forbid(unsafe_code)]
@@ -18,6 +18,7 @@ mod scene_options;
 mod selection;
 mod suggested;
 mod times;
+mod view;
 
 use clap::{Parser, Subcommand};
 use std::io::{self, Write};
@@ -37,6 +38,8 @@ enum Command {
     Render(render::Args),
     /// Make an animated PNG of pictures
     Animate(animate::Args),
+    /// Look at a file on a page: turn it, colour it, ask it, save the scene
+    View(view::Args),
     /// Say what a file holds: mesh, times, layers, fields
     Info(info::Args),
     /// Say what a scene reads of a file and leaves out
@@ -59,6 +62,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Animate(args) => animate::run(&args, &mut out),
+        Command::View(args) => view::run(&args, &mut out),
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
         Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),

@@ -1,5 +1,6 @@
 //! `icoray render`: renders pictures of some or all times of a file.
 
+mod drawing;
 mod job;
 mod native_heights;
 mod output_queue;
@@ -11,14 +12,15 @@ use crate::failure::{CommandResult, Failure};
 use crate::ranks::RankTeam;
 use crate::selection::{Opened, Selection};
 use crate::suggested::{Scenes, Suggested};
+pub use drawing::Drawing;
 use icoray::output::Existing;
 use icoray::{Error, ErrorKind, Ranks, Result, Script};
 use icoray_progress::Progress;
 use job::Job;
-use native_heights::NativeHeightCache;
+pub use native_heights::NativeHeightCache;
 use output_queue::OutputQueue;
-use scene_fields::SceneFields;
-use schedule::Series;
+pub use scene_fields::{Key, SceneFields};
+pub use schedule::{FieldCache, Series};
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::PathBuf;
@@ -123,7 +125,8 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     });
     let (grid, scene_fields) = ranks.collective(prepared)?;
     let open_s = start.elapsed().as_secs_f64();
-    let job = Job { scene_fields: &scene_fields, grid: &grid, renderer, target: &target, open_s };
+    let drawing = Drawing { scene_fields: &scene_fields, grid: &grid, renderer };
+    let job = Job { drawing, target: &target, open_s };
     let pictures = series.pictures();
     progress.pictures(pictures);
     let mut outcome = match queue {

@@ -100,20 +100,23 @@ fn options(selection: &Selection, opened: &Opened, info: &FieldInfo, time: usize
         samples: selection.samples,
         backend: selection.device_options.backend(),
         device: selection.device_options.device().cloned(),
-        head: vec![command(selection, opened, time)],
+        head: vec![command(selection, opened, Some(time))],
     })
 }
 
-/// The command line that renders the saved scene.
-fn command(selection: &Selection, opened: &Opened, time: usize) -> String {
+/// The command line that renders the saved scene, at this time unless others are selected; without one, that of a time
+/// that is still to be added.
+pub fn command(selection: &Selection, opened: &Opened, time: Option<usize>) -> String {
     let mut words = vec!["icoray".into(), "render".into(), word(&opened.file.path().to_string_lossy())];
     for mesh in &selection.input.mesh {
         words.extend(["--mesh".into(), word(&mesh.to_string_lossy())]);
     }
     let saved = selection.scene_options.save_scene.as_deref().unwrap_or(Path::new("scene.toml"));
     words.extend(["--scene".into(), word(&saved.to_string_lossy())]);
-    let time = selection.time.as_ref().map_or_else(|| time.to_string(), ToString::to_string);
-    words.extend(["--time".into(), word(&time)]);
+    if let Some(time) = time {
+        let time = selection.time.as_ref().map_or_else(|| time.to_string(), ToString::to_string);
+        words.extend(["--time".into(), word(&time)]);
+    }
     if let Some(layers) = selection.layers_wanted.text() {
         words.extend(["--layers".into(), layers]);
     }

@@ -84,6 +84,11 @@ impl<'g> Traversal<'g> {
         Ok(Traversal { grid, shell: Shell::new(radius) })
     }
 
+    /// The outermost radius, planet radii.
+    pub fn outer(&self) -> f64 {
+        self.shell.outer()
+    }
+
     /// Calls `visit` for each stretch of the ray from `eye` along the unit vector `dir`, in order, until it breaks.
     /// Where the mesh has a hole, only the core is reported.
     ///

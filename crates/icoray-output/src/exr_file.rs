@@ -7,7 +7,8 @@ use crate::path::io_error;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text, WritableImage,
 };
-use icoray_grid::Result;
+use icoray_grid::{Error, ErrorKind, Result};
+use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
 /// What the picture says of itself, a line `key: text` each. In one attribute, since the crate writes several in an
@@ -18,6 +19,20 @@ fn comments(frame: &Frame) -> Text {
 }
 
 pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
+    atomic::write(path, existing, "the picture", |out| {
+        encode(frame, out).map_err(|e| io_error(path, "cannot write the picture", e))
+    })
+}
+
+/// The content of the file that [`write`] writes.
+pub(super) fn bytes(frame: &Frame) -> Result<Vec<u8>> {
+    let mut bytes = Cursor::new(Vec::new());
+    let failed = |e| Error::new(ErrorKind::Io, format!("cannot encode the picture: {e}"));
+    encode(frame, &mut bytes).map_err(failed)?;
+    Ok(bytes.into_inner())
+}
+
+fn encode(frame: &Frame, out: impl Write + Seek) -> exr::error::UnitResult {
     let colors = ["R", "G", "B", "A"].into_iter().enumerate();
     let colors = colors.map(|(k, name)| (name, frame.pixels.iter().map(|pixel| pixel[k]).collect()));
     let errors = [("error", &frame.error), ("sampling_error", &frame.sampling_error)];
@@ -27,11 +42,8 @@ pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()
     let attributes = LayerAttributes { comments: Some(comments(frame)), ..LayerAttributes::default() };
     let size = (frame.width as usize, frame.height as usize);
     let image = Image::from_layer(Layer::new(size, attributes, Encoding::default(), channels));
-    atomic::write(path, existing, "the picture", |out| {
-        // On this thread alone, whatever features another user of the crate asks for.
-        let written = image.write().non_parallel().to_buffered(out);
-        written.map_err(|e| io_error(path, "cannot write the picture", e))
-    })
+    // On this thread alone, whatever features another user of the crate asks for.
+    image.write().non_parallel().to_buffered(out)
 }
 
 #[cfg(test)]

@@ -28,5 +28,5 @@ pub use frame::{
     SamplingError, SamplingReport, Sharing, Timing,
 };
 pub use outcomes::{Outcome, Outcomes};
-pub use write::{write_frame, write_frame_with, write_picture, write_picture_with};
+pub use write::{exr_bytes, png_bytes, write_frame, write_frame_with, write_picture, write_picture_with};
 pub use writer::{Submitted, WhenFull, Writer, WriterOptions, Written};

@@ -7,7 +7,8 @@ use crate::label;
 use crate::label::Canvas;
 use crate::path::io_error;
 use crate::srgb::srgb_byte;
-use icoray_grid::Result;
+use icoray_grid::{Error, ErrorKind, Result};
+use std::io::Write;
 use std::path::Path;
 
 /// A premultiplied linear pixel as straight sRGB.
@@ -20,12 +21,27 @@ fn encode(pixel: [f32; 4]) -> [u8; 4] {
 }
 
 pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
+    let Canvas { width, height, rgba } = labelled(frame);
+    write_rgba(path, [width, height], &rgba, &frame.describe(), existing)
+}
+
+/// The content of the file that [`write`] writes.
+pub(super) fn bytes(frame: &Frame) -> Result<Vec<u8>> {
+    let Canvas { width, height, rgba } = labelled(frame);
+    let mut bytes = Vec::new();
+    let done = encode_rgba(&mut bytes, [width, height], &rgba, &frame.describe());
+    done.map_err(|e| Error::new(ErrorKind::Io, format!("cannot encode the picture: {e}")))?;
+    Ok(bytes)
+}
+
+/// The picture with its labels.
+fn labelled(frame: &Frame) -> Canvas {
     let rgba = frame.pixels.iter().flat_map(|p| encode(*p)).collect();
     let mut canvas = Canvas { width: frame.width, height: frame.height, rgba };
     if let Some(legend) = &frame.legend {
         label::draw(&mut canvas, frame, legend);
     }
-    write_rgba(path, [canvas.width, canvas.height], &canvas.rgba, &frame.describe(), existing)
+    canvas
 }
 
 /// Writes 8-bit sRGB with straight alpha, and texts beside it.
@@ -37,19 +53,26 @@ pub(super) fn write_rgba(
     existing: Existing,
 ) -> Result<()> {
     let failed = |e: png::EncodingError| io_error(path, "cannot write the picture", e);
-    atomic::write(path, existing, "the picture", |out| {
-        let mut encoder = png::Encoder::new(out, size[0], size[1]);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        encoder.set_compression(png::Compression::Fast);
-        for (key, text) in texts {
-            encoder.add_itxt_chunk(key.clone(), text.clone()).map_err(failed)?;
-        }
-        let mut writer = encoder.write_header().map_err(failed)?;
-        writer.write_image_data(rgba).map_err(failed)?;
-        writer.finish().map_err(failed)
-    })
+    atomic::write(path, existing, "the picture", |out| encode_rgba(out, size, rgba, texts).map_err(failed))
+}
+
+fn encode_rgba(
+    out: impl Write,
+    size: [u32; 2],
+    rgba: &[u8],
+    texts: &[(String, String)],
+) -> std::result::Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(out, size[0], size[1]);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.set_compression(png::Compression::Fast);
+    for (key, text) in texts {
+        encoder.add_itxt_chunk(key.clone(), text.clone())?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rgba)?;
+    writer.finish()
 }
 
 #[cfg(test)]

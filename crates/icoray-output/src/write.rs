@@ -34,6 +34,22 @@ pub fn write_picture_with(path: &Path, frame: &Frame, existing: Existing) -> Res
     }
 }
 
+/// The content of the PNG that [`write_picture`] writes.
+///
+/// # Errors
+/// [`ErrorKind::Io`] where it cannot be encoded.
+pub fn png_bytes(frame: &Frame) -> Result<Vec<u8>> {
+    png_file::bytes(frame)
+}
+
+/// The content of the EXR that [`write_picture`] writes.
+///
+/// # Errors
+/// [`ErrorKind::Io`] where it cannot be encoded.
+pub fn exr_bytes(frame: &Frame) -> Result<Vec<u8>> {
+    exr_file::bytes(frame)
+}
+
 /// Writes `frame` into `directory` under the name that `output` gives, the map of its errors beside it where that has a
 /// name too, a row to `report.csv` beside the picture, and entries to the lists of the series. Missing directories are
 /// made; files of the same name are replaced.
@@ -100,6 +116,16 @@ mod tests {
         let stamp = Stamp { step: 13, ..Stamp::default() };
         write_frame(folder.path(), &output, &stamp, &mut frame()).unwrap();
         assert_eq!(std::fs::read_dir(folder.path().join("errors")).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn bytes_are_those_of_files() {
+        let (folder, frame) = (tempfile::tempdir().unwrap(), frame());
+        for (name, bytes) in [("a.png", png_bytes(&frame)), ("a.exr", exr_bytes(&frame))] {
+            let path = folder.path().join(name);
+            write_picture(&path, &frame).unwrap();
+            assert_eq!(bytes.unwrap(), std::fs::read(&path).unwrap(), "{name}");
+        }
     }
 
     #[test]

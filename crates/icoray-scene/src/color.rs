@@ -20,6 +20,13 @@ fn linear(color: &colorgrad::Color) -> [f64; 3] {
     [r, g, b].map(|c| f64::from(c).clamp(0.0, 1.0))
 }
 
+/// A linear colour in 8-bit sRGB.
+pub(crate) fn srgb8(linear: [f64; 3]) -> [u8; 3] {
+    let [r, g, b] = linear.map(|c| c as f32);
+    let [r, g, b, _] = colorgrad::Color::from_linear_rgba(r, g, b, 1.0).to_rgba8();
+    [r, g, b]
+}
+
 /// A map that colorgrad has, by name.
 type Formula = (&'static str, fn() -> Box<dyn Gradient>);
 

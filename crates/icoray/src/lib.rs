@@ -69,9 +69,10 @@ pub use icoray_scene::{
     Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
     TransferFunction, View, Volume,
 };
+pub use icoray_scene::{color_map_stops, color_maps, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};
 pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, Ranks, Team};
-pub use render::{Rendered, Renderer};
+pub use render::{Probe, ProbePoint, Rendered, Renderer};
 pub use snapshot::Snapshot;
 
 /// Pictures and their report on disk: one at a time, or on a thread that writes while the model goes on.
@@ -129,8 +130,9 @@ pub use snapshot::Snapshot;
 /// ```
 pub mod output {
     pub use icoray_output::{
-        Animated, Existing, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, write_animation,
-        write_error_map, write_error_map_with, write_frame, write_frame_with, write_picture, write_picture_with,
+        Animated, Existing, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, exr_bytes,
+        png_bytes, write_animation, write_error_map, write_error_map_with, write_frame, write_frame_with,
+        write_picture, write_picture_with,
     };
     pub use icoray_scene::name::{FrameNames, NameTemplate, Output, Stamp};
     pub use icoray_scene::series::{Cinema, Concat, Series};

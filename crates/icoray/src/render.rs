@@ -36,6 +36,7 @@ mod parts;
 mod picture;
 mod prepare;
 mod prepared_field;
+mod probe;
 mod progress;
 mod rendered;
 mod renderer;
@@ -45,6 +46,7 @@ mod summary;
 mod work;
 
 pub(crate) use lazy::Lazy;
+pub use probe::{Probe, ProbePoint};
 pub use rendered::Rendered;
 pub use renderer::Renderer;
 

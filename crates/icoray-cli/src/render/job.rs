@@ -1,20 +1,19 @@
 //! Rendering of one picture, and its summary.
 
+use super::drawing::Drawing;
 use super::native_heights::NativeHeightCache;
 use super::output_queue::PictureSummary;
-use super::scene_fields::{Key, SceneField, SceneFields};
+use super::scene_fields::{Key, SceneField};
 use super::target::Target;
 use crate::gpu;
 use crate::input;
 use icoray::output::Stamp;
-use icoray::{Field, Fields, Frame, Grid, Ranks, Rendered, Renderer, Result, Shot};
+use icoray::{Field, Frame, Ranks, Result, Shot};
 use std::collections::BTreeMap;
 
 /// Data that all pictures of a run share.
 pub struct Job<'a> {
-    pub scene_fields: &'a SceneFields<'a>,
-    pub grid: &'a Grid<'a>,
-    pub renderer: &'a Renderer,
+    pub drawing: Drawing<'a>,
     pub target: &'a Target,
     /// Seconds from the start to the first picture.
     pub open_s: f64,
@@ -30,28 +29,7 @@ impl Job<'_> {
         read_s: f64,
         ranks: &mut Ranks,
     ) -> Result<Option<(Frame, PictureSummary)>> {
-        let scene = &shot.scene;
-        let scene_fields = self.scene_fields.of(scene)?;
-        let needed = scene_fields.iter().filter_map(|s| Some((s.info.name.as_str(), *fields.get(&s.key())?)));
-        let needed = Fields::new(needed);
-        let needed = match heights.of(self.scene_fields, scene)? {
-            Some(heights) => needed.with_heights(heights),
-            None => needed,
-        };
-        let layers = self.scene_fields.layers(scene)?;
-        let rendered = self.renderer.render_over(ranks, scene, self.grid, None, layers, needed)?;
-        let Rendered::Here(mut frame) = rendered else { return Ok(None) };
-        for SceneField { info, .. } in &scene_fields {
-            if info.name == scene.field() {
-                frame.description = info.description.clone();
-            } else {
-                frame.descriptions.push((info.name.clone(), info.description.clone()));
-            }
-        }
-        frame.notes.extend(self.scene_fields.notes(scene)?.into_iter().map(|note| ("note", note)));
-        if let Some(native) = self.scene_fields.native(scene)? {
-            frame.notes.push(("heights", native.description.clone()));
-        }
+        let Some(mut frame) = self.drawing.frame(&shot.scene, fields, heights, ranks)? else { return Ok(None) };
         if !shot.name.is_empty() {
             frame.notes.push(("view", shot.name.clone()));
         }
@@ -64,8 +42,8 @@ impl Job<'_> {
         let date = stamp.date.as_deref().unwrap_or("no date");
         let path = self.target.path(&scene.output, stamp, scene.field())?;
         let (report, counts) = (&frame.report, &frame.report.counts);
-        let scene_fields = self.scene_fields.of(scene)?;
-        let heights = self.scene_fields.native(scene)?;
+        let scene_fields = self.drawing.scene_fields.of(scene)?;
+        let heights = self.drawing.scene_fields.native(scene)?;
         let heights = heights.map_or_else(String::new, |native| format!("heights   {}\n", native.description));
         let view = if shot.name.is_empty() { String::new() } else { format!("view      {}\n", shot.name) };
         let fields: Vec<String> = scene_fields

@@ -19,4 +19,5 @@ mod run;
 mod suggested;
 mod surfaces;
 mod times;
+mod view;
 mod views;

@@ -13,6 +13,7 @@ use icoray_kernel::ground::Ground;
 use icoray_kernel::ray::packets;
 use icoray_scene::{Backend, Precision, Scene};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A renderer with its own threads, which end when it is dropped, and optionally a device.
 ///
@@ -45,6 +46,7 @@ pub struct Renderer {
     pub(super) savings: Savings,
     pub(super) integrates: bool,
     pub(super) progress: Option<Progress>,
+    pub(super) stop: Option<Arc<AtomicBool>>,
     pub(super) memory_limit: Option<u64>,
     pub(super) frame_cache: FrameCache,
     pub(super) ranges: Ranges,
@@ -66,6 +68,7 @@ impl Renderer {
             savings,
             integrates: true,
             progress: None,
+            stop: None,
             memory_limit: None,
             frame_cache: spare,
             ranges,
@@ -119,6 +122,20 @@ impl Renderer {
     #[must_use]
     pub fn with_progress(self, report: Arc<dyn Fn(usize, usize) + Send + Sync>) -> Self {
         Renderer { progress: Some(Progress(report)), ..self }
+    }
+
+    /// The same renderer, which traces no more tiles while `stop` is set: a frame that is being drawn is then returned
+    /// soon, and of no use. For frames that are out of date before they are done.
+    ///
+    /// Over several ranks all must set theirs, or none.
+    #[must_use]
+    pub fn with_stop(self, stop: Arc<AtomicBool>) -> Self {
+        Renderer { stop: Some(stop), ..self }
+    }
+
+    /// Whether the frame that is being drawn is to be given up.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     /// The same renderer, which takes no more than so many bytes for a frame beyond what it holds of frames before:

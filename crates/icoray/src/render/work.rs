@@ -105,7 +105,9 @@ impl Work<'_> {
         }
         let tracer = self.rays.tracer(quality);
         let draw = |places: &[SamplePoint], counts: &mut Counts| {
-            if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
+            if renderer.is_stopped() {
+                vec![Pixel::default(); places.len()]
+            } else if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
                 vec![background_blend(scene, tracer.budget().brightest, None); places.len()]
             } else {
                 pixels(scene, &*tracer, places, counts)

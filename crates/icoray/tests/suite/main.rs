@@ -15,6 +15,7 @@ mod mixed;
 mod mixed_packets;
 mod native;
 mod parts;
+mod probe;
 mod samples;
 mod savings;
 mod several;

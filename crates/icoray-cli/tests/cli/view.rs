@@ -1,0 +1,276 @@
+//! `icoray view`: its server is asked as a page asks it, and as others should not.
+
+use crate::made::Made;
+use crate::run::{icoray, prints, scene};
+use netcdf::Options;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+use tempfile::TempDir;
+
+/// A command that serves a page, ended when it is dropped.
+struct Viewer {
+    child: Child,
+    host: String,
+    token: String,
+}
+
+struct Answer {
+    status: u16,
+    head: String,
+    body: Vec<u8>,
+}
+
+impl Answer {
+    fn json(&self) -> serde_json::Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&self.body)))
+    }
+
+    /// The facts of a picture, and its PNG.
+    fn picture(&self) -> (serde_json::Value, &[u8]) {
+        let (length, rest) = self.body.split_first_chunk().unwrap();
+        let (facts, png) = rest.split_at(u32::from_le_bytes(*length) as usize);
+        (serde_json::from_slice(facts).unwrap(), png)
+    }
+}
+
+impl Viewer {
+    fn start(command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let address = line.trim().strip_prefix("view      http://").unwrap_or_else(|| panic!("{line}"));
+        let (host, token) = address.split_once("/#").unwrap();
+        Viewer { child, host: host.to_owned(), token: token.to_owned() }
+    }
+
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(&self.host).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream
+    }
+
+    fn ask_with(&self, token: &str, request: &str, body: &str) -> Answer {
+        let mut stream = self.connect();
+        let (host, length) = (&self.host, body.len());
+        let head = format!(
+            "{request} HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\nContent-Length: {length}\r\n\
+             Connection: close\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).unwrap();
+        stream.write_all(body.as_bytes()).unwrap();
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).unwrap();
+        let split = bytes.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
+        let head = String::from_utf8(bytes[..split].to_vec()).unwrap();
+        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+        Answer { status, head: head.to_ascii_lowercase(), body: bytes[split + 4..].to_vec() }
+    }
+
+    fn get(&self, path: &str) -> Answer {
+        self.ask_with(&self.token, &format!("GET {path}"), "")
+    }
+
+    fn post(&self, path: &str, body: &str) -> Answer {
+        self.ask_with(&self.token, &format!("POST {path}"), body)
+    }
+
+    /// The first picture at rest of a revision.
+    fn at_rest(&self, revision: u64) -> serde_json::Value {
+        let mut after = 0;
+        loop {
+            let answer = self.get(&format!("/api/frame?after={after}"));
+            assert_eq!(answer.status, 200);
+            let (facts, png) = answer.picture();
+            assert!(facts["failure"].is_null(), "{facts}");
+            assert!(image::load_from_memory(png).unwrap().width() == facts["width"]);
+            if facts["revision"].as_u64() >= Some(revision) && facts["pending"] == false && facts["is_moving"] == false
+            {
+                return facts;
+            }
+            after = facts["number"].as_u64().unwrap();
+        }
+    }
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+/// A folder with `made.nc`.
+fn folder() -> TempDir {
+    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    folder
+}
+
+#[test]
+fn what_is_seen_is_what_its_scene_renders() {
+    let folder = folder();
+    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let change = r#"{"changes":[{"path":["camera","lon"],"value":30},{"path":["transfer","map"],"value":"plasma"}],
+                     "time":1,"size":[120,90]}"#;
+    let changed = viewer.post("/api/change", change).json();
+    let facts = viewer.at_rest(changed["revision"].as_u64().unwrap());
+    assert_eq!(
+        (facts["width"].as_u64(), facts["height"].as_u64(), facts["time"].as_u64()),
+        (Some(120), Some(90), Some(1))
+    );
+    let scene = viewer.get("/api/scene").json();
+    fs::write(folder.path().join("scene.toml"), scene["text"].as_str().unwrap()).unwrap();
+    let command = scene["command"].as_str().unwrap();
+    assert_eq!(command, "icoray render made.nc --scene scene.toml --time 1");
+    for format in ["png", "exr"] {
+        let name = format!("rendered.{format}");
+        let words = command.split(' ').skip(1).chain(["-o", &name]);
+        prints(icoray(folder.path()).args(words));
+        let answer = viewer.get(&format!("/api/picture?format={format}"));
+        assert!(answer.head.contains("content-disposition: attachment"), "{}", answer.head);
+        let seen = folder.path().join(format!("seen.{format}"));
+        fs::write(&seen, answer.body).unwrap();
+        let [seen, rendered] = [seen, folder.path().join(name)].map(|path| image::open(path).unwrap().to_rgba32f());
+        assert!(seen == rendered, "{format}: other pixels");
+    }
+}
+
+#[test]
+fn changes_are_taken_whole_and_undone() {
+    let folder = folder();
+    fs::write(folder.path().join("s.toml"), scene("theta", 0.0, 42.0)).unwrap();
+    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    let text = || viewer.get("/api/scene").json()["text"].as_str().unwrap().to_owned();
+    let first = text();
+    for (bad, wanted) in [
+        (
+            r#"{"changes":[{"path":["camera","lat"],"value":1},{"path":["camera","lon"],"value":999}]}"#,
+            "camera.lon: 999",
+        ),
+        (r#"{"changes":[{"path":["field"],"value":"nothing"}]}"#, "nothing: the file has no such field"),
+        (r#"{"changes":[{"path":["zzz"],"value":1}]}"#, "zzz"),
+        (r#"{"time":99}"#, "time 99"),
+        ("garbage", "expected value"),
+        (r#"{"unknown":1}"#, "unknown"),
+    ] {
+        let answer = viewer.post("/api/change", bad);
+        assert_eq!(answer.status, 400, "{bad}");
+        assert!(answer.json()["error"].as_str().unwrap().contains(wanted), "{bad}: {}", answer.json());
+    }
+    assert_eq!(text(), first);
+    // A scene that has an image keeps its size.
+    let revision = viewer.post("/api/change", r#"{"changes":[{"path":["camera","lat"],"value":10}],"size":[50,40]}"#);
+    let facts = viewer.at_rest(revision.json()["revision"].as_u64().unwrap());
+    assert_eq!(facts["width"], 96);
+    assert!(text().contains("lat = 10"));
+    assert_eq!(viewer.post("/api/undo", "").status, 200);
+    assert_eq!(text(), first);
+    viewer.post("/api/redo", "");
+    assert!(text().contains("lat = 10"));
+    assert_eq!(viewer.post("/api/load", "field = 'theta'\nzzz = 2\n").status, 400);
+    assert_eq!(viewer.post("/api/load", "field = 'theta'\n").status, 200);
+    assert_eq!(text(), "field = 'theta'\n");
+}
+
+#[test]
+fn the_data_are_asked() {
+    let folder = folder();
+    fs::write(folder.path().join("s.toml"), scene("theta", 0.0, 42.0)).unwrap();
+    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    let described = viewer.get("/api/describe").json();
+    let names: Vec<&str> =
+        described["fields"].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap()).collect();
+    assert!(names.contains(&"theta"), "{names:?}");
+    assert!(described["sections"].as_array().unwrap().len() > 10 && described["title"] == "made.nc");
+    let histogram = viewer.get("/api/histogram?field=theta").json();
+    let [low, high] = [0, 1].map(|k: usize| histogram["range"][k].as_f64().unwrap());
+    let probe = viewer.get("/api/probe?x=0.5&y=0.5").json();
+    assert_eq!(probe["hit"], true);
+    // The camera looks down on 190 E 45 N.
+    let [lon, lat] = ["lon", "lat"].map(|key| probe[key].as_f64().unwrap());
+    assert!((lon + 170.0).abs() < 1e-6 && (lat - 45.0).abs() < 1e-6, "{lon} {lat}");
+    let value = probe["value"].as_f64().unwrap();
+    assert!((low..=high).contains(&value), "{value} of {low} to {high}");
+    let column = probe["column"]["values"].as_array().unwrap();
+    assert!(column.len() > 1 && column.iter().all(|value| value.as_f64().is_some()), "{column:?}");
+    assert_eq!(viewer.get("/api/probe?x=0.0&y=0.0").json()["hit"], false);
+    for (path, wanted) in [
+        ("/api/probe?x=2&y=0", "expected 0 to 1"),
+        ("/api/probe?x=0.1", "expected y"),
+        ("/api/probe?x=nan&y=0", "expected 0 to 1"),
+        ("/api/histogram", "expected field"),
+        ("/api/histogram?field=zzz", "zzz"),
+        ("/api/picture?format=gif", "png or exr"),
+        ("/api/frame?after=x", "expected a number"),
+    ] {
+        let answer = viewer.get(path);
+        assert!((400..500).contains(&answer.status), "{path}");
+        assert!(answer.json()["error"].as_str().unwrap().contains(wanted), "{path}: {}", answer.json());
+    }
+}
+
+#[test]
+fn hostile_clients_are_refused_and_harm_nobody() {
+    let folder = folder();
+    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let page = viewer.ask_with("", "GET /", "");
+    assert!(page.status == 200 && page.head.contains("content-security-policy: default-src 'none'"), "{}", page.head);
+    for token in ["", "0123", &format!("{}0", viewer.token), &viewer.token[1..]] {
+        let answer = viewer.ask_with(token, "GET /api/scene", "");
+        assert_eq!(answer.status, 401);
+        assert!(!String::from_utf8_lossy(&answer.body).contains("camera"));
+    }
+    for (path, status) in
+        [("/api/nothing", 404), ("/../Cargo.toml", 404), ("/%2e%2e/made.nc", 404), ("/api/change", 405)]
+    {
+        assert_eq!(viewer.get(path).status, status, "{path}");
+    }
+    assert_eq!(viewer.post("/api/load", &"#".repeat(2 << 20)).status, 413);
+    for host in ["evil.example", "127.0.0.1.evil.example"] {
+        let mut stream = viewer.connect();
+        let token = &viewer.token;
+        write!(
+            stream,
+            "GET /api/scene HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\nConnection: close\r\n\r\n"
+        )
+        .unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
+    }
+    // Some that stall, with half of a request or without reading, and many that come, send garbage and go.
+    let stalled: Vec<TcpStream> = (0..20)
+        .map(|k| {
+            let mut stream = viewer.connect();
+            let token = &viewer.token;
+            let half =
+                format!("GET /api/frame?after=0 HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {token}\r\n");
+            stream.write_all(half.as_bytes()).unwrap();
+            if k % 2 == 0 {
+                stream.write_all(b"\r\n").unwrap();
+            }
+            stream
+        })
+        .collect();
+    for k in 0..1000 {
+        let mut stream = viewer.connect();
+        // The server may close at once.
+        let _ = stream.write_all([&b"\0\xff\x16\x03\x01 garbage\r\n\r\n"[..], b"GET", b""][k % 3]);
+    }
+    let facts = viewer.at_rest(1);
+    assert_eq!(facts["revision"], 1);
+    drop(stalled);
+}
+
+#[test]
+fn a_taken_port_is_another_port() {
+    let folder = folder();
+    let first = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let port = first.host.rsplit_once(':').unwrap().1;
+    let second = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--port", port]));
+    assert_ne!(first.host, second.host);
+    assert_ne!(first.token, second.token);
+    assert_eq!(first.ask_with(&second.token, "GET /api/scene", "").status, 401);
+}

@@ -1,0 +1,159 @@
+//! Answers about the data, as the page reads them.
+
+use icoray::{Field, Renderer};
+use serde::Serialize;
+
+/// Numbers of bins: those that are sent, and those from which percentiles are found.
+const BINS: usize = 128;
+const FINE_BINS: usize = 128 * 64;
+
+/// How often a field has which values.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Histogram {
+    /// Name of the field.
+    pub field: String,
+    /// Its units.
+    pub units: Option<String>,
+    /// Least and greatest value; `None` where all are missing.
+    pub range: Option<[f64; 2]>,
+    /// Numbers of values in equal parts of the range.
+    pub counts: Vec<u64>,
+    /// Percentiles 1, 5, 50, 95 and 99, to a part in 8192 of the range.
+    pub percentiles: Percentiles,
+    /// Number of missing values.
+    pub missing: u64,
+}
+
+/// Values below which a number of hundredths of all values lie.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Percentiles {
+    #[serde(rename = "1")]
+    p1: f64,
+    #[serde(rename = "5")]
+    p5: f64,
+    #[serde(rename = "50")]
+    p50: f64,
+    #[serde(rename = "95")]
+    p95: f64,
+    #[serde(rename = "99")]
+    p99: f64,
+}
+
+impl Histogram {
+    /// The histogram of all values of a field, on the renderer's threads.
+    pub fn of(name: &str, units: Option<String>, field: &Field, renderer: &Renderer) -> Self {
+        let (range, missing) = renderer.run(|| field.range());
+        let mut histogram = Histogram {
+            field: name.to_owned(),
+            units,
+            range,
+            counts: vec![0; BINS],
+            percentiles: Percentiles::default(),
+            missing,
+        };
+        let Some([low, high]) = range else { return histogram };
+        let fine = renderer.run(|| field.counts([low, high], FINE_BINS));
+        for (bin, count) in fine.iter().enumerate() {
+            histogram.counts[bin * BINS / FINE_BINS] += count;
+        }
+        let all: u64 = fine.iter().sum();
+        let percentile = |hundredths: u64| {
+            let mut below = 0;
+            let bin = fine.iter().position(|count| {
+                below += count;
+                100 * below >= hundredths * all
+            });
+            let place = (bin.unwrap_or(0) as f64 + 0.5) / FINE_BINS as f64;
+            low + place * (high - low)
+        };
+        histogram.percentiles = Percentiles {
+            p1: percentile(1),
+            p5: percentile(5),
+            p50: percentile(50),
+            p95: percentile(95),
+            p99: percentile(99),
+        };
+        histogram
+    }
+}
+
+/// A place that a ray shows, and the values along it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// What the renderer found.
+    pub found: icoray::Probe,
+    /// Name of the field.
+    pub field: String,
+    /// Its units.
+    pub units: Option<String>,
+    /// The error of the pixel in the last picture at rest; `None` where there is none.
+    pub error: Option<f32>,
+}
+
+/// [`Probe`] as it is sent; missing values are null.
+#[derive(Serialize)]
+pub(crate) struct ProbeAnswer {
+    hit: bool,
+    lon: f64,
+    lat: f64,
+    height_m: f64,
+    value: Option<f64>,
+    units: Option<String>,
+    field: String,
+    error: Option<f32>,
+    alpha: f64,
+    is_core: bool,
+    along: Vec<AlongAnswer>,
+    column: ColumnAnswer,
+}
+
+#[derive(Serialize)]
+struct AlongAnswer {
+    distance: f64,
+    height_m: f64,
+    value: Option<f64>,
+    weight: f64,
+}
+
+#[derive(Serialize)]
+struct ColumnAnswer {
+    height_m: Vec<f64>,
+    values: Vec<Option<f64>>,
+}
+
+impl From<Probe> for ProbeAnswer {
+    fn from(probe: Probe) -> Self {
+        let Probe { found, field, units, error } = probe;
+        let icoray::Probe { lon_lat_deg: [lon, lat], height_m, value, alpha, is_core, along, column } = found;
+        let known = |value: f64| Some(value).filter(|value| value.is_finite());
+        let along = along.iter().map(|point| AlongAnswer {
+            distance: point.distance,
+            height_m: point.height_m,
+            value: known(point.value),
+            weight: point.weight,
+        });
+        let along = along.collect();
+        let [heights, values] = [0, 1].map(|k| column.iter().map(|row| row[k]).collect::<Vec<f64>>());
+        let column = ColumnAnswer { height_m: heights, values: values.into_iter().map(known).collect() };
+        ProbeAnswer { hit: true, lon, lat, height_m, value, units, field, error, alpha, is_core, along, column }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray::{Location, Shape};
+
+    #[test]
+    fn a_histogram_counts_each_value_once() {
+        let mut values: Vec<f32> = (0..1000).map(|i| i as f32).collect();
+        values[17] = f32::NAN;
+        let field = Field::new(values.as_slice().into(), Shape::level_fastest(500, 2), Location::Center, None).unwrap();
+        let histogram = Histogram::of("q", None, &field, &Renderer::new(1).unwrap());
+        assert_eq!((histogram.range, histogram.missing), (Some([0.0, 999.0]), 1));
+        assert_eq!(histogram.counts.iter().sum::<u64>(), 999);
+        assert!(histogram.counts.iter().all(|count| (6..=9).contains(count)), "{:?}", histogram.counts);
+        let Percentiles { p1, p50, p99, .. } = histogram.percentiles;
+        assert!((p1 - 10.0).abs() < 2.0 && (p50 - 500.0).abs() < 2.0 && (p99 - 989.0).abs() < 2.0);
+    }
+}

@@ -1,0 +1,326 @@
+//! Requests of the page and what they are answered with.
+
+use crate::answers::ProbeAnswer;
+use crate::describe::{DescribeAnswer, Description, hex};
+use crate::document;
+use crate::guard;
+use crate::hub::{Hub, Question, Reply};
+use crate::page;
+use crate::picture::Picture;
+use crate::session::{ChangeRequest, Session};
+use http_body_util::{BodyExt, Full, Limited};
+use hyper::body::{Body, Bytes};
+use hyper::header::{self, HeaderValue};
+use hyper::{Method, Request, Response, StatusCode};
+use icoray::output::{exr_bytes, png_bytes};
+use icoray::{Scene, srgb8};
+use serde::Serialize;
+use serde_json::json;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::oneshot;
+use tokio::time::timeout;
+
+/// Largest body of a request, bytes: a scene with many knots is far smaller.
+const MAX_BODY: usize = 1 << 20;
+/// How long a request may take to arrive.
+const ARRIVES: Duration = Duration::from_secs(10);
+/// How long a request waits for the next picture.
+const NEXT_PICTURE: Duration = Duration::from_secs(20);
+/// How long a question waits for its answer: a picture at rest of a large grid takes its time.
+const ANSWER: Duration = Duration::from_secs(600);
+
+/// What requests are answered from.
+pub(crate) struct Api {
+    pub hub: Arc<Hub>,
+    pub description: Description,
+    pub token: String,
+}
+
+pub(crate) type Answer = Response<Full<Bytes>>;
+
+/// A refusal: a status and a sentence.
+struct Refusal(StatusCode, String);
+
+type Outcome = Result<Answer, Refusal>;
+
+impl Api {
+    /// Answers a request.
+    pub async fn answer<B>(&self, request: Request<B>) -> Answer
+    where
+        B: Body + Unpin,
+        B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
+    {
+        let mut answer = match self.dispatch(request).await {
+            Ok(answer) => answer,
+            Err(Refusal(status, error)) => with_status(status, json_answer(&json!({ "error": error }))),
+        };
+        for (name, value) in [
+            (header::CACHE_CONTROL, "no-store"),
+            (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+            (header::REFERRER_POLICY, "no-referrer"),
+            (
+                header::CONTENT_SECURITY_POLICY,
+                "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; \
+                 base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+            ),
+        ] {
+            answer.headers_mut().insert(name, HeaderValue::from_static(value));
+        }
+        answer
+    }
+
+    async fn dispatch<B>(&self, request: Request<B>) -> Outcome
+    where
+        B: Body + Unpin,
+        B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
+    {
+        if !guard::is_local(request.headers()) {
+            let why = "expected a request from this machine to localhost or 127.0.0.1";
+            return Err(Refusal(StatusCode::FORBIDDEN, why.to_owned()));
+        }
+        let path = request.uri().path().to_owned();
+        let Some(call) = path.strip_prefix("/api/") else {
+            return match (page::file(&path), request.method()) {
+                (Some(file), &Method::GET) => Ok(typed(file.media_type, Bytes::from_static(file.bytes))),
+                (Some(_), _) => Err(wrong_method()),
+                (None, _) => Err(nothing_here()),
+            };
+        };
+        if !guard::has_token(request.headers(), &self.token) {
+            let why = "the address lacks its token, which is behind the # of the address that was printed";
+            return Err(Refusal(StatusCode::UNAUTHORIZED, why.to_owned()));
+        }
+        let query = request.uri().query().unwrap_or_default().to_owned();
+        match (call, request.method()) {
+            ("describe", &Method::GET) => Ok(json_answer(&DescribeAnswer::new(&self.description))),
+            ("scene", &Method::GET) => Ok(json_answer(&self.hub.look(|session| self.scene(session)))),
+            ("frame", &Method::GET) => self.frame(&query).await,
+            ("histogram", &Method::GET) => self.histogram(&query).await,
+            ("probe", &Method::GET) => self.probe(&query).await,
+            ("picture", &Method::GET) => self.picture(&query).await,
+            ("change", &Method::POST) => {
+                let change: ChangeRequest = serde_json::from_slice(&body(request).await?).map_err(bad)?;
+                self.changed(|session| session.change(&change))
+            }
+            ("load", &Method::POST) => {
+                let text = String::from_utf8(body(request).await?.into()).map_err(bad)?;
+                self.changed(|session| session.load(&text))
+            }
+            ("undo", &Method::POST) => self.changed(|session| session.step(true)),
+            ("redo", &Method::POST) => self.changed(|session| session.step(false)),
+            (
+                "describe" | "scene" | "frame" | "histogram" | "probe" | "picture" | "change" | "load" | "undo"
+                | "redo",
+                _,
+            ) => Err(wrong_method()),
+            _ => Err(nothing_here()),
+        }
+    }
+
+    fn changed(&self, change: impl FnOnce(&mut Session) -> Result<(), String>) -> Outcome {
+        let revision = self.hub.change(change).map_err(|error| Refusal(StatusCode::BAD_REQUEST, error))?;
+        Ok(json_answer(&json!({ "revision": revision })))
+    }
+
+    /// The scene in all its forms.
+    fn scene(&self, session: &Session) -> serde_json::Value {
+        let scene = session.scene();
+        let ([forward, _, up], half_height) = scene.camera.frame();
+        let eye = scene.camera.eye();
+        let target = [0, 1, 2].map(|k: usize| eye[k] + forward[k]);
+        let [can_undo, can_redo] = session.history();
+        let picture = self.hub.pictures.borrow().clone();
+        json!({
+            "revision": session.revision(),
+            "text": session.text(),
+            "values": document::values(session.text()),
+            "time": session.time(),
+            "camera": {
+                "eye": eye,
+                "target": target,
+                "up": up,
+                "fov": 2.0 * half_height.atan().to_degrees(),
+            },
+            "field": scene.field(),
+            "transfer": transfer(scene, picture.and_then(|picture| picture.color_range)),
+            "command": format!("{} --time {}", self.description.command, session.time()),
+            "can_undo": can_undo,
+            "can_redo": can_redo,
+        })
+    }
+
+    /// The next picture after one, when there is one.
+    async fn frame(&self, query: &str) -> Outcome {
+        let after: u64 = number(query, "after")?;
+        let mut pictures = self.hub.pictures.subscribe();
+        let is_next = |picture: &Option<Arc<Picture>>| picture.as_ref().is_some_and(|picture| picture.number > after);
+        match timeout(NEXT_PICTURE, pictures.wait_for(is_next)).await {
+            Ok(Ok(picture)) => {
+                let bytes = picture.as_ref().map(|picture| picture.bytes.clone());
+                Ok(typed("application/octet-stream", bytes.unwrap_or_default()))
+            }
+            _ => Ok(with_status(StatusCode::NO_CONTENT, Answer::default())),
+        }
+    }
+
+    async fn histogram(&self, query: &str) -> Outcome {
+        let field = parameter(query, "field").ok_or_else(|| missing("field"))?;
+        let histogram = self.ask(|reply| Question::Histogram { field, reply }).await?;
+        Ok(json_answer(&histogram))
+    }
+
+    async fn probe(&self, query: &str) -> Outcome {
+        let at = [number(query, "x")?, number(query, "y")?];
+        if !at.iter().all(|place: &f64| (0.0..=1.0).contains(place)) {
+            return Err(Refusal(StatusCode::BAD_REQUEST, format!("x = {}, y = {}, expected 0 to 1", at[0], at[1])));
+        }
+        Ok(match self.ask(|reply| Question::Probe { at, reply }).await? {
+            Some(probe) => json_answer(&ProbeAnswer::from(probe)),
+            None => json_answer(&json!({ "hit": false })),
+        })
+    }
+
+    async fn picture(&self, query: &str) -> Outcome {
+        let format = parameter(query, "format").unwrap_or_default();
+        let media_type = match format.as_str() {
+            "png" => "image/png",
+            "exr" => "image/x-exr",
+            _ => return Err(Refusal(StatusCode::BAD_REQUEST, format!("format {format:?}, expected png or exr"))),
+        };
+        let frame = self.ask(|reply| Question::Picture { reply }).await?;
+        let bytes = if format == "png" { png_bytes(&frame) } else { exr_bytes(&frame) };
+        let mut answer = typed(media_type, bytes.map_err(failed)?.into());
+        let name = HeaderValue::from_str(&format!("attachment; filename=\"picture.{format}\"")).map_err(bad)?;
+        answer.headers_mut().insert(header::CONTENT_DISPOSITION, name);
+        Ok(answer)
+    }
+
+    async fn ask<T>(&self, question: impl FnOnce(Reply<T>) -> Question) -> Result<T, Refusal> {
+        let (reply, answer) = oneshot::channel();
+        if !self.hub.ask(question(Reply(reply))) {
+            let why = "too many questions wait for the program that draws";
+            return Err(Refusal(StatusCode::SERVICE_UNAVAILABLE, why.to_owned()));
+        }
+        match timeout(ANSWER, answer).await {
+            Ok(Ok(answer)) => answer.map_err(failed),
+            _ => Err(Refusal(StatusCode::SERVICE_UNAVAILABLE, "the program that draws gave no answer".to_owned())),
+        }
+    }
+}
+
+/// The first volume's transfer function as knots, over the range that the last picture had.
+fn transfer(scene: &Scene, range: Option<[f64; 2]>) -> serde_json::Value {
+    let first = &scene.volumes[0];
+    let transfer = match (&first.coloring, range) {
+        (Some(coloring), Some(range)) if coloring.fixed().is_none() => coloring.transfer(range),
+        _ => first.transfer.clone(),
+    };
+    let knots: Vec<_> = transfer
+        .knots
+        .iter()
+        .map(|knot| {
+            let color = hex(srgb8(knot.color));
+            json!({ "value": knot.value, "color": color, "opacity": -(-knot.extinction).exp_m1() })
+        })
+        .collect();
+    let range = transfer.range();
+    match knots.iter().any(|knot| knot["opacity"] != 0.0) {
+        true => json!({ "knots": knots, "range": range, "is_map": first.coloring.is_some() }),
+        false => serde_json::Value::Null,
+    }
+}
+
+async fn body<B>(request: Request<B>) -> Result<Bytes, Refusal>
+where
+    B: Body + Unpin,
+    B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
+{
+    let whole = timeout(ARRIVES, Limited::new(request.into_body(), MAX_BODY).collect());
+    let whole = whole.await.map_err(|_| Refusal(StatusCode::REQUEST_TIMEOUT, "the request stalled".to_owned()))?;
+    let too_large = |e| Refusal(StatusCode::PAYLOAD_TOO_LARGE, format!("the request's body: {e}"));
+    Ok(whole.map_err(too_large)?.to_bytes())
+}
+
+/// The value of a key of the query, with its escapes.
+fn parameter(query: &str, key: &str) -> Option<String> {
+    let pairs = query.split('&').filter_map(|pair| pair.split_once('='));
+    pairs.into_iter().find(|(name, _)| *name == key).map(|(_, value)| unescaped(value))
+}
+
+fn unescaped(text: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::new(), text.as_bytes());
+    while let Some((byte, behind)) = rest.split_first() {
+        let escaped = behind.get(..2).filter(|_| *byte == b'%').and_then(|digits| {
+            let digits = std::str::from_utf8(digits).ok()?;
+            u8::from_str_radix(digits, 16).ok()
+        });
+        bytes.push(escaped.unwrap_or(if *byte == b'+' { b' ' } else { *byte }));
+        rest = if escaped.is_some() { &behind[2..] } else { behind };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+fn number<T: std::str::FromStr>(query: &str, key: &str) -> Result<T, Refusal> {
+    let text = parameter(query, key).ok_or_else(|| missing(key))?;
+    let why = || Refusal(StatusCode::BAD_REQUEST, format!("{key} = {text:?}, expected a number"));
+    text.parse().map_err(|_| why())
+}
+
+fn missing(key: &str) -> Refusal {
+    Refusal(StatusCode::BAD_REQUEST, format!("expected {key} in the address"))
+}
+
+fn bad(error: impl std::fmt::Display) -> Refusal {
+    Refusal(StatusCode::BAD_REQUEST, error.to_string())
+}
+
+fn failed(error: icoray::Error) -> Refusal {
+    Refusal(StatusCode::UNPROCESSABLE_ENTITY, error.to_string())
+}
+
+fn wrong_method() -> Refusal {
+    Refusal(StatusCode::METHOD_NOT_ALLOWED, "expected another method".to_owned())
+}
+
+fn nothing_here() -> Refusal {
+    Refusal(StatusCode::NOT_FOUND, "there is nothing here".to_owned())
+}
+
+fn json_answer(value: &impl Serialize) -> Answer {
+    match serde_json::to_vec(value) {
+        Ok(bytes) => typed("application/json", bytes.into()),
+        Err(_) => with_status(StatusCode::INTERNAL_SERVER_ERROR, Answer::default()),
+    }
+}
+
+fn typed(media_type: &'static str, bytes: Bytes) -> Answer {
+    let mut answer = Answer::new(Full::new(bytes));
+    answer.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+    answer
+}
+
+fn with_status(status: StatusCode, mut answer: Answer) -> Answer {
+    *answer.status_mut() = status;
+    answer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_unescaped() {
+        for (query, expected) in [
+            ("field=theta", Some("theta")),
+            ("a=1&field=t%20e%C3%A4+x", Some("t eä x")),
+            ("field=%zz%", Some("%zz%")),
+            ("fields=1", None),
+            ("", None),
+        ] {
+            assert_eq!(parameter(query, "field").as_deref(), expected, "{query}");
+        }
+        assert_eq!(number::<u64>("after=7", "after").ok(), Some(7));
+        assert!(number::<u64>("after=x", "after").is_err() && number::<u64>("", "after").is_err());
+    }
+}

@@ -1,0 +1,136 @@
+//! What there is to see and to set, as the page reads it.
+
+use icoray::keys::{Section, sections};
+use icoray::{color_map_stops, color_maps};
+use serde::Serialize;
+
+/// Colours of a swatch.
+const SWATCH: usize = 16;
+
+/// What a program shows.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Description {
+    /// The title: the file's name, say.
+    pub title: String,
+    /// Whether it is a running model.
+    pub live: bool,
+    /// The fields that can be shown.
+    pub fields: Vec<FieldDescription>,
+    /// Names of the times; empty where a time has none.
+    pub times: Vec<String>,
+    /// Number of layers.
+    pub layers: usize,
+    /// The command that draws the scene once it is saved as `scene.toml`, but for the time.
+    #[serde(skip)]
+    pub command: String,
+}
+
+/// A field that can be shown.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct FieldDescription {
+    /// Its name.
+    pub name: String,
+    /// Its long name.
+    pub long_name: Option<String>,
+    /// Its units.
+    pub units: Option<String>,
+    /// Number of layers, 0 for a 2D field.
+    pub layers: usize,
+}
+
+/// All that the page is told once.
+#[derive(Serialize)]
+pub(crate) struct DescribeAnswer<'d> {
+    program: &'static str,
+    #[serde(flatten)]
+    description: &'d Description,
+    sections: Vec<SectionAnswer>,
+    maps: Vec<MapAnswer>,
+}
+
+#[derive(Serialize)]
+struct SectionAnswer {
+    name: &'static str,
+    is_list: bool,
+    about: String,
+    keys: Vec<KeyAnswer>,
+}
+
+#[derive(Serialize)]
+struct KeyAnswer {
+    name: &'static str,
+    #[serde(rename = "type")]
+    kind: String,
+    choices: Vec<&'static str>,
+    default: &'static str,
+    range: &'static str,
+    min: Option<f64>,
+    max: Option<f64>,
+    meaning: &'static str,
+}
+
+#[derive(Serialize)]
+struct MapAnswer {
+    name: &'static str,
+    colors: Vec<String>,
+}
+
+impl<'d> DescribeAnswer<'d> {
+    pub fn new(description: &'d Description) -> Self {
+        let sections = sections().into_iter().map(SectionAnswer::from).collect();
+        let names = color_maps().split(", ").map(str::trim);
+        let maps = names.filter_map(|name| {
+            let colors = color_map_stops(name, SWATCH)?;
+            Some(MapAnswer { name, colors: colors.into_iter().map(hex).collect() })
+        });
+        DescribeAnswer {
+            program: concat!("icoray ", env!("CARGO_PKG_VERSION")),
+            description,
+            sections,
+            maps: maps.collect(),
+        }
+    }
+}
+
+/// A colour as CSS writes it.
+pub(crate) fn hex([r, g, b]: [u8; 3]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+impl From<Section> for SectionAnswer {
+    fn from(section: Section) -> Self {
+        let keys = section.keys.iter().map(|key| {
+            let [min, max] = key.bounds();
+            KeyAnswer {
+                name: key.name,
+                kind: key.kind.replace('`', ""),
+                choices: key.choices(),
+                default: key.default,
+                range: key.range,
+                min,
+                max,
+                meaning: key.meaning,
+            }
+        });
+        let keys = keys.collect();
+        SectionAnswer { name: section.name, is_list: section.is_list, about: section.about, keys }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_maps_have_swatches_and_sections_their_keys() {
+        let description = Description { title: "a.nc".to_owned(), ..Description::default() };
+        let answer = DescribeAnswer::new(&description);
+        assert_eq!(answer.maps.len(), 105);
+        assert!(answer.maps.iter().all(|map| map.colors.len() == SWATCH && map.colors[0].len() == 7));
+        let viridis = answer.maps.iter().find(|map| map.name == "viridis").unwrap();
+        assert_eq!((viridis.colors[0].as_str(), viridis.colors[15].as_str()), ("#440154", "#fee825"));
+        let text = serde_json::to_value(&answer).unwrap();
+        assert_eq!(text["title"], "a.nc");
+        assert_eq!(text["sections"][0]["keys"][0]["name"], "field");
+    }
+}

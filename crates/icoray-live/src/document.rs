@@ -1,0 +1,311 @@
+//! A scene as the text of its file: comments and order stay where hands change its keys.
+
+use serde::Deserialize;
+use serde_json::Value as Json;
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
+
+/// A change of one key.
+#[derive(Debug, Clone, Deserialize, PartialEq)]
+pub(crate) struct Change {
+    /// Names of sections and keys, and numbers of entries of lists, from the top.
+    path: Vec<Step>,
+    /// The new value; null removes the key or the entry.
+    #[serde(default)]
+    value: Json,
+}
+
+impl Change {
+    /// Sets a key.
+    pub fn of(path: &[&str], value: impl Into<Json>) -> Self {
+        Change { path: path.iter().map(|key| Step::Key((*key).to_owned())).collect(), value: value.into() }
+    }
+}
+
+#[derive(Debug, Clone, Deserialize, PartialEq)]
+#[serde(untagged)]
+enum Step {
+    Key(String),
+    Entry(usize),
+}
+
+/// The text after the changes, which are taken together.
+///
+/// # Errors
+/// A sentence that names the path or the line.
+pub(crate) fn changed(text: &str, changes: &[Change]) -> Result<String, String> {
+    let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| e.to_string())?;
+    for Change { path, value } in changes {
+        let done = match path.split_first() {
+            Some((Step::Key(key), rest)) => set_in_table(document.as_table_mut(), key, rest, value),
+            _ => Err("expected the name of a key or section first".to_owned()),
+        };
+        done.map_err(|e| format!("{}: {e}", shown(path)))?;
+    }
+    Ok(document.to_string())
+}
+
+/// The scene as JSON.
+pub(crate) fn values(text: &str) -> Json {
+    text.parse().map_or(Json::Null, |document: DocumentMut| table_as_json(document.as_table()))
+}
+
+fn shown(path: &[Step]) -> String {
+    let words = path.iter().map(|step| match step {
+        Step::Key(key) => key.clone(),
+        Step::Entry(number) => number.to_string(),
+    });
+    words.collect::<Vec<_>>().join(".")
+}
+
+fn set_in_table(table: &mut Table, key: &str, rest: &[Step], value: &Json) -> Result<(), String> {
+    if rest.is_empty() {
+        match new_item(value)? {
+            None => drop(table.remove(key)),
+            Some(item) => replace(table.entry(key).or_insert(Item::None), item),
+        }
+        return Ok(());
+    }
+    if value.is_null() && !table.contains_key(key) {
+        return Ok(());
+    }
+    let item = table.entry(key).or_insert_with(|| new_container(&rest[0]));
+    set_in_item(item, rest, value)?;
+    let is_empty = match &*item {
+        Item::ArrayOfTables(list) => list.is_empty(),
+        Item::Value(Value::Array(list)) => list.is_empty(),
+        _ => false,
+    };
+    if is_empty {
+        table.remove(key);
+    }
+    Ok(())
+}
+
+/// Sets what lies `path`, of at least one step, below an item.
+fn set_in_item(item: &mut Item, path: &[Step], value: &Json) -> Result<(), String> {
+    let (first, rest) = (&path[0], &path[1..]);
+    match (item, first) {
+        (Item::Table(table), Step::Key(key)) => set_in_table(table, key, rest, value),
+        (Item::ArrayOfTables(list), Step::Entry(number)) => set_in_list(list, *number, rest, value),
+        (Item::Value(its), _) => set_in_value(its, path, value),
+        (item, _) => Err(format!("expected no such key in a {}", item.type_name())),
+    }
+}
+
+fn set_in_list(list: &mut ArrayOfTables, number: usize, rest: &[Step], value: &Json) -> Result<(), String> {
+    let len = list.len();
+    if number > len {
+        return Err(format!("entry {number}, expected 0 to {len}"));
+    }
+    if rest.is_empty() && value.is_null() {
+        if number < len {
+            list.remove(number);
+        }
+        return Ok(());
+    }
+    if number == len {
+        list.push(Table::new());
+    }
+    let table = list.get_mut(number).expect("there is an entry of this number");
+    match rest {
+        [] => {
+            let Json::Object(keys) = value else { return Err("expected a table".to_owned()) };
+            table.clear();
+            keys.iter().try_for_each(|(key, value)| set_in_table(table, key, &[], value))
+        }
+        [Step::Key(key), rest @ ..] => set_in_table(table, key, rest, value),
+        [Step::Entry(number), ..] => Err(format!("{number}, expected the name of a key")),
+    }
+}
+
+/// Sets what lies below a value, which is a list or a table on one line.
+fn set_in_value(its: &mut Value, path: &[Step], value: &Json) -> Result<(), String> {
+    let Some((first, rest)) = path.split_first() else {
+        *its = new_value(value)?;
+        return Ok(());
+    };
+    match (its, first) {
+        (Value::InlineTable(table), Step::Key(key)) => {
+            if rest.is_empty() && value.is_null() {
+                table.remove(key);
+                return Ok(());
+            }
+            let missing = || match rest.first() {
+                Some(Step::Entry(_)) => Value::Array(Array::new()),
+                _ => Value::InlineTable(InlineTable::new()),
+            };
+            let inner = table.entry(key).or_insert_with(missing);
+            set_in_value(inner, rest, value)
+        }
+        (Value::Array(list), Step::Entry(number)) => {
+            let len = list.len();
+            if *number > len {
+                return Err(format!("entry {number}, expected 0 to {len}"));
+            }
+            if rest.is_empty() && value.is_null() {
+                if *number < len {
+                    list.remove(*number);
+                }
+                return Ok(());
+            }
+            if *number == len {
+                list.push(InlineTable::new());
+            }
+            set_in_value(list.get_mut(*number).expect("there is an entry of this number"), rest, value)
+        }
+        (its, _) => Err(format!("expected no such key in a {}", its.type_name())),
+    }
+}
+
+/// Puts an item in the place of another, with the comments around it.
+fn replace(place: &mut Item, item: Item) {
+    match (place, item) {
+        (Item::Value(old), Item::Value(mut new)) => {
+            *new.decor_mut() = old.decor().clone();
+            *old = new;
+        }
+        (place, item) => *place = item,
+    }
+}
+
+/// What a missing key becomes so that something can be set in it.
+fn new_container(inner: &Step) -> Item {
+    match inner {
+        Step::Key(_) => Item::Table(Table::new()),
+        Step::Entry(_) => Item::ArrayOfTables(ArrayOfTables::new()),
+    }
+}
+
+/// The item of a JSON value, `None` for null. Lists of tables and tables become sections.
+fn new_item(value: &Json) -> Result<Option<Item>, String> {
+    Ok(match value {
+        Json::Null => None,
+        Json::Object(keys) => {
+            let mut table = Table::new();
+            keys.iter().try_for_each(|(key, value)| set_in_table(&mut table, key, &[], value))?;
+            Some(Item::Table(table))
+        }
+        value => Some(Item::Value(new_value(value)?)),
+    })
+}
+
+fn new_value(value: &Json) -> Result<Value, String> {
+    Ok(match value {
+        Json::Null => return Err("null, expected a value".to_owned()),
+        Json::Bool(flag) => Value::from(*flag),
+        Json::String(text) => Value::from(text.as_str()),
+        Json::Number(number) => match number.as_i64() {
+            Some(whole) => Value::from(whole),
+            None => Value::from(number.as_f64().ok_or_else(|| format!("{number}, expected a number"))?),
+        },
+        Json::Array(items) => Value::Array(items.iter().map(new_value).collect::<Result<_, _>>()?),
+        Json::Object(keys) => {
+            let mut table = InlineTable::new();
+            for (key, value) in keys {
+                table.insert(key, new_value(value)?);
+            }
+            Value::InlineTable(table)
+        }
+    })
+}
+
+fn table_as_json(table: &Table) -> Json {
+    Json::Object(table.iter().map(|(key, item)| (key.to_owned(), item_as_json(item))).collect())
+}
+
+fn item_as_json(item: &Item) -> Json {
+    match item {
+        Item::None => Json::Null,
+        Item::Value(value) => value_as_json(value),
+        Item::Table(table) => table_as_json(table),
+        Item::ArrayOfTables(list) => Json::Array(list.iter().map(table_as_json).collect()),
+    }
+}
+
+fn value_as_json(value: &Value) -> Json {
+    match value {
+        Value::String(text) => Json::from(text.value().as_str()),
+        Value::Integer(number) => Json::from(*number.value()),
+        Value::Float(number) => Json::from(*number.value()),
+        Value::Boolean(flag) => Json::from(*flag.value()),
+        Value::Datetime(time) => Json::from(time.value().to_string()),
+        Value::Array(list) => Json::Array(list.iter().map(value_as_json).collect()),
+        Value::InlineTable(table) => {
+            Json::Object(table.iter().map(|(key, value)| (key.to_owned(), value_as_json(value))).collect())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    const SCENE: &str = "# A scene.\nfield = \"theta\" # potential temperature\ncamera = { lon = 3, lat = 4 }\n\n\
+                         [transfer]\nmap = \"viridis\"\n# two cuts\n[[clip]]\nlon = [0, 90]\n[[clip]]\nlat = [0, 9]\n";
+
+    fn after(text: &str, changes: Json) -> Result<String, String> {
+        let changes: Vec<Change> = serde_json::from_value(changes).unwrap();
+        changed(text, &changes)
+    }
+
+    #[test]
+    fn changes_keep_comments_and_the_rest() {
+        let text = after(
+            SCENE,
+            json!([
+                { "path": ["field"], "value": "w" },
+                { "path": ["camera", "lon"], "value": -12.5 },
+                { "path": ["clip", 0], "value": null },
+                { "path": ["transfer", "range"], "value": [1, 2.5] },
+            ]),
+        );
+        let expected = SCENE.replace("theta", "w").replace("lon = 3", "lon = -12.5").replace(
+            "map = \"viridis\"\n# two cuts\n[[clip]]\nlon = [0, 90]\n",
+            "map = \"viridis\"\nrange = [1, 2.5]\n",
+        );
+        assert_eq!(text.unwrap(), expected);
+    }
+
+    #[test]
+    fn missing_sections_and_entries_are_made_and_empty_lists_removed() {
+        let text = after(
+            "field = \"q\"\n",
+            json!([
+                { "path": ["light", "kind"], "value": "sun" },
+                { "path": ["surfaces", 0, "layer"], "value": 3 },
+                { "path": ["surfaces", 1], "value": { "layer": "top", "transfer": { "map": "vik" } } },
+                { "path": ["transfer", "opacity"], "value": [[0, 0], [1, 0.5]] },
+                { "path": ["transfer", "range", "union"], "value": [1, 99] },
+            ]),
+        );
+        let text = text.unwrap();
+        let expected = json!({
+            "field": "q",
+            "light": { "kind": "sun" },
+            "surfaces": [{ "layer": 3 }, { "layer": "top", "transfer": { "map": "vik" } }],
+            "transfer": { "opacity": [[0, 0], [1, 0.5]], "range": { "union": [1, 99] } },
+        });
+        assert_eq!(values(&text), expected, "{text}");
+        let removed = json!([{ "path": ["surfaces", 1], "value": null }, { "path": ["surfaces", 0], "value": null },
+                             { "path": ["nothing", "here"], "value": null }]);
+        let text = after(&text, removed).unwrap();
+        assert_eq!(values(&text).get("surfaces"), None, "{text}");
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_with_its_path() {
+        for (path, value, wanted) in [
+            (json!(["field", "x"]), json!(1), "field.x: "),
+            (json!(["clip", 7]), json!({}), "clip.7: entry 7, expected 0 to 2"),
+            (json!(["clip", 0]), json!(1), "clip.0: expected a table"),
+            (json!([]), json!(1), "expected the name"),
+            (json!([0]), json!(1), "expected the name"),
+            (json!(["camera", 0]), json!(1), "camera.0: "),
+        ] {
+            let error = after(SCENE, json!([{ "path": path, "value": value }])).unwrap_err();
+            assert!(error.contains(wanted), "{path}: {error}");
+        }
+        assert!(changed("a = ", &[]).is_err());
+    }
+}

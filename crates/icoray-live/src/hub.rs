@@ -1,0 +1,319 @@
+//! Between the server, which answers viewers, and the thread that draws.
+
+use crate::answers::{Histogram, Probe};
+use crate::picture::Picture;
+use crate::session::Session;
+use icoray::{Error, Frame, Scene};
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use tokio::sync::{oneshot, watch};
+
+/// Milliseconds that a frame may take while a hand moves: ten frames a second, and what is left for the rest.
+const MOVING_MS: f64 = 80.0;
+/// Largest picture while a hand moves, unless the page names another.
+const MOVING_SIZE: [u32; 2] = [640, 480];
+/// Pictures that take no longer (seconds) are drawn at once as they are at rest.
+const QUICK_S: f64 = 0.1;
+/// Most questions that wait.
+const MAX_QUESTIONS: usize = 32;
+
+/// What a viewer asks of the data.
+#[derive(Debug)]
+pub enum Question {
+    /// The histogram of a field at the time that is shown.
+    Histogram {
+        /// Name of the field.
+        field: String,
+        /// Takes the answer.
+        reply: Reply<Histogram>,
+    },
+    /// What a ray of the picture shows, at a place from 0 to 1 from the left and from the top.
+    Probe {
+        /// The place.
+        at: [f64; 2],
+        /// Takes the answer.
+        reply: Reply<Option<Probe>>,
+    },
+    /// The picture at rest, as it is written to a file.
+    Picture {
+        /// Takes the answer.
+        reply: Reply<Frame>,
+    },
+}
+
+/// Takes the answer to a question.
+#[derive(Debug)]
+pub struct Reply<T>(pub(crate) oneshot::Sender<icoray::Result<T>>);
+
+impl<T> Reply<T> {
+    /// Gives the answer; nothing happens if nobody waits for it any more.
+    pub fn send(self, answer: icoray::Result<T>) {
+        // Whoever asked may have gone.
+        let _ = self.0.send(answer);
+    }
+}
+
+/// A picture that is to be drawn.
+#[derive(Debug, Clone)]
+pub struct DrawRequest {
+    /// The scene, of the size and within the time that it is to be drawn.
+    pub scene: Scene,
+    /// Number of the time.
+    pub time: usize,
+    pub(crate) revision: u64,
+    pub(crate) is_final: bool,
+    pub(crate) is_moving: bool,
+}
+
+/// What the drawing thread is to do next.
+#[derive(Debug)]
+pub enum Request {
+    /// Draw a picture and publish it.
+    Draw(Box<DrawRequest>),
+    /// Answer a question about this scene at this time.
+    Answer {
+        /// The question.
+        question: Question,
+        /// The scene as it is at rest.
+        scene: Box<Scene>,
+        /// Number of the time.
+        time: usize,
+    },
+}
+
+impl Request {
+    /// The scene that the request is about, and the number of its time.
+    pub fn scene(&self) -> (&Scene, usize) {
+        match self {
+            Request::Draw(wanted) => (&wanted.scene, wanted.time),
+            Request::Answer { scene, time, .. } => (scene, *time),
+        }
+    }
+}
+
+impl Question {
+    /// Answers with an error.
+    pub fn refuse(self, error: Error) {
+        match self {
+            Question::Histogram { reply, .. } => reply.send(Err(error)),
+            Question::Probe { reply, .. } => reply.send(Err(error)),
+            Question::Picture { reply } => reply.send(Err(error)),
+        }
+    }
+}
+
+/// The state that both threads share.
+pub(crate) struct Hub {
+    state: Mutex<State>,
+    changed: Condvar,
+    pub pictures: watch::Sender<Option<Arc<Picture>>>,
+    /// Set where the picture at rest that is being drawn is out of date.
+    pub stop: Arc<AtomicBool>,
+}
+
+pub(crate) struct State {
+    pub session: Session,
+    questions: VecDeque<Question>,
+    /// Revisions of the newest pictures: of any kind, and at rest.
+    drawn: u64,
+    at_rest: u64,
+    /// Seconds that the last picture at rest took.
+    rest_s: f64,
+    is_drawing_at_rest: bool,
+    has_ended: bool,
+}
+
+impl Hub {
+    pub fn new(session: Session) -> Self {
+        let state = State {
+            session,
+            questions: VecDeque::new(),
+            drawn: 0,
+            at_rest: 0,
+            rest_s: f64::INFINITY,
+            is_drawing_at_rest: false,
+            has_ended: false,
+        };
+        Hub {
+            state: Mutex::new(state),
+            changed: Condvar::new(),
+            pictures: watch::Sender::new(None),
+            stop: Arc::default(),
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What `look` sees of the session.
+    pub fn look<R>(&self, look: impl FnOnce(&Session) -> R) -> R {
+        look(&self.lock().session)
+    }
+
+    /// Changes the session; where that is done, a picture at rest that is being drawn is out of date.
+    pub fn change(&self, change: impl FnOnce(&mut Session) -> Result<(), String>) -> Result<u64, String> {
+        let mut state = self.lock();
+        change(&mut state.session)?;
+        self.wake(&state);
+        Ok(state.session.revision())
+    }
+
+    /// Asks the drawing thread; false where too many questions wait.
+    pub fn ask(&self, question: Question) -> bool {
+        let mut state = self.lock();
+        if state.questions.len() >= MAX_QUESTIONS || state.has_ended {
+            return false;
+        }
+        state.questions.push_back(question);
+        self.wake(&state);
+        true
+    }
+
+    fn wake(&self, state: &State) {
+        self.stop.store(state.is_drawing_at_rest, Relaxed);
+        self.changed.notify_all();
+    }
+
+    /// Ends [`Self::next`].
+    pub fn end(&self) {
+        let mut state = self.lock();
+        state.has_ended = true;
+        // Whoever waits for an answer is told that there is none.
+        state.questions.clear();
+        self.wake(&state);
+    }
+
+    /// What is to be done next, which is waited for; `None` at the end.
+    pub fn next(&self) -> Option<Request> {
+        let mut state = self.lock();
+        loop {
+            if state.has_ended {
+                return None;
+            }
+            self.stop.store(false, Relaxed);
+            if let Some(request) = state.next() {
+                return Some(request);
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Notes a picture that was drawn; true if it is to be shown, false if it was given up.
+    pub fn drawn(&self, request: &DrawRequest, seconds: f64) -> bool {
+        let mut state = self.lock();
+        state.is_drawing_at_rest = false;
+        if request.is_final && self.stop.load(Relaxed) {
+            return false;
+        }
+        state.drawn = request.revision;
+        if request.is_final {
+            (state.at_rest, state.rest_s) = (request.revision, seconds);
+        }
+        true
+    }
+}
+
+impl State {
+    fn next(&mut self) -> Option<Request> {
+        let (session, time) = (&self.session, self.session.time());
+        if let Some(question) = self.questions.pop_front() {
+            return Some(Request::Answer { question, scene: Box::new(session.scene().clone()), time });
+        }
+        let (revision, is_moving) = (session.revision(), session.is_moving());
+        let request =
+            |scene, is_final| Some(Request::Draw(Box::new(DrawRequest { scene, time, revision, is_final, is_moving })));
+        // A hand that stops leaves what the last coarse picture shows.
+        let is_new = self.drawn < revision;
+        if is_new && (is_moving || self.rest_s > QUICK_S) {
+            return request(session.moving_scene(MOVING_MS, MOVING_SIZE), false);
+        }
+        if !is_moving && self.at_rest < revision {
+            self.is_drawing_at_rest = true;
+            return request(session.scene().clone(), true);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::ChangeRequest;
+
+    fn hub() -> Hub {
+        let text = "field = \"q\"\nimage = { width = 1000, height = 500 }\n".to_owned();
+        Hub::new(Session::new((text, false), 0, 1, Box::new(Scene::parse)).unwrap())
+    }
+
+    fn change(hub: &Hub, json: &str) -> u64 {
+        let request: ChangeRequest = serde_json::from_str(json).unwrap();
+        hub.change(|session| session.change(&request)).unwrap()
+    }
+
+    fn draw(hub: &Hub) -> DrawRequest {
+        match hub.next() {
+            Some(Request::Draw(request)) => *request,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    const TURN: &str = r#"{"changes":[{"path":["camera","lon"],"value":3}],"is_moving":true}"#;
+    const REST: &str = r#"{"is_moving":false}"#;
+
+    #[test]
+    fn a_picture_comes_coarse_first_and_then_at_rest() {
+        let hub = hub();
+        let first = draw(&hub);
+        assert_eq!((first.is_final, first.scene.width, first.scene.time_budget_ms), (false, 640, Some(MOVING_MS)));
+        assert!(hub.drawn(&first, 0.08));
+        let second = draw(&hub);
+        assert_eq!((second.is_final, second.scene.width, second.scene.time_budget_ms), (true, 1000, None));
+        assert!(hub.drawn(&second, 0.01));
+        // What is quick is drawn as it is at rest.
+        change(&hub, r#"{"changes":[{"path":["camera","lon"],"value":7}]}"#);
+        assert!(draw(&hub).is_final);
+    }
+
+    #[test]
+    fn pictures_at_rest_are_given_up_for_newer_ones_and_coarse_ones_are_not() {
+        let hub = hub();
+        let coarse = draw(&hub);
+        let revision = change(&hub, TURN);
+        assert!(!hub.stop.load(Relaxed), "a hand that moves on would never see a picture");
+        assert!(hub.drawn(&coarse, 0.08));
+        // Only the newest of several changes is drawn.
+        change(&hub, TURN);
+        assert_eq!(change(&hub, TURN), revision + 2);
+        let moving = draw(&hub);
+        assert_eq!((moving.revision, moving.is_moving), (revision + 2, true));
+        assert!(hub.drawn(&moving, 0.08));
+        change(&hub, REST);
+        assert!(hub.drawn(&draw(&hub), 0.08));
+        let rest = draw(&hub);
+        assert!(rest.is_final);
+        change(&hub, TURN);
+        assert!(hub.stop.load(Relaxed), "the picture is out of date");
+        assert!(!hub.drawn(&rest, 3.0));
+        let next = draw(&hub);
+        assert!(!next.is_final && !hub.stop.load(Relaxed));
+    }
+
+    #[test]
+    fn questions_come_first_are_limited_and_end_with_the_program() {
+        let hub = hub();
+        let mut answers = Vec::new();
+        for _ in 0..MAX_QUESTIONS {
+            let (reply, answer) = oneshot::channel();
+            assert!(hub.ask(Question::Picture { reply: Reply(reply) }));
+            answers.push(answer);
+        }
+        assert!(!hub.ask(Question::Picture { reply: Reply(oneshot::channel().0) }));
+        assert!(matches!(hub.next(), Some(Request::Answer { question: Question::Picture { .. }, .. })));
+        hub.end();
+        assert!(hub.next().is_none());
+        assert!(answers.iter_mut().all(|answer| answer.try_recv().is_err()), "nobody waits for ever");
+        assert!(!hub.ask(Question::Picture { reply: Reply(oneshot::channel().0) }));
+    }
+}

@@ -1,0 +1,136 @@
+//! Pictures under the hand: a page that shows what a renderer draws and changes its scene.
+//!
+//! A [`LiveView`] serves one page to browsers on this machine. What hands do there changes the text of a scene
+//! (`document.rs`), which all viewers share (`session.rs`). The program that has the data takes requests one by one,
+//! draws pictures and answers questions (`hub.rs`); it decides on which thread and when. Pictures that are out of date
+//! are given up, never queued.
+//!
+//! ```no_run
+//! use icoray_live::{Description, LiveView, Options, Request};
+//! use icoray::{Renderer, Scene};
+//!
+//! # fn draw(_: &Renderer, _: &Scene) -> icoray::Result<icoray::Frame> { unimplemented!() }
+//! let text = "field = 'theta'".to_owned();
+//! let live = LiveView::open(&Options::default(), Description::default(), (text, 0), Box::new(Scene::parse))?;
+//! let renderer = Renderer::new(0)?.with_stop(live.stop());
+//! println!("{}", live.address());
+//! while let Some(request) = live.next() {
+//!     match request {
+//!         Request::Draw(wanted) => drop(live.publish(&wanted, |scene| draw(&renderer, scene))),
+//!         Request::Answer { .. } => (),
+//!     }
+//! }
+//! # Ok::<(), icoray::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod answers;
+mod api;
+mod describe;
+mod document;
+mod guard;
+mod hub;
+mod page;
+mod picture;
+mod server;
+mod session;
+
+pub use answers::{Histogram, Percentiles, Probe};
+pub use describe::{Description, FieldDescription};
+pub use hub::{DrawRequest, Question, Reply, Request};
+pub use session::SceneReader;
+
+use api::Api;
+use hub::Hub;
+use icoray::{Error, ErrorKind, Frame, Result, Scene};
+use picture::Picture;
+use server::Server;
+use session::Session;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::time::Instant;
+
+/// Where the page is served.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The port on this machine's loopback address; another one if it is taken, and any without it.
+    pub port: Option<u16>,
+    /// Whether pictures have the size that viewers ask for although the first scene has an `[image]`. Without it they
+    /// have it where a scene has none.
+    pub follows_size: bool,
+}
+
+/// A page that is being served, until this is dropped.
+pub struct LiveView {
+    hub: Arc<Hub>,
+    server: Server,
+    token: String,
+    numbers: AtomicU64,
+}
+
+impl LiveView {
+    /// Serves a page with a scene: its text, and the number of the time that is shown. `read` turns texts into scenes.
+    ///
+    /// # Errors
+    /// Those of `read` for the text, and [`ErrorKind::Io`] where no port is free.
+    pub fn open(
+        options: &Options,
+        description: Description,
+        (text, time): (String, usize),
+        read: Box<SceneReader>,
+    ) -> Result<Self> {
+        let session = Session::new((text, options.follows_size), time, description.times.len(), read)?;
+        let (hub, token) = (Arc::new(Hub::new(session)), token()?);
+        let api = Api { hub: hub.clone(), description, token: token.clone() };
+        let server = Server::start(options.port, api)?;
+        Ok(LiveView { hub, server, token, numbers: AtomicU64::new(0) })
+    }
+
+    /// The address of the page, with the token without which nothing is answered.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/#{}", self.server.port, self.token)
+    }
+
+    /// Set while the picture that is being drawn is out of date, for [`Renderer::with_stop`](icoray::Renderer::with_stop).
+    pub fn stop(&self) -> Arc<AtomicBool> {
+        self.hub.stop.clone()
+    }
+
+    /// What is to be done next, which is waited for; `None` once [`Self::end`] was called.
+    pub fn next(&self) -> Option<Request> {
+        self.hub.next()
+    }
+
+    /// Lets [`Self::next`] return `None`, and refuses further questions.
+    pub fn end(&self) {
+        self.hub.end();
+    }
+
+    /// Draws a requested picture and shows it, or why it could not be drawn. Returns the picture at rest, if it is one.
+    ///
+    /// # Errors
+    /// Those of `draw`; viewers see them, and [`Self::next`] goes on.
+    pub fn publish(&self, request: &DrawRequest, draw: impl FnOnce(&Scene) -> Result<Frame>) -> Result<Option<Frame>> {
+        let start = Instant::now();
+        let drawn = draw(&request.scene);
+        let seconds = start.elapsed().as_secs_f64();
+        if !self.hub.drawn(request, seconds) {
+            return Ok(None);
+        }
+        let number = self.numbers.fetch_add(1, Relaxed) + 1;
+        let picture = match &drawn {
+            Ok(frame) => Picture::new(number, frame, request, seconds)?,
+            Err(error) => Picture::failed(number, request, error),
+        };
+        self.hub.pictures.send_replace(Some(Arc::new(picture)));
+        drawn.map(|frame| Some(frame).filter(|_| request.is_final))
+    }
+}
+
+/// 128 bits of chance, as hexadecimal digits.
+fn token() -> Result<String> {
+    let mut bytes = [0u8; 16];
+    let failed = |e| Error::new(ErrorKind::Io, format!("no random numbers for the live view's token: {e}"));
+    getrandom::fill(&mut bytes).map_err(failed)?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}

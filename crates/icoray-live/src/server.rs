@@ -1,0 +1,93 @@
+//! The server: one thread, which has nothing to do with the renderer's.
+
+use crate::api::Api;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use icoray::{Error, ErrorKind, Result};
+use std::convert::Infallible;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+use tokio::sync::{Semaphore, oneshot};
+use tokio::time::timeout;
+
+/// Most connections at a time: some viewers, each with a few requests.
+const MAX_CONNECTIONS: usize = 64;
+/// How long the head of a request may take to arrive.
+const HEAD_ARRIVES: Duration = Duration::from_secs(10);
+/// How long a connection lives: one that stalls ends, and a page opens another.
+const CONNECTION_LIVES: Duration = Duration::from_secs(900);
+/// Ports that are tried before the system chooses one.
+const PORTS: std::ops::Range<u16> = 8750..8770;
+
+/// A running server. It ends when it is dropped.
+pub(crate) struct Server {
+    pub port: u16,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    /// Listens on this machine's loopback address, on `port`, or a free one where it is taken or `None`.
+    pub fn start(port: Option<u16>, api: Api) -> Result<Self> {
+        let failed = |e: std::io::Error| Error::new(ErrorKind::Io, format!("the live view cannot listen: {e}"));
+        let listener = listen(port).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let port = listener.local_addr().map_err(failed)?.port();
+        let (stop, stopped) = oneshot::channel();
+        let run = move || {
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build();
+            if let Ok(runtime) = runtime {
+                runtime.spawn(accept(listener, Arc::new(api)));
+                // An error is the sender's end.
+                let _ = runtime.block_on(stopped);
+                // Does not wait for requests that wait for pictures.
+                runtime.shutdown_background();
+            }
+        };
+        let thread = std::thread::Builder::new().name("icoray-live".to_owned()).spawn(run).map_err(failed)?;
+        Ok(Server { port, stop: Some(stop), thread: Some(thread) })
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            // A panic there has ended it already.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn listen(port: Option<u16>) -> std::io::Result<TcpListener> {
+    let at = |port| TcpListener::bind(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port));
+    let wanted = port.into_iter().chain(PORTS);
+    wanted.into_iter().find_map(|port| at(port).ok()).map_or_else(|| at(0), Ok)
+}
+
+/// Serves connections until it is dropped.
+async fn accept(listener: TcpListener, api: Arc<Api>) {
+    let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
+    let places = Arc::new(Semaphore::new(MAX_CONNECTIONS));
+    loop {
+        let Ok(place) = places.clone().acquire_owned().await else { return };
+        let Ok((stream, _)) = listener.accept().await else {
+            // Out of files, say: others may close.
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            continue;
+        };
+        let api = api.clone();
+        tokio::spawn(async move {
+            let _place = place;
+            let service = service_fn(|request| async { Ok::<_, Infallible>(api.answer(request).await) });
+            let mut connection = http1::Builder::new();
+            connection.timer(TokioTimer::new()).header_read_timeout(HEAD_ARRIVES).max_buf_size(32 << 10);
+            let served = connection.serve_connection(TokioIo::new(stream), service);
+            // What a client does wrong ends its connection and nothing else.
+            let _ = timeout(CONNECTION_LIVES, served).await;
+        });
+    }
+}

@@ -1,0 +1,235 @@
+//! What the ray through one place of a picture shows: the value along it, and where its light comes from.
+
+use super::context::RenderInputs;
+use super::renderer::Renderer;
+use super::work::ray;
+use crate::derive;
+use crate::fields::Fields;
+use crate::plan::Plan;
+use crate::ranges::FieldValues;
+use crate::ranks::Ranks;
+use glam::DVec3;
+use icoray_grid::array::MapInline;
+use icoray_grid::real::lerp;
+use icoray_grid::{Field, Grid, Layers, Result};
+use icoray_kernel::transfer::KernelKnot;
+use icoray_kernel::{Frustum, Stretch, Traversal};
+use icoray_scene::Scene;
+use std::ops::ControlFlow;
+
+/// Points that are told of each frustum, and parts around each over which the light is summed.
+const POINTS: usize = 4;
+const PARTS: usize = 4;
+/// Part of the light behind which nothing is looked for.
+const DARK: f64 = 1e-6;
+
+/// What a ray through the first volume shows. Other volumes, surfaces, isosurfaces and cuts are not looked at, and
+/// layers lie at their mean heights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// Longitude and latitude, degrees, of the place before which half of the light is absorbed that the ray loses in
+    /// the volume; or where it meets the core, if that absorbs more than the volume.
+    pub lon_lat_deg: [f64; 2],
+    /// Height there above the planet's surface, metres.
+    pub height_m: f64,
+    /// The field's value there; `None` where it is missing.
+    pub value: Option<f64>,
+    /// Part of the light that the volume absorbs.
+    pub alpha: f64,
+    /// Whether the place is on the core.
+    pub is_core: bool,
+    /// The ray's way through the shell, in order.
+    pub along: Vec<ProbePoint>,
+    /// Heights, metres, and values of the nearest column, from the innermost layer outwards; NaN where one is missing.
+    pub column: Vec<[f64; 2]>,
+}
+
+/// A place on a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProbePoint {
+    /// Distance from the eye, planet radii.
+    pub distance: f64,
+    /// Height above the planet's surface, metres.
+    pub height_m: f64,
+    /// The field's value; NaN where it is missing.
+    pub value: f64,
+    /// Part of the ray's light that is absorbed between this place and the one before.
+    pub weight: f64,
+}
+
+/// What a ray is followed through.
+struct Shell<'s> {
+    field: Field<'s>,
+    radius: &'s [f64],
+    falling: bool,
+    knots: &'s [KernelKnot],
+    /// Metres of height per planet radius.
+    metres: f64,
+}
+
+impl Renderer {
+    /// What the ray through `at` of a scene's picture shows, in parts of its width and height from the upper left
+    /// corner; `None` where it misses the shell.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn probe<'f>(
+        &self,
+        scene: &Scene,
+        grid: &Grid,
+        layers: &Layers,
+        fields: impl Into<Fields<'f>>,
+        at: [f64; 2],
+    ) -> Result<Option<Probe>> {
+        let (fields, mut ranks) = (fields.into(), Ranks::alone());
+        let of = derive::DeriveInputs { scene, fields: &fields, grid, part: None, threads: &self.threads };
+        let made = derive::make(&mut ranks, &self.derived, &of)?;
+        let with_derived = made.as_ref().map(|made| made.fields(&fields));
+        let fields = with_derived.as_ref().unwrap_or(&fields);
+        let given = RenderInputs { grid, part: None, layers, fields };
+        let mut plan = Plan::new(scene, grid, layers, fields.first(scene.field())?)?;
+        let prepared = self.prepare_fields(&mut ranks, scene, &given)?;
+        let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
+        let values = |name: &str| {
+            let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);
+            Ok(FieldValues { threads: &self.threads, field, part: None })
+        };
+        if let Some(settled) = self.ranges.resolve(&mut ranks, scene, &values)? {
+            plan.recolor(&settled);
+        }
+        let shell = Shell {
+            field: prepared[0].field(),
+            radius: &plan.radius,
+            falling: plan.falling,
+            knots: &plan.knots,
+            metres: layers.planet_radius_m() / scene.exaggeration,
+        };
+        let place = [at[0] * f64::from(scene.width), at[1] * f64::from(scene.height)];
+        let (eye, dir) = ray(scene, place);
+        shell.probe(grid, (eye, dir), scene.core.is_some())
+    }
+}
+
+impl Shell<'_> {
+    fn probe(&self, grid: &Grid, (eye, dir): (DVec3, DVec3), is_solid: bool) -> Result<Option<Probe>> {
+        let traversal = Traversal::new(grid, self.radius)?;
+        let (mut along, mut left, mut core) = (Vec::new(), 1.0, None);
+        let mut last = None;
+        traversal.ray(eye, dir, &mut 0, |stretch| {
+            match stretch {
+                Stretch::Frustum(frustum) => {
+                    last = Some(*frustum);
+                    self.pass(frustum, &mut along, &mut left);
+                }
+                Stretch::Core { t } if is_solid => core = Some(*t),
+                Stretch::Core { .. } => (),
+            }
+            if core.is_some() || left < DARK { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let alpha = 1.0 - left;
+        let is_core = core.is_some() && left > alpha;
+        let half = 0.5 * alpha;
+        let mut sum = 0.0;
+        let median = along.iter().find(|point: &&ProbePoint| {
+            sum += point.weight;
+            sum >= half && alpha > 0.0
+        });
+        let first = median.or(along.first()).copied();
+        let distance = match core.filter(|_| is_core) {
+            Some(distance) => distance,
+            None => match first {
+                Some(point) => point.distance,
+                None => return Ok(None),
+            },
+        };
+        let place = eye + distance * dir;
+        let nearest = last.map(|_| nearest_cell(grid, &traversal, place));
+        let column = nearest.map_or_else(Vec::new, |cell| self.column(cell as usize));
+        let (value, height_m) = match core.filter(|_| is_core) {
+            Some(_) => (along.last().map_or(f64::NAN, |point| point.value), self.height_m(self.radius[0])),
+            None => first.map_or((f64::NAN, f64::NAN), |point| (point.value, point.height_m)),
+        };
+        Ok(Some(Probe {
+            lon_lat_deg: [place.y.atan2(place.x), (place.z / place.length()).asin()].map(f64::to_degrees),
+            height_m,
+            value: Some(value).filter(|value| value.is_finite()),
+            alpha,
+            is_core,
+            along,
+            column,
+        }))
+    }
+
+    /// Sums up the light of a frustum.
+    fn pass(&self, frustum: &Frustum, along: &mut Vec<ProbePoint>, left: &mut f64) {
+        let [t0, t1] = frustum.t;
+        let step = (t1 - t0) / (POINTS * PARTS) as f64;
+        let at = |part: f64| {
+            let [from, to] = frustum.alpha;
+            self.value(frustum, [0, 1, 2].map_inline(|i| lerp(from[i], to[i], part)))
+        };
+        for point in 0..POINTS {
+            let before = *left;
+            for part in 0..PARTS {
+                let (_, value) = at(((PARTS * point + part) as f64 + 0.5) / (POINTS * PARTS) as f64);
+                let extinction = if value.is_finite() { extinction(self.knots, value) } else { 0.0 };
+                *left *= (-extinction * step).exp();
+            }
+            let middle = (point as f64 + 0.5) / POINTS as f64;
+            let (rho, value) = at(middle);
+            let (distance, weight) = (lerp(t0, t1, middle), before - *left);
+            along.push(ProbePoint { distance, height_m: self.height_m(rho), value, weight });
+        }
+    }
+
+    /// Height ρ and value of a place in a frustum.
+    fn value(&self, frustum: &Frustum, alpha: [f64; 3]) -> (f64, f64) {
+        let rho: f64 = alpha.iter().sum();
+        let [low, high] = [0, 1].map_inline(|k| self.radius[frustum.layer + k]);
+        let part = ((rho - low) / (high - low)).clamp(0.0, 1.0);
+        let of = |layer: usize, k: usize| self.at(frustum.cells[k] as usize, layer);
+        let values = [0, 1, 2].map_inline(|k| lerp(of(frustum.layer, k), of(frustum.layer + 1, k), part));
+        (rho, (0..3).map(|k| alpha[k] / rho * values[k]).sum())
+    }
+
+    /// The value of a cell at a layer, counted from the innermost.
+    fn at(&self, cell: usize, layer: usize) -> f64 {
+        let stored = if self.falling { self.radius.len() - 1 - layer } else { layer };
+        self.field.value(cell, stored)
+    }
+
+    fn column(&self, cell: usize) -> Vec<[f64; 2]> {
+        let layers = self.radius.iter().enumerate();
+        layers.map(|(layer, radius)| [self.height_m(*radius), self.at(cell, layer)]).collect()
+    }
+
+    fn height_m(&self, rho: f64) -> f64 {
+        (rho - 1.0) * self.metres
+    }
+}
+
+/// The cell whose centre is the nearest to a place, by the triangle over it.
+fn nearest_cell(grid: &Grid, traversal: &Traversal, place: DVec3) -> u32 {
+    let up = place.normalize();
+    let mut cells = [0; 3];
+    traversal.ray(2.0 * traversal.outer() * up, -up, &mut 0, |stretch| match stretch {
+        Stretch::Frustum(frustum) => {
+            cells = frustum.cells;
+            ControlFlow::Break(())
+        }
+        Stretch::Core { .. } => ControlFlow::Continue(()),
+    });
+    let [a, b, c] = cells;
+    let nearer = |a: u32, b: u32| if grid.direction(b).dot(up) > grid.direction(a).dot(up) { b } else { a };
+    nearer(nearer(a, b), c)
+}
+
+/// The extinction of a value, per planet radius.
+fn extinction(knots: &[KernelKnot], value: f64) -> f64 {
+    let above = knots.partition_point(|knot| knot.value <= value);
+    let (Some(low), Some(high)) = (knots.get(above.wrapping_sub(1)), knots.get(above)) else {
+        let beyond = if above == 0 { knots.first() } else { knots.last() };
+        return beyond.map_or(0.0, |knot| knot.extinction);
+    };
+    lerp(low.extinction, high.extinction, (value - low.value) / (high.value - low.value))
+}
