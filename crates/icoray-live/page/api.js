@@ -11,7 +11,9 @@ export class ApiError extends Error {
     this.status = status;
   }
   /** Whether no program answered. */
-  get isGone() { return this.status === 0; }
+  get isGone() {
+    return this.status === 0;
+  }
 }
 
 /** Takes the token from the address and removes it there; a reload finds it in the session's storage. */
@@ -19,10 +21,18 @@ export function takeToken() {
   const given = decodeURIComponent(location.hash.slice(1));
   if (given) {
     token = given;
-    try { sessionStorage.setItem(KEY, given); } catch { /* The token is kept in memory only. */ }
+    try {
+      sessionStorage.setItem(KEY, given);
+    } catch {
+      /* The token is kept in memory only. */
+    }
     history.replaceState(null, '', location.pathname + location.search);
   } else {
-    try { token = sessionStorage.getItem(KEY) ?? ''; } catch { token = ''; }
+    try {
+      token = sessionStorage.getItem(KEY) ?? '';
+    } catch {
+      token = '';
+    }
   }
 }
 
@@ -38,10 +48,17 @@ export async function call(path, options = {}) {
   }
   if (response.ok) return response;
   if (response.status === 401) {
-    throw new ApiError(401, 'This address lacks its token. Open the whole address that icoray printed, with what follows #.');
+    throw new ApiError(
+      401,
+      'This address lacks its token. Open the whole address that icoray printed, with what follows #.',
+    );
   }
   let sentence = `The server answered ${response.status}.`;
-  try { sentence = (await response.json()).error ?? sentence; } catch { /* An answer without JSON. */ }
+  try {
+    sentence = (await response.json()).error ?? sentence;
+  } catch {
+    /* An answer without JSON. */
+  }
   throw new ApiError(response.status, sentence);
 }
 

@@ -10,7 +10,8 @@
 //   timeline.js        slider of times, playing
 //   facts.js           the fact line and the status region
 //   probe.js, plot.js  the probe and its plots
-//   transfer.js        the colour panel; transfer-model.js its data, curve.js its picture, transfer-rows.js its rows,
+//   transfer.js        the transfer function by hand; transfer-model.js its data, transfer-changes.js what a hand
+//                      changes in the scene, transfer-panel.js and transfer-rows.js its elements, curve.js its picture,
 //                      markers.js isosurfaces on the histogram, maps.js the swatches
 //   form.js            controls generated from the description; widgets.js a control for each type, hints.js slider
 //                      ranges and first entries, toml.js values as text
@@ -81,7 +82,10 @@ async function start() {
     asked = '';
     askForSize();
   });
-  on('probed', (answer) => { if (answer.hit && !matchMedia('(max-width: 760px)').matches) panel.openTab('probe'); });
+  // A hidden panel stays hidden: the status shows the value.
+  on('probed', (answer) => {
+    if (answer.hit && panel.isShown()) panel.openTab('probe');
+  });
   byId('undo').addEventListener('click', () => act('/api/undo'));
   byId('redo').addEventListener('click', () => act('/api/redo'));
   new ResizeObserver(resized).observe(byId('picture'));

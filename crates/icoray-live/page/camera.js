@@ -24,8 +24,11 @@ function turnedAbout(v, axis, angle) {
 }
 
 /** The unit vector towards a place. */
-export const towards = (lon, lat) =>
-  [Math.cos(lat * RAD) * Math.cos(lon * RAD), Math.cos(lat * RAD) * Math.sin(lon * RAD), Math.sin(lat * RAD)];
+export const towards = (lon, lat) => [
+  Math.cos(lat * RAD) * Math.cos(lon * RAD),
+  Math.cos(lat * RAD) * Math.sin(lon * RAD),
+  Math.sin(lat * RAD),
+];
 
 /** Longitude and latitude of a point, degrees. */
 export function lonLat(point) {
@@ -69,7 +72,7 @@ function axesOf(camera) {
 export function degreesPerPixel(camera, height) {
   const distance = camera.kind === 'globe' ? camera.distance : length(camera.eye);
   const room = Math.max(0.02, distance - 1);
-  return Math.min(0.7, (2 * Math.tan(camera.fov * RAD / 2) * room) / height / RAD);
+  return Math.min(0.7, (2 * Math.tan((camera.fov * RAD) / 2) * room) / height / RAD);
 }
 
 const wrapped = (lon) => (lon > 360 ? lon - 360 : lon < -360 ? lon + 360 : lon);
@@ -149,7 +152,7 @@ function sphereHit(eye, ray, radius) {
 /** Longitude and latitude on the planet's surface at a place of the picture, or null beside the planet. */
 export function placeOnGround(camera, { x, y }, aspect) {
   const { eye, forward, right, above } = axesOf(camera);
-  const half = Math.tan(camera.fov * RAD / 2);
+  const half = Math.tan((camera.fov * RAD) / 2);
   const ray = unit(plus(plus(forward, right, (2 * x - 1) * half * aspect), above, (1 - 2 * y) * half));
   const hit = sphereHit(eye, ray, 1);
   return hit && lonLat(hit);

@@ -19,7 +19,13 @@ export const rgbOf = parts;
 /** The colour a part of the way from one to another. */
 export function mixed(from, to, part) {
   const [a, b] = [parts(from), parts(to)];
-  return `#${a.map((x, i) => Math.round(x + (b[i] - x) * part).toString(16).padStart(2, '0')).join('')}`;
+  return `#${a
+    .map((x, i) =>
+      Math.round(x + (b[i] - x) * part)
+        .toString(16)
+        .padStart(2, '0'),
+    )
+    .join('')}`;
 }
 
 /** The colour at a part, 0 to 1, of evenly spaced colours. */
@@ -35,7 +41,7 @@ export function mapColours(maps, name, reverse = false) {
   const exact = maps.find((map) => map.name.toLowerCase() === lower);
   const base = exact ?? maps.find((map) => `${map.name.toLowerCase()}_r` === lower);
   if (!base) return ['#000000', '#ffffff'];
-  const isTurned = (!exact) !== reverse;
+  const isTurned = !exact !== reverse;
   return isTurned ? [...base.colors].reverse() : base.colors;
 }
 

@@ -11,8 +11,8 @@ const HEIGHT = 196;
 const [TOP, BASE, BAR, LEFT] = [12, 138, 16, 12];
 
 /**
- * Builds the editor. `act` has `move(kind, index, value, opacity)`, `done()`, `add(value, opacity)`, `remove(kind, index)` and
- * `select(kind, index)`; kinds are `point`, `end` (of the range) and `marker` (an isosurface).
+ * Builds the editor. `act` has `move(kind, index, value, opacity)`, `done()`, `add(value, opacity)`,
+ * `remove(kind, index)` and `select(kind, index)`; kinds are `point`, `end` (of the range) and `marker` (an isosurface).
  */
 export function makeCurve(act) {
   const fillId = newId('gradient');
@@ -23,16 +23,27 @@ export function makeCurve(act) {
   const bar = s('rect', { class: 'colour-bar', y: BASE + 8, height: BAR, fill: `url(#${fillId})` });
   const axis = s('g', { class: 'axis' });
   const handles = s('g', {});
-  const root = s('svg', { class: 'curve', height: HEIGHT, role: 'group', 'aria-label': 'Transfer function over the histogram' },
-    s('defs', {}, stops), bars, area, line, bar, axis, handles);
+  const root = s(
+    'svg',
+    { class: 'curve', height: HEIGHT, role: 'group', 'aria-label': 'Transfer function over the histogram' },
+    s('defs', {}, stops),
+    bars,
+    area,
+    line,
+    bar,
+    axis,
+    handles,
+  );
   const element = h('div', { class: 'curve-box' }, root);
   const known = new Map();
   let state = null;
   let width = 320;
   let held = null;
 
-  const px = (value) => LEFT + ((state.scale.forward(value) - state.window[0]) / (state.window[1] - state.window[0])) * (width - 2 * LEFT);
-  const valueAt = (x) => state.scale.backward(state.window[0] + ((x - LEFT) / (width - 2 * LEFT)) * (state.window[1] - state.window[0]));
+  const px = (value) =>
+    LEFT + ((state.scale.forward(value) - state.window[0]) / (state.window[1] - state.window[0])) * (width - 2 * LEFT);
+  const valueAt = (x) =>
+    state.scale.backward(state.window[0] + ((x - LEFT) / (width - 2 * LEFT)) * (state.window[1] - state.window[0]));
   const py = (opacity) => BASE - opacity * (BASE - TOP);
   const opacityOf = (y) => Math.min(OPAQUE, Math.max(0, (BASE - y) / (BASE - TOP)));
   const clampX = (x) => Math.min(width - LEFT, Math.max(LEFT, x));
@@ -54,7 +65,8 @@ export function makeCurve(act) {
   function drawCurve() {
     set(stops, { x1: LEFT, x2: width - LEFT, y1: 0, y2: 0 });
     const list = [];
-    const stop = (x, colour) => list.push(s('stop', { offset: Math.min(1, Math.max(0, (x - LEFT) / (width - 2 * LEFT))), 'stop-color': colour }));
+    const stop = (x, colour) =>
+      list.push(s('stop', { offset: Math.min(1, Math.max(0, (x - LEFT) / (width - 2 * LEFT))), 'stop-color': colour }));
     if (state.isMap) {
       const [a, b] = state.range.map(px);
       const last = state.colours.length - 1;
@@ -71,7 +83,8 @@ export function makeCurve(act) {
     set(bar, { x: LEFT, width: Math.max(0, width - 2 * LEFT) });
     let path = '';
     if (state.hasOpacity && state.points.length > 0) {
-      for (let x = LEFT; x <= width - LEFT; x += 2) path += `${path ? 'L' : 'M'}${x} ${py(opacityAt(state.points, valueAt(x))).toFixed(1)}`;
+      for (let x = LEFT; x <= width - LEFT; x += 2)
+        path += `${path ? 'L' : 'M'}${x} ${py(opacityAt(state.points, valueAt(x))).toFixed(1)}`;
     }
     set(line, { d: path });
     set(area, { d: path && `${path}L${width - LEFT} ${BASE}L${LEFT} ${BASE}Z` });
@@ -79,22 +92,44 @@ export function makeCurve(act) {
 
   function drawAxis() {
     const [low, high] = [valueAt(LEFT), valueAt(width - LEFT)];
-    const places = state.scale.name === 'linear' ? ticks(low, high, Math.max(2, Math.floor(width / 80)))
-      : ticks(state.window[0], state.window[1], 5).map(state.scale.backward);
-    const list = places.map((value) => [px(value), value]).filter(([x]) => x >= LEFT && x <= width - LEFT).flatMap(([x, value]) => [
-      s('line', { x1: x, x2: x, y1: BASE + 8 + BAR, y2: BASE + 12 + BAR }),
-      s('text', { x: Math.min(width - LEFT - 8, Math.max(LEFT + 8, x)), y: BASE + 24 + BAR, 'text-anchor': 'middle' }, shown(value, 4)),
-    ]);
+    const places =
+      state.scale.name === 'linear'
+        ? ticks(low, high, Math.max(2, Math.floor(width / 80)))
+        : ticks(state.window[0], state.window[1], 5).map(state.scale.backward);
+    const list = places
+      .map((value) => [px(value), value])
+      .filter(([x]) => x >= LEFT && x <= width - LEFT)
+      .flatMap(([x, value]) => [
+        s('line', { x1: x, x2: x, y1: BASE + 8 + BAR, y2: BASE + 12 + BAR }),
+        s(
+          'text',
+          { x: Math.min(width - LEFT - 8, Math.max(LEFT + 8, x)), y: BASE + 24 + BAR, 'text-anchor': 'middle' },
+          shown(value, 4),
+        ),
+      ]);
     axis.replaceChildren(s('line', { x1: LEFT, x2: width - LEFT, y1: BASE, y2: BASE }), ...list);
   }
 
   function handle(kind, index) {
     const key = `${kind}/${index}`;
     if (!known.has(key)) {
-      const shape = kind === 'point' ? [s('circle', { class: 'reach', r: 14 }), s('circle', { class: 'dot', r: 5.5 })]
-        : kind === 'end' ? [s('rect', { class: 'reach', x: -13, y: BASE + 2, width: 26, height: 28 }), s('path', { class: 'end', d: `M0 ${BASE + 6}V${BASE + 26}` })]
-          : [s('rect', { class: 'reach', x: -9, y: 0, width: 18, height: BASE }), s('path', { class: 'marker', d: `M0 ${BASE}V8M-5 1H5L0 9Z` })];
-      const group = s('g', { class: `handle is-${kind}`, tabindex: 0, role: 'slider', 'data-kind': kind, 'data-index': index }, ...shape);
+      const shape =
+        kind === 'point'
+          ? [s('circle', { class: 'reach', r: 14 }), s('circle', { class: 'dot', r: 5.5 })]
+          : kind === 'end'
+            ? [
+                s('rect', { class: 'reach', x: -13, y: BASE + 2, width: 26, height: 28 }),
+                s('path', { class: 'end', d: `M0 ${BASE + 6}V${BASE + 26}` }),
+              ]
+            : [
+                s('rect', { class: 'reach', x: -9, y: 0, width: 18, height: BASE }),
+                s('path', { class: 'marker', d: `M0 ${BASE}V8M-5 1H5L0 9Z` }),
+              ];
+      const group = s(
+        'g',
+        { class: `handle is-${kind}`, tabindex: 0, role: 'slider', 'data-kind': kind, 'data-index': index },
+        ...shape,
+      );
       group.addEventListener('focus', () => act.select(kind, index));
       known.set(key, group);
     }
@@ -106,8 +141,11 @@ export function makeCurve(act) {
     const add = (kind, index, x, y, item, label) => {
       const outside = x < LEFT - 1 || x > width - LEFT + 1 || !Number.isFinite(x);
       const group = set(handle(kind, index), {
-        transform: `translate(${clampX(Number.isFinite(x) ? x : LEFT).toFixed(1)} ${y.toFixed(1)})`, 'aria-label': label,
-        'aria-valuenow': item.value, 'aria-valuetext': describePoint(item, state.units), 'data-outside': outside,
+        transform: `translate(${clampX(Number.isFinite(x) ? x : LEFT).toFixed(1)} ${y.toFixed(1)})`,
+        'aria-label': label,
+        'aria-valuenow': item.value,
+        'aria-valuetext': describePoint(item, state.units),
+        'data-outside': outside,
         'data-selected': state.selected?.kind === kind && state.selected.index === index,
       });
       const dot = group.querySelector('.dot, .marker');
@@ -115,11 +153,25 @@ export function makeCurve(act) {
       list.push(group);
     };
     state.markers.forEach((marker, i) => add('marker', i, px(marker.value), 0, marker, `Isosurface ${i + 1}`));
-    if (state.isMap && state.isFixed) state.range.forEach((value, i) => add('end', i, px(value), 0, { value }, i ? 'Upper end of the range' : 'Lower end of the range'));
-    state.points.forEach((point, i) => add('point', i, px(point.value), state.hasOpacity ? py(point.opacity) : BASE + 8 + BAR / 2, state.hasOpacity ? point : { value: point.value, colour: point.colour }, `Point ${i + 1}`));
+    if (state.isMap && state.isFixed)
+      state.range.forEach((value, i) =>
+        add('end', i, px(value), 0, { value }, i ? 'Upper end of the range' : 'Lower end of the range'),
+      );
+    state.points.forEach((point, i) =>
+      add(
+        'point',
+        i,
+        px(point.value),
+        state.hasOpacity ? py(point.opacity) : BASE + 8 + BAR / 2,
+        state.hasOpacity ? point : { value: point.value, colour: point.colour },
+        `Point ${i + 1}`,
+      ),
+    );
     const wanted = new Set(list);
     for (const child of [...handles.children]) if (!wanted.has(child)) child.remove();
-    list.forEach((group, i) => { if (handles.children[i] !== group) handles.insertBefore(group, handles.children[i] ?? null); });
+    list.forEach((group, i) => {
+      if (handles.children[i] !== group) handles.insertBefore(group, handles.children[i] ?? null);
+    });
   }
 
   function render() {
@@ -149,7 +201,12 @@ export function makeCurve(act) {
     const { x, y } = local(event);
     if (!held.isMoved && Math.hypot(x - held.start.x, y - held.start.y) < 3) return;
     held.isMoved = true;
-    act.move(held.kind, held.index, valueAt(clampX(x)), held.kind === 'point' && state.hasOpacity ? opacityOf(y) : undefined);
+    act.move(
+      held.kind,
+      held.index,
+      valueAt(clampX(x)),
+      held.kind === 'point' && state.hasOpacity ? opacityOf(y) : undefined,
+    );
   });
   const release = () => {
     if (held?.isMoved) act.done();
@@ -195,9 +252,16 @@ export function makeCurve(act) {
   return {
     element,
     /** Shows a transfer function: what `resolve` gives, with `histogram`, `window`, `markers`, `selected`, `units`. */
-    show(next) { state = next; render(); },
+    show(next) {
+      state = next;
+      render();
+    },
     /** Puts the focus on a handle. */
-    focus(kind, index) { known.get(`${kind}/${index}`)?.focus(); },
-    get isHeld() { return held !== null; },
+    focus(kind, index) {
+      known.get(`${kind}/${index}`)?.focus();
+    },
+    get isHeld() {
+      return held !== null;
+    },
   };
 }

@@ -24,8 +24,7 @@ function fill(element, attributes, children) {
 export const h = (tag, attributes = {}, ...children) => fill(document.createElement(tag), attributes, children);
 
 /** An SVG element. */
-export const s = (tag, attributes = {}, ...children) =>
-  fill(document.createElementNS(SVG, tag), attributes, children);
+export const s = (tag, attributes = {}, ...children) => fill(document.createElementNS(SVG, tag), attributes, children);
 
 /** Sets attributes of an element; null removes one. */
 export function set(element, attributes) {
@@ -44,7 +43,11 @@ export function icon(name) {
 
 /** A button with an icon, and a name for screen readers and the tooltip. */
 export const iconButton = (name, label, onclick, attributes = {}) =>
-  h('button', { type: 'button', class: 'icon-button', 'aria-label': label, title: label, onclick, ...attributes }, icon(name));
+  h(
+    'button',
+    { type: 'button', class: 'icon-button', 'aria-label': label, title: label, onclick, ...attributes },
+    icon(name),
+  );
 
 /** Whether keys belong to this element itself, so that shortcuts of the page must not take them. */
 export function takesKeys(element) {

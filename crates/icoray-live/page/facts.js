@@ -11,18 +11,21 @@ function seconds(value) {
 
 function show(frame) {
   const isOver = frame.error > frame.tolerance;
-  const error = frame.error === null || frame.error === undefined ? 'error unknown'
-    : `error ${frame.is_bound ? '≤' : '≈'} ${shown(frame.error, 2)}`;
-  const aim = frame.tolerance ? ` (tolerance ${shown(frame.tolerance, 2)})` : '';
+  const error =
+    frame.error === null || frame.error === undefined
+      ? 'error unknown'
+      : `error ${frame.is_bound ? '≤' : '≈'} ${shown(frame.error, 2)}`;
+  const aim = frame.tolerance ? h('span', { class: 'aim' }, ` (tolerance ${shown(frame.tolerance, 2)})`) : null;
   const label = frame.time_label || store.describe?.times[frame.time];
-  byId('facts').replaceChildren(...[
+  const facts = [
     h('span', {}, store.scene?.field ?? ''),
     label ? h('span', {}, timeText(label, frame.time)) : null,
-    h('span', { class: isOver ? 'is-over' : '' }, error + aim),
+    h('span', { class: isOver ? 'is-over' : '' }, error, aim),
     h('span', {}, seconds(frame.seconds)),
     frame.quality ? h('span', { class: 'quality' }, frame.quality) : null,
     frame.pending ? h('span', { class: 'is-pending' }, 'refining') : null,
-  ].filter(Boolean));
+  ];
+  byId('facts').replaceChildren(h('span', {}, h('span', {}, ...facts)));
   const left = frame.left_out ?? [];
   byId('left-out').hidden = left.length === 0;
   byId('left-out').textContent = left.join('; ');
@@ -36,7 +39,10 @@ function message({ text, kind }) {
   other.textContent = '';
   box.textContent = text;
   clearTimeout(message.timer);
-  if (text && !isError) message.timer = setTimeout(() => { box.textContent = ''; }, 6000);
+  if (text && !isError)
+    message.timer = setTimeout(() => {
+      box.textContent = '';
+    }, 6000);
 }
 
 /** Listens to pictures and messages. */

@@ -3,7 +3,7 @@
 
 import { byId, h, iconButton, newId } from './dom.js';
 import { unmarked } from './format.js';
-import { newEntry } from './hints.js';
+import { additionOf, keepVolume, newEntry } from './hints.js';
 import { change, move } from './sender.js';
 import { emit, on, store, valueAt } from './store.js';
 import { makeWidget, resetButton } from './widgets.js';
@@ -31,10 +31,24 @@ function makeRow(section, key, base) {
   const note = h('span', { id: `${id}-note`, hidden: true }, meaningOf(key));
   widget.input.id = id;
   widget.input.setAttribute('aria-describedby', note.id);
-  const reset = resetButton(spoken(key.name), () => { send(null, false); widget.input.focus(); });
+  const reset = resetButton(spoken(key.name), () => {
+    send(null, false);
+    widget.input.focus();
+  });
   const tell = () => emit('key', { name: [section, key.name].filter(Boolean).join('.'), text: meaningOf(key) });
-  const element = h('div', { class: 'row', onfocusin: tell, onpointerenter: tell, 'data-find': `${section} ${key.name} ${unmarked(key.meaning)}`.toLowerCase() },
-    h('label', { for: id }, spoken(key.name)), h('div', { class: 'control' }, widget.element), reset, note);
+  const element = h(
+    'div',
+    {
+      class: 'row',
+      onfocusin: tell,
+      onpointerenter: tell,
+      'data-find': `${section} ${key.name} ${unmarked(key.meaning)}`.toLowerCase(),
+    },
+    h('label', { for: id }, spoken(key.name)),
+    h('div', { class: 'control' }, widget.element),
+    reset,
+    note,
+  );
   return {
     element,
     update(values) {
@@ -50,7 +64,10 @@ function makeRow(section, key, base) {
 export function makeKeys(keys, base, section = base.filter((part) => typeof part === 'string').join('.')) {
   const isGroup = (key) => keys.some((other) => other.name.startsWith(`${key.name}.`)) && /^table/.test(key.type);
   const rows = keys.filter((key) => !isGroup(key)).map((key) => makeRow(section, key, base));
-  return { element: h('div', { class: 'rows' }, ...rows.map((row) => row.element)), update: (values) => rows.forEach((row) => row.update(values ?? {})) };
+  return {
+    element: h('div', { class: 'rows' }, ...rows.map((row) => row.element)),
+    update: (values) => rows.forEach((row) => row.update(values ?? {})),
+  };
 }
 
 /** A table that a scene has or has not. */
@@ -58,7 +75,16 @@ function makeTable(section) {
   const isTop = section.name === '';
   const path = section.name.split('.');
   const keys = makeKeys(section.keys, isTop ? [] : path, section.name);
-  const inScene = h('input', { type: 'checkbox', class: 'switch', role: 'switch', 'aria-label': `${title(section.name)} in the scene`, onchange: () => change([{ path, value: inScene.checked ? newEntry(section) : null }]) });
+  const inScene = h('input', {
+    type: 'checkbox',
+    class: 'switch',
+    role: 'switch',
+    'aria-label': `${title(section.name)} in the scene`,
+    onchange: () =>
+      change(
+        inScene.checked ? [...keepVolume(section.name), { path, value: newEntry(section) }] : [{ path, value: null }],
+      ),
+  });
   const about = section.about ? h('p', { class: 'hint' }, unmarked(section.about)) : null;
   const body = h('div', { class: 'body' }, about, keys.element);
   const head = h('summary', {}, h('span', { class: 'name' }, title(section.name)));
@@ -81,20 +107,28 @@ function makeList(section) {
   const entries = h('div', { class: 'entries' });
   const count = h('span', { class: 'count' });
   const add = iconButton('plus', `Add to ${title(section.name)}`, async () => {
-    const at = (valueAt(path) ?? []).length;
     element.open = true;
-    if (await change([{ path: [...path, at], value: newEntry(section) }])) entries.lastElementChild?.querySelector('input, select')?.focus();
+    if (await change(additionOf(section))) entries.lastElementChild?.querySelector('input, select')?.focus();
   });
   const about = section.about ? h('p', { class: 'hint' }, unmarked(section.about)) : null;
-  const element = h('details', { class: 'section' }, h('summary', {}, h('span', { class: 'name' }, title(section.name)), count), h('div', { class: 'body' }, about, entries));
+  const element = h(
+    'details',
+    { class: 'section' },
+    h('summary', {}, h('span', { class: 'name' }, title(section.name)), count),
+    h('div', { class: 'body' }, about, entries),
+  );
   const box = h('div', { class: 'section-box' }, element, add);
   let shown = [];
   const makeEntry = (i) => {
     const keys = makeKeys(section.keys, [...path, i], section.name);
     const name = h('h4', {});
-    const bin = iconButton('bin', `Remove entry ${i + 1} of ${title(section.name)}`, () => change([{ path: [...path, i], value: null }]));
+    const bin = iconButton('bin', `Remove entry ${i + 1} of ${title(section.name)}`, () =>
+      change([{ path: [...path, i], value: null }]),
+    );
     const update = (values) => {
-      const word = ['name', 'pattern', 'field', 'layer', 'cut'].map((key) => values[key]).find((value) => value !== undefined);
+      const word = ['name', 'pattern', 'field', 'layer', 'cut']
+        .map((key) => values[key])
+        .find((value) => value !== undefined);
       name.textContent = `${i + 1}${word === undefined ? '' : ` · ${word}`}`;
       keys.update(values);
     };
@@ -121,27 +155,64 @@ function makeChips(sections) {
   const lines = sections.find((section) => section.name === 'lines' && section.is_list);
   const pattern = lines?.keys.find((key) => key.name === 'pattern');
   const chip = (label, isOn, toggle) => {
-    const button = h('button', { type: 'button', class: 'chip', onclick: () => toggle(isOn(store.scene.values)) }, label);
+    const button = h(
+      'button',
+      { type: 'button', class: 'chip', onclick: () => toggle(isOn(store.scene.values)) },
+      label,
+    );
     chips.push({ button, isOn });
     return button;
   };
   const buttons = (pattern?.choices ?? []).map((name) => {
     const find = (values) => (values.lines ?? []).findIndex((line) => (line.pattern ?? 'graticule') === name);
-    return chip(name, (values) => find(values) >= 0, (isOn) => change(isOn ? [{ path: ['lines', find(store.scene.values)], value: null }]
-      : [{ path: ['lines', (store.scene.values.lines ?? []).length], value: { pattern: name, ...(name !== 'coast' && { opacity: 0.4 }) } }]));
+    return chip(
+      name,
+      (values) => find(values) >= 0,
+      (isOn) =>
+        change(
+          isOn
+            ? [{ path: ['lines', find(store.scene.values)], value: null }]
+            : [
+                ...keepVolume('lines'),
+                {
+                  path: ['lines', (store.scene.values.lines ?? []).length],
+                  value: { pattern: name, ...(name !== 'coast' && { opacity: 0.4 }) },
+                },
+              ],
+        ),
+    );
   });
   for (const section of sections.filter((found) => ['light', 'labels', 'ground'].includes(found.name))) {
-    const isOn = (values) => values[section.name] !== undefined && values[section.name].on !== false && values[section.name].kind !== 'none';
-    buttons.push(chip(title(section.name), isOn, (isNow) => change([{ path: [section.name], value: isNow ? null : newEntry(section) }])));
+    const isOn = (values) =>
+      values[section.name] !== undefined && values[section.name].on !== false && values[section.name].kind !== 'none';
+    buttons.push(
+      chip(title(section.name), isOn, (isNow) =>
+        change(
+          isNow
+            ? [{ path: [section.name], value: null }]
+            : [...keepVolume(section.name), { path: [section.name], value: newEntry(section) }],
+        ),
+      ),
+    );
   }
-  return { element: h('div', { class: 'chips', role: 'group', 'aria-label': 'Shown' }, ...buttons),
-    update: (values) => chips.forEach(({ button, isOn }) => button.setAttribute('aria-pressed', String(isOn(values)))) };
+  return {
+    element: h('div', { class: 'chips', role: 'group', 'aria-label': 'Shown' }, ...buttons),
+    update: (values) => chips.forEach(({ button, isOn }) => button.setAttribute('aria-pressed', String(isOn(values)))),
+  };
 }
 
 let parts = [];
+let openBefore = null;
 
+/** Shows the settings whose name or meaning has the text; sections fold again when it is empty. */
 function filter(text) {
   const wanted = text.trim().toLowerCase();
+  const all = [...byId('keys').querySelectorAll('details')];
+  if (wanted !== '') openBefore ??= all.filter((details) => details.open);
+  else if (openBefore) {
+    for (const details of all) details.open = openBefore.includes(details);
+    openBefore = null;
+  }
   for (const box of byId('keys').querySelectorAll('.section-box')) {
     const rows = [...box.querySelectorAll('.row')];
     const isNamed = box.querySelector('.name').textContent.includes(wanted);
@@ -153,9 +224,14 @@ function filter(text) {
 }
 
 function build(describe) {
-  const open = new Set([...byId('keys').querySelectorAll('details[open] > summary .name')].map((name) => name.textContent));
+  const open = new Set(
+    [...byId('keys').querySelectorAll('details[open] > summary .name')].map((name) => name.textContent),
+  );
   const sections = describe.sections.filter((section) => section.keys.length > 0);
-  parts = [makeChips(sections), ...sections.map((section) => (section.is_list ? makeList(section) : makeTable(section)))];
+  parts = [
+    makeChips(sections),
+    ...sections.map((section) => (section.is_list ? makeList(section) : makeTable(section))),
+  ];
   byId('keys').replaceChildren(...parts.map((part) => part.element));
   for (const details of byId('keys').querySelectorAll('details')) {
     if (open.has(details.querySelector('.name').textContent)) details.open = true;
@@ -171,7 +247,9 @@ function update(scene) {
 export function start() {
   on('describe', build);
   on('scene', update);
-  on('moving', (isMoving) => { if (!isMoving && store.scene) update(store.scene); });
+  on('moving', (isMoving) => {
+    if (!isMoving && store.scene) update(store.scene);
+  });
   on('key', ({ name, text }) => byId('about-key').replaceChildren(h('strong', {}, name), ` ${text}`));
   byId('find-key').addEventListener('input', (event) => filter(event.target.value));
 }

@@ -92,8 +92,10 @@ function up(event) {
 function click(event) {
   const place = placeOf(event);
   if (place.x < 0 || place.x > 1 || place.y < 0 || place.y > 1) return;
-  const isDouble = lastClick && event.timeStamp - lastClick.time < DOUBLE
-    && Math.hypot(event.clientX - lastClick.x, event.clientY - lastClick.y) < 24;
+  const isDouble =
+    lastClick &&
+    event.timeStamp - lastClick.time < DOUBLE &&
+    Math.hypot(event.clientX - lastClick.x, event.clientY - lastClick.y) < 24;
   lastClick = isDouble ? null : { time: event.timeStamp, x: event.clientX, y: event.clientY };
   if (isDouble) centreAt(place);
   else ask(place);

@@ -1,4 +1,4 @@
-// What the generated controls cannot know from the description alone: comfortable ranges of sliders and first entries of
+// What the generated controls cannot know from the description: comfortable ranges of sliders and first entries of
 // lists. A key that is not named here gets its control from the description.
 'use strict';
 
@@ -25,7 +25,8 @@ export function sliderOf(section, key) {
   const named = SLIDERS[section ? `${section}.${key.name}` : key.name];
   if (named) return { low: named[0], high: named[1], isLog: named[2] === true };
   const { min, max } = key;
-  if (min === null || max === null || min === undefined || max === undefined || !(max > min) || max - min > 1000) return null;
+  if (min === null || max === null || min === undefined || max === undefined || !(max > min) || max - min > 1000)
+    return null;
   return { low: min, high: max, isLog: min > 0 && max / min >= 64 };
 }
 
@@ -44,10 +45,39 @@ const ENTRIES = {
   lines: () => ({ pattern: 'graticule', opacity: 0.4 }),
   clip: () => ({ cut: 'inside', lon: [0, 90], lat: [0, 90] }),
   derive: () => ({ name: 'anomaly', anomaly: firstField(), from: 'zonal mean' }),
-  opacity: () => ({ values: [[0, 0], [1, 0.5]] }),
+  opacity: () => ({
+    values: [
+      [0, 0],
+      [1, 0.5],
+    ],
+  }),
   ground: () => ({ land: '#66754e', ocean: '#24466a' }),
   light: () => ({ kind: 'headlight' }),
 };
+
+/**
+ * Changes that keep the volume when something else is added: a scene without `[transfer]` has a volume only as long as
+ * it shows nothing else, and `[[volumes]]` stand in place of `[transfer]`.
+ */
+export function keepVolume(name) {
+  const { values, transfer, field } = store.scene;
+  if (values.volumes?.length > 0 || !transfer) return [];
+  if (name === 'volumes') {
+    const first = { field, transfer: values.transfer ?? {}, ...(values.opacity && { opacity: values.opacity }) };
+    const gone = ['transfer', 'opacity'].filter((key) => values[key]).map((key) => ({ path: [key], value: null }));
+    return [...gone, { path: ['volumes', 0], value: first }];
+  }
+  const hides = ['surfaces', 'isosurfaces', 'lines', 'ground'].includes(name);
+  return hides && !values.transfer && !values.opacity ? [{ path: ['transfer'], value: {} }] : [];
+}
+
+/** Changes that add an entry to a list of tables. */
+export function additionOf(section) {
+  const kept = keepVolume(section.name);
+  const count =
+    (store.scene.values[section.name] ?? []).length + (section.name === 'volumes' && kept.length > 0 ? 1 : 0);
+  return [...kept, { path: [section.name, count], value: newEntry(section) }];
+}
 
 /** A first value for a required key of a type. */
 function guess(key) {
@@ -62,6 +92,8 @@ function guess(key) {
 export function newEntry(section) {
   const known = ENTRIES[section.name]?.();
   if (known) return known;
-  const required = section.keys.filter((key) => /^required/.test(key.default ?? '') && !key.name.includes('.') && !/,| or /.test(key.default));
+  const required = section.keys.filter(
+    (key) => /^required/.test(key.default ?? '') && !key.name.includes('.') && !/,| or /.test(key.default),
+  );
   return Object.fromEntries(required.map((key) => [key.name, guess(key)]));
 }

@@ -13,33 +13,62 @@ const help = byId('help');
 
 /** What the list shows: keys and what they do. */
 const LIST = [
-  ['On the picture', [
-    ['Drag, Shift + arrow keys', 'turn'],
-    ['Wheel, two fingers, + and −', 'zoom'],
-    ['Double click', 'centre'],
-    ['Click', 'probe a pixel'],
-    ['P', 'cross for the keyboard: arrow keys move it, Enter probes, C centres'],
-  ]],
-  ['Time', [['← →', 'one time back or forward'], ['Home, End', 'first, last time'], ['Space', 'play, stop']]],
-  ['Transfer function', [
-    ['Drag, arrow keys', 'move a point, an end of the range, an isosurface'],
-    ['Double click, Insert', 'add a point'],
-    ['Delete', 'remove the selected point or isosurface'],
-  ]],
-  ['Page', [
-    ['Ctrl + Z', 'undo'],
-    ['Ctrl + Shift + Z, Ctrl + Y', 'redo'],
-    ['Ctrl + S', 'save the scene'],
-    ['1, 2, 3, 4', 'Colour, Scene, Probe, Files'],
-    ['H', 'hide or show the panel'],
-    ['Escape', 'back to the picture'],
-    ['?', 'this list'],
-  ]],
+  [
+    'On the picture',
+    [
+      ['Drag, Shift + arrows', 'turn'],
+      ['Wheel, Pinch, + and −', 'zoom'],
+      ['Double click', 'centre'],
+      ['Click', 'probe a pixel'],
+      ['P', 'cross: arrow keys move it, Enter probes, C centres'],
+    ],
+  ],
+  [
+    'Time',
+    [
+      ['← →', 'one time back or forward'],
+      ['Home, End', 'first, last time'],
+      ['Space', 'play, stop'],
+    ],
+  ],
+  [
+    'Transfer function',
+    [
+      ['Drag, Arrow keys', 'move a point, an end of the range, an isosurface'],
+      ['Double click, Insert', 'add a point'],
+      ['Delete', 'remove the selected point or isosurface'],
+    ],
+  ],
+  [
+    'Page',
+    [
+      ['Ctrl + Z', 'undo'],
+      ['Ctrl + Shift + Z, Ctrl + Y', 'redo'],
+      ['Ctrl + S', 'save the scene'],
+      ['1, 2, 3, 4', 'Colour, Scene, Probe, Files'],
+      ['H', 'hide or show the panel'],
+      ['Escape', 'back to the picture'],
+      ['?', 'this list'],
+    ],
+  ],
 ];
 
 function build() {
-  const groups = LIST.map(([name, rows]) => h('section', {}, h('h3', {}, name),
-    h('dl', {}, ...rows.flatMap(([keys, text]) => [h('dt', {}, ...keys.split(/(, | and )/).map((part, i) => (i % 2 ? part : h('kbd', {}, part)))), h('dd', {}, text)]))));
+  const groups = LIST.map(([name, rows]) =>
+    h(
+      'section',
+      {},
+      h('h3', {}, name),
+      h(
+        'dl',
+        {},
+        ...rows.flatMap(([keys, text]) => [
+          h('dt', {}, ...keys.split(/(, | and )/).map((part, i) => (i % 2 ? part : h('kbd', {}, part)))),
+          h('dd', {}, text),
+        ]),
+      ),
+    ),
+  );
   byId('help-list').replaceChildren(...groups);
 }
 
@@ -49,13 +78,27 @@ function openHelp() {
 }
 
 const PLAIN = {
-  ArrowLeft: () => step(-1), ArrowRight: () => step(1), Home: () => goTo(0), End: () => goTo(last()),
-  '+': () => zoomBy(1 / 1.12), '=': () => zoomBy(1 / 1.12), '-': () => zoomBy(1.12), '−': () => zoomBy(1.12),
-  p: () => toggleCross(), h: () => showPanel(), '?': openHelp,
-  1: () => focusTab(1), 2: () => focusTab(2), 3: () => focusTab(3), 4: () => focusTab(4),
+  ArrowLeft: () => step(-1),
+  ArrowRight: () => step(1),
+  Home: () => goTo(0),
+  End: () => goTo(last()),
+  '+': () => zoomBy(1 / 1.12),
+  '=': () => zoomBy(1 / 1.12),
+  '-': () => zoomBy(1.12),
+  '−': () => zoomBy(1.12),
+  p: () => toggleCross(),
+  h: () => showPanel(),
+  '?': openHelp,
+  1: () => focusTab(1),
+  2: () => focusTab(2),
+  3: () => focusTab(3),
+  4: () => focusTab(4),
 };
 const SHIFTED = {
-  ArrowLeft: () => turnBy(-TURN, 0), ArrowRight: () => turnBy(TURN, 0), ArrowUp: () => turnBy(0, TURN), ArrowDown: () => turnBy(0, -TURN),
+  ArrowLeft: () => turnBy(-TURN, 0),
+  ArrowRight: () => turnBy(TURN, 0),
+  ArrowUp: () => turnBy(0, TURN),
+  ArrowDown: () => turnBy(0, -TURN),
 };
 
 function isText(element) {
@@ -105,5 +148,7 @@ export function start() {
   document.addEventListener('keydown', pressed);
   byId('open-help').addEventListener('click', openHelp);
   byId('close-help').addEventListener('click', () => help.close());
-  help.addEventListener('click', (event) => { if (event.target === help) help.close(); });
+  help.addEventListener('click', (event) => {
+    if (event.target === help) help.close();
+  });
 }

@@ -7,7 +7,13 @@ import { h } from './dom.js';
 /** Builds the list of swatches; `choose(name)` is called with a map's name. */
 export function makeSwatches(choose) {
   const list = h('div', { class: 'swatches', role: 'radiogroup', 'aria-label': 'Colour map' });
-  const search = h('input', { type: 'search', class: 'text', placeholder: 'Find a map', 'aria-label': 'Find a colour map', oninput: () => filter() });
+  const search = h('input', {
+    type: 'search',
+    class: 'text',
+    placeholder: 'Find a map',
+    'aria-label': 'Find a colour map',
+    oninput: () => filter(),
+  });
   const element = h('div', { class: 'maps' }, search, list);
   let swatches = [];
   let chosen = '';
@@ -51,8 +57,21 @@ export function makeSwatches(choose) {
         swatches = maps.map((map) => {
           const strip = h('span', { class: 'strip' });
           strip.style.backgroundImage = gradient(map.colors);
-          return h('button', { type: 'button', class: 'swatch', role: 'radio', tabindex: -1, 'data-name': map.name.toLowerCase(), 'data-map': map.name, title: map.name, onclick: () => choose(map.name) },
-            strip, h('span', { class: 'swatch-name' }, map.name));
+          return h(
+            'button',
+            {
+              type: 'button',
+              class: 'swatch',
+              role: 'radio',
+              tabindex: -1,
+              'data-name': map.name.toLowerCase(),
+              'data-map': map.name,
+              title: map.name,
+              onclick: () => choose(map.name),
+            },
+            strip,
+            h('span', { class: 'swatch-name' }, map.name),
+          );
         });
         list.replaceChildren(...swatches);
         filter();

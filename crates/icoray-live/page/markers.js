@@ -2,6 +2,7 @@
 'use strict';
 
 import { hexOf } from './colour.js';
+import { keepVolume } from './hints.js';
 import { store } from './store.js';
 import { percentile } from './transfer-model.js';
 
@@ -17,10 +18,16 @@ export function markersOf(field) {
   (store.scene.values.isosurfaces ?? []).forEach((entry, i) => {
     if (fieldOf(entry) !== field) return;
     const values = entry.values ?? (entry.value === undefined ? [] : [entry.value]);
-    values.forEach((value, j) => found.push({
-      value: moved.get(`${i}/${j}`) ?? value, entry: i, part: j, isList: Boolean(entry.values), count: values.length,
-      colour: hexOf(entry.colors?.[j] ?? entry.color) ?? '#ffffff',
-    }));
+    values.forEach((value, j) =>
+      found.push({
+        value: moved.get(`${i}/${j}`) ?? value,
+        entry: i,
+        part: j,
+        isList: Boolean(entry.values),
+        count: values.length,
+        colour: hexOf(entry.colors?.[j] ?? entry.color) ?? '#ffffff',
+      }),
+    );
   });
   return found;
 }
@@ -50,5 +57,5 @@ export function newIsosurface(field, histogram, resolved) {
   const [low, high] = resolved.range;
   const value = median > low && median < high ? median : (low + high) / 2;
   const entry = { field, value: Number(value.toPrecision(4)), color: COLOURS[count % COLOURS.length], opacity: 0.6 };
-  return [{ path: ['isosurfaces', count], value: entry }];
+  return [...keepVolume('isosurfaces'), { path: ['isosurfaces', count], value: entry }];
 }

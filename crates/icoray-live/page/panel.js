@@ -18,7 +18,8 @@ export function openTab(name) {
   byId('panels').scrollTop = 0;
 }
 
-const isShown = () => !document.body.classList.contains('is-panel-hidden');
+/** Whether the panel is shown. */
+export const isShown = () => !document.body.classList.contains('is-panel-hidden');
 
 /** Shows or hides the panel. */
 export function show(isOpen = !isShown()) {

@@ -39,21 +39,34 @@ export function plot({ points, mark, x, y, label }) {
   const px = (v) => LEFT + ((v - x0) / (x1 - x0)) * (WIDTH - LEFT - RIGHT);
   const py = (v) => HEIGHT - BOTTOM - ((v - y0) / (y1 - y0)) * (HEIGHT - TOP - BOTTOM);
   const base = HEIGHT - BOTTOM;
-  const root = s('svg', { class: 'plot', viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: 'img', 'aria-label':
-    `${label}: ${shown(y0)} to ${shown(y1)} over ${shown(x0)} to ${shown(x1)}` });
+  const root = s('svg', {
+    class: 'plot',
+    viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
+    role: 'img',
+    'aria-label': `${label}: ${shown(y0)} to ${shown(y1)} over ${shown(x0)} to ${shown(x1)}`,
+  });
   for (const v of ticks(y0, y1, 4)) {
-    root.append(s('line', { class: 'grid', x1: LEFT, x2: WIDTH - RIGHT, y1: py(v), y2: py(v) }),
-      s('text', { x: LEFT - 6, y: py(v) + 3.5, 'text-anchor': 'end' }, shown(v)));
+    root.append(
+      s('line', { class: 'grid', x1: LEFT, x2: WIDTH - RIGHT, y1: py(v), y2: py(v) }),
+      s('text', { x: LEFT - 6, y: py(v) + 3.5, 'text-anchor': 'end' }, shown(v)),
+    );
   }
   for (const v of ticks(x0, x1, 4)) {
-    root.append(s('line', { class: 'grid', x1: px(v), x2: px(v), y1: TOP, y2: base }),
-      s('text', { x: px(v), y: base + 13, 'text-anchor': 'middle' }, shown(v)));
+    root.append(
+      s('line', { class: 'grid', x1: px(v), x2: px(v), y1: TOP, y2: base }),
+      s('text', { x: px(v), y: base + 13, 'text-anchor': 'middle' }, shown(v)),
+    );
   }
   const most = Math.max(...points.map((p) => p.weight ?? 0));
   if (most > 0) {
     const sorted = [...points].sort((a, b) => a.x - b.x);
     const top = sorted.map((p) => `${px(p.x).toFixed(1)},${(base - (p.weight / most) * (base - TOP)).toFixed(1)}`);
-    root.append(s('polygon', { class: 'weight', points: `${px(sorted[0].x)},${base} ${top.join(' ')} ${px(sorted.at(-1).x)},${base}` }));
+    root.append(
+      s('polygon', {
+        class: 'weight',
+        points: `${px(sorted[0].x)},${base} ${top.join(' ')} ${px(sorted.at(-1).x)},${base}`,
+      }),
+    );
   }
   let path = '';
   let isBroken = true;
@@ -65,7 +78,13 @@ export function plot({ points, mark, x, y, label }) {
   if (mark && Number.isFinite(mark.x) && Number.isFinite(mark.y)) {
     root.append(s('circle', { class: 'mark', cx: px(mark.x), cy: py(mark.y), r: 4 }));
   }
-  root.append(s('text', { class: 'title', x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 6, 'text-anchor': 'middle' }, x),
-    s('text', { class: 'title', transform: `translate(11 ${(TOP + base) / 2}) rotate(-90)`, 'text-anchor': 'middle' }, y));
+  root.append(
+    s('text', { class: 'title', x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 6, 'text-anchor': 'middle' }, x),
+    s(
+      'text',
+      { class: 'title', transform: `translate(11 ${(TOP + base) / 2}) rotate(-90)`, 'text-anchor': 'middle' },
+      y,
+    ),
+  );
   return root;
 }

@@ -51,49 +51,82 @@ function facts(answer) {
   const units = answer.units ? ` ${answer.units}` : '';
   const tolerance = store.frame?.tolerance;
   const isOver = tolerance !== undefined && answer.error > tolerance;
-  return h('dl', { class: 'facts-list' },
+  return h(
+    'dl',
+    { class: 'facts-list' },
     ...row('Longitude', degrees(answer.lon, 'E', 'W')),
     ...row('Latitude', degrees(answer.lat, 'N', 'S')),
     ...row('Height', answer.height_m === null || answer.height_m === undefined ? '–' : `${shown(answer.height_m)} m`),
     ...row('Opacity', shown(answer.alpha, 3)),
-    ...row(`Error of the pixel`, shown(answer.error, 2) + (isOver ? ', above the tolerance' : ''), isOver ? 'is-over' : ''),
-    ...row('Field', answer.field + (units && `, ${units.trim()}`)));
+    ...row(
+      `Error of the pixel`,
+      shown(answer.error, 2) + (isOver ? ', above the tolerance' : ''),
+      isOver ? 'is-over' : '',
+    ),
+    ...row('Field', answer.field + (units && `, ${units.trim()}`)),
+  );
 }
 
 function show() {
   const panel = byId('probe');
   if (!last || !last.answer.hit) {
-    const text = last ? 'This pixel shows the background.' : 'Click a pixel of the picture, or press P for a cross that the arrow keys move.';
+    const text = last
+      ? 'This pixel shows the background.'
+      : 'Click a pixel of the picture, or press P for a cross that the arrow keys move.';
     panel.replaceChildren(h('p', { class: 'hint' }, text));
     return;
   }
   const { answer } = last;
   const units = answer.units ? ` (${answer.units})` : '';
-  const pick = h('select', { 'aria-label': 'Horizontal axis of the ray', onchange: (event) => { along = event.target.value; show(); byId('probe').querySelector('select')?.focus(); } },
+  const pick = h(
+    'select',
+    {
+      'aria-label': 'Horizontal axis of the ray',
+      onchange: (event) => {
+        along = event.target.value;
+        show();
+        byId('probe').querySelector('select')?.focus();
+      },
+    },
     h('option', { value: 'distance', selected: along === 'distance' }, 'over distance'),
-    h('option', { value: 'height_m', selected: along === 'height_m' }, 'over height'));
-  const points = answer.along.map((p) => ({ x: along === 'distance' ? p.distance : p.height_m / 1000, y: p.value, weight: p.weight }));
+    h('option', { value: 'height_m', selected: along === 'height_m' }, 'over height'),
+  );
+  const points = answer.along.map((p) => ({
+    x: along === 'distance' ? p.distance : p.height_m / 1000,
+    y: p.value,
+    weight: p.weight,
+  }));
   const ray = plot({
-    points, mark: along === 'distance' ? null : { x: answer.height_m / 1000, y: answer.value },
-    x: along === 'distance' ? 'distance from the camera (planet radii)' : 'height (km)', y: answer.field + units,
+    points,
+    mark: along === 'distance' ? null : { x: answer.height_m / 1000, y: answer.value },
+    x: along === 'distance' ? 'distance from the camera (planet radii)' : 'height (km)',
+    y: answer.field + units,
     label: `${answer.field} along the ray`,
   });
-  const column = answer.column?.values?.length > 1 && plot({
-    points: answer.column.values.map((value, i) => ({ x: value, y: answer.column.height_m[i] / 1000 })),
-    mark: { x: answer.value, y: answer.height_m / 1000 },
-    x: answer.field + units, y: 'height (km)', label: `${answer.field} in the column`,
-  });
+  const column =
+    answer.column?.values?.length > 1 &&
+    plot({
+      points: answer.column.values.map((value, i) => ({ x: value, y: answer.column.height_m[i] / 1000 })),
+      mark: { x: answer.value, y: answer.height_m / 1000 },
+      x: answer.field + units,
+      y: 'height (km)',
+      label: `${answer.field} in the column`,
+    });
   panel.replaceChildren(
     h('p', { class: 'value' }, shown(answer.value, 5), h('span', { class: 'units' }, ` ${answer.units ?? ''}`)),
     facts(answer),
-    h('div', { class: 'head-row' }, h('h3', {}, 'Along the ray'), pick), ray,
+    h('div', { class: 'head-row' }, h('h3', {}, 'Along the ray'), pick),
+    ray,
     h('p', { class: 'hint' }, 'The shaded area is the part of the pixel’s light that comes from each place.'),
-    ...(column ? [h('h3', {}, 'In the column'), column] : []));
+    ...(column ? [h('h3', {}, 'In the column'), column] : []),
+  );
 }
 
 /** Builds the panel. */
 export function start() {
   show();
-  on('camera', () => { mark.hidden = true; });
+  on('camera', () => {
+    mark.hidden = true;
+  });
   on('resize', () => last && put(mark, last.where));
 }

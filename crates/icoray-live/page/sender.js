@@ -15,7 +15,9 @@ let moved = null;
 let sizeOf = () => undefined;
 
 /** States where the size of a picture comes from: `(isMoving) => [width, height]`. */
-export function setSize(source) { sizeOf = source; }
+export function setSize(source) {
+  sizeOf = source;
+}
 
 function merge(into, from) {
   const changes = new Map(into.changes.map((change) => [JSON.stringify(change.path), change]));

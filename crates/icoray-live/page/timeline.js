@@ -1,7 +1,7 @@
 // The times: a slider, steps and playing.
 'use strict';
 
-import { byId, icon } from './dom.js';
+import { byId, h, icon } from './dom.js';
 import { timeText } from './format.js';
 import { move, rest } from './sender.js';
 import { on, store } from './store.js';
@@ -25,7 +25,7 @@ function show() {
   slider.value = time;
   const text = timeText(store.describe?.times[time], time);
   slider.setAttribute('aria-valuetext', text);
-  label.textContent = `${text}  ${time + 1}/${last + 1}`;
+  label.replaceChildren(h('span', { class: 'name' }, `${text}  `), `${time + 1}/${last + 1}`);
 }
 
 /** Shows a time, by its number. */
@@ -62,7 +62,10 @@ export function play(wanted = !isPlaying) {
 
 /** Listens to the slider, and to pictures while playing. */
 export function start() {
-  slider.addEventListener('input', () => { play(false); goTo(Number(slider.value)); });
+  slider.addEventListener('input', () => {
+    play(false);
+    goTo(Number(slider.value));
+  });
   button.addEventListener('click', () => play());
   byId('earlier').addEventListener('click', () => step(-1));
   byId('later').addEventListener('click', () => step(1));

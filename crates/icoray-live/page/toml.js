@@ -16,7 +16,9 @@ const formatKey = (key) => (/^[\w-]+$/.test(key) ? key : JSON.stringify(key));
 /** The value of a TOML text; throws an `Error` with a sentence where it is none. */
 export function parseValue(text) {
   let at = 0;
-  const space = () => { while (/\s/.test(text[at] ?? '')) at += 1; };
+  const space = () => {
+    while (/\s/.test(text[at] ?? '')) at += 1;
+  };
   const bad = () => new Error(`character ${at + 1}: expected a TOML value such as 1.5, "text", [1, 2] or { key = 1 }`);
   const take = (sign) => {
     space();

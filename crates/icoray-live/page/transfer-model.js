@@ -1,9 +1,9 @@
-// Transfer functions as data: which a scene has, where their points are, and the changes that a hand makes. No DOM.
+// Transfer functions as data: which a scene has and where their points are. Without DOM.
 //
 // `opacity` is linear in extinction between points, extinction = -ln(1 - opacity); a scale maps values to places.
 'use strict';
 
-import { hexOf, mapColours, rgbOf } from './colour.js';
+import { hexOf, mapColours, mixed } from './colour.js';
 import { plain } from './format.js';
 
 /** Largest opacity of a point; 1 would be an infinite extinction. */
@@ -18,7 +18,8 @@ export function scaleOf(transfer) {
   if (transfer?.scale === 'symlog' && threshold > 0) {
     return {
       name: 'symlog',
-      forward: (v) => (Math.abs(v) <= threshold ? v / threshold : Math.sign(v) * (1 + Math.log10(Math.abs(v) / threshold))),
+      forward: (v) =>
+        Math.abs(v) <= threshold ? v / threshold : Math.sign(v) * (1 + Math.log10(Math.abs(v) / threshold)),
       backward: (p) => (Math.abs(p) <= 1 ? p * threshold : Math.sign(p) * 10 ** (Math.abs(p) - 1) * threshold),
     };
   }
@@ -31,20 +32,46 @@ export function targetsOf(scene) {
   const first = values.field ?? scene.field;
   const found = [];
   if (values.volumes?.length > 0) {
-    values.volumes.forEach((volume, i) => found.push({
-      label: `Volume ${i + 1}`, path: ['volumes', i, 'transfer'], kind: volume.opacity ? 'colours' : 'volume',
-      field: volume.field ?? (i > 0 ? values.volumes[0].field : undefined) ?? first, fieldPath: ['volumes', i, 'field'], isFirst: i === 0,
-    }));
+    values.volumes.forEach((volume, i) =>
+      found.push({
+        label: `Volume ${i + 1}`,
+        path: ['volumes', i, 'transfer'],
+        kind: volume.opacity ? 'colours' : 'volume',
+        field: volume.field ?? (i > 0 ? values.volumes[0].field : undefined) ?? first,
+        fieldPath: ['volumes', i, 'field'],
+        isFirst: i === 0,
+      }),
+    );
   } else if (scene.transfer || values.transfer) {
-    found.push({ label: 'Volume', path: ['transfer'], kind: values.opacity ? 'colours' : 'volume', field: first, fieldPath: ['field'], isFirst: true });
+    found.push({
+      label: 'Volume',
+      path: ['transfer'],
+      kind: values.opacity ? 'colours' : 'volume',
+      field: first,
+      fieldPath: ['field'],
+      isFirst: true,
+    });
   }
   if (values.opacity && !values.volumes?.length) {
-    found.push({ label: 'Opacity of the volume', path: ['opacity'], kind: 'opacity', field: values.opacity.field ?? first, fieldPath: ['opacity', 'field'] });
+    found.push({
+      label: 'Opacity of the volume',
+      path: ['opacity'],
+      kind: 'opacity',
+      field: values.opacity.field ?? first,
+      fieldPath: ['opacity', 'field'],
+    });
   }
-  const colours = (key, word, field) => (values[key] ?? []).forEach((entry, i) => {
-    if (entry.color || entry.colors || !(key === 'surfaces' || entry.transfer || entry.color_by)) return;
-    found.push({ label: `${word} ${i + 1}`, path: [key, i, 'transfer'], kind: 'colours', field: entry[field] ?? entry.field ?? first, fieldPath: [key, i, field] });
-  });
+  const colours = (key, word, field) =>
+    (values[key] ?? []).forEach((entry, i) => {
+      if (entry.color || entry.colors || !(key === 'surfaces' || entry.transfer || entry.color_by)) return;
+      found.push({
+        label: `${word} ${i + 1}`,
+        path: [key, i, 'transfer'],
+        kind: 'colours',
+        field: entry[field] ?? entry.field ?? first,
+        fieldPath: [key, i, field],
+      });
+    });
   colours('surfaces', 'Surface', 'field');
   colours('isosurfaces', 'Isosurface', 'color_by');
   return found.map((target) => ({ ...target, id: target.path.join('.') }));
@@ -92,13 +119,31 @@ export function resolve(target, scene, histogram, maps, transfer) {
   if (target.kind === 'opacity') {
     const points = (transfer.values ?? []).map(([value, opacity]) => ({ value, opacity }));
     const scale = scaleOf({});
-    return { isMap: true, isRelative: false, range: histogram.range, points, hasOpacity, hasColour: false, colours: ['#c8d2dc', '#c8d2dc'], scale };
+    return {
+      isMap: true,
+      isRelative: false,
+      range: histogram.range,
+      points,
+      hasOpacity,
+      hasColour: false,
+      colours: ['#c8d2dc', '#c8d2dc'],
+      scale,
+    };
   }
   if (transfer.knots) {
     const points = transfer.knots.map((knot) => ({
-      value: knot.value, colour: hexOf(knot.color) ?? '#ffffff', opacity: knot.opacity ?? 1 - Math.exp(-(knot.extinction ?? 0)),
+      value: knot.value,
+      colour: hexOf(knot.color) ?? '#ffffff',
+      opacity: knot.opacity ?? 1 - Math.exp(-(knot.extinction ?? 0)),
     }));
-    return { isMap: false, range: [points[0].value, points.at(-1).value], points, hasOpacity, hasColour: true, scale: scaleOf({}) };
+    return {
+      isMap: false,
+      range: [points[0].value, points.at(-1).value],
+      points,
+      hasOpacity,
+      hasColour: true,
+      scale: scaleOf({}),
+    };
   }
   const scale = scaleOf(transfer);
   const range = rangeOf(target, transfer, scene, histogram, scale);
@@ -106,10 +151,34 @@ export function resolve(target, scene, histogram, maps, transfer) {
   const name = transfer.map ?? (hasCentre ? 'vik' : 'viridis');
   const isFixed = Array.isArray(transfer.range);
   const isRelative = transfer.opacity ? (transfer.opacity_in ?? (isFixed ? 'values' : 'range')) === 'range' : !isFixed;
-  const given = transfer.opacity ?? (hasCentre ? [[0, 0.9], [0.5, 0], [1, 0.9]] : [[0, 0], [1, 0.9]]);
+  const given =
+    transfer.opacity ??
+    (hasCentre
+      ? [
+          [0, 0.9],
+          [0.5, 0],
+          [1, 0.9],
+        ]
+      : [
+          [0, 0],
+          [1, 0.9],
+        ]);
   const isParts = transfer.opacity ? isRelative : true;
-  const points = hasOpacity ? given.map(([at, opacity]) => ({ value: isParts ? valueOf(at, range, scale) : at, opacity })) : [];
-  return { isMap: true, isRelative, isFixed, range, points, hasOpacity, hasColour: false, name, colours: mapColours(maps, name, transfer.reverse), scale };
+  const points = hasOpacity
+    ? given.map(([at, opacity]) => ({ value: isParts ? valueOf(at, range, scale) : at, opacity }))
+    : [];
+  return {
+    isMap: true,
+    isRelative,
+    isFixed,
+    range,
+    points,
+    hasOpacity,
+    hasColour: false,
+    name,
+    colours: mapColours(maps, name, transfer.reverse),
+    scale,
+  };
 }
 
 /** The value at a part of a range, and the part at a value. */
@@ -117,72 +186,6 @@ export const valueOf = (part, range, scale) =>
   scale.backward(scale.forward(range[0]) + (scale.forward(range[1]) - scale.forward(range[0])) * part);
 export const partOf = (value, range, scale) =>
   (scale.forward(value) - scale.forward(range[0])) / (scale.forward(range[1]) - scale.forward(range[0]));
-
-const neat = (value, digits = 6) => Number(value.toPrecision(digits));
-
-/** Changes that set the points, in the coordinates that the scene uses. */
-export function pointChanges(target, resolved, points, transfer) {
-  if (target.kind === 'opacity') {
-    return [{ path: [...target.path, 'values'], value: points.map((p) => [neat(p.value), neat(p.opacity, 3)]) }];
-  }
-  if (resolved.isMap) {
-    const at = (p) => (resolved.isRelative ? neat(partOf(p.value, resolved.range, resolved.scale), 4) : neat(p.value));
-    return [{ path: [...target.path, 'opacity'], value: points.map((p) => [at(p), neat(p.opacity, 3)]) }];
-  }
-  const knots = points.map((p) => ({ value: neat(p.value), color: p.colour, ...(resolved.hasOpacity && { opacity: neat(p.opacity, 3) }) }));
-  return [{ path: [...target.path, 'knots'], value: knots }];
-}
-
-/** Changes that switch the range's mode; opacities keep their values. */
-export function rangeChanges(target, resolved, transfer, mode, percents = [1, 99]) {
-  const range = mode === 'fixed' ? resolved.range.map((v) => neat(v, 5)) : { [mode]: percents };
-  const changes = [{ path: [...target.path, 'range'], value: range }];
-  const wasFixed = Array.isArray(transfer.range);
-  if (transfer.opacity && !transfer.opacity_in && wasFixed !== (mode === 'fixed')) {
-    const next = { ...resolved, range: mode === 'fixed' ? range : resolved.range, isRelative: mode !== 'fixed' };
-    changes.push(...pointChanges(target, next, resolved.points, transfer));
-  }
-  return changes;
-}
-
-/** The change that turns a colour map into knots; few knots that differ from it by less than can be seen. */
-export function toKnots(target, scene, resolved, transfer) {
-  const source = target.isFirst && scene.transfer ? scene.transfer.knots.map((k) => ({ value: k.value, colour: k.color, opacity: k.opacity })) : sampled(resolved);
-  const points = simplified(source, 12);
-  const value = { knots: pointChanges(target, { ...resolved, isMap: false }, points, transfer)[0].value };
-  if (transfer.unit_length !== undefined && resolved.hasOpacity) value.unit_length = transfer.unit_length;
-  return [{ path: target.path, value }];
-}
-
-function sampled(resolved) {
-  return resolved.colours.map((colour, i) => {
-    const value = valueOf(i / (resolved.colours.length - 1), resolved.range, resolved.scale);
-    return { value, colour, opacity: opacityAt(resolved.points, value) };
-  });
-}
-
-/** At most `most` of the knots, chosen one by one where the rest is farthest from them. */
-function simplified(knots, most) {
-  if (knots.length <= 2) return knots;
-  const vector = (k) => [...rgbOf(hexOf(k.colour) ?? '#ffffff').map((x) => x / 255), k.opacity * 1.5];
-  const vectors = knots.map(vector);
-  const kept = [0, knots.length - 1];
-  while (kept.length < Math.min(most, knots.length)) {
-    let [worst, at] = [0.02, -1];
-    for (let i = 0; i + 1 < kept.length; i += 1) {
-      const [a, b] = [kept[i], kept[i + 1]];
-      for (let j = a + 1; j < b; j += 1) {
-        const part = (knots[j].value - knots[a].value) / (knots[b].value - knots[a].value || 1);
-        const off = Math.hypot(...vectors[j].map((x, c) => x - vectors[a][c] - (vectors[b][c] - vectors[a][c]) * part));
-        if (off > worst) [worst, at] = [off, j];
-      }
-    }
-    if (at < 0) break;
-    kept.push(at);
-    kept.sort((a, b) => a - b);
-  }
-  return kept.map((i) => knots[i]);
-}
 
 /** The opacity of points at a value: linear in extinction, constant beyond the ends. */
 export function opacityAt(points, value) {
@@ -199,5 +202,30 @@ export function opacityAt(points, value) {
 }
 
 /** Text of a point for screen readers. */
-export const describePoint = (point, units) =>
-  `value ${plain(point.value, 4)}${units ? ` ${units}` : ''}${point.opacity === undefined ? '' : `, opacity ${point.opacity.toFixed(2)}`}`;
+export function describePoint(point, units) {
+  const opacity = point.opacity === undefined ? '' : `, opacity ${point.opacity.toFixed(2)}`;
+  return `value ${plain(point.value, 4)}${units ? ` ${units}` : ''}${opacity}`;
+}
+
+/** The colour of knots at a value. */
+export function colourNear(points, value) {
+  const after = points.findIndex((p) => p.value >= value);
+  if (after <= 0) return points.at(after).colour;
+  const [a, b] = [points[after - 1], points[after]];
+  return mixed(a.colour, b.colour, (value - a.value) / (b.value - a.value || 1));
+}
+
+/** The part of the scale to show: the range with its points and marks, or all data. */
+export function windowOf(resolved, histogram, marks, isWhole) {
+  const { forward } = resolved.scale;
+  let data = histogram.range;
+  if (resolved.scale.name === 'log' && data[0] <= 0) data = [Math.min(resolved.range[0], data[1]) / 10, data[1]];
+  const own = [...resolved.range, ...resolved.points.map((p) => p.value), ...marks]
+    .map(forward)
+    .filter(Number.isFinite);
+  const seen = [Math.min(...own), Math.max(...own)];
+  const all = data.map(forward);
+  const room = (seen[1] - seen[0]) * 0.12;
+  const ends = isWhole ? [Math.min(all[0], seen[0]), Math.max(all[1], seen[1])] : [seen[0] - room, seen[1] + room];
+  return ends[1] > ends[0] ? ends : [ends[0] - 1, ends[1] + 1];
+}

@@ -8,12 +8,20 @@ import { rangeModeOf } from './transfer-model.js';
 /** A row of choices of which one holds. */
 export function segmented(label, choices, choose) {
   const name = newId('choice');
-  const inputs = choices.map((choice) => h('input', { type: 'radio', name, value: choice, onchange: () => choose(choice) }));
-  const element = h('fieldset', { class: 'segmented' }, h('legend', {}, label),
-    h('div', {}, ...choices.map((choice, i) => h('label', {}, inputs[i], h('span', {}, choice)))));
+  const inputs = choices.map((choice) =>
+    h('input', { type: 'radio', name, value: choice, onchange: () => choose(choice) }),
+  );
+  const element = h(
+    'fieldset',
+    { class: 'segmented' },
+    h('legend', {}, label),
+    h('div', {}, ...choices.map((choice, i) => h('label', {}, inputs[i], h('span', {}, choice)))),
+  );
   return {
     element,
-    show(chosen) { for (const input of inputs) input.checked = input.value === chosen; },
+    show(chosen) {
+      for (const input of inputs) input.checked = input.value === chosen;
+    },
   };
 }
 
@@ -40,7 +48,12 @@ export function makeRangeRow({ mode, fixed, percents }) {
   const low = numberInput('Lower end of the range', send);
   const high = numberInput('Upper end of the range', send);
   const note = h('span', { class: 'hint' });
-  const element = h('div', { class: 'stack' }, modes.element, h('div', { class: 'ends' }, low, h('span', {}, 'to'), high, note));
+  const element = h(
+    'div',
+    { class: 'stack' },
+    modes.element,
+    h('div', { class: 'ends' }, low, h('span', {}, 'to'), high, note),
+  );
   let now = 'fixed';
   return {
     element,
@@ -58,10 +71,24 @@ export function makeRangeRow({ mode, fixed, percents }) {
 
 /** Value, opacity and colour of the selected point. */
 export function makePointRow({ set, remove }) {
-  const value = numberInput('Value of the point', () => { const v = read(value); if (v !== null) set('value', v, false); });
-  const opacity = h('input', { type: 'range', min: 0, max: 0.999, step: 0.001, 'aria-label': 'Opacity of the point', oninput: () => set('opacity', Number(opacity.value), true) });
+  const value = numberInput('Value of the point', () => {
+    const v = read(value);
+    if (v !== null) set('value', v, false);
+  });
+  const opacity = h('input', {
+    type: 'range',
+    min: 0,
+    max: 0.999,
+    step: 0.001,
+    'aria-label': 'Opacity of the point',
+    oninput: () => set('opacity', Number(opacity.value), true),
+  });
   const part = h('output', {});
-  const colour = h('input', { type: 'color', 'aria-label': 'Colour of the point', oninput: () => set('colour', colour.value, true) });
+  const colour = h('input', {
+    type: 'color',
+    'aria-label': 'Colour of the point',
+    oninput: () => set('colour', colour.value, true),
+  });
   const units = h('span', { class: 'units' });
   const bin = iconButton('bin', 'Delete the point', remove);
   const row = h('div', { class: 'point-row' }, colour, value, units, opacity, part, bin);

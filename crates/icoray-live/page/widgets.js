@@ -13,8 +13,19 @@ const parse = (text) => Number(text.replace('−', '-'));
 const idle = (input) => document.activeElement !== input;
 
 function flag(key, send) {
-  const input = h('input', { type: 'checkbox', class: 'switch', role: 'switch', onchange: () => send(input.checked, false) });
-  return { element: input, input, show: (value) => { input.checked = value ?? defaultOf(key.default) ?? false; } };
+  const input = h('input', {
+    type: 'checkbox',
+    class: 'switch',
+    role: 'switch',
+    onchange: () => send(input.checked, false),
+  });
+  return {
+    element: input,
+    input,
+    show: (value) => {
+      input.checked = value ?? defaultOf(key.default) ?? false;
+    },
+  };
 }
 
 function choice(options, key, send) {
@@ -24,18 +35,29 @@ function choice(options, key, send) {
     if (value !== undefined && !names.includes(value)) names.push(value);
     const first = defaultOf(key.default);
     const label = typeof first === 'string' ? `${first} (default)` : 'default';
-    input.replaceChildren(h('option', { value: '', selected: value === undefined }, label),
-      ...names.filter((name) => name !== first || value === first).map((name) => h('option', { value: name, selected: name === value }, String(name))));
+    input.replaceChildren(
+      h('option', { value: '', selected: value === undefined }, label),
+      ...names
+        .filter((name) => name !== first || value === first)
+        .map((name) => h('option', { value: name, selected: name === value }, String(name))),
+    );
   };
   return { element: input, input, show };
 }
 
-const fieldNames = () => [...(store.describe?.fields ?? []).map((f) => f.name), ...(store.scene?.values.derive ?? []).map((d) => d.name)];
+const fieldNames = () => [
+  ...(store.describe?.fields ?? []).map((f) => f.name),
+  ...(store.scene?.values.derive ?? []).map((d) => d.name),
+];
 
 /** A free text; `read` turns it into a value or throws a sentence, `write` shows a value. */
 function text(key, send, read, write, attributes = {}) {
   const input = h('input', {
-    type: 'text', class: 'text', autocomplete: 'off', spellcheck: 'false', ...attributes,
+    type: 'text',
+    class: 'text',
+    autocomplete: 'off',
+    spellcheck: 'false',
+    ...attributes,
     onchange: () => {
       const typed = input.value.trim();
       try {
@@ -51,23 +73,34 @@ function text(key, send, read, write, attributes = {}) {
     },
   });
   const known = (key.default ?? '').replace(/`/g, '');
-  input.placeholder = known && known !== 'none' ? known : '';
-  return { element: input, input, show: (value) => { if (idle(input)) input.value = value === undefined ? '' : write(value); } };
+  input.placeholder = !known || known === 'none' ? '' : attributes.inputmode && known.length > 8 ? 'default' : known;
+  return {
+    element: input,
+    input,
+    show: (value) => {
+      if (idle(input)) input.value = value === undefined ? '' : write(value);
+    },
+  };
 }
 
 function number(section, key, send) {
   const isInteger = key.type.startsWith('integer');
   const read = (typed) => {
     const value = parse(typed);
-    if (!Number.isFinite(value) || (isInteger && !Number.isInteger(value))) throw new Error(`Expected ${isInteger ? 'an integer' : 'a number'}.`);
+    if (!Number.isFinite(value) || (isInteger && !Number.isInteger(value)))
+      throw new Error(`Expected ${isInteger ? 'an integer' : 'a number'}.`);
     return value;
   };
-  const box = text(key, send, read, (value) => plain(value, 7), { inputmode: isInteger ? 'numeric' : 'decimal', class: 'number' });
+  const box = text(key, send, read, (value) => plain(value, 7), {
+    inputmode: isInteger ? 'numeric' : 'decimal',
+    class: 'number',
+  });
   const slider = sliderOf(section, key);
   if (!slider) return box;
   const { low, high, isLog } = slider;
   const steps = 1000;
-  const to = (v) => (isLog ? Math.log(Math.max(v, low) / low) / Math.log(high / low) : (v - low) / (high - low)) * steps;
+  const to = (v) =>
+    (isLog ? Math.log(Math.max(v, low) / low) / Math.log(high / low) : (v - low) / (high - low)) * steps;
   const from = (p) => (isLog ? low * (high / low) ** (p / steps) : low + ((high - low) * p) / steps);
   const neat = (v) => {
     if (isInteger) return Math.round(v);
@@ -77,7 +110,11 @@ function number(section, key, send) {
   };
   const start = typeof defaultOf(key.default) === 'number' ? defaultOf(key.default) : undefined;
   const input = h('input', {
-    type: 'range', min: 0, max: steps, step: 'any', tabindex: 0,
+    type: 'range',
+    min: 0,
+    max: steps,
+    step: 'any',
+    tabindex: 0,
     oninput: () => {
       const value = neat(from(Number(input.value)));
       box.input.value = plain(value, 7);
@@ -115,10 +152,24 @@ function colour(key, send) {
     throw new Error('Expected a colour such as #ff8800 or steelblue.');
   };
   const box = text(key, send, read, String);
-  const well = h('input', { type: 'color', oninput: () => { box.input.value = well.value; send(well.value, true); } });
+  const well = h('input', {
+    type: 'color',
+    oninput: () => {
+      box.input.value = well.value;
+      send(well.value, true);
+    },
+  });
   box.input.setAttribute('aria-label', `${key.name}, as text`);
   const toggles = words.map((word) => {
-    const button = h('button', { type: 'button', class: 'word', onclick: () => send(button.getAttribute('aria-pressed') === 'true' ? null : word, false) }, word);
+    const button = h(
+      'button',
+      {
+        type: 'button',
+        class: 'word',
+        onclick: () => send(button.getAttribute('aria-pressed') === 'true' ? null : word, false),
+      },
+      word,
+    );
     return button;
   });
   const show = (value) => {
@@ -133,39 +184,75 @@ function colour(key, send) {
 
 /** A list of a known number of numbers, one input each. */
 function vector(names, key, send) {
-  const inputs = names.map((name) => h('input', {
-    type: 'text', inputmode: 'decimal', class: 'number', placeholder: name, 'aria-label': `${key.name}, ${name}`,
-    onchange: () => {
-      const values = inputs.map((input) => (input.value.trim() === '' ? NaN : parse(input.value)));
-      if (values.every(Number.isNaN)) send(null, false);
-      else if (values.every(Number.isFinite)) send(values, false);
-    },
-  }));
-  const show = (value) => inputs.forEach((input, i) => { if (idle(input)) input.value = Array.isArray(value) ? plain(value[i], 7) : ''; });
+  const inputs = names.map((name) =>
+    h('input', {
+      type: 'text',
+      inputmode: 'decimal',
+      class: 'number',
+      placeholder: name,
+      'aria-label': `${key.name}, ${name}`,
+      onchange: () => {
+        const values = inputs.map((input) => (input.value.trim() === '' ? NaN : parse(input.value)));
+        if (values.every(Number.isNaN)) send(null, false);
+        else if (values.every(Number.isFinite)) send(values, false);
+      },
+    }),
+  );
+  const show = (value) =>
+    inputs.forEach((input, i) => {
+      if (idle(input)) input.value = Array.isArray(value) ? plain(value[i], 7) : '';
+    });
   return { element: h('span', { class: 'vector' }, ...inputs), input: inputs[0], show };
 }
 
 function list(key, send, isText) {
   const read = (typed) => {
-    const items = typed.replace(/^\[|\]$/g, '').split(',').map((item) => item.trim().replace(/^["']|["']$/g, '')).filter(Boolean);
+    const items = typed
+      .replace(/^\[|\]$/g, '')
+      .split(',')
+      .map((item) => item.trim().replace(/^["']|["']$/g, ''))
+      .filter(Boolean);
     const values = isText ? items : items.map(parse);
     if (!isText && !values.every(Number.isFinite)) throw new Error('Expected numbers with commas between them.');
     return values;
   };
-  return text(key, send, read, (value) => [value].flat().map((item) => (isText ? item : plain(item, 7))).join(', '));
+  return text(key, send, read, (value) =>
+    [value]
+      .flat()
+      .map((item) => (isText ? item : plain(item, 7)))
+      .join(', '),
+  );
 }
 
 /** A text or an integer: numbers are sent as numbers. */
 function mixed(key, send) {
   const isWords = key.choices?.length > 0;
   const id = `choices-${key.name}-${Math.random().toString(36).slice(2)}`;
-  const box = text(key, send, (typed) => (/^-?\d+$/.test(typed) ? Number(typed) : typed), String, isWords ? { list: id } : {});
+  const box = text(
+    key,
+    send,
+    (typed) => (/^-?\d+$/.test(typed) ? Number(typed) : typed),
+    String,
+    isWords ? { list: id } : {},
+  );
   if (!isWords) return box;
-  return { ...box, element: h('span', { class: 'mixed' }, box.input, h('datalist', { id }, ...key.choices.map((word) => h('option', { value: word })))) };
+  return {
+    ...box,
+    element: h(
+      'span',
+      { class: 'mixed' },
+      box.input,
+      h('datalist', { id }, ...key.choices.map((word) => h('option', { value: word }))),
+    ),
+  };
 }
 
 function transferLink(path) {
-  const input = h('button', { type: 'button', onclick: () => emit('open-transfer', path().join('.')) }, 'Edit in Colour');
+  const input = h(
+    'button',
+    { type: 'button', onclick: () => emit('open-transfer', path().join('.')) },
+    'Edit in Colour',
+  );
   return { element: input, input, show: () => {} };
 }
 
@@ -191,4 +278,5 @@ export function makeWidget(section, key, path, send) {
 }
 
 /** A button that sets a key back to its default. */
-export const resetButton = (name, onclick) => iconButton('reset', `Set ${name} back to its default`, onclick, { class: 'icon-button reset' });
+export const resetButton = (name, onclick) =>
+  iconButton('reset', `Set ${name} back to its default`, onclick, { class: 'icon-button reset' });
