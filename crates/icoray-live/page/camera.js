@@ -44,7 +44,7 @@ export function cameraOf(scene) {
   }
   const seen = scene.camera?.eye;
   if ((!given || given.path) && seen) {
-    const keys = { distance: 'distance', drops: given?.path ? ['path'] : [] };
+    const keys = { distance: 'distance', drops: given?.path ? ['path'] : [], isWhole: true };
     return { kind: 'globe', ...lonLat(seen), distance: length(seen), fov, keys };
   }
   const own = given?.altitude !== undefined ? given.altitude + 1 : given?.distance;
@@ -113,10 +113,14 @@ export function zoomed(camera, factor) {
 export function centred(camera, lon, lat) {
   if (camera.kind === 'globe') return { ...camera, lon, lat: clamp(lat, -89.9, 89.9) };
   const { forward, eye } = axesOf(camera);
-  const hit = sphereHit(eye, forward, 1);
-  const middle = hit ? lonLat(hit) : lonLat(camera.target[0] || camera.target[1] ? camera.target : eye);
-  const east = ((lon - middle.lon + 540) % 360) - 180;
-  return turned(turned(camera, -east, 0), 0, -(lat - middle.lat));
+  const middle = unit(sphereHit(eye, forward, 1) ?? camera.target);
+  const goal = towards(lon, lat);
+  const axis = cross(middle, goal);
+  if (length(middle) < 0.5 || length(axis) < 1e-9) return camera;
+  const turn = (v) => turnedAbout(v, unit(axis), Math.atan2(length(axis), dot(middle, goal)));
+  const isUpright = length(cross(camera.up, [0, 0, 1])) < 1e-9;
+  const found = { ...camera, eye: turn(camera.eye), target: turn(camera.target) };
+  return isUpright ? found : { ...found, up: turn(camera.up) };
 }
 
 const neat = (x, digits) => Number(x.toFixed(digits));
@@ -131,7 +135,7 @@ export function changesOf(camera, before) {
   }
   const digits = camera.distance < 1.2 ? 4 : 2;
   const changes = camera.keys.drops.map((key) => at(key, null));
-  const isWhole = changes.length > 0;
+  const { isWhole } = camera.keys;
   if (isWhole || camera.lon !== before.lon) changes.push(at('lon', neat(camera.lon, digits)));
   if (isWhole || camera.lat !== before.lat) changes.push(at('lat', neat(camera.lat, digits)));
   if (isWhole || camera.distance !== before.distance) {

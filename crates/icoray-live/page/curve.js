@@ -12,7 +12,7 @@ const [TOP, BASE, BAR, LEFT] = [12, 138, 16, 12];
 
 /**
  * Builds the editor. `act` has `move(kind, index, value, opacity)`, `done()`, `add(value, opacity)`,
- * `remove(kind, index)` and `select(kind, index)`; kinds are `point`, `end` (of the range) and `marker` (an isosurface).
+ * `remove(kind, index)` and `select(kind, index)`. Kinds are `point`, `end` (of the range) and `marker` (an isosurface).
  */
 export function makeCurve(act) {
   const fillId = newId('gradient');

@@ -17,7 +17,7 @@ const LIST = [
     'On the picture',
     [
       ['Drag, Shift + arrows', 'turn'],
-      ['Wheel, Pinch, + and −', 'zoom'],
+      ['Wheel, Pinch, +, −', 'zoom'],
       ['Double click', 'centre'],
       ['Click', 'probe a pixel'],
       ['P', 'cross: arrow keys move it, Enter probes, C centres'],

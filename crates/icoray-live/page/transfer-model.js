@@ -54,7 +54,7 @@ export function targetsOf(scene) {
   }
   if (values.opacity && !values.volumes?.length) {
     found.push({
-      label: 'Opacity of the volume',
+      label: 'Opacity',
       path: ['opacity'],
       kind: 'opacity',
       field: values.opacity.field ?? first,

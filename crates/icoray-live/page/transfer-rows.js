@@ -64,7 +64,7 @@ export function makeRangeRow({ mode, fixed, percents }) {
       const values = now === 'fixed' ? range : found.percents;
       if (document.activeElement !== low) low.value = plain(values[0]);
       if (document.activeElement !== high) high.value = plain(values[1]);
-      note.textContent = now === 'fixed' ? '' : `percent: ${plain(range[0], 4)} to ${plain(range[1], 4)}`;
+      note.textContent = now === 'fixed' ? '' : `percent, now ${plain(range[0], 4)} to ${plain(range[1], 4)}`;
     },
   };
 }
