@@ -12,7 +12,8 @@ const [TOP, BASE, BAR, LEFT] = [12, 138, 16, 12];
 
 /**
  * Builds the editor. `act` has `move(kind, index, value, opacity)`, `done()`, `add(value, opacity)`,
- * `remove(kind, index)` and `select(kind, index)`. Kinds are `point`, `end` (of the range) and `marker` (an isosurface).
+ * `remove(kind, index)` and `select(kind, index)`. Kinds are `point`, `end` (of the range) and `marker` (of an
+ * isosurface).
  */
 export function makeCurve(act) {
   const fillId = newId('gradient');
@@ -143,6 +144,8 @@ export function makeCurve(act) {
       const group = set(handle(kind, index), {
         transform: `translate(${clampX(Number.isFinite(x) ? x : LEFT).toFixed(1)} ${y.toFixed(1)})`,
         'aria-label': label,
+        'aria-valuemin': state.histogram.range[0],
+        'aria-valuemax': state.histogram.range[1],
         'aria-valuenow': item.value,
         'aria-valuetext': describePoint(item, state.units),
         'data-outside': outside,

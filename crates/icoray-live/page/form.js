@@ -223,11 +223,17 @@ function filter(text) {
   }
 }
 
+let built = '';
+
 function build(describe) {
+  // A model that runs sends its description again for new times.
+  const sections = describe.sections.filter((section) => section.keys.length > 0);
+  const text = JSON.stringify(sections);
+  if (text === built) return;
+  built = text;
   const open = new Set(
     [...byId('keys').querySelectorAll('details[open] > summary .name')].map((name) => name.textContent),
   );
-  const sections = describe.sections.filter((section) => section.keys.length > 0);
   parts = [
     makeChips(sections),
     ...sections.map((section) => (section.is_list ? makeList(section) : makeTable(section))),

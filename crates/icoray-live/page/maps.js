@@ -52,7 +52,7 @@ export function makeSwatches(choose) {
     element,
     /** Shows the maps of the description, with the one chosen marked. */
     show(maps, name) {
-      if (shownFor !== maps) {
+      if (shownFor?.length !== maps.length) {
         shownFor = maps;
         swatches = maps.map((map) => {
           const strip = h('span', { class: 'strip' });

@@ -6,7 +6,7 @@ import { byId, h } from './dom.js';
 import { degrees, shown } from './format.js';
 import { plot } from './plot.js';
 import { emit, on, say, store } from './store.js';
-import { put } from './view.js';
+import { pictureBox, put } from './view.js';
 
 const mark = byId('mark');
 let running = null;
@@ -26,23 +26,30 @@ export function place(where) {
   return running.found;
 }
 
-/** Probes a place and shows the answer. */
-export async function ask(where) {
+const aspect = () => pictureBox().width / pictureBox().height;
+
+/** Puts the mark on the place that was probed, in a picture of another aspect too. */
+function putMark() {
+  if (last) put(mark, { x: 0.5 + ((last.where.x - 0.5) * last.aspect) / aspect(), y: last.where.y });
+}
+
+/** Probes a place and shows the answer; `isAgain` for the same place in a new picture. */
+export async function ask(where, isAgain = false) {
   const own = place(where);
-  put(mark, where);
+  if (!isAgain) put(mark, where);
   mark.hidden = false;
   const answer = await own;
   if (!answer || running.found !== own) return;
-  last = { answer, where };
+  last = { answer, where, aspect: aspect(), revision: store.frame?.revision };
   if (!answer.hit) {
     mark.hidden = true;
-    say('This pixel shows the background.', 'info');
-  } else {
+    if (!isAgain) say('This pixel shows the background.', 'info');
+  } else if (!isAgain) {
     const { lon, lat, value, units, field } = answer;
     say(`${field} ${shown(value)} ${units ?? ''} at ${degrees(lon, 'E', 'W')}, ${degrees(lat, 'N', 'S')}`, 'info');
   }
   show();
-  emit('probed', answer);
+  if (!isAgain) emit('probed', answer);
 }
 
 const row = (name, text, kind) => [h('dt', {}, name), h('dd', { class: kind }, text)];
@@ -128,5 +135,12 @@ export function start() {
   on('camera', () => {
     mark.hidden = true;
   });
-  on('resize', () => last && put(mark, last.where));
+  on('resize', putMark);
+  on('frame', (frame) => {
+    putMark();
+    const isNew = last && !mark.hidden && frame.revision !== last.revision;
+    if (isNew && !frame.is_moving && !frame.pending) {
+      ask({ x: 0.5 + ((last.where.x - 0.5) * last.aspect) / aspect(), y: last.where.y }, true);
+    }
+  });
 }

@@ -35,7 +35,8 @@ function merge(into, from) {
 export function move(changes, { time, stays = false } = {}) {
   const item = { changes, time, isMoving: true };
   moved = merge(moved ?? { changes: [] }, item);
-  setMoving(true);
+  if (!store.isMoving) emit('moving', true);
+  store.isMoving = true;
   push(item);
   clearTimeout(settling);
   if (!stays) settling = setTimeout(rest, REST);
@@ -74,12 +75,6 @@ function push(item) {
   if (!isSending) send();
 }
 
-function setMoving(isMoving) {
-  if (store.isMoving === isMoving) return;
-  store.isMoving = isMoving;
-  emit('moving', isMoving);
-}
-
 async function send() {
   isSending = true;
   while (waiting.length > 0) {
@@ -98,8 +93,11 @@ async function send() {
       if (!error.isGone) say(error.message, 'error');
     }
     if (!item.isMoving && waiting.length === 0 && !moved) {
-      setMoving(false);
+      // Panels show the scene again when it is read, not the one from before the movement.
+      const wasMoving = store.isMoving;
+      store.isMoving = false;
       await readScene().catch(() => {});
+      if (wasMoving && !store.isMoving) emit('moving', false);
     }
     item.resolve?.(isTaken);
   }

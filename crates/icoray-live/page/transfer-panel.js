@@ -81,7 +81,7 @@ export function makePanel(act) {
   const parts = [head, curve.element, pointRow.element, row, mapRows, extras.element];
   const none = [
     h('p', { class: 'hint' }, 'The scene shows no volume and no surface coloured by a field.'),
-    h('div', { class: 'buttons' }, button('Show a volume', act.showVolume)),
+    h('div', { class: 'buttons' }, button('Show a volume', act.showVolume), button('Show a surface', act.showSurface)),
   ];
 
   function put(wanted) {

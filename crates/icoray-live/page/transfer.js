@@ -40,6 +40,7 @@ const panel = makePanel({
   addIsosurface: () => change(newIsosurface(target.field, drawn, resolved)),
   addPoint: () => add((resolved.range[0] + resolved.range[1]) / 2),
   showVolume: () => change([{ path: ['transfer'], value: { map: 'viridis' } }]),
+  showSurface: () => change([{ path: ['surfaces', 0], value: { layer: 'bottom', field: store.scene.field } }]),
   whole: () => {
     isWhole = !isWhole;
     show();
