@@ -25,7 +25,7 @@ function makeRow(section, key, base) {
   const send = (value, isMoving) => {
     const changes = [{ path, value }];
     if (isMoving) move(changes);
-    else change(changes);
+    else change(changes).then((isTaken) => element.classList.toggle('is-refused', !isTaken));
   };
   const widget = makeWidget(section, key, () => path, send);
   const note = h('span', { id: `${id}-note`, hidden: true }, meaningOf(key));
