@@ -1,0 +1,60 @@
+// Pictures from the server: one request for the next picture is in flight at any time.
+'use strict';
+
+import { bytes } from './api.js';
+import { emit, readDescription, readScene, say, store } from './store.js';
+import { draw } from './view.js';
+
+const RETRY = 2000;
+const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+/** The header and the picture of an answer. */
+async function decode(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const meta = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  const png = new Blob([new Uint8Array(buffer, 4 + length)], { type: 'image/png' });
+  return { meta, bitmap: await createImageBitmap(png) };
+}
+
+/** Takes what the server knows that the page does not: steps of a model that runs, changes of another page. */
+async function follow(meta) {
+  const { describe, scene } = store;
+  if (describe?.live && meta.time >= describe.times.length) await readDescription();
+  if (scene && !store.isMoving && meta.revision !== scene.revision) await readScene();
+}
+
+/** Asks for pictures for ever. When the program has ended, tries again every two seconds. */
+export async function run() {
+  let number = 0;
+  let isGone = false;
+  for (;;) {
+    try {
+      if (isGone) {
+        await readDescription();
+        await readScene();
+        number = 0;
+        isGone = false;
+        say('The program answers again.', 'info');
+        emit('back');
+      }
+      const buffer = await bytes(`/api/frame?after=${number}`);
+      if (!buffer) continue;
+      const { meta, bitmap } = await decode(buffer);
+      number = meta.number;
+      store.frame = meta;
+      draw(bitmap, meta);
+      emit('frame', meta);
+      await follow(meta);
+    } catch (error) {
+      if (error.isGone && !isGone) {
+        isGone = true;
+        say(error.message, 'error');
+        emit('gone');
+      } else if (!error.isGone && error.message) {
+        say(error.message, 'error');
+      }
+      if (error.status === 401) return;
+      await wait(RETRY);
+    }
+  }
+}
