@@ -28,7 +28,8 @@ function show(frame) {
   byId('facts').replaceChildren(h('span', {}, h('span', {}, ...facts)));
   const left = frame.left_out ?? [];
   byId('left-out').hidden = left.length === 0;
-  byId('left-out').textContent = left.join('; ');
+  byId('left-out').textContent = `Left out: ${left.join('; ')}`;
+  byId('left-out').title = left.join('; ');
 }
 
 /** The status region: the sentence of the last call. */

@@ -8,10 +8,11 @@ import { draw } from './view.js';
 const RETRY = 2000;
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-/** The header and the picture of an answer. */
+/** The header and the picture of an answer; without a picture where the scene could not be drawn. */
 async function decode(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const meta = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  if (meta.failure) return { meta, bitmap: null };
   const png = new Blob([new Uint8Array(buffer, 4 + length)], { type: 'image/png' });
   return { meta, bitmap: await createImageBitmap(png) };
 }
@@ -41,6 +42,11 @@ export async function run() {
       if (!buffer) continue;
       const { meta, bitmap } = await decode(buffer);
       number = meta.number;
+      if (meta.failure) {
+        say(meta.failure, 'error');
+        await follow(meta);
+        continue;
+      }
       store.frame = meta;
       draw(bitmap, meta);
       emit('frame', meta);
