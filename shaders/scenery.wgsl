@@ -91,9 +91,23 @@ struct Isosurface {
 
 const OWN_FIELD: u32 = 0xFFFFFFFFu;
 
+// A transfer function with its field.
+struct VolumeMap {
+    // OWN_FIELD, or else its number in `fields`.
+    field: u32,
+    // In `spans`. None of a colour: then it is that of the volume's extinction.
+    first_span: u32,
+    span_count: u32,
+    // In `steps`.
+    first_step: u32,
+    @size(16) step_count: u32,
+}
+
 const MAX_CLIPS: u32 = 8u;
 const MAX_SURFACES: u32 = 8u;
-const MAX_FIELDS: u32 = 4u;
+const MAX_FIELDS: u32 = 8u;
+const MAX_VOLUMES: u32 = 4u;
+const MAX_MAPS: u32 = 2u * MAX_VOLUMES;
 
 struct Scenery {
     clips: array<Clip, MAX_CLIPS>,
@@ -101,11 +115,15 @@ struct Scenery {
     materials: array<Material, MAX_SURFACES>,
     isosurfaces: array<Isosurface, MAX_SURFACES>,
     fields: array<SceneField, MAX_FIELDS>,
+    // Of several volumes: those of the extinction and of the colour of the first one, and so on.
+    maps: array<VolumeMap, MAX_MAPS>,
     clip_count: u32,
     surface_layer_count: u32,
     isosurface_count: u32,
     // A surface is seen where more than this part of its light comes through.
     seen_above: f32,
+    // 0 where the scene has no more than the volume of the field.
+    volume_count: u32,
 }
 
 @group(2) @binding(1) var<uniform> scenery: Scenery;

@@ -3,7 +3,7 @@
 #![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};
-use icoray::device::{MAX_CLIPS, MAX_FIELDS, MAX_SURFACES};
+use icoray::device::{MAX_CLIPS, MAX_FIELDS, MAX_SURFACES, MAX_VOLUMES};
 
 /// Splits a double into the high and the low half of the shaders' `Wide`.
 pub fn halves(x: f64) -> [f32; 2] {
@@ -219,16 +219,31 @@ impl Isosurface {
 /// See `shaders/scenery.wgsl`.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
+pub struct VolumeMap {
+    pub field: u32,
+    pub first_span: u32,
+    pub span_count: u32,
+    pub first_step: u32,
+    pub step_count: u32,
+    pub padding: [u32; 3],
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct Scenery {
     pub clips: [Clip; MAX_CLIPS],
     pub surface_layers: [SurfaceLayer; MAX_SURFACES],
     pub materials: [Material; MAX_SURFACES],
     pub isosurfaces: [Isosurface; MAX_SURFACES],
     pub fields: [SceneField; MAX_FIELDS],
+    pub maps: [VolumeMap; 2 * MAX_VOLUMES],
     pub clip_count: u32,
     pub surface_layer_count: u32,
     pub isosurface_count: u32,
     pub seen_above: f32,
+    pub volume_count: u32,
+    pub padding: [u32; 3],
 }
 
 /// See `shaders/gradient.wgsl`.

@@ -1,9 +1,10 @@
 //! What a scene shows beside its volume, as shaders read it.
 
 use crate::bindings;
-use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, halves, halves3};
+use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, VolumeMap, halves, halves3};
 use crate::picture::Picture;
 use crate::pool::PooledBuffer;
+use crate::shader::Contents;
 use icoray::device::{self, ClipRegion, FallbackReason, FieldId, IsosurfacePaint, Job, Paint};
 
 /// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
@@ -30,18 +31,34 @@ impl SceneGroup {
     }
 }
 
-/// The spans of the transfer functions of surfaces, in the order of their materials.
-pub(crate) fn surface_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Span> {
+/// What the shader of a job's picture has code for.
+pub(crate) fn contents(job: &Job) -> Contents {
+    Contents { scenery: job.scenery().is_some(), volumes: job.scenery().map_or(0, |scenery| scenery.volumes.len()) }
+}
+
+/// The transfer functions of several volumes, in the order of `maps` of `shaders/scenery.wgsl`.
+fn volume_maps(scenery: &device::Scenery) -> impl Iterator<Item = Option<&device::VolumeMap>> {
+    scenery.volumes.iter().flat_map(|volume| [Some(&volume.extinction), volume.color.as_ref()])
+}
+
+/// The steps of the transfer functions of several volumes.
+pub(crate) fn volume_steps(job: &Job) -> impl Iterator<Item = [f32; 2]> {
+    job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| map.steps.iter().copied())
+}
+
+/// The spans of the transfer functions of surfaces, in the order of their materials, then those of several volumes.
+pub(crate) fn scenery_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Span> {
     let layers = job.scenery().into_iter().flat_map(|scenery| &scenery.surface_layers);
     let of_layers = layers.flat_map(|layer| &layer.materials).flat_map(|material| match &material.paint {
         Paint::Plain(_) => [].as_slice(),
         Paint::Field { spans, .. } => spans,
     });
     let isosurfaces = job.scenery().into_iter().flat_map(|scenery| &scenery.isosurfaces);
-    of_layers.chain(isosurfaces.flat_map(|surface| match &surface.paint {
+    let of_surfaces = of_layers.chain(isosurfaces.flat_map(|surface| match &surface.paint {
         IsosurfacePaint::Plain(_) => [].as_slice(),
         IsosurfacePaint::Field(colors) => &colors.spans,
-    }))
+    }));
+    of_surfaces.chain(job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| &map.spans))
 }
 
 /// The scenery of a job and the values of its surfaces.
@@ -92,6 +109,15 @@ impl SceneTables {
                     first_span += surface.span_count;
                 }
             }
+        }
+        scenery.volume_count = shown.volumes.len() as u32;
+        let mut first_step = job.steps().len() as u32;
+        for (map, shown) in scenery.maps.iter_mut().zip(volume_maps(shown)) {
+            let Some(shown) = shown else { continue };
+            let (span_count, step_count) = (shown.spans.len() as u32, shown.steps.len() as u32);
+            let field = number(shown.field);
+            *map = VolumeMap { field, first_span, span_count, first_step, step_count, padding: [0; 3] };
+            (first_span, first_step) = (first_span + span_count, first_step + step_count);
         }
         for (field, shown) in scenery.fields.iter_mut().zip(&shown.fields) {
             field.first_value = all.len() as u32;

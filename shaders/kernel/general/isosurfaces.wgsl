@@ -51,6 +51,17 @@ fn scene_field_chord(field: SceneField, column: Column, layer: u32, has_gradient
     return chord;
 }
 
+// Least and greatest of a field's values around a gap.
+fn scene_field_range(field: SceneField, column: Column, gap: u32) -> vec2f {
+    var range = vec2f(ENDLESS, -ENDLESS);
+    for (var k = 0u; k < 3u; k++) {
+        let at = field.first_value + column.cells[k] * params.layers + gap;
+        range.x = min(range.x, min(surface_values[at - 1u], surface_values[at]));
+        range.y = max(range.y, max(surface_values[at - 1u], surface_values[at]));
+    }
+    return range;
+}
+
 fn scene_gradient(field: SceneField, at: u32) -> vec3f {
     let first = field.first_gradient + 3u * at;
     return vec3f(surface_values[first], surface_values[first + 1u], surface_values[first + 2u]);

@@ -1,12 +1,13 @@
 //! What a scene shows beside its volume, for a device.
 
-use super::{ENDLESS, FallbackReason, Isosurface, SceneField, Span};
+use super::fields::FieldTable;
+use super::{ENDLESS, FallbackReason, Isosurface, MAX_VOLUMES, SceneField, SceneVolume, Span};
 use icoray_grid::array::MapInline;
 use icoray_grid::grid::unit_vector;
 use icoray_kernel::general;
-use icoray_kernel::general::{FieldSource, SurfaceHeight};
-use icoray_kernel::transfer::Spans;
-use icoray_scene::{Clip, Heights, Level, LonLatBox, Scene, Volume};
+use icoray_kernel::general::{FieldSource, KernelScene, SurfaceHeight};
+use icoray_kernel::transfer::{KernelKnot, Spans};
+use icoray_scene::{Clip, Heights, Level, LonLatBox, Scene};
 use rayon::prelude::*;
 
 /// Largest number of cuts that a device is given.
@@ -24,8 +25,34 @@ pub struct Scenery {
     pub surface_layers: Vec<SurfaceLayer>,
     /// Surfaces on which a field has one value.
     pub isosurfaces: Vec<Isosurface>,
-    /// The fields that isosurfaces need beside the volume's.
+    /// The volumes, where there are several or the only one's opacity is that of another field; else that of
+    /// [`Job::spans`](super::Job::spans) is the only one.
+    pub volumes: Vec<SceneVolume>,
+    /// The fields that volumes and isosurfaces need beside the job's.
     pub fields: Vec<SceneField>,
+}
+
+impl Scenery {
+    /// What a scene shows with these cuts between layers of a grid of so many cells. `knots` are those of the job's
+    /// transfer function, and `range` gives the least and the greatest value of each field.
+    ///
+    /// # Errors
+    /// A [`FallbackReason`] where that is not for devices.
+    pub(crate) fn new(
+        world: &KernelScene,
+        clips: Vec<ClipRegion>,
+        (size, knots): ((usize, usize), &[KernelKnot]),
+        is_lit: bool,
+        range: impl Fn(usize) -> Option<[f64; 2]>,
+    ) -> Result<Self, FallbackReason> {
+        let surface = |surface| SurfaceLayer::new(surface, &world.sources, size.0);
+        let surface_layers = world.surface_layers.iter().map(surface).collect::<Result<_, _>>()?;
+        let mut fields = FieldTable::new(world, Spans::<f32>::new(knots).range());
+        let volumes = SceneVolume::all(world, knots, &mut fields);
+        let surfaces = world.isosurfaces.iter();
+        let isosurfaces = surfaces.filter_map(|surface| Isosurface::new(surface, &mut fields, &range)).collect();
+        Ok(Scenery { clips, surface_layers, isosurfaces, volumes, fields: fields.fields(size, is_lit)? })
+    }
 }
 
 /// A layer with all surfaces on it.
@@ -98,11 +125,7 @@ impl SurfaceLayer {
     ///
     /// # Errors
     /// A [`FallbackReason`] where the surfaces lie between layers.
-    pub(crate) fn new(
-        surface: &general::SurfaceLayer,
-        sources: &[FieldSource],
-        cells: usize,
-    ) -> Result<Self, FallbackReason> {
+    fn new(surface: &general::SurfaceLayer, sources: &[FieldSource], cells: usize) -> Result<Self, FallbackReason> {
         let SurfaceHeight::Layer(layer) = surface.place else {
             return Err(FallbackReason::new("the scene shows surfaces at heights between its layers"));
         };
@@ -132,10 +155,8 @@ pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
     }
     let reason = if scenery.heights == Heights::Native {
         "the scene's layers lie at other heights in each column"
-    } else if scene.volumes.len() > 1 {
-        "the scene shows several volumes"
-    } else if matches!(scene.volumes.as_slice(), [Volume { opacity: Some(_), .. }]) {
-        "the opacity of the scene's volume is that of another field"
+    } else if scene.volumes.len() > MAX_VOLUMES {
+        return Some(format!("the scene shows {} volumes, expected at most {MAX_VOLUMES}", scene.volumes.len()));
     } else if scenery.lines.iter().any(|lines| lines.on != Level::Ground) {
         "the scene has lines on a layer"
     } else if scenery.clips.len() > MAX_CLIPS {
