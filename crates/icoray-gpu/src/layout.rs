@@ -165,6 +165,13 @@ pub struct SurfaceLayer {
     pub first_material: u32,
     pub material_count: u32,
     pub padding: u32,
+    pub radius: [f32; 2],
+    pub padding_b: [u32; 2],
+}
+
+impl SurfaceLayer {
+    /// `layer` of a sphere.
+    pub const AT_RADIUS: u32 = u32::MAX;
 }
 
 /// See `shaders/scenery.wgsl`.
@@ -177,6 +184,10 @@ pub struct Material {
     pub first_value: u32,
     pub first_span: u32,
     pub span_count: u32,
+    pub field: u32,
+    pub scale: f32,
+    pub shift: f32,
+    pub padding: u32,
 }
 
 impl Material {
@@ -184,6 +195,7 @@ impl Material {
     pub const PLAIN: u32 = 0;
     pub const FIELD: u32 = 1;
     pub const CELLS: u32 = 2;
+    pub const BETWEEN: u32 = 3;
 }
 
 /// See `shaders/scenery.wgsl`.
@@ -243,7 +255,8 @@ pub struct Scenery {
     pub isosurface_count: u32,
     pub seen_above: f32,
     pub volume_count: u32,
-    pub padding: [u32; 3],
+    pub sphere_count: u32,
+    pub padding: [u32; 2],
 }
 
 /// See `shaders/gradient.wgsl`.

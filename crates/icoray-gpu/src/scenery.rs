@@ -5,7 +5,9 @@ use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, VolumeMap, halv
 use crate::picture::Picture;
 use crate::pool::PooledBuffer;
 use crate::shader::Contents;
-use icoray::device::{self, ClipRegion, FallbackReason, FieldId, IsosurfacePaint, Job, Paint};
+use icoray::device::{
+    self, ClipRegion, ColorByField, FallbackReason, FieldId, IsosurfacePaint, Job, Paint, SurfacePlace,
+};
 
 /// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
 /// are submitted.
@@ -51,7 +53,7 @@ pub(crate) fn scenery_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device
     let layers = job.scenery().into_iter().flat_map(|scenery| &scenery.surface_layers);
     let of_layers = layers.flat_map(|layer| &layer.materials).flat_map(|material| match &material.paint {
         Paint::Plain(_) => [].as_slice(),
-        Paint::Field { spans, .. } => spans,
+        Paint::Field { spans, .. } | Paint::Between(ColorByField { spans, .. }) => spans,
     });
     let isosurfaces = job.scenery().into_iter().flat_map(|scenery| &scenery.isosurfaces);
     let of_surfaces = of_layers.chain(isosurfaces.flat_map(|surface| match &surface.paint {
@@ -76,11 +78,19 @@ impl SceneTables {
             ..Scenery::default()
         };
         scenery.clips.iter_mut().zip(&shown.clips).for_each(|(clip, region)| *clip = clip_of(region));
+        let number = |field: FieldId| field.map_or(layout::Isosurface::OWN_FIELD, |number| number as u32);
         let (mut all, mut materials) = (Vec::new(), scenery.materials.iter_mut());
         let (mut first_material, mut first_span) = (0, job.spans().len() as u32);
         for (layer, surface) in scenery.surface_layers.iter_mut().zip(&shown.surface_layers) {
             let material_count = surface.materials.len() as u32;
-            *layer = SurfaceLayer { layer: surface.layer as u32, first_material, material_count, padding: 0 };
+            *layer = SurfaceLayer { first_material, material_count, ..SurfaceLayer::default() };
+            match surface.place {
+                SurfacePlace::Layer(number) => layer.layer = number as u32,
+                SurfacePlace::Radius(radius) => {
+                    (layer.layer, layer.radius) = (SurfaceLayer::AT_RADIUS, halves(radius));
+                    scenery.sphere_count += 1;
+                }
+            }
             first_material += material_count;
             for (shown, material) in surface.materials.iter().zip(materials.by_ref()) {
                 material.opacity = shown.opacity;
@@ -93,11 +103,16 @@ impl SceneTables {
                         first_span += material.span_count;
                         all.extend_from_slice(values);
                     }
+                    Paint::Between(colors) => {
+                        (material.kind, material.field) = (Material::BETWEEN, number(colors.field));
+                        (material.first_span, material.span_count) = (first_span, colors.spans.len() as u32);
+                        [material.scale, material.shift] = colors.to_spans;
+                        first_span += material.span_count;
+                    }
                 }
             }
         }
         scenery.isosurface_count = shown.isosurfaces.len() as u32;
-        let number = |field: FieldId| field.map_or(layout::Isosurface::OWN_FIELD, |number| number as u32);
         for (surface, shown) in scenery.isosurfaces.iter_mut().zip(&shown.isosurfaces) {
             (surface.opacity, surface.value, surface.field) = (shown.opacity, shown.value, number(shown.field));
             match &shown.paint {

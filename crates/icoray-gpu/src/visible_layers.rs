@@ -1,6 +1,6 @@
 //! The layers of a field between which anything is visible.
 
-use icoray::device::{ColorByField, Isosurface, IsosurfacePaint, Job, Scenery, Span};
+use icoray::device::{ColorByField, Isosurface, IsosurfacePaint, Job, Scenery, Span, SurfaceLayer, SurfacePlace};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -34,7 +34,12 @@ pub(crate) fn needs_all_layers(job: &Job) -> bool {
         let is_painted = matches!(&surface.paint, IsosurfacePaint::Field(ColorByField { field: None, .. }));
         surface.field.is_none() || is_painted
     };
-    let needs = |scenery: &Scenery| !scenery.volumes.is_empty() || scenery.isosurfaces.iter().any(is_of_own);
+    let is_between = |surface: &SurfaceLayer| matches!(surface.place, SurfacePlace::Radius(_));
+    let needs = |scenery: &Scenery| {
+        !scenery.volumes.is_empty()
+            || scenery.isosurfaces.iter().any(is_of_own)
+            || scenery.surface_layers.iter().any(is_between)
+    };
     job.scenery().is_some_and(needs)
 }
 

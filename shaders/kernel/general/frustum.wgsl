@@ -115,7 +115,7 @@ fn scene_cut_face(column: Column, bases: array<Base, 3>, way: GapWay, own: Field
         let t = wide_add(column.entry.t, wide((way.a.u + from_ * way.part) * length));
         scene_boundary(BOUNDARY_CUT_FACE, alpha, t);
     }
-    ray_scene.is_cut = !is_face && crossing_count == 0u;
+    ray_scene.is_cut = !is_face && crossing_count + scenery.sphere_count == 0u;
 }
 
 // Volumes and isosurfaces in a frustum, as far as they are shown; true where the ray ends. Without values `own` is not
@@ -137,7 +137,11 @@ fn scene_frustum(
     var is_over = false;
     while !is_over {
         if shown_to > 0.0 && next < crossing_count && crossings[next].u <= start {
-            is_over = scene_isosurface(ray, light, crossings[next], column, way, own);
+            if crossings[next].surface < MAX_SURFACES {
+                is_over = scene_isosurface(ray, light, crossings[next], column, way, own);
+            } else {
+                is_over = scene_sphere(ray, light, line, crossings[next], column, way, own);
+            }
             next++;
         } else if start < shown_to {
             var end = shown_to;
@@ -198,6 +202,58 @@ fn scene_isosurface(
     return scene_ends(ray, light);
 }
 
+// A sphere between layers that the ray meets; true where it ends.
+fn scene_sphere(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Radiance>,
+    line: RayLine,
+    crossing: IsosurfaceCrossing,
+    column: Column,
+    way: GapWay,
+    own: FieldSegment,
+) -> bool {
+    let length = wide_apart(column.exit.t, column.entry.t);
+    let t = wide_add(column.entry.t, wide((way.a.u + crossing.u * way.part) * length));
+    var body = 1.0;
+    if IS_LIT {
+        body = surface_body((*ray).shading, normalize(ray_line_position(line, t).hi));
+    }
+    let number = crossing.surface - MAX_SURFACES;
+    let surface = scenery.surface_layers[number];
+    var here = radiance_none();
+    var painted = 0u;
+    for (var m = 0u; m < surface.material_count; m++) {
+        let material = scenery.materials[surface.first_material + m];
+        var color = SurfaceColor(material.color, 0.0, true);
+        if material.kind == MATERIAL_BETWEEN {
+            let map = vec2u(material.first_span, material.span_count);
+            let to_spans = vec2f(material.scale, material.shift);
+            color = frustum_color(material.field, map, to_spans, crossing.u, column, way, own);
+        }
+        if color.is_there {
+            painted |= 1u << m;
+            scene_coat(&here, material, color, body);
+        }
+    }
+    if painted != 0u {
+        // Matter that is before the surface where it may be behind.
+        let depth = crossing.off * own.segment.length * volumes_extinction(own, crossing.u);
+        let shifted = here.alpha * absorbed_by(depth);
+        here.variance += shifted * shifted;
+        scene_boundary(boundary_surface_layer(number, painted), (*light).alpha, t);
+        radiance_over(light, here);
+    }
+    return scene_ends(ray, light);
+}
+
+// Adds a surface of this colour, lit by `body`, behind those that are in `here`.
+fn scene_coat(here: ptr<function, Radiance>, material: Material, color: SurfaceColor, body: f32) {
+    var coat = radiance_plain(color.color * body, material.opacity);
+    let off = material.opacity * (body * color.off + 4.0 * ROUNDING);
+    coat.variance = off * off;
+    radiance_over(here, coat);
+}
+
 // A fraction of a segment, and the value there.
 fn segment_place(segment: Segment, u: f32) -> vec2f {
     if u >= 1.0 {
@@ -255,10 +311,7 @@ fn scene_layer(
             let color = material_on_layer(material, column, at.tau);
             if color.is_there {
                 painted |= 1u << m;
-                var coat = radiance_plain(color.color * body, material.opacity);
-                let off = material.opacity * (body * color.off + 4.0 * ROUNDING);
-                coat.variance = off * off;
-                radiance_over(&here, coat);
+                scene_coat(&here, material, color, body);
             }
         }
         if painted != 0u {

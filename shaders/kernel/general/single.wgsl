@@ -6,7 +6,7 @@
 
 // Whether a frustum without values of the volume's field has nothing else to show.
 fn volumes_skip(is_void: bool) -> bool {
-    return is_void && scenery.isosurface_count == 0u;
+    return is_void && scenery.isosurface_count + scenery.sphere_count == 0u;
 }
 
 // The ray enters a frustum that is not cut away as a whole; true where it has no volume.

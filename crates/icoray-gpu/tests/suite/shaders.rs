@@ -138,13 +138,14 @@ fn structs_have_the_same_layout_in_rust_and_wgsl() {
     same_layout!(&picture, Pixel: red green blue alpha error variance columns frusta void_frusta order nearness);
     same_layout!(&scene, Clip: towards_hi distance_hi towards_lo distance_lo west east inner outer south north
         first_layer last_layer kind cuts_inside);
-    same_layout!(&scene, SurfaceLayer: layer first_material material_count padding);
-    same_layout!(&scene, Material: color opacity kind first_value first_span span_count);
+    same_layout!(&scene, SurfaceLayer: layer first_material material_count padding radius padding_b);
+    same_layout!(&scene, Material: color opacity kind first_value first_span span_count field scale shift
+        padding);
     same_layout!(&scene, SceneField: first_value first_gradient padding);
     same_layout!(&scene, Isosurface: color opacity value field kind color_field first_span span_count scale shift);
     same_layout!(&scene, VolumeMap: field first_span span_count first_step step_count);
     same_layout!(&scene, Scenery: clips surface_layers materials isosurfaces fields maps clip_count surface_layer_count
-        isosurface_count seen_above volume_count);
+        isosurface_count seen_above volume_count sphere_count);
     same_layout!(&gradient, Around: first columns row);
     same_layout!(&parts, Part: middle reach lowest_hi lowest_lo max_fragments);
     same_layout!(&parts, Fragment: ray entry_hi entry_lo exit_hi exit_lo red green blue alpha error variance);
@@ -187,6 +188,8 @@ fn constants_are_those_of_rust() {
         ("MATERIAL_PLAIN", Material::PLAIN),
         ("MATERIAL_FIELD", Material::FIELD),
         ("MATERIAL_CELLS", Material::CELLS),
+        ("MATERIAL_BETWEEN", Material::BETWEEN),
+        ("AT_RADIUS", SurfaceLayer::AT_RADIUS),
     ] {
         assert_eq!(constant(scene, name), f64::from(value), "{name}");
     }

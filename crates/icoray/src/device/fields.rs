@@ -47,7 +47,9 @@ impl Normal {
 /// Collects the fields that a scene needs.
 pub(super) struct FieldTable<'w, 'f> {
     pub world: &'w KernelScene<'f>,
-    own: Option<Normal>,
+    own: Normal,
+    /// Whether a volume shows it in this range.
+    is_shown: bool,
     others: Vec<Normal>,
 }
 
@@ -57,13 +59,13 @@ impl<'w, 'f> FieldTable<'w, 'f> {
         let own = Normal { source: 0, low, width: high - low };
         let is_shown =
             world.media.iter().any(|medium| [&medium.color, &medium.extinction].map(Normal::of_map).contains(&own));
-        FieldTable { world, own: is_shown.then_some(own), others: Vec::new() }
+        FieldTable { world, own, is_shown, others: Vec::new() }
     }
 
     /// The field of a transfer function, normalised to the range of its knots.
     pub fn of_map(&mut self, map: &TransferMap) -> FieldId {
         let normal = Normal::of_map(map);
-        if self.own.as_ref() == Some(&normal) {
+        if self.own == normal {
             return None;
         }
         let known = self.others.iter().position(|other| *other == normal);
@@ -72,7 +74,7 @@ impl<'w, 'f> FieldTable<'w, 'f> {
 
     /// A field in whatever range; `range` gives its least and greatest value.
     pub fn of_source(&mut self, source: usize, range: &impl Fn(usize) -> Option<[f64; 2]>) -> FieldId {
-        if self.own.as_ref().is_some_and(|own| own.source == source) {
+        if self.is_shown && self.own.source == source {
             return None;
         }
         let known = self.others.iter().position(|other| other.source == source);
@@ -89,8 +91,8 @@ impl<'w, 'f> FieldTable<'w, 'f> {
     }
 
     /// The range of a field.
-    pub fn normal(&self, id: FieldId) -> Option<&Normal> {
-        id.map_or(self.own.as_ref(), |number| self.others.get(number))
+    pub fn normal(&self, id: FieldId) -> &Normal {
+        id.map_or(&self.own, |number| &self.others[number])
     }
 
     /// The fields beside that of the job, with the gradients of those that are lit.

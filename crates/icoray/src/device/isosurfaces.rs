@@ -39,25 +39,33 @@ pub struct ColorByField {
     pub to_spans: [f32; 2],
 }
 
+impl ColorByField {
+    /// The colours of a transfer function.
+    pub(super) fn new(
+        map: &general::TransferMap,
+        fields: &mut FieldTable,
+        range: &impl Fn(usize) -> Option<[f64; 2]>,
+    ) -> Self {
+        let field = fields.of_source(map.source, range);
+        let Normal { low, width, .. } = *fields.normal(field);
+        let to_spans = [(width * map.scale()) as f32, map.normal(low) as f32];
+        ColorByField { field, spans: Spans::new(map.knots()).all().to_vec(), to_spans }
+    }
+}
+
 impl Isosurface {
     /// A surface of the general kernel; `range` gives the least and the greatest value of each field.
     pub(super) fn new(
         surface: &general::Isosurface,
         fields: &mut FieldTable,
         range: &impl Fn(usize) -> Option<[f64; 2]>,
-    ) -> Option<Self> {
+    ) -> Self {
         let field = fields.of_source(surface.source, range);
-        let value = fields.normal(field)?.of(surface.value) as f32;
+        let value = fields.normal(field).of(surface.value) as f32;
         let paint = match &surface.material {
             general::Material::Plain(color) => IsosurfacePaint::Plain(color.map_inline(|c| c as f32)),
-            general::Material::By { map, .. } => {
-                let field = fields.of_source(map.source, range);
-                let Normal { low, width, .. } = *fields.normal(field)?;
-                let spans = Spans::new(map.knots()).all().to_vec();
-                let to_spans = [(width * map.scale()) as f32, map.normal(low) as f32];
-                IsosurfacePaint::Field(ColorByField { field, spans, to_spans })
-            }
+            general::Material::By { map, .. } => IsosurfacePaint::Field(ColorByField::new(map, fields, range)),
         };
-        Some(Isosurface { field, value, opacity: surface.opacity as f32, paint })
+        Isosurface { field, value, opacity: surface.opacity as f32, paint }
     }
 }

@@ -21,7 +21,7 @@ pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
 pub use job::{Content, Job};
 pub use light::Shading;
 pub(crate) use scenery::unsupported;
-pub use scenery::{ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, Paint, Scenery, SurfaceLayer};
+pub use scenery::{ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, Paint, Scenery, SurfaceLayer, SurfacePlace};
 pub use tables::{BudgetTable, Span, Tables, locate};
 pub use volumes::{MAX_VOLUMES, SceneVolume, VolumeMap};
 

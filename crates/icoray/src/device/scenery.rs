@@ -1,7 +1,7 @@
 //! What a scene shows beside its volume, for a device.
 
 use super::fields::FieldTable;
-use super::{ENDLESS, FallbackReason, Isosurface, MAX_VOLUMES, SceneField, SceneVolume, Span};
+use super::{ColorByField, ENDLESS, FallbackReason, Isosurface, MAX_VOLUMES, SceneField, SceneVolume, Span};
 use icoray_grid::array::MapInline;
 use icoray_grid::grid::unit_vector;
 use icoray_kernel::general;
@@ -21,7 +21,7 @@ pub const MAX_SURFACES: usize = 8;
 pub struct Scenery {
     /// The cuts.
     pub clips: Vec<ClipRegion>,
-    /// The layers with surfaces on them.
+    /// The layers and spheres with surfaces on them.
     pub surface_layers: Vec<SurfaceLayer>,
     /// Surfaces on which a field has one value.
     pub isosurfaces: Vec<Isosurface>,
@@ -45,21 +45,30 @@ impl Scenery {
         is_lit: bool,
         range: impl Fn(usize) -> Option<[f64; 2]>,
     ) -> Result<Self, FallbackReason> {
-        let surface = |surface| SurfaceLayer::new(surface, &world.sources, size.0);
-        let surface_layers = world.surface_layers.iter().map(surface).collect::<Result<_, _>>()?;
         let mut fields = FieldTable::new(world, Spans::<f32>::new(knots).range());
         let volumes = SceneVolume::all(world, knots, &mut fields);
+        let surface = |surface| SurfaceLayer::new(surface, (&world.sources, size.0), &mut fields, &range);
+        let surface_layers = world.surface_layers.iter().map(surface).collect();
         let surfaces = world.isosurfaces.iter();
-        let isosurfaces = surfaces.filter_map(|surface| Isosurface::new(surface, &mut fields, &range)).collect();
+        let isosurfaces = surfaces.map(|surface| Isosurface::new(surface, &mut fields, &range)).collect();
         Ok(Scenery { clips, surface_layers, isosurfaces, volumes, fields: fields.fields(size, is_lit)? })
     }
 }
 
-/// A layer with all surfaces on it.
+/// Where surfaces lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SurfacePlace {
+    /// On a layer, counted from the innermost.
+    Layer(usize),
+    /// Between layers, at this radius in planet radii.
+    Radius(f64),
+}
+
+/// A layer or a sphere with all surfaces on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceLayer {
-    /// The number of the layer, counted from the innermost.
-    pub layer: usize,
+    /// Where it lies.
+    pub place: SurfacePlace,
     /// The surfaces, the first in front.
     pub materials: Vec<Material>,
 }
@@ -87,6 +96,8 @@ pub enum Paint {
         /// Whether a cell has one colour all over.
         by_cell: bool,
     },
+    /// The colours of a field's values between layers.
+    Between(ColorByField),
 }
 
 /// A cut: where all of its conditions hold.
@@ -121,29 +132,36 @@ impl ClipRegion {
 }
 
 impl SurfaceLayer {
-    /// A layer of the general kernel on a grid of so many cells.
-    ///
-    /// # Errors
-    /// A [`FallbackReason`] where the surfaces lie between layers.
-    fn new(surface: &general::SurfaceLayer, sources: &[FieldSource], cells: usize) -> Result<Self, FallbackReason> {
-        let SurfaceHeight::Layer(layer) = surface.place else {
-            return Err(FallbackReason::new("the scene shows surfaces at heights between its layers"));
+    /// A layer of the general kernel, on a grid of so many cells; `range` gives the least and the greatest value of each
+    /// field.
+    fn new(
+        surface: &general::SurfaceLayer,
+        (sources, cells): (&[FieldSource], usize),
+        fields: &mut FieldTable,
+        range: &impl Fn(usize) -> Option<[f64; 2]>,
+    ) -> Self {
+        let mut paint = |material: &general::Material| match (material, surface.place) {
+            (general::Material::Plain(color), _) => Paint::Plain(color.map_inline(|c| c as f32)),
+            (general::Material::By { map, by_cell }, SurfaceHeight::Layer(layer)) => {
+                let source = &sources[map.source];
+                // A cell is a triangle of three alike.
+                let value = |cell: u32| map.normal(source.at([cell; 3], layer)[0]);
+                let value = |cell| if value(cell).is_finite() { value(cell) as f32 } else { ENDLESS };
+                let values = (0..cells as u32).into_par_iter().map(value).collect();
+                Paint::Field { spans: Spans::new(map.knots()).all().to_vec(), values, by_cell: *by_cell }
+            }
+            (general::Material::By { map, .. }, SurfaceHeight::Radius(_)) => {
+                Paint::Between(ColorByField::new(map, fields, range))
+            }
         };
-        let material = |(material, opacity): &(general::Material, f64)| {
-            let paint = match material {
-                general::Material::Plain(color) => Paint::Plain(color.map_inline(|c| c as f32)),
-                general::Material::By { map, by_cell } => {
-                    let source = &sources[map.source];
-                    // A cell is a triangle of three alike.
-                    let value = |cell: u32| map.normal(source.at([cell; 3], layer)[0]);
-                    let value = |cell| if value(cell).is_finite() { value(cell) as f32 } else { ENDLESS };
-                    let values = (0..cells as u32).into_par_iter().map(value).collect();
-                    Paint::Field { spans: Spans::new(map.knots()).all().to_vec(), values, by_cell: *by_cell }
-                }
-            };
-            Material { opacity: *opacity as f32, paint }
+        let materials = surface.materials.iter();
+        let materials =
+            materials.map(|(material, opacity)| Material { opacity: *opacity as f32, paint: paint(material) });
+        let place = match surface.place {
+            SurfaceHeight::Layer(layer) => SurfacePlace::Layer(layer),
+            SurfaceHeight::Radius(radius) => SurfacePlace::Radius(radius),
         };
-        Ok(SurfaceLayer { layer, materials: surface.materials.iter().map(material).collect() })
+        SurfaceLayer { place, materials: materials.collect() }
     }
 }
 

@@ -29,6 +29,8 @@ const OWN_ISO: &str = "[[isosurfaces]]\nfield = \"f\"\nvalues = [-0.35, 0.4]\nco
 const SURFACE: &str = "[[surfaces]]\nlayer = 3\nfield = \"g\"\nopacity = 0.5\n\
     transfer = { map = \"magma\", range = [-0.9, 0.9] }\n";
 
+const HIGH: &str = "[[surfaces]]\nheight_m = 8000\ncolor = \"#80a060\"\nopacity = 0.4\n";
+
 const SCENES: [(&str, &[&str]); 10] = [
     ("two", &[ONE, OTHER]),
     ("thin", &[THIN, OTHER]),
@@ -39,7 +41,7 @@ const SCENES: [(&str, &[&str]); 10] = [
     ("first one clear", &[CLEAR, OTHER, THIN]),
     ("four", &[ONE, OTHER, BY_OTHER, THIN]),
     ("cut, with an isosurface", &[ONE, OTHER, REGION, ISO]),
-    ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE]),
+    ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE, HIGH]),
 ];
 
 fn scene_of(camera: &str, contents: &[&str], rest: &str, light: &str) -> Scene {
@@ -123,7 +125,7 @@ fn edges_of_several_volumes() {
     let (grid, layers, second): (Grid, _, _) = (sphere.grid(), &sphere.layers, second(&sphere));
     let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&second, THICK_M.len()))]);
     for (what, contents) in
-        [("cut", [ONE, OTHER, REGION].as_slice()), ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE])]
+        [("cut", [ONE, OTHER, REGION].as_slice()), ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE, HIGH])]
     {
         compare_edges(what, &scene_of(FAR, contents, CORES[0], ""), (&grid, layers), fields);
     }
