@@ -38,7 +38,8 @@ fn picture(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id
     if !traced.is_met {
         error = MISSED;
     }
-    if is_lost || (IS_LIT && !are_loops_whole()) {
+#single     if is_lost || (IS_LIT && !are_loops_whole()) {
+#several     if is_lost || !are_loops_whole() {
         error = LOST;
     }
     pixels[piece.first + id.y * piece.stride + id.x] = Pixel(

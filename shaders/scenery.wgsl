@@ -32,13 +32,18 @@ const HAS_LONGITUDES: u32 = 8u;
 // The box is wider than half a turn.
 const IS_WIDE: u32 = 16u;
 
-// A layer with surfaces on it: the first in front.
+// A layer with surfaces on it, or a sphere: the first in front.
 struct SurfaceLayer {
+    // AT_RADIUS for a sphere.
     layer: u32,
     first_material: u32,
     material_count: u32,
     padding: u32,
+    radius: vec2f,
+    padding_b: vec2u,
 }
+
+const AT_RADIUS: u32 = 0xFFFFFFFFu;
 
 // Colours of a surface.
 struct Material {
@@ -52,6 +57,12 @@ struct Material {
     // The spans of its transfer function in `spans`.
     first_span: u32,
     span_count: u32,
+    // Of MATERIAL_BETWEEN: the field, OWN_FIELD or its number in `fields`, and from its normalised value to that of the
+    // spans.
+    field: u32,
+    scale: f32,
+    shift: f32,
+    padding: u32,
 }
 
 const MATERIAL_PLAIN: u32 = 0u;
@@ -59,6 +70,8 @@ const MATERIAL_PLAIN: u32 = 0u;
 const MATERIAL_FIELD: u32 = 1u;
 // Each cell has one colour.
 const MATERIAL_CELLS: u32 = 2u;
+// Colours of values that are interpolated between layers.
+const MATERIAL_BETWEEN: u32 = 3u;
 
 // A field beside the volume's.
 struct SceneField {
@@ -91,9 +104,23 @@ struct Isosurface {
 
 const OWN_FIELD: u32 = 0xFFFFFFFFu;
 
+// A transfer function with its field.
+struct VolumeMap {
+    // OWN_FIELD, or else its number in `fields`.
+    field: u32,
+    // In `spans`. None of a colour: then it is that of the volume's extinction.
+    first_span: u32,
+    span_count: u32,
+    // In `steps`.
+    first_step: u32,
+    @size(16) step_count: u32,
+}
+
 const MAX_CLIPS: u32 = 8u;
 const MAX_SURFACES: u32 = 8u;
-const MAX_FIELDS: u32 = 4u;
+const MAX_FIELDS: u32 = 8u;
+const MAX_VOLUMES: u32 = 4u;
+const MAX_MAPS: u32 = 2u * MAX_VOLUMES;
 
 struct Scenery {
     clips: array<Clip, MAX_CLIPS>,
@@ -101,11 +128,17 @@ struct Scenery {
     materials: array<Material, MAX_SURFACES>,
     isosurfaces: array<Isosurface, MAX_SURFACES>,
     fields: array<SceneField, MAX_FIELDS>,
+    // Of several volumes: those of the extinction and of the colour of the first one, and so on.
+    maps: array<VolumeMap, MAX_MAPS>,
     clip_count: u32,
     surface_layer_count: u32,
     isosurface_count: u32,
     // A surface is seen where more than this part of its light comes through.
     seen_above: f32,
+    // 0 where the scene has no more than the volume of the field.
+    volume_count: u32,
+    // The number of spheres among `surface_layers`.
+    sphere_count: u32,
 }
 
 @group(2) @binding(1) var<uniform> scenery: Scenery;

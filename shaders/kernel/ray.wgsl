@@ -128,7 +128,7 @@ fn cross(
 #scene             let is_hidden = scene_hides(line, column, way);
 #scene             let is_void = at_a.is_void || at_b.is_void;
 #plain             if at_a.is_void || at_b.is_void {
-#scene             if is_void && scenery.isosurface_count == 0u {
+#scene             if volumes_skip(is_void) {
                 (*ray).frusta++;
 #plain                 (*ray).void_frusta++;
 #scene                 (*ray).void_frusta += select(1u, 0u, is_hidden);
@@ -145,8 +145,10 @@ fn cross(
                     interpolant = frustum_interpolant_over(at_a, at_b, a.tau, b.tau, eps);
                 }
 #plain                 if frustum(ray, light, segment, interpolant) {
-#scene                 (*ray).void_frusta += select(0u, 1u, is_void && !is_hidden);
 #scene                 let own = FieldSegment(segment, interpolant, !is_void);
+#scene                 if !is_hidden && volumes_enter(column, way, own) {
+#scene                     (*ray).void_frusta++;
+#scene                 }
 #scene                 if scene_frustum(ray, light, line, column, bases, way, own) {
                     return true;
                 }
@@ -255,7 +257,7 @@ fn frustum(ray: ptr<function, Ray>, light: ptr<function, Radiance>, segment: Seg
     (*ray).span = k;
     (*ray).is_in_span = true;
     if HAS_STEPS {
-        near_steps(light, segment);
+        near_steps(light, segment, 0u, params.steps, 0.0);
     }
     let through = 1.0 - (*light).alpha;
     if through > ray_min_transmittance(ray) * 1.001 + 2.0 * ROUNDING {
@@ -348,7 +350,8 @@ fn piece(
     (*light).variance += off * off;
 }
 
-fn near_steps(light: ptr<function, Radiance>, segment: Segment) {
+// The `count` steps from `first` on, of which none counts as having less extinction than `least`.
+fn near_steps(light: ptr<function, Radiance>, segment: Segment, first: u32, count: u32, least: f32) {
     let steep = abs(segment.f1 - segment.f0) + abs(segment.kappa);
     if steep == 0.0 {
         return;
@@ -366,9 +369,9 @@ fn near_steps(light: ptr<function, Radiance>, segment: Segment) {
             extreme = select(segment.f0, segment.f1, i == 1u);
             part = select(at_ends.x, at_ends.y, i == 1u);
         }
-        for (var j = 0u; j < params.steps && steps[j].value <= extreme + reach; j++) {
+        for (var j = first; j < first + count && steps[j].value <= extreme + reach; j++) {
             if steps[j].value >= extreme - reach {
-                let beyond = absorbed_by(segment.length * part * steps[j].extinction);
+                let beyond = absorbed_by(segment.length * part * max(steps[j].extinction, least));
                 (*light).error += (1.0 - (*light).alpha) * beyond;
             }
         }

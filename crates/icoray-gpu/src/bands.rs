@@ -8,6 +8,7 @@ use crate::pieces::pieces;
 use crate::pipelines::dispatch;
 use crate::pool::PooledBuffer;
 use crate::readback::Readback;
+use crate::scenery::contents;
 use crate::timestamps::Timestamps;
 use icoray::device::{FallbackReason, Rect};
 use std::ops::Range;
@@ -55,11 +56,13 @@ impl<'b> Bands<'b> {
     ) -> Result<Self, FallbackReason> {
         let (ctx, pipelines) = (picture.ctx, picture.pipelines);
         // A band whose fragments exceed their buffer is traced twice.
-        let (shader, label, ray_bytes, runs) = match (in_parts, picture.job.scenery()) {
-            (true, _) => (("parts", &pipelines.parts), "rays through a part", size_of::<Passed>(), 2),
-            (false, None) => (("picture", &pipelines.picture), "pixels", size_of::<Pixel>(), 1),
-            (false, Some(_)) => (("scene", &pipelines.scene), "pixels", size_of::<Pixel>(), 1),
+        let contents = contents(picture.job);
+        let (name, group, label, ray_bytes, runs) = match (in_parts, contents.scenery) {
+            (true, _) => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
+            (false, false) => ("picture", &pipelines.picture, "pixels", size_of::<Pixel>(), 1),
+            (false, true) => ("picture", &pipelines.scene, "pixels", size_of::<Pixel>(), 1),
         };
+        let shader = (name, contents, group);
         let constants = [picture.constants(in_parts), field.constants()].concat();
         let pipeline = pipelines.get(ctx, shader, field.layout.pages, constants)?;
         let params = field.params(picture);

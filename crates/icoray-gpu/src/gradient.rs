@@ -7,6 +7,7 @@ use crate::layout::Around;
 use crate::picture::Picture;
 use crate::pipelines::dispatch;
 use crate::pool::PooledBuffer;
+use crate::shader::Contents;
 use icoray::device::FallbackReason;
 use wgpu::BufferUsages;
 
@@ -18,7 +19,8 @@ const WORKGROUP: u32 = 64;
 pub(crate) fn submit(picture: &Picture, field: &DeviceField, rests: &[PooledBuffer]) -> Result<u64, FallbackReason> {
     let (ctx, pipelines, cells) = (picture.ctx, picture.pipelines, &field.cells);
     let (triangles, bytes) = picture.mesh.cell_triangles(ctx, picture.job.grid())?;
-    let pipeline = pipelines.get(ctx, ("gradient", &pipelines.gradient), field.layout.pages, field.constants())?;
+    let shader = ("gradient", Contents::default(), &pipelines.gradient);
+    let pipeline = pipelines.get(ctx, shader, field.layout.pages, field.constants())?;
     let params = ctx.pooled_uniform("params", &field.params(picture))?;
     // The shader reads neither pieces nor pixels.
     let pieces = ctx.pooled("no pieces", 0, BufferUsages::STORAGE)?;

@@ -3,7 +3,7 @@
 #![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};
-use icoray::device::{MAX_CLIPS, MAX_FIELDS, MAX_SURFACES};
+use icoray::device::{MAX_CLIPS, MAX_FIELDS, MAX_SURFACES, MAX_VOLUMES};
 
 /// Splits a double into the high and the low half of the shaders' `Wide`.
 pub fn halves(x: f64) -> [f32; 2] {
@@ -165,6 +165,13 @@ pub struct SurfaceLayer {
     pub first_material: u32,
     pub material_count: u32,
     pub padding: u32,
+    pub radius: [f32; 2],
+    pub padding_b: [u32; 2],
+}
+
+impl SurfaceLayer {
+    /// `layer` of a sphere.
+    pub const AT_RADIUS: u32 = u32::MAX;
 }
 
 /// See `shaders/scenery.wgsl`.
@@ -177,6 +184,10 @@ pub struct Material {
     pub first_value: u32,
     pub first_span: u32,
     pub span_count: u32,
+    pub field: u32,
+    pub scale: f32,
+    pub shift: f32,
+    pub padding: u32,
 }
 
 impl Material {
@@ -184,6 +195,7 @@ impl Material {
     pub const PLAIN: u32 = 0;
     pub const FIELD: u32 = 1;
     pub const CELLS: u32 = 2;
+    pub const BETWEEN: u32 = 3;
 }
 
 /// See `shaders/scenery.wgsl`.
@@ -219,16 +231,32 @@ impl Isosurface {
 /// See `shaders/scenery.wgsl`.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
+pub struct VolumeMap {
+    pub field: u32,
+    pub first_span: u32,
+    pub span_count: u32,
+    pub first_step: u32,
+    pub step_count: u32,
+    pub padding: [u32; 3],
+}
+
+/// See `shaders/scenery.wgsl`.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct Scenery {
     pub clips: [Clip; MAX_CLIPS],
     pub surface_layers: [SurfaceLayer; MAX_SURFACES],
     pub materials: [Material; MAX_SURFACES],
     pub isosurfaces: [Isosurface; MAX_SURFACES],
     pub fields: [SceneField; MAX_FIELDS],
+    pub maps: [VolumeMap; 2 * MAX_VOLUMES],
     pub clip_count: u32,
     pub surface_layer_count: u32,
     pub isosurface_count: u32,
     pub seen_above: f32,
+    pub volume_count: u32,
+    pub sphere_count: u32,
+    pub padding: [u32; 2],
 }
 
 /// See `shaders/gradient.wgsl`.

@@ -8,7 +8,7 @@ use crate::mesh::DeviceMesh;
 use crate::pipelines::{Constants, Pipelines};
 use crate::pool::PooledBuffer;
 use crate::ray_entry_cache::RayEntries;
-use crate::scenery::surface_spans;
+use crate::scenery::{scenery_spans, volume_steps};
 use icoray::device::{BudgetTable, ENDLESS, FallbackReason, Job};
 use icoray::{Lights, Method};
 use std::sync::Arc;
@@ -37,10 +37,10 @@ impl<'p> Picture<'p> {
         mesh: Arc<DeviceMesh>,
         entries: Arc<RayEntries>,
     ) -> Result<Self, FallbackReason> {
-        // Those of surfaces lie behind those of the volume.
-        let spans: Vec<Span> = job.spans().iter().chain(surface_spans(job)).map(Span::from).collect();
+        // Those of surfaces and of several volumes lie behind those of the field.
+        let spans: Vec<Span> = job.spans().iter().chain(scenery_spans(job)).map(Span::from).collect();
         let step = |[value, extinction]: [f32; 2]| Step { value, extinction: extinction.min(1e37) };
-        let steps: Vec<Step> = job.steps().into_iter().map(step).collect();
+        let steps: Vec<Step> = job.steps().into_iter().chain(volume_steps(job)).map(step).collect();
         let radius = job.radius();
         let layer = |k: usize| {
             let [radius_hi, radius_lo] = halves(radius[k]);
@@ -83,7 +83,7 @@ impl<'p> Picture<'p> {
             ("IS_EXACT", scene.method == Method::Exact || job.scenery().is_some()),
             ("HAS_CORE", scene.core.is_some()),
             ("HAS_VOID", job.grid().void_triangles() > 0),
-            ("HAS_STEPS", !job.steps().is_empty()),
+            ("HAS_STEPS", !job.steps().is_empty() || volume_steps(job).next().is_some()),
             ("FEW_KNOTS", few_knots(job).is_some()),
             ("IS_LIT", job.quality().lights != Lights::Off),
             ("IN_PARTS", in_parts),

@@ -2,7 +2,7 @@
 
 use crate::bindings::{READ, READ_WRITE, layout, page_layout};
 use crate::context::Context;
-use crate::shader;
+use crate::shader::{self, Contents};
 use icoray::device::FallbackReason;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -27,13 +27,13 @@ pub(crate) struct Pipelines {
     pub tables: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/picture.wgsl`.
     pub picture: wgpu::BindGroupLayout,
-    /// Group 2 of `shaders/scene.wgsl`.
+    /// Group 2 of `shaders/picture.wgsl` for scenes that are not plain.
     pub scene: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/parts.wgsl`.
     pub parts: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/gradient.wgsl`.
     pub gradient: wgpu::BindGroupLayout,
-    compiled: Mutex<HashMap<(&'static str, Constants), wgpu::ComputePipeline>>,
+    compiled: Mutex<HashMap<(&'static str, Contents, Constants), wgpu::ComputePipeline>>,
 }
 
 impl Pipelines {
@@ -49,24 +49,23 @@ impl Pipelines {
         }
     }
 
-    /// The pipeline of a shader whose entry point has its name, or for `scene` that of `picture`, with the layout of its
-    /// group 2, for a field of `pages` pages.
+    /// The pipeline of a shader whose entry point has its name, with code for `contents` and the layout of its group 2,
+    /// for a field of `pages` pages.
     pub fn get(
         &self,
         ctx: &Context,
-        (name, own): (&'static str, &wgpu::BindGroupLayout),
+        (name, contents, own): (&'static str, Contents, &wgpu::BindGroupLayout),
         pages: usize,
         constants: Constants,
     ) -> Result<wgpu::ComputePipeline, FallbackReason> {
         let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = (name, constants);
+        let key = (name, contents, constants);
         if let Some(pipeline) = compiled.get(&key) {
             return Ok(pipeline.clone());
         }
         let page_layout = page_layout(ctx, pages);
         let layouts = [&self.tables, &page_layout, own, &page_layout];
-        let entry = if name == "scene" { "picture" } else { name };
-        let pipeline = compile(ctx, entry, shader::compose_for(name, pages), Some(layouts), &key.1)?;
+        let pipeline = compile(ctx, name, shader::compose_for(name, contents, pages), Some(layouts), &key.2)?;
         compiled.insert(key, pipeline.clone());
         Ok(pipeline)
     }

@@ -1,10 +1,13 @@
 //! What a scene shows beside its volume, as shaders read it.
 
 use crate::bindings;
-use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, halves, halves3};
+use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, VolumeMap, halves, halves3};
 use crate::picture::Picture;
 use crate::pool::PooledBuffer;
-use icoray::device::{self, ClipRegion, FallbackReason, FieldId, IsosurfacePaint, Job, Paint};
+use crate::shader::Contents;
+use icoray::device::{
+    self, ClipRegion, ColorByField, FallbackReason, FieldId, IsosurfacePaint, Job, Paint, SurfacePlace,
+};
 
 /// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
 /// are submitted.
@@ -30,18 +33,34 @@ impl SceneGroup {
     }
 }
 
-/// The spans of the transfer functions of surfaces, in the order of their materials.
-pub(crate) fn surface_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Span> {
+/// What the shader of a job's picture has code for.
+pub(crate) fn contents(job: &Job) -> Contents {
+    Contents { scenery: job.scenery().is_some(), volumes: job.scenery().map_or(0, |scenery| scenery.volumes.len()) }
+}
+
+/// The transfer functions of several volumes, in the order of `maps` of `shaders/scenery.wgsl`.
+fn volume_maps(scenery: &device::Scenery) -> impl Iterator<Item = Option<&device::VolumeMap>> {
+    scenery.volumes.iter().flat_map(|volume| [Some(&volume.extinction), volume.color.as_ref()])
+}
+
+/// The steps of the transfer functions of several volumes.
+pub(crate) fn volume_steps(job: &Job) -> impl Iterator<Item = [f32; 2]> {
+    job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| map.steps.iter().copied())
+}
+
+/// The spans of the transfer functions of surfaces, in the order of their materials, then those of several volumes.
+pub(crate) fn scenery_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Span> {
     let layers = job.scenery().into_iter().flat_map(|scenery| &scenery.surface_layers);
     let of_layers = layers.flat_map(|layer| &layer.materials).flat_map(|material| match &material.paint {
         Paint::Plain(_) => [].as_slice(),
-        Paint::Field { spans, .. } => spans,
+        Paint::Field { spans, .. } | Paint::Between(ColorByField { spans, .. }) => spans,
     });
     let isosurfaces = job.scenery().into_iter().flat_map(|scenery| &scenery.isosurfaces);
-    of_layers.chain(isosurfaces.flat_map(|surface| match &surface.paint {
+    let of_surfaces = of_layers.chain(isosurfaces.flat_map(|surface| match &surface.paint {
         IsosurfacePaint::Plain(_) => [].as_slice(),
         IsosurfacePaint::Field(colors) => &colors.spans,
-    }))
+    }));
+    of_surfaces.chain(job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| &map.spans))
 }
 
 /// The scenery of a job and the values of its surfaces.
@@ -59,11 +78,19 @@ impl SceneTables {
             ..Scenery::default()
         };
         scenery.clips.iter_mut().zip(&shown.clips).for_each(|(clip, region)| *clip = clip_of(region));
+        let number = |field: FieldId| field.map_or(layout::Isosurface::OWN_FIELD, |number| number as u32);
         let (mut all, mut materials) = (Vec::new(), scenery.materials.iter_mut());
         let (mut first_material, mut first_span) = (0, job.spans().len() as u32);
         for (layer, surface) in scenery.surface_layers.iter_mut().zip(&shown.surface_layers) {
             let material_count = surface.materials.len() as u32;
-            *layer = SurfaceLayer { layer: surface.layer as u32, first_material, material_count, padding: 0 };
+            *layer = SurfaceLayer { first_material, material_count, ..SurfaceLayer::default() };
+            match surface.place {
+                SurfacePlace::Layer(number) => layer.layer = number as u32,
+                SurfacePlace::Radius(radius) => {
+                    (layer.layer, layer.radius) = (SurfaceLayer::AT_RADIUS, halves(radius));
+                    scenery.sphere_count += 1;
+                }
+            }
             first_material += material_count;
             for (shown, material) in surface.materials.iter().zip(materials.by_ref()) {
                 material.opacity = shown.opacity;
@@ -76,11 +103,16 @@ impl SceneTables {
                         first_span += material.span_count;
                         all.extend_from_slice(values);
                     }
+                    Paint::Between(colors) => {
+                        (material.kind, material.field) = (Material::BETWEEN, number(colors.field));
+                        (material.first_span, material.span_count) = (first_span, colors.spans.len() as u32);
+                        [material.scale, material.shift] = colors.to_spans;
+                        first_span += material.span_count;
+                    }
                 }
             }
         }
         scenery.isosurface_count = shown.isosurfaces.len() as u32;
-        let number = |field: FieldId| field.map_or(layout::Isosurface::OWN_FIELD, |number| number as u32);
         for (surface, shown) in scenery.isosurfaces.iter_mut().zip(&shown.isosurfaces) {
             (surface.opacity, surface.value, surface.field) = (shown.opacity, shown.value, number(shown.field));
             match &shown.paint {
@@ -92,6 +124,15 @@ impl SceneTables {
                     first_span += surface.span_count;
                 }
             }
+        }
+        scenery.volume_count = shown.volumes.len() as u32;
+        let mut first_step = job.steps().len() as u32;
+        for (map, shown) in scenery.maps.iter_mut().zip(volume_maps(shown)) {
+            let Some(shown) = shown else { continue };
+            let (span_count, step_count) = (shown.spans.len() as u32, shown.steps.len() as u32);
+            let field = number(shown.field);
+            *map = VolumeMap { field, first_span, span_count, first_step, step_count, padding: [0; 3] };
+            (first_span, first_step) = (first_span + span_count, first_step + step_count);
         }
         for (field, shown) in scenery.fields.iter_mut().zip(&shown.fields) {
             field.first_value = all.len() as u32;

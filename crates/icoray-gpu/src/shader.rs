@@ -2,7 +2,9 @@
 //!
 //! A line `#import NAME` includes `shaders/NAME.wgsl` before the rest of the file, once per shader. A line `#each TEXT`
 //! is replaced by one line TEXT per page of the field, with the number of the page in place of PAGE. A line `#scene TEXT`
-//! is TEXT in the shader `scene`, and a line `#plain TEXT` in all others; elsewhere it is left out.
+//! is TEXT in shaders of scenes that show more than one volume and a core, and a line `#plain TEXT` in all others;
+//! elsewhere it is left out. So are the other lines of [`Contents`]. A line `#volume TEXT` is replaced by one line TEXT per
+//! volume, with the number of the volume in place of VOLUME: drivers may bound the turns of all loops together.
 
 macro_rules! sources {
     ($($name:literal)*) => {
@@ -11,41 +13,60 @@ macro_rules! sources {
 }
 
 /// All files in `shaders/`: name and text.
-pub const SOURCES: [(&str, &str); 32] = sources! {
-    "gradient" "gradients" "grid" "pages" "params" "parts" "picture" "pieces" "scene" "scenery" "kernel/column"
-    "kernel/general/clips" "kernel/general/frustum" "kernel/general/isosurfaces" "kernel/general/surfaces" "kernel/signature"
+pub const SOURCES: [(&str, &str); 35] = sources! {
+    "gradient" "gradients" "grid" "pages" "params" "parts" "picture" "pieces" "scenery" "kernel/column"
+    "kernel/general/blend" "kernel/general/clips" "kernel/general/frustum" "kernel/general/isosurfaces" "kernel/general/maps" "kernel/general/several"
+    "kernel/general/single" "kernel/general/surfaces" "kernel/signature"
     "kernel/roundoff" "kernel/lit" "kernel/piece" "kernel/plane" "kernel/ray" "kernel/ray/fragment"
     "kernel/real" "kernel/sample" "kernel/segment" "kernel/shade" "kernel/transfer" "kernel/turn" "kernel/walk"
     "kernel/wide" "measure/multiply" "measure/stream"
 };
 
-/// The shader `name` with its imports, for a field of one page.
+/// What a scene has that needs code of its own: all other shaders are without it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Contents {
+    /// More than one volume and a core: lines `#scene`, else `#plain`.
+    pub scenery: bool,
+    /// Number of volumes, if there are several or the only one's opacity is that of another field: lines `#several`; else
+    /// 0: lines `#single`.
+    pub volumes: usize,
+}
+
+impl Contents {
+    /// The tags of lines that are kept, and of those that are left out.
+    fn tags(self) -> [[&'static str; 2]; 2] {
+        let pairs = [(self.scenery, ["#scene ", "#plain "]), (self.volumes > 0, ["#several ", "#single "])];
+        pairs.map(|(is, [with, without])| if is { [with, without] } else { [without, with] })
+    }
+}
+
+/// The shader `name` of a plain scene with its imports, for a field of one page.
 ///
 /// # Panics
 /// If there is no such shader.
 pub fn compose(name: &str) -> String {
-    compose_for(name, 1)
+    compose_for(name, Contents::default(), 1)
 }
 
-/// The shader `name` with its imports, for a field of `pages` pages.
+/// The shader `name` of a scene with its imports, for a field of `pages` pages.
 ///
 /// # Panics
 /// If there is no such shader.
-pub fn compose_for(name: &str, pages: usize) -> String {
-    expand_for(&format!("#import {name}"), pages)
+pub fn compose_for(name: &str, contents: Contents, pages: usize) -> String {
+    expand_for(&format!("#import {name}"), contents, pages)
 }
 
-/// `text` with its imports, for a field of one page.
+/// `text` with its imports, of a plain scene and for a field of one page.
 ///
 /// # Panics
 /// If it imports a shader that does not exist.
 pub fn expand(text: &str) -> String {
-    expand_for(text, 1)
+    expand_for(text, Contents::default(), 1)
 }
 
-fn expand_for(text: &str, pages: usize) -> String {
-    let is_scene = text.lines().any(|line| line.trim() == "#import scene");
-    let mut composer = Composer { pages, is_scene, seen: Vec::new(), whole: String::new() };
+fn expand_for(text: &str, contents: Contents, pages: usize) -> String {
+    let mut composer =
+        Composer { pages, volumes: contents.volumes, tags: contents.tags(), seen: Vec::new(), whole: String::new() };
     composer.add(text);
     composer.whole
 }
@@ -53,7 +74,9 @@ fn expand_for(text: &str, pages: usize) -> String {
 /// A shader that is put together.
 struct Composer<'t> {
     pages: usize,
-    is_scene: bool,
+    volumes: usize,
+    /// See [`Contents::tags`].
+    tags: [[&'static str; 2]; 2],
     /// The names of the files that it has.
     seen: Vec<&'t str>,
     whole: String,
@@ -62,9 +85,10 @@ struct Composer<'t> {
 impl<'t> Composer<'t> {
     fn add(&mut self, text: &'t str) {
         let import = |line: &'t str| line.strip_prefix("#import ").map(str::trim);
-        let (kept, left_out) = if self.is_scene { ("#scene ", "#plain ") } else { ("#plain ", "#scene ") };
-        let lines = text.lines().filter(|line| !line.starts_with(left_out));
-        let lines: Vec<&str> = lines.map(|line| line.strip_prefix(kept).unwrap_or(line)).collect();
+        let tags = self.tags;
+        let lines = text.lines().filter(|line| !tags.iter().any(|[_, left_out]| line.starts_with(left_out)));
+        let untagged = |line: &'t str| tags.iter().find_map(|[kept, _]| line.strip_prefix(kept)).unwrap_or(line);
+        let lines: Vec<&str> = lines.map(untagged).collect();
         for name in lines.iter().copied().filter_map(import) {
             if !self.seen.contains(&name) {
                 self.seen.push(name);
@@ -73,15 +97,14 @@ impl<'t> Composer<'t> {
             }
         }
         for line in lines.into_iter().filter(|line| import(line).is_none()) {
-            match line.strip_prefix("#each ") {
-                Some(each) => (0..self.pages).for_each(|page| {
-                    self.whole.push_str(&each.replace("PAGE", &page.to_string()));
-                    self.whole.push('\n');
-                }),
-                None => {
-                    self.whole.push_str(line);
-                    self.whole.push('\n');
-                }
+            let repeated = |prefix: &str, name: &str, count: usize| {
+                let text = line.strip_prefix(prefix)?;
+                Some((0..count).map(|number| text.replace(name, &number.to_string())).collect::<Vec<_>>())
+            };
+            let each = repeated("#each ", "PAGE", self.pages).or_else(|| repeated("#volume ", "VOLUME", self.volumes));
+            for line in each.unwrap_or_else(|| vec![line.to_owned()]) {
+                self.whole.push_str(&line);
+                self.whole.push('\n');
             }
         }
     }

@@ -1,6 +1,6 @@
 //! The layers of a field between which anything is visible.
 
-use icoray::device::{ColorByField, Isosurface, IsosurfacePaint, Job, Span};
+use icoray::device::{ColorByField, Isosurface, IsosurfacePaint, Job, Scenery, Span, SurfaceLayer, SurfacePlace};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -27,15 +27,20 @@ pub(crate) fn visible_layers(job: &Job, columns: &[u32]) -> Range<usize> {
     below.max(kept) - kept..layers - above.max(kept) + kept
 }
 
-/// Whether what is clear may be seen: an isosurface of the volume's field.
+/// Whether values that the transfer function shows as clear are needed: for an isosurface, or for the colour of a volume
+/// with the opacity of another field.
 pub(crate) fn needs_all_layers(job: &Job) -> bool {
-    job.scenery().is_some_and(|scenery| scenery.isosurfaces.iter().any(|surface| surface.field.is_none()))
-        || job.scenery().is_some_and(|scenery| {
-            let is_own = |surface: &Isosurface| {
-                matches!(&surface.paint, IsosurfacePaint::Field(ColorByField { field: None, .. }))
-            };
-            scenery.isosurfaces.iter().any(is_own)
-        })
+    let is_of_own = |surface: &Isosurface| {
+        let is_painted = matches!(&surface.paint, IsosurfacePaint::Field(ColorByField { field: None, .. }));
+        surface.field.is_none() || is_painted
+    };
+    let is_between = |surface: &SurfaceLayer| matches!(surface.place, SurfacePlace::Radius(_));
+    let needs = |scenery: &Scenery| {
+        !scenery.volumes.is_empty()
+            || scenery.isosurfaces.iter().any(is_of_own)
+            || scenery.surface_layers.iter().any(is_between)
+    };
+    job.scenery().is_some_and(needs)
 }
 
 /// Counts the layers, in the order of `layer`, whose values all lie in the clear span of the first value.

@@ -1,4 +1,4 @@
-// Mirrors kernel/general/frustum.rs for one volume, which kernel/ray.wgsl integrates: what a ray meets beside it.
+// Mirrors kernel/general/frustum.rs: what a ray meets beside volumes.
 #import params
 #import kernel/column
 #import kernel/lit
@@ -7,6 +7,8 @@
 #import kernel/general/clips
 #import kernel/general/isosurfaces
 #import kernel/general/surfaces
+#single #import kernel/general/single
+#several #import kernel/general/several
 
 struct RayScene {
     // The stretch of the ray between bounds of cuts.
@@ -63,27 +65,16 @@ fn scene_hides(line: RayLine, column: Column, way: GapWay) -> bool {
     return is_hidden;
 }
 
-// Whether the volume may be seen between two layers.
-fn scene_is_visible(bases: array<Base, 3>, gap: u32) -> bool {
-    var low = ENDLESS;
-    var high = -ENDLESS;
+// Least and greatest of the volume's values around a gap.
+fn samples_range(bases: array<Base, 3>, gap: u32) -> vec2f {
+    var range = vec2f(ENDLESS, -ENDLESS);
     for (var k = 0u; k < 3u; k++) {
         for (var i = 0u; i < 2u; i++) {
             let value = samples_get(bases[k], gap - i);
-            low = min(low, value);
-            high = max(high, value);
+            range = vec2f(min(range.x, value), max(range.y, value));
         }
     }
-    if low == high {
-        let span = spans[spans_search(low)];
-        return span.is_clear == 0u && span_extinction(span, low) != 0.0;
-    }
-    for (var k = 0u; k < params.spans; k++) {
-        if spans[k].is_clear == 0u && spans[k].high > low && spans[k].low < high {
-            return true;
-        }
-    }
-    return false;
+    return range;
 }
 
 // A shown part of a frustum, in fractions of the whole.
@@ -113,30 +104,21 @@ fn scene_next_part(line: RayLine, column: Column, way: GapWay, from_: f32) -> Fr
     return FrustumPart(1.0, 1.0, false);
 }
 
-// A face of the volume where a part begins behind what is cut away.
-fn scene_cut_face(column: Column, bases: array<Base, 3>, way: GapWay, from_: f32, alpha: f32) {
-    if ray_scene.is_cut && scene_is_visible(bases, way.gap) {
+// A face of a volume where a part begins behind what is cut away.
+fn scene_cut_face(column: Column, bases: array<Base, 3>, way: GapWay, own: FieldSegment, from_: f32, alpha: f32) {
+    if !ray_scene.is_cut {
+        return;
+    }
+    let is_face = volumes_are_visible(column, bases, way.gap, own);
+    if is_face {
         let length = wide_apart(column.exit.t, column.entry.t);
         let t = wide_add(column.entry.t, wide((way.a.u + from_ * way.part) * length));
         scene_boundary(BOUNDARY_CUT_FACE, alpha, t);
-        ray_scene.is_cut = false;
     }
+    ray_scene.is_cut = !is_face && crossing_count + scenery.sphere_count == 0u;
 }
 
-// The gradient along a part of a frustum.
-fn frustum_interpolant_part(whole: FrustumInterpolant, from_: f32, to: f32) -> FrustumInterpolant {
-    let r0 = 1.0 + whole.eps * from_;
-    let r1 = 1.0 + whole.eps * to;
-    let du = to - from_;
-    return FrustumInterpolant(
-        frustum_interpolant_gradient(whole, from_),
-        frustum_interpolant_gradient(whole, to),
-        whole.kappa * (du * du * (1.0 + whole.eps) / (r0 * r0 * r1)),
-        whole.eps * du / r0,
-    );
-}
-
-// The volume and isosurfaces in a frustum, as far as they are shown; true where the ray ends. Without values `own` is not
+// Volumes and isosurfaces in a frustum, as far as they are shown; true where the ray ends. Without values `own` is not
 // there.
 fn scene_frustum(
     ray: ptr<function, Ray>,
@@ -149,41 +131,33 @@ fn scene_frustum(
 ) -> bool {
     let frusta = (*ray).frusta + 1u;
     find_crossings(column, way, own);
-    let segment = own.segment;
     var next = 0u;
     var start = 0.0;
     var shown_to = 0.0;
     var is_over = false;
     while !is_over {
         if shown_to > 0.0 && next < crossing_count && crossings[next].u <= start {
-            is_over = scene_isosurface(ray, light, crossings[next], column, way, own);
+            if crossings[next].surface < MAX_SURFACES {
+                is_over = scene_isosurface(ray, light, crossings[next], column, way, own);
+            } else {
+                is_over = scene_sphere(ray, light, line, crossings[next], column, way, own);
+            }
             next++;
         } else if start < shown_to {
             var end = shown_to;
             if next < crossing_count {
                 end = min(end, crossings[next].u);
             }
-            if own.is_there {
-                var shown = segment;
-                var course = own.interpolant;
-                if start > 0.0 || end < 1.0 {
-                    shown = segment_part(segment, segment_place(segment, start), segment_place(segment, end));
-                    if IS_LIT {
-                        course = frustum_interpolant_part(own.interpolant, start, end);
-                    }
-                }
-                is_over = frustum(ray, light, shown, course);
-                scene_rounded_ends(light, segment.length, shown, FrustumPart(start, end, true));
-            }
+            let part = FrustumPart(start, end, true);
+            is_over = volumes_light(ray, light, own, part);
+            scene_rounded_ends(light, own, part);
             start = end;
         } else {
             let part = scene_next_part(line, column, way, shown_to);
             if !part.is_there {
                 break;
             }
-            if own.is_there {
-                scene_cut_face(column, bases, way, part.from_, (*light).alpha);
-            }
+            scene_cut_face(column, bases, way, own, part.from_, (*light).alpha);
             start = part.from_;
             shown_to = part.to;
             while next < crossing_count && crossings[next].u < start {
@@ -220,15 +194,64 @@ fn scene_isosurface(
     var here = radiance_plain(found.color, opacity);
     let off = opacity * (found.off + 4.0 * ROUNDING);
     here.variance = off * off;
-    if own.is_there {
-        // Matter that is before the surface where it may be behind.
-        let f = segment_value(own.segment, crossing.u);
-        let depth = crossing.off * own.segment.length * span_extinction(spans[spans_search(f)], f);
-        let shifted = opacity * absorbed_by(depth);
-        here.variance += shifted * shifted;
-    }
+    // Matter that is before the surface where it may be behind.
+    let depth = crossing.off * own.segment.length * volumes_extinction(own, crossing.u);
+    let shifted = opacity * absorbed_by(depth);
+    here.variance += shifted * shifted;
     radiance_over(light, here);
     return scene_ends(ray, light);
+}
+
+// A sphere between layers that the ray meets; true where it ends.
+fn scene_sphere(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Radiance>,
+    line: RayLine,
+    crossing: IsosurfaceCrossing,
+    column: Column,
+    way: GapWay,
+    own: FieldSegment,
+) -> bool {
+    let length = wide_apart(column.exit.t, column.entry.t);
+    let t = wide_add(column.entry.t, wide((way.a.u + crossing.u * way.part) * length));
+    var body = 1.0;
+    if IS_LIT {
+        body = surface_body((*ray).shading, normalize(ray_line_position(line, t).hi));
+    }
+    let number = crossing.surface - MAX_SURFACES;
+    let surface = scenery.surface_layers[number];
+    var here = radiance_none();
+    var painted = 0u;
+    for (var m = 0u; m < surface.material_count; m++) {
+        let material = scenery.materials[surface.first_material + m];
+        var color = SurfaceColor(material.color, 0.0, true);
+        if material.kind == MATERIAL_BETWEEN {
+            let map = vec2u(material.first_span, material.span_count);
+            let to_spans = vec2f(material.scale, material.shift);
+            color = frustum_color(material.field, map, to_spans, crossing.u, column, way, own);
+        }
+        if color.is_there {
+            painted |= 1u << m;
+            scene_coat(&here, material, color, body);
+        }
+    }
+    if painted != 0u {
+        // Matter that is before the surface where it may be behind.
+        let depth = crossing.off * own.segment.length * volumes_extinction(own, crossing.u);
+        let shifted = here.alpha * absorbed_by(depth);
+        here.variance += shifted * shifted;
+        scene_boundary(boundary_surface_layer(number, painted), (*light).alpha, t);
+        radiance_over(light, here);
+    }
+    return scene_ends(ray, light);
+}
+
+// Adds a surface of this colour, lit by `body`, behind those that are in `here`.
+fn scene_coat(here: ptr<function, Radiance>, material: Material, color: SurfaceColor, body: f32) {
+    var coat = radiance_plain(color.color * body, material.opacity);
+    let off = material.opacity * (body * color.off + 4.0 * ROUNDING);
+    coat.variance = off * off;
+    radiance_over(here, coat);
 }
 
 // A fraction of a segment, and the value there.
@@ -239,14 +262,14 @@ fn segment_place(segment: Segment, u: f32) -> vec2f {
     return vec2f(u, select(segment_value(segment, u), segment.f0, u <= 0.0));
 }
 
-// What rounding of the ends of a part does to the light, behind it: a frustum has `length`.
-fn scene_rounded_ends(light: ptr<function, Radiance>, length: f32, segment: Segment, part: FrustumPart) {
+// What rounding of the ends of a part of a frustum does to the light, behind it.
+fn scene_rounded_ends(light: ptr<function, Radiance>, own: FieldSegment, part: FrustumPart) {
     for (var i = 0u; i < 2u; i++) {
         let is_end = i == 1u;
         if select(part.from_ > 0.0, part.to < 1.0, is_end) {
-            let f = select(segment.f0, segment.f1, is_end);
-            let shift = 2.0 * ROUNDING * length;
-            let off = (1.0 - (*light).alpha) * absorbed_by(shift * span_extinction(spans[spans_search(f)], f));
+            let shift = 2.0 * ROUNDING * own.segment.length;
+            let thicker = absorbed_by(shift * volumes_extinction(own, select(part.from_, part.to, is_end)));
+            let off = (1.0 - (*light).alpha) * thicker;
             (*light).variance += off * off;
         }
     }
@@ -288,10 +311,7 @@ fn scene_layer(
             let color = material_on_layer(material, column, at.tau);
             if color.is_there {
                 painted |= 1u << m;
-                var coat = radiance_plain(color.color * body, material.opacity);
-                let off = material.opacity * (body * color.off + 4.0 * ROUNDING);
-                coat.variance = off * off;
-                radiance_over(&here, coat);
+                scene_coat(&here, material, color, body);
             }
         }
         if painted != 0u {

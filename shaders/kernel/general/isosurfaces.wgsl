@@ -14,16 +14,17 @@ struct GapWay {
     part: f32,
 }
 
-// A place at which a frustum meets an isosurface.
+// A place at which a frustum meets an isosurface or a sphere.
 struct IsosurfaceCrossing {
     u: f32,
+    // The number of the isosurface, or MAX_SURFACES and that of the surface layer.
     surface: u32,
     // What rounding does to `u`.
     off: f32,
 }
 
 // The crossings of a frustum, in order.
-var<private> crossings: array<IsosurfaceCrossing, 2u * MAX_SURFACES>;
+var<private> crossings: array<IsosurfaceCrossing, 3u * MAX_SURFACES>;
 var<private> crossing_count: u32;
 
 // Bits of the isosurfaces: on which side the ray is, and whether that is known.
@@ -49,6 +50,17 @@ fn scene_field_chord(field: SceneField, column: Column, layer: u32, has_gradient
         chord_over_gradients(&chord, a, b, c, column.entry.weight, column.exit.weight);
     }
     return chord;
+}
+
+// Least and greatest of a field's values around a gap.
+fn scene_field_range(field: SceneField, column: Column, gap: u32) -> vec2f {
+    var range = vec2f(ENDLESS, -ENDLESS);
+    for (var k = 0u; k < 3u; k++) {
+        let at = field.first_value + column.cells[k] * params.layers + gap;
+        range.x = min(range.x, min(surface_values[at - 1u], surface_values[at]));
+        range.y = max(range.y, max(surface_values[at - 1u], surface_values[at]));
+    }
+    return range;
 }
 
 fn scene_gradient(field: SceneField, at: u32) -> vec3f {
@@ -90,6 +102,15 @@ fn find_crossings(column: Column, way: GapWay, own: FieldSegment) {
             known_sides |= bit;
         } else {
             known_sides &= ~bit;
+        }
+    }
+    for (var k = 0u; k < select(0u, scenery.surface_layer_count, scenery.sphere_count > 0u); k++) {
+        let surface = scenery.surface_layers[k];
+        let radius = Wide(surface.radius.x, surface.radius.y);
+        let is_sphere = surface.layer == AT_RADIUS;
+        if is_sphere && wide_less(way.a.rho, radius) != wide_less(way.b.rho, radius) {
+            let u = wide_apart(radius, way.a.rho) / wide_apart(way.b.rho, way.a.rho);
+            crossing_insert(IsosurfaceCrossing(clamp(u, 0.0, 1.0), MAX_SURFACES + k, 4.0 * ROUNDING));
         }
     }
 }
@@ -141,6 +162,29 @@ fn crossing_insert(crossing: IsosurfaceCrossing) {
     crossing_count++;
 }
 
+// The colour of a field's value at a place of a frustum: `map` are the first one and the number of its spans.
+fn frustum_color(
+    field: u32,
+    map: vec2u,
+    to_spans: vec2f,
+    u: f32,
+    column: Column,
+    way: GapWay,
+    own: FieldSegment,
+) -> SurfaceColor {
+    var colors = own;
+    if field != OWN_FIELD {
+        colors = scene_field_segment(field, column, way, own.segment.eps, own.segment.length, false);
+    }
+    if !colors.is_there {
+        return SurfaceColor(vec3f(0.0), 0.0, false);
+    }
+    let value = segment_value(colors.segment, u);
+    let size = abs(colors.segment.f0) + abs(colors.segment.f1) + abs(value);
+    let reach = 4.0 * ROUNDING * (size * abs(to_spans.x) + abs(to_spans.y));
+    return spans_color(map.x, map.y, to_spans.x * value + to_spans.y, reach);
+}
+
 // A colour of an isosurface, with the light that it gives back; not there where the value that colours is missing.
 fn isosurface_color(
     shading: RayShading,
@@ -152,19 +196,12 @@ fn isosurface_color(
     let surface = scenery.isosurfaces[crossing.surface];
     var found = SurfaceColor(surface.color, 0.0, true);
     if surface.kind == MATERIAL_FIELD {
-        var colors = own;
-        if surface.color_field != OWN_FIELD {
-            colors = scene_field_segment(
-                surface.color_field, column, way, own.segment.eps, own.segment.length, false,
-            );
+        let map = vec2u(surface.first_span, surface.span_count);
+        let to_spans = vec2f(surface.scale, surface.shift);
+        found = frustum_color(surface.color_field, map, to_spans, crossing.u, column, way, own);
+        if !found.is_there {
+            return found;
         }
-        if !colors.is_there {
-            return SurfaceColor(vec3f(0.0), 0.0, false);
-        }
-        let value = segment_value(colors.segment, crossing.u);
-        let size = abs(colors.segment.f0) + abs(colors.segment.f1) + abs(value);
-        let reach = 4.0 * ROUNDING * (size * abs(surface.scale) + abs(surface.shift));
-        found = spans_color(surface.first_span, surface.span_count, surface.scale * value + surface.shift, reach);
     }
     if IS_LIT {
         var gradient: vec3f;

@@ -4,27 +4,50 @@
 use icoray::device::mirror;
 use icoray_gpu::layout::{
     Around, Clip, Fragment, Isosurface, Material, Params, Part, Passed, Piece, Pixel, SceneField, Scenery, Shading,
-    ShellLayer, Span, Step, SurfaceLayer,
+    ShellLayer, Span, Step, SurfaceLayer, VolumeMap,
 };
-use icoray_gpu::shader::{SOURCES, compose, compose_for};
+use icoray_gpu::shader::{Contents, SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 
+/// The contents of scenes that are not plain.
+const SCENES: [Contents; 2] = [Contents { scenery: true, volumes: 0 }, Contents { scenery: true, volumes: 3 }];
+
 fn parse(name: &str) -> Module {
-    let text = compose(name);
-    naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&text)))
+    parse_text(name, &compose(name))
+}
+
+fn parse_text(name: &str, text: &str) -> Module {
+    naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)))
 }
 
 #[test]
 fn every_shader_parses_and_validates() {
     for (name, _) in SOURCES {
-        validate(name, &compose(name));
+        let contents = match name {
+            "kernel/general/several" | "kernel/general/blend" | "kernel/general/maps" => SCENES[1],
+            name if name.starts_with("kernel/general") => SCENES[0],
+            _ => Contents::default(),
+        };
+        validate(name, &compose_for(name, contents, 1));
+    }
+}
+
+/// Code that a scene does not need is not in its shader.
+#[test]
+fn shaders_have_what_their_scenes_have() {
+    let named = |contents, function: &str| compose_for("picture", contents, 1).contains(&format!("fn {function}("));
+    for (function, expected) in
+        [("trace", [true; 3]), ("clips_behind", [false, true, true]), ("map_cut", [false, false, true])]
+    {
+        let found = [Contents::default(), SCENES[0], SCENES[1]].map(|contents| named(contents, function));
+        assert_eq!(found, expected, "{function}");
     }
 }
 
 fn validate(name: &str, text: &str) {
-    let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    let module = parse_text(name, text);
     let mut validator = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
     validator.validate(&module).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
 }
@@ -32,11 +55,15 @@ fn validate(name: &str, text: &str) {
 /// Each page has a binding and a case for values, and the same for gradients or residuals.
 #[test]
 fn a_shader_has_as_many_pages_as_are_asked_for() {
-    for (shader, beside) in
-        [("picture", "gradients"), ("scene", "gradients"), ("parts", "gradients"), ("gradient", "rests")]
-    {
+    for (shader, contents, beside) in [
+        ("picture", Contents::default(), "gradients"),
+        ("picture", SCENES[0], "gradients"),
+        ("picture", SCENES[1], "gradients"),
+        ("parts", Contents::default(), "gradients"),
+        ("gradient", Contents::default(), "rests"),
+    ] {
         for pages in [1, 2, 7, 16] {
-            let text = compose_for(shader, pages);
+            let text = compose_for(shader, contents, pages);
             validate(shader, &text);
             for page in 0..pages {
                 for (group, name) in [(1, "field"), (3, beside)] {
@@ -96,7 +123,8 @@ macro_rules! same_layout {
 
 #[test]
 fn structs_have_the_same_layout_in_rust_and_wgsl() {
-    let [picture, scene, parts, gradient] = ["picture", "scene", "parts", "gradient"].map(parse);
+    let [picture, parts, gradient] = ["picture", "parts", "gradient"].map(parse);
+    let scene = parse_text("scene", &compose_for("picture", SCENES[1], 1));
     same_layout!(&picture, Params: eye_hi width eye_lo height forward_hi first_piece forward_lo pixel_step right_hi
         half_pixel_hi right_lo half_pixel_lo up_hi zero up_lo max_steps knots core layers index_base triangles rim_sides
         spans steps column_stride layer_stride color_tolerance min_transmittance brightest start page_columns first_layer last_layer);
@@ -110,12 +138,14 @@ fn structs_have_the_same_layout_in_rust_and_wgsl() {
     same_layout!(&picture, Pixel: red green blue alpha error variance columns frusta void_frusta order nearness);
     same_layout!(&scene, Clip: towards_hi distance_hi towards_lo distance_lo west east inner outer south north
         first_layer last_layer kind cuts_inside);
-    same_layout!(&scene, SurfaceLayer: layer first_material material_count padding);
-    same_layout!(&scene, Material: color opacity kind first_value first_span span_count);
+    same_layout!(&scene, SurfaceLayer: layer first_material material_count padding radius padding_b);
+    same_layout!(&scene, Material: color opacity kind first_value first_span span_count field scale shift
+        padding);
     same_layout!(&scene, SceneField: first_value first_gradient padding);
     same_layout!(&scene, Isosurface: color opacity value field kind color_field first_span span_count scale shift);
-    same_layout!(&scene, Scenery: clips surface_layers materials isosurfaces fields clip_count surface_layer_count
-        isosurface_count seen_above);
+    same_layout!(&scene, VolumeMap: field first_span span_count first_step step_count);
+    same_layout!(&scene, Scenery: clips surface_layers materials isosurfaces fields maps clip_count surface_layer_count
+        isosurface_count seen_above volume_count sphere_count);
     same_layout!(&gradient, Around: first columns row);
     same_layout!(&parts, Part: middle reach lowest_hi lowest_lo max_fragments);
     same_layout!(&parts, Fragment: ray entry_hi entry_lo exit_hi exit_lo red green blue alpha error variance);
@@ -147,7 +177,7 @@ fn constants_are_those_of_rust() {
         assert_eq!(constant(module, name), f64::from(value), "{name}");
     }
     assert_eq!(constant(&parse("parts"), "LOST"), f64::from(Passed::LOST));
-    let scene = &parse("scene");
+    let scene = &parse_text("scene", &compose_for("picture", SCENES[1], 1));
     for (name, value) in [
         ("HAS_HALF_SPACE", Clip::HAS_HALF_SPACE),
         ("HAS_SHELL", Clip::HAS_SHELL),
@@ -158,6 +188,8 @@ fn constants_are_those_of_rust() {
         ("MATERIAL_PLAIN", Material::PLAIN),
         ("MATERIAL_FIELD", Material::FIELD),
         ("MATERIAL_CELLS", Material::CELLS),
+        ("MATERIAL_BETWEEN", Material::BETWEEN),
+        ("AT_RADIUS", SurfaceLayer::AT_RADIUS),
     ] {
         assert_eq!(constant(scene, name), f64::from(value), "{name}");
     }

@@ -101,7 +101,7 @@ impl TransferMap {
 
     /// Whether it is the same transfer function of the same source.
     #[inline]
-    pub(crate) fn is_of(&self, other: &Self) -> bool {
+    pub fn is_of(&self, other: &Self) -> bool {
         self.source == other.source && self.knots == other.knots
     }
 

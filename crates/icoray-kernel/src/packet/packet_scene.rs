@@ -85,7 +85,7 @@ impl<'f> PacketScene<'f> {
 
 impl KernelScene<'_> {
     /// Whether there is no more than one volume, whose opacity is that of its own field.
-    fn has_one_field_of_volume(&self) -> bool {
+    pub fn has_one_field_of_volume(&self) -> bool {
         match self.media.as_slice() {
             [] => true,
             [medium] => medium.color.is_of(&medium.extinction),

@@ -40,6 +40,7 @@ pub struct Content {
     field: u64,
     range: [u64; 2],
     falling: bool,
+    is_bounded: bool,
 }
 
 impl<'f> Job<'f> {
@@ -166,7 +167,7 @@ impl<'f> Job<'f> {
     /// What [`Self::values`] gives: equal for jobs that give the same.
     pub fn content(&self) -> Content {
         let range = self.spans.range().map(f64::to_bits);
-        Content { field: self.field.number(), range, falling: self.plan.falling }
+        Content { field: self.field.number(), range, falling: self.plan.falling, is_bounded: self.is_bounded() }
     }
 
     /// Normalised values over some columns on some layers, counted from the innermost: packed in the order that
@@ -175,11 +176,18 @@ impl<'f> Job<'f> {
     /// # Panics
     /// Where there is no such column, layer or number.
     pub fn values(&self, columns: &[u32], layers: Range<usize>, first: usize, values: &mut [f32]) {
-        let narrow = |value: f64| if value.is_nan() { ENDLESS } else { narrowed(value) };
+        let is_bounded = self.is_bounded();
+        let is_missing = |value: f64| value.is_nan() || (is_bounded && value.is_infinite());
+        let narrow = |value: f64| if is_missing(value) { ENDLESS } else { narrowed(value) };
         match self.field.samples() {
             Reals::F32(data) => self.read(data, columns, layers, first, values, narrow),
             Reals::F64(data) => self.read(data, columns, layers, first, values, narrow),
         }
+    }
+
+    /// Whether infinite values are missing ones, as in scenes of several volumes.
+    fn is_bounded(&self) -> bool {
+        self.scenery.as_ref().is_some_and(|scenery| !scenery.volumes.is_empty())
     }
 
     /// The rounding residuals of [`Self::values`], for devices that compute differences of values: 32,767 stands for

@@ -4,23 +4,26 @@
 //! The CPU renderer keeps the plan, ranges, averages of fields at corners, gradients, blending over the background and
 //! error bounds, and traces the tiles that the device does not return. Everything is for `f32` kernels.
 
+mod fields;
 mod isosurfaces;
 mod job;
 mod light;
 pub mod mirror;
 mod scenery;
 mod tables;
+mod volumes;
 
 pub use crate::raster::Rect;
+pub use fields::{FieldId, MAX_FIELDS, SceneField};
 pub use icoray_kernel::ray::Fragment;
 pub use icoray_kernel::signature::BoundarySignature;
-pub(crate) use isosurfaces::isosurface_tables;
-pub use isosurfaces::{ColorByField, FieldId, Isosurface, IsosurfacePaint, MAX_FIELDS, SceneField};
+pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
 pub use job::{Content, Job};
 pub use light::Shading;
 pub(crate) use scenery::unsupported;
-pub use scenery::{ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, Paint, Scenery, SurfaceLayer};
+pub use scenery::{ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, Paint, Scenery, SurfaceLayer, SurfacePlace};
 pub use tables::{BudgetTable, Span, Tables, locate};
+pub use volumes::{MAX_VOLUMES, SceneVolume, VolumeMap};
 
 use bytemuck::{Pod, Zeroable};
 use icoray_scene::Adapter;

@@ -1,12 +1,13 @@
 //! What a scene shows beside its volume, for a device.
 
-use super::{ENDLESS, FallbackReason, Isosurface, SceneField, Span};
+use super::fields::FieldTable;
+use super::{ColorByField, ENDLESS, FallbackReason, Isosurface, MAX_VOLUMES, SceneField, SceneVolume, Span};
 use icoray_grid::array::MapInline;
 use icoray_grid::grid::unit_vector;
 use icoray_kernel::general;
-use icoray_kernel::general::{FieldSource, SurfaceHeight};
-use icoray_kernel::transfer::Spans;
-use icoray_scene::{Clip, Heights, Level, LonLatBox, Scene, Volume};
+use icoray_kernel::general::{FieldSource, KernelScene, SurfaceHeight};
+use icoray_kernel::transfer::{KernelKnot, Spans};
+use icoray_scene::{Clip, Heights, Level, LonLatBox, Scene};
 use rayon::prelude::*;
 
 /// Largest number of cuts that a device is given.
@@ -20,19 +21,54 @@ pub const MAX_SURFACES: usize = 8;
 pub struct Scenery {
     /// The cuts.
     pub clips: Vec<ClipRegion>,
-    /// The layers with surfaces on them.
+    /// The layers and spheres with surfaces on them.
     pub surface_layers: Vec<SurfaceLayer>,
     /// Surfaces on which a field has one value.
     pub isosurfaces: Vec<Isosurface>,
-    /// The fields that isosurfaces need beside the volume's.
+    /// The volumes, where there are several or the only one's opacity is that of another field; else that of
+    /// [`Job::spans`](super::Job::spans) is the only one.
+    pub volumes: Vec<SceneVolume>,
+    /// The fields that volumes and isosurfaces need beside the job's.
     pub fields: Vec<SceneField>,
 }
 
-/// A layer with all surfaces on it.
+impl Scenery {
+    /// What a scene shows with these cuts between layers of a grid of so many cells. `knots` are those of the job's
+    /// transfer function, and `range` gives the least and the greatest value of each field.
+    ///
+    /// # Errors
+    /// A [`FallbackReason`] where that is not for devices.
+    pub(crate) fn new(
+        world: &KernelScene,
+        clips: Vec<ClipRegion>,
+        (size, knots): ((usize, usize), &[KernelKnot]),
+        is_lit: bool,
+        range: impl Fn(usize) -> Option<[f64; 2]>,
+    ) -> Result<Self, FallbackReason> {
+        let mut fields = FieldTable::new(world, Spans::<f32>::new(knots).range());
+        let volumes = SceneVolume::all(world, knots, &mut fields);
+        let surface = |surface| SurfaceLayer::new(surface, (&world.sources, size.0), &mut fields, &range);
+        let surface_layers = world.surface_layers.iter().map(surface).collect();
+        let surfaces = world.isosurfaces.iter();
+        let isosurfaces = surfaces.map(|surface| Isosurface::new(surface, &mut fields, &range)).collect();
+        Ok(Scenery { clips, surface_layers, isosurfaces, volumes, fields: fields.fields(size, is_lit)? })
+    }
+}
+
+/// Where surfaces lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SurfacePlace {
+    /// On a layer, counted from the innermost.
+    Layer(usize),
+    /// Between layers, at this radius in planet radii.
+    Radius(f64),
+}
+
+/// A layer or a sphere with all surfaces on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceLayer {
-    /// The number of the layer, counted from the innermost.
-    pub layer: usize,
+    /// Where it lies.
+    pub place: SurfacePlace,
     /// The surfaces, the first in front.
     pub materials: Vec<Material>,
 }
@@ -60,6 +96,8 @@ pub enum Paint {
         /// Whether a cell has one colour all over.
         by_cell: bool,
     },
+    /// The colours of a field's values between layers.
+    Between(ColorByField),
 }
 
 /// A cut: where all of its conditions hold.
@@ -94,33 +132,36 @@ impl ClipRegion {
 }
 
 impl SurfaceLayer {
-    /// A layer of the general kernel on a grid of so many cells.
-    ///
-    /// # Errors
-    /// A [`FallbackReason`] where the surfaces lie between layers.
-    pub(crate) fn new(
+    /// A layer of the general kernel, on a grid of so many cells; `range` gives the least and the greatest value of each
+    /// field.
+    fn new(
         surface: &general::SurfaceLayer,
-        sources: &[FieldSource],
-        cells: usize,
-    ) -> Result<Self, FallbackReason> {
-        let SurfaceHeight::Layer(layer) = surface.place else {
-            return Err(FallbackReason::new("the scene shows surfaces at heights between its layers"));
+        (sources, cells): (&[FieldSource], usize),
+        fields: &mut FieldTable,
+        range: &impl Fn(usize) -> Option<[f64; 2]>,
+    ) -> Self {
+        let mut paint = |material: &general::Material| match (material, surface.place) {
+            (general::Material::Plain(color), _) => Paint::Plain(color.map_inline(|c| c as f32)),
+            (general::Material::By { map, by_cell }, SurfaceHeight::Layer(layer)) => {
+                let source = &sources[map.source];
+                // A cell is a triangle of three alike.
+                let value = |cell: u32| map.normal(source.at([cell; 3], layer)[0]);
+                let value = |cell| if value(cell).is_finite() { value(cell) as f32 } else { ENDLESS };
+                let values = (0..cells as u32).into_par_iter().map(value).collect();
+                Paint::Field { spans: Spans::new(map.knots()).all().to_vec(), values, by_cell: *by_cell }
+            }
+            (general::Material::By { map, .. }, SurfaceHeight::Radius(_)) => {
+                Paint::Between(ColorByField::new(map, fields, range))
+            }
         };
-        let material = |(material, opacity): &(general::Material, f64)| {
-            let paint = match material {
-                general::Material::Plain(color) => Paint::Plain(color.map_inline(|c| c as f32)),
-                general::Material::By { map, by_cell } => {
-                    let source = &sources[map.source];
-                    // A cell is a triangle of three alike.
-                    let value = |cell: u32| map.normal(source.at([cell; 3], layer)[0]);
-                    let value = |cell| if value(cell).is_finite() { value(cell) as f32 } else { ENDLESS };
-                    let values = (0..cells as u32).into_par_iter().map(value).collect();
-                    Paint::Field { spans: Spans::new(map.knots()).all().to_vec(), values, by_cell: *by_cell }
-                }
-            };
-            Material { opacity: *opacity as f32, paint }
+        let materials = surface.materials.iter();
+        let materials =
+            materials.map(|(material, opacity)| Material { opacity: *opacity as f32, paint: paint(material) });
+        let place = match surface.place {
+            SurfaceHeight::Layer(layer) => SurfacePlace::Layer(layer),
+            SurfaceHeight::Radius(radius) => SurfacePlace::Radius(radius),
         };
-        Ok(SurfaceLayer { layer, materials: surface.materials.iter().map(material).collect() })
+        SurfaceLayer { place, materials: materials.collect() }
     }
 }
 
@@ -132,10 +173,8 @@ pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
     }
     let reason = if scenery.heights == Heights::Native {
         "the scene's layers lie at other heights in each column"
-    } else if scene.volumes.len() > 1 {
-        "the scene shows several volumes"
-    } else if matches!(scene.volumes.as_slice(), [Volume { opacity: Some(_), .. }]) {
-        "the opacity of the scene's volume is that of another field"
+    } else if scene.volumes.len() > MAX_VOLUMES {
+        return Some(format!("the scene shows {} volumes, expected at most {MAX_VOLUMES}", scene.volumes.len()));
     } else if scenery.lines.iter().any(|lines| lines.on != Level::Ground) {
         "the scene has lines on a layer"
     } else if scenery.clips.len() > MAX_CLIPS {

@@ -8,7 +8,7 @@ use super::picture;
 use super::prepare::FieldSummary;
 use super::rendered::Rendered;
 use super::work::{Rays, Work, with_ends};
-use crate::device::{ClipRegion, FallbackReason, Scenery, SurfaceLayer, isosurface_tables};
+use crate::device::{ClipRegion, Scenery};
 use crate::edges::Edges;
 use crate::plan::budget::{allowed, allowed_to_single};
 use crate::ranks::Ranks;
@@ -109,14 +109,9 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let none = Lazy::of(|| Gradients::none().into());
     let on_device = OnDevice::new(context, field, &none, field_summary.quality).with_scenery(|| {
         let clips = scene.scenery.clips.iter().map(|clip| ClipRegion::new(clip, |height| context.radius_of(height)));
-        let surface = |surface| SurfaceLayer::new(surface, &world.sources, grid.cells());
-        let surface_layers: std::result::Result<_, FallbackReason> =
-            renderer.run(|| world.surface_layers.iter().map(surface).collect());
-        let size = (grid.cells(), plan.radius.len());
-        let is_lit = field_summary.is_lit();
-        let (isosurfaces, fields) =
-            renderer.run(|| isosurface_tables(&world, size, is_lit, |source| context.range(source).0))?;
-        Ok(Scenery { clips: clips.collect(), surface_layers: surface_layers?, isosurfaces, fields })
+        let tables = ((grid.cells(), plan.radius.len()), plan.knots.as_slice());
+        let range = |source| context.range(source).0;
+        renderer.run(|| Scenery::new(&world, clips.collect(), tables, field_summary.is_lit(), range))
     });
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F32;
     let level = renderer.vectors().filter(|_| is_exact);

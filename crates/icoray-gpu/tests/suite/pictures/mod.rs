@@ -8,6 +8,7 @@ mod data;
 mod lit;
 mod parts;
 mod scenes;
+mod volumes;
 use common::*;
 
 #[test]

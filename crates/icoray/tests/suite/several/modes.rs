@@ -88,7 +88,7 @@ fn the_cpu_draws_and_says_why() {
     let scene = scene(FAR, "backend = \"gpu\"", "");
     let scene = Scene { precision: Precision::F32, ..scene };
     let frame = world.draw(renderer().with_devices(Arc::new(NotAsked)), &scene);
-    let why = "the scene shows several volumes";
+    let why = "the scene has lines on a layer";
     assert_eq!(frame.report.device.left_to_cpu.as_deref(), Some(why));
     assert_eq!(frame.report.device.name, None);
 }

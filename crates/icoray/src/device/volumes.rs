@@ -1,0 +1,52 @@
+//! Several volumes, or one whose opacity is that of another field, for a device.
+
+use super::fields::FieldTable;
+use super::{FieldId, Span};
+use icoray_kernel::general::{KernelScene, Medium, TransferMap};
+use icoray_kernel::transfer::{KernelKnot, Spans};
+
+/// Largest number of volumes that a device is given.
+pub const MAX_VOLUMES: usize = 4;
+
+/// A volume: colour by one field, opacity by the same or another one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneVolume {
+    /// The transfer function of which the extinctions count, and the colours where [`Self::color`] is `None`.
+    pub extinction: VolumeMap,
+    /// The transfer function of which the colours count.
+    pub color: Option<VolumeMap>,
+}
+
+/// A transfer function with its field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VolumeMap {
+    /// The field, normalised to the range of the spans.
+    pub field: FieldId,
+    /// The transfer function, in rising order.
+    pub spans: Vec<Span>,
+    /// Where it jumps, as [`Job::steps`](super::Job::steps).
+    pub steps: Vec<[f32; 2]>,
+}
+
+impl VolumeMap {
+    fn new(map: &TransferMap, fields: &mut FieldTable) -> Self {
+        let spans = Spans::<f32>::new(map.knots());
+        let steps = spans.steps().iter().map(|step| [step.value, step.extinction]).collect();
+        VolumeMap { field: fields.of_map(map), spans: spans.all().to_vec(), steps }
+    }
+}
+
+impl SceneVolume {
+    /// The volumes of a scene; none where the only one is that of the job, of this transfer function.
+    pub(super) fn all(world: &KernelScene, knots: &[KernelKnot], fields: &mut FieldTable) -> Vec<Self> {
+        let is_own = |medium: &Medium| medium.extinction.source == 0 && medium.extinction.knots() == knots;
+        if world.has_one_field_of_volume() && world.media.iter().all(is_own) {
+            return Vec::new();
+        }
+        let volume = |medium: &Medium| SceneVolume {
+            extinction: VolumeMap::new(&medium.extinction, fields),
+            color: (!medium.color.is_of(&medium.extinction)).then(|| VolumeMap::new(&medium.color, fields)),
+        };
+        world.media.iter().map(volume).collect()
+    }
+}
