@@ -6,9 +6,10 @@ use crate::failure::CommandResult;
 use crate::render::{Drawing, FieldCache, Key, NativeHeightCache, SceneFields, Series};
 use crate::selection::{Opened, Selection};
 use crate::suggested;
-use icoray::output::Stamp;
+use icoray::output::{Stamp, printed_units};
 use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Result, Scene, Script};
 use icoray_live::{Description, FieldDescription, Histogram, LiveView, Options, Probe, Question, Request};
+use icoray_netcdf::FieldInfo;
 use icoray_progress::Progress;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -53,7 +54,7 @@ fn describe(selection: &Selection, opened: &Opened) -> Description {
     let fields = file.likely_fields().into_iter().map(|info| FieldDescription {
         name: info.name.clone(),
         long_name: info.description.long_name.clone(),
-        units: info.description.units.clone(),
+        units: units(info),
         layers: if info.is_2d() { 0 } else { info.layers },
     });
     let fields: Vec<FieldDescription> = fields.collect();
@@ -177,7 +178,7 @@ impl Viewer<'_> {
     fn histogram(&self, name: &str, time: usize, data: &Data) -> Result<Histogram> {
         let file = &self.opened.file;
         let info = file.field_info(name)?;
-        let units = info.description.units.clone();
+        let units = units(info);
         let renderer = &self.opened.renderer;
         if let Some((_, field)) = data.fields.iter().find(|((known, _), _)| known == name) {
             return Ok(Histogram::of(name, units, field, renderer));
@@ -192,7 +193,7 @@ impl Viewer<'_> {
         let fields = drawing.fields(scene, fields, heights)?;
         let found = drawing.renderer.probe(scene, drawing.grid, layers, fields, at)?;
         let field = scene.field().to_owned();
-        let units = self.opened.file.field_info(&field).ok().and_then(|info| info.description.units.clone());
+        let units = self.opened.file.field_info(&field).ok().and_then(units);
         let error = shown.map(|frame| {
             let [x, y] = [(at[0], frame.width), (at[1], frame.height)]
                 .map(|(at, size)| ((at * f64::from(size)) as usize).min(size as usize - 1));
@@ -209,6 +210,11 @@ impl Data<'_> {
         frame.stamp = self.stamp.clone();
         Ok(frame)
     }
+}
+
+/// The units of a field, as print has them.
+fn units(info: &FieldInfo) -> Option<String> {
+    info.description.units.as_deref().and_then(printed_units)
 }
 
 /// The layers, fields and heights that a scene needs.

@@ -3,7 +3,7 @@
 //! The six faces of a cube around the sphere are divided into squares, each the base of a pyramid from the centre. A ray
 //! leaves a pyramid through one of four planes through the centre, so that its way over the map is found without the
 //! mesh. Each triangle belongs to all macrocells that it overlaps, with a margin that is larger than all rounding. Where
-//! a square of [`GROUP`] by [`GROUP`] macrocells, or a whole face of a coarse map, is empty, it is passed in one step.
+//! a group of 8 by 8 macrocells, or a whole face of a coarse map, is empty, it is passed in one step.
 
 use crate::array::MapInline;
 use crate::grid::Grid;

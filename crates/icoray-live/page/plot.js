@@ -5,7 +5,7 @@ import { s } from './dom.js';
 import { shown } from './format.js';
 
 const [WIDTH, HEIGHT] = [320, 180];
-const [LEFT, RIGHT, TOP, BOTTOM] = [54, 10, 10, 38];
+const [LEFT, RIGHT, TOP, BOTTOM] = [74, 10, 10, 38];
 
 /** Round numbers between two ends, about `count` of them. */
 export function ticks(low, high, count) {

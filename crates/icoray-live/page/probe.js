@@ -101,7 +101,7 @@ function show() {
   const points = answer.along.map((p) => ({
     x: along === 'distance' ? p.distance : p.height_m / 1000,
     y: p.value,
-    weight: p.weight,
+    weight: p.length > 0 ? p.weight / p.length : 0,
   }));
   const ray = plot({
     points,

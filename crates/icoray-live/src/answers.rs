@@ -112,6 +112,7 @@ struct AlongAnswer {
     distance: f64,
     height_m: f64,
     value: Option<f64>,
+    length: f64,
     weight: f64,
 }
 
@@ -130,6 +131,7 @@ impl From<Probe> for ProbeAnswer {
             distance: point.distance,
             height_m: point.height_m,
             value: known(point.value),
+            length: point.length,
             weight: point.weight,
         });
         let along = along.collect();

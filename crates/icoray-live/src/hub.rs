@@ -224,7 +224,6 @@ impl State {
         let (revision, is_moving) = (session.revision(), session.is_moving());
         let request =
             |scene, is_final| Some(Request::Draw(Box::new(DrawRequest { scene, time, revision, is_final, is_moving })));
-        // A hand that stops leaves what the last coarse picture shows.
         let is_new = self.drawn < revision;
         if is_new && (is_moving || self.rest_s > QUICK_S) {
             return request(session.moving_scene(MOVING_MS, MOVING_SIZE), false);

@@ -127,6 +127,13 @@ impl LiveView {
     }
 }
 
+impl Drop for LiveView {
+    /// Nobody answers questions any more.
+    fn drop(&mut self) {
+        self.hub.end();
+    }
+}
+
 /// 128 bits of chance, as hexadecimal digits.
 fn token() -> Result<String> {
     let mut bytes = [0u8; 16];

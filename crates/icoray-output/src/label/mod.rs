@@ -13,6 +13,7 @@ mod units;
 mod words;
 
 pub(crate) use canvas::Canvas;
+pub use units::printed_units;
 
 use crate::frame::{Frame, Legend};
 

@@ -15,6 +15,16 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     format!("10{}", raised(exponent))
 }
 
+/// Units as print has them; `None` where there is nothing to say, such as for `1`.
+///
+/// ```
+/// # use icoray_output::printed_units;
+/// assert_eq!(printed_units("m s-1").as_deref(), Some("m s⁻¹"));
+/// ```
+pub fn printed_units(units: &str) -> Option<String> {
+    pretty(units, 0)
+}
+
 /// Units of values that are shown divided by 10 to the `exponent`; `None` where nothing is to be said.
 pub(super) fn pretty(units: &str, exponent: i32) -> Option<String> {
     let units = units.trim();

@@ -53,7 +53,9 @@ pub struct ProbePoint {
     pub height_m: f64,
     /// The field's value; NaN where it is missing.
     pub value: f64,
-    /// Part of the ray's light that is absorbed between this place and the one before.
+    /// Length of the part of the ray around this place, planet radii.
+    pub length: f64,
+    /// Part of the ray's light that is absorbed along that length.
     pub weight: f64,
 }
 
@@ -177,8 +179,13 @@ impl Shell<'_> {
             }
             let middle = (point as f64 + 0.5) / POINTS as f64;
             let (rho, value) = at(middle);
-            let (distance, weight) = (lerp(t0, t1, middle), before - *left);
-            along.push(ProbePoint { distance, height_m: self.height_m(rho), value, weight });
+            along.push(ProbePoint {
+                distance: lerp(t0, t1, middle),
+                height_m: self.height_m(rho),
+                value,
+                length: step * PARTS as f64,
+                weight: before - *left,
+            });
         }
     }
 

@@ -56,6 +56,11 @@ fn a_probe_finds_where_the_light_comes_from() {
                 let alpha = f64::from(frame.pixels[7 * 21 + 10][3]);
                 let sum: f64 = probe.along.iter().map(|point| point.weight).sum();
                 assert!((sum - probe.alpha).abs() < 1e-12);
+                // The parts of the ray join.
+                for (a, b) in probe.along.iter().zip(&probe.along[1..]) {
+                    let gap = b.distance - a.distance - 0.5 * (a.length + b.length);
+                    assert!(gap.abs() < 1e-9, "{a:?} {b:?}");
+                }
                 let solid = scene.core.is_some();
                 assert!(solid && (alpha - 1.0).abs() < 1e-3);
                 let clear = Scene { core: None, ..scene };
