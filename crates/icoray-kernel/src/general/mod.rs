@@ -31,7 +31,7 @@ use crate::counts::Counts;
 use crate::ground::{Core, SurfaceHit};
 use crate::piece::Radiance;
 use crate::plane::RayLine;
-use crate::ray::Budget;
+use crate::budget::Budget;
 use crate::shade::{RayShading, Shading};
 use crate::signature::{Boundary, BoundarySignature, EyeDistance};
 use crate::walk::Column;
