@@ -42,6 +42,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             }
             let rest = "background = \"black\"\ncore = \"transparent\"";
             let scene = multi_scale::scene(options.size, opacity, rest, "")?;
+            let scene = Scene { tolerance: options.tolerance, ..scene };
             let model = Model::new(*level, options, &scene, name)?;
             bar.set_message(format!("n={level} {name}, icoray"));
             let ours = model.ours()?;

@@ -20,6 +20,9 @@ pub struct Options {
     /// VTK's renderers: bunyk and projected-tetrahedra are given tetrahedra, zsweep wedges.
     #[arg(long, value_delimiter = ',', default_value = "bunyk,zsweep,projected-tetrahedra")]
     pub renderers: Vec<String>,
+    /// Tolerance of icoray's pictures.
+    #[arg(long, default_value_t = 1e-3)]
+    pub tolerance: f64,
     /// Threads; VTK's z-sweep has one.
     #[arg(long, default_value_t = 1)]
     pub threads: usize,
