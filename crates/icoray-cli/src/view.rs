@@ -8,7 +8,9 @@ use crate::selection::{Opened, Selection};
 use crate::suggested;
 use icoray::output::{Stamp, printed_units};
 use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Result, Scene, Script};
-use icoray_live::{Description, FieldDescription, Histogram, LiveView, Options, Probe, Question, Request};
+use icoray_live::{
+    Description, FieldDescription, Histogram, LiveView, Options, PictureSize, Probe, Question, Request,
+};
 use icoray_netcdf::FieldInfo;
 use icoray_progress::Progress;
 use std::collections::BTreeMap;
@@ -39,7 +41,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let time = opened.times[opened.times.len() - 1];
     let reader = rules::reader(&opened.file);
     let is_suggested = selection.scene_options.scene.is_none();
-    let options = Options { port: args.port, follows_size: is_suggested && selection.size.is_none() };
+    let size = match is_suggested && selection.size.is_none() {
+        true => PictureSize::Viewer,
+        false => PictureSize::SceneOrViewer,
+    };
+    let options = Options { port: args.port, size };
     let live = LiveView::open(&options, describe(selection, &opened), (text, time), reader)?;
     opened.renderer = opened.renderer.with_stop(live.stop());
     writeln!(out, "view      {}\n          ends with Ctrl-C", live.address())?;
@@ -157,21 +163,20 @@ impl Viewer<'_> {
     }
 
     fn reply(&mut self, question: Question, scene: &Scene, time: usize, data: &Data) {
-        let at_rest = self.at_rest.take_if(|(its, at, _)| its == scene && *at == time).map(|(_, _, frame)| frame);
-        let mut known = at_rest;
+        if self.at_rest.as_ref().is_some_and(|(its, at, _)| its != scene || *at != time) {
+            self.at_rest = None;
+        }
+        let known = self.at_rest.as_ref().map(|(_, _, frame)| frame);
         match question {
             Question::Histogram { field, reply } => reply.send(self.histogram(&field, time, data)),
-            Question::Probe { at, reply } => reply.send(self.probe(scene, at, known.as_ref(), data)),
+            Question::Probe { at, reply } => reply.send(self.probe(scene, at, known, data)),
             Question::Picture { reply } => {
-                let frame = known.take().map_or_else(|| data.frame(scene), Ok);
+                let frame = known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone()));
                 if let Ok(frame) = &frame {
-                    known = Some(frame.clone());
+                    self.at_rest = Some((scene.clone(), time, frame.clone()));
                 }
                 reply.send(frame);
             }
-        }
-        if let Some(frame) = known {
-            self.at_rest = Some((scene.clone(), time, frame));
         }
     }
 
@@ -180,11 +185,12 @@ impl Viewer<'_> {
         let info = file.field_info(name)?;
         let units = units(info);
         let renderer = &self.opened.renderer;
-        if let Some((_, field)) = data.fields.iter().find(|((known, _), _)| known == name) {
-            return Ok(Histogram::of(name, units, field, renderer));
-        }
-        let read = file.read_layers(name, time, self.selection.layers_wanted.of(info)?)?;
-        Ok(Histogram::of(name, units, &read.field()?, renderer))
+        let counted = |field: &Field| renderer.histogram(&mut Ranks::alone(), field, None, Histogram::FINE_BINS);
+        let found = match data.fields.iter().find(|((known, _), _)| known == name) {
+            Some((_, field)) => counted(field)?,
+            None => counted(&file.read_layers(name, time, self.selection.layers_wanted.of(info)?)?.field()?)?,
+        };
+        Ok(Histogram::new(name, units, found))
     }
 
     fn probe(&self, scene: &Scene, at: [f64; 2], shown: Option<&Frame>, data: &Data) -> Result<Option<Probe>> {
@@ -194,12 +200,7 @@ impl Viewer<'_> {
         let found = drawing.renderer.probe(scene, drawing.grid, layers, fields, at)?;
         let field = scene.field().to_owned();
         let units = self.opened.file.field_info(&field).ok().and_then(units);
-        let error = shown.map(|frame| {
-            let [x, y] = [(at[0], frame.width), (at[1], frame.height)]
-                .map(|(at, size)| ((at * f64::from(size)) as usize).min(size as usize - 1));
-            frame.error[y * frame.width as usize + x]
-        });
-        Ok(found.map(|found| Probe { found, field, units, error }))
+        Ok(found.map(|found| Probe::new(found, (field, units), at, shown)))
     }
 }
 

@@ -127,28 +127,33 @@ impl<'a> Field<'a> {
         &self.elements
     }
 
-    /// The number of values in each of `bins` equal parts of the range from `low` to `high`; values outside are in none.
-    /// Parallel.
-    pub fn counts(&self, [low, high]: [f64; 2], bins: usize) -> Vec<u64> {
+    /// The number of values in each of `bins` equal parts of the range from `low` to `high`, over those columns for which
+    /// `counts` is true, over all without it; values outside are in none. Parallel.
+    pub fn histogram_over(
+        &self,
+        [low, high]: [f64; 2],
+        bins: usize,
+        counts: Option<&(dyn Fn(usize) -> bool + Sync)>,
+    ) -> Vec<u64> {
         let per_value = bins as f64 / (high - low);
         let none = || vec![0u64; bins];
-        let add = |mut counts: Vec<u64>, column: usize| {
+        let add = |mut numbers: Vec<u64>, column: usize| {
             for layer in 0..self.shape.layers {
                 let value = self.value(column, layer);
                 if (low..=high).contains(&value) {
                     // A range without an extent has one bin.
                     let bin = ((value - low) * per_value) as usize;
-                    counts[bin.min(bins - 1)] += 1;
+                    numbers[bin.min(bins - 1)] += 1;
                 }
             }
-            counts
+            numbers
         };
         let both = |mut a: Vec<u64>, b: Vec<u64>| {
             a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
             a
         };
         let columns = (0..self.shape.columns).into_par_iter().with_min_len(4096);
-        columns.fold(none, add).reduce(none, both)
+        columns.filter(|column| counts.is_none_or(|counts| counts(*column))).fold(none, add).reduce(none, both)
     }
 
     /// Least and greatest value, and the number of missing values; the range is `None` where all are missing. Parallel.

@@ -1,11 +1,10 @@
 //! Answers about the data, as the page reads them.
 
-use icoray::{Field, Renderer};
+use icoray::Frame;
 use serde::Serialize;
 
-/// Numbers of bins: those that are sent, and those from which percentiles are found.
+/// Number of bins that are sent.
 const BINS: usize = 128;
-const FINE_BINS: usize = 128 * 64;
 
 /// How often a field has which values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,22 +39,19 @@ pub struct Percentiles {
 }
 
 impl Histogram {
-    /// The histogram of all values of a field, on the renderer's threads.
-    pub fn of(name: &str, units: Option<String>, field: &Field, renderer: &Renderer) -> Self {
-        let (range, missing) = renderer.run(|| field.range());
-        let mut histogram = Histogram {
-            field: name.to_owned(),
-            units,
-            range,
-            counts: vec![0; BINS],
-            percentiles: Percentiles::default(),
-            missing,
-        };
-        let Some([low, high]) = range else { return histogram };
-        let fine = renderer.run(|| field.counts([low, high], FINE_BINS));
+    /// The number of bins in which values are to be counted, for percentiles.
+    pub const FINE_BINS: usize = BINS * 64;
+
+    /// The histogram of a field whose values were counted in [`Self::FINE_BINS`].
+    pub fn new(field: &str, units: Option<String>, found: icoray::Histogram) -> Self {
+        let icoray::Histogram { range, counts: fine, missing } = found;
+        let mut counts = vec![0; BINS];
         for (bin, count) in fine.iter().enumerate() {
-            histogram.counts[bin * BINS / FINE_BINS] += count;
+            counts[bin * BINS / fine.len()] += count;
         }
+        let percentiles = Percentiles::default();
+        let mut histogram = Histogram { field: field.to_owned(), units, range, counts, percentiles, missing };
+        let Some([low, high]) = range else { return histogram };
         let all: u64 = fine.iter().sum();
         let percentile = |hundredths: u64| {
             let mut below = 0;
@@ -63,7 +59,7 @@ impl Histogram {
                 below += count;
                 100 * below >= hundredths * all
             });
-            let place = (bin.unwrap_or(0) as f64 + 0.5) / FINE_BINS as f64;
+            let place = (bin.unwrap_or(0) as f64 + 0.5) / fine.len() as f64;
             low + place * (high - low)
         };
         histogram.percentiles = Percentiles {
@@ -88,6 +84,18 @@ pub struct Probe {
     pub units: Option<String>,
     /// The error of the pixel in the last picture at rest; `None` where there is none.
     pub error: Option<f32>,
+}
+
+impl Probe {
+    /// What was found at a place of the picture `shown`, from 0 to 1 from the left and from the top.
+    pub fn new(found: icoray::Probe, (field, units): (String, Option<String>), at: [f64; 2], shown: Option<&Frame>) -> Self {
+        let error = shown.map(|frame| {
+            let [x, y] = [(at[0], frame.width), (at[1], frame.height)]
+                .map(|(at, size)| ((at * f64::from(size)) as usize).min(size as usize - 1));
+            frame.error[y * frame.width as usize + x]
+        });
+        Probe { found, field, units, error }
+    }
 }
 
 /// [`Probe`] as it is sent; missing values are null.
@@ -144,14 +152,16 @@ impl From<Probe> for ProbeAnswer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray::{Location, Shape};
+    use icoray::{Field, Location, Ranks, Renderer, Shape};
 
     #[test]
     fn a_histogram_counts_each_value_once() {
         let mut values: Vec<f32> = (0..1000).map(|i| i as f32).collect();
         values[17] = f32::NAN;
         let field = Field::new(values.as_slice().into(), Shape::level_fastest(500, 2), Location::Center, None).unwrap();
-        let histogram = Histogram::of("q", None, &field, &Renderer::new(1).unwrap());
+        let renderer = Renderer::new(1).unwrap();
+        let found = renderer.histogram(&mut Ranks::alone(), &field, None, Histogram::FINE_BINS).unwrap();
+        let histogram = Histogram::new("q", None, found);
         assert_eq!((histogram.range, histogram.missing), (Some([0.0, 999.0]), 1));
         assert_eq!(histogram.counts.iter().sum::<u64>(), 999);
         assert!(histogram.counts.iter().all(|count| (6..=9).contains(count)), "{:?}", histogram.counts);

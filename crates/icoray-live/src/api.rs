@@ -2,7 +2,6 @@
 
 use crate::answers::ProbeAnswer;
 use crate::describe::{DescribeAnswer, Description, hex};
-use crate::document;
 use crate::guard;
 use crate::hub::{Hub, Question, Reply};
 use crate::page;
@@ -16,7 +15,7 @@ use icoray::output::{exr_bytes, png_bytes};
 use icoray::{Scene, srgb8};
 use serde::Serialize;
 use serde_json::json;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio::time::timeout;
@@ -33,7 +32,7 @@ const ANSWER: Duration = Duration::from_secs(600);
 /// What requests are answered from.
 pub(crate) struct Api {
     pub hub: Arc<Hub>,
-    pub description: Description,
+    pub description: Arc<Mutex<Description>>,
     pub token: String,
 }
 
@@ -93,7 +92,7 @@ impl Api {
         }
         let query = request.uri().query().unwrap_or_default().to_owned();
         match (call, request.method()) {
-            ("describe", &Method::GET) => Ok(json_answer(&DescribeAnswer::new(&self.description))),
+            ("describe", &Method::GET) => Ok(json_answer(&DescribeAnswer::new(&self.description()))),
             ("scene", &Method::GET) => Ok(json_answer(&self.hub.look(|session| self.scene(session)))),
             ("frame", &Method::GET) => self.frame(&query).await,
             ("histogram", &Method::GET) => self.histogram(&query).await,
@@ -134,7 +133,9 @@ impl Api {
         json!({
             "revision": session.revision(),
             "text": session.text(),
-            "values": document::values(session.text()),
+            "values": session.values(),
+            "view": session.view(),
+            "views": session.views(),
             "time": session.time(),
             "camera": {
                 "eye": eye,
@@ -144,10 +145,22 @@ impl Api {
             },
             "field": scene.field(),
             "transfer": transfer(scene, picture.and_then(|picture| picture.color_range)),
-            "command": format!("{} --time {}", self.description.command, session.time()),
+            "command": self.command(session),
             "can_undo": can_undo,
             "can_redo": can_redo,
         })
+    }
+
+    fn description(&self) -> MutexGuard<'_, Description> {
+        self.description.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The command that draws the scene; none of a running model, whose scene file does.
+    fn command(&self, session: &Session) -> String {
+        match self.description().command.as_str() {
+            "" => String::new(),
+            command => format!("{command} --time {}", session.time()),
+        }
     }
 
     /// The next picture after one, when there is one.
@@ -157,7 +170,7 @@ impl Api {
         let is_next = |picture: &Option<Arc<Picture>>| picture.as_ref().is_some_and(|picture| picture.number > after);
         match timeout(NEXT_PICTURE, pictures.wait_for(is_next)).await {
             Ok(Ok(picture)) => {
-                let bytes = picture.as_ref().map(|picture| picture.bytes.clone());
+                let bytes = picture.as_ref().map(|picture| picture.bytes());
                 Ok(typed("application/octet-stream", bytes.unwrap_or_default()))
             }
             _ => Ok(with_status(StatusCode::NO_CONTENT, Answer::default())),
@@ -188,7 +201,11 @@ impl Api {
             "exr" => "image/x-exr",
             _ => return Err(Refusal(StatusCode::BAD_REQUEST, format!("format {format:?}, expected png or exr"))),
         };
-        let frame = self.ask(|reply| Question::Picture { reply }).await?;
+        let shown = self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let frame = match shown {
+            Some(frame) => frame,
+            None => Arc::new(self.ask(|reply| Question::Picture { reply }).await?),
+        };
         let bytes = if format == "png" { png_bytes(&frame) } else { exr_bytes(&frame) };
         let mut answer = typed(media_type, bytes.map_err(failed)?.into());
         let name = HeaderValue::from_str(&format!("attachment; filename=\"picture.{format}\"")).map_err(bad)?;

@@ -28,14 +28,18 @@ enum Step {
     Entry(usize),
 }
 
-/// The text after the changes, which are taken together.
+/// The text after the changes, which are taken together. Of a script with views, `view` is the number of the one that is
+/// changed: a key is set there if the view has the section or key of its own, else at the top, for all views.
 ///
 /// # Errors
 /// A sentence that names the path or the line.
-pub(crate) fn changed(text: &str, changes: &[Change]) -> Result<String, String> {
+pub(crate) fn changed(text: &str, changes: &[Change], view: Option<usize>) -> Result<String, String> {
     let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| e.to_string())?;
     for Change { path, value } in changes {
-        let done = match path.split_first() {
+        let of_view = view.filter(|view| is_in_view(document.as_table(), *view, path));
+        let place = of_view.map(|view| vec![Step::Key("views".to_owned()), Step::Entry(view)]);
+        let whole = [&place.unwrap_or_default()[..], path].concat();
+        let done = match whole.split_first() {
             Some((Step::Key(key), rest)) => set_in_table(document.as_table_mut(), key, rest, value),
             _ => Err("expected the name of a key or section first".to_owned()),
         };
@@ -44,9 +48,58 @@ pub(crate) fn changed(text: &str, changes: &[Change]) -> Result<String, String> 
     Ok(document.to_string())
 }
 
-/// The scene as JSON.
-pub(crate) fn values(text: &str) -> Json {
-    text.parse().map_or(Json::Null, |document: DocumentMut| table_as_json(document.as_table()))
+/// Whether a view has the section or key at the beginning of a path of its own.
+fn is_in_view(document: &Table, view: usize, path: &[Step]) -> bool {
+    let Some(Step::Key(key)) = path.first() else { return false };
+    document.get("views").and_then(|views| views.get(view)).is_some_and(|view| view.get(key).is_some())
+}
+
+/// The scene as JSON; of a script with views the keys of `view` over those at the top.
+pub(crate) fn values(text: &str, view: Option<usize>) -> Json {
+    let document = text.parse().map_or(Json::Null, |document: DocumentMut| table_as_json(document.as_table()));
+    let (Some(view), Json::Object(mut all)) = (view, document.clone()) else { return document };
+    let Some(mut own) = all.remove("views").and_then(|mut views| Some(views.get_mut(view)?.take())) else {
+        return document;
+    };
+    if let Json::Object(own) = &mut own {
+        own.remove("name");
+    }
+    let mut values = Json::Object(all);
+    lay_over(&mut values, own);
+    values
+}
+
+fn lay_over(base: &mut Json, over: Json) {
+    match (base, over) {
+        (Json::Object(base), Json::Object(over)) => {
+            for (key, value) in over {
+                lay_over(base.entry(key).or_insert(Json::Null), value);
+            }
+        }
+        (base, over) => *base = over,
+    }
+}
+
+/// The keys in which two texts differ, as `camera.lon`.
+pub(crate) fn differences(before: &str, after: &str) -> Vec<String> {
+    let mut all = Vec::new();
+    differing("", &values(before, None), &values(after, None), &mut all);
+    all
+}
+
+fn differing(name: &str, before: &Json, after: &Json, all: &mut Vec<String>) {
+    match (before, after) {
+        (before, after) if before == after => (),
+        (Json::Object(before), Json::Object(after)) => {
+            let gone = before.keys().filter(|key| !after.contains_key(*key));
+            for key in gone.chain(after.keys()) {
+                let name = if name.is_empty() { key.clone() } else { format!("{name}.{key}") };
+                let of = |values: &serde_json::Map<String, Json>| values.get(key).cloned().unwrap_or_default();
+                differing(&name, &of(before), &of(after), all);
+            }
+        }
+        _ => all.push(name.to_owned()),
+    }
 }
 
 fn shown(path: &[Step]) -> String {
@@ -246,7 +299,7 @@ mod tests {
 
     fn after(text: &str, changes: Json) -> Result<String, String> {
         let changes: Vec<Change> = serde_json::from_value(changes).unwrap();
-        changed(text, &changes)
+        changed(text, &changes, None)
     }
 
     #[test]
@@ -286,11 +339,11 @@ mod tests {
             "surfaces": [{ "layer": 3 }, { "layer": "top", "transfer": { "map": "vik" } }],
             "transfer": { "opacity": [[0, 0], [1, 0.5]], "range": { "union": [1, 99] } },
         });
-        assert_eq!(values(&text), expected, "{text}");
+        assert_eq!(values(&text, None), expected, "{text}");
         let removed = json!([{ "path": ["surfaces", 1], "value": null }, { "path": ["surfaces", 0], "value": null },
                              { "path": ["nothing", "here"], "value": null }]);
         let text = after(&text, removed).unwrap();
-        assert_eq!(values(&text).get("surfaces"), None, "{text}");
+        assert_eq!(values(&text, None).get("surfaces"), None, "{text}");
     }
 
     #[test]
@@ -306,6 +359,29 @@ mod tests {
             let error = after(SCENE, json!([{ "path": path, "value": value }])).unwrap_err();
             assert!(error.contains(wanted), "{path}: {error}");
         }
-        assert!(changed("a = ", &[]).is_err());
+        assert!(changed("a = ", &[], None).is_err());
+    }
+
+    #[test]
+    fn changes_of_a_view_go_where_its_keys_stand() {
+        let text = "field = \"q\"\ncamera = { lon = 1, lat = 2 }\n[[views]]\nname = \"a\"\n\
+                    camera = { lon = 7 } # its own\n[[views]]\nname = \"b\"\n";
+        let changes: Vec<Change> = serde_json::from_value(json!([
+            { "path": ["camera", "lat"], "value": 3 },
+            { "path": ["field"], "value": "w" },
+        ]))
+        .unwrap();
+        let [a, b] = [0, 1].map(|view| changed(text, &changes, Some(view)).unwrap());
+        let field = text.replace("\"q\"", "\"w\"");
+        assert_eq!(a, field.replace("{ lon = 7 }", "{ lon = 7 , lat = 3 }"));
+        assert_eq!(b, field.replace("lat = 2", "lat = 3"));
+        let expected = json!({ "field": "w", "camera": { "lon": 7, "lat": 3 } });
+        assert_eq!(values(&a, Some(0)), expected);
+        assert_eq!(values(&b, Some(1)), json!({ "field": "w", "camera": { "lon": 1, "lat": 3 } }));
+        let added = json!([{ "path": ["views", 2], "value": { "name": "c", "camera": { "lon": 5 } } }]);
+        let added = changed(text, &serde_json::from_value::<Vec<Change>>(added).unwrap(), Some(0)).unwrap();
+        assert_eq!(values(&added, Some(2))["camera"], json!({ "lon": 5, "lat": 2 }));
+        assert_eq!(differences(text, &a), ["field", "views"]);
+        assert_eq!(differences(text, &b), ["camera.lat", "field"]);
     }
 }

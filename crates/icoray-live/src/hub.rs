@@ -1,6 +1,7 @@
 //! Between the server, which answers viewers, and the thread that draws.
 
 use crate::answers::{Histogram, Probe};
+use crate::document;
 use crate::picture::Picture;
 use crate::session::Session;
 use icoray::{Error, Frame, Scene};
@@ -51,6 +52,33 @@ impl<T> Reply<T> {
     pub fn send(self, answer: icoray::Result<T>) {
         // Whoever asked may have gone.
         let _ = self.0.send(answer);
+    }
+}
+
+/// What viewers have set and asked.
+#[derive(Debug)]
+pub struct Taken {
+    /// Number of the scene's state.
+    pub revision: u64,
+    /// The scene, if it is another.
+    pub change: Option<Change>,
+    /// What is asked of the data.
+    pub questions: Vec<Question>,
+}
+
+/// Another scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// The text that holds from now on.
+    pub text: String,
+    /// The text that held before.
+    pub before: String,
+}
+
+impl Change {
+    /// The keys in which the texts differ, as `camera.lon`.
+    pub fn keys(&self) -> Vec<String> {
+        document::differences(&self.before, &self.text)
     }
 }
 
@@ -110,11 +138,15 @@ pub(crate) struct Hub {
     pub pictures: watch::Sender<Option<Arc<Picture>>>,
     /// Set where the picture at rest that is being drawn is out of date.
     pub stop: Arc<AtomicBool>,
+    /// The last frame of a program that draws when it is time to.
+    pub shown: Mutex<Option<Arc<Frame>>>,
 }
 
 pub(crate) struct State {
     pub session: Session,
     questions: VecDeque<Question>,
+    /// The revision that [`Hub::take`] has returned, and its text.
+    taken: (u64, String),
     /// Revisions of the newest pictures: of any kind, and at rest.
     drawn: u64,
     at_rest: u64,
@@ -127,6 +159,7 @@ pub(crate) struct State {
 impl Hub {
     pub fn new(session: Session) -> Self {
         let state = State {
+            taken: (session.revision(), session.text().to_owned()),
             session,
             questions: VecDeque::new(),
             drawn: 0,
@@ -140,6 +173,7 @@ impl Hub {
             changed: Condvar::new(),
             pictures: watch::Sender::new(None),
             stop: Arc::default(),
+            shown: Mutex::default(),
         }
     }
 
@@ -200,6 +234,16 @@ impl Hub {
         }
     }
 
+    /// What viewers have set and asked since the last call.
+    pub fn take(&self) -> Taken {
+        let mut state = self.lock();
+        let revision = state.session.revision();
+        let text = Some(state.session.text()).filter(|text| *text != state.taken.1).map(str::to_owned);
+        let change = text.map(|text| Change { before: std::mem::replace(&mut state.taken.1, text.clone()), text });
+        state.taken.0 = revision;
+        Taken { revision, change, questions: std::mem::take(&mut state.questions).into() }
+    }
+
     /// Notes a picture that was drawn; true if it is to be shown, false if it was given up.
     pub fn drawn(&self, request: &DrawRequest, seconds: f64) -> bool {
         let mut state = self.lock();
@@ -239,11 +283,12 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::ChangeRequest;
+    use crate::session::{ChangeRequest, PictureSize, Start, plain_reader};
 
     fn hub() -> Hub {
         let text = "field = \"q\"\nimage = { width = 1000, height = 500 }\n".to_owned();
-        Hub::new(Session::new((text, false), 0, 1, Box::new(Scene::parse)).unwrap())
+        let start = Start { text, time: 0, times: 1, size: PictureSize::default() };
+        Hub::new(Session::new(start, plain_reader()).unwrap())
     }
 
     fn change(hub: &Hub, json: &str) -> u64 {
@@ -314,5 +359,23 @@ mod tests {
         assert!(hub.next().is_none());
         assert!(answers.iter_mut().all(|answer| answer.try_recv().is_err()), "nobody waits for ever");
         assert!(!hub.ask(Question::Picture { reply: Reply(oneshot::channel().0) }));
+    }
+
+    #[test]
+    fn a_program_that_draws_by_itself_takes_what_is_new_once() {
+        let hub = hub();
+        let taken = hub.take();
+        assert!(taken.change.is_none() && taken.questions.is_empty());
+        change(&hub, TURN);
+        let revision = change(&hub, r#"{"changes":[{"path":["camera","lat"],"value":4}],"is_moving":true}"#);
+        assert!(hub.ask(Question::Picture { reply: Reply(oneshot::channel().0) }));
+        let taken = hub.take();
+        let new = taken.change.unwrap();
+        assert_eq!((taken.revision, taken.questions.len()), (revision, 1));
+        assert!(new.text.contains("lon = 3") && !new.before.contains("lon"), "{new:?}");
+        assert_eq!(new.keys(), ["camera"]);
+        change(&hub, REST);
+        let taken = hub.take();
+        assert!(taken.change.is_none() && taken.questions.is_empty() && taken.revision == revision + 1);
     }
 }

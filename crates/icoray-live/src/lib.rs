@@ -3,15 +3,17 @@
 //! A [`LiveView`] serves one page to browsers on this machine. What hands do there changes the text of a scene
 //! (`document.rs`), which all viewers share (`session.rs`). The program that has the data takes requests one by one,
 //! draws pictures and answers questions (`hub.rs`); it decides on which thread and when. Pictures that are out of date
-//! are given up, never queued.
+//! are given up, never queued. A program that draws when it is time to, a running model, takes what viewers have set
+//! ([`LiveView::take`]) and shows what it draws ([`LiveView::show`]), and never waits for them.
 //!
 //! ```no_run
-//! use icoray_live::{Description, LiveView, Options, Request};
+//! use icoray_live::{Description, LiveView, NamedScene, Options, Request};
 //! use icoray::{Renderer, Scene};
 //!
 //! # fn draw(_: &Renderer, _: &Scene) -> icoray::Result<icoray::Frame> { unimplemented!() }
 //! let text = "field = 'theta'".to_owned();
-//! let live = LiveView::open(&Options::default(), Description::default(), (text, 0), Box::new(Scene::parse))?;
+//! let read = |text: &str| Ok(vec![NamedScene { name: String::new(), scene: Scene::parse(text)? }]);
+//! let live = LiveView::open(&Options::default(), Description::default(), (text, 0), Box::new(read))?;
 //! let renderer = Renderer::new(0)?.with_stop(live.stop());
 //! println!("{}", live.address());
 //! while let Some(request) = live.next() {
@@ -37,16 +39,16 @@ mod session;
 
 pub use answers::{Histogram, Percentiles, Probe};
 pub use describe::{Description, FieldDescription};
-pub use hub::{DrawRequest, Question, Reply, Request};
-pub use session::SceneReader;
+pub use hub::{Change, DrawRequest, Question, Reply, Request, Taken};
+pub use session::{NamedScene, PictureSize, SceneReader};
 
 use api::Api;
 use hub::Hub;
 use icoray::{Error, ErrorKind, Frame, Result, Scene};
 use picture::Picture;
 use server::Server;
-use session::Session;
-use std::sync::Arc;
+use session::{Session, Start};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::Instant;
 
@@ -55,15 +57,15 @@ use std::time::Instant;
 pub struct Options {
     /// The port on this machine's loopback address; another one if it is taken, and any without it.
     pub port: Option<u16>,
-    /// Whether pictures have the size that viewers ask for although the first scene has an `[image]`. Without it they
-    /// have it where a scene has none.
-    pub follows_size: bool,
+    /// Who says how large pictures are.
+    pub size: PictureSize,
 }
 
 /// A page that is being served, until this is dropped.
 pub struct LiveView {
     hub: Arc<Hub>,
     server: Server,
+    description: Arc<Mutex<Description>>,
     token: String,
     numbers: AtomicU64,
 }
@@ -79,11 +81,17 @@ impl LiveView {
         (text, time): (String, usize),
         read: Box<SceneReader>,
     ) -> Result<Self> {
-        let session = Session::new((text, options.follows_size), time, description.times.len(), read)?;
-        let (hub, token) = (Arc::new(Hub::new(session)), token()?);
-        let api = Api { hub: hub.clone(), description, token: token.clone() };
+        let start = Start { text, time, times: description.times.len(), size: options.size };
+        let (hub, token) = (Arc::new(Hub::new(Session::new(start, read)?)), token()?);
+        let description = Arc::new(Mutex::new(description));
+        let api = Api { hub: hub.clone(), description: description.clone(), token: token.clone() };
         let server = Server::start(options.port, api)?;
-        Ok(LiveView { hub, server, token, numbers: AtomicU64::new(0) })
+        Ok(LiveView { hub, server, description, token, numbers: AtomicU64::new(0) })
+    }
+
+    /// Describes what is shown anew; pages read it when they are opened.
+    pub fn describe(&self, description: Description) {
+        *self.description.lock().unwrap_or_else(PoisonError::into_inner) = description;
     }
 
     /// The address of the page, with the token without which nothing is answered.
@@ -117,13 +125,53 @@ impl LiveView {
         if !self.hub.drawn(request, seconds) {
             return Ok(None);
         }
-        let number = self.numbers.fetch_add(1, Relaxed) + 1;
+        let number = self.next_number();
         let picture = match &drawn {
-            Ok(frame) => Picture::new(number, frame, request, seconds)?,
+            Ok(frame) => Picture::new(number, frame.clone(), request, seconds),
             Err(error) => Picture::failed(number, request, error),
         };
         self.hub.pictures.send_replace(Some(Arc::new(picture)));
         drawn.map(|frame| Some(frame).filter(|_| request.is_final))
+    }
+
+    fn next_number(&self) -> u64 {
+        self.numbers.fetch_add(1, Relaxed) + 1
+    }
+
+    /// What viewers have set and asked since the last call, for a program that draws when it is time to. Does not wait.
+    pub fn take(&self) -> Taken {
+        self.hub.take()
+    }
+
+    /// Shows a picture that the program has drawn of the view that viewers look at, from the scene of this revision;
+    /// pictures of other views are not shown.
+    pub fn show(&self, frame: Frame, revision: u64) {
+        let view = frame.notes.iter().find(|(key, _)| *key == "view").map_or("", |(_, name)| name.as_str());
+        if self.hub.look(|session| session.view() != view) {
+            return;
+        }
+        let frame = Arc::new(frame);
+        let picture = Picture::of_step(self.next_number(), frame.clone(), revision);
+        *self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner) = Some(frame);
+        self.hub.pictures.send_replace(Some(Arc::new(picture)));
+    }
+
+    /// The last picture that [`Self::show`] has shown.
+    pub fn shown(&self) -> Option<Arc<Frame>> {
+        self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Takes the text of another scene from the program, as if a viewer had loaded it.
+    ///
+    /// # Errors
+    /// A sentence that names the key and what was expected.
+    pub fn load(&self, text: &str) -> std::result::Result<(), String> {
+        self.hub.change(|session| session.load(text)).map(|_| ())
+    }
+
+    /// The name of the view that is looked at; empty for a scene without views.
+    pub fn view(&self) -> String {
+        self.hub.look(|session| session.view().to_owned())
     }
 }
 

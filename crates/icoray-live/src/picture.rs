@@ -5,6 +5,7 @@ use hyper::body::Bytes;
 use icoray::output::png_bytes;
 use icoray::{Certainty, Frame};
 use serde::Serialize;
+use std::sync::{Arc, OnceLock};
 
 /// A picture as it is sent: the length of the facts in four bytes, the facts as JSON, the PNG.
 #[derive(Debug)]
@@ -12,7 +13,11 @@ pub(crate) struct Picture {
     pub number: u64,
     /// The range that the first volume's colour map has, where it follows the data.
     pub color_range: Option<[f64; 2]>,
-    pub bytes: Bytes,
+    facts: Vec<u8>,
+    /// `None` where the scene could not be drawn.
+    frame: Option<Arc<Frame>>,
+    /// Encoded when it is first asked for: a model draws pictures that nobody watches.
+    bytes: OnceLock<Bytes>,
 }
 
 /// What is seen, and how well.
@@ -26,7 +31,9 @@ struct Facts<'f> {
     width: u32,
     height: u32,
     time: usize,
-    time_label: &'f str,
+    time_label: String,
+    /// Number of a running model's step.
+    step: i64,
     seconds: f64,
     error: f64,
     tolerance: f64,
@@ -39,31 +46,47 @@ struct Facts<'f> {
 }
 
 impl Picture {
-    /// # Errors
-    /// Those of the PNG's encoder.
-    pub fn new(number: u64, frame: &Frame, request: &DrawRequest, seconds: f64) -> icoray::Result<Self> {
-        let report = &frame.report;
+    /// Of a request.
+    pub fn new(number: u64, frame: Frame, request: &DrawRequest, seconds: f64) -> Self {
         let facts = Facts {
-            number,
             revision: request.revision,
             is_moving: request.is_moving,
             pending: !request.is_final && !request.is_moving,
+            time: request.time,
+            time_label: frame.stamp.date.clone().unwrap_or_default(),
+            seconds,
+            ..Facts::default()
+        };
+        Self::with(number, Arc::new(frame), facts)
+    }
+
+    /// Of a program that draws when it is time to, with the revision of its scene.
+    pub fn of_step(number: u64, frame: Arc<Frame>, revision: u64) -> Self {
+        let stamp = frame.stamp.clone();
+        let when = stamp.date.unwrap_or_else(|| format!("{} s", stamp.time_s));
+        let time_label = format!("step {}, {when}", stamp.step);
+        let seconds = frame.report.timing.prepare_s + frame.report.timing.render_s;
+        Self::with(number, frame, Facts { revision, step: stamp.step, time_label, seconds, ..Facts::default() })
+    }
+
+    fn with(number: u64, frame: Arc<Frame>, facts: Facts) -> Self {
+        let report = &frame.report;
+        let facts = Facts {
+            number,
             width: frame.width,
             height: frame.height,
-            time: request.time,
-            time_label: frame.stamp.date.as_deref().unwrap_or_default(),
-            seconds,
             error: report.error.max,
-            tolerance: request.scene.tolerance,
+            tolerance: report.quality.tolerance,
             is_bound: report.error.certainty == Certainty::Bound,
             quality: report.quality.to_string(),
             left_out: &report.left_out,
             value_range: report.value_range,
-            failure: None,
+            ..facts
         };
         // The ranges of maps are in the scene's order, volumes first.
         let color_range = report.colors.first().map(|colors| colors.range);
-        Ok(Picture { number, color_range, bytes: envelope(&facts, &png_bytes(frame)?) })
+        let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
+        Picture { number, color_range, facts, frame: Some(frame), bytes: OnceLock::new() }
     }
 
     /// The news that a scene cannot be drawn.
@@ -71,12 +94,14 @@ impl Picture {
         let DrawRequest { revision, time, is_moving, .. } = *request;
         let failure = Some(error.to_string());
         let facts = Facts { number, revision, time, is_moving, failure, ..Facts::default() };
-        Picture { number, color_range: None, bytes: envelope(&facts, &[]) }
+        let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
+        Picture { number, color_range: None, facts, frame: None, bytes: OnceLock::new() }
     }
-}
 
-fn envelope(facts: &Facts, png: &[u8]) -> Bytes {
-    let facts = serde_json::to_vec(facts).expect("all keys of facts are text");
-    let length = (facts.len() as u32).to_le_bytes();
-    [&length[..], &facts, png].concat().into()
+    /// All that is sent.
+    pub fn bytes(&self) -> Bytes {
+        let png = || self.frame.as_ref().and_then(|frame| png_bytes(frame).ok()).unwrap_or_default();
+        let length = (self.facts.len() as u32).to_le_bytes();
+        self.bytes.get_or_init(|| [&length[..], &self.facts, &png()].concat().into()).clone()
+    }
 }

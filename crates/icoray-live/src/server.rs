@@ -64,8 +64,7 @@ impl Drop for Server {
 
 fn listen(port: Option<u16>) -> std::io::Result<TcpListener> {
     let at = |port| TcpListener::bind(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port));
-    let wanted = port.into_iter().chain(PORTS);
-    wanted.into_iter().find_map(|port| at(port).ok()).map_or_else(|| at(0), Ok)
+    port.into_iter().chain(PORTS).find_map(|port| at(port).ok()).map_or_else(|| at(0), Ok)
 }
 
 /// Serves connections until it is dropped.

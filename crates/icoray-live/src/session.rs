@@ -7,9 +7,39 @@ use serde::Deserialize;
 /// Most steps that can be undone.
 const MAX_UNDO: usize = 200;
 
-/// Turns the text of a scene into the scene that is drawn, with what depends on the data (the name of the first field,
-/// which fields are 2D).
-pub type SceneReader = dyn Fn(&str) -> icoray::Result<Scene> + Send;
+/// Turns the text of a scene file into the scenes of its views, at least one, with what depends on the data (the name of
+/// the first field, which fields are 2D).
+pub type SceneReader = dyn Fn(&str) -> icoray::Result<Vec<NamedScene>> + Send;
+
+/// The scene of a view.
+#[derive(Debug, Clone)]
+pub struct NamedScene {
+    /// Name of the view; empty for a file without views.
+    pub name: String,
+    /// What it shows.
+    pub scene: Scene,
+}
+
+/// Who says how large pictures are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PictureSize {
+    /// The scene if it has an `[image]`, else the viewer.
+    #[default]
+    SceneOrViewer,
+    /// The viewer, until a scene with an `[image]` is loaded.
+    Viewer,
+    /// The scene.
+    Scene,
+}
+
+/// What a session begins with.
+pub(crate) struct Start {
+    pub text: String,
+    /// Number of the time that is shown, and of all times.
+    pub time: usize,
+    pub times: usize,
+    pub size: PictureSize,
+}
 
 /// What a viewer changes at once.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -19,6 +49,8 @@ pub(crate) struct ChangeRequest {
     changes: Vec<Change>,
     /// Number of the time to show.
     time: Option<usize>,
+    /// Name of the view to show.
+    view: Option<String>,
     /// Width and height of the picture, pixels.
     size: Option<[u32; 2]>,
     /// Whether a hand is still moving: the picture may be coarse, and the step can be undone together with the next.
@@ -30,10 +62,13 @@ pub(crate) struct ChangeRequest {
 pub(crate) struct Session {
     read: Box<SceneReader>,
     text: String,
-    scene: Scene,
+    views: Vec<NamedScene>,
+    /// Number of the view that is shown.
+    view: usize,
     time: usize,
     times: usize,
-    /// Whether pictures have the size that viewers ask for; false where the scene says how large they are.
+    size: PictureSize,
+    /// Whether pictures have the size that viewers ask for.
     follows_size: bool,
     moving_size: Option<[u32; 2]>,
     is_moving: bool,
@@ -47,28 +82,58 @@ pub(crate) struct Session {
 impl Session {
     /// # Errors
     /// Those of `read` for the text.
-    pub fn new(
-        (text, follows_size): (String, bool),
-        time: usize,
-        times: usize,
-        read: Box<SceneReader>,
-    ) -> icoray::Result<Self> {
-        let scene = read(&text)?;
-        let follows_size = follows_size || document::values(&text).get("image").is_none();
-        Ok(Session {
+    pub fn new(start: Start, read: Box<SceneReader>) -> icoray::Result<Self> {
+        let Start { text, time, times, size } = start;
+        let views = read(&text)?;
+        let mut session = Session {
             read,
             text,
-            scene,
+            views,
+            view: 0,
             time,
             times,
-            follows_size,
+            size,
+            follows_size: size == PictureSize::Viewer,
             moving_size: None,
             is_moving: false,
             revision: 1,
             undo: Vec::new(),
             redo: Vec::new(),
             before: None,
-        })
+        };
+        session.follows_size |= session.lacks_size();
+        Ok(session)
+    }
+
+    /// Whether nobody but the viewer says how large pictures are.
+    fn lacks_size(&self) -> bool {
+        self.size != PictureSize::Scene && self.values().get("image").is_none()
+    }
+
+    /// The keys of the view that is shown.
+    pub fn values(&self) -> serde_json::Value {
+        document::values(&self.text, self.number_of_view())
+    }
+
+    /// The number of the view among those of the text; `None` for a text without views.
+    fn number_of_view(&self) -> Option<usize> {
+        (!self.view().is_empty()).then_some(self.view)
+    }
+
+    /// Name of the view that is shown; empty for a text without views.
+    pub fn view(&self) -> &str {
+        &self.views[self.view].name
+    }
+
+    /// Names of all views; none for a text without views.
+    pub fn views(&self) -> Vec<&str> {
+        self.views.iter().map(|view| view.name.as_str()).filter(|name| !name.is_empty()).collect()
+    }
+
+    /// Shows the views of a text; the view of the same name, or else the first.
+    fn show(&mut self, text: String, views: Vec<NamedScene>) {
+        let view = views.iter().position(|view| view.name == self.view()).unwrap_or(0);
+        (self.text, self.views, self.view) = (text, views, view);
     }
 
     pub fn text(&self) -> &str {
@@ -77,7 +142,7 @@ impl Session {
 
     /// The scene as it is drawn at rest.
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.views[self.view].scene
     }
 
     pub fn time(&self) -> usize {
@@ -99,17 +164,18 @@ impl Session {
 
     /// The scene for a frame while a hand moves: small, within a time, each pixel one ray.
     pub fn moving_scene(&self, budget_ms: f64, most: [u32; 2]) -> Scene {
-        let [width, height] = [self.scene.width, self.scene.height].map(f64::from);
+        let scene = self.scene();
+        let [width, height] = [scene.width, scene.height].map(f64::from);
         let most = self.moving_size.unwrap_or(most).map(f64::from);
         let part = (most[0] / width).min(most[1] / height).min(1.0);
         let side = |size: f64| ((part * size).round() as u32).max(1);
         Scene {
             width: side(width),
             height: side(height),
-            time_budget_ms: Some(self.scene.time_budget_ms.map_or(budget_ms, |own| own.min(budget_ms))),
+            time_budget_ms: Some(scene.time_budget_ms.map_or(budget_ms, |own| own.min(budget_ms))),
             samples: 1,
             antialias: false,
-            ..self.scene.clone()
+            ..scene.clone()
         }
     }
 
@@ -118,16 +184,20 @@ impl Session {
     /// # Errors
     /// A sentence that names the key and what was expected.
     pub fn change(&mut self, request: &ChangeRequest) -> Result<(), String> {
-        let ChangeRequest { changes, time, size, is_moving } = request;
+        let ChangeRequest { changes, time, view, size, is_moving } = request;
         if let Some(time) = time.filter(|time| *time >= self.times.max(1)) {
             return Err(format!("time {time}, expected 0 to {}", self.times.saturating_sub(1)));
         }
-        let mut text = document::changed(&self.text, changes)?;
+        let mut text = document::changed(&self.text, changes, self.number_of_view())?;
         if let (Some([width, height]), true, false) = (size, self.follows_size, *is_moving) {
-            let sides = [("width", width), ("height", height)];
-            text = document::changed(&text, &sides.map(|(key, side)| Change::of(&["image", key], *side)))?;
+            let sides = [("width", width), ("height", height)].map(|(key, side)| Change::of(&["image", key], *side));
+            text = document::changed(&text, &sides, self.number_of_view())?;
         }
-        let scene = if text == self.text { self.scene.clone() } else { self.read(&text)? };
+        let views = if text == self.text { self.views.clone() } else { self.read(&text)? };
+        let number = match view {
+            Some(name) => Some(number_of(name, &views)?),
+            None => None,
+        };
         if text != self.text && !changes.is_empty() {
             self.before.get_or_insert_with(|| self.text.clone());
         }
@@ -135,7 +205,9 @@ impl Session {
             self.push_undo(before);
         }
         self.moving_size = size.filter(|_| *is_moving);
-        (self.text, self.scene, self.is_moving) = (text, scene, *is_moving);
+        self.show(text, views);
+        self.view = number.unwrap_or(self.view);
+        self.is_moving = *is_moving;
         self.time = time.unwrap_or(self.time);
         self.revision += 1;
         Ok(())
@@ -146,11 +218,11 @@ impl Session {
     /// # Errors
     /// As [`Self::change`].
     pub fn load(&mut self, text: &str) -> Result<(), String> {
-        let scene = self.read(text)?;
-        let before = std::mem::replace(&mut self.text, text.to_owned());
-        self.push_undo(before);
-        (self.scene, self.before, self.is_moving) = (scene, None, false);
-        self.follows_size = document::values(text).get("image").is_none();
+        let views = self.read(text)?;
+        self.push_undo(self.text.clone());
+        self.show(text.to_owned(), views);
+        (self.before, self.is_moving) = (None, false);
+        self.follows_size = self.lacks_size();
         self.revision += 1;
         Ok(())
     }
@@ -160,11 +232,14 @@ impl Session {
     /// # Errors
     /// As [`Self::change`].
     pub fn step(&mut self, is_back: bool) -> Result<(), String> {
+        let steps = if is_back { &self.undo } else { &self.redo };
+        let Some(text) = steps.last().cloned() else { return Ok(()) };
+        let views = self.read(&text)?;
         let (from, to) = if is_back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
-        let Some(text) = from.pop() else { return Ok(()) };
-        to.push(std::mem::replace(&mut self.text, text));
+        from.pop();
+        to.push(self.text.clone());
+        self.show(text, views);
         (self.before, self.is_moving) = (None, false);
-        self.scene = self.read(&self.text)?;
         self.revision += 1;
         Ok(())
     }
@@ -176,9 +251,26 @@ impl Session {
         self.undo.drain(..beyond);
     }
 
-    fn read(&self, text: &str) -> Result<Scene, String> {
+    fn read(&self, text: &str) -> Result<Vec<NamedScene>, String> {
         (self.read)(text).map_err(|e| e.to_string())
     }
+}
+
+fn number_of(name: &str, views: &[NamedScene]) -> Result<usize, String> {
+    let names = || views.iter().map(|view| format!("{:?}", view.name)).collect::<Vec<_>>().join(", ");
+    let found = views.iter().position(|view| view.name == name);
+    found.ok_or_else(|| format!("view {name:?}, expected one of {}", names()))
+}
+
+/// Reads texts without views or with them, for tests.
+#[cfg(test)]
+pub(crate) fn plain_reader() -> Box<SceneReader> {
+    Box::new(|text| {
+        let script = icoray::Script::parse(text)?;
+        let views = script.views().iter();
+        let scenes = views.flat_map(|view| view.scenes().map(|scene| (view.name().to_owned(), scene)));
+        Ok(scenes.map(|(name, scene)| NamedScene { name, scene }).collect())
+    })
 }
 
 #[cfg(test)]
@@ -189,7 +281,8 @@ mod tests {
     const TEXT: &str = "field = \"q\"\ncamera = { lon = 1 }\n";
 
     fn session(text: &str) -> Session {
-        Session::new((text.to_owned(), false), 0, 3, Box::new(Scene::parse)).unwrap()
+        let start = Start { text: text.to_owned(), time: 0, times: 3, size: PictureSize::default() };
+        Session::new(start, plain_reader()).unwrap()
     }
 
     fn request(request: serde_json::Value) -> ChangeRequest {
@@ -258,5 +351,24 @@ mod tests {
         session.change(&sized([900, 600], false)).unwrap();
         assert_eq!((session.scene().width, session.text()), (40, own));
         assert!(session.change(&sized([0, 5], true)).is_ok());
+    }
+
+    #[test]
+    fn views_are_chosen_by_name_and_stay_chosen() {
+        let text = format!("{TEXT}[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\ncamera.lon = 9\n");
+        let mut session = session(&text);
+        assert_eq!((session.views(), session.view()), (vec!["a", "b"], "a"));
+        let error = session.change(&request(json!({ "view": "c" }))).unwrap_err();
+        assert_eq!(error, "view \"c\", expected one of \"a\", \"b\"");
+        session.change(&request(json!({ "view": "b" }))).unwrap();
+        session.change(&lon(12.0, false)).unwrap();
+        assert_eq!((session.view(), session.values()["camera"]["lon"].as_f64()), ("b", Some(12.0)));
+        assert!(session.text().contains("lon = 1 ") && session.text().contains("lon = 12"), "{}", session.text());
+        session.change(&request(json!({ "changes": [{ "path": ["views", 0], "value": null }] }))).unwrap();
+        assert_eq!((session.views(), session.view()), (vec!["b"], "b"));
+        session.step(true).unwrap();
+        assert_eq!((session.views(), session.view()), (vec!["a", "b"], "b"));
+        session.load(TEXT).unwrap();
+        assert!(session.views().is_empty());
     }
 }

@@ -95,11 +95,22 @@ pub struct Writer {
     thread: Option<JoinHandle<()>>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Default)]
 struct Shared {
     state: Mutex<State>,
     /// Notified when a frame is finished.
     done: Condvar,
+    /// Takes frames that were written.
+    next: Mutex<Option<Box<Next>>>,
+}
+
+/// What takes frames that were written.
+type Next = dyn FnMut(Frame) + Send;
+
+impl std::fmt::Debug for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shared").field("state", &self.state).finish_non_exhaustive()
+    }
 }
 
 #[derive(Debug, Default)]
@@ -153,8 +164,15 @@ impl Shared {
             let result = Error::of_panics(|| write(&mut entry));
             let Entry { frame, stamp, files, .. } = entry;
             let written = Written { stamp, result, write_s: start.elapsed().as_secs_f64() };
-            // Free the picture's memory before the outcome is visible.
-            drop(frame);
+            // The picture's memory is passed on or free before the outcome is visible.
+            match &mut *self.next.lock().unwrap_or_else(PoisonError::into_inner) {
+                // A panic there loses this frame for it and nothing else.
+                Some(next) => drop(Error::of_panics(|| {
+                    next(frame);
+                    Ok(())
+                })),
+                None => drop(frame),
+            }
             self.finish(&files, Some(written));
         }
     }
@@ -307,6 +325,11 @@ impl Writer {
         room.send(queue);
         room.ready();
         start.elapsed().as_secs_f64()
+    }
+
+    /// Gives each frame to `next`, on the writer's thread, once it was written or could not be; `None` ends that.
+    pub fn pass_on(&self, next: Option<Box<dyn FnMut(Frame) + Send>>) {
+        *self.shared.next.lock().unwrap_or_else(PoisonError::into_inner) = next;
     }
 
     /// Outcomes of frames since the last call.

@@ -57,7 +57,7 @@ impl Key {
     }
 }
 
-/// All sections of a scene, in the order of the reference; not those of scripts (views, sweeps).
+/// All sections of a scene, in the order of the reference; not those of scripts (views, sweeps, live).
 pub fn sections() -> Vec<Section> {
     REFERENCE.split("\n## ").skip(1).filter_map(section).collect()
 }
@@ -65,7 +65,7 @@ pub fn sections() -> Vec<Section> {
 fn section(text: &'static str) -> Option<Section> {
     let (heading, body) = text.split_once('\n')?;
     let name = heading.trim_matches(['`', '[', ']']);
-    let is_section = heading.starts_with("`[") && !["views", "sweep"].contains(&name);
+    let is_section = heading.starts_with("`[") && !["views", "sweep", "live"].contains(&name);
     let name = match heading {
         "Top level" => "",
         _ if is_section => name,

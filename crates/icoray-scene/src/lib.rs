@@ -116,7 +116,7 @@ pub use scenery::{
     Clip, Derivation, Ground, HalfSpace, Heights, How, Isosurface, Level, Lines, LonLatBox, Opacity, Paint, Pattern,
     Scenery, Surface, Volume,
 };
-pub use script::{Condition, Script, Shot, Statistic, Summary, View};
+pub use script::{Condition, Live, Script, Shot, Statistic, Summary, View};
 pub use transfer::{Knot, TransferFunction};
 
 /// Whether there is a colour map of this name.

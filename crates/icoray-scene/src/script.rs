@@ -37,9 +37,18 @@ use icoray_grid::{Error, ErrorKind, Result};
 /// - `[sweep]` has lists of `lon`, `lat`, `distance`, `exaggeration` and `field`, and draws their product each time,
 ///   the last list the fastest.
 /// - `output.cinema` and `output.concat` name a Cinema database and a list of pictures for ffmpeg, at `output.fps`.
+/// - `[live]` asks a running model for a page on which its pictures are watched ([`Live`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
     views: Vec<View>,
+    live: Option<Live>,
+}
+
+/// `[live]`: a page, served by the model's first rank, that shows its pictures and changes the script.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Live {
+    /// The port of the page; any without it.
+    pub port: Option<u16>,
 }
 
 /// One of the views of a script.
@@ -69,8 +78,13 @@ pub struct Shot {
 }
 
 impl Script {
-    pub(crate) fn new(views: Vec<View>) -> Self {
-        Script { views }
+    pub(crate) fn new(views: Vec<View>, live: Option<Live>) -> Self {
+        Script { views, live }
+    }
+
+    /// The page that a running model is asked for.
+    pub fn live(&self) -> Option<Live> {
+        self.live
     }
 
     /// Puts the date, where a stamp has one, before the step into the names of pictures that the scene file leaves to
@@ -196,7 +210,7 @@ impl From<Scene> for Script {
             cinema: None,
             concat: None,
             has_file: true,
-        }])
+        }], None)
     }
 }
 

@@ -65,14 +65,14 @@ pub use icoray_output::{
 };
 pub use icoray_scene::{
     Adapter, Backend, Camera, Clip, ColorRange, Coloring, Condition, Derivation, Ground, HalfSpace, Heights, How,
-    Isosurface, Knot, LabelPlace, Labels, Level, Lighting, Lights, Lines, LonLatBox, Method, Opacity, Paint, Pattern,
+    Isosurface, Knot, LabelPlace, Labels, Level, Lighting, Lights, Lines, Live, LonLatBox, Method, Opacity, Paint, Pattern,
     Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
     TransferFunction, View, Volume,
 };
 pub use icoray_scene::{color_map_stops, color_maps, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};
 pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, Ranks, Team};
-pub use render::{Probe, ProbePoint, Rendered, Renderer};
+pub use render::{Histogram, Probe, ProbePoint, Rendered, Renderer};
 pub use snapshot::Snapshot;
 
 /// Pictures and their report on disk: one at a time, or on a thread that writes while the model goes on.

@@ -30,6 +30,7 @@ mod frame_cache;
 mod gradient_tests;
 #[cfg(test)]
 mod ground_tests;
+mod histogram;
 mod lazy;
 mod multi_volume;
 mod parts;
@@ -45,6 +46,7 @@ mod samples;
 mod summary;
 mod work;
 
+pub use histogram::Histogram;
 pub(crate) use lazy::Lazy;
 pub use probe::{Probe, ProbePoint};
 pub use rendered::Rendered;

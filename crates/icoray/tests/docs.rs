@@ -100,8 +100,11 @@ fn the_reference_has_all_keys_of_each_section_and_no_others() {
         if section.name.is_empty() {
             found.extend(sections.iter().map(|section| section.name).filter(|name| !name.is_empty()));
             // Keys of scripts, which the reference has in sections of their own.
-            let of_scripts = ["at_steps", "at_times", "when", "views", "sweep"];
-            found.extend(of_scripts.into_iter().filter(|key| reference.contains(&format!("`{key}`"))));
+            let of_scripts = ["at_steps", "at_times", "when", "views", "sweep", "live"];
+            found.extend(of_scripts.into_iter().filter(|key| {
+                let headings = [format!("\n| `{key}` |"), format!("\n## `[{key}]`"), format!("\n## `[[{key}]]`")];
+                headings.iter().any(|heading| reference.contains(heading))
+            })));
         }
         let expected = expected(&scene);
         assert_eq!(found, expected.iter().map(String::as_str).collect(), "[{}]", section.name);

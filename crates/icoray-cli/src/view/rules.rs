@@ -2,8 +2,8 @@
 
 use crate::selection::{Opened, Selection};
 use crate::suggested::{Suggested, first_field};
-use icoray::{Error, ErrorKind, Result, Scene, Script};
-use icoray_live::SceneReader;
+use icoray::{Error, ErrorKind, Result, Scene, Script, View};
+use icoray_live::{NamedScene, SceneReader};
 use icoray_netcdf::{FieldInfo, ModelFile};
 use icoray_progress::Progress;
 use std::fs;
@@ -30,13 +30,16 @@ pub fn reader(file: &ModelFile) -> Box<SceneReader> {
         }
         let info = |name: &str| fields.iter().find(|info| info.name == name);
         script.show_as_surfaces(|name| info(name).is_some_and(FieldInfo::is_2d));
-        let mut scenes = script.views().iter().flat_map(|view| view.scenes());
-        let (Some(scene), None) = (scenes.next(), scenes.next()) else {
-            let why = "the scene file has several views or a sweep, expected a scene that draws one picture";
-            return Err(Error::new(ErrorKind::Scene, why));
+        let scene_of = |view: &View| {
+            let mut scenes = view.scenes();
+            let (Some(scene), None) = (scenes.next(), scenes.next()) else {
+                let why = "the scene file has a sweep, expected views that draw one picture each";
+                return Err(Error::new(ErrorKind::Scene, why));
+            };
+            expect_fields(&scene, info)?;
+            Ok(NamedScene { name: view.name().to_owned(), scene })
         };
-        expect_fields(&scene, info)?;
-        Ok(scene)
+        script.views().iter().map(scene_of).collect()
     })
 }
 

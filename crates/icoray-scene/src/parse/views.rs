@@ -15,7 +15,7 @@ use super::text::Text;
 use super::{checked, expect_keys};
 use crate::name::{NameTemplate, Stamp};
 use crate::scene::Scene;
-use crate::script::{Script, View};
+use crate::script::{Live, Script, View};
 use extras::Names;
 use icoray_grid::{Error, Result};
 use section::take;
@@ -26,7 +26,7 @@ use toml::de::{DeTable, DeValue};
 /// Lists of keys in the sentence about an unknown one, and the same with the keys that are taken before those of a
 /// scene.
 const LISTS: [[&str; 2]; 3] = [
-    ["one of `field`, `every`, ", "one of `views`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, "],
+    ["one of `field`, `every`, ", "one of `views`, `live`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, "],
     [
         "one of `lon`, `lat`, `distance`, `altitude`, `eye`, ",
         "one of `orbit`, `path`, `lon`, `lat`, `distance`, `altitude`, `eye`, ",
@@ -90,8 +90,9 @@ fn unhinted(text: &str) -> Result<Script> {
     let source = &Text::new(text);
     let mut base = source.table()?;
     expect_keys(base.get_ref())?;
+    let live = extras::live(source, base.get_mut())?;
     let Some(views) = base.get_mut().remove("views") else {
-        return distinct(source, vec![view(source, None, base)?]);
+        return distinct(source, live, vec![view(source, None, base)?]);
     };
     let (span, wish) = (views.span(), "expected tables [[views]], each with a name");
     let DeValue::Array(list) = views.into_inner() else { return Err(source.bad(span, "views", wish)) };
@@ -117,7 +118,7 @@ fn unhinted(text: &str) -> Result<Script> {
         let view = view(source, Some(name.clone()), Spanned::new(span, table.into_inner()));
         parsed.push(view.map_err(|e| e.within(format!("view {name:?}")))?);
     }
-    distinct(source, parsed)
+    distinct(source, live, parsed)
 }
 
 /// A view of whole keys, and where its files' names stand.
@@ -150,7 +151,7 @@ fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Res
 }
 
 /// The script, unless two pictures of a step would be one file, or two views would mix what is kept of them.
-fn distinct(source: &Text, views: Vec<(View, Names)>) -> Result<Script> {
+fn distinct(source: &Text, live: Option<Live>, views: Vec<(View, Names)>) -> Result<Script> {
     let stamp = Stamp { date: Some("0001-01-01_00:00:00".into()), ..Stamp::default() };
     let mut files: HashMap<String, &View> = HashMap::new();
     let mut kept: HashMap<String, (&View, String)> = HashMap::new();
@@ -180,7 +181,7 @@ fn distinct(source: &Text, views: Vec<(View, Names)>) -> Result<Script> {
             }
         }
     }
-    Ok(Script::new(views.into_iter().map(|(view, _)| view).collect()))
+    Ok(Script::new(views.into_iter().map(|(view, _)| view).collect(), live))
 }
 
 /// What a picture is added to: the key, the file, and what all that is in it have in common.

@@ -3,7 +3,7 @@
 use super::section::{section, take};
 use crate::parse::text::Text;
 use crate::scene::Scene;
-use crate::script::{Condition, Schedule};
+use crate::script::{Condition, Live, Schedule};
 use crate::template::Template;
 use icoray_grid::Result;
 use serde::Deserialize;
@@ -44,6 +44,21 @@ pub fn schedule(source: &Text, root: &mut DeTable) -> Result<ListedSteps> {
         steps: steps.map(Spanned::into_inner).unwrap_or_default(),
         times_s: times.map(Spanned::into_inner).unwrap_or_default(),
     })
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLive {
+    port: Option<Spanned<i64>>,
+}
+
+/// `[live]`, which is of the file and not of its views.
+pub fn live(source: &Text, root: &mut DeTable) -> Result<Option<Live>> {
+    let Some(raw) = take::<RawLive>(source, root, "live")? else { return Ok(None) };
+    let Some(port) = raw.into_inner().port else { return Ok(Some(Live::default())) };
+    let number = u16::try_from(*port.get_ref()).ok().filter(|number| *number > 0);
+    let bad = || source.bad(port.span(), "live.port", format!("{}, expected 1 to 65535", port.get_ref()));
+    Ok(Some(Live { port: Some(number.ok_or_else(bad)?) }))
 }
 
 #[derive(Deserialize)]

@@ -50,7 +50,7 @@ fn a_file_without_views_is_a_script_of_its_scene() {
     let scene = Scene::parse(BASE).unwrap();
     // A scene does not say whether its file names the pictures.
     let view = View { has_file: false, ..Script::from(scene.clone()).views()[0].clone() };
-    assert_eq!(script, Script::new(vec![view]));
+    assert_eq!(script, Script::new(vec![view], None));
     assert_eq!(shots(BASE, 12), [scene]);
     for empty in ["", "\n# nothing\n"] {
         assert_eq!(Script::parse_optional(empty).unwrap(), None);
@@ -365,4 +365,25 @@ fn names_that_are_left_to_icoray_have_the_date_where_that_is_asked_for() {
     let dated = name(Some("2026-11-22T06:30:00"));
     assert_eq!(dated[0], "a_q_2026-11-22_06.30.00_000003_lat0.png");
     assert_eq!(dated[2..], own);
+}
+
+#[test]
+fn a_model_is_asked_for_a_page_by_its_file_alone() {
+    assert_eq!(parse(BASE).live(), None);
+    assert_eq!(parse(&format!("{BASE}[live]\n")).live(), Some(Live { port: None }));
+    let script = parse(&format!("{BASE}[live]\nport = 9000\n[[views]]\nname = 'a'\n[[views]]\nname = 'b'\n"));
+    assert_eq!((script.live(), script.views().len()), (Some(Live { port: Some(9000) }), 2));
+    for (text, wanted) in [
+        ("[live]\nport = 0\n", "key live.port: 0, expected 1 to 65535"),
+        ("[live]\nport = 65536\n", "expected 1 to 65535"),
+        ("[live]\nhost = 'a'\n", "host"),
+        ("[[views]]\nname = 'a'\nlive = {}\n", "live"),
+    ] {
+        let error = script_error(&format!("{BASE}{text}"));
+        assert!(error.contains(wanted), "{error}");
+    }
+}
+
+fn script_error(text: &str) -> String {
+    script(text).unwrap_err().to_string()
 }

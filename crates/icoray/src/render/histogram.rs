@@ -1,0 +1,107 @@
+//! How often values of a field lie where, over all ranks.
+
+use super::renderer::Renderer;
+use crate::ranks::{Decomposition, Ranks};
+use icoray_grid::Field;
+use icoray_grid::Result;
+
+/// How often values of a field lie where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Histogram {
+    /// Least and greatest value; `None` where all are missing.
+    pub range: Option<[f64; 2]>,
+    /// Numbers of values in equal parts of the range.
+    pub counts: Vec<u64>,
+    /// Number of values that are NaN, infinite or the fill value.
+    pub missing: u64,
+}
+
+impl Renderer {
+    /// The histogram of a field's values in `bins` parts of their range, equal on all ranks. With the decomposition
+    /// `held` it counts the values of all ranks, each once; if every rank has the whole field it is rank 0's.
+    /// Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field has not the columns
+    /// that its rank has; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    pub fn histogram(
+        &self,
+        ranks: &mut Ranks,
+        field: &Field,
+        held: Option<&Decomposition>,
+        bins: usize,
+    ) -> Result<Histogram> {
+        let own = ranks.attempt(|| held.map(|held| held.own_columns(field)).transpose());
+        let own = ranks.collective(own)?;
+        let is_own = own.as_ref().map(|own| |column: usize| own[column]);
+        let counts = is_own.as_ref().map(|is_own| is_own as _);
+        let (range, missing) = self.run(|| field.range_over(counts));
+        let [low, high] = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+        let all = ranks.share_values(&(low, high, missing))?;
+        // Rank 0's own where it has the whole field, else those of the own columns of all ranks.
+        let ranks_that_count = if held.is_some() { all.len() } else { 1 };
+        let (low, high, missing) = all.into_iter().take(ranks_that_count).fold(
+            (f64::INFINITY, f64::NEG_INFINITY, 0),
+            |(low, high, missing), (its_low, its_high, its_missing)| {
+                (low.min(its_low), high.max(its_high), missing + its_missing)
+            },
+        );
+        if low > high {
+            return Ok(Histogram { range: None, counts: vec![0; bins], missing });
+        }
+        let mine = self.run(|| field.histogram_over([low, high], bins, counts));
+        let all = ranks.share_values(&mine)?;
+        let mut counts = vec![0; bins];
+        for its in all.into_iter().take(ranks_that_count) {
+            counts.iter_mut().zip(its).for_each(|(count, its)| *count += its);
+        }
+        Ok(Histogram { range: Some([low, high]), counts, missing })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ranks::{Owned, PartCells, local_team};
+    use icoray_grid::{Grid, IcosahedralMesh, Location, Shape};
+    use std::thread;
+
+    #[test]
+    fn each_value_counts_once_on_any_number_of_ranks() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let (cells, layers) = (grid.cells(), 3);
+        let value = |cell: usize, layer: usize| match (cell + layer) % 7 {
+            0 => f32::NAN,
+            rest => (rest * 100 + cell) as f32,
+        };
+        let values: Vec<f32> = (0..cells * layers).map(|at| value(at / layers, at % layers)).collect();
+        let shape = Shape::level_fastest(cells, layers);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let renderer = Renderer::new(1).unwrap();
+        let alone = renderer.histogram(&mut Ranks::alone(), &field, None, 16).unwrap();
+        let known = values.iter().filter(|value| !value.is_nan()).count() as u64;
+        assert_eq!((alone.counts.iter().sum::<u64>(), alone.missing), (known, (cells * layers) as u64 - known));
+        assert!(alone.counts[0] > 0 && alone.counts[15] > 0);
+
+        let global: Vec<i64> = (0..cells as i64).collect();
+        let over = |is_held: bool| {
+            let one = |team| {
+                let ranks = &mut Ranks::new(Box::new(team));
+                let is_own = |cell: usize| cell * ranks.size() / cells == ranks.rank();
+                let marks: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
+                let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
+                let held = is_held.then(|| Decomposition::new(ranks, &grid, &said).unwrap());
+                renderer.histogram(ranks, &field, held.as_ref(), 16).unwrap()
+            };
+            let one = &one;
+            thread::scope(|scope| {
+                let all: Vec<_> = local_team(3).into_iter().map(|team| scope.spawn(move || one(team))).collect();
+                all.into_iter().map(|rank| rank.join().unwrap()).collect::<Vec<_>>()
+            })
+        };
+        for is_held in [false, true] {
+            assert!(over(is_held).iter().all(|found| *found == alone), "{is_held}");
+        }
+    }
+}
