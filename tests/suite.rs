@@ -8,6 +8,7 @@ mod gpu;
 mod host;
 mod instructions;
 mod layouts;
+mod live;
 mod mpas;
 mod mpi;
 mod pictures;

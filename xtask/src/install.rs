@@ -101,7 +101,8 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
         step.quiet(workspace.cargo(["clean", "--package", "mpi-sys", "--profile", PROFILE]))?;
     }
     let mut cargo = workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE]);
-    cargo = cargo.args(mpi.then_some("--features=mpi")).args((!gpu).then_some("--no-default-features"));
+    let without_gpu = ["--no-default-features", "--features=live"];
+    cargo = cargo.args(mpi.then_some("--features=mpi")).args(without_gpu.iter().filter(|_| !gpu));
     if mpi {
         cargo = cargo.envs(libclang::variable(&Host::here()?)?);
     }

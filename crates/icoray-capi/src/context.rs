@@ -12,11 +12,18 @@ mod collective;
 mod execute;
 mod inputs;
 mod levels;
+#[cfg(feature = "live")]
+mod live;
+#[cfg(not(feature = "live"))]
+#[path = "context/no_live.rs"]
+mod live;
 mod refusals;
 mod scene;
+mod viewer_message;
 
 use inputs::{ArrayInput, GridInput, Inputs, missing};
 use levels::TimeLevels;
+use live::Viewers;
 use refusals::Input;
 pub(crate) use scene::SceneSource;
 
@@ -24,6 +31,9 @@ pub(crate) use scene::SceneSource;
 pub struct Context {
     inputs: Inputs,
     scene: SceneChoice,
+    /// The text of the scene.
+    scene_text: String,
+    viewers: Viewers,
     /// The stamp of the previous icoray_execute.
     before: Option<Stamp>,
     /// Detects fields whose array holds an old time level.
@@ -56,6 +66,8 @@ impl Context {
         Ok(Context {
             inputs: Inputs::default(),
             scene: SceneChoice::Open,
+            scene_text: String::new(),
+            viewers: Viewers::default(),
             before: None,
             levels: TimeLevels::default(),
             drawing,

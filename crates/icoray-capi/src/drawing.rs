@@ -22,6 +22,9 @@ use devices::DeviceLog;
 use errors::ErrorWarnings;
 use report::{Call, Totals};
 
+/// A key and a text in a picture's file.
+type Note = (&'static str, String);
+
 /// Renderer, writer and background thread of a context, with what they report.
 pub(crate) struct Drawing {
     renderer: Arc<Renderer>,
@@ -50,6 +53,8 @@ pub(crate) struct Drawing {
     /// The step that the background renders, and the seconds that submitting it took the model.
     submitted_step: Option<(i64, f64)>,
     totals: Totals,
+    /// A note in all pictures from now on.
+    note: Option<Note>,
 }
 
 impl Drawing {
@@ -94,6 +99,7 @@ impl Drawing {
             is_new_call: false,
             submitted_step,
             totals,
+            note: None,
         })
     }
 
@@ -117,6 +123,34 @@ impl Drawing {
 
     pub fn warn(&self, message: &str) {
         self.log.say(Level::Warn, message);
+    }
+
+    /// Logs what happens.
+    #[cfg(feature = "live")]
+    pub fn inform(&self, message: &str) {
+        self.log.say(Level::Info, message);
+    }
+
+    /// Where pictures are written; absolute.
+    #[cfg(feature = "live")]
+    pub fn directory(&self) -> &std::path::Path {
+        &self.writer.options().directory
+    }
+
+    /// Gives each frame to `next` once it is written.
+    #[cfg(feature = "live")]
+    pub fn pass_frames_on(&self, next: Box<dyn FnMut(Frame) + Send>) {
+        self.writer.pass_on(Some(next));
+    }
+
+    /// Adds a note to all pictures from now on, in place of the one before.
+    #[cfg(feature = "live")]
+    pub fn set_note(&mut self, note: Note) {
+        self.note = Some(note);
+    }
+
+    fn notes(&self, view: String) -> impl Iterator<Item = Note> {
+        notes(view, self.note.as_ref())
     }
 
     /// Checks that pictures can be written to the output directory. For the writing rank.
@@ -179,7 +213,7 @@ impl Drawing {
         let FrameInputs { view, scene, grid, held: _, layers, fields, description, descriptions } = frame_inputs;
         let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
         (frame.description, frame.descriptions) = (description, descriptions);
-        frame.notes.extend(notes(view));
+        frame.notes.extend(self.notes(view));
         self.submit_to_writer(frame, &scene, stamp);
         Ok(())
     }
@@ -199,7 +233,7 @@ impl Drawing {
         for FrameInputs { view, scene, grid, held, layers, fields, description, descriptions } in frames {
             all = all.with(fields);
             views.push(view.clone());
-            let (stamp, notes) = (stamp.clone(), notes(view).into_iter().collect());
+            let (stamp, notes) = (stamp.clone(), notes(view, self.note.as_ref()).collect());
             jobs.push(Job { scene, grid, held, layers, stamp, description, descriptions, notes });
         }
         let (count, mut refused) = (jobs.len(), Vec::new());
@@ -367,7 +401,8 @@ impl Drawing {
     }
 }
 
-/// The view's name as a note in the picture's file.
-fn notes(view: String) -> Option<(&'static str, String)> {
-    (!view.is_empty()).then_some(("view", view))
+/// Notes in a picture's file: its view's name, and what is noted in all pictures.
+fn notes(view: String, other: Option<&Note>) -> impl Iterator<Item = Note> {
+    let view = (!view.is_empty()).then_some(("view", view));
+    view.into_iter().chain(other.cloned())
 }

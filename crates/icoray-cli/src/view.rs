@@ -8,9 +8,7 @@ use crate::selection::{Opened, Selection};
 use crate::suggested;
 use icoray::output::{Stamp, printed_units};
 use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Result, Scene, Script};
-use icoray_live::{
-    Description, FieldDescription, Histogram, LiveView, Options, PictureSize, Probe, Question, Request,
-};
+use icoray_live::{Description, FieldDescription, Histogram, LiveView, Options, PictureSize, Probe, Question, Request};
 use icoray_netcdf::FieldInfo;
 use icoray_progress::Progress;
 use std::collections::BTreeMap;

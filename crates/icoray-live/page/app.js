@@ -16,6 +16,7 @@
 //   form.js            controls generated from the description; widgets.js a control for each type, hints.js slider
 //                      ranges and first entries, toml.js values as text
 //   files.js           save, load, command line
+//   views.js           the views of a scene
 //   panel.js, keys.js  tabs and sheet; shortcuts and their list
 //   dom.js, format.js, colour.js  elements, numbers, colours
 //
@@ -37,6 +38,7 @@ import { act, change, setSize } from './sender.js';
 import { emit, on, readDescription, readScene, say, store } from './store.js';
 import * as timeline from './timeline.js';
 import * as transfer from './transfer.js';
+import * as views from './views.js';
 import { paint, paintStage, size } from './view.js';
 
 let resizing = 0;
@@ -72,7 +74,7 @@ function showDescription({ title, program, live }) {
 
 async function start() {
   takeToken();
-  for (const part of [facts, panel, form, transfer, probe, files, timeline, hand, keys]) part.start();
+  for (const part of [facts, panel, form, transfer, probe, files, views, timeline, hand, keys]) part.start();
   setSize(size);
   on('describe', showDescription);
   on('scene', showState);

@@ -9,6 +9,9 @@ function seconds(value) {
   return value < 0.995 ? `${Math.max(1, Math.round(value * 1000))} ms` : `${value.toFixed(value < 10 ? 1 : 0)} s`;
 }
 
+/** Whether a model that runs has not drawn yet what was set. */
+const isAhead = (frame) => store.describe?.live && (store.scene?.revision ?? 0) > frame.revision;
+
 function show(frame) {
   const isOver = frame.error > frame.tolerance;
   const error =
@@ -24,6 +27,7 @@ function show(frame) {
     h('span', {}, seconds(frame.seconds)),
     frame.quality ? h('span', { class: 'quality' }, frame.quality) : null,
     frame.pending ? h('span', { class: 'is-pending' }, 'refining') : null,
+    isAhead(frame) ? h('span', { class: 'is-pending' }, 'what you have set is drawn at the next picture') : null,
   ];
   byId('facts').replaceChildren(h('span', {}, h('span', {}, ...facts)));
   const left = frame.left_out ?? [];
@@ -49,6 +53,7 @@ function message({ text, kind }) {
 /** Listens to pictures and messages. */
 export function start() {
   on('frame', show);
+  on('scene', () => store.describe?.live && store.frame && show(store.frame));
   on('message', (said) => {
     if (said.kind !== 'none') message(said);
     else byId('alert').textContent = '';

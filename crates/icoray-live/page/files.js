@@ -65,5 +65,6 @@ export function start() {
   on('scene', (scene) => {
     byId('scene-text').textContent = scene.text;
     byId('command').textContent = scene.command ?? '';
+    byId('command-part').hidden = !scene.command;
   });
 }

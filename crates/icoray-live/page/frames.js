@@ -19,8 +19,7 @@ async function decode(buffer) {
 
 /** Takes what the server knows that the page does not: steps of a model that runs, changes of another page. */
 async function follow(meta) {
-  const { describe, scene } = store;
-  if (describe?.live && meta.time >= describe.times.length) await readDescription();
+  const { scene } = store;
   if (scene && !store.isMoving && meta.revision !== scene.revision) await readScene();
 }
 

@@ -28,6 +28,7 @@ function merge(into, from) {
   }
   into.changes = [...changes.values()];
   if (from.time !== undefined) into.time = from.time;
+  if (from.view !== undefined) into.view = from.view;
   return into;
 }
 
@@ -52,9 +53,9 @@ export function rest() {
 }
 
 /** Sends changes that are one step of undo; resolves to whether the server took them. */
-export function change(changes, { time } = {}) {
+export function change(changes, { time, view } = {}) {
   rest();
-  return new Promise((resolve) => push({ changes, time, isMoving: false, resolve }));
+  return new Promise((resolve) => push({ changes, time, view, isMoving: false, resolve }));
 }
 
 /** Calls `/api/undo`, `/api/redo` or `/api/load` in turn with the changes. */
@@ -84,8 +85,8 @@ async function send() {
       if (item.path) {
         await post(item.path, item.value);
       } else {
-        const { changes, time, isMoving } = item;
-        await post('/api/change', { changes, time, size: sizeOf(isMoving), is_moving: isMoving });
+        const { changes, time, view, isMoving } = item;
+        await post('/api/change', { changes, time, view, size: sizeOf(isMoving), is_moving: isMoving });
       }
       if (!item.isMoving) say('', 'none');
     } catch (error) {

@@ -75,11 +75,6 @@ export function start() {
     show();
   });
   on('frame', (frame) => {
-    // A model that runs shows its newest time.
-    if (store.describe?.live && !store.isMoving && !isPlaying && frame.time !== time) {
-      time = frame.time;
-      show();
-    }
     if (!isPlaying || frame.time !== time) return;
     setTimeout(onward, Math.max(0, LEAST - (performance.now() - since)));
   });

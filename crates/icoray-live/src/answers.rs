@@ -88,7 +88,12 @@ pub struct Probe {
 
 impl Probe {
     /// What was found at a place of the picture `shown`, from 0 to 1 from the left and from the top.
-    pub fn new(found: icoray::Probe, (field, units): (String, Option<String>), at: [f64; 2], shown: Option<&Frame>) -> Self {
+    pub fn new(
+        found: icoray::Probe,
+        (field, units): (String, Option<String>),
+        at: [f64; 2],
+        shown: Option<&Frame>,
+    ) -> Self {
         let error = shown.map(|frame| {
             let [x, y] = [(at[0], frame.width), (at[1], frame.height)]
                 .map(|(at, size)| ((at * f64::from(size)) as usize).min(size as usize - 1));

@@ -56,10 +56,8 @@ impl<T> Reply<T> {
 }
 
 /// What viewers have set and asked.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Taken {
-    /// Number of the scene's state.
-    pub revision: u64,
     /// The scene, if it is another.
     pub change: Option<Change>,
     /// What is asked of the data.
@@ -69,6 +67,8 @@ pub struct Taken {
 /// Another scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
+    /// Number of the scene's state.
+    pub revision: u64,
     /// The text that holds from now on.
     pub text: String,
     /// The text that held before.
@@ -145,8 +145,8 @@ pub(crate) struct Hub {
 pub(crate) struct State {
     pub session: Session,
     questions: VecDeque<Question>,
-    /// The revision that [`Hub::take`] has returned, and its text.
-    taken: (u64, String),
+    /// The text that [`Hub::take`] has returned.
+    taken: String,
     /// Revisions of the newest pictures: of any kind, and at rest.
     drawn: u64,
     at_rest: u64,
@@ -159,7 +159,7 @@ pub(crate) struct State {
 impl Hub {
     pub fn new(session: Session) -> Self {
         let state = State {
-            taken: (session.revision(), session.text().to_owned()),
+            taken: session.text().to_owned(),
             session,
             questions: VecDeque::new(),
             drawn: 0,
@@ -234,14 +234,14 @@ impl Hub {
         }
     }
 
-    /// What viewers have set and asked since the last call.
+    /// What viewers have set and asked since the last call; nothing while one of them is being served.
     pub fn take(&self) -> Taken {
-        let mut state = self.lock();
+        let Ok(mut state) = self.state.try_lock() else { return Taken::default() };
         let revision = state.session.revision();
-        let text = Some(state.session.text()).filter(|text| *text != state.taken.1).map(str::to_owned);
-        let change = text.map(|text| Change { before: std::mem::replace(&mut state.taken.1, text.clone()), text });
-        state.taken.0 = revision;
-        Taken { revision, change, questions: std::mem::take(&mut state.questions).into() }
+        let text = Some(state.session.text()).filter(|text| *text != state.taken).map(str::to_owned);
+        let change =
+            text.map(|text| Change { revision, before: std::mem::replace(&mut state.taken, text.clone()), text });
+        Taken { change, questions: std::mem::take(&mut state.questions).into() }
     }
 
     /// Notes a picture that was drawn; true if it is to be shown, false if it was given up.
@@ -371,11 +371,11 @@ mod tests {
         assert!(hub.ask(Question::Picture { reply: Reply(oneshot::channel().0) }));
         let taken = hub.take();
         let new = taken.change.unwrap();
-        assert_eq!((taken.revision, taken.questions.len()), (revision, 1));
+        assert_eq!((new.revision, taken.questions.len()), (revision, 1));
         assert!(new.text.contains("lon = 3") && !new.before.contains("lon"), "{new:?}");
         assert_eq!(new.keys(), ["camera"]);
         change(&hub, REST);
         let taken = hub.take();
-        assert!(taken.change.is_none() && taken.questions.is_empty() && taken.revision == revision + 1);
+        assert!(taken.change.is_none() && taken.questions.is_empty());
     }
 }

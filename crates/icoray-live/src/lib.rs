@@ -48,8 +48,8 @@ use icoray::{Error, ErrorKind, Frame, Result, Scene};
 use picture::Picture;
 use server::Server;
 use session::{Session, Start};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// Where the page is served.
@@ -153,6 +153,12 @@ impl LiveView {
         let frame = Arc::new(frame);
         let picture = Picture::of_step(self.next_number(), frame.clone(), revision);
         *self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner) = Some(frame);
+        self.hub.pictures.send_replace(Some(Arc::new(picture)));
+    }
+
+    /// Shows viewers why what they have set cannot be drawn.
+    pub fn fail(&self, why: &str) {
+        let picture = Picture::refused(self.next_number(), self.hub.look(Session::revision), why);
         self.hub.pictures.send_replace(Some(Arc::new(picture)));
     }
 

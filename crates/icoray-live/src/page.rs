@@ -49,6 +49,7 @@ const FILES: &[PageFile] = &files![
     "/transfer-rows.js" "transfer-rows.js" "text/javascript; charset=utf-8",
     "/transfer.js" "transfer.js" "text/javascript; charset=utf-8",
     "/view.js" "view.js" "text/javascript; charset=utf-8",
+    "/views.js" "views.js" "text/javascript; charset=utf-8",
     "/widgets.js" "widgets.js" "text/javascript; charset=utf-8",
 ];
 

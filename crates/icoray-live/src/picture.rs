@@ -92,8 +92,16 @@ impl Picture {
     /// The news that a scene cannot be drawn.
     pub fn failed(number: u64, request: &DrawRequest, error: &icoray::Error) -> Self {
         let DrawRequest { revision, time, is_moving, .. } = *request;
-        let failure = Some(error.to_string());
-        let facts = Facts { number, revision, time, is_moving, failure, ..Facts::default() };
+        Self::without(Facts { number, revision, time, is_moving, failure: Some(error.to_string()), ..Facts::default() })
+    }
+
+    /// The news that a scene of this revision is not taken.
+    pub fn refused(number: u64, revision: u64, why: &str) -> Self {
+        Self::without(Facts { number, revision, failure: Some(why.to_owned()), ..Facts::default() })
+    }
+
+    fn without(facts: Facts) -> Self {
+        let number = facts.number;
         let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
         Picture { number, color_range: None, facts, frame: None, bytes: OnceLock::new() }
     }

@@ -200,17 +200,20 @@ impl From<Scene> for Script {
     /// A script of one view, due at multiples of [`Scene::every`].
     fn from(scene: Scene) -> Self {
         let schedule = Schedule { every: Some(scene.every), ..Schedule::default() };
-        Script::new(vec![View {
-            name: None,
-            scene,
-            schedule,
-            conditions: Vec::new(),
-            motion: Motion::Still,
-            sweep: Sweep::default(),
-            cinema: None,
-            concat: None,
-            has_file: true,
-        }], None)
+        Script::new(
+            vec![View {
+                name: None,
+                scene,
+                schedule,
+                conditions: Vec::new(),
+                motion: Motion::Still,
+                sweep: Sweep::default(),
+                cinema: None,
+                concat: None,
+                has_file: true,
+            }],
+            None,
+        )
     }
 }
 

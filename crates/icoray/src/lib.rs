@@ -65,8 +65,8 @@ pub use icoray_output::{
 };
 pub use icoray_scene::{
     Adapter, Backend, Camera, Clip, ColorRange, Coloring, Condition, Derivation, Ground, HalfSpace, Heights, How,
-    Isosurface, Knot, LabelPlace, Labels, Level, Lighting, Lights, Lines, Live, LonLatBox, Method, Opacity, Paint, Pattern,
-    Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
+    Isosurface, Knot, LabelPlace, Labels, Level, Lighting, Lights, Lines, Live, LonLatBox, Method, Opacity, Paint,
+    Pattern, Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
     TransferFunction, View, Volume,
 };
 pub use icoray_scene::{color_map_stops, color_maps, keys, srgb8};

@@ -104,7 +104,7 @@ fn the_reference_has_all_keys_of_each_section_and_no_others() {
             found.extend(of_scripts.into_iter().filter(|key| {
                 let headings = [format!("\n| `{key}` |"), format!("\n## `[{key}]`"), format!("\n## `[[{key}]]`")];
                 headings.iter().any(|heading| reference.contains(heading))
-            })));
+            }));
         }
         let expected = expected(&scene);
         assert_eq!(found, expected.iter().map(String::as_str).collect(), "[{}]", section.name);

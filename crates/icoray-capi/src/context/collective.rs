@@ -3,6 +3,7 @@
 //! Each begins with an agreement that every rank enters, whatever has failed on it (a poisoned or disabled context, a
 //! wrong argument, a missing field). So no rank waits for one that has returned.
 
+use super::viewer_message::ViewerMessage;
 use super::{Context, GridInput, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::ranks::{RootMessage, agree};
@@ -81,10 +82,12 @@ impl Context {
             facts.push(("first field", format!("{first:?}")));
         }
         let mine = caught(|| self.ready(stamp));
-        let value = self.drawing.root_message();
+        let sent = self.hear_viewers();
+        let value = both(&self.drawing.root_message(), &sent.bytes());
         let (agreed, root_message) = self.agree(mine, "icoray_execute", facts, &value);
+        let (root_message, sent) = of_both(&root_message);
         let unreported = self.drawing.receive_root_message(&root_message);
-        let (stamp, script) = match agreed {
+        let (stamp, mut script) = match agreed {
             Ok(ready) => ready,
             Err(failure) => {
                 self.drawing.picture_failed(&failure);
@@ -93,6 +96,9 @@ impl Context {
         };
         // All ranks are in this call, so messages between them arrive without delay.
         self.drawing.pump();
+        if sent.is_any() {
+            script = self.follow_viewers(&sent, &stamp)?;
+        }
         self.draw_step(script.as_deref(), &stamp)?;
         if let Some(unreported) = unreported {
             self.drawing.clear_unreported();
@@ -158,6 +164,20 @@ impl Context {
         self.drawing.receive_root_message(&root_message);
         agreed
     }
+}
+
+/// Rank 0's message of drawing, with its length before it, and that of viewers.
+fn both(drawing: &[u8], viewers: &[u8]) -> Vec<u8> {
+    [&(drawing.len() as u32).to_le_bytes(), drawing, viewers].concat()
+}
+
+/// The messages that [`both`] has put together; rank 0 may be gone and have sent nothing.
+fn of_both(message: &RootMessage) -> (RootMessage, ViewerMessage) {
+    let Some((length, rest)) = message.0.split_first_chunk::<4>() else {
+        return (RootMessage(Vec::new()), ViewerMessage::default());
+    };
+    let (drawing, viewers) = rest.split_at((u32::from_le_bytes(*length) as usize).min(rest.len()));
+    (RootMessage(drawing.to_vec()), ViewerMessage::read(viewers))
 }
 
 #[cfg(test)]

@@ -32,13 +32,15 @@ impl Context {
         let script = self.script()?;
         self.drawing.collect();
         self.drawing.refuse_if_off()?;
+        let sent = self.hear_viewers();
+        let script = if sent.is_any() { self.follow_viewers(&sent, &stamp)? } else { script };
         self.warn_about_old_time_levels(script.as_deref(), &stamp);
         self.draw_step(script.as_deref(), &stamp)?;
         self.drawing.take_unreported()
     }
 
     /// The script; where it names no field, with the name of the field that was set first.
-    fn named(&self, script: &Arc<Script>) -> Arc<Script> {
+    pub(super) fn named(&self, script: &Arc<Script>) -> Arc<Script> {
         match &self.inputs.first {
             Some(first) if script.lacks_field() => {
                 let mut named = Script::clone(script);

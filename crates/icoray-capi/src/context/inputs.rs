@@ -127,6 +127,13 @@ impl Inputs {
         Ok(ConditionField { name: name.to_owned(), field, held: grid_input.held.clone() })
     }
 
+    /// Number of layers of a field; 0 of a 2D field and of one whose array is not readable.
+    #[cfg(feature = "live")]
+    pub fn layers_of(&self, name: &str) -> usize {
+        let field = self.fields.get(name).and_then(|given| given.field().ok());
+        field.map(|field| field.shape().layers).filter(|layers| *layers > 1).unwrap_or(0)
+    }
+
     fn not_given(&self, what: &str, name: &str, needs: &str) -> Failure {
         let known = listed(self.fields.keys().map(String::as_str));
         let message = format!("{what} {name:?} was not given by icoray_field_set; {needs}given: {known}");

@@ -54,6 +54,8 @@ impl Context {
         let mine = caught(|| self.parsed(&root_message.0).map_err(|failure| source.failure(failure)));
         let (agreed, _) = self.agree(mine, call, Vec::new(), &[]);
         self.scene = agreed?;
+        self.scene_text = String::from_utf8_lossy(&root_message.0).into_owned();
+        self.show_new_scene();
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Frames that several ranks render. Rank 0 has the outcomes of the writer and decides whether frames are rendered.
 
-use super::{Drawing, notes};
+use super::Drawing;
 use crate::boundary::{Failure, Outcome};
 use crate::frame_inputs::FrameInputs;
 use crate::host::without_signals;
@@ -74,7 +74,7 @@ impl Drawing {
         match self.renderer.render_held(ranks, &scene, &grid, held.as_deref(), &layers, fields)? {
             Rendered::Here(mut frame) => {
                 (frame.description, frame.descriptions) = (description, descriptions);
-                frame.notes.extend(notes(view));
+                frame.notes.extend(self.notes(view));
                 self.submit_to_writer(frame, &scene, stamp);
             }
             Rendered::AtRoot(report) => {

@@ -26,7 +26,10 @@ use toml::de::{DeTable, DeValue};
 /// Lists of keys in the sentence about an unknown one, and the same with the keys that are taken before those of a
 /// scene.
 const LISTS: [[&str; 2]; 3] = [
-    ["one of `field`, `every`, ", "one of `views`, `live`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, "],
+    [
+        "one of `field`, `every`, ",
+        "one of `views`, `live`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, ",
+    ],
     [
         "one of `lon`, `lat`, `distance`, `altitude`, `eye`, ",
         "one of `orbit`, `path`, `lon`, `lat`, `distance`, `altitude`, `eye`, ",

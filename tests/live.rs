@@ -1,0 +1,320 @@
+//! A running model that is watched: what viewers see, set and ask, on one process and over ranks.
+
+use icoray_tests::native::{command, compile_c, mpi_library, text};
+use icoray_tests::ranks::FIRST;
+use serde_json::Value;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+use tempfile::TempDir;
+
+const SCENE: &str = "# A scene.\nfield = \"f\"\nexaggeration = 40\nimage = { width = 40, height = 30 }\n\
+    camera = { lon = 20, lat = 35, distance = 3.2, fov = 45 } # from here\n\
+    [transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n\
+    [output]\nfile = \"frame_{step}.png\"\n";
+
+/// A program that draws a step when it is told to.
+struct Model {
+    child: Child,
+    input: Option<ChildStdin>,
+    output: BufReader<ChildStdout>,
+    step: u32,
+}
+
+/// An answer of the page's server.
+struct Answer {
+    status: u16,
+    body: Vec<u8>,
+}
+
+/// What a viewer has: the address of a model's page.
+#[derive(Clone)]
+struct Viewer {
+    host: String,
+    token: String,
+}
+
+impl Model {
+    fn start(run: &mut Command) -> Self {
+        let mut child = run.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let output = BufReader::new(child.stdout.take().unwrap());
+        Model { input: child.stdin.take(), output, child, step: 0 }
+    }
+
+    /// Draws the next step and returns its number.
+    fn draw(&mut self) -> u32 {
+        self.input.as_mut().unwrap().write_all(b"\n").unwrap();
+        let mut line = String::new();
+        self.output.read_line(&mut line).unwrap();
+        assert_eq!(line.trim(), format!("step {}", self.step), "{}", self.log());
+        self.step += 1;
+        self.step - 1
+    }
+
+    /// Draws steps until a question is answered.
+    fn draw_until<T>(&mut self, question: thread::JoinHandle<T>) -> T {
+        while !question.is_finished() {
+            assert!(self.step < 2000, "nobody answers");
+            self.draw();
+        }
+        question.join().unwrap()
+    }
+
+    /// What it has logged, once it has ended; only for messages before that.
+    fn log(&mut self) -> String {
+        drop(self.input.take());
+        let mut log = String::new();
+        self.child.stderr.take().map(|mut log_of| log_of.read_to_string(&mut log));
+        log
+    }
+
+    /// Ends it; returns its log.
+    fn end(mut self) -> String {
+        let log = self.log();
+        let mut rest = String::new();
+        self.output.read_to_string(&mut rest).unwrap();
+        assert!(self.child.wait().unwrap().success() && rest.contains(", 0 failed"), "{rest}\n{log}");
+        log
+    }
+}
+
+impl Viewer {
+    fn of(directory: &Path) -> Self {
+        let file = directory.join("live.url");
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600, "others may not read the token");
+        let address = fs::read_to_string(file).unwrap();
+        let (host, token) = address.trim().strip_prefix("http://").unwrap().split_once("/#").unwrap();
+        Viewer { host: host.to_owned(), token: token.to_owned() }
+    }
+
+    fn ask(&self, request: &str, body: &str) -> Answer {
+        let Viewer { host, token } = self;
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        let length = body.len();
+        write!(
+            stream,
+            "{request} HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\nContent-Length: {length}\r\n\
+             Connection: close\r\n\r\n{body}"
+        )
+        .unwrap();
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).unwrap();
+        let split = bytes.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
+        let head = text(&bytes[..split]);
+        Answer { status: head.split(' ').nth(1).unwrap().parse().unwrap(), body: bytes[split + 4..].to_vec() }
+    }
+
+    fn get(&self, path: &str) -> Answer {
+        self.ask(&format!("GET {path}"), "")
+    }
+
+    /// A question, which the model answers when it draws.
+    fn asks(&self, path: &'static str) -> thread::JoinHandle<Answer> {
+        let viewer = self.clone();
+        thread::spawn(move || viewer.get(path))
+    }
+
+    fn set(&self, changes: &str) -> Answer {
+        self.ask("POST /api/change", &format!("{{\"changes\":[{changes}]}}"))
+    }
+
+    /// Facts and pixels of the next picture after one.
+    fn picture(&self, after: u64) -> (Value, Vec<u8>) {
+        let answer = self.get(&format!("/api/frame?after={after}"));
+        assert_eq!(answer.status, 200);
+        let (length, rest) = answer.body.split_first_chunk().unwrap();
+        let (facts, png) = rest.split_at(u32::from_le_bytes(*length) as usize);
+        let pixels = if png.is_empty() { Vec::new() } else { pixels(png) };
+        (serde_json::from_slice(facts).unwrap(), pixels)
+    }
+}
+
+impl Answer {
+    fn json(&self) -> Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {}", text(&self.body)))
+    }
+}
+
+fn pixels(png: &[u8]) -> Vec<u8> {
+    image::load_from_memory(png).unwrap().into_rgba8().into_raw()
+}
+
+fn drawn(directory: &Path, step: u32) -> Vec<u8> {
+    pixels(&fs::read(directory.join(format!("frame_{step}.png"))).unwrap())
+}
+
+/// Writes a scene and gives the path.
+fn written(directory: &Path, name: &str, scene: &str) -> PathBuf {
+    let path = directory.join(name);
+    fs::write(&path, scene).unwrap();
+    path
+}
+
+/// A model, run by `run` with a directory and a scene, is watched, steered and asked.
+fn watch(run: impl Fn(&Path, &Path) -> Command, has_whole_grid: bool) {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    let live = written(folder, "scene.toml", &format!("{SCENE}[live]\n"));
+    let to = folder.join("watched");
+    let mut model = Model::start(&mut run(&to, &live));
+    model.draw();
+    let viewer = Viewer::of(&to);
+    let described = viewer.get("/api/describe").json();
+    assert_eq!((&described["live"], &described["fields"][0]["units"]), (&Value::from(true), &Value::from("K")));
+
+    // Who watches sees the picture that is written, and at which step.
+    let (facts, shown) = viewer.picture(0);
+    assert_eq!((&facts["step"], &facts["revision"]), (&Value::from(0), &Value::from(1)));
+    assert!(shown == drawn(&to, 0) && !to.join("live.toml").exists());
+
+    // What is set holds from the next picture, on all ranks.
+    let answer = viewer.set(r#"{"path":["camera","lon"],"value":-70},{"path":["transfer","map"],"value":"plasma"}"#);
+    let revision = answer.json()["revision"].as_u64().unwrap();
+    assert_eq!(viewer.get("/api/scene").json()["revision"].as_u64(), Some(revision));
+    let step = model.draw();
+    let (facts, shown) = viewer.picture(facts["number"].as_u64().unwrap());
+    assert_eq!((facts["step"].as_u64(), facts["revision"].as_u64()), (Some(1), Some(revision)));
+    assert!(shown == drawn(&to, step) && shown != drawn(&to, 0));
+    let kept = fs::read_to_string(to.join("live.toml")).unwrap();
+    assert!(kept.contains("# A scene.") && kept.contains("lon = -70") && kept.contains("# from here"), "{kept}");
+
+    // What is the model's is not a viewer's, nor what it cannot draw.
+    for (change, wanted) in [
+        (r#"{"path":["output","file"],"value":"../b.png"}"#, "output"),
+        (r#"{"path":["output","file"],"value":"b_{step}.png"}"#, "the model's, which a viewer cannot change"),
+        (r#"{"path":["image","width"],"value":9000}"#, "the model's, which a viewer cannot change"),
+        (r#"{"path":["field"],"value":"zzz"}"#, "field \"zzz\", expected one of the model's: f"),
+    ] {
+        let answer = viewer.set(change);
+        let error = answer.json()["error"].as_str().unwrap_or_default().to_owned();
+        assert!(answer.status == 400 && error.contains(wanted), "{error}");
+    }
+    assert_eq!(viewer.set(r#"{"path":["surfaces"],"value":[{"layer":77,"color":"red"}]}"#).status, 200);
+    let before = drawn(&to, 1);
+    let step = model.draw();
+    if has_whole_grid {
+        assert!(drawn(&to, step) == before, "the scene before holds");
+        let (facts, _) = viewer.picture(facts["number"].as_u64().unwrap());
+        assert!(facts["failure"].as_str().is_some_and(|why| why.contains("77")), "{facts}");
+    }
+    assert_eq!(viewer.ask("POST /api/undo", "").status, 200);
+
+    // Questions are answered when the model draws.
+    let histogram = model.draw_until(viewer.asks("/api/histogram?field=f")).json();
+    let known = histogram["counts"].as_array().unwrap().iter().map(|count| count.as_u64().unwrap()).sum::<u64>();
+    assert_eq!(known, 642 * 4, "each value once, on however many ranks");
+    let unknown = model.draw_until(viewer.asks("/api/histogram?field=zzz"));
+    assert!(unknown.status == 422 && text(&unknown.body).contains("zzz"), "{}", text(&unknown.body));
+    let probe = model.draw_until(viewer.asks("/api/probe?x=0.5&y=0.5"));
+    if has_whole_grid {
+        assert!(probe.json()["value"].is_f64(), "{}", text(&probe.body));
+    } else {
+        assert!(text(&probe.body).contains("part of the grid"), "{}", text(&probe.body));
+    }
+    let exr = viewer.get("/api/picture?format=exr");
+    assert!(exr.status == 200 && exr.body.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+
+    let last = model.draw();
+    let log = model.end();
+    assert!(log.contains("live view at http://127.0.0.1:") && !log.contains(&viewer.token), "{log}");
+    assert!(log.contains("step 1: a viewer has set camera.lon, transfer.map"), "{log}");
+    assert!(!to.join("live.url").exists());
+    assert!(TcpStream::connect(&viewer.host).is_err(), "the page ends with the model");
+
+    // The scene that was kept draws the same without anybody who watches; one that nobody watches does as without [live].
+    for (name, scene, step) in [("kept", kept.replace("[live]\n", ""), last), ("plain", SCENE.to_owned(), 0)] {
+        let scene = written(folder, &format!("{name}.toml"), &scene);
+        let alone = folder.join(name);
+        let mut model = Model::start(&mut run(&alone, &scene));
+        while model.draw() < step {}
+        assert!(!alone.join("live.url").exists());
+        model.end();
+        assert!(drawn(&alone, step) == drawn(&to, step), "{name}");
+    }
+}
+
+#[test]
+fn a_model_alone_is_watched_and_steered() {
+    let program = compile_c(&["live", "host_common", "check"]);
+    let run = |to: &Path, scene: &Path| {
+        let mut run = command(&program, to.parent().unwrap());
+        run.arg(to).arg(scene);
+        run
+    };
+    watch(run, true);
+}
+
+#[test]
+fn a_model_over_ranks_is_watched_and_steered() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let program = FIRST.compile(mpi_library(), "mpi_live");
+    for (ranks, parts) in [(1, false), (3, false), (3, true)] {
+        let run = |to: &Path, scene: &Path| {
+            let mut run = FIRST.on_ranks(ranks, &program, to.parent().unwrap());
+            run.arg(to).arg(scene).args(parts.then_some("parts"));
+            run
+        };
+        watch(run, !parts);
+    }
+}
+
+#[test]
+fn two_viewers_and_hostile_ones_leave_the_model_as_it_is() {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    let program = compile_c(&["live", "host_common", "check"]);
+    let start = |to: &Path, scene: &str| {
+        let scene = written(folder, "scene.toml", scene);
+        Model::start(command(&program, folder).arg(to).arg(&scene))
+    };
+    let to = folder.join("watched");
+    let mut model = start(&to, &format!("{SCENE}[live]\n"));
+    model.draw();
+    let viewer = Viewer::of(&to);
+    let stalled: Vec<TcpStream> = (0..20)
+        .map(|_| {
+            let mut stream = TcpStream::connect(&viewer.host).unwrap();
+            stream.write_all(b"GET /api/frame?after=0 HTTP/1.1\r\nHost: ").unwrap();
+            stream
+        })
+        .collect();
+    for garbage in [&b"\0\xff\xfe\r\n\r\n"[..], b"GET / HTTP/9.9\r\n\r\n", b"POST /api/change HTTP/1.1\r\n\r\n{"] {
+        let mut stream = TcpStream::connect(&viewer.host).unwrap();
+        stream.write_all(garbage).unwrap();
+    }
+    let wrong = Viewer { token: "0".repeat(32), ..viewer.clone() };
+    assert_eq!(wrong.set(r#"{"path":["camera","lon"],"value":1}"#).status, 401);
+    for _ in 0..100 {
+        drop(TcpStream::connect(&viewer.host).unwrap());
+    }
+    // Two viewers steer against each other: the last one holds.
+    let steer = |side: f64| {
+        let viewer = viewer.clone();
+        thread::spawn(move || {
+            for turn in 0..20 {
+                let change = format!(r#"{{"path":["camera","lon"],"value":{}}}"#, side * f64::from(turn));
+                assert_eq!(viewer.set(&change).status, 200);
+            }
+        })
+    };
+    let (left, right) = (steer(-1.0), steer(1.0));
+    model.draw_until(left);
+    model.draw_until(right);
+    viewer.set(r#"{"path":["camera","lon"],"value":20}"#);
+    let last = model.draw();
+    drop(stalled);
+    model.end();
+    let alone = folder.join("alone");
+    let mut model = start(&alone, SCENE);
+    while model.draw() < last {}
+    model.end();
+    assert!(drawn(&alone, last) == drawn(&to, last) && drawn(&alone, 0) == drawn(&to, 0));
+}
