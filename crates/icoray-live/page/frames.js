@@ -49,6 +49,7 @@ export async function run() {
       store.frame = meta;
       draw(bitmap, meta);
       emit('frame', meta);
+      if (meta.refused) say(meta.refused, 'error');
       await follow(meta);
     } catch (error) {
       if (error.isGone && !isGone) {

@@ -147,6 +147,8 @@ pub(crate) struct State {
     questions: VecDeque<Question>,
     /// The text that [`Hub::take`] has returned.
     taken: String,
+    /// Why the last change that was taken is not drawn, until a picture says so.
+    refusal: Option<String>,
     /// Revisions of the newest pictures: of any kind, and at rest.
     drawn: u64,
     at_rest: u64,
@@ -160,6 +162,7 @@ impl Hub {
     pub fn new(session: Session) -> Self {
         let state = State {
             taken: session.text().to_owned(),
+            refusal: None,
             session,
             questions: VecDeque::new(),
             drawn: 0,
@@ -242,6 +245,19 @@ impl Hub {
         let change =
             text.map(|text| Change { revision, before: std::mem::replace(&mut state.taken, text.clone()), text });
         Taken { change, questions: std::mem::take(&mut state.questions).into() }
+    }
+
+    /// Goes back to the scene before a change.
+    pub fn refuse(&self, change: &Change, why: &str) {
+        let mut state = self.lock();
+        state.refusal = Some(why.to_owned());
+        state.taken.clone_from(&change.before);
+        // What viewers have set since then goes too. The text was read before.
+        let _ = state.session.load(&change.before);
+    }
+
+    pub fn take_refusal(&self) -> Option<String> {
+        self.lock().refusal.take()
     }
 
     /// Notes a picture that was drawn; true if it is to be shown, false if it was given up.

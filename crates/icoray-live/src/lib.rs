@@ -151,15 +151,14 @@ impl LiveView {
             return;
         }
         let frame = Arc::new(frame);
-        let picture = Picture::of_step(self.next_number(), frame.clone(), revision);
+        let picture = Picture::of_step(self.next_number(), frame.clone(), revision, self.hub.take_refusal());
         *self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner) = Some(frame);
         self.hub.pictures.send_replace(Some(Arc::new(picture)));
     }
 
-    /// Shows viewers why what they have set cannot be drawn.
-    pub fn fail(&self, why: &str) {
-        let picture = Picture::refused(self.next_number(), self.hub.look(Session::revision), why);
-        self.hub.pictures.send_replace(Some(Arc::new(picture)));
+    /// Goes back to the scene before a change that cannot be drawn; the next picture says why.
+    pub fn refuse(&self, change: &Change, why: &str) {
+        self.hub.refuse(change, why);
     }
 
     /// The last picture that [`Self::show`] has shown.

@@ -43,6 +43,8 @@ struct Facts<'f> {
     value_range: Option<[f64; 2]>,
     /// Why there is no picture.
     failure: Option<String>,
+    /// Why what a viewer has set is not drawn.
+    refused: Option<String>,
 }
 
 impl Picture {
@@ -60,13 +62,17 @@ impl Picture {
         Self::with(number, Arc::new(frame), facts)
     }
 
-    /// Of a program that draws when it is time to, with the revision of its scene.
-    pub fn of_step(number: u64, frame: Arc<Frame>, revision: u64) -> Self {
+    /// Of a program that draws when it is time to, with the revision of its scene, and why a later one is not drawn.
+    pub fn of_step(number: u64, frame: Arc<Frame>, revision: u64, refused: Option<String>) -> Self {
         let stamp = frame.stamp.clone();
         let when = stamp.date.unwrap_or_else(|| format!("{} s", stamp.time_s));
         let time_label = format!("step {}, {when}", stamp.step);
         let seconds = frame.report.timing.prepare_s + frame.report.timing.render_s;
-        Self::with(number, frame, Facts { revision, step: stamp.step, time_label, seconds, ..Facts::default() })
+        Self::with(
+            number,
+            frame,
+            Facts { revision, step: stamp.step, time_label, seconds, refused, ..Facts::default() },
+        )
     }
 
     fn with(number: u64, frame: Arc<Frame>, facts: Facts) -> Self {
@@ -92,16 +98,8 @@ impl Picture {
     /// The news that a scene cannot be drawn.
     pub fn failed(number: u64, request: &DrawRequest, error: &icoray::Error) -> Self {
         let DrawRequest { revision, time, is_moving, .. } = *request;
-        Self::without(Facts { number, revision, time, is_moving, failure: Some(error.to_string()), ..Facts::default() })
-    }
-
-    /// The news that a scene of this revision is not taken.
-    pub fn refused(number: u64, revision: u64, why: &str) -> Self {
-        Self::without(Facts { number, revision, failure: Some(why.to_owned()), ..Facts::default() })
-    }
-
-    fn without(facts: Facts) -> Self {
-        let number = facts.number;
+        let failure = Some(error.to_string());
+        let facts = Facts { number, revision, time, is_moving, failure, ..Facts::default() };
         let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
         Picture { number, color_range: None, facts, frame: None, bytes: OnceLock::new() }
     }

@@ -8,7 +8,7 @@ use super::viewer_message::ViewerMessage;
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
 use icoray_core::output::Stamp;
-use icoray_core::{Plan, Script};
+use icoray_core::{ColumnCount, Plan, Script};
 use icoray_live::Histogram;
 use std::sync::Arc;
 
@@ -64,11 +64,14 @@ impl Context {
         for name in &sent.histograms {
             self.answer_histogram(name);
         }
-        let script = self.script()?;
-        if let (Some(page), Some(script)) = (&mut self.viewers.page, &script) {
+        self.script()
+    }
+
+    /// Answers what viewers ask of rank 0's own data.
+    pub(super) fn answer_viewers(&mut self, script: Option<&Script>, stamp: &Stamp) {
+        if let (Some(page), Some(script)) = (&mut self.viewers.page, script) {
             page.answer_probes(script, stamp, &self.inputs, &self.drawing);
         }
-        Ok(script)
     }
 
     /// The script that a viewer has set, if its pictures of this step can be drawn from what the model has given.
@@ -78,9 +81,10 @@ impl Context {
         let script = Arc::new(script);
         for shot in self.named(&script).views().iter().flat_map(|view| view.shots(stamp)) {
             let given = self.inputs.frame_inputs(shot)?;
-            if given.held.is_none() {
-                given.check_whole()?;
-                let (_, field) = given.fields.iter().next().ok_or_else(|| Failure::null("the scene's field"))?;
+            given.check_whole()?;
+            let (_, field) = given.fields.iter().next().ok_or_else(|| Failure::null("the scene's field"))?;
+            // Some columns over the whole grid have no plan of their own.
+            if field.shape().columns == ColumnCount::new(&given.grid, field.location()).columns {
                 Plan::new(&given.scene, &given.grid, &given.layers, field)?;
             }
         }

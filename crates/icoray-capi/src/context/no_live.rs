@@ -28,6 +28,9 @@ impl Context {
         self.script()
     }
 
+    /// Viewers ask nothing.
+    pub(super) fn answer_viewers(&mut self, _: Option<&Script>, _: &Stamp) {}
+
     pub(super) fn show_new_scene(&mut self) {
         self.viewers.0 = false;
     }

@@ -95,7 +95,7 @@ impl Page {
         let Some(change) = self.change.take() else { return };
         if let Err(failure) = outcome {
             drawing.warn(&format!("step {}: a viewer's scene cannot be drawn: {}", stamp.step, failure.message));
-            self.view.fail(&failure.message);
+            self.view.refuse(&change, &failure.message);
             return;
         }
         drawing.set_note((NOTE, format!("{}, in {SCENE}", change.revision)));
