@@ -25,13 +25,13 @@ pub(crate) use step::{GapWay, Met};
 pub use surfaces::{Isosurface, Material, SurfaceHeight, SurfaceLayer};
 pub(crate) use wedge::FacetSide;
 
+use crate::budget::Budget;
 use crate::column::Flow;
 use crate::column_ray::ColumnRay;
 use crate::counts::Counts;
 use crate::ground::{Core, SurfaceHit};
 use crate::piece::Radiance;
 use crate::plane::RayLine;
-use crate::budget::Budget;
 use crate::shade::{RayShading, Shading};
 use crate::signature::{Boundary, BoundarySignature, EyeDistance};
 use crate::walk::Column;
