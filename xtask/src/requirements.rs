@@ -115,6 +115,8 @@ static MAKE: Requirement = apt("make", "builds programs against the installed li
 static CMAKE: Requirement = apt("cmake", "builds programs against the installed library", Runs("cmake"));
 static VALGRIND: Requirement =
     apt("valgrind", "finds wrong uses of memory in programs that link the library", Runs("valgrind"));
+static CHROMIUM: Requirement = apt("chromium", "browser: tests the page of `icoray view`", Runs("chromium"));
+static CHROMEDRIVER: Requirement = apt("chromium-driver", "steers that browser", Runs("chromedriver"));
 // Met by any driver, a GPU's too; this package has one that runs on the processor.
 static VULKAN: Requirement = apt(
     "mesa-vulkan-drivers",
@@ -166,8 +168,8 @@ pub static FOR_FILES: &[&Requirement] = &[&PKG_CONFIG, &NETCDF];
 /// For `test --all`: it builds the whole workspace, and programs as users of the installed library do.
 #[rustfmt::skip]
 pub static FOR_TEST_ALL: &[&Requirement] = &[
-    &C_COMPILER, &C_HEADERS, &CPP_COMPILER, &FORTRAN_COMPILER, &MAKE, &CMAKE, &PKG_CONFIG, &VALGRIND, &VULKAN, &NETCDF,
-    &MPI, &MPI_RUN, &MPICH, &MPICH_RUN, &CLANG, &RUSTFMT, &CLIPPY,
+    &C_COMPILER, &C_HEADERS, &CPP_COMPILER, &FORTRAN_COMPILER, &MAKE, &CMAKE, &PKG_CONFIG, &VALGRIND, &CHROMIUM,
+    &CHROMEDRIVER, &VULKAN, &NETCDF, &MPI, &MPI_RUN, &MPICH, &MPICH_RUN, &CLANG, &RUSTFMT, &CLIPPY,
 ];
 
 /// NetCDF as netcdf-sys finds it, by nc-config or below NETCDF_DIR, and HDF5 as hdf5-metno-sys does.

@@ -230,8 +230,8 @@ mod tests {
         let all = on_a_bare_machine(FOR_TEST_ALL);
         assert_eq!(
             packages_from(Source::Apt, &all).join(" "),
-            "gcc libc6-dev g++ gfortran make cmake pkg-config valgrind mesa-vulkan-drivers libnetcdf-dev \
-             libopenmpi-dev libmpich-dev mpich libclang-dev"
+            "gcc libc6-dev g++ gfortran make cmake pkg-config valgrind chromium chromium-driver mesa-vulkan-drivers \
+             libnetcdf-dev libopenmpi-dev libmpich-dev mpich libclang-dev"
         );
         assert_eq!(packages_from(Source::Rustup, &all), ["rustfmt", "clippy"]);
         let by_default = packages_from(Source::Apt, &on_a_bare_machine(FOR_TEST));

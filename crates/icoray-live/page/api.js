@@ -34,6 +34,8 @@ export function takeToken() {
       token = '';
     }
   }
+  // Another program's address in the same tab differs in its token alone, for which browsers load nothing.
+  addEventListener('hashchange', () => location.hash.length > 1 && location.reload());
 }
 
 /** The response of a call; throws `ApiError` for any status but 2xx. */

@@ -4,7 +4,7 @@
 import { colourAt } from './colour.js';
 import { h, newId, s, set } from './dom.js';
 import { shown } from './format.js';
-import { ticks } from './plot.js';
+import { tickDigits, ticks } from './plot.js';
 import { describePoint, OPAQUE, opacityAt } from './transfer-model.js';
 
 const HEIGHT = 196;
@@ -97,6 +97,7 @@ export function makeCurve(act) {
       state.scale.name === 'linear'
         ? ticks(low, high, Math.max(2, Math.floor(width / 80)))
         : ticks(state.window[0], state.window[1], 5).map(state.scale.backward);
+    const digits = state.scale.name === 'linear' ? tickDigits(places) : 4;
     const list = places
       .map((value) => [px(value), value])
       .filter(([x]) => x >= LEFT && x <= width - LEFT)
@@ -105,7 +106,7 @@ export function makeCurve(act) {
         s(
           'text',
           { x: Math.min(width - LEFT - 8, Math.max(LEFT + 8, x)), y: BASE + 24 + BAR, 'text-anchor': 'middle' },
-          shown(value, 4),
+          shown(value, digits),
         ),
       ]);
     axis.replaceChildren(s('line', { x1: LEFT, x2: width - LEFT, y1: BASE, y2: BASE }), ...list);

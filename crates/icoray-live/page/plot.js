@@ -20,6 +20,13 @@ export function ticks(low, high, count) {
   return found;
 }
 
+/** As many digits as tell the ticks of an axis apart, at least `least`. */
+export function tickDigits(places, least = 4) {
+  const step = places.length > 1 ? Math.abs(places[1] - places[0]) : 0;
+  const most = Math.max(...places.map(Math.abs));
+  return step > 0 ? Math.max(least, Math.ceil(Math.log10(most / step)) + 2) : least;
+}
+
 function span(values) {
   const known = values.filter((v) => Number.isFinite(v));
   let [low, high] = [Math.min(...known), Math.max(...known)];
@@ -45,16 +52,17 @@ export function plot({ points, mark, x, y, label }) {
     role: 'img',
     'aria-label': `${label}: ${shown(y0)} to ${shown(y1)} over ${shown(x0)} to ${shown(x1)}`,
   });
-  for (const v of ticks(y0, y1, 4)) {
+  const [across, along] = [ticks(y0, y1, 4), ticks(x0, x1, 4)];
+  for (const v of across) {
     root.append(
       s('line', { class: 'grid', x1: LEFT, x2: WIDTH - RIGHT, y1: py(v), y2: py(v) }),
-      s('text', { x: LEFT - 6, y: py(v) + 3.5, 'text-anchor': 'end' }, shown(v)),
+      s('text', { x: LEFT - 6, y: py(v) + 3.5, 'text-anchor': 'end' }, shown(v, tickDigits(across))),
     );
   }
-  for (const v of ticks(x0, x1, 4)) {
+  for (const v of along) {
     root.append(
       s('line', { class: 'grid', x1: px(v), x2: px(v), y1: TOP, y2: base }),
-      s('text', { x: px(v), y: base + 13, 'text-anchor': 'middle' }, shown(v)),
+      s('text', { x: px(v), y: base + 13, 'text-anchor': 'middle' }, shown(v, tickDigits(along))),
     );
   }
   const most = Math.max(...points.map((p) => p.weight ?? 0));

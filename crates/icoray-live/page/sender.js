@@ -2,7 +2,7 @@
 // into one, so that only the newest is sent.
 'use strict';
 
-import { post } from './api.js';
+import { call, post } from './api.js';
 import { emit, readScene, say, store } from './store.js';
 
 /** Milliseconds after the last input at which a picture at rest is asked for. */
@@ -104,3 +104,10 @@ async function send() {
   }
   isSending = false;
 }
+
+// A page that is closed during a movement ends it: other pages would keep the coarse picture.
+addEventListener('pagehide', () => {
+  if (!moved) return;
+  const headers = { 'Content-Type': 'application/json' };
+  call('/api/change', { method: 'POST', headers, body: '{"is_moving":false}', keepalive: true }).catch(() => {});
+});

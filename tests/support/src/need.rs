@@ -23,6 +23,8 @@ pub enum Need {
     Sanitizers,
     /// Valgrind, in a place where it can run programs.
     Valgrind,
+    /// The browser Chromium, and ChromeDriver, which steers it.
+    Chromium,
     /// Counted instructions, by perf or valgrind.
     Counters,
     /// The right to mount a small file system in a namespace of one's own.
@@ -38,7 +40,7 @@ pub enum Need {
 }
 
 /// Each need with its name in `ICORAY_REQUIRE`, and what the last lines of `cargo xtask test` say.
-const NEEDS: [(Need, &str, &str); 16] = [
+const NEEDS: [(Need, &str, &str); 17] = [
     (Need::Long, "long", "only with --all"),
     (Need::Gpu, "gpu", "no Vulkan adapter"),
     (Need::Mpi, "mpi", "no MPI"),
@@ -49,6 +51,7 @@ const NEEDS: [(Need, &str, &str); 16] = [
     (Need::Binutils, "binutils", "no binutils"),
     (Need::Sanitizers, "sanitizers", "no sanitizers"),
     (Need::Valgrind, "valgrind", "no valgrind"),
+    (Need::Chromium, "chromium", "no Chromium"),
     (Need::Counters, "counters", "instructions cannot be counted"),
     (Need::Mount, "mount", "no right to mount a file system"),
     (Need::Glibc, "glibc", "not the GNU C library"),

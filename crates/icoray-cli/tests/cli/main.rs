@@ -20,4 +20,5 @@ mod suggested;
 mod surfaces;
 mod times;
 mod view;
+mod viewer;
 mod views;

@@ -1,0 +1,24 @@
+//! The page of `icoray view` in Chromium without a window, which WebDriver steers as hands do. Screenshots are left in
+//! `target/browser`.
+
+// Helpers of the other tests, of which these use some.
+#[allow(dead_code)]
+#[path = "../../../icoray-netcdf/tests/files/made.rs"]
+mod made;
+#[allow(dead_code)]
+#[path = "../cli/run.rs"]
+mod run;
+#[allow(dead_code)]
+#[path = "../cli/viewer.rs"]
+mod viewer;
+
+mod browser;
+mod ends;
+mod hands;
+mod hostile;
+mod input;
+mod keyboard;
+mod looks;
+mod page;
+mod saving;
+mod together;

@@ -1,0 +1,71 @@
+//! What is seen, saved and rendered are the same bits.
+
+use crate::browser::Browser;
+use crate::page::{Shown, hash};
+use crate::run::{icoray, prints};
+use fantoccini::Locator;
+use image::{DynamicImage, ImageReader};
+use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// A file that the page saves, once it is whole.
+fn saved(browser: &Browser, name: &str) -> PathBuf {
+    let path = browser.downloads.path().join(name);
+    let end = Instant::now() + Duration::from_secs(60);
+    // The browser gives a file its name when it is whole.
+    while !path.is_file() {
+        assert!(Instant::now() < end, "{name} was not saved; log: {:?}", browser.log());
+        thread::sleep(Duration::from_millis(20));
+    }
+    path
+}
+
+fn picture(path: PathBuf) -> DynamicImage {
+    ImageReader::open(path).unwrap().decode().unwrap()
+}
+
+#[test]
+fn a_saved_scene_renders_the_bits_that_are_seen() {
+    let Some(shown) = Shown::start() else { return };
+    let Shown { browser, folder, .. } = &shown;
+    let [from, goal] = [[0.5, 0.5], [0.42, 0.6]].map(|place| browser.place(place));
+    browser.changed_by(|| browser.drag(from, goal));
+    browser.changed_by(|| browser.wheel(from, -100));
+    browser.click("#colours summary");
+    browser.changed_by(|| browser.click("#colours .swatch[aria-checked='false']"));
+    let (text, seen) = (browser.text(), browser.canvas_hash());
+
+    browser.click("#tab-files");
+    browser.click("#save-scene");
+    let scene = saved(browser, "scene.toml");
+    browser.until_text("#status", "saved as scene.toml");
+    assert_eq!(std::fs::read_to_string(&scene).unwrap(), text);
+    assert_eq!(browser.js("return document.getElementById('scene-text').textContent;"), *text);
+    std::fs::copy(&scene, folder.path().join("scene.toml")).unwrap();
+    let command = browser.js("return document.getElementById('command').textContent;");
+    let command = command.as_str().unwrap();
+    assert_eq!(command, "icoray render made.nc --scene scene.toml --time 2");
+    for format in ["png", "exr"] {
+        browser.click(&format!("#save-{format}"));
+        let on_page = picture(saved(browser, &format!("picture.{format}"))).to_rgba32f();
+        let name = format!("rendered.{format}");
+        prints(icoray(folder.path()).args(command.split(' ').skip(1)).args(["-o", &name]));
+        let rendered = picture(folder.path().join(&name));
+        assert!(on_page == rendered.to_rgba32f(), "{format}: other pixels");
+        if format == "png" {
+            let rendered = rendered.to_rgb8();
+            assert_eq!(rendered.width(), browser.number("canvas.width") as u32);
+            assert_eq!(hash(rendered.into_raw().into_iter()), seen, "the canvas has other pixels");
+        }
+    }
+
+    // Loaded again after other changes it is the same picture.
+    browser.changed_by(|| browser.drag(from, goal));
+    assert_ne!(browser.canvas_hash(), seen);
+    let input = browser.wait(browser.client().find(Locator::Css("#load-file")));
+    browser.changed_by(|| browser.wait(input.send_keys(scene.to_str().unwrap())));
+    browser.until_text("#status", "scene.toml is loaded");
+    assert_eq!((browser.text(), browser.canvas_hash()), (text, seen));
+    browser.is_quiet();
+}
