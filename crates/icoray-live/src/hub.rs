@@ -8,6 +8,7 @@ use icoray::{Error, Frame, Scene};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 use tokio::sync::{oneshot, watch};
 
 /// Milliseconds that a frame may take while a hand moves: ten frames a second, and what is left for the rest.
@@ -16,6 +17,8 @@ const MOVING_MS: f64 = 80.0;
 const MOVING_SIZE: [u32; 2] = [640, 480];
 /// Pictures that take no longer (seconds) are drawn at once as they are at rest.
 const QUICK_S: f64 = 0.1;
+/// How long a hand may stay still before the picture is refined all the same: it may hold, or its page may be gone.
+const STILL: Duration = Duration::from_secs(1);
 /// Most questions that wait.
 const MAX_QUESTIONS: usize = 32;
 
@@ -233,7 +236,16 @@ impl Hub {
             if let Some(request) = state.next() {
                 return Some(request);
             }
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = if state.session.is_moving() {
+                let waited = self.changed.wait_timeout(state, STILL).unwrap_or_else(PoisonError::into_inner);
+                let (mut state, is_still) = (waited.0, waited.1.timed_out());
+                if is_still {
+                    state.session.hold_still();
+                }
+                state
+            } else {
+                self.changed.wait(state).unwrap_or_else(PoisonError::into_inner)
+            };
         }
     }
 
@@ -358,6 +370,22 @@ mod tests {
         assert!(!hub.drawn(&rest, 3.0));
         let next = draw(&hub);
         assert!(!next.is_final && !hub.stop.load(Relaxed));
+    }
+
+    #[test]
+    fn a_hand_that_holds_still_sees_the_picture_refined() {
+        let hub = hub();
+        change(&hub, TURN);
+        let moving = draw(&hub);
+        assert!(moving.is_moving && hub.drawn(&moving, 0.08));
+        let rest = draw(&hub);
+        assert!(rest.is_final && !rest.is_moving);
+        // It goes on, and all of it is one step back.
+        change(&hub, TURN);
+        assert!(draw(&hub).is_moving);
+        change(&hub, REST);
+        hub.change(|session| session.step(true)).unwrap();
+        assert!(!hub.look(|session| session.text().contains("lon")));
     }
 
     #[test]

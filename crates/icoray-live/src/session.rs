@@ -162,6 +162,11 @@ impl Session {
         [&self.undo, &self.redo].map(|steps| !steps.is_empty())
     }
 
+    /// Lets the picture be refined although the hand has not let go.
+    pub fn hold_still(&mut self) {
+        self.is_moving = false;
+    }
+
     /// The scene for a frame while a hand moves: small, within a time, each pixel one ray.
     pub fn moving_scene(&self, budget_ms: f64, most: [u32; 2]) -> Scene {
         let scene = self.scene();
