@@ -23,10 +23,20 @@ pub(crate) fn records(source: &NcFile) -> Result<usize> {
     Err(source.error(ErrorKind::Io, context))
 }
 
+/// The variable with MPAS's dates.
+fn text(source: &NcFile) -> Option<&Variable> {
+    let text = TEXTS.iter().filter_map(|name| source.variable(name)).find(|v| v.kind == Kind::Text);
+    text.filter(|v| v.dimensions.len() == 2 && v.dimensions[0].is_time())
+}
+
+/// Whether a variable has the dates of records.
+pub(crate) fn has_dates(source: &NcFile) -> bool {
+    text(source).is_some() || source.variables().iter().any(|v| clock(source, v).is_some())
+}
+
 /// The date of each of `count` records; `None` if it cannot be read.
 pub(crate) fn dates(source: &NcFile, count: usize) -> Vec<Option<String>> {
-    let text = TEXTS.iter().filter_map(|name| source.variable(name)).find(|v| v.kind == Kind::Text);
-    if let Some(variable) = text.filter(|v| v.dimensions.len() == 2 && v.dimensions[0].is_time()) {
+    if let Some(variable) = text(source) {
         let rows = source.text_rows(variable, count);
         return rows.into_iter().map(|text| text.filter(|text| !text.is_empty())).collect();
     }

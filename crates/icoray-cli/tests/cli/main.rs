@@ -21,3 +21,4 @@ mod surfaces;
 mod times;
 mod view;
 mod views;
+mod watch;

@@ -38,7 +38,7 @@ pub struct MadeVariable {
 
 #[repr(transparent)]
 #[derive(Clone, Copy)]
-struct Char(u8);
+pub struct Char(pub u8);
 
 // SAFETY: NC_CHAR is one byte.
 unsafe impl NcTypeDescriptor for Char {

@@ -1,0 +1,404 @@
+//! `icoray watch`: files that are written step by step, cut off, replaced, renamed and shared out while it runs.
+
+use crate::made::{Made, RECORDS, Values};
+use crate::run::{fails, has, icoray, prints, scene, shows_something};
+use netcdf::{Extents, Options};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// How long a picture may take.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Looks that follow fast, as the tests write fast.
+const FAST: [&str; 4] = ["--poll", "0.02", "--settle", "0.2"];
+const NAMED_BY_STEP: &str = "[output]\nfile = \"{step}.png\"\n";
+const NAMED_BY_DATE: &str = "[output]\nfile = \"$Y-$M-$D.png\"\n";
+
+/// A folder with `scene.toml`, the watched folder `run` and `finished.nc`.
+fn folder(made: &Made, scene: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("run")).unwrap();
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    made.write_to(&folder.path().join("finished.nc"), Options::_64BIT_OFFSET);
+    folder
+}
+
+/// The pictures that `icoray render` draws of all times of a file, in the order of their names.
+fn rendered(folder: &Path, file: &str) -> Vec<Vec<u8>> {
+    let to = format!("rendered {file}");
+    prints(icoray(folder).args(["render", file, "--scene", "scene.toml", "--time", "all", "-o", &to]));
+    pictures(&folder.join(to))
+}
+
+/// The pictures of a folder, in the order of their names.
+fn pictures(folder: &Path) -> Vec<Vec<u8>> {
+    let mut paths: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "png"));
+    paths.sort();
+    paths.iter().map(|path| fs::read(path).unwrap()).collect()
+}
+
+/// A watch that runs, ended when it is dropped.
+struct Watcher {
+    child: Child,
+    out: PathBuf,
+    log: PathBuf,
+}
+
+impl Watcher {
+    fn start(folder: &Path, more: &[&str]) -> Self {
+        let (out, log) = (folder.join("out"), folder.join("log"));
+        let mut command = icoray(folder);
+        command.args(["watch", "run", "--scene", "scene.toml", "-o", "out"]).args(FAST).args(more);
+        // The command does this by itself.
+        command.env_remove("HDF5_USE_FILE_LOCKING");
+        let child = command.stdout(fs::File::create(&log).unwrap()).stderr(Stdio::inherit()).spawn().unwrap();
+        let watcher = Watcher { child, out, log };
+        watcher.wait("the first look", || watcher.text().starts_with("watch "));
+        watcher
+    }
+
+    fn text(&self) -> String {
+        fs::read_to_string(&self.log).unwrap()
+    }
+
+    #[track_caller]
+    fn wait(&self, what: &str, holds: impl Fn() -> bool) {
+        let start = Instant::now();
+        while !holds() {
+            assert!(start.elapsed() < PATIENCE, "{what} did not come:\n{}", self.text());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    #[track_caller]
+    fn wait_for(&self, picture: &str) {
+        self.wait(picture, || self.has(picture));
+    }
+
+    fn has(&self, picture: &str) -> bool {
+        self.out.join(picture).exists()
+    }
+
+    /// How many pictures were drawn.
+    fn drawn(&self) -> usize {
+        self.text().lines().filter(|line| line.starts_with("picture ")).count()
+    }
+
+    /// Waits until the watch ends by itself, and returns what it printed.
+    fn end(mut self) -> String {
+        assert!(self.child.wait().unwrap().success(), "{}", self.text());
+        self.text()
+    }
+}
+
+impl Drop for Watcher {
+    fn drop(&mut self) {
+        // A watch that has ended cannot be killed.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What a watch prints that ends when all files have settled.
+fn once(folder: &Path, more: &[&str]) -> String {
+    let mut command = icoray(folder);
+    command.args(["watch", "run", "--scene", "scene.toml", "-o", "out", "--once"]).args(FAST);
+    prints(command.args(more))
+}
+
+/// Some of the records of a file.
+fn records(made: &Made, range: std::ops::Range<usize>) -> Made {
+    let mut made = made.clone();
+    for variable in made.variables.iter_mut().filter(|variable| variable.dimensions[0] == "Time") {
+        variable.values = part(&variable.values, &range);
+    }
+    made
+}
+
+fn part(values: &Values, range: &std::ops::Range<usize>) -> Values {
+    fn of<T: Clone>(values: &[T], range: &std::ops::Range<usize>) -> Vec<T> {
+        let each = values.len() / RECORDS;
+        values[range.start * each..range.end * each].to_vec()
+    }
+    match values {
+        Values::F32(values) => Values::F32(of(values, range)),
+        Values::F64(values) => Values::F64(of(values, range)),
+        Values::I32(values) => Values::I32(of(values, range)),
+        Values::Text(values) => Values::Text(of(values, range)),
+    }
+}
+
+/// A file of one later time, whose picture shows that all files before were looked at.
+fn mark(folder: &Path, day: u32) {
+    let mut made = records(&Made::history(), 0..1);
+    let Values::Text(text) = &mut made.variable("xtime").values else { panic!("xtime is text") };
+    *text = format!("{:<64}", format!("2014-01-{day:02}_00:00:00")).into_bytes();
+    let unseen = folder.join(".mark.nc");
+    made.write_to(&unseen, Options::_64BIT_OFFSET);
+    fs::rename(unseen, folder.join(format!("run/mark{day}.nc"))).unwrap();
+}
+
+#[test]
+fn each_time_is_drawn_once_and_whole_as_a_file_grows() {
+    let made = Made::history();
+    let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
+    let path = folder.path();
+    let finished = fs::read(path.join("finished.nc")).unwrap();
+    records(&made, 0..2).write_to(&path.join("two.nc"), Options::_64BIT_OFFSET);
+    let record = finished.len() - fs::metadata(path.join("two.nc")).unwrap().len() as usize;
+    let header = finished.len() - RECORDS * record;
+    // The first bytes of the file, which says that it has so many records.
+    let write = |records: u32, bytes: usize| {
+        let mut head = finished[..bytes].to_vec();
+        head[4..8].copy_from_slice(&records.to_be_bytes());
+        fs::write(path.join("run/history.nc"), head).unwrap();
+    };
+    let watcher = Watcher::start(path, &["--until-idle", "3"]);
+    write(0, header);
+    write(1, header + record / 2);
+    mark(path, 1);
+    watcher.wait_for("2014-01-01.png");
+    assert!(!watcher.has("2013-10-25.png"), "half a record was drawn");
+    write(1, header + record);
+    watcher.wait_for("2013-10-25.png");
+    // The header may tell of a record before it is there, and of all in a copy that goes on.
+    write(3, header + 2 * record - record / 4);
+    mark(path, 2);
+    watcher.wait_for("2014-01-02.png");
+    assert!(!watcher.has("2013-10-26.png"), "the half of a record was drawn");
+    write(3, finished.len());
+    watcher.wait_for("2013-10-27.png");
+    let text = watcher.end();
+    assert_eq!(text.lines().filter(|line| line.starts_with("picture ")).count(), 5, "{text}");
+    assert!(!text.contains("skipped") && !text.contains("not drawn"), "{text}");
+    let drawn = pictures(&path.join("out"));
+    assert!(drawn[..3] == rendered(path, "finished.nc")[..], "not the pictures of the finished file");
+    shows_something(&path.join("out/2013-10-25.png"), 96, 96);
+}
+
+#[test]
+fn a_record_that_a_later_one_follows_need_not_settle() {
+    let made = Made::history();
+    let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
+    let path = folder.path();
+    let run = path.join("run/history.nc");
+    records(&made, 0..1).write_to(&run, Options::_64BIT_OFFSET);
+    let watcher = Watcher::start(path, &["--settle", "1"]);
+    watcher.wait_for("0.png");
+    made.write_to(&path.join(".all.nc"), Options::_64BIT_OFFSET);
+    let all = fs::read(path.join(".all.nc")).unwrap();
+    // The file never settles: it is written over and over.
+    let start = Instant::now();
+    while !watcher.has("1.png") {
+        assert!(start.elapsed() < PATIENCE, "{}", watcher.text());
+        fs::OpenOptions::new()
+            .write(true)
+            .open(&run)
+            .and_then(|mut file| std::io::Write::write_all(&mut file, &all))
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(!watcher.has("2.png"), "the last record may not be whole");
+    watcher.wait_for("2.png");
+    assert_eq!(watcher.drawn(), 3);
+    drop(watcher);
+    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc"));
+}
+
+#[test]
+fn a_model_that_holds_its_netcdf_4_file_open_is_not_disturbed() {
+    let made = Made::history();
+    let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
+    let path = folder.path();
+    let run = path.join("run/history.nc");
+    let watcher = Watcher::start(path, &[]);
+    let mut file = made.declare(&run, Options::NETCDF4);
+    made.put_fixed(&mut file);
+    for record in 0..RECORDS {
+        made.put_record(&mut file, record);
+        file.sync().unwrap();
+        watcher.wait_for(&format!("{record}.png"));
+        if record == 0 {
+            // A restart, while the watch goes on.
+            file.close().unwrap();
+            file = netcdf::append(&run).unwrap();
+        }
+    }
+    file.close().unwrap();
+    assert_eq!(watcher.drawn(), RECORDS);
+    drop(watcher);
+    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc"));
+}
+
+#[test]
+fn bad_files_are_named_once_and_a_watch_that_is_started_again_goes_on() {
+    let made = Made::history();
+    let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
+    let path = folder.path();
+    fs::write(path.join("run/a_bad.nc"), "no file of a model").unwrap();
+    fs::write(path.join("run/notes.txt"), "no file that is looked at").unwrap();
+    let watcher = Watcher::start(path, &["--until-idle", "1"]);
+    records(&made, 0..2).write_to(&path.join("run/history.nc"), Options::_64BIT_OFFSET);
+    let text = watcher.end();
+    assert_eq!(text.matches("skipped   run/a_bad.nc: ").count(), 1, "{text}");
+    assert_eq!(text.matches("picture ").count(), 2, "{text}");
+    fs::copy(path.join("finished.nc"), path.join("run/history.nc")).unwrap();
+    fs::remove_file(path.join("out/0.png")).unwrap();
+    let text = once(path, &[]);
+    has(&text, &["kept      the pictures of 1 times", "picture   out/0.png", "picture   out/2.png"]);
+    assert_eq!(text.matches("picture ").count(), 2, "{text}");
+    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc"));
+    assert_eq!(once(path, &["--redraw"]).matches("picture ").count(), 3);
+}
+
+#[test]
+fn times_of_a_replaced_file_are_drawn_again_and_those_of_a_renamed_one_are_not() {
+    let made = Made::history();
+    let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
+    let path = folder.path();
+    let run = |name: &str| path.join("run").join(name);
+    fs::copy(path.join("finished.nc"), run("history.nc")).unwrap();
+    let watcher = Watcher::start(path, &[]);
+    watcher.wait_for("2013-10-27.png");
+    fs::rename(run("history.nc"), run("history.old.nc")).unwrap();
+    mark(path, 1);
+    watcher.wait_for("2014-01-01.png");
+    assert_eq!(watcher.drawn(), 4, "{}", watcher.text());
+    let mut other = made.clone();
+    other.f32s("theta").iter_mut().for_each(|value| *value = 2000.0 - *value);
+    other.write_to(&path.join("other.nc"), Options::_64BIT_OFFSET);
+    fs::copy(path.join("other.nc"), path.join(".other.nc")).unwrap();
+    fs::rename(path.join(".other.nc"), run("history.old.nc")).unwrap();
+    let expected = rendered(path, "other.nc");
+    watcher.wait("the new pictures", || pictures(&path.join("out"))[..3] == expected[..]);
+    assert_eq!(watcher.drawn(), 7, "{}", watcher.text());
+}
+
+#[test]
+fn fields_of_several_files_are_joined_by_their_dates() {
+    let surface = "[[surfaces]]\nlayer = \"bottom\"\nfield = \"surface_pressure\"\n\
+                   transfer = { map = \"davos\", range = [0, 2042] }\n";
+    let made = Made::history();
+    let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + surface + NAMED_BY_DATE));
+    let path = folder.path();
+    let without = |name: &str, range| {
+        let mut made = records(&made, range);
+        made.variables.retain(|variable| variable.name != name);
+        made
+    };
+    without("surface_pressure", 0..3).write_to(&path.join("run/history.nc"), Options::_64BIT_OFFSET);
+    let text = once(path, &[]);
+    has(
+        &text,
+        &["waits     2013-10-25_00:00:00: surface_pressure is in none of the files that have it: run/history.nc"],
+    );
+    assert!(!path.join("out/2013-10-25.png").exists());
+    // The other stream has fewer times, no mesh, and is of another format.
+    let mut other = without("theta", 1..3);
+    other.variables.retain(|v| v.name != "zgrid" && !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
+    other.write_to(&path.join("run/surface.nc"), Options::NETCDF4);
+    let text = once(path, &[]);
+    assert_eq!(text.matches("picture ").count(), 2, "{text}");
+    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc")[1..]);
+}
+
+#[test]
+fn a_record_of_nothing_but_fill_is_not_written_yet() {
+    let mut made = Made::history();
+    let each = made.f32s("theta").len() / RECORDS;
+    made.f32s("theta")[each..2 * each].fill(9.969_21e36);
+    let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
+    let path = folder.path();
+    fs::copy(path.join("finished.nc"), path.join("run/history.nc")).unwrap();
+    let text = once(path, &[]);
+    has(&text, &["picture   out/2.png", "not drawn 2013-10-26_00:00:00: theta has no values yet"]);
+    assert_eq!(text.matches("picture ").count(), 2, "{text}");
+}
+
+#[test]
+fn the_mesh_may_be_in_a_file_of_its_own() {
+    let made = Made::history();
+    let folder = folder(&made, &scene("theta", 0.0, 2042.0));
+    let path = folder.path();
+    Made::mesh(true).write_to(&path.join("mesh.nc"), Options::_64BIT_OFFSET);
+    for day in 0..RECORDS {
+        let mut one = records(&made, day..day + 1);
+        one.variables.retain(|v| !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
+        one.write_to(&path.join(format!("run/history.{day}.nc")), Options::_64BIT_OFFSET);
+    }
+    let text = once(path, &[]);
+    has(&text, &["skipped   ", "history.0.nc", "no mesh is known"]);
+    let text = once(path, &["--mesh", "mesh.nc", "--files", "history.*.nc"]);
+    // Steps are those of the files, so that dates name the pictures.
+    has(&text, &["theta_2013-10-25_00.00.00_000000.png", "theta_2013-10-27_00.00.00_000000.png"]);
+    assert_eq!(text.matches("picture ").count(), 3, "{text}");
+}
+
+#[test]
+fn what_holds_for_all_files_ends_the_watch() {
+    let made = Made::history();
+    let named = scene("theta", 0.0, 2042.0) + NAMED_BY_STEP;
+    let folder = folder(&made, &named);
+    let path = folder.path();
+    let refused = |scene: &str, more: &[&str], parts: &[&str]| {
+        fs::write(path.join("scene.toml"), scene).unwrap();
+        let mut command = icoray(path);
+        fails(command.args(["watch", "run", "--scene", "scene.toml", "--once"]).args(FAST).args(more), 1, parts);
+    };
+    refused(&named.replace("lon =", "long ="), &[], &["scene.toml", "long"]);
+    refused(&named, &["-o", "one.png"], &["-o one.png: expected a directory"]);
+    refused(&named.replace("field = \"theta\"", ""), &[], &["expected a field in the scene"]);
+    for day in 0..2 {
+        let one = records(&made, day..day + 1);
+        one.write_to(&path.join(format!("run/history.{day}.nc")), Options::_64BIT_OFFSET);
+    }
+    let both = "output.file names the pictures of 2013-10-25_00:00:00 and of 2013-10-26_00:00:00 both";
+    refused(&named, &["-o", "out"], &[both, "0.png", "expected a date in it"]);
+    fs::write(path.join("scene.toml"), named.replace("\"theta\"", "\"thita\"")).unwrap();
+    has(&once(path, &[]), &["waits     thita is in none of the files of run so far"]);
+    fails(icoray(path).args(["watch", "nowhere", "--scene", "scene.toml", "--once"]), 1, &["nowhere: cannot read"]);
+}
+
+impl Made {
+    /// Begins a file as a model does.
+    fn declare(&self, path: &Path, options: Options) -> netcdf::FileMut {
+        let mut declared = self.clone();
+        declared.variables.iter_mut().for_each(|variable| variable.values = part(&variable.values, &(0..0)));
+        declared.write_to(path, options);
+        netcdf::append(path).unwrap()
+    }
+
+    fn put_fixed(&self, file: &mut netcdf::FileMut) {
+        for variable in self.variables.iter().filter(|variable| variable.dimensions[0] != "Time") {
+            put(file, variable.name, &variable.values, None);
+        }
+    }
+
+    fn put_record(&self, file: &mut netcdf::FileMut, record: usize) {
+        for variable in self.variables.iter().filter(|variable| variable.dimensions[0] == "Time") {
+            put(file, variable.name, &part(&variable.values, &(record..record + 1)), Some(record));
+        }
+    }
+}
+
+fn put(file: &mut netcdf::FileMut, name: &str, values: &Values, record: Option<usize>) {
+    let mut variable = file.variable_mut(name).unwrap();
+    let mut count: Vec<usize> = variable.dimensions().iter().map(|dimension| dimension.len()).collect();
+    let mut start = vec![0; count.len()];
+    if let Some(record) = record {
+        (start[0], count[0]) = (record, 1);
+    }
+    let extents = Extents::try_from((start, count)).unwrap();
+    match values {
+        Values::F32(values) => variable.put_values(values, extents),
+        Values::F64(values) => variable.put_values(values, extents),
+        Values::I32(values) => variable.put_values(values, extents),
+        Values::Text(values) => {
+            variable.put_values(&values.iter().map(|c| crate::made::Char(*c)).collect::<Vec<_>>(), extents)
+        }
+    }
+    .unwrap();
+}
