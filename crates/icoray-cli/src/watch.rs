@@ -178,7 +178,7 @@ impl Watch<'_> {
                 self.say_once(&format!("skipped   {context}; it is looked at again when it changes"), out)?;
             }
             let settle = self.args.settle;
-            let (open, lacking) = plan::open_times(&self.folder, &self.needed, &self.history, (now, settle));
+            let (open, lacking) = plan::open_times(&self.folder, &self.needed, &mut self.history, (now, settle));
             let moments = self.undrawn(open, out)?;
             if !moments.is_empty() {
                 self.last_event = now;

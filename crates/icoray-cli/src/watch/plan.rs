@@ -112,9 +112,14 @@ impl History {
 
     /// The time need not be drawn again.
     pub fn is_drawn(&mut self, moment: &Moment) {
-        let sources = moment.sources.iter().map(|source| (source.path.clone(), source.version));
-        self.drawn.insert(moment.id.clone(), sources.collect());
+        self.is_in(&moment.id, &moment.sources);
         self.failed.remove(&moment.id);
+    }
+
+    /// The time that was drawn is in these files now: the one that it was drawn from may have been renamed.
+    fn is_in(&mut self, id: &TimeId, sources: &[Source]) {
+        let sources = sources.iter().map(|source| (source.path.clone(), source.version));
+        self.drawn.insert(id.clone(), sources.collect());
     }
 
     /// The time is not tried again before a file of it changes.
@@ -145,7 +150,7 @@ impl History {
 pub fn open_times(
     folder: &Folder,
     needed: &[String],
-    history: &History,
+    history: &mut History,
     (now, settle): (Instant, Duration),
 ) -> (Vec<Moment>, Vec<Lacking>) {
     let mut by_time: BTreeMap<TimeId, Vec<(&Watched, usize)>> = BTreeMap::new();
@@ -184,7 +189,9 @@ pub fn open_times(
         };
         let sources: Vec<Source> = chosen.into_iter().map(source).collect();
         let replaced = history.replaced(&id, &sources);
-        if replaced != Some(false) && history.is_open(&id, &sources) {
+        if replaced == Some(false) {
+            history.is_in(&id, &sources);
+        } else if history.is_open(&id, &sources) {
             open.push(Moment { id, sources, is_replaced: replaced.is_some() });
         }
     }
