@@ -221,7 +221,7 @@ impl Watch<'_> {
             }
         }
         if kept > 0 {
-            let text = format!("kept      the pictures of {kept} times, which are there already");
+            let text = format!("kept      {kept} times have their pictures already");
             self.progress.suspend(|| writeln!(out, "{text}"))?;
         }
         Ok(moments)

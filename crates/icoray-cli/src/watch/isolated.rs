@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 
 /// The variable that HDF5 asks whether to lock files.
 const LOCKING: &str = "HDF5_USE_FILE_LOCKING";
-/// How long the other process may read.
-const PATIENCE: Duration = Duration::from_secs(300);
+/// How long the other process may read header and times, and how long a record.
+const FOR_HEADER: Duration = Duration::from_secs(60);
+const FOR_RECORD: Duration = Duration::from_secs(300);
 
 /// What the other process is told.
 #[derive(clap::Args)]
@@ -65,7 +66,7 @@ pub fn switch_locks_off() -> Result<()> {
 
 /// Reads header and times in another process first, of a file that is not classic.
 pub fn try_outline(path: &Path, is_classic: bool) -> Result<()> {
-    if is_classic { Ok(()) } else { try_in_another(path, &[]) }
+    if is_classic { Ok(()) } else { try_in_another(path, &[], FOR_HEADER) }
 }
 
 /// Reads a record in another process first, of a file that is not classic.
@@ -74,10 +75,10 @@ pub fn try_record(path: &Path, record: usize, variables: &[String]) -> Result<()
         return Ok(());
     }
     let option = ["--record".to_owned(), record.to_string(), "--".to_owned()];
-    try_in_another(path, &[&option, variables].concat())
+    try_in_another(path, &[&option, variables].concat(), FOR_RECORD)
 }
 
-fn try_in_another(path: &Path, words: &[String]) -> Result<()> {
+fn try_in_another(path: &Path, words: &[String], patience: Duration) -> Result<()> {
     let error = |what: String| Error::new(ErrorKind::Io, format!("{}: {what}", path.display()));
     let mut command = Command::new(program()?);
     command.arg("try-reading").arg(path).args(words);
@@ -88,12 +89,15 @@ fn try_in_another(path: &Path, words: &[String]) -> Result<()> {
     let status = loop {
         match child.try_wait() {
             Ok(Some(status)) => break status,
-            Ok(None) if start.elapsed() < PATIENCE => std::thread::sleep(pause),
+            Ok(None) if start.elapsed() < patience => std::thread::sleep(pause),
             _ => {
                 // What has ended by itself meanwhile needs no end.
                 let _ = child.kill();
                 let _ = child.wait();
-                return Err(error(format!("reading it took more than {} s", PATIENCE.as_secs())));
+                return Err(error(format!(
+                    "reading it took more than {} s: not whole, or damaged",
+                    patience.as_secs()
+                )));
             }
         }
         pause = (pause * 2).min(Duration::from_millis(50));
@@ -117,4 +121,16 @@ fn reason(said: &str) -> Option<String> {
 
 fn ending(status: ExitStatus) -> String {
     format!("the HDF5 library ended the process that read it ({status}): not whole, or damaged")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_other_process_gives_its_reason() {
+        let error = Error::new(ErrorKind::Io, "a.nc: cut off".to_owned());
+        assert_eq!(reason(&format!("noise\nicoray: error: {error}\n")).as_deref(), Some("a.nc: cut off"));
+        assert_eq!(reason("killed"), None);
+    }
 }
