@@ -62,7 +62,7 @@ impl Watch<'_> {
     }
 
     fn model_file(&self, moment: &Moment, known: Option<&Arc<Mesh>>) -> Result<ModelFile> {
-        // Heights and the mesh that a file lacks may be in those that it is joined with.
+        // Heights that a file lacks, and the mesh where it has none, may be in those that it is joined with.
         let others_of = |own: &PathBuf| {
             let joined = moment.sources.iter().map(|source| &source.path).filter(|path| *path != own);
             self.args.mesh.iter().chain(joined).collect::<Vec<_>>()
@@ -71,7 +71,12 @@ impl Watch<'_> {
         let given = known.filter(|mesh| self.args.mesh.iter().any(|path| path == mesh.path()));
         let mut file = match given {
             Some(mesh) => ModelFile::open_on(first, &others_of(first), Arc::clone(mesh))?,
-            None => ModelFile::open_with(first, &others_of(first))?,
+            None => match ModelFile::open_with(first, &self.args.mesh) {
+                Ok(alone) if moment.sources.len() == 1 => return Ok(alone),
+                Ok(alone) => ModelFile::open_on(first, &others_of(first), alone.shared_mesh())?,
+                Err(_) if moment.sources.len() > 1 => ModelFile::open_with(first, &others_of(first))?,
+                Err(error) => return Err(error),
+            },
         };
         for source in &moment.sources[1..] {
             file.join(ModelFile::open_on(&source.path, &others_of(&source.path), file.shared_mesh())?)?;

@@ -1,8 +1,12 @@
 //! `icoray watch`: files that are written step by step, cut off, replaced, renamed and shared out while it runs.
 
-use crate::made::{Made, RECORDS, Values};
+mod model;
+
+use crate::made::{Made, RECORDS, Values, value};
+use crate::made_icon::Angles;
 use crate::run::{fails, has, icoray, prints, scene, shows_something};
-use netcdf::{Extents, Options};
+use model::{append, mark, records};
+use netcdf::Options;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -132,38 +136,6 @@ fn once(folder: &Path, more: &[&str]) -> String {
     let mut command = icoray(folder);
     command.args(["watch", "run", "--scene", "scene.toml", "-o", "out", "--once"]).args(FAST).args(SETTLE);
     prints(command.args(more))
-}
-
-/// Some of the records of a file.
-fn records(made: &Made, range: std::ops::Range<usize>) -> Made {
-    let mut made = made.clone();
-    for variable in made.variables.iter_mut().filter(|variable| variable.dimensions[0] == "Time") {
-        variable.values = part(&variable.values, &range);
-    }
-    made
-}
-
-fn part(values: &Values, range: &std::ops::Range<usize>) -> Values {
-    fn of<T: Clone>(values: &[T], range: &std::ops::Range<usize>) -> Vec<T> {
-        let each = values.len() / RECORDS;
-        values[range.start * each..range.end * each].to_vec()
-    }
-    match values {
-        Values::F32(values) => Values::F32(of(values, range)),
-        Values::F64(values) => Values::F64(of(values, range)),
-        Values::I32(values) => Values::I32(of(values, range)),
-        Values::Text(values) => Values::Text(of(values, range)),
-    }
-}
-
-/// A file of one later time, whose picture shows that all files before were looked at.
-fn mark(folder: &Path, day: u32) {
-    let mut made = records(&Made::history(), 0..1);
-    let Values::Text(text) = &mut made.variable("xtime").values else { panic!("xtime is text") };
-    *text = format!("{:<64}", format!("2014-01-{day:02}_00:00:00")).into_bytes();
-    let unseen = folder.join(".mark.nc");
-    made.write_to(&unseen, Options::_64BIT_OFFSET);
-    fs::rename(unseen, folder.join(format!("run/mark{day}.nc"))).unwrap();
 }
 
 #[test]
@@ -331,6 +303,28 @@ fn fields_of_several_files_are_joined_by_their_dates() {
     assert!(pictures(&path.join("out")) == rendered(path, "finished.nc")[1..]);
 }
 
+/// ICON writes fields of one kind into one file and those of another into another, without tables of the mesh.
+#[test]
+fn fields_of_icons_files_are_joined() {
+    let surface = "[[surfaces]]\nlayer = \"bottom\"\nfield = \"ts\"\n\
+                   transfer = { map = \"davos\", range = [0, 2080] }\n";
+    let mut made = Made::icon_data(Angles::Radians);
+    let triangles = made.dimension("ncells");
+    let ts = (0..RECORDS * triangles).map(|i| value(i / triangles, i % triangles, 0) as f32).collect();
+    made.add("ts", &["time", "ncells"], Values::F32(ts));
+    let folder = folder(&made, &(scene("ta", 0.0, 2080.0) + surface + "[output]\nfile = \"$D_$h.png\"\n"));
+    let path = folder.path();
+    for (name, lacks) in [("atm_2d", &["ta", "lev", "clon_bnds", "clat_bnds"][..]), ("atm_3d", &["ts"])] {
+        let mut one = made.clone();
+        one.variables.retain(|variable| !lacks.contains(&variable.name));
+        one.variable("clon").attributes.retain(|(name, _)| *name != "bounds");
+        one.write_to(&path.join(format!("run/{name}.nc")), Options::NETCDF4);
+    }
+    let text = once(path, &[]);
+    assert_eq!(text.matches("picture ").count(), RECORDS, "{text}");
+    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc"));
+}
+
 #[test]
 fn a_record_of_nothing_but_fill_is_not_written_yet() {
     let mut made = Made::history();
@@ -390,57 +384,4 @@ fn what_holds_for_all_files_ends_the_watch() {
     fs::write(path.join("scene.toml"), named.replace("\"theta\"", "\"thita\"")).unwrap();
     has(&once(path, &[]), &["waits     thita is in none of the files of run so far"]);
     fails(icoray(path).args(["watch", "nowhere", "--scene", "scene.toml", "--once"]), 1, &["nowhere: cannot read"]);
-}
-
-impl Made {
-    /// Begins a file as a model does.
-    fn declare(&self, path: &Path, options: Options) -> netcdf::FileMut {
-        let mut declared = self.clone();
-        declared.variables.iter_mut().for_each(|variable| variable.values = part(&variable.values, &(0..0)));
-        declared.write_to(path, options);
-        append(path)
-    }
-
-    fn put_fixed(&self, file: &mut netcdf::FileMut) {
-        for variable in self.variables.iter().filter(|variable| variable.dimensions[0] != "Time") {
-            put(file, variable.name, &variable.values, None);
-        }
-    }
-
-    fn put_record(&self, file: &mut netcdf::FileMut, record: usize) {
-        for variable in self.variables.iter().filter(|variable| variable.dimensions[0] == "Time") {
-            put(file, variable.name, &part(&variable.values, &(record..record + 1)), Some(record));
-        }
-    }
-}
-
-/// Opens a file to go on writing it. A command that another test starts may have inherited its lock for a moment.
-fn append(path: &Path) -> netcdf::FileMut {
-    let start = Instant::now();
-    loop {
-        match netcdf::append(path) {
-            Ok(file) => return file,
-            Err(error) => assert!(start.elapsed() < PATIENCE, "{error}"),
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
-
-fn put(file: &mut netcdf::FileMut, name: &str, values: &Values, record: Option<usize>) {
-    let mut variable = file.variable_mut(name).unwrap();
-    let mut count: Vec<usize> = variable.dimensions().iter().map(|dimension| dimension.len()).collect();
-    let mut start = vec![0; count.len()];
-    if let Some(record) = record {
-        (start[0], count[0]) = (record, 1);
-    }
-    let extents = Extents::try_from((start, count)).unwrap();
-    match values {
-        Values::F32(values) => variable.put_values(values, extents),
-        Values::F64(values) => variable.put_values(values, extents),
-        Values::I32(values) => variable.put_values(values, extents),
-        Values::Text(values) => {
-            variable.put_values(&values.iter().map(|c| crate::made::Char(*c)).collect::<Vec<_>>(), extents)
-        }
-    }
-    .unwrap();
 }
