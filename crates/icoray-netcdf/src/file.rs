@@ -127,7 +127,8 @@ impl ModelFile {
     }
 
     /// Seconds from the first record to each, in the calendar that the file names (`calendar` of its time, MPAS's
-    /// `config_calendar_type`), else the standard one; `None` where a record has no readable time.
+    /// `config_calendar_type`), else the standard one. Records at the end that have no date yet, as in a file that is being
+    /// written, have no entry; `None` where another record has no readable time.
     pub fn seconds(&self) -> Option<Vec<f64>> {
         times::seconds(self.sources.fields(), &self.times)
     }

@@ -28,7 +28,7 @@ pub struct FieldCache {
 impl Series<'_> {
     /// The stamp of record `time`; its seconds count from the file's first record.
     pub fn stamp(&self, time: usize) -> Stamp {
-        let time_s = self.seconds.as_ref().map_or(0.0, |seconds| seconds[time]);
+        let time_s = self.seconds.as_ref().and_then(|seconds| seconds.get(time).copied()).unwrap_or(0.0);
         Stamp { step: time as i64, time_s, date: self.dates[time].clone() }
     }
 

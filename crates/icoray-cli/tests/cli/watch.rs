@@ -168,6 +168,8 @@ fn each_time_is_drawn_once_and_whole_as_a_file_grows() {
     mark(path, 2);
     watcher.wait_for("2014-01-02.png");
     assert!(!watcher.has("2013-10-26.png"), "the half of a record was drawn");
+    write(3, header + 2 * record);
+    watcher.wait_for("2013-10-26.png");
     write(3, finished.len());
     watcher.wait_for("2013-10-27.png");
     let text = watcher.end();
