@@ -1,7 +1,8 @@
 //! icoray on the command line: pictures of files of MPAS and ICON.
 //!
-//! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray animate` one that moves, `icoray info` says what a file holds, `icoray plan`
-//! what a scene reads and leaves out, `icoray devices` which GPUs can draw. Results go to stdout, progress to stderr
+//! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes them,
+//! `icoray animate` makes a picture that moves, `icoray info` says what a file holds, `icoray plan` what a scene reads and
+//! leaves out, `icoray devices` which GPUs can draw. Results go to stdout, progress to stderr
 //! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2.
 #![forbid(unsafe_code)]
 
@@ -11,6 +12,7 @@ mod gpu;
 mod info;
 mod input;
 mod layering;
+mod overrides;
 mod plan;
 mod ranks;
 mod render;
@@ -19,6 +21,7 @@ mod selection;
 mod suggested;
 mod times;
 mod view;
+mod watch;
 
 use clap::{Parser, Subcommand};
 use std::io::{self, Write};
@@ -40,6 +43,8 @@ enum Command {
     Animate(animate::Args),
     /// Look at a file on a page: turn it, colour it, ask it, save the scene
     View(view::Args),
+    /// Draw the files of a directory as a model writes them
+    Watch(watch::Args),
     /// Say what a file holds: mesh, times, layers, fields
     Info(info::Args),
     /// Say what a scene reads of a file and leaves out
@@ -49,6 +54,9 @@ enum Command {
     Plan(render::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,
+    /// Read a file that may end this process, and keep nothing
+    #[command(hide = true)]
+    TryReading(watch::isolated::Args),
     /// A program of its own
     #[command(hide = true)]
     Study {
@@ -63,6 +71,8 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Animate(args) => animate::run(&args, &mut out),
         Command::View(args) => view::run(&args, &mut out),
+        Command::Watch(args) => watch::run(&args, &mut out),
+        Command::TryReading(args) => watch::isolated::run(&args).map_err(failure::Failure::from),
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
         Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),

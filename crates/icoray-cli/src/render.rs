@@ -4,6 +4,7 @@ mod drawing;
 mod job;
 mod native_heights;
 mod output_queue;
+mod pictures;
 mod scene_fields;
 mod schedule;
 mod target;
@@ -16,16 +17,17 @@ pub use drawing::Drawing;
 use icoray::output::Existing;
 use icoray::{Error, ErrorKind, Ranks, Result, Script};
 use icoray_progress::Progress;
-use job::Job;
+pub use job::Job;
 pub use native_heights::NativeHeightCache;
-use output_queue::OutputQueue;
+pub use output_queue::OutputQueue;
+pub use pictures::Pictures;
 pub use scene_fields::{Key, SceneFields};
 pub use schedule::{FieldCache, Series};
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
-use target::Target;
+pub use target::Target;
 
 /// What `icoray render` is told.
 #[derive(clap::Args)]
@@ -127,45 +129,24 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     let open_s = start.elapsed().as_secs_f64();
     let drawing = Drawing { scene_fields: &scene_fields, grid: &grid, renderer };
     let job = Job { drawing, target: &target, open_s };
-    let pictures = series.pictures();
-    progress.pictures(pictures);
-    let mut outcome = match queue {
+    let mut pictures = Pictures::new(file, &series, job, &progress);
+    let outcome = match queue {
         Some(_) => progress.suspend(|| {
             args.save_scene(suggested.as_ref(), out)?;
             print_notes(&scene_fields.all_notes(&script)?, out)
         }),
         None => Ok(()),
     };
-    let (mut drawn, mut heights) = (0, NativeHeightCache::default());
-    for &time in &series.times {
-        agree(ranks, outcome)?;
-        progress.stage(format!("reading time {time}"));
-        let (scheduled_views, read) = ranks.collective(series.views_of(time, renderer, &scene_fields))?;
-        let fields = ranks.collective(read.borrowed())?;
-        let scenes = scheduled_views.iter().flat_map(|view| view.scenes());
-        let from = (file, &grid, renderer);
-        let heights_s = ranks.collective(heights.get_ready(from, &scene_fields, scenes, time))?;
-        let (stamp, mut read_s) = (series.stamp(time), read.seconds + heights_s);
-        progress.fewer_pictures(series.skipped_pictures(time, &scheduled_views));
-        outcome = Ok(());
-        for shot in scheduled_views.into_iter().flat_map(|view| view.shots(&stamp)) {
-            agree(ranks, outcome)?;
-            drawn += 1;
-            progress.stage(format!("drawing picture {drawn} of {pictures}"));
-            let picture = job.picture(&shot, &stamp, (&fields, &heights), std::mem::take(&mut read_s), ranks)?;
-            progress.drawn(drawn);
-            outcome = match (&mut queue, picture) {
-                (Some(queue), Some((frame, summary))) => {
-                    print_blocks(queue.submit(frame, shot.scene.output, stamp.clone(), summary), &progress, out)
-                }
-                _ => Ok(()),
-            };
-        }
-    }
     agree(ranks, outcome)?;
+    for &time in &series.times {
+        let due = ranks.collective(pictures.read(time))?;
+        pictures.draw(&due, |_| true, (&mut queue, &mut *out), ranks)?;
+    }
     progress.stage("writing");
     let outcome = match queue {
-        Some(_) if drawn == 0 => Ok(writeln!(out, "note      nothing is drawn: these times are no view's turn")?),
+        Some(_) if pictures.drawn == 0 => {
+            Ok(writeln!(out, "note      nothing is drawn: these times are no view's turn")?)
+        }
         Some(queue) => print_blocks(queue.finish(), &progress, out),
         None => Ok(()),
     };
@@ -174,7 +155,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
 }
 
 /// Prints the notes.
-fn print_notes(notes: &[String], out: &mut impl Write) -> CommandResult {
+pub fn print_notes(notes: &[String], out: &mut impl Write) -> CommandResult {
     notes.iter().try_for_each(|line| Ok(writeln!(out, "note      {line}")?))
 }
 
@@ -207,7 +188,7 @@ impl OutputOptions {
             file.field_info(&name)?;
         }
         let (times, is_scheduled, seconds) = (times.clone(), *is_series, file.seconds());
-        let series = Series { script, file, times, is_scheduled, seconds };
+        let series = Series { script, dates: file.times(), times, is_scheduled, seconds };
         let target = Target::new(self.output.as_deref(), series.pictures())?;
         Ok((series, target))
     }
@@ -237,7 +218,7 @@ impl OutputOptions {
 }
 
 /// Prints the summaries of written pictures, up to the first failure.
-fn print_blocks(blocks: Vec<Result<String>>, progress: &Progress, out: &mut impl Write) -> CommandResult {
+pub fn print_blocks(blocks: Vec<Result<String>>, progress: &Progress, out: &mut impl Write) -> CommandResult {
     for block in blocks {
         let block = block?;
         progress.suspend(|| writeln!(out, "{block}"))?;

@@ -1,6 +1,6 @@
 //! Options for the scene: a scene file, or settings of a suggested scene.
 
-use icoray::{Level, Result, Script, suggest};
+use icoray::{Level, suggest};
 use std::path::PathBuf;
 
 /// Which scene, and what of it is otherwise.
@@ -13,18 +13,6 @@ pub struct SceneOptions {
     /// grid; those that have layers first, then those that change with time). A 2D field is drawn as a surface
     #[arg(long, value_name = "NAME", conflicts_with = "scene")]
     pub field: Option<String>,
-    /// Longitude below the camera, degrees; also instead of the scene's. The camera then looks at the planet's centre
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = lon)]
-    pub lon: Option<f64>,
-    /// Latitude below the camera, degrees; as --lon
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = lat)]
-    pub lat: Option<f64>,
-    /// Distance of the camera from the planet's centre, planet radii; as --lon
-    #[arg(long, value_name = "RADII", allow_hyphen_values = true, value_parser = factor)]
-    pub distance: Option<f64>,
-    /// Factor on heights; also instead of the scene's
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = factor)]
-    pub exaggeration: Option<f64>,
     /// Colour map, such as viridis, vik or rdylbu_r (_r is the other way round)
     #[arg(long, value_name = "NAME", conflicts_with = "scene", value_parser = color_map)]
     pub colormap: Option<String>,
@@ -40,24 +28,7 @@ pub struct SceneOptions {
     pub save_scene: Option<PathBuf>,
 }
 
-type Parsed<T> = std::result::Result<T, String>;
-
-fn within(text: &str, min: f64, max: f64) -> Parsed<f64> {
-    let number = text.parse().ok().filter(|number| (min..=max).contains(number));
-    number.ok_or_else(|| format!("expected a number from {min} to {max}"))
-}
-
-fn lon(text: &str) -> Parsed<f64> {
-    within(text, -360.0, 360.0)
-}
-
-fn lat(text: &str) -> Parsed<f64> {
-    within(text, -90.0, 90.0)
-}
-
-fn factor(text: &str) -> Parsed<f64> {
-    within(text, 1e-6, 1e6)
-}
+type Parsed<T> = Result<T, String>;
 
 fn color_map(text: &str) -> Parsed<String> {
     suggest::check_color_map(text).map(|()| text.to_owned()).map_err(|e| e.context().to_owned())
@@ -78,19 +49,6 @@ fn level(text: &str) -> Parsed<Level> {
             .parse()
             .map(Level::Layer)
             .map_err(|_| "expected the number of a layer from 0, the innermost, or \"top\" or \"bottom\"".to_owned()),
-    }
-}
-
-impl SceneOptions {
-    /// Overrides camera and exaggeration of the scenes of a file.
-    ///
-    /// # Errors
-    /// As [`Script::set_camera`] and [`Script::set_exaggeration`].
-    pub fn apply(&self, script: &mut Script) -> Result<()> {
-        let camera = script.set_camera(self.lon, self.lat, self.distance);
-        camera.map_err(|e| e.within("--lon, --lat, --distance"))?;
-        let Some(exaggeration) = self.exaggeration else { return Ok(()) };
-        script.set_exaggeration(exaggeration).map_err(|e| e.within("--exaggeration"))
     }
 }
 

@@ -2,9 +2,10 @@
 
 use crate::gpu;
 use crate::input::{self, Input, LayerSelection};
+use crate::overrides::Overrides;
 use crate::scene_options::SceneOptions;
 use crate::times::Times;
-use icoray::{Error, ErrorKind, Renderer, Result, Scene, Script};
+use icoray::{Error, ErrorKind, Renderer, Result, Script};
 use icoray_netcdf::ModelFile;
 use icoray_progress::Progress;
 use std::path::Path;
@@ -16,6 +17,8 @@ pub struct Selection {
     pub input: Input,
     #[command(flatten)]
     pub scene_options: SceneOptions,
+    #[command(flatten)]
+    pub overrides: Overrides,
     /// Time by number from 0, negative from the last (-1); by date (2003-01-01T06; 2003-01 is a whole month); by a
     /// range of either, without its end (0..10, 2003-01..2003-03, -5..); or "all". Of ranges and all times those
     /// are drawn that are the views' turn (every, at_steps, at_times, when), the number of a time being its step;
@@ -27,31 +30,6 @@ pub struct Selection {
     /// Number of threads; 0 is as many as there are cores to use
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
-    #[command(flatten)]
-    pub device_options: gpu::DeviceOptions,
-    /// Picture size in pixels, instead of the scene's
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<(u32, u32)>,
-    /// Largest error allowed in a channel of a pixel, 0 to 1, instead of the scene's
-    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = tolerance)]
-    pub tolerance: Option<f64>,
-    /// Most rays per pixel, 1 to 64, whose mean it shows, instead of the scene's
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Scene::MAX_SAMPLES)))]
-    pub samples: Option<u32>,
-}
-
-fn size(text: &str) -> std::result::Result<(u32, u32), String> {
-    let side = |t: &str| t.parse().ok().filter(|s| (1..=16384).contains(s));
-    let sides = text.split_once('x');
-    sides
-        .and_then(|(w, h)| Some((side(w)?, side(h)?)))
-        .ok_or_else(|| "expected WxH with sides of 1 to 16384 pixels, such as 640x480".to_owned())
-}
-
-fn tolerance(text: &str) -> std::result::Result<f64, String> {
-    let (low, high) = (Scene::TOLERANCE.start(), Scene::TOLERANCE.end());
-    let tolerance = text.parse().ok().filter(|t| Scene::TOLERANCE.contains(t));
-    tolerance.ok_or_else(|| format!("expected a number from {low:e} to {high}"))
 }
 
 /// Opened inputs.
@@ -86,15 +64,15 @@ impl Selection {
 
     /// Fails where an option changes a scene file, which the page does by hand.
     pub fn expect_no_overrides(&self) -> Result<()> {
-        let SceneOptions { lon, lat, distance, exaggeration, .. } = &self.scene_options;
+        let Overrides { lon, lat, distance, exaggeration, size, tolerance, samples, .. } = &self.overrides;
         let given = [
             ("--lon", lon.is_some()),
             ("--lat", lat.is_some()),
             ("--distance", distance.is_some()),
             ("--exaggeration", exaggeration.is_some()),
-            ("--size", self.size.is_some()),
-            ("--tolerance", self.tolerance.is_some()),
-            ("--samples", self.samples.is_some()),
+            ("--size", size.is_some()),
+            ("--tolerance", tolerance.is_some()),
+            ("--samples", samples.is_some()),
         ];
         match given.into_iter().find(|(_, is_given)| *is_given) {
             Some((option, _)) => {

@@ -78,28 +78,28 @@ fn no_field(file: &ModelFile) -> Error {
 
 /// Options of the suggestion from the command line. A 2D field is a surface without exaggeration.
 fn options(selection: &Selection, opened: &Opened, info: &FieldInfo, time: usize) -> Result<suggest::Options> {
-    let scene_options = &selection.scene_options;
+    let (scene_options, overrides) = (&selection.scene_options, &selection.overrides);
     let (surface, exaggeration) = match (info.is_2d(), scene_options.surface) {
-        (false, surface) => (surface, scene_options.exaggeration),
+        (false, surface) => (surface, overrides.exaggeration),
         (true, Some(Level::Layer(layer @ 1..))) => {
             let context = format!("--surface {layer}: {} is a 2D field, expected 0", info.name);
             return Err(Error::new(ErrorKind::Argument, context));
         }
-        (true, _) => (Some(Level::Layer(0)), Some(scene_options.exaggeration.unwrap_or(1.0))),
+        (true, _) => (Some(Level::Layer(0)), Some(overrides.exaggeration.unwrap_or(1.0))),
     };
     Ok(suggest::Options {
-        lon_deg: scene_options.lon,
-        lat_deg: scene_options.lat,
-        distance: scene_options.distance,
+        lon_deg: overrides.lon,
+        lat_deg: overrides.lat,
+        distance: overrides.distance,
         exaggeration,
         color_map: scene_options.colormap.clone(),
         range: scene_options.range,
         surface,
-        size: selection.size,
-        tolerance: selection.tolerance,
-        samples: selection.samples,
-        backend: selection.device_options.backend(),
-        device: selection.device_options.device().cloned(),
+        size: overrides.size,
+        tolerance: overrides.tolerance,
+        samples: overrides.samples,
+        backend: overrides.device_options.backend(),
+        device: overrides.device_options.device().cloned(),
         head: vec![command(selection, opened, Some(time))],
     })
 }
@@ -170,17 +170,7 @@ impl Opened {
             script.name_first_field(&first_field(&self.file)?.name);
         }
         script.show_as_surfaces(|name| self.file.field_info(name).is_ok_and(FieldInfo::is_2d));
-        selection.scene_options.apply(&mut script)?;
-        for scene in script.scenes_mut() {
-            if let Some((width, height)) = selection.size {
-                (scene.width, scene.height) = (width, height);
-            }
-            if let Some(tolerance) = selection.tolerance {
-                scene.tolerance = tolerance;
-            }
-            scene.samples = selection.samples.unwrap_or(scene.samples);
-            selection.device_options.apply(scene);
-        }
+        selection.overrides.apply(&mut script)?;
         Ok(Scenes { script, grid: None, suggested: None })
     }
 }

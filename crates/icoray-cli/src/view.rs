@@ -39,7 +39,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let time = opened.times[opened.times.len() - 1];
     let reader = rules::reader(&opened.file);
     let is_suggested = selection.scene_options.scene.is_none();
-    let size = match is_suggested && selection.size.is_none() {
+    let size = match is_suggested && selection.overrides.size.is_none() {
         true => PictureSize::Viewer,
         false => PictureSize::SceneOrViewer,
     };
@@ -118,9 +118,9 @@ impl Viewer<'_> {
         let script = Script::from(scene.clone());
         let mut read = || {
             let scene_fields = SceneFields::new(file, &script, &self.selection.layers_wanted, self.grid.cells())?;
-            let series =
-                Series { script: &script, file, times: vec![time], is_scheduled: false, seconds: file.seconds() };
-            let (_, read) = series.views_of(time, renderer, &scene_fields)?;
+            let (dates, seconds) = (file.times(), file.seconds());
+            let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
+            let (_, read) = series.views_of(file, time, renderer, &scene_fields)?;
             let from = (file, self.grid, renderer);
             heights.get_ready(from, &scene_fields, std::iter::once(scene.clone()), time)?;
             Ok((series.stamp(time), scene_fields, read))

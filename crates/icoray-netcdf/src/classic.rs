@@ -19,14 +19,20 @@ const VARIABLES: u32 = 11;
 const ATTRIBUTES: u32 = 12;
 
 /// Where the variables of a classic file lie.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ClassicLayout {
     variables: HashMap<String, Extent>,
     record_bytes: u64,
 }
 
+/// Whether the file at `path` is a classic one, by its first bytes.
+pub(crate) fn is_classic(path: &Path) -> io::Result<bool> {
+    let mut magic = [0; 4];
+    Ok(File::open(path)?.read_exact(&mut magic).is_ok() && matches!(&magic, b"CDF\x01" | b"CDF\x02" | b"CDF\x05"))
+}
+
 /// The bytes of one variable, or of its first record.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq)]
 struct Extent {
     begin: u64,
     bytes: u64,
@@ -57,6 +63,13 @@ impl ClassicLayout {
         let before = if place.is_record { (records as u64).saturating_sub(1) } else { 0 };
         let start = place.begin.saturating_add(before.saturating_mul(self.record_bytes));
         Some(start.saturating_add(place.bytes))
+    }
+
+    /// Number of records of which a file of `length` bytes has any byte; `None` where there are no record variables.
+    pub(crate) fn begun_records(&self, length: u64) -> Option<usize> {
+        let begin = self.variables.values().filter(|place| place.is_record).map(|place| place.begin).min()?;
+        let begun = length.saturating_sub(begin).div_ceil(self.record_bytes.max(1));
+        Some(usize::try_from(begun).unwrap_or(usize::MAX))
     }
 }
 

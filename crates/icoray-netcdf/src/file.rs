@@ -3,6 +3,7 @@
 use crate::field::{FieldInfo, OwnedField};
 use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
+use crate::joined::Joined;
 use crate::likely_fields::likely_fields;
 use crate::mesh::{self, Convention, Mesh};
 use crate::nc_files::NcFiles;
@@ -11,7 +12,7 @@ use crate::times;
 use icoray::{ErrorKind, Grid, Layers, Result};
 use std::ops::Range;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Earth's radius in ICON and DYNAMICO, metres, for files that do not tell.
 const ICON_RADIUS_M: f64 = 6_371_229.0;
@@ -37,12 +38,16 @@ const ICON_RADIUS_M: f64 = 6_371_229.0;
 #[derive(Debug)]
 pub struct ModelFile {
     sources: NcFiles,
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     sphere_radius_m: f64,
     times: Vec<Option<String>>,
     records: usize,
-    fields: Vec<FieldInfo>,
+    /// Those of the fields' file, then those of joined files that are not among them.
+    pub(crate) fields: Vec<FieldInfo>,
+    /// Number of those of the fields' file.
+    own_fields: usize,
     sea: OnceLock<Option<Sea>>,
+    pub(crate) joined: Vec<Joined>,
 }
 
 impl ModelFile {
@@ -65,15 +70,29 @@ impl ModelFile {
     /// As [`ModelFile::open`]; also [`ErrorKind::Grid`] when a file is of another mesh, of more or fewer cells.
     pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<Self> {
         let sources = NcFiles::open(path.as_ref(), others)?;
-        let mesh = mesh::read(&sources)?;
+        let mesh = Arc::new(mesh::read(&sources)?);
+        Self::of(sources, mesh)
+    }
+
+    /// As [`ModelFile::open_with`], for a mesh that is in memory already: no mesh tables are read.
+    ///
+    /// # Errors
+    /// As [`ModelFile::open_with`]; of the mesh only the numbers of cells and corners are compared.
+    pub fn open_on(path: impl AsRef<Path>, others: &[impl AsRef<Path>], mesh: Arc<Mesh>) -> Result<Self> {
+        Self::of(NcFiles::open(path.as_ref(), others)?, mesh)
+    }
+
+    fn of(sources: NcFiles, mesh: Arc<Mesh>) -> Result<Self> {
         expect_one_mesh(&sources, &mesh)?;
         let sphere_radius_m = radius(&sources, mesh.convention())?;
         let source = sources.fields();
         let records = times::records(source)?;
         let times = times::dates(source, records.max(1));
         let fields = source.variables().iter();
-        let fields = fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
-        Ok(ModelFile { sources, mesh, sphere_radius_m, times, records, fields, sea: OnceLock::new() })
+        let fields: Vec<FieldInfo> =
+            fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
+        let (own_fields, sea, joined) = (fields.len(), OnceLock::new(), Vec::new());
+        Ok(ModelFile { sources, mesh, sphere_radius_m, times, records, fields, own_fields, sea, joined })
     }
 
     /// The path of the fields' file, as given.
@@ -84,6 +103,11 @@ impl ModelFile {
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    /// The mesh, to keep when the file is closed.
+    pub fn shared_mesh(&self) -> Arc<Mesh> {
+        Arc::clone(&self.mesh)
     }
 
     /// The sphere's radius (`sphere_radius`); that of ICON's Earth where a file of ICON or of CF polygons does not
@@ -103,7 +127,8 @@ impl ModelFile {
     }
 
     /// Seconds from the first record to each, in the calendar that the file names (`calendar` of its time, MPAS's
-    /// `config_calendar_type`), else the standard one; `None` where a record has no readable time.
+    /// `config_calendar_type`), else the standard one. Records at the end that have no date yet, as in a file that is being
+    /// written, have no entry; `None` where another record has no readable time.
     pub fn seconds(&self) -> Option<Vec<f64>> {
         times::seconds(self.sources.fields(), &self.times)
     }
@@ -175,6 +200,9 @@ impl ModelFile {
     /// As [`ModelFile::read_field`]; also [`ErrorKind::Field`] when the field has not all these layers, or these are
     /// none.
     pub fn read_layers(&self, name: &str, time: usize, layers: Range<usize>) -> Result<OwnedField> {
+        if let Some(joined) = self.joined_with(name) {
+            return joined.file.read_layers(name, joined.record(name, time)?, layers);
+        }
         let info = self.field_info(name)?;
         let bad = |what: String| self.sources.fields().error(ErrorKind::Field, format_args!("{name}: {what}"));
         let records = if info.time_dependent { self.records } else { self.times.len() };
@@ -207,6 +235,9 @@ impl ModelFile {
     /// sentence says which were looked for), or when they are not finite, not strictly monotone or larger than the
     /// sphere; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn layer_heights(&self, field: &str) -> Result<LayerHeights> {
+        if let Some(joined) = self.joined_with(field) {
+            return joined.file.layer_heights(field);
+        }
         LayerHeights::read(&self.sources, &self.mesh, self.field_info(field)?, self.sphere_radius_m)
     }
 
@@ -225,6 +256,9 @@ impl ModelFile {
     /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable that should have the
     /// heights is of other dimensions.
     pub fn native_heights_in_words(&self, field: &str) -> Result<Option<String>> {
+        if let Some(joined) = self.joined_with(field) {
+            return joined.file.native_heights_in_words(field);
+        }
         native::describe(&self.sources, &self.mesh, self.field_info(field)?)
     }
 
@@ -233,6 +267,9 @@ impl ModelFile {
     /// # Errors
     /// As [`ModelFile::native_heights_in_words`]; [`ErrorKind::Layers`] where there are none, with what was looked for.
     pub fn native_info(&self, field: &str) -> Result<NativeInfo> {
+        if let Some(joined) = self.joined_with(field) {
+            return joined.file.native_info(field);
+        }
         native::info(&self.sources, &self.mesh, self.field_info(field)?)
     }
 
@@ -244,8 +281,16 @@ impl ModelFile {
     /// As [`ModelFile::native_heights_in_words`]; [`ErrorKind::Layers`] when there is no such record or a thickness is
     /// none; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn native_heights(&self, grid: &Grid, field: &str, time: usize) -> Result<Option<NativeHeights>> {
+        if let Some(joined) = self.joined_with(field) {
+            return joined.file.native_heights(grid, field, joined.record(field, time)?);
+        }
         let info = self.field_info(field)?;
         NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.sea()?.and_then(Sea::floor), time)
+    }
+
+    /// Whether a field is in the fields' file itself.
+    pub(crate) fn has_own(&self, name: &str) -> bool {
+        self.fields[..self.own_fields].iter().any(|info| info.name == name)
     }
 
     /// The water mask, read once.

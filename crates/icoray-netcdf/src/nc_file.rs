@@ -187,6 +187,21 @@ impl NcFile {
         self.local(variable, attribute).map(|value| value.map(numbers).unwrap_or_default())
     }
 
+    /// Reads the attributes of a variable and drops them.
+    pub(crate) fn try_attributes(&self, variable: &str) -> Result<()> {
+        guarded(&self.path, format_args!("attributes of {variable}"), || {
+            let variable = self.file.variable(variable).ok_or("no such variable")?;
+            variable.attributes().try_for_each(|attribute| attribute.value().map(drop))
+        })
+    }
+
+    /// Where a classic file keeps its variables, and the file's length.
+    pub(crate) fn classic(&self) -> Result<Option<(&ClassicLayout, u64)>> {
+        let Some(layout) = &self.classic else { return Ok(None) };
+        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
+        Ok(Some((layout, length)))
+    }
+
     fn global(&self, attribute: &str) -> Result<Option<AttributeValue>> {
         guarded(&self.path, format_args!("attribute {attribute}"), || {
             self.file.attribute(attribute).map(|a| a.value()).transpose()

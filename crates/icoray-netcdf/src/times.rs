@@ -23,29 +23,48 @@ pub(crate) fn records(source: &NcFile) -> Result<usize> {
     Err(source.error(ErrorKind::Io, context))
 }
 
+/// The variable with MPAS's dates.
+fn text(source: &NcFile) -> Option<&Variable> {
+    let text = TEXTS.iter().filter_map(|name| source.variable(name)).find(|v| v.kind == Kind::Text);
+    text.filter(|v| v.dimensions.len() == 2 && v.dimensions[0].is_time())
+}
+
+/// Whether a variable has the dates of records.
+pub(crate) fn has_dates(source: &NcFile) -> bool {
+    text(source).is_some() || source.variables().iter().any(|v| clock(source, v).is_some())
+}
+
 /// The date of each of `count` records; `None` if it cannot be read.
 pub(crate) fn dates(source: &NcFile, count: usize) -> Vec<Option<String>> {
-    let text = TEXTS.iter().filter_map(|name| source.variable(name)).find(|v| v.kind == Kind::Text);
-    if let Some(variable) = text.filter(|v| v.dimensions.len() == 2 && v.dimensions[0].is_time()) {
+    if let Some(variable) = text(source) {
         let rows = source.text_rows(variable, count);
         return rows.into_iter().map(|text| text.filter(|text| !text.is_empty())).collect();
     }
     let counted = source.variables().iter().find_map(|v| Some((v, clock(source, v)?)));
-    let numbers = counted.and_then(|(variable, clock)| Some((source.all_numbers(variable).ok()?, clock)));
+    // Of a file that is cut off, the numbers before its end.
+    let first_ones = |variable: &Variable| {
+        let number = |record| Some(source.reals(variable, &[record], &[1]).ok()?.as_reals().get(0));
+        (0..count).map_while(number).collect()
+    };
+    let numbers = counted.map(|(variable, clock)| {
+        let numbers: Vec<f64> = source.all_numbers(variable).unwrap_or_else(|_| first_ones(variable));
+        (numbers, clock)
+    });
     let Some((numbers, clock)) = numbers else {
         return vec![None; count];
     };
     (0..count).map(|record| numbers.get(record).and_then(|number| clock.date(*number))).collect()
 }
 
-/// Seconds from the first of these dates to each, in the file's calendar; `None` where a date lacks or is not
-/// understood.
+/// Seconds from the first of these dates to each, in the file's calendar, up to the last date that there is; `None` where
+/// an earlier one lacks or one is not understood.
 pub(crate) fn seconds(source: &NcFile, dates: &[Option<String>]) -> Option<Vec<f64>> {
     let of_times = source.variables().iter().filter(|v| v.name.eq_ignore_ascii_case("time"));
     let of_times = of_times.filter_map(|v| source.text_of(&v.name, "calendar").ok()?).next();
     let of_mpas = || source.text("config_calendar_type").ok()?;
     let calendar = of_times.or_else(of_mpas).unwrap_or_else(|| "standard".into());
-    let all: Option<Vec<f64>> = dates.iter().map(|date| seconds_of(date.as_ref()?, &calendar)).collect();
+    let written = dates.iter().rposition(Option::is_some)?;
+    let all: Option<Vec<f64>> = dates[..=written].iter().map(|date| seconds_of(date.as_ref()?, &calendar)).collect();
     all.map(|all| all.iter().map(|seconds| seconds - all[0]).collect())
 }
 

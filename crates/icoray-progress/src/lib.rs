@@ -61,6 +61,12 @@ impl Progress {
         self.bar.set_message(what);
     }
 
+    /// Shows what is waited for, without a bar.
+    pub fn wait(&self, what: impl Into<Cow<'static, str>>) {
+        self.bar.set_style(style(STAGE));
+        self.bar.set_message(what);
+    }
+
     /// Goes on with a bar over so many pictures.
     pub fn pictures(&self, count: usize) {
         self.bar.set_style(style(PARTS));

@@ -2,7 +2,7 @@
 
 use super::scene_fields::{Key, SceneField, SceneFields};
 use icoray::output::Stamp;
-use icoray::{Field, Renderer, Result, Script, Statistic, View};
+use icoray::{Field, Reals, Renderer, Result, Script, Statistic, View};
 use icoray_netcdf::{ModelFile, OwnedField};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -10,7 +10,8 @@ use std::time::Instant;
 /// A script and the selected times.
 pub struct Series<'a> {
     pub script: &'a Script,
-    pub file: &'a ModelFile,
+    /// The dates of all times of the file.
+    pub dates: &'a [Option<String>],
     pub times: Vec<usize>,
     /// Whether the schedules of views apply; a time that is selected by itself is rendered by all views.
     pub is_scheduled: bool,
@@ -27,8 +28,8 @@ pub struct FieldCache {
 impl Series<'_> {
     /// The stamp of record `time`; its seconds count from the file's first record.
     pub fn stamp(&self, time: usize) -> Stamp {
-        let time_s = self.seconds.as_ref().map_or(0.0, |seconds| seconds[time]);
-        Stamp { step: time as i64, time_s, date: self.file.times()[time].clone() }
+        let time_s = self.seconds.as_ref().and_then(|seconds| seconds.get(time).copied()).unwrap_or(0.0);
+        Stamp { step: time as i64, time_s, date: self.dates[time].clone() }
     }
 
     /// The views that are scheduled at a time, ignoring conditions.
@@ -60,6 +61,7 @@ impl Series<'_> {
     /// The views that are rendered at a time, with their fields.
     pub fn views_of(
         &self,
+        file: &ModelFile,
         time: usize,
         renderer: &Renderer,
         scene_fields: &SceneFields,
@@ -69,7 +71,7 @@ impl Series<'_> {
         for view in self.scheduled(time) {
             let mut statistic = |field: &str, statistic: Statistic| {
                 let scene_field = scene_fields.of_condition(view, field)?;
-                let field = read.field(self.file, &scene_field, time)?.field()?;
+                let field = read.field(file, &scene_field, time)?.field()?;
                 Ok(renderer.run(|| statistic.of(&field)))
             };
             if !self.is_uncertain(view) || view.holds(&mut statistic)? {
@@ -82,7 +84,7 @@ impl Series<'_> {
         }
         read.fields.retain(|known, _| needed.iter().any(|scene_field| scene_field.key() == *known));
         for scene_field in &needed {
-            read.field(self.file, scene_field, time)?;
+            read.field(file, scene_field, time)?;
         }
         Ok((views, read))
     }
@@ -98,6 +100,19 @@ impl FieldCache {
             self.fields.insert(key.clone(), field);
         }
         Ok(&self.fields[&key])
+    }
+
+    /// A field of which no value was written: all are missing.
+    pub fn unwritten(&self) -> Option<&str> {
+        let is_unwritten = |field: &OwnedField| {
+            let fill = field.fill();
+            match field.values() {
+                Reals::F32(values) => values.iter().all(|value| value.is_nan() || f64::from(*value) == fill),
+                Reals::F64(values) => values.iter().all(|value| value.is_nan() || *value == fill),
+            }
+        };
+        let found = self.fields.iter().find(|(_, field)| is_unwritten(field));
+        found.map(|((name, _), _)| name.as_str())
     }
 
     /// The fields, borrowed once for all views, so that derived data are computed once.

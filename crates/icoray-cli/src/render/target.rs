@@ -32,6 +32,16 @@ impl Target {
         }
     }
 
+    /// The directory at `path`, for pictures whose number is not known.
+    pub fn directory(path: &Path) -> Result<Self> {
+        let is_picture = path.extension().is_some_and(|ending| ending == "png" || ending == "exr");
+        if is_picture && !path.is_dir() {
+            let what = "expected a directory, the scene's output.file names the pictures";
+            return Err(Error::new(ErrorKind::Argument, format!("-o {}: {what}", path.display())));
+        }
+        Ok(Target::Directory(path.to_owned()))
+    }
+
     /// The path of a picture.
     pub fn path(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<PathBuf> {
         match self {

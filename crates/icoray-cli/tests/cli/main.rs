@@ -22,3 +22,4 @@ mod times;
 mod view;
 mod viewer;
 mod views;
+mod watch;

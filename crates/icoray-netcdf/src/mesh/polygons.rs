@@ -7,7 +7,7 @@ use std::collections::HashMap;
 pub(super) const NONE: i32 = -1;
 
 /// Each cell's corners, in order around it and numbered from 0, in rows of one length.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Polygons {
     pub corners: Vec<i32>,
     pub row: usize,

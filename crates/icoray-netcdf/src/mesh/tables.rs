@@ -4,7 +4,7 @@ use super::polygons::Polygons;
 use crate::nc_file::{Kind, NcFile, Variable};
 use icoray::{Error, ErrorKind, Grid, GridTables, LonLat, OwnedReals, Result};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The model whose conventions a file follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +58,15 @@ pub(super) struct Positions {
 impl Positions {
     fn borrowed(&self) -> LonLat<'_> {
         LonLat { lon_rad: self.lon.as_reals(), lat_rad: self.lat.as_reals() }
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        let equal = |a: &OwnedReals, b: &OwnedReals| match (a, b) {
+            (OwnedReals::F32(a), OwnedReals::F32(b)) => a == b,
+            (OwnedReals::F64(a), OwnedReals::F64(b)) => a == b,
+            _ => false,
+        };
+        equal(&self.lon, &other.lon) && equal(&self.lat, &other.lat)
     }
 }
 
@@ -123,9 +132,19 @@ impl Mesh {
         i32::from(self.convention == Convention::Mpas)
     }
 
-    /// The file that the tables are from.
-    pub(crate) fn path(&self) -> &std::path::Path {
+    /// The file that the tables are from, as given.
+    pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Whether all tables are equal, in whatever file they are: what was derived from one mesh holds for the other.
+    pub fn is_same(&self, other: &Mesh) -> bool {
+        self.convention == other.convention
+            && self.polygons == other.polygons
+            && [&self.corner_cell, &self.corner_edge, &self.edge_corner]
+                == [&other.corner_cell, &other.corner_edge, &other.edge_corner]
+            && self.center.is_same(&other.center)
+            && self.corner.is_same(&other.corner)
     }
 
     /// The cells around a corner, counted from 0; `None` where the mesh has a hole.

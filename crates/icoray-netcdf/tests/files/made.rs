@@ -20,6 +20,17 @@ pub enum Values {
     Text(Vec<u8>),
 }
 
+impl Values {
+    fn is_empty(&self) -> bool {
+        match self {
+            Values::F32(values) => values.is_empty(),
+            Values::F64(values) => values.is_empty(),
+            Values::I32(values) => values.is_empty(),
+            Values::Text(values) => values.is_empty(),
+        }
+    }
+}
+
 #[derive(Clone)]
 pub struct Made {
     /// Length 0 makes the record dimension.
@@ -38,7 +49,7 @@ pub struct MadeVariable {
 
 #[repr(transparent)]
 #[derive(Clone, Copy)]
-struct Char(u8);
+pub struct Char(pub u8);
 
 // SAFETY: NC_CHAR is one byte.
 unsafe impl NcTypeDescriptor for Char {
@@ -180,7 +191,7 @@ impl Made {
             variable.declare(&mut file);
         }
         file.enddef().unwrap();
-        for variable in &self.variables {
+        for variable in self.variables.iter().filter(|variable| !variable.values.is_empty()) {
             variable.put(&mut file);
         }
         file.close().unwrap();

@@ -1,0 +1,90 @@
+//! Options that change a scene: its camera, size, quality and device.
+
+use crate::gpu::DeviceOptions;
+use icoray::{Result, Scene, Script};
+
+/// What of a scene is otherwise.
+#[derive(clap::Args)]
+pub struct Overrides {
+    /// Longitude below the camera, degrees; also instead of the scene's. The camera then looks at the planet's centre
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = lon)]
+    pub lon: Option<f64>,
+    /// Latitude below the camera, degrees; as --lon
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = lat)]
+    pub lat: Option<f64>,
+    /// Distance of the camera from the planet's centre, planet radii; as --lon
+    #[arg(long, value_name = "RADII", allow_hyphen_values = true, value_parser = factor)]
+    pub distance: Option<f64>,
+    /// Factor on heights; also instead of the scene's
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = factor)]
+    pub exaggeration: Option<f64>,
+    #[command(flatten)]
+    pub device_options: DeviceOptions,
+    /// Picture size in pixels, instead of the scene's
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Largest error allowed in a channel of a pixel, 0 to 1, instead of the scene's
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = tolerance)]
+    pub tolerance: Option<f64>,
+    /// Most rays per pixel, 1 to 64, whose mean it shows, instead of the scene's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Scene::MAX_SAMPLES)))]
+    pub samples: Option<u32>,
+}
+
+type Parsed<T> = std::result::Result<T, String>;
+
+fn within(text: &str, min: f64, max: f64) -> Parsed<f64> {
+    let number = text.parse().ok().filter(|number| (min..=max).contains(number));
+    number.ok_or_else(|| format!("expected a number from {min} to {max}"))
+}
+
+fn lon(text: &str) -> Parsed<f64> {
+    within(text, -360.0, 360.0)
+}
+
+fn lat(text: &str) -> Parsed<f64> {
+    within(text, -90.0, 90.0)
+}
+
+fn factor(text: &str) -> Parsed<f64> {
+    within(text, 1e-6, 1e6)
+}
+
+fn size(text: &str) -> Parsed<(u32, u32)> {
+    let side = |t: &str| t.parse().ok().filter(|s| (1..=16384).contains(s));
+    let sides = text.split_once('x');
+    sides
+        .and_then(|(w, h)| Some((side(w)?, side(h)?)))
+        .ok_or_else(|| "expected WxH with sides of 1 to 16384 pixels, such as 640x480".to_owned())
+}
+
+fn tolerance(text: &str) -> Parsed<f64> {
+    let (low, high) = (Scene::TOLERANCE.start(), Scene::TOLERANCE.end());
+    let tolerance = text.parse().ok().filter(|t| Scene::TOLERANCE.contains(t));
+    tolerance.ok_or_else(|| format!("expected a number from {low:e} to {high}"))
+}
+
+impl Overrides {
+    /// Changes the scenes of a file.
+    ///
+    /// # Errors
+    /// As [`Script::set_camera`] and [`Script::set_exaggeration`].
+    pub fn apply(&self, script: &mut Script) -> Result<()> {
+        let camera = script.set_camera(self.lon, self.lat, self.distance);
+        camera.map_err(|e| e.within("--lon, --lat, --distance"))?;
+        if let Some(exaggeration) = self.exaggeration {
+            script.set_exaggeration(exaggeration).map_err(|e| e.within("--exaggeration"))?;
+        }
+        for scene in script.scenes_mut() {
+            if let Some((width, height)) = self.size {
+                (scene.width, scene.height) = (width, height);
+            }
+            if let Some(tolerance) = self.tolerance {
+                scene.tolerance = tolerance;
+            }
+            scene.samples = self.samples.unwrap_or(scene.samples);
+            self.device_options.apply(scene);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,83 @@
+//! Reads and draws the pictures of one time after the other.
+
+use super::job::Job;
+use super::native_heights::NativeHeightCache;
+use super::output_queue::OutputQueue;
+use super::schedule::{FieldCache, Series};
+use super::{agree, print_blocks};
+use crate::failure::CommandResult;
+use icoray::{Ranks, Result, Shot, View};
+use icoray_netcdf::ModelFile;
+use icoray_progress::Progress;
+use std::io::Write;
+
+/// The pictures of a run.
+pub struct Pictures<'a> {
+    file: &'a ModelFile,
+    series: &'a Series<'a>,
+    job: Job<'a>,
+    progress: &'a Progress,
+    heights: NativeHeightCache,
+    /// Number of pictures drawn.
+    pub drawn: usize,
+    count: usize,
+}
+
+/// What is drawn at a time, read.
+pub struct Due<'a> {
+    pub time: usize,
+    views: Vec<&'a View>,
+    pub read: FieldCache,
+    /// Seconds of reading.
+    seconds: f64,
+}
+
+impl<'a> Pictures<'a> {
+    /// The pictures of a series, of which none is drawn.
+    pub fn new(file: &'a ModelFile, series: &'a Series<'a>, job: Job<'a>, progress: &'a Progress) -> Self {
+        let count = series.pictures();
+        progress.pictures(count);
+        Pictures { file, series, job, progress, heights: NativeHeightCache::default(), drawn: 0, count }
+    }
+
+    /// Reads fields and heights of a time, and decides which views are drawn.
+    pub fn read(&mut self, time: usize) -> Result<Due<'a>> {
+        self.progress.stage(format!("reading time {time}"));
+        let drawing = &self.job.drawing;
+        let (views, read) = self.series.views_of(self.file, time, drawing.renderer, drawing.scene_fields)?;
+        let scenes = views.iter().flat_map(|view| view.scenes());
+        let from = (self.file, drawing.grid, drawing.renderer);
+        let seconds = read.seconds + self.heights.get_ready(from, drawing.scene_fields, scenes, time)?;
+        self.progress.fewer_pictures(self.series.skipped_pictures(time, &views));
+        Ok(Due { time, views, read, seconds })
+    }
+
+    /// Draws those of the pictures that `wants` names with the other ranks, and writes them and prints their summaries at
+    /// rank 0, which has the queue.
+    pub fn draw(
+        &mut self,
+        due: &Due,
+        wants: impl Fn(&Shot) -> bool,
+        (queue, out): (&mut Option<OutputQueue>, &mut impl Write),
+        ranks: &mut Ranks,
+    ) -> CommandResult {
+        let fields = ranks.collective(due.read.borrowed())?;
+        let (stamp, mut read_s) = (self.series.stamp(due.time), due.seconds);
+        for shot in due.views.iter().flat_map(|view| view.shots(&stamp)).filter(|shot| wants(shot)) {
+            self.drawn += 1;
+            self.progress.stage(format!("drawing picture {} of {}", self.drawn, self.count));
+            let from = (&fields, &self.heights);
+            let picture = self.job.picture(&shot, &stamp, from, std::mem::take(&mut read_s), ranks)?;
+            self.progress.drawn(self.drawn);
+            let outcome = match (&mut *queue, picture) {
+                (Some(queue), Some((frame, summary))) => {
+                    let blocks = queue.submit(frame, shot.scene.output, stamp.clone(), summary);
+                    print_blocks(blocks, self.progress, out)
+                }
+                _ => Ok(()),
+            };
+            agree(ranks, outcome)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,175 @@
+//! Opening and drawing of times that are read from the same files.
+
+use super::plan::{Moment, TimeId};
+use super::{Watch, isolated};
+use crate::failure::{CommandResult, Failure};
+use crate::render::{Drawing, Job, OutputQueue, Pictures, SceneFields, Series, print_blocks, print_notes};
+use icoray::output::Existing;
+use icoray::{Error, ErrorKind, Grid, Ranks, Result, Shot};
+use icoray_netcdf::{FieldInfo, Mesh, ModelFile};
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Times of the same files, and these files.
+pub struct Session {
+    moments: Vec<Moment>,
+    pub file: ModelFile,
+    open_s: f64,
+}
+
+impl Session {
+    /// The times to draw.
+    pub fn moments(&self) -> &[Moment] {
+        &self.moments
+    }
+}
+
+/// Whether an error is one of the files, so that others may do.
+fn is_of_files(error: &Error) -> bool {
+    use ErrorKind::{Field, Grid, Io, Layers, Unsupported};
+    matches!(error.kind(), Field | Grid | Io | Layers | Unsupported)
+}
+
+impl Watch<'_> {
+    /// Opens the files of the first of these times that can be read; `known` is the mesh of the files before.
+    ///
+    /// # Errors
+    /// Those that hold for all files.
+    pub fn open(
+        &mut self,
+        moments: Vec<Moment>,
+        known: Option<&Arc<Mesh>>,
+        out: &mut impl Write,
+    ) -> CommandResult<Option<Session>> {
+        let start = Instant::now();
+        let first = &moments[0];
+        self.progress.stage(format!("reading {}", first.sources[0].path.display()));
+        if let Err(error) = self.try_reading(first) {
+            return self.fail(first, error, out).map(|()| None);
+        }
+        match self.model_file(first, known) {
+            Ok(file) => Ok(Some(Session { moments, file, open_s: start.elapsed().as_secs_f64() })),
+            Err(error) => moments.iter().try_for_each(|moment| self.fail(moment, error.clone(), out)).map(|()| None),
+        }
+    }
+
+    /// Reads the time in another process, where that is needed.
+    fn try_reading(&self, moment: &Moment) -> Result<()> {
+        let mut sources = moment.sources.iter();
+        sources.try_for_each(|source| isolated::try_record(&source.path, source.record, &self.needed))
+    }
+
+    fn model_file(&self, moment: &Moment, known: Option<&Arc<Mesh>>) -> Result<ModelFile> {
+        // Heights that a file lacks, and the mesh where it has none, may be in those that it is joined with.
+        let others_of = |own: &PathBuf| {
+            let joined = moment.sources.iter().map(|source| &source.path).filter(|path| *path != own);
+            self.args.mesh.iter().chain(joined).collect::<Vec<_>>()
+        };
+        let first = &moment.sources[0].path;
+        let given = known.filter(|mesh| self.args.mesh.iter().any(|path| path == mesh.path()));
+        let mut file = match given {
+            Some(mesh) => ModelFile::open_on(first, &others_of(first), Arc::clone(mesh))?,
+            None => match ModelFile::open_with(first, &self.args.mesh) {
+                Ok(alone) if moment.sources.len() == 1 => return Ok(alone),
+                Ok(alone) => ModelFile::open_on(first, &others_of(first), alone.shared_mesh())?,
+                Err(_) if moment.sources.len() > 1 => ModelFile::open_with(first, &others_of(first))?,
+                Err(error) => return Err(error),
+            },
+        };
+        for source in &moment.sources[1..] {
+            file.join(ModelFile::open_on(&source.path, &others_of(&source.path), file.shared_mesh())?)?;
+        }
+        Ok(file)
+    }
+
+    /// Notes that a time cannot be drawn from its files as they are; fails where no file would do.
+    pub fn fail(&mut self, moment: &Moment, error: Error, out: &mut impl Write) -> CommandResult {
+        if !is_of_files(&error) {
+            return Err(error.into());
+        }
+        if !moment.is_unchanged() {
+            self.ask_again(moment);
+            return Ok(());
+        }
+        self.history.has_failed(moment, error.context().to_owned());
+        self.say_once(&format!("skipped   {}; it is looked at again when it changes", error.context()), out)
+    }
+
+    /// Leaves a time whose files have changed to the next look.
+    fn ask_again(&mut self, moment: &Moment) {
+        moment.paths().for_each(|path| self.folder.ask_for(path));
+    }
+
+    /// Draws the times of a session on the checked grid of its mesh.
+    pub fn draw(&mut self, session: &Session, grid: &Grid, out: &mut impl Write) -> CommandResult {
+        let Session { moments, file, open_s } = session;
+        let (args, target, renderer, progress) = (self.args, self.target, self.renderer, self.progress);
+        let mut script = self.script.clone();
+        script.show_as_surfaces(|name| file.field_info(name).is_ok_and(FieldInfo::is_2d));
+        let times = moments.iter().map(|moment| moment.sources[0].record).collect();
+        let series =
+            Series { script: &script, dates: file.times(), times, is_scheduled: true, seconds: file.seconds() };
+        let read: Result<_> = renderer.run(|| {
+            let scene_fields = SceneFields::new(file, &script, &args.layers_wanted, grid.cells())?;
+            let notes = scene_fields.all_notes(&script)?;
+            Ok((scene_fields, notes))
+        });
+        let (scene_fields, notes) = match read {
+            Ok(read) => read,
+            Err(error) => {
+                return moments.iter().try_for_each(|moment| self.fail(moment, error.clone(), out));
+            }
+        };
+        let unknown: Vec<String> = notes.into_iter().filter(|note| self.said.insert(note.clone())).collect();
+        progress.suspend(|| print_notes(&unknown, out))?;
+        let mut queue = Some(OutputQueue::new(target, Existing::Overwrite, None)?);
+        let job = Job { drawing: Drawing { scene_fields: &scene_fields, grid, renderer }, target, open_s: *open_s };
+        let mut pictures = Pictures::new(file, &series, job, progress);
+        let mut ranks = Ranks::alone();
+        for (number, moment) in moments.iter().enumerate() {
+            let time = moment.sources[0].record;
+            let is_same = match &moment.id {
+                TimeId::Date(date) => file.times().get(time).is_some_and(|its| its.as_ref() == Some(date)),
+                TimeId::Record(..) => true,
+            };
+            if !is_same || !moment.is_valid() {
+                self.ask_again(moment);
+                continue;
+            }
+            let tried = if number == 0 { Ok(()) } else { self.try_reading(moment) };
+            let due = match tried.and_then(|()| pictures.read(time)) {
+                Ok(due) => due,
+                Err(error) => {
+                    self.fail(moment, error, out)?;
+                    continue;
+                }
+            };
+            if let Some(field) = due.read.unwritten() {
+                self.history.has_failed(moment, format!("{field} has no values yet"));
+                continue;
+            }
+            if !moment.is_valid() {
+                self.ask_again(moment);
+                continue;
+            }
+            let stamp = series.stamp(time);
+            let wants = |shot: &Shot| {
+                let path = target.path(&shot.scene.output, &stamp, shot.scene.field());
+                moment.is_replaced || args.redraw || path.is_ok_and(|path| !path.exists())
+            };
+            match pictures.draw(&due, wants, (&mut queue, &mut *out), &mut ranks) {
+                Ok(()) => self.history.is_drawn(moment),
+                // Files were read: an error of the disk is one of a picture.
+                Err(Failure::Icoray(error)) if is_of_files(&error) && error.kind() != ErrorKind::Io => {
+                    self.fail(moment, error, out)?;
+                }
+                Err(failure) => return Err(failure),
+            }
+            self.last_event = Instant::now();
+        }
+        let blocks = queue.map_or_else(Vec::new, OutputQueue::finish);
+        print_blocks(blocks, progress, out)
+    }
+}

@@ -1,0 +1,101 @@
+//! What a file has, read from its header and its times alone.
+
+use crate::classic::{self, ClassicLayout};
+use crate::nc_file::NcFile;
+use crate::times;
+use icoray::{Error, ErrorKind, Result};
+use std::path::Path;
+
+/// Times and variables of a file, without its mesh: for a look at a file that a model may be writing. The file is closed
+/// again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// The dates of the records, as [`ModelFile::times`](crate::ModelFile::times).
+    pub times: Vec<Option<String>>,
+    /// Whether the file has a variable for the dates: then a record without a date is not written yet.
+    pub is_dated: bool,
+    /// Seconds from the first record to each, as [`ModelFile::seconds`](crate::ModelFile::seconds).
+    pub seconds: Option<Vec<f64>>,
+    /// Where a classic file keeps its variables, and its length.
+    classic: Option<(ClassicLayout, u64)>,
+    records: usize,
+    /// Names, and whether there is one array per record.
+    variables: Vec<(String, bool)>,
+}
+
+impl Outline {
+    /// Reads header and times.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`]: the file is absent, not NetCDF, damaged or cut off.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let source = NcFile::open(path.as_ref())?;
+        let records = times::records(&source)?;
+        let times = times::dates(&source, records.max(1));
+        let seconds = times::seconds(&source, &times);
+        let variables = source.variables().iter();
+        let variables =
+            variables.map(|v| (v.name.clone(), v.dimensions.first().is_some_and(|d| d.is_time()))).collect();
+        let is_dated = times::has_dates(&source);
+        let classic = source.classic()?.map(|(layout, length)| (layout.clone(), length));
+        Ok(Outline { times, is_dated, seconds, classic, records, variables })
+    }
+
+    /// Number of records of which a classic file has any byte, or that any other file says it has.
+    pub fn begun_records(&self) -> usize {
+        let begun = self.classic.as_ref().and_then(|(layout, length)| layout.begun_records(*length));
+        begun.unwrap_or(usize::MAX).min(self.times.len())
+    }
+
+    /// Whether the file has a variable of that name.
+    pub fn has(&self, name: &str) -> bool {
+        self.variables.iter().any(|(known, _)| known == name)
+    }
+
+    /// Whether the file has a variable, and by its header a record of it. A variable that does not depend on time has
+    /// all records.
+    pub fn promises(&self, name: &str, record: usize) -> bool {
+        let variable = self.variables.iter().find(|(known, _)| known == name);
+        variable.is_some_and(|(_, changes)| record < if *changes { self.records } else { self.times.len() })
+    }
+
+    /// As [`Outline::promises`], of a record that a classic file does not end before.
+    pub fn has_record(&self, name: &str, record: usize) -> bool {
+        let end = self.classic.as_ref().and_then(|(layout, length)| Some((layout.end(name, record + 1)?, *length)));
+        self.promises(name, record) && end.is_none_or(|(end, length)| end <= length)
+    }
+
+    /// Whether the file is a classic one (CDF-1, CDF-2, CDF-5). Damaged ones are read safely; in NetCDF-4 files, and so in
+    /// those that are being written, damage may end or hang the process inside the HDF5 library.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`]: the file cannot be opened.
+    pub fn is_classic(path: impl AsRef<Path>) -> Result<bool> {
+        let path = path.as_ref();
+        classic::is_classic(path).map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display())))
+    }
+
+    /// Opens a file and reads `record` of `variables`, and all variables that do not change, as far as they are numbers;
+    /// keeps nothing. For a process of its own, which may end by it.
+    ///
+    /// # Errors
+    /// As [`Outline::read`].
+    pub fn try_reading(path: impl AsRef<Path>, variables: &[String], record: usize) -> Result<()> {
+        let source = NcFile::open(path.as_ref())?;
+        times::dates(&source, times::records(&source)?.max(1));
+        for variable in source.variables() {
+            source.try_attributes(&variable.name)?;
+            let changes = variable.dimensions.first().is_some_and(|d| d.is_time());
+            if !variable.kind.is_number() || changes && !variables.contains(&variable.name) {
+                continue;
+            }
+            let (mut start, mut count) = (vec![0; variable.dimensions.len()], Vec::new());
+            count.extend(variable.dimensions.iter().map(|dimension| dimension.len));
+            if changes {
+                (start[0], count[0]) = (record, 1);
+            }
+            source.reals(variable, &start, &count)?;
+        }
+        Ok(())
+    }
+}
