@@ -218,7 +218,8 @@ fn watch(run: impl Fn(&Path, &Path) -> Command, has_whole_grid: bool) {
     assert!(unknown.status == 422 && text(&unknown.body).contains("zzz"), "{}", text(&unknown.body));
     let probe = model.draw_until(viewer.asks("/api/probe?x=0.5&y=0.5"));
     if has_whole_grid {
-        assert!(probe.json()["value"].is_f64(), "{}", text(&probe.body));
+        let probe = probe.json();
+        assert!(probe["value"].is_f64() && probe["step"].as_u64() < Some(model.step.into()), "{probe}");
     } else {
         assert!(text(&probe.body).contains("part of the grid"), "{}", text(&probe.body));
     }

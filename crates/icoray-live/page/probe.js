@@ -71,6 +71,7 @@ function facts(answer) {
       isOver ? 'is-over' : '',
     ),
     ...row('Field', answer.field + (units && `, ${units.trim()}`)),
+    ...(answer.step === null ? [] : row('Step', String(answer.step))),
   );
 }
 

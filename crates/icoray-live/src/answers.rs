@@ -84,6 +84,8 @@ pub struct Probe {
     pub units: Option<String>,
     /// The error of the pixel in the last picture at rest; `None` where there is none.
     pub error: Option<f32>,
+    /// The step of a running model whose data were probed.
+    pub step: Option<i64>,
 }
 
 impl Probe {
@@ -99,7 +101,7 @@ impl Probe {
                 .map(|(at, size)| ((at * f64::from(size)) as usize).min(size as usize - 1));
             frame.error[y * frame.width as usize + x]
         });
-        Probe { found, field, units, error }
+        Probe { found, field, units, error, step: None }
     }
 }
 
@@ -114,6 +116,7 @@ pub(crate) struct ProbeAnswer {
     units: Option<String>,
     field: String,
     error: Option<f32>,
+    step: Option<i64>,
     alpha: f64,
     is_core: bool,
     along: Vec<AlongAnswer>,
@@ -137,7 +140,7 @@ struct ColumnAnswer {
 
 impl From<Probe> for ProbeAnswer {
     fn from(probe: Probe) -> Self {
-        let Probe { found, field, units, error } = probe;
+        let Probe { found, field, units, error, step } = probe;
         let icoray::Probe { lon_lat_deg: [lon, lat], height_m, value, alpha, is_core, along, column } = found;
         let known = |value: f64| Some(value).filter(|value| value.is_finite());
         let along = along.iter().map(|point| AlongAnswer {
@@ -150,7 +153,7 @@ impl From<Probe> for ProbeAnswer {
         let along = along.collect();
         let [heights, values] = [0, 1].map(|k| column.iter().map(|row| row[k]).collect::<Vec<f64>>());
         let column = ColumnAnswer { height_m: heights, values: values.into_iter().map(known).collect() };
-        ProbeAnswer { hit: true, lon, lat, height_m, value, units, field, error, alpha, is_core, along, column }
+        ProbeAnswer { hit: true, lon, lat, height_m, value, units, field, error, step, alpha, is_core, along, column }
     }
 }
 

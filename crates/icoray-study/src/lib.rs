@@ -14,6 +14,7 @@ mod fig9;
 mod gpu;
 mod gradients;
 mod job;
+mod live;
 pub mod methods;
 mod montage;
 pub mod oracle;
@@ -56,6 +57,8 @@ pub enum Study {
     Fig9(fig9::Options),
     /// Bytes per second of the gradients at all vertices, beside a plain copy of as many bytes.
     Gradients(gradients::Options),
+    /// Frames per second of the live view, and the time from a movement to its picture.
+    Live(live::Options),
     /// Milliseconds of frames on a GPU, beside the CPU's and the paper's, and what they take of what the device has.
     #[cfg(feature = "gpu")]
     Gpu(gpu::Options),
@@ -85,6 +88,7 @@ impl Study {
             Study::Fig8(options) => fig8::run(options, out),
             Study::Fig9(options) => fig9::run(options, out),
             Study::Gradients(options) => gradients::run(options, out),
+            Study::Live(options) => live::run(options, out),
             #[cfg(feature = "gpu")]
             Study::Gpu(options) => gpu::run(options, out),
             Study::Orders(options) => orders::run(options, out),

@@ -19,6 +19,20 @@ as estimated while it was traced, and the seconds from the field's pointers to i
 The wave is that of Jablonowski and Williamson (2006), computed by MPAS-Atmosphere 8.3.1 on 10,242 cells and 26 layers.
 ";
 
+/// The page of the live view, whose screenshots are in the book.
+const TAIL: &str = "
+## The page of icoray view
+
+A file, turned and coloured by hand, with a probe of one pixel; and a running model, watched and steered between its steps
+([the page](../../docs/src/view.md)).
+
+![the page with a file](../../docs/src/view.png)
+
+![a probe](../../docs/src/view_probe.png)
+
+![a running model](../../docs/src/view_model.png)
+";
+
 /// Errors and cost of a picture.
 #[derive(Debug, PartialEq)]
 pub struct Numbers {
@@ -77,7 +91,7 @@ impl Page {
 
     fn text(&self) -> String {
         let known = GALLERY.iter().filter_map(|entry| self.sections.get(entry.scene));
-        known.fold(HEAD.to_owned(), |text, section| text + section)
+        known.fold(HEAD.to_owned(), |text, section| text + section) + TAIL
     }
 
     /// Writes the page.

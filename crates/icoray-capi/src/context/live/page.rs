@@ -144,7 +144,8 @@ impl Page {
         let field = given.scene.field().to_owned();
         let units = units(inputs, &field);
         let shown = self.view.shown();
-        Ok(found.map(|found| Probe::new(found, (field, units), at, shown.as_deref())))
+        let probe = |found| Probe::new(found, (field, units), at, shown.as_deref());
+        Ok(found.map(|found| Probe { step: Some(stamp.step), ..probe(found) }))
     }
 
     /// Shows a scene that the model has set in place of what viewers have.
