@@ -160,20 +160,14 @@ impl Viewer<'_> {
         }
     }
 
-    fn reply(&mut self, question: Question, scene: &Scene, time: usize, data: &Data) {
-        if self.at_rest.as_ref().is_some_and(|(its, at, _)| its != scene || *at != time) {
-            self.at_rest = None;
-        }
-        let known = self.at_rest.as_ref().map(|(_, _, frame)| frame);
+    fn reply(&self, question: Question, scene: &Scene, time: usize, data: &Data) {
+        let at_rest = self.at_rest.as_ref().filter(|(its, at, _)| its == scene && *at == time);
+        let known = at_rest.map(|(_, _, frame)| frame);
         match question {
             Question::Histogram { field, reply } => reply.send(self.histogram(&field, time, data)),
             Question::Probe { at, reply } => reply.send(self.probe(scene, at, known, data)),
-            Question::Picture { reply } => {
-                let frame = known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone()));
-                if let Ok(frame) = &frame {
-                    self.at_rest = Some((scene.clone(), time, frame.clone()));
-                }
-                reply.send(frame);
+            Question::Picture { reply, .. } => {
+                reply.send(known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone())));
             }
         }
     }

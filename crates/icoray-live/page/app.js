@@ -17,6 +17,7 @@
 //                      ranges and first entries, toml.js values as text
 //   files.js           save, load, command line
 //   views.js           the views of a scene
+//   animate.js         an animation of all times; apng.js puts it together
 //   panel.js, keys.js  tabs and sheet; shortcuts and their list
 //   dom.js, format.js, colour.js  elements, numbers, colours
 //
@@ -24,6 +25,7 @@
 // scene; the event `scene` shows it in all panels. Pictures come on their own way through frames.js.
 'use strict';
 
+import * as animate from './animate.js';
 import { takeToken } from './api.js';
 import { byId } from './dom.js';
 import * as facts from './facts.js';
@@ -74,7 +76,7 @@ function showDescription({ title, program, live }) {
 
 async function start() {
   takeToken();
-  for (const part of [facts, panel, form, transfer, probe, files, views, timeline, hand, keys]) part.start();
+  for (const part of [facts, panel, form, transfer, probe, files, views, animate, timeline, hand, keys]) part.start();
   setSize(size);
   on('describe', showDescription);
   on('scene', showState);

@@ -201,10 +201,15 @@ impl Api {
             "exr" => "image/x-exr",
             _ => return Err(Refusal(StatusCode::BAD_REQUEST, format!("format {format:?}, expected png or exr"))),
         };
+        let time = parameter(query, "time").map(|_| number(query, "time")).transpose()?;
+        let times = self.description().times.len();
+        if let Some(time) = time.filter(|time| *time >= times) {
+            return Err(Refusal(StatusCode::BAD_REQUEST, format!("time {time}, expected less than {times}")));
+        }
         let shown = self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let frame = match shown {
             Some(frame) => frame,
-            None => Arc::new(self.ask(|reply| Question::Picture { reply }).await?),
+            None => Arc::new(self.ask(|reply| Question::Picture { time, reply }).await?),
         };
         let bytes = if format == "png" { png_bytes(&frame) } else { exr_bytes(&frame) };
         let mut answer = typed(media_type, bytes.map_err(failed)?.into());

@@ -41,6 +41,8 @@ pub enum Question {
     },
     /// The picture at rest, as it is written to a file.
     Picture {
+        /// Number of the time, in place of the one that is shown.
+        time: Option<usize>,
         /// Takes the answer.
         reply: Reply<Frame>,
     },
@@ -129,7 +131,7 @@ impl Question {
         match self {
             Question::Histogram { reply, .. } => reply.send(Err(error)),
             Question::Probe { reply, .. } => reply.send(Err(error)),
-            Question::Picture { reply } => reply.send(Err(error)),
+            Question::Picture { reply, .. } => reply.send(Err(error)),
         }
     }
 }
@@ -291,6 +293,10 @@ impl State {
     fn next(&mut self) -> Option<Request> {
         let (session, time) = (&self.session, self.session.time());
         if let Some(question) = self.questions.pop_front() {
+            let time = match question {
+                Question::Picture { time: Some(asked), .. } => asked,
+                _ => time,
+            };
             return Some(Request::Answer { question, scene: Box::new(session.scene().clone()), time });
         }
         let (revision, is_moving) = (session.revision(), session.is_moving());
@@ -394,15 +400,15 @@ mod tests {
         let mut answers = Vec::new();
         for _ in 0..MAX_QUESTIONS {
             let (reply, answer) = oneshot::channel();
-            assert!(hub.ask(Question::Picture { reply: Reply(reply) }));
+            assert!(hub.ask(Question::Picture { time: None, reply: Reply(reply) }));
             answers.push(answer);
         }
-        assert!(!hub.ask(Question::Picture { reply: Reply(oneshot::channel().0) }));
+        assert!(!hub.ask(Question::Picture { time: None, reply: Reply(oneshot::channel().0) }));
         assert!(matches!(hub.next(), Some(Request::Answer { question: Question::Picture { .. }, .. })));
         hub.end();
         assert!(hub.next().is_none());
         assert!(answers.iter_mut().all(|answer| answer.try_recv().is_err()), "nobody waits for ever");
-        assert!(!hub.ask(Question::Picture { reply: Reply(oneshot::channel().0) }));
+        assert!(!hub.ask(Question::Picture { time: None, reply: Reply(oneshot::channel().0) }));
     }
 
     #[test]
@@ -412,7 +418,7 @@ mod tests {
         assert!(taken.change.is_none() && taken.questions.is_empty());
         change(&hub, TURN);
         let revision = change(&hub, r#"{"changes":[{"path":["camera","lat"],"value":4}],"is_moving":true}"#);
-        assert!(hub.ask(Question::Picture { reply: Reply(oneshot::channel().0) }));
+        assert!(hub.ask(Question::Picture { time: None, reply: Reply(oneshot::channel().0) }));
         let taken = hub.take();
         let new = taken.change.unwrap();
         assert_eq!((new.revision, taken.questions.len()), (revision, 1));

@@ -19,7 +19,9 @@ macro_rules! files {
 
 const FILES: &[PageFile] = &files![
     "/" "index.html" "text/html; charset=utf-8",
+    "/animate.js" "animate.js" "text/javascript; charset=utf-8",
     "/api.js" "api.js" "text/javascript; charset=utf-8",
+    "/apng.js" "apng.js" "text/javascript; charset=utf-8",
     "/app.js" "app.js" "text/javascript; charset=utf-8",
     "/camera.js" "camera.js" "text/javascript; charset=utf-8",
     "/colour.js" "colour.js" "text/javascript; charset=utf-8",

@@ -4,7 +4,10 @@ use crate::browser::Browser;
 use crate::page::{Shown, hash};
 use crate::run::{icoray, prints};
 use fantoccini::Locator;
-use image::{DynamicImage, ImageReader};
+use image::codecs::png::PngDecoder;
+use image::{AnimationDecoder, DynamicImage, ImageReader};
+use std::fs::File;
+use std::io::BufReader;
 use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -67,5 +70,28 @@ fn a_saved_scene_renders_the_bits_that_are_seen() {
     browser.changed_by(|| browser.wait(input.send_keys(scene.to_str().unwrap())));
     browser.until_text("#status", "scene.toml is loaded");
     assert_eq!((browser.text(), browser.canvas_hash()), (text, seen));
+    browser.is_quiet();
+}
+
+#[test]
+fn an_animation_has_the_pictures_of_all_times() {
+    let Some(shown) = Shown::start() else { return };
+    let Shown { browser, folder, .. } = &shown;
+    browser.click("#tab-files");
+    browser.click("#save-scene");
+    std::fs::copy(saved(browser, "scene.toml"), folder.path().join("scene.toml")).unwrap();
+    browser.click("#save-animation");
+    let path = saved(browser, "animation.png");
+    browser.until_text("#save-animation", "Save animation");
+    let decoder = PngDecoder::new(BufReader::new(File::open(path).unwrap())).unwrap();
+    let frames = decoder.apng().unwrap().into_frames().collect_frames().unwrap();
+    assert_eq!(frames.len(), 3);
+    for (time, frame) in frames.into_iter().enumerate() {
+        let (name, time) = (format!("{time}.png"), time.to_string());
+        let render = ["render", "made.nc", "--scene", "scene.toml", "--time", &time, "-o", &name];
+        prints(icoray(folder.path()).args(render));
+        let rendered = picture(folder.path().join(&name)).to_rgba8();
+        assert!(rendered == frame.into_buffer(), "time {time} has other pixels");
+    }
     browser.is_quiet();
 }

@@ -77,7 +77,7 @@ impl Page {
             match question {
                 Question::Histogram { field, reply } => self.histograms.push((field, reply)),
                 Question::Probe { at, reply } => self.probes.push((at, reply)),
-                Question::Picture { reply } => {
+                Question::Picture { reply, .. } => {
                     let shown = self.view.shown().map(|frame| Frame::clone(&frame));
                     reply.send(shown.ok_or_else(|| unanswered("no picture has been drawn yet")));
                 }
