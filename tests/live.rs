@@ -196,7 +196,7 @@ fn watch(run: impl Fn(&Path, &Path) -> Command, has_whole_grid: bool) {
         (r#"{"path":["output","file"],"value":"../b.png"}"#, "output"),
         (r#"{"path":["output","file"],"value":"b_{step}.png"}"#, "the model's, which a viewer cannot change"),
         (r#"{"path":["image","width"],"value":9000}"#, "the model's, which a viewer cannot change"),
-        (r#"{"path":["field"],"value":"zzz"}"#, "field \"zzz\", expected one of the model's: f"),
+        (r#"{"path":["field"],"value":"zzz"}"#, "field \"zzz\", expected one of f"),
     ] {
         let answer = viewer.set(change);
         let error = answer.json()["error"].as_str().unwrap_or_default().to_owned();

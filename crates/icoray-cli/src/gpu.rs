@@ -26,6 +26,11 @@ enum Backend {
 }
 
 impl DeviceOptions {
+    /// Whether a scene would be changed.
+    pub fn are_any(&self) -> bool {
+        self.backend.is_some() || self.device.is_some()
+    }
+
     /// Overrides backend and device of the scene.
     pub fn apply(&self, scene: &mut Scene) {
         if let Some(backend) = self.backend() {

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 mod animate;
+mod answers;
 mod failure;
 mod gpu;
 mod info;

@@ -65,6 +65,15 @@ fn tolerance(text: &str) -> Parsed<f64> {
 }
 
 impl Overrides {
+    /// Whether a scene would be changed.
+    pub fn are_any(&self) -> bool {
+        let numbers = [self.lon, self.lat, self.distance, self.exaggeration, self.tolerance];
+        numbers.iter().any(Option::is_some)
+            || self.size.is_some()
+            || self.samples.is_some()
+            || self.device_options.are_any()
+    }
+
     /// Changes the scenes of a file.
     ///
     /// # Errors

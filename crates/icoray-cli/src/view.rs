@@ -2,14 +2,14 @@
 
 mod rules;
 
+use crate::answers::{self, units};
 use crate::failure::CommandResult;
 use crate::render::{Drawing, FieldCache, Key, NativeHeightCache, SceneFields, Series};
 use crate::selection::{Opened, Selection};
 use crate::suggested;
-use icoray::output::{Stamp, printed_units};
+use icoray::output::Stamp;
 use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Result, Scene, Script};
-use icoray_live::{Description, FieldDescription, Histogram, LiveView, Options, PictureSize, Probe, Question, Request};
-use icoray_netcdf::FieldInfo;
+use icoray_live::{Description, FieldDescription, LiveView, Options, PictureSize, Question, Request};
 use icoray_progress::Progress;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -164,35 +164,19 @@ impl Viewer<'_> {
         let at_rest = self.at_rest.as_ref().filter(|(its, at, _)| its == scene && *at == time);
         let known = at_rest.map(|(_, _, frame)| frame);
         match question {
-            Question::Histogram { field, reply } => reply.send(self.histogram(&field, time, data)),
-            Question::Probe { at, reply } => reply.send(self.probe(scene, at, known, data)),
+            Question::Histogram { field, reply } => {
+                let Opened { file, renderer, .. } = self.opened;
+                let wanted = &self.selection.layers_wanted;
+                reply.send(answers::histogram(&field, (file, time), wanted, data.fields, renderer));
+            }
+            Question::Probe { at, reply } => {
+                let from = (data.fields, data.heights);
+                reply.send(answers::probe((scene, at), &self.opened.file, &data.drawing, from, known));
+            }
             Question::Picture { reply, .. } => {
                 reply.send(known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone())));
             }
         }
-    }
-
-    fn histogram(&self, name: &str, time: usize, data: &Data) -> Result<Histogram> {
-        let file = &self.opened.file;
-        let info = file.field_info(name)?;
-        let units = units(info);
-        let renderer = &self.opened.renderer;
-        let counted = |field: &Field| renderer.histogram(&mut Ranks::alone(), field, None, Histogram::FINE_BINS);
-        let found = match data.fields.iter().find(|((known, _), _)| known == name) {
-            Some((_, field)) => counted(field)?,
-            None => counted(&file.read_layers(name, time, self.selection.layers_wanted.of(info)?)?.field()?)?,
-        };
-        Ok(Histogram::new(name, units, found))
-    }
-
-    fn probe(&self, scene: &Scene, at: [f64; 2], shown: Option<&Frame>, data: &Data) -> Result<Option<Probe>> {
-        let Data { drawing, fields, heights, .. } = data;
-        let layers = drawing.scene_fields.layers(scene)?;
-        let fields = drawing.fields(scene, fields, heights)?;
-        let found = drawing.renderer.probe(scene, drawing.grid, layers, fields, at)?;
-        let field = scene.field().to_owned();
-        let units = self.opened.file.field_info(&field).ok().and_then(units);
-        Ok(found.map(|found| Probe::new(found, (field, units), at, shown)))
     }
 }
 
@@ -203,11 +187,6 @@ impl Data<'_> {
         frame.stamp = self.stamp.clone();
         Ok(frame)
     }
-}
-
-/// The units of a field, as print has them.
-fn units(info: &FieldInfo) -> Option<String> {
-    info.description.units.as_deref().and_then(printed_units)
 }
 
 /// The layers, fields and heights that a scene needs.

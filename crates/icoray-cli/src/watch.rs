@@ -5,8 +5,10 @@
 
 mod folder;
 pub mod isolated;
+mod page;
 mod plan;
 mod session;
+mod viewers;
 
 use crate::failure::CommandResult;
 use crate::gpu;
@@ -19,6 +21,7 @@ use glob::Pattern;
 use icoray::{Error, ErrorKind, Renderer, Result, Script};
 use icoray_netcdf::Mesh;
 use icoray_progress::Progress;
+use page::Page;
 use plan::{History, Lacking, Moment, TimeId};
 use session::Session;
 use std::collections::{HashMap, HashSet};
@@ -62,6 +65,13 @@ pub struct Args {
     /// End when all files have settled and what is whole of them is drawn
     #[arg(long)]
     once: bool,
+    /// Serve a page on this machine's loopback address that shows each picture, and on which the scene is changed by
+    /// hand; not with options that change the scene
+    #[arg(long)]
+    live: bool,
+    /// Port of that page; another one if it is taken [default: 8750 or the next that is free]
+    #[arg(long, value_name = "PORT", requires = "live", value_parser = clap::value_parser!(u16).range(1..))]
+    port: Option<u16>,
     #[command(flatten)]
     overrides: Overrides,
     #[command(flatten)]
@@ -93,6 +103,7 @@ struct Watch<'a> {
     said: HashSet<String>,
     /// When a file changed or a time was drawn.
     last_event: Instant,
+    page: Option<Page>,
 }
 
 /// Draws until it is interrupted, or nothing happens for long enough.
@@ -108,6 +119,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
     let renderer = gpu::renderer(args.threads)?.with_progress(progress.tiles());
     let target = Target::directory(&args.output)?;
+    let page = args.page(&script)?;
     let mut watch = Watch {
         args,
         needed: script.model_fields(),
@@ -120,10 +132,15 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         names: HashMap::new(),
         said: HashSet::new(),
         last_event: Instant::now(),
+        page,
     };
     watch.folder.look(Instant::now())?;
     let count = watch.folder.files().count();
     writeln!(out, "watch     {}: {count} files {}", args.directory.display(), args.files)?;
+    if let Some(page) = &watch.page {
+        writeln!(out, "live      {}", page.address())?;
+    }
+    out.flush()?;
     let mut next = watch.next(None, out)?;
     while let Some(mut session) = next.take() {
         let mesh = session.file.shared_mesh();
@@ -160,6 +177,20 @@ impl Args {
         script.name_by_date()?;
         Ok(Some(script))
     }
+
+    /// The page of `--live`.
+    fn page(&self, script: &Script) -> Result<Option<Page>> {
+        if !self.live {
+            return Ok(None);
+        }
+        if self.overrides.are_any() {
+            let context = "--live shows the scene as its file has it, expected no other options that change it";
+            return Err(Error::new(ErrorKind::Argument, context));
+        }
+        let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the scene: {e}", self.scene.display()));
+        let text = std::fs::read_to_string(&self.scene).map_err(failed)?;
+        Page::open(&self.directory, self.port, text, script).map(Some)
+    }
 }
 
 impl Watch<'_> {
@@ -191,11 +222,20 @@ impl Watch<'_> {
             if has_settled {
                 self.say_what_lacks(&lacking, out)?;
             }
+            if self.hears_viewers() {
+                if let Some(session) = self.for_viewers(known) {
+                    return Ok(Some(session));
+                }
+                continue;
+            }
             let is_idle = self.args.until_idle.is_some_and(|idle| now.duration_since(self.last_event) >= idle);
             if is_idle || self.args.once && has_settled {
                 return Ok(None);
             }
-            thread::sleep(self.args.poll);
+            match &self.page {
+                Some(page) => page.wait(self.args.poll),
+                None => thread::sleep(self.args.poll),
+            }
         }
     }
 

@@ -261,6 +261,13 @@ impl Hub {
         Taken { change, questions: std::mem::take(&mut state.questions).into() }
     }
 
+    /// Waits until [`Self::take`] has something to return, at most so long.
+    pub fn wait(&self, at_most: Duration) {
+        let is_idle =
+            |state: &mut State| state.questions.is_empty() && state.session.text() == state.taken && !state.has_ended;
+        drop(self.changed.wait_timeout_while(self.lock(), at_most, is_idle));
+    }
+
     /// Goes back to the scene before a change.
     pub fn refuse(&self, change: &Change, why: &str) {
         let mut state = self.lock();

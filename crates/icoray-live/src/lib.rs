@@ -36,11 +36,13 @@ mod page;
 mod picture;
 mod server;
 mod session;
+mod steering;
 
 pub use answers::{Histogram, Percentiles, Probe};
 pub use describe::{Description, FieldDescription};
 pub use hub::{Change, DrawRequest, Question, Reply, Request, Taken};
 pub use session::{NamedScene, PictureSize, SceneReader};
+pub use steering::{FieldNames, steering_reader};
 
 use api::Api;
 use hub::Hub;
@@ -50,7 +52,7 @@ use server::Server;
 use session::{Session, Start};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Where the page is served.
 #[derive(Debug, Clone, Default)]
@@ -141,6 +143,11 @@ impl LiveView {
     /// What viewers have set and asked since the last call, for a program that draws when it is time to. Does not wait.
     pub fn take(&self) -> Taken {
         self.hub.take()
+    }
+
+    /// Waits until viewers have set or asked something that [`Self::take`] has not returned, at most so long.
+    pub fn wait(&self, at_most: Duration) {
+        self.hub.wait(at_most);
     }
 
     /// Shows a picture that the program has drawn of the view that viewers look at, from the scene of this revision;

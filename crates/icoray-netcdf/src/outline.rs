@@ -47,6 +47,11 @@ impl Outline {
         begun.unwrap_or(usize::MAX).min(self.times.len())
     }
 
+    /// Names of the variables of which there is one array per record.
+    pub fn fields(&self) -> impl Iterator<Item = &str> {
+        self.variables.iter().filter(|(_, has_records)| *has_records).map(|(name, _)| name.as_str())
+    }
+
     /// Whether the file has a variable of that name.
     pub fn has(&self, name: &str) -> bool {
         self.variables.iter().any(|(known, _)| known == name)

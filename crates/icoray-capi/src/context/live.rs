@@ -13,7 +13,6 @@ use icoray_live::Histogram;
 use std::sync::Arc;
 
 mod page;
-mod reader;
 
 use page::Page;
 

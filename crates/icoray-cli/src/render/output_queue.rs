@@ -46,6 +46,13 @@ impl<'a> OutputQueue<'a> {
         Ok(OutputQueue { destination, existing, error_map, pending: VecDeque::new() })
     }
 
+    /// Gives frames to `next` once they are written to a directory.
+    pub fn pass_on(&self, next: Box<dyn FnMut(Frame) + Send>) {
+        if let Destination::Directory(writer) = &self.destination {
+            writer.pass_on(Some(next));
+        }
+    }
+
     /// Checks that the files of a picture can be written.
     pub fn check(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<()> {
         if let Some(map) = self.error_map {

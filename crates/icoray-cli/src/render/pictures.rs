@@ -5,8 +5,11 @@ use super::native_heights::NativeHeightCache;
 use super::output_queue::OutputQueue;
 use super::schedule::{FieldCache, Series};
 use super::{agree, print_blocks};
+use crate::answers;
 use crate::failure::CommandResult;
-use icoray::{Ranks, Result, Shot, View};
+use crate::input::LayerSelection;
+use icoray::{Frame, Ranks, Result, Shot, View};
+use icoray_live::Question;
 use icoray_netcdf::ModelFile;
 use icoray_progress::Progress;
 use std::io::Write;
@@ -50,6 +53,45 @@ impl<'a> Pictures<'a> {
         let seconds = read.seconds + self.heights.get_ready(from, drawing.scene_fields, scenes, time)?;
         self.progress.fewer_pictures(self.series.skipped_pictures(time, &views));
         Ok(Due { time, views, read, seconds })
+    }
+
+    /// The picture of a view at a time that was read, if it is due.
+    pub fn shot(&self, due: &Due, view: &str) -> Option<Shot> {
+        let stamp = self.series.stamp(due.time);
+        due.views.iter().filter(|its| its.name() == view).flat_map(|view| view.shots(&stamp)).next()
+    }
+
+    /// Draws a picture alone and writes nothing.
+    pub fn frame(&self, due: &Due, shot: &Shot) -> Result<Option<Frame>> {
+        let (fields, stamp) = (due.read.borrowed()?, self.series.stamp(due.time));
+        let drawn = self.job.picture(shot, &stamp, (&fields, &self.heights), due.seconds, &mut Ranks::alone())?;
+        Ok(drawn.map(|(frame, _)| Frame { stamp, ..frame }))
+    }
+
+    /// Answers a question about a time that was read, from a picture.
+    pub fn answer(
+        &self,
+        question: Question,
+        due: &Due,
+        (shot, shown): (&Shot, &Frame),
+        layers_wanted: &LayerSelection,
+    ) {
+        let fields = match due.read.borrowed() {
+            Ok(fields) => fields,
+            Err(error) => return question.refuse(error),
+        };
+        let drawing = &self.job.drawing;
+        match question {
+            Question::Histogram { field, reply } => {
+                let at = (self.file, due.time);
+                reply.send(answers::histogram(&field, at, layers_wanted, &fields, drawing.renderer));
+            }
+            Question::Probe { at, reply } => {
+                let from = (&fields, &self.heights);
+                reply.send(answers::probe((&shot.scene, at), self.file, drawing, from, Some(shown)));
+            }
+            Question::Picture { reply, .. } => reply.send(Ok(shown.clone())),
+        }
     }
 
     /// Draws those of the pictures that `wants` names with the other ranks, and writes them and prints their summaries at

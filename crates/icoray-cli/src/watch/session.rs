@@ -17,6 +17,8 @@ pub struct Session {
     moments: Vec<Moment>,
     pub file: ModelFile,
     open_s: f64,
+    /// Whether its time was drawn before and is drawn again for viewers alone.
+    is_for_viewers: bool,
 }
 
 impl Session {
@@ -50,7 +52,10 @@ impl Watch<'_> {
             return self.fail(first, error, out).map(|()| None);
         }
         match self.model_file(first, known) {
-            Ok(file) => Ok(Some(Session { moments, file, open_s: start.elapsed().as_secs_f64() })),
+            Ok(file) => {
+                let open_s = start.elapsed().as_secs_f64();
+                Ok(Some(Session { moments, file, open_s, is_for_viewers: false }))
+            }
             Err(error) => moments.iter().try_for_each(|moment| self.fail(moment, error.clone(), out)).map(|()| None),
         }
     }
@@ -84,6 +89,13 @@ impl Watch<'_> {
         Ok(file)
     }
 
+    /// The files of a time that was drawn.
+    pub fn reopened(&self, moment: Moment, known: Option<&Arc<Mesh>>) -> Result<Session> {
+        self.try_reading(&moment)?;
+        let file = self.model_file(&moment, known)?;
+        Ok(Session { moments: vec![moment], file, open_s: 0.0, is_for_viewers: true })
+    }
+
     /// Notes that a time cannot be drawn from its files as they are; fails where no file would do.
     pub fn fail(&mut self, moment: &Moment, error: Error, out: &mut impl Write) -> CommandResult {
         if !is_of_files(&error) {
@@ -104,7 +116,10 @@ impl Watch<'_> {
 
     /// Draws the times of a session on the checked grid of its mesh.
     pub fn draw(&mut self, session: &Session, grid: &Grid, out: &mut impl Write) -> CommandResult {
-        let Session { moments, file, open_s } = session;
+        if session.is_for_viewers {
+            return self.draw_for_viewers(session, grid, out);
+        }
+        let Session { moments, file, open_s, .. } = session;
         let (args, target, renderer, progress) = (self.args, self.target, self.renderer, self.progress);
         let mut script = self.script.clone();
         script.show_as_surfaces(|name| file.field_info(name).is_ok_and(FieldInfo::is_2d));
@@ -124,7 +139,11 @@ impl Watch<'_> {
         };
         let unknown: Vec<String> = notes.into_iter().filter(|note| self.said.insert(note.clone())).collect();
         progress.suspend(|| print_notes(&unknown, out))?;
-        let mut queue = Some(OutputQueue::new(target, Existing::Overwrite, None)?);
+        let queue = OutputQueue::new(target, Existing::Overwrite, None)?;
+        if let Some(page) = &self.page {
+            queue.pass_on(page.shows());
+        }
+        let mut queue = Some(queue);
         let job = Job { drawing: Drawing { scene_fields: &scene_fields, grid, renderer }, target, open_s: *open_s };
         let mut pictures = Pictures::new(file, &series, job, progress);
         let mut ranks = Ranks::alone();
@@ -160,7 +179,12 @@ impl Watch<'_> {
                 moment.is_replaced || args.redraw || path.is_ok_and(|path| !path.exists())
             };
             match pictures.draw(&due, wants, (&mut queue, &mut *out), &mut ranks) {
-                Ok(()) => self.history.is_drawn(moment),
+                Ok(()) => {
+                    self.history.is_drawn(moment);
+                    if let Some(page) = &mut self.page {
+                        page.last = Some(moment.clone());
+                    }
+                }
                 // Files were read: an error of the disk is one of a picture.
                 Err(Failure::Icoray(error)) if is_of_files(&error) && error.kind() != ErrorKind::Io => {
                     self.fail(moment, error, out)?;

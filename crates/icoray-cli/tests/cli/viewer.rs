@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// A command that serves a page, ended when it is dropped.
 pub struct Viewer {
-    child: Child,
+    child: Option<Child>,
     pub host: String,
     pub token: String,
 }
@@ -36,9 +36,16 @@ impl Viewer {
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let address = line.trim().strip_prefix("view      http://").unwrap_or_else(|| panic!("{line}"));
-        let (host, token) = address.split_once("/#").unwrap();
-        Viewer { child, host: host.to_owned(), token: token.to_owned() }
+        let address = line.trim().strip_prefix("view      ").unwrap_or_else(|| panic!("{line}"));
+        let mut viewer = Viewer::at(address);
+        viewer.child = Some(child);
+        viewer
+    }
+
+    /// The page of a command that runs already.
+    pub fn at(address: &str) -> Self {
+        let (host, token) = address.strip_prefix("http://").and_then(|rest| rest.split_once("/#")).unwrap();
+        Viewer { child: None, host: host.to_owned(), token: token.to_owned() }
     }
 
     pub fn connect(&self) -> TcpStream {
@@ -92,7 +99,9 @@ impl Viewer {
 
 impl Drop for Viewer {
     fn drop(&mut self) {
-        self.child.kill().unwrap();
-        self.child.wait().unwrap();
+        if let Some(child) = &mut self.child {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! `icoray watch`: files that are written step by step, cut off, replaced, renamed and shared out while it runs.
 
+mod live;
 mod model;
 
 use crate::made::{Made, RECORDS, Values, value};

@@ -1,6 +1,5 @@
 //! The page itself, on rank 0: its address, its scene, its questions.
 
-use super::reader::{FieldNames, reader};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::context::inputs::Inputs;
 use crate::context::viewer_message::ViewerMessage;
@@ -9,7 +8,8 @@ use crate::host::without_signals;
 use icoray_core::output::{Stamp, printed_units};
 use icoray_core::{Error, ErrorKind, Frame, Live, Result, Script};
 use icoray_live::{
-    Change, Description, FieldDescription, Histogram, LiveView, Options, PictureSize, Probe, Question, Reply,
+    Change, Description, FieldDescription, FieldNames, Histogram, LiveView, Options, PictureSize, Probe, Question,
+    Reply, steering_reader,
 };
 use std::fs::{self, OpenOptions};
 use std::io::Write;
@@ -41,7 +41,7 @@ impl Page {
         let options = Options { port: live.port, size: PictureSize::Scene };
         let (description, fields) = (describe(inputs), FieldNames::default());
         fields.lock().unwrap_or_else(PoisonError::into_inner).extend(inputs.fields.keys().cloned());
-        let reader = reader(script, inputs.first.clone(), fields.clone());
+        let reader = steering_reader(script, inputs.first.clone(), fields.clone());
         let view = without_signals(|| LiveView::open(&options, description, (text.to_owned(), 0), reader))?;
         let address = drawing.directory().join(ADDRESS);
         written(&address, &view.address())?;

@@ -1,15 +1,17 @@
-//! Which scenes viewers may set: they change pictures, not where these go, how large they are, or which there are.
+//! Which scenes viewers may set where a program writes the pictures that they watch: they change pictures, not where these
+//! go, how large they are, or which there are.
 
-use icoray_core::{Error, ErrorKind, Script, View};
-use icoray_live::{NamedScene, SceneReader};
+use crate::session::{NamedScene, SceneReader};
+use icoray::{Error, ErrorKind, Script, View};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Names of the fields that the model has set.
-pub(super) type FieldNames = Arc<Mutex<BTreeSet<String>>>;
+/// Names of the fields that there are; more may be added while the page is open.
+pub type FieldNames = Arc<Mutex<BTreeSet<String>>>;
 
-/// Reads scenes in place of `script`; `first` is the field of scenes that name none.
-pub(super) fn reader(script: &Script, first: Option<String>, fields: FieldNames) -> Box<SceneReader> {
+/// Reads scenes in place of `script`, of these fields alone; `first` is the field of scenes that name none. `[output]`,
+/// `[image]`, `[live]` and the names of views must stay.
+pub fn steering_reader(script: &Script, first: Option<String>, fields: FieldNames) -> Box<SceneReader> {
     let (live, expected) = (script.live(), kept(script));
     Box::new(move |text| {
         let mut script = Script::parse(text)?;
@@ -26,7 +28,7 @@ pub(super) fn reader(script: &Script, first: Option<String>, fields: FieldNames)
         let fields = fields.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(missing) = script.model_fields().into_iter().find(|name| !fields.contains(name)) {
             let known: Vec<&str> = fields.iter().map(String::as_str).collect();
-            return refused(format!("field {missing:?}, expected one of the model's: {}", known.join(", ")));
+            return refused(format!("field {missing:?}, expected one of {}", known.join(", ")));
         }
         let scene = |view: &View| {
             let scene = view.scenes().next();
@@ -54,7 +56,7 @@ mod tests {
     fn viewers_change_pictures_and_not_where_they_go() {
         let text = "field = 'q'\n[live]\n[image]\nwidth = 64\n[output]\nfile = 'a_{step}.png'\n";
         let fields = FieldNames::new(Mutex::new(["q", "w"].map(str::to_owned).into()));
-        let read = reader(&Script::parse(text).unwrap(), Some("q".to_owned()), fields);
+        let read = steering_reader(&Script::parse(text).unwrap(), Some("q".to_owned()), fields);
         for good in
             [text.replace("'q'", "'w'"), format!("camera.lon = 40\nevery = 3\n{text}"), text.replace("field = 'q'", "")]
         {
@@ -67,7 +69,7 @@ mod tests {
             (text.replace("[live]", "[live]\nport = 99"), "the model's"),
             (text.replace("[live]", ""), "the model's"),
             (format!("{text}[[views]]\nname = 'a'\n"), "the model's"),
-            (text.replace("'q'", "'z'"), "field \"z\", expected one of the model's: q, w"),
+            (text.replace("'q'", "'z'"), "field \"z\", expected one of q, w"),
             ("field = ".to_owned(), "line 1"),
         ] {
             let error = read(&bad).unwrap_err().to_string();

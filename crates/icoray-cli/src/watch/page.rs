@@ -1,0 +1,126 @@
+//! The page that follows a watch: it shows each picture, and the last time again where viewers change the scene.
+
+use super::plan::Moment;
+use icoray::{Frame, Result, Script};
+use icoray_live::{
+    Change, Description, FieldDescription, FieldNames, LiveView, Options, PictureSize, Question, steering_reader,
+};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, PoisonError};
+use std::time::Duration;
+
+/// Name of the file with the scene that viewers have set last, beside the pictures.
+const SCENE: &str = "live.toml";
+
+/// An open page.
+pub struct Page {
+    view: Arc<LiveView>,
+    title: String,
+    fields: FieldNames,
+    /// The revision of the scene that is drawn.
+    revision: Arc<AtomicU64>,
+    questions: Vec<Question>,
+    /// A scene that was taken and has not been drawn yet.
+    pub change: Option<Change>,
+    /// The time that was drawn last.
+    pub last: Option<Moment>,
+}
+
+impl Page {
+    /// Serves the page for a directory.
+    pub fn open(directory: &Path, port: Option<u16>, text: String, script: &Script) -> Result<Self> {
+        let options = Options { port, size: PictureSize::Scene };
+        let fields = FieldNames::default();
+        fields.lock().unwrap_or_else(PoisonError::into_inner).extend(script.model_fields());
+        let title = directory.display().to_string();
+        let description = describe(&title, script.model_fields());
+        let reader = steering_reader(script, None, fields.clone());
+        let view = Arc::new(LiveView::open(&options, description, (text, 0), reader)?);
+        let revision = Arc::new(AtomicU64::new(1));
+        Ok(Page { view, title, fields, revision, questions: Vec::new(), change: None, last: None })
+    }
+
+    /// Its address.
+    pub fn address(&self) -> String {
+        self.view.address()
+    }
+
+    /// The view that is looked at; empty for a scene without views.
+    pub fn shown_view(&self) -> String {
+        self.view.view()
+    }
+
+    /// The last picture.
+    pub fn shown(&self) -> Option<Arc<Frame>> {
+        self.view.shown()
+    }
+
+    /// Waits for viewers, at most so long.
+    pub fn wait(&self, at_most: Duration) {
+        self.view.wait(at_most);
+    }
+
+    /// Takes what viewers have set and asked; whether the last time is to be drawn for them again.
+    pub fn hear(&mut self, fields: BTreeSet<String>) -> bool {
+        let mut known = self.fields.lock().unwrap_or_else(PoisonError::into_inner);
+        if fields.iter().any(|name| !known.contains(name)) {
+            known.extend(fields);
+            self.view.describe(describe(&self.title, known.iter().cloned()));
+        }
+        drop(known);
+        let taken = self.view.take();
+        self.questions.extend(taken.questions);
+        if let Some(new) = taken.change {
+            if self.last.is_some() {
+                self.change = Some(new);
+            } else {
+                self.view.refuse(&new, "no time has been drawn yet");
+            }
+        }
+        self.last.is_some() && (self.change.is_some() || !self.questions.is_empty())
+    }
+
+    /// What is asked, to be answered from the last time.
+    pub fn take_questions(&mut self) -> Vec<Question> {
+        std::mem::take(&mut self.questions)
+    }
+
+    /// The scene of the last change is drawn from now on; it is kept in the directory of the pictures.
+    pub fn accept(&mut self, output: &Path) -> std::io::Result<Option<Change>> {
+        let Some(change) = self.change.take() else { return Ok(None) };
+        self.revision.store(change.revision, Relaxed);
+        let path = output.join(SCENE);
+        let partial = path.with_extension("toml.part");
+        fs::create_dir_all(output)?;
+        fs::write(&partial, &change.text)?;
+        fs::rename(&partial, &path)?;
+        Ok(Some(change))
+    }
+
+    /// The scene of the last change cannot be drawn.
+    pub fn refuse(&mut self, why: &str) {
+        if let Some(change) = self.change.take() {
+            self.view.refuse(&change, why);
+        }
+    }
+
+    /// Shows a picture of the scene that is drawn.
+    pub fn show(&self, frame: Frame) {
+        self.view.show(frame, self.revision.load(Relaxed));
+    }
+
+    /// Shows pictures once they are written.
+    pub fn shows(&self) -> Box<dyn FnMut(Frame) + Send> {
+        let (view, revision) = (self.view.clone(), self.revision.clone());
+        Box::new(move |frame| view.show(frame, revision.load(Relaxed)))
+    }
+}
+
+fn describe(title: &str, fields: impl IntoIterator<Item = String>) -> Description {
+    let field = |name: String| FieldDescription { name, ..FieldDescription::default() };
+    let fields = fields.into_iter().map(field).collect();
+    Description { title: title.to_owned(), live: true, fields, ..Description::default() }
+}

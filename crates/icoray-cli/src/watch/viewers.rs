@@ -1,0 +1,111 @@
+//! What viewers of the page set and ask: the last time is read again for them.
+
+use super::Watch;
+use super::session::Session;
+use crate::failure::CommandResult;
+use crate::render::{Drawing, Job, Pictures, SceneFields, Series};
+use icoray::{Error, ErrorKind, Frame, Grid, Result, Script};
+use icoray_live::Question;
+use icoray_netcdf::{FieldInfo, Mesh};
+use std::io::Write;
+use std::sync::Arc;
+
+impl Watch<'_> {
+    /// Whether viewers have set or asked something for which the last time is read again.
+    pub fn hears_viewers(&mut self) -> bool {
+        let Some(page) = &mut self.page else { return false };
+        let outlines = self.folder.files().filter_map(|file| file.outline.as_ref());
+        page.hear(outlines.flat_map(|outline| outline.fields().map(str::to_owned)).collect())
+    }
+
+    /// Opens the files of the last time again.
+    pub fn for_viewers(&mut self, known: Option<&Arc<Mesh>>) -> Option<Session> {
+        let last = self.page.as_ref()?.last.clone()?;
+        let opened = if last.is_valid() {
+            self.reopened(last, known)
+        } else {
+            Err(Error::new(ErrorKind::Io, format!("{}: its files have changed", last.id)))
+        };
+        opened.map_err(|error| self.refuse_viewers(&error)).ok()
+    }
+
+    fn refuse_viewers(&mut self, error: &Error) {
+        if let Some(page) = &mut self.page {
+            page.refuse(error.context());
+            page.take_questions().into_iter().for_each(|question| question.refuse(error.clone()));
+        }
+    }
+
+    /// Draws the picture that viewers look at, shows it and answers them. What fails is told them alone.
+    pub fn draw_for_viewers(&mut self, session: &Session, grid: &Grid, out: &mut impl Write) -> CommandResult {
+        let Some(page) = &mut self.page else { return Ok(()) };
+        let (change, mut questions) = (page.change.clone(), page.take_questions());
+        // The picture that is shown does where the scene is the same.
+        let shown = page.shown().filter(|_| change.is_none());
+        let view = page.shown_view();
+        let script = match &change {
+            Some(change) => parsed(&change.text),
+            None => Ok(self.script.clone()),
+        };
+        let drawn = script.and_then(|script| {
+            let frame = self.redrawn(&script, session, grid, (&view, shown), &mut questions)?;
+            Ok((script, frame))
+        });
+        let Some(page) = &mut self.page else { return Ok(()) };
+        let unanswered = match drawn {
+            Ok((script, frame)) => {
+                (self.needed, self.script) = (script.model_fields(), script);
+                let accepted = page.accept(&self.args.output);
+                frame.map(|frame| page.show(frame));
+                if let Some(change) = accepted? {
+                    let text = format!("live      a viewer has set {}", change.keys().join(", "));
+                    self.progress.suspend(|| writeln!(out, "{text}"))?;
+                }
+                Error::new(ErrorKind::Argument, "the view is not drawn at this time")
+            }
+            Err(error) => {
+                page.refuse(error.context());
+                error
+            }
+        };
+        questions.into_iter().for_each(|question| question.refuse(unanswered.clone()));
+        Ok(())
+    }
+
+    /// Reads the time of a session and answers questions about it; draws the picture of a view unless it is `shown`.
+    fn redrawn(
+        &self,
+        script: &Script,
+        session: &Session,
+        grid: &Grid,
+        (view, shown): (&str, Option<Arc<Frame>>),
+        questions: &mut Vec<Question>,
+    ) -> Result<Option<Frame>> {
+        let (file, time) = (&session.file, session.moments()[0].sources[0].record);
+        let mut script = script.clone();
+        script.show_as_surfaces(|name| file.field_info(name).is_ok_and(FieldInfo::is_2d));
+        let (dates, seconds) = (file.times(), file.seconds());
+        let series = Series { script: &script, dates, times: vec![time], is_scheduled: true, seconds };
+        let layers_wanted = &self.args.layers_wanted;
+        let scene_fields = self.renderer.run(|| SceneFields::new(file, &script, layers_wanted, grid.cells()))?;
+        let drawing = Drawing { scene_fields: &scene_fields, grid, renderer: self.renderer };
+        let job = Job { drawing, target: self.target, open_s: 0.0 };
+        let mut pictures = Pictures::new(file, &series, job, self.progress);
+        let due = pictures.read(time)?;
+        let Some(shot) = pictures.shot(&due, view) else { return Ok(None) };
+        let drawn = if shown.is_some() { None } else { pictures.frame(&due, &shot)? };
+        if let Some(frame) = shown.as_deref().or(drawn.as_ref()) {
+            for question in questions.drain(..) {
+                pictures.answer(question, &due, (&shot, frame), layers_wanted);
+            }
+        }
+        Ok(drawn)
+    }
+}
+
+/// A scene that a viewer has set.
+fn parsed(text: &str) -> Result<Script> {
+    let mut script = Script::parse(text)?;
+    script.name_by_date()?;
+    Ok(script)
+}
