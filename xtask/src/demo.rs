@@ -125,14 +125,14 @@ impl<'a> Demo<'a> {
         show(workspace, steps, &pictures, &lines)
     }
 
-    /// The C library without the live view, which no scene of the demo has, and the program that makes contact sheets.
+    /// The C library, and the program that makes contact sheets.
     ///
     /// The second model's library shares the core with this one. Cargo compiles the core once if its dependencies have
     /// the same features in both calls; see `contact_sheet/Cargo.toml` and the test below.
     fn library(&self) -> Cmd<'a> {
         let cargo = self.workspace.cargo(["build", "--profile", PROFILE, "--package", "icoray-capi"]);
-        let cargo = cargo.args(["--package", SHEET_PACKAGE, "--no-default-features"]);
-        cargo.args(self.gpu.then_some("--features=icoray-capi/gpu"))
+        let features = if self.gpu { "icoray-capi/live,icoray-capi/gpu" } else { "icoray-capi/live" };
+        cargo.args(["--package", SHEET_PACKAGE, "--no-default-features", "--features", features])
     }
 
     /// A scene, or a copy of it with the backend of the options.

@@ -48,7 +48,7 @@ impl<'a> ShallowWater<'a> {
 
     /// The command that builds its library, with GPUs or without; [`ShallowWater::with_mpi`] adds the MPI.
     pub fn library(&self, gpu: bool) -> Cmd<'a> {
-        let features = if gpu { "mpi,gpu" } else { "mpi" };
+        let features = if gpu { "mpi,live,gpu" } else { "mpi,live" };
         let cargo = self.workspace.cargo(["build", "--profile", self.profile, "--package", LIBRARY_PACKAGE]);
         cargo.args(["--no-default-features", "--features", features])
     }
