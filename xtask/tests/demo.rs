@@ -159,9 +159,13 @@ fn the_first_model_runs_before_anything_of_the_second() {
     let all: Vec<_> = before.lines().filter(|line| !line.starts_with("cc ")).collect();
     assert_eq!(
         all,
-        ["cargo build --profile release --package icoray-capi --package contact-sheet --no-default-features --features icoray-capi/live"]
+        [
+            "cargo build --profile release --package icoray-capi --package contact-sheet --no-default-features --features icoray-capi/live"
+        ]
     );
-    assert!(after.contains("compiler -show") && after.contains("icoray-capi-mpi --no-default-features --features mpi,live"));
+    assert!(
+        after.contains("compiler -show") && after.contains("icoray-capi-mpi --no-default-features --features mpi,live")
+    );
 }
 
 #[test]
