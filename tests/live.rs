@@ -248,12 +248,14 @@ fn watch(run: impl Fn(&Path, &Path) -> Command, has_whole_grid: bool) {
 #[test]
 fn a_model_alone_is_watched_and_steered() {
     let program = compile_c(&["live", "host_common", "check"]);
-    let run = |to: &Path, scene: &Path| {
-        let mut run = command(&program, to.parent().unwrap());
-        run.arg(to).arg(scene);
-        run
-    };
-    watch(run, true);
+    for way in ["", "async"] {
+        let run = |to: &Path, scene: &Path| {
+            let mut run = command(&program, to.parent().unwrap());
+            run.arg(to).arg(scene).arg(way);
+            run
+        };
+        watch(run, true);
+    }
 }
 
 #[test]
@@ -262,13 +264,13 @@ fn a_model_over_ranks_is_watched_and_steered() {
         return;
     }
     let program = FIRST.compile(mpi_library(), "mpi_live");
-    for (ranks, parts) in [(1, false), (3, false), (3, true)] {
+    for (ranks, way) in [(1, ""), (3, ""), (3, "async"), (3, "parts")] {
         let run = |to: &Path, scene: &Path| {
             let mut run = FIRST.on_ranks(ranks, &program, to.parent().unwrap());
-            run.arg(to).arg(scene).args(parts.then_some("parts"));
+            run.arg(to).arg(scene).arg(way);
             run
         };
-        watch(run, !parts);
+        watch(run, way != "parts");
     }
 }
 

@@ -1,5 +1,5 @@
 /*
- * A model that is watched: live DIRECTORY SCENE [parts]
+ * A model that is watched: live DIRECTORY SCENE [parts|async]
  *
  * Draws a step for each line of its standard input, and says so on its standard output.
  */
@@ -40,10 +40,12 @@ int main(int argc, char **argv)
 {
     icoray_config config = CONFIG(.threads = 1, .log = icoray_log_stderr, .log_level = ICORAY_LOG_INFO);
     World w;
+    const char *way = argc > 3 ? argv[3] : "";
+    config.async_render = strcmp(way, "async") == 0;
 #ifdef LIVE_MPI
     begin(&argc, &argv);
     w = world(3, HOST_LAYERS);
-    if (argc > 3) {
+    if (strcmp(way, "parts") == 0) {
         int *owner = partition(&w, RANDOM, ranks);
         Cut mine = cut(&w, owner, rank, 1);
         config.output_dir = argv[1];
@@ -59,9 +61,9 @@ int main(int argc, char **argv)
     end_world(&w);
     return end("mpi_live");
 #else
-    config.output_dir = argv[argc - 2];
+    config.output_dir = argv[1];
     w = world(3, HOST_LAYERS);
-    run(opened(&config, &w, 16), argv[argc - 1]);
+    run(opened(&config, &w, 16), argv[2]);
     end_world(&w);
     return verdict("live");
 #endif
