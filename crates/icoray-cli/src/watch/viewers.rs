@@ -56,7 +56,9 @@ impl Watch<'_> {
             Ok((script, frame)) => {
                 (self.needed, self.script) = (script.model_fields(), script);
                 let accepted = page.accept(&self.args.output);
-                frame.map(|frame| page.show(frame));
+                if let Some(frame) = frame {
+                    page.show(frame);
+                }
                 if let Some(change) = accepted? {
                     let text = format!("live      a viewer has set {}", change.keys().join(", "));
                     self.progress.suspend(|| writeln!(out, "{text}"))?;
