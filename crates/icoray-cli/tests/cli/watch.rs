@@ -152,7 +152,9 @@ fn each_time_is_drawn_once_and_whole_as_a_file_grows() {
     let write = |records: u32, bytes: usize| {
         let mut head = finished[..bytes].to_vec();
         head[4..8].copy_from_slice(&records.to_be_bytes());
-        fs::write(path.join("run/history.nc"), head).unwrap();
+        // It only grows: a file that is cut off meanwhile would be another one.
+        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(path.join("run/history.nc"));
+        file.unwrap().write_all(&head).unwrap();
     };
     let watcher = Watcher::start(path, &["--until-idle", "3"]);
     write(0, header);
