@@ -26,9 +26,9 @@ enum Backend {
 }
 
 impl DeviceOptions {
-    /// Whether a scene would be changed.
-    pub fn are_any(&self) -> bool {
-        self.backend.is_some() || self.device.is_some()
+    /// The options, and whether each is given.
+    pub fn given(&self) -> [(&'static str, bool); 2] {
+        [("--backend", self.backend.is_some()), ("--device", self.device.is_some())]
     }
 
     /// Overrides backend and device of the scene.

@@ -1,7 +1,7 @@
 //! Options that change a scene: its camera, size, quality and device.
 
 use crate::gpu::DeviceOptions;
-use icoray::{Result, Scene, Script};
+use icoray::{Error, ErrorKind, Result, Scene, Script};
 
 /// What of a scene is otherwise.
 #[derive(clap::Args)]
@@ -65,13 +65,28 @@ fn tolerance(text: &str) -> Parsed<f64> {
 }
 
 impl Overrides {
-    /// Whether a scene would be changed.
-    pub fn are_any(&self) -> bool {
-        let numbers = [self.lon, self.lat, self.distance, self.exaggeration, self.tolerance];
-        numbers.iter().any(Option::is_some)
-            || self.size.is_some()
-            || self.samples.is_some()
-            || self.device_options.are_any()
+    /// Fails if an option is given, where the scene's text alone says what is drawn.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`] names the option.
+    pub fn expect_none(&self) -> Result<()> {
+        let given = [
+            ("--lon", self.lon.is_some()),
+            ("--lat", self.lat.is_some()),
+            ("--distance", self.distance.is_some()),
+            ("--exaggeration", self.exaggeration.is_some()),
+            ("--size", self.size.is_some()),
+            ("--tolerance", self.tolerance.is_some()),
+            ("--samples", self.samples.is_some()),
+        ];
+        let mut given = given.into_iter().chain(self.device_options.given());
+        match given.find(|(_, is_given)| *is_given) {
+            Some((option, _)) => {
+                let context = format!("{option}: expected no such option beside --scene; it is set on the page");
+                Err(Error::new(ErrorKind::Argument, context))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Changes the scenes of a file.

@@ -5,7 +5,7 @@ use crate::input::{self, Input, LayerSelection};
 use crate::overrides::Overrides;
 use crate::scene_options::SceneOptions;
 use crate::times::Times;
-use icoray::{Error, ErrorKind, Renderer, Result, Script};
+use icoray::{Renderer, Result, Script};
 use icoray_netcdf::ModelFile;
 use icoray_progress::Progress;
 use std::path::Path;
@@ -60,27 +60,6 @@ impl Selection {
         };
         let (times, is_series) = (time.of(file.times())?, time.is_series());
         Ok(Some(Opened { renderer, file, times, is_series, given }))
-    }
-
-    /// Fails where an option changes a scene file, which the page does by hand.
-    pub fn expect_no_overrides(&self) -> Result<()> {
-        let Overrides { lon, lat, distance, exaggeration, size, tolerance, samples, .. } = &self.overrides;
-        let given = [
-            ("--lon", lon.is_some()),
-            ("--lat", lat.is_some()),
-            ("--distance", distance.is_some()),
-            ("--exaggeration", exaggeration.is_some()),
-            ("--size", size.is_some()),
-            ("--tolerance", tolerance.is_some()),
-            ("--samples", samples.is_some()),
-        ];
-        match given.into_iter().find(|(_, is_given)| *is_given) {
-            Some((option, _)) => {
-                let context = format!("{option}: expected no such option beside --scene; it is set on the page");
-                Err(Error::new(ErrorKind::Argument, context))
-            }
-            None => Ok(()),
-        }
     }
 
     /// The message for a scene without keys.

@@ -183,10 +183,7 @@ impl Args {
         if !self.live {
             return Ok(None);
         }
-        if self.overrides.are_any() {
-            let context = "--live shows the scene as its file has it, expected no other options that change it";
-            return Err(Error::new(ErrorKind::Argument, context));
-        }
+        self.overrides.expect_none()?;
         let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the scene: {e}", self.scene.display()));
         let text = std::fs::read_to_string(&self.scene).map_err(failed)?;
         Page::open(&self.directory, self.port, text, script).map(Some)

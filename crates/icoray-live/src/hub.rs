@@ -4,8 +4,10 @@ use crate::answers::{Histogram, Probe};
 use crate::document;
 use crate::picture::Picture;
 use crate::session::Session;
-use icoray::{Error, Frame, Scene};
+use icoray::{Error, ErrorKind, Frame, Scene};
 use std::collections::VecDeque;
+use std::fs;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -81,6 +83,21 @@ pub struct Change {
 }
 
 impl Change {
+    /// Name of the file in which a scene that viewers have set is kept beside the pictures.
+    pub const FILE: &str = "live.toml";
+
+    /// Writes the text to [`Self::FILE`] in a directory, in place of the one before.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] names the file.
+    pub fn keep(&self, directory: &Path) -> icoray::Result<()> {
+        let path = directory.join(Self::FILE);
+        let partial = path.with_extension("toml.part");
+        let written = fs::create_dir_all(directory).and_then(|()| fs::write(&partial, &self.text));
+        let done = written.and_then(|()| fs::rename(&partial, &path));
+        done.map_err(|e| Error::new(ErrorKind::Io, format!("{}: cannot be written: {e}", path.display())))
+    }
+
     /// The keys in which the texts differ, as `camera.lon`.
     pub fn keys(&self) -> Vec<String> {
         document::differences(&self.before, &self.text)

@@ -14,7 +14,7 @@ pub fn text(selection: &Selection, opened: &Opened, progress: &Progress) -> Resu
         let (suggested, _) = Suggested::new(selection, opened, progress)?;
         return Ok(suggested.text);
     };
-    selection.expect_no_overrides()?;
+    selection.overrides.expect_none()?;
     let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the scene: {e}", path.display()));
     fs::read_to_string(path).map_err(failed)
 }

@@ -6,14 +6,10 @@ use icoray_live::{
     Change, Description, FieldDescription, FieldNames, LiveView, Options, PictureSize, Question, steering_reader,
 };
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
-
-/// Name of the file with the scene that viewers have set last, beside the pictures.
-const SCENE: &str = "live.toml";
 
 /// An open page.
 pub struct Page {
@@ -88,16 +84,11 @@ impl Page {
         std::mem::take(&mut self.questions)
     }
 
-    /// The scene of the last change is drawn from now on; it is kept in the directory of the pictures.
-    pub fn accept(&mut self, output: &Path) -> std::io::Result<Option<Change>> {
-        let Some(change) = self.change.take() else { return Ok(None) };
+    /// The scene of the last change is drawn from now on.
+    pub fn accept(&mut self) -> Option<Change> {
+        let change = self.change.take()?;
         self.revision.store(change.revision, Relaxed);
-        let path = output.join(SCENE);
-        let partial = path.with_extension("toml.part");
-        fs::create_dir_all(output)?;
-        fs::write(&partial, &change.text)?;
-        fs::rename(&partial, &path)?;
-        Ok(Some(change))
+        Some(change)
     }
 
     /// The scene of the last change cannot be drawn.

@@ -55,12 +55,14 @@ impl Watch<'_> {
         let unanswered = match drawn {
             Ok((script, frame)) => {
                 (self.needed, self.script) = (script.model_fields(), script);
-                let accepted = page.accept(&self.args.output);
+                let accepted = page.accept();
                 if let Some(frame) = frame {
                     page.show(frame);
                 }
-                if let Some(change) = accepted? {
-                    let text = format!("live      a viewer has set {}", change.keys().join(", "));
+                if let Some(change) = accepted {
+                    let kept = change.keep(&self.args.output);
+                    let failed = kept.err().map_or_else(String::new, |error| format!("; {}", error.context()));
+                    let text = format!("live      a viewer has set {}{failed}", change.keys().join(", "));
                     self.progress.suspend(|| writeln!(out, "{text}"))?;
                 }
                 Error::new(ErrorKind::Argument, "the view is not drawn at this time")

@@ -1,14 +1,13 @@
 //! The page of `icoray view` in Chromium without a window, which WebDriver steers as hands do. Screenshots are left in
 //! `target/browser`.
 
-// Helpers of the other tests, of which these use some.
-#[allow(dead_code)]
+#[allow(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../../../icoray-netcdf/tests/files/made.rs"]
 mod made;
-#[allow(dead_code)]
+#[allow(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../cli/run.rs"]
 mod run;
-#[allow(dead_code)]
+#[allow(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../cli/viewer.rs"]
 mod viewer;
 

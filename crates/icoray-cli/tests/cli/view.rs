@@ -1,7 +1,7 @@
 //! `icoray view`: its server is asked as a page asks it, and as others should not.
 
 use crate::made::Made;
-use crate::run::{icoray, prints, scene};
+use crate::run::{fails, icoray, prints, scene};
 use crate::viewer::Viewer;
 use netcdf::Options;
 use std::fs;
@@ -180,4 +180,15 @@ fn a_taken_port_is_another_port() {
     assert_ne!(first.host, second.host);
     assert_ne!(first.token, second.token);
     assert_eq!(first.ask_with(&second.token, "GET /api/scene", "").status, 401);
+}
+
+#[test]
+fn options_that_a_page_would_not_show_are_refused() {
+    let folder = folder();
+    fs::write(folder.path().join("scene.toml"), scene("theta", 0.0, 2042.0)).unwrap();
+    for [option, value] in [["--lon", "3"], ["--backend", "cpu"]] {
+        let mut command = icoray(folder.path());
+        command.args(["view", "made.nc", "--scene", "scene.toml", option, value]);
+        fails(&mut command, 1, &[option, "expected no such option beside --scene"]);
+    }
 }

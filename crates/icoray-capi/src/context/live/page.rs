@@ -19,8 +19,6 @@ use std::sync::{Arc, PoisonError};
 
 /// Name of the file with the page's address, in the output directory.
 const ADDRESS: &str = "live.url";
-/// Name of the file with the scene that viewers have set last.
-const SCENE: &str = "live.toml";
 /// Note of pictures whose scene a viewer has set: its revision.
 const NOTE: &str = "live scene";
 
@@ -98,14 +96,11 @@ impl Page {
             self.view.refuse(&change, &failure.message);
             return;
         }
-        drawing.set_note((NOTE, format!("{}, in {SCENE}", change.revision)));
+        drawing.set_note((NOTE, format!("{}, in {}", change.revision, Change::FILE)));
         let keys = change.keys().join(", ");
         drawing.inform(&format!("step {}: a viewer has set {keys}", stamp.step));
-        let path = drawing.directory().join(SCENE);
-        let partial = path.with_extension("toml.part");
-        let done = fs::write(&partial, &change.text).and_then(|()| fs::rename(&partial, &path));
-        if let Err(error) = done {
-            drawing.warn(&format!("{}: cannot be written: {error}", path.display()));
+        if let Err(error) = change.keep(drawing.directory()) {
+            drawing.warn(error.context());
         }
     }
 

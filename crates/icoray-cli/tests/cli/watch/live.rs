@@ -84,5 +84,5 @@ fn a_page_has_the_scene_of_the_file() {
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
     let watch = ["watch", "run", "--scene", "scene.toml", "-o", "out"];
     let mut command = icoray(folder.path());
-    fails(command.args(watch).args(["--live", "--lon", "3"]), 1, &["--live shows the scene as its file has it"]);
+    fails(command.args(watch).args(["--live", "--lon", "3"]), 1, &["--lon: expected no such option beside --scene"]);
 }
