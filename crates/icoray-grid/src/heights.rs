@@ -8,6 +8,10 @@ use crate::reals::Reals;
 use crate::shape::ElementIndexer;
 use rayon::prelude::*;
 
+mod corners;
+
+pub use corners::check_corners;
+
 /// The radii of the layers of all columns on which a field lies, counted from the innermost layer.
 ///
 /// Radii never fall on the way up a column, whatever the rounding: stretching and averaging are monotone.
@@ -214,45 +218,56 @@ impl<'f> Heights<'f> {
     fn check(&self, cell: usize, of: &Cells, layers: &Layers) -> Result<[f64; 2]> {
         let (count, base) = (layers.count(), self.elements.base(cell));
         let height = |layer| self.height(base, layer);
-        // Layers are named in the order in which they were given, counted from 1.
-        let given = |layer| if layers.is_falling() { count - layer } else { layer + 1 };
-        let bad = |what: String| {
-            let message = format!("heights: {}, {what}", of.name(cell));
-            Err(Error::new(ErrorKind::Layers, message))
-        };
-        if let Some(lost) = (0..count).find(|layer| height(*layer).is_nan()) {
-            return match (0..count).find(|layer| !height(*layer).is_nan()) {
-                None => Ok([self.mean[0], self.mean[self.mean.len() - 1]]),
-                Some(known) => bad(format!(
-                    "layer {} of {count}: missing, but {} m at layer {}; expected all heights of a column or none",
-                    given(lost),
-                    height(known),
-                    given(known)
-                )),
-            };
-        }
-        if let Some(l) = (1..count).find(|l| height(*l) < height(l - 1)) {
-            return bad(format!(
-                "layers {} and {} of {count}: {} m lies below {} m, expected heights that do not fall from the innermost layer on",
-                given(l),
-                given(l - 1),
-                height(l),
-                height(l - 1)
-            ));
+        if !check_column(layers, height, || of.name(cell))? {
+            return Ok([self.mean[0], self.mean[self.mean.len() - 1]]);
         }
         let radius = [0, count - 1].map(|layer| self.stretched(height(layer)));
         if !(radius[0] > 0.0 && radius[1].is_finite()) {
             let planet_m = layers.planet_radius_m();
             let [low, high] = [height(0), height(count - 1)];
-            return bad(format!(
+            let message = format!(
                 "heights {low} to {high} m are stretched to {} to {} m, expected heights above the planet's centre at \
                  -{planet_m} m",
                 self.stretch * planet_m * low,
                 self.stretch * planet_m * high
-            ));
+            );
+            return Err(bad_column(&of.name(cell), &message));
         }
         Ok([0, self.layers() - 1].map(|layer| self.radius_at(base, layer)))
     }
+}
+
+/// Checks the heights of a column, layers counted from the innermost, NaN where one is missing; `name` is for the
+/// message. Returns whether the column has heights.
+fn check_column(layers: &Layers, height: impl Fn(usize) -> f64, name: impl Fn() -> String) -> Result<bool> {
+    let count = layers.count();
+    // Layers are named in the order in which they were given, counted from 1.
+    let given = |layer| if layers.is_falling() { count - layer } else { layer + 1 };
+    if let Some(lost) = (0..count).find(|layer| height(*layer).is_nan()) {
+        let Some(known) = (0..count).find(|layer| !height(*layer).is_nan()) else { return Ok(false) };
+        let message = format!(
+            "layer {} of {count}: missing, but {} m at layer {}; expected all heights of a column or none",
+            given(lost),
+            height(known),
+            given(known)
+        );
+        return Err(bad_column(&name(), &message));
+    }
+    if let Some(l) = (1..count).find(|l| height(*l) < height(l - 1)) {
+        let message = format!(
+            "layers {} and {} of {count}: {} m lies below {} m, expected heights that do not fall from the innermost layer on",
+            given(l),
+            given(l - 1),
+            height(l),
+            height(l - 1)
+        );
+        return Err(bad_column(&name(), &message));
+    }
+    Ok(true)
+}
+
+fn bad_column(name: &str, what: &str) -> Error {
+    Error::new(ErrorKind::Layers, format!("heights: {name}, {what}"))
 }
 
 #[cfg(test)]

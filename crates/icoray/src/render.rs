@@ -140,7 +140,7 @@ impl Renderer {
         scene: &Scene,
         given: &RenderInputs,
     ) -> Result<Rendered> {
-        let RenderInputs { grid, part, layers, fields } = *given;
+        let RenderInputs { grid, part, layers, .. } = *given;
         let (mut plan, sharing) = agree_on_plan(ranks, scene, given)?;
         let share_of_whole = match part {
             None if sharing.scheme == Scheme::Fragments => Some(Part::of_whole(ranks, grid)?),
@@ -148,7 +148,8 @@ impl Renderer {
         };
         let part = part.or(share_of_whole.as_ref());
         let prepared = self.prepare_fields(ranks, scene, &RenderInputs { part, ..*given })?;
-        let derived: usize = prepared.iter().map(PreparedField::bytes).sum();
+        let heights = self.prepare_heights(ranks, scene, &RenderInputs { part, ..*given })?;
+        let derived: usize = prepared.iter().chain(&heights).map(PreparedField::bytes).sum();
         let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {
             let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);
@@ -170,7 +171,7 @@ impl Renderer {
             grid,
             part,
             layers,
-            heights: fields.heights(),
+            heights: heights.as_ref(),
             fields: &prepared,
             start,
         };
@@ -181,7 +182,7 @@ impl Renderer {
         report.ranks.count = ranks.size();
         report.colors = colors;
         report.ranks.sharing = (!ranks.is_alone()).then_some(sharing);
-        prepared.into_iter().for_each(|field| field.keep(&self.frame_cache, grid));
+        prepared.into_iter().chain(heights).for_each(|field| field.keep(&self.frame_cache, grid));
         Ok(rendered)
     }
 }

@@ -7,7 +7,7 @@ use super::renderer::Renderer;
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranks::Part;
-use icoray_grid::{Field, Grid, Layers};
+use icoray_grid::{Grid, Layers};
 use icoray_kernel::ray::KernelReal;
 use icoray_scene::{Method, Scene};
 use std::time::Instant;
@@ -31,8 +31,8 @@ pub(super) struct FrameContext<'f> {
     /// This rank's part of the grid; `None` is the whole grid.
     pub part: Option<&'f Part>,
     pub layers: &'f Layers,
-    /// Heights of each column's layers, where they were given.
-    pub heights: Option<&'f Field<'f>>,
+    /// Heights of each column's layers, where the scene has native ones.
+    pub heights: Option<&'f PreparedField<'f>>,
     /// The fields that the scene shows, at least one.
     pub fields: &'f [PreparedField<'f>],
     /// When the frame was begun.

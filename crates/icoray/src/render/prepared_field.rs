@@ -1,16 +1,18 @@
-//! The fields that a scene shows: averaged to cell centres and moved to the layers of the first.
+//! The fields that a scene shows: averaged to cell centres and moved to the layers of the first. Heights of columns:
+//! averaged to cell centres.
 
 use super::context::RenderInputs;
 use super::frame_cache::{FrameCache, MovedKey, SourceKey};
 use super::renderer::Renderer;
 use crate::plan::Plan;
 use crate::ranks::Ranks;
-use icoray_grid::Result;
+use icoray_grid::heights::check_corners;
 use icoray_grid::{CenterField, Field, Location};
+use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Grid, Reals};
-use icoray_scene::Scene;
+use icoray_scene::{Heights, Scene};
 
-/// A field that a scene shows.
+/// A field that a scene shows, or the heights of its columns.
 pub(super) struct PreparedField<'f> {
     name: String,
     given: Field<'f>,
@@ -71,17 +73,13 @@ impl Renderer {
             let found = ranks.attempt(|| {
                 let given = if is_first { *fields.first(name)? } else { *fields.get(name)? };
                 Plan::check(name, grid, layers, &given)?;
-                let average = || {
-                    let cached = self.frame_cache.averages.take(&SourceKey::new(grid, &given));
-                    cached.or_else(|memory| CenterField::average_in(grid, &given, memory))
-                };
-                let average = (given.location() == Location::Corner).then(|| self.run(average)).transpose()?;
+                let average = self.average(grid, &given)?;
                 Ok(PreparedField { name: name.to_owned(), given, average, moved: None })
             });
             // Ranks whose fields lie elsewhere would wait for each other's halos for ever.
             let facts = |field: &PreparedField| match is_first {
                 true => Vec::new(),
-                false => vec![("has", described(name, &field.given))],
+                false => vec![("has", described(&format!("{name:?}"), &field.given))],
             };
             let mut field = ranks.agree_all(found, facts)?;
             if let (Some(part), Some(average)) = (part, &mut field.average) {
@@ -104,10 +102,53 @@ impl Renderer {
         }
         Ok(prepared)
     }
+
+    /// The heights of columns, if `scene` asks for native ones: those at corners are checked there and averaged.
+    /// Collective.
+    pub(super) fn prepare_heights<'f>(
+        &self,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        given: &RenderInputs<'f>,
+    ) -> Result<Option<PreparedField<'f>>> {
+        let RenderInputs { grid, part, layers, fields } = *given;
+        if scene.scenery.heights == Heights::Mean {
+            return Ok(None);
+        }
+        let found = ranks.attempt(|| {
+            let none = "the scene has heights = \"native\", and no heights of columns are given";
+            let given = *fields.heights().ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
+            if given.location() == Location::Corner {
+                let owns = |cell: usize| part.is_none_or(|part| part.owns(cell));
+                self.run(|| check_corners(grid, &given, layers, owns))?;
+            }
+            let average = self.average(grid, &given)?;
+            Ok(PreparedField { name: "heights".to_owned(), given, average, moved: None })
+        });
+        // Only ranks with averages exchange those of their halos.
+        let facts = |heights: &PreparedField| match heights.average {
+            Some(_) => vec![("has", described("heights", &heights.given))],
+            None => vec![("has", "heights at centres".to_owned())],
+        };
+        let mut heights = ranks.agree_all(found, facts)?;
+        if let (Some(part), Some(average)) = (part, &mut heights.average) {
+            part.fill_averages(ranks, average)?;
+        }
+        Ok(Some(heights))
+    }
+
+    /// The average of a field at corners; `None` of one at centres.
+    fn average(&self, grid: &Grid, field: &Field) -> Result<Option<CenterField>> {
+        let average = || {
+            let cached = self.frame_cache.averages.take(&SourceKey::new(grid, field));
+            cached.or_else(|memory| CenterField::average_in(grid, field, memory))
+        };
+        (field.location() == Location::Corner).then(|| self.run(average)).transpose()
+    }
 }
 
 fn described(name: &str, field: &Field) -> String {
     let bits = if matches!(field.samples(), Reals::F32(_)) { 32 } else { 64 };
     let place = if field.location() == Location::Corner { "corners" } else { "centres" };
-    format!("{name:?} of {} layers of {bits} bits at {place}", field.shape().layers)
+    format!("{name} of {} layers of {bits} bits at {place}", field.shape().layers)
 }

@@ -6,9 +6,8 @@ use crate::render::frame_cache;
 use crate::render::frame_cache::NormalKey;
 use icoray_grid::gradient;
 use icoray_grid::heights;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::Result;
 use icoray_kernel::general::{Levels, SurfaceHeight, SurfaceLayer};
-use icoray_scene::Heights;
 use rayon::prelude::*;
 
 /// Where layers lie, and how far in and out they reach.
@@ -22,22 +21,20 @@ pub(super) struct Terrain<'f> {
 }
 
 impl<'f> Terrain<'f> {
-    /// The terrain of `heights` if the scene asks for native heights. Collective.
+    /// The terrain of the heights if the scene asks for native ones. Collective.
     pub fn new(context: &FrameContext<'f>, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, grid, part, layers, heights: given, .. } = *context;
         let radius = &plan.radius;
         let [inner, outer] = [radius[0], radius[radius.len() - 1]];
-        if scene.scenery.heights == Heights::Mean {
+        let Some(given) = given else {
             let levels = Levels::concentric(radius);
             return Ok(Terrain { levels, core_radius: [inner, inner], outer, key: None });
-        }
+        };
         let checked = ranks.attempt(|| {
-            let none = "the scene has heights = \"native\", and no heights of columns are given";
-            let heights = given.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
             let cells =
                 heights::Cells { count: grid.cells(), first: grid.tables().index_base, numbers: grid.cell_numbers() };
             renderer.run(|| {
-                let heights = heights::Heights::new(heights, layers, cells, radius.len(), scene.exaggeration)?;
+                let heights = heights::Heights::new(&given.field(), layers, cells, radius.len(), scene.exaggeration)?;
                 let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
                 // The mean ones stand over cells that are not here.
                 let lowest = lowest
@@ -54,7 +51,7 @@ impl<'f> Terrain<'f> {
             }
         }
         let stretch = scene.exaggeration / layers.planet_radius_m();
-        let key = given.map(|field| (frame_cache::SourceKey::new(grid, field), stretch));
+        let key = Some((given.source(grid), stretch));
         Ok(Terrain { levels: Levels::Native(heights), core_radius, outer: bounds[1], key })
     }
 }

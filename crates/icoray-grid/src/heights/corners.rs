@@ -1,0 +1,175 @@
+//! Heights at corners, which are averaged to cells as fields at corners are.
+
+use super::check_column;
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::{Field, Location};
+use crate::grid::Grid;
+use crate::layers::Layers;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Checks `heights` at corners, in metres above the planet's surface: one column for each corner of `grid`, as many
+/// layers as `layers`. Of the columns those are checked from which cells for which `owns` is true get their averages
+/// ([`CenterField::average`](crate::CenterField::average)). What passes has averages that do not fall either: of each
+/// column all heights are averaged or none. Parallel.
+///
+/// # Errors
+/// [`ErrorKind::Layers`] where they have another shape or place, or name the first column of which some heights but not
+/// all are missing, or fall on the way up.
+pub fn check_corners(grid: &Grid, heights: &Field, layers: &Layers, owns: impl Fn(usize) -> bool + Sync) -> Result<()> {
+    let (shape, corners) = (heights.shape(), grid.triangles());
+    if (shape.columns, shape.layers, heights.location()) != (corners, layers.count(), Location::Corner) {
+        let context = format!(
+            "heights: {} columns of {} layers at {:?}, expected {corners} of {} at Corner",
+            shape.columns,
+            shape.layers,
+            heights.location(),
+            layers.count()
+        );
+        return Err(Error::new(ErrorKind::Layers, context));
+    }
+    // Other columns may have been computed by nobody.
+    let is_read: Vec<AtomicBool> = (0..corners).map(|_| AtomicBool::new(false)).collect();
+    (0..grid.cells()).into_par_iter().with_min_len(256).filter(|cell| owns(*cell)).for_each(|cell| {
+        grid.corners_of(cell as u32).for_each(|corner| is_read[corner as usize].store(true, Ordering::Relaxed));
+    });
+    let count = layers.count();
+    let given = |layer: usize| if layers.is_falling() { count - 1 - layer } else { layer };
+    let error = is_read.par_iter().with_min_len(256).enumerate().find_map_first(|(corner, is_read)| {
+        let height = |layer| heights.value(corner, given(layer));
+        let is_read = is_read.load(Ordering::Relaxed);
+        is_read.then(|| check_column(layers, height, || name(grid, corner)).err()).flatten()
+    });
+    error.map_or(Ok(()), Err)
+}
+
+/// A corner as the model knows it: by its number, or by its cells where the model knows cells by their numbers in the
+/// whole grid.
+fn name(grid: &Grid, corner: usize) -> String {
+    let (base, numbers) = (i64::from(grid.tables().index_base), grid.cell_numbers());
+    if numbers.is_empty() {
+        return format!("corner {} (counted from {base})", corner as i64 + base);
+    }
+    let cells = grid.tables().corner_cell.row::<3>(corner);
+    let cells = cells.into_iter().filter_map(|cell| numbers.get(usize::try_from(cell - base).ok()?));
+    let cells: Vec<String> = cells.map(i64::to_string).collect();
+    format!("the corner of the cells {} of the whole grid", cells.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::CenterField;
+    use crate::grid::{IcosahedralMesh, OwnedGrid, OwnedTables};
+    use crate::heights::{Cells, Heights};
+    use crate::shape::Shape;
+
+    const LAYERS: usize = 3;
+    const FILL: f64 = -9999.0;
+
+    fn layers(falling: bool) -> Layers {
+        let mean = if falling { [9e3, 2e3, 0.0] } else { [0.0, 2e3, 9e3] };
+        Layers::from_heights(&mean, 6.4e6).unwrap()
+    }
+
+    /// Steep columns, a third of which have no thickness between two layers.
+    fn values(corners: usize) -> Vec<f64> {
+        let column = |corner: usize| {
+            let ground = (corner * 37 % 500) as f64;
+            [ground, if corner.is_multiple_of(3) { ground } else { 2e3 + ground / 3.0 }, 9e3 + ground / 7.0]
+        };
+        (0..corners).flat_map(column).collect()
+    }
+
+    fn field(values: &[f64]) -> Field<'_> {
+        let shape = Shape::level_fastest(values.len() / LAYERS, LAYERS);
+        Field::new(values.into(), shape, Location::Corner, Some(FILL)).unwrap()
+    }
+
+    fn refusal(grid: &Grid, values: &[f64], falling: bool, owns: impl Fn(usize) -> bool + Sync) -> String {
+        let error = check_corners(grid, &field(values), &layers(falling), owns).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Layers);
+        error.context().to_owned()
+    }
+
+    #[test]
+    fn bad_heights_are_named_by_the_first_corner_that_is_read() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let good = values(grid.triangles());
+        check_corners(&grid, &field(&good), &layers(false), |_| true).unwrap();
+        let mut bad = good.clone();
+        (bad[3 * 9 + 1], bad[3 * 7 + 2]) = (-5e3, -1e3);
+        let all = refusal(&grid, &bad, false, |_| true);
+        assert!(all.starts_with("heights: corner 7 (counted from 0), layers 3 and 2 of 3: -1000 m lies below "), "{all}");
+        // Averages of other cells do not read corner 7.
+        let around = grid.triangle(7);
+        let others = refusal(&grid, &bad, false, |cell| !around.contains(&(cell as u32)));
+        assert!(others.starts_with("heights: corner 9 (counted from 0), layers 2 and 1 of 3: -5000 m"), "{others}");
+        for mark in [FILL, f64::NAN, f64::INFINITY] {
+            let mut bad = good.clone();
+            bad[3 * 4 + 1] = mark;
+            let text = refusal(&grid, &bad, true, |_| true);
+            assert!(text.contains("corner 0 (counted from 0), layers 2 and 3 of 3"), "they rise: {text}");
+            bad.chunks_exact_mut(LAYERS).for_each(<[f64]>::reverse);
+            let text = refusal(&grid, &bad, true, |_| true);
+            assert!(text.starts_with("heights: corner 4 (counted from 0), layer 2 of 3: missing, but "), "{text}");
+        }
+    }
+
+    /// Whichever columns have no heights: an average is of whole columns.
+    #[test]
+    fn averages_of_what_passes_pass() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        for every in [2, 3, 5, usize::MAX] {
+            let mut values = values(grid.triangles());
+            for (corner, column) in values.chunks_exact_mut(LAYERS).enumerate() {
+                if corner % every == 1 || grid.corners_of(17).any(|c| c as usize == corner) {
+                    column.fill(FILL);
+                }
+            }
+            check_corners(&grid, &field(&values), &layers(false), |_| true).unwrap();
+            let average = CenterField::average(&grid, &field(&values)).unwrap();
+            let cells = Cells { count: grid.cells(), first: 0, numbers: &[] };
+            let heights = Heights::new(&average.field(), &layers(false), cells, LAYERS, 50.0).unwrap();
+            let mean = layers(false).shell(50.0).unwrap();
+            assert_eq!([0, 1, 2].map(|layer| heights.radius(17, layer)), mean[..], "it has no heights around it");
+        }
+    }
+
+    #[test]
+    fn another_shape_or_place_is_refused_with_what_was_expected() {
+        let mesh = IcosahedralMesh::new(1).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let values = vec![0.0; 100 * LAYERS];
+        for (columns, count, place) in
+            [(79, LAYERS, Location::Corner), (80, LAYERS - 1, Location::Corner), (80, LAYERS, Location::Center)]
+        {
+            let field = Field::new(values[..].into(), Shape::level_fastest(columns, count), place, None).unwrap();
+            let error = check_corners(&grid, &field, &layers(false), |_| true).unwrap_err();
+            let expected = format!("heights: {columns} columns of {count} layers at {place:?}, expected 80 of 3 at Corner");
+            assert_eq!((error.kind(), error.context()), (ErrorKind::Layers, expected.as_str()));
+        }
+    }
+
+    /// As in a mesh that ranks have put together of their parts.
+    #[test]
+    fn corners_between_numbered_cells_are_named_by_these() {
+        let mesh = IcosahedralMesh::new(1).unwrap();
+        let whole = Grid::new(mesh.tables()).unwrap();
+        let tables = OwnedTables {
+            center: [mesh.lon_center_rad.clone(), mesh.lat_center_rad.clone()],
+            corner: [mesh.lon_corner_rad.clone(), mesh.lat_corner_rad.clone()],
+            corner_cell: mesh.corner_cell.clone(),
+            connectivity: crate::grid::Connectivity::new(&mesh.corner_cell, mesh.cells()).unwrap(),
+            cell_number: (0..mesh.cells() as i64).map(|cell| 10 * cell + 1).collect(),
+        };
+        let owned = OwnedGrid::new(tables).unwrap();
+        let mut bad = values(whole.triangles());
+        bad[3 * 5 + 2] = -1.0;
+        let text = refusal(owned.grid(), &bad, false, |_| true);
+        let [a, b, c] = whole.triangle(5).map(|cell| 10 * cell + 1);
+        assert!(text.starts_with(&format!("heights: the corner of the cells {a}, {b}, {c} of the whole grid, ")), "{text}");
+    }
+}
