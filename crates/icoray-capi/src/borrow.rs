@@ -6,7 +6,7 @@ use crate::types::{
     icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status,
 };
 use icoray_core::{
-    ColumnCount, Dimension, Field, GridTables, Indices, Location, LonLat, Owned, PartCells, Reals, Shape,
+    ColumnCount, Dimension, Field, GridTables, Indices, Location, LonLat, Owned, PartCells, PartCorners, Reals, Shape,
 };
 use std::ffi::{CStr, c_char, c_void};
 
@@ -199,20 +199,46 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
 /// The cells of a part of a grid.
 ///
 /// # Safety
-/// Every pointer in `part` is NULL or points to `part.cells` elements, which live unchanged for `'a`.
+/// Every pointer in `part` is NULL or points to as many elements as its comment in the header says, which live
+/// unchanged for `'a`.
 pub(crate) unsafe fn part_cells<'a>(part: &icoray_part) -> Outcome<PartCells<'a>> {
     let cells = count(part.cells, "icoray_part.cells")?;
     let kind = (part.index_type, "icoray_part.index_type");
     // SAFETY: the caller promises both tables with this length.
     unsafe {
         let global = indices(part.cell_global, kind, cells, "icoray_part.cell_global")?;
-        let owned = if part.is_owned.is_null() {
-            Owned::First(count(part.owned_cells, "icoray_part.owned_cells")?)
-        } else {
-            Owned::Marked(slice(part.is_owned, cells, "icoray_part.is_owned")?)
-        };
+        let owned = owned((part.is_owned, part.owned_cells), cells, ["icoray_part.is_owned", "icoray_part.owned_cells"])?;
         Ok(PartCells { global, owned })
     }
+}
+
+/// The corners of a rank's fields, if it has any.
+///
+/// # Safety
+/// As [`part_cells`].
+pub(crate) unsafe fn part_corners<'a>(part: &icoray_part) -> Outcome<Option<PartCorners<'a>>> {
+    let corners = count(part.corners, "icoray_part.corners")?;
+    if corners == 0 && part.corner_global.is_null() {
+        return Ok(None);
+    }
+    let kind = (part.index_type, "icoray_part.index_type");
+    let names = ["icoray_part.is_corner_owned", "icoray_part.owned_corners"];
+    // SAFETY: the caller promises both tables with this length.
+    unsafe {
+        let global = indices(part.corner_global, kind, corners, "icoray_part.corner_global")?;
+        let owned = owned((part.is_corner_owned, part.owned_corners), corners, names)?;
+        Ok(Some(PartCorners { global, owned }))
+    }
+}
+
+/// # Safety
+/// As [`slice`], for the marks.
+unsafe fn owned<'a>((marks, first): (*const i32, i64), len: usize, names: [&str; 2]) -> Outcome<Owned<'a>> {
+    if marks.is_null() {
+        return Ok(Owned::First(count(first, names[1])?));
+    }
+    // SAFETY: passed on.
+    unsafe { slice(marks, len, names[0]) }.map(Owned::Marked)
 }
 
 /// The radii of layers.

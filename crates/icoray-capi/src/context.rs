@@ -3,7 +3,7 @@
 use crate::borrow::{Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
-use crate::types::{ICORAY_CORNER, icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
+use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Script, View};
 use std::sync::Arc;
@@ -163,18 +163,14 @@ impl Context {
         Ok(())
     }
 
-    /// Sets the heights of cells and layers; `None` removes them.
+    /// Sets the heights of layers over cells or corners; `None` removes them.
     pub fn set_heights(&mut self, array: Outcome<Option<&icoray_array>>) -> Outcome<()> {
-        self.take_heights(array, |context, array| {
-            at_centers(array.location, icoray_array::NAME)?;
-            ArrayInput::new(array, icoray_array::NAME, context.is_shared())
-        })
+        self.take_heights(array, |context, array| ArrayInput::new(array, icoray_array::NAME, context.is_shared()))
     }
 
     /// As [`Self::set_heights`], for an array with named dimensions.
     pub fn set_heights_ndarray(&mut self, array: Outcome<Option<&icoray_ndarray>>) -> Outcome<()> {
         self.take_heights(array, |context, array| {
-            at_centers(array.location, icoray_ndarray::NAME)?;
             let flat = context.inputs.flat(array, "icoray_heights_set_ndarray")?;
             ArrayInput::new(&flat, icoray_ndarray::NAME, context.is_shared())
         })
@@ -246,14 +242,6 @@ impl Context {
     pub fn report(&mut self) -> Outcome<icoray_frame_report> {
         self.drawing.report()
     }
-}
-
-/// Checks that heights are at cell centres.
-fn at_centers(location: i32, of: &str) -> Outcome<()> {
-    if location == ICORAY_CORNER {
-        return Err(argument(format!("{of}.location: ICORAY_CORNER (1), expected ICORAY_CENTER (0)")));
-    }
-    Ok(())
 }
 
 /// Whether a view renders a field or has a condition on it. A view without a field name reads the `first` field that

@@ -42,9 +42,9 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
 /// of rays are exchanged and composed.
 ///
 /// Collective over the communicator of icoray_open, with a grid of the same name on all ranks. A failure on one rank
-/// is the status of all ranks: ICORAY_ERR_GRID if a cell is owned by two ranks or by none, a number occurs twice or
-/// is not in the grid, or a halo is narrower than one cell. On failure the previous part, if any, stays in effect. A
-/// single process owns every cell, in the order of its tables, and renders as without this call.
+/// is the status of all ranks: ICORAY_ERR_GRID if a cell or corner is owned by two ranks or by none, a number occurs
+/// twice or is not in the grid, or a halo is narrower than one cell. On failure the previous part, if any, stays in
+/// effect. A single process owns every cell and corner, in the order of its tables, and renders as without this call.
 ///
 /// # Safety
 /// `ctx` is open; `part` is NULL or points to an initialised icoray_part.
@@ -55,7 +55,7 @@ pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icor
         with_all(ctx, |context| {
             context.set_part(|| {
                 let part = sized(part)?;
-                Ok((name(part.grid, "icoray_part.grid")?, borrow::part_cells(part)?))
+                Ok((name(part.grid, "icoray_part.grid")?, borrow::part_cells(part)?, borrow::part_corners(part)?))
             })
         })
     }
@@ -115,15 +115,16 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
 }
 
 /// Sets the heights of layers that differ from column to column (terrain, a sea floor): metres above the planet's
-/// surface, negative below it, one value for each cell (ICORAY_CENTER) and each layer of icoray_layers, in their
-/// order, for the grid and layers that the array names. The array is borrowed and replaces earlier heights; NULL
-/// removes them. Scenes with heights = "native" read it at each icoray_execute; other scenes use the radii of
-/// icoray_layers and do not read it.
+/// surface, negative below it, one value for each cell (ICORAY_CENTER) or corner (ICORAY_CORNER, ICON's triangles) and
+/// each layer of icoray_layers, in their order, for the grid and layers that the array names. The array is borrowed and
+/// replaces earlier heights; NULL removes them. Scenes with heights = "native" read it at each icoray_execute; other
+/// scenes use the radii of icoray_layers and do not read it.
 ///
 /// From the innermost layer outwards, the heights of a column must not decrease; equal heights are allowed. A column
-/// whose heights are all missing (NaN or fill_value) has the mean heights. Wrong heights are ICORAY_ERR_LAYERS at
-/// icoray_execute. On a rank with a part of the grid, or with some columns, the array has the same cells as the
-/// rank's fields.
+/// whose heights are all missing (NaN or fill_value) has the mean heights. Heights at corners are averaged to cells as
+/// fields are, over the corners of a cell that have heights; a cell without such a corner has the mean heights. Wrong
+/// heights are ICORAY_ERR_LAYERS at icoray_execute, with the cell or corner, the layers and the values. On a rank with
+/// a part of the grid, or with some columns, the array has the same cells or corners as the rank's fields.
 ///
 /// # Safety
 /// `ctx` is open; `heights` is NULL or points to an initialised icoray_array, whose data live until they are replaced

@@ -199,8 +199,10 @@ pub struct icoray_grid {
 /// halo is not read: halos of fields need no exchange before icoray_execute.
 ///
 /// If it differs on any rank, icoray_grid is the whole grid on all ranks, and cell_global holds rows of its tables.
-/// Fields are at centres (else ICORAY_ERR_FIELD) and have a column for each of the `cells` cells, of which only own
-/// ones are read; a halo is not needed.
+/// Fields at centres have a column for each of the `cells` cells, of which only own ones are read; a halo is not
+/// needed. Fields at corners have a column for each of the `corners` corners, whose rows corner_global holds, of which
+/// only own ones are read; every corner is owned by exactly one rank. If no rank has corner_global, fields at corners
+/// have a column for each corner of the grid, of which those whose first cell in corner_cell is own are read.
 ///
 /// Columns are assembled once per frame in memory shared by the ranks of a node (bytes_copied). With one rank nothing
 /// is copied.
@@ -222,6 +224,16 @@ pub struct icoray_part {
     pub owned_cells: i64,
     /// For each cell: nonzero if it is own. NULL if the first owned_cells cells are own.
     pub is_owned: *const i32,
+    /// With the whole grid's tables, number of columns of this rank's fields at corners: rows of corner_global and
+    /// is_corner_owned. 0 if the rank has none, if no rank has corner_global, and for parts.
+    pub corners: i64,
+    /// Row of each of these corners in the tables, counted from index_base (ICON: the global index of a triangle), of
+    /// index_type. NULL as `corners` is 0.
+    pub corner_global: *const c_void,
+    /// Number of own corners, which come first. Ignored if is_corner_owned is not NULL.
+    pub owned_corners: i64,
+    /// For each corner: nonzero if it is own. NULL if the first owned_corners corners are own.
+    pub is_corner_owned: *const i32,
 }
 
 /// Radii of the layers. Copied by the call.

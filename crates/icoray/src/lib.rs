@@ -71,7 +71,7 @@ pub use icoray_scene::{
 };
 pub use icoray_scene::{color_map_stops, color_maps, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};
-pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, Ranks, Team};
+pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, PartCorners, Ranks, Team};
 pub use render::{Histogram, Probe, ProbePoint, Rendered, Renderer};
 pub use snapshot::Snapshot;
 

@@ -9,8 +9,11 @@ use crate::boundary::{Failure, Outcome, caught};
 use crate::ranks::{RootMessage, agree};
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{Decomposition, PartCells, Ranks, Script};
+use icoray_core::{Decomposition, PartCells, PartCorners, Ranks, Script};
 use std::sync::Arc;
+
+/// A grid's name, this rank's cells there, and the corners of its fields if it has numbered them.
+type PartInput<'a> = (&'a str, PartCells<'a>, Option<PartCorners<'a>>);
 
 impl Context {
     /// Whether some calls are collective over several ranks.
@@ -50,21 +53,20 @@ impl Context {
         self.is_over |= failure.status == icoray_status::ICORAY_ERR_INTERNAL;
     }
 
-    /// Agrees with the other ranks on the owners of a grid's cells; `part` returns the grid's name and this rank's
-    /// cells. Works for a lone process too.
-    pub fn set_part<'a>(&mut self, part: impl FnOnce() -> Outcome<(&'a str, PartCells<'a>)>) -> Outcome<()> {
+    /// Agrees with the other ranks on the owners of a grid's cells and corners. Works for a lone process too.
+    pub fn set_part<'a>(&mut self, part: impl FnOnce() -> Outcome<PartInput<'a>>) -> Outcome<()> {
         let call = "icoray_part_set";
         let mine = caught(|| {
             self.refuse_if_poisoned()?;
-            let (name, cells) = part()?;
+            let (name, cells, corners) = part()?;
             let GridInput { grid, .. } = self.inputs.grid(name, call)?;
-            Ok((name, grid.clone(), cells))
+            Ok((name, grid.clone(), cells, corners))
         });
         // Facts are not compared if this rank fails.
         let facts = mine.iter().map(|(name, ..)| ("grid", format!("{name:?}"))).collect();
         let (agreed, _) = self.agree(mine, call, facts, &[]);
-        let (name, grid, cells) = agreed?;
-        let held = Decomposition::new(&mut self.ranks, &grid, &cells)?;
+        let (name, grid, cells, corners) = agreed?;
+        let held = Decomposition::with_corners(&mut self.ranks, &grid, &cells, corners.as_ref())?;
         self.inputs.grids.insert(name.into(), GridInput { grid, held: Some(Arc::new(held)) });
         Ok(())
     }

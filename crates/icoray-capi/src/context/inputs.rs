@@ -32,12 +32,12 @@ pub(super) struct GridInput {
 
 impl GridInput {
     /// Number of columns of a field at `location` on this rank.
-    fn columns_at(&self, location: Location) -> Outcome<ColumnCount> {
+    fn columns_at(&self, location: Location) -> ColumnCount {
         let whole = ColumnCount::new(&self.grid, location);
-        Ok(match self.held.as_deref() {
-            Some(Decomposition::Columns(held)) => ColumnCount { columns: held.of_field_at(location)?, ..whole },
+        match self.held.as_deref() {
+            Some(Decomposition::Columns(held)) => ColumnCount { columns: held.of_field_at(location), ..whole },
             _ => whole,
-        })
+        }
     }
 }
 
@@ -50,7 +50,7 @@ pub(super) struct Inputs {
     pub fields: BTreeMap<String, ArrayInput>,
     /// Name of the field that was set first.
     pub first: Option<String>,
-    /// Heights of cells and layers.
+    /// Heights of layers over cells or corners.
     pub heights: Option<ArrayInput>,
     /// Long names and units by field name; fields may be described before they are set.
     pub descriptions: BTreeMap<String, Description>,
@@ -114,7 +114,7 @@ impl Inputs {
         let grid_input = self.grid(grid, call)?;
         let layers = self.layers(layers, call)?;
         let location = borrow::location(array.location, "icoray_ndarray")?;
-        borrow::flat(array, &grid_input.columns_at(location)?, layers.count())
+        borrow::flat(array, &grid_input.columns_at(location), layers.count())
     }
 
     /// Looks up the field of a condition.
@@ -204,13 +204,14 @@ impl Inputs {
         };
         given.check_fits(first, called)?;
         let heights = given.field()?;
-        let expected = grid_input.columns_at(Location::Center)?;
+        let expected = grid_input.columns_at(heights.location());
         let (shape, columns) = (heights.shape(), expected.columns);
         if (shape.columns, shape.layers) == (columns, layers.count()) {
             return Ok(heights);
         }
+        let why = expected.explain(shape.columns).map_or_else(String::new, |why| format!(" ({why})"));
         let message = format!(
-            "{} columns of {} layers, expected {columns} of {}, as many as icoray_layers has",
+            "{} columns of {} layers, expected {columns} of {}, as many as icoray_layers has{why}",
             shape.columns,
             shape.layers,
             layers.count()

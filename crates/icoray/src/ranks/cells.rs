@@ -1,14 +1,14 @@
-//! The model's description of a rank's cells: their ownership and their numbers in the whole grid.
+//! The model's description of a rank's cells and corners: their ownership and their numbers in the whole grid.
 
-use icoray_grid::Indices;
 use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Grid, Indices};
 
-/// Which cells of a rank are its own.
+/// Which cells or corners of a rank are its own.
 #[derive(Debug, Clone, Copy)]
 pub enum Owned<'a> {
     /// The first so many, as in MPAS.
     First(usize),
-    /// Those whose value is not 0; one value per cell.
+    /// Those whose value is not 0; one value per cell or corner.
     Marked(&'a [i32]),
 }
 
@@ -23,54 +23,149 @@ pub struct PartCells<'a> {
     pub owned: Owned<'a>,
 }
 
+/// The columns of a rank's fields at corners over the tables of the whole grid, read by
+/// [`Decomposition::with_corners`](super::Decomposition::with_corners).
+#[derive(Debug, Clone, Copy)]
+pub struct PartCorners<'a> {
+    /// The row of each column's corner in the tables, counted from the grid's `index_base` (ICON: the global index of a
+    /// triangle).
+    pub global: Indices<'a>,
+    /// Own corners; the others are the halo.
+    pub owned: Owned<'a>,
+}
+
+/// What columns stand over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ColumnKind {
+    Cell,
+    Corner,
+}
+
+impl ColumnKind {
+    pub fn name(self) -> &'static str {
+        match self {
+            ColumnKind::Cell => "cell",
+            ColumnKind::Corner => "corner",
+        }
+    }
+
+    /// Names of numbers and of marks.
+    fn tables(self) -> [&'static str; 2] {
+        match self {
+            ColumnKind::Cell => ["cell_global", "is_owned"],
+            ColumnKind::Corner => ["corner_global", "is_corner_owned"],
+        }
+    }
+
+    /// Rows in the tables of `grid`.
+    pub fn rows(self, grid: &Grid) -> usize {
+        match self {
+            ColumnKind::Cell => grid.cells(),
+            ColumnKind::Corner => grid.triangles(),
+        }
+    }
+}
+
 /// The same, read and checked.
+#[derive(Debug, Default)]
 pub(super) struct Numbered {
     /// Counted from 0.
     pub global: Vec<u64>,
-    pub owns_cell: Vec<bool>,
+    pub is_own: Vec<bool>,
+}
+
+impl PartCells<'_> {
+    /// Reads `rows` rows, whose numbers are different ones from `base` on.
+    pub(super) fn read(&self, rows: usize, base: i64) -> Result<Numbered> {
+        Numbered::new(ColumnKind::Cell, (self.global, self.owned), rows, base, None)
+    }
+
+    /// Reads all rows, whose numbers are rows of the tables of `grid`.
+    pub(super) fn read_rows(&self, grid: &Grid) -> Result<Numbered> {
+        Numbered::of_rows(ColumnKind::Cell, (self.global, self.owned), grid)
+    }
+}
+
+impl PartCorners<'_> {
+    /// As [`PartCells::read_rows`].
+    pub(super) fn read_rows(&self, grid: &Grid) -> Result<Numbered> {
+        Numbered::of_rows(ColumnKind::Corner, (self.global, self.owned), grid)
+    }
+
+    /// Checks that these are all corners of `grid`, as own ones in the order of its tables.
+    pub(super) fn check_all(&self, grid: &Grid) -> Result<()> {
+        let base = i64::from(grid.tables().index_base);
+        let Numbered { global, is_own } = self.read_rows(grid)?;
+        if global.len() != grid.triangles() {
+            let message = format!("corner_global: {} rows, expected {}, one per corner", global.len(), grid.triangles());
+            return Err(bad(message));
+        }
+        let number = |corner: u64| corner as i64 + base;
+        if let Some((row, other)) = (0u64..).zip(&global).find(|(row, corner)| row != *corner) {
+            let (row, other) = (number(row), number(*other));
+            let message = format!("corner_global row {row}: {other}, expected {row}: one rank has corners in the tables' order");
+            return Err(bad(message));
+        }
+        match (0u64..).zip(is_own).find(|(_, is_own)| !is_own) {
+            Some((corner, _)) => Err(bad(format!("corner {} is owned by no rank, expected one owner", number(corner)))),
+            None => Ok(()),
+        }
+    }
 }
 
 impl Numbered {
+    fn of_rows(kind: ColumnKind, columns: (Indices, Owned), grid: &Grid) -> Result<Self> {
+        let base = i64::from(grid.tables().index_base);
+        Numbered::new(kind, columns, columns.0.len(), base, Some(base + kind.rows(grid) as i64 - 1))
+    }
+
     /// Reads `rows` rows, whose numbers are different ones from `base` to `last`, or without an end.
-    pub fn new(cells: &PartCells, rows: usize, base: i64, last: Option<i64>) -> Result<Self> {
+    fn new(
+        kind: ColumnKind,
+        (global, owned): (Indices, Owned),
+        rows: usize,
+        base: i64,
+        last: Option<i64>,
+    ) -> Result<Self> {
+        let (what, [numbers, marks]) = (kind.name(), kind.tables());
         let count = |name: &str, len: usize| {
-            let message = format!("{name}: {len} rows, expected {rows}, one per cell");
+            let message = format!("{name}: {len} rows, expected {rows}, one per {what}");
             if len == rows { Ok(()) } else { Err(bad(message)) }
         };
-        count("cell_global", cells.global.len())?;
-        let owns_cell: Vec<bool> = match cells.owned {
+        count(numbers, global.len())?;
+        let is_own: Vec<bool> = match owned {
             Owned::First(owned) if owned > rows => {
-                return Err(bad(format!("{owned} own cells, expected at most {rows}, which this rank has")));
+                return Err(bad(format!("{owned} own {what}s, expected at most {rows}, which this rank has")));
             }
-            Owned::First(owned) => (0..rows).map(|cell| cell < owned).collect(),
-            Owned::Marked(marks) => {
-                count("is_owned", marks.len())?;
-                marks.iter().map(|mark| *mark != 0).collect()
+            Owned::First(owned) => (0..rows).map(|row| row < owned).collect(),
+            Owned::Marked(given) => {
+                count(marks, given.len())?;
+                given.iter().map(|mark| *mark != 0).collect()
             }
         };
-        let row = |cell: usize| cell as i64 + base;
+        let row = |row: usize| row as i64 + base;
         // Twice a number must still be one.
         let known = base..=last.unwrap_or(i64::MAX / 2);
-        let mut global = Vec::with_capacity(rows);
-        for (cell, number) in cells.global.iter().enumerate() {
+        let mut read = Vec::with_capacity(rows);
+        for (at, number) in global.iter().enumerate() {
             if !known.contains(&number) {
                 let expected = last.map_or("or more".into(), |last| format!("to {last}, a row of the grid's tables"));
-                return Err(bad(format!("cell_global row {}: {number}, expected {base} {expected}", row(cell))));
+                return Err(bad(format!("{numbers} row {}: {number}, expected {base} {expected}", row(at))));
             }
-            global.push((number - base) as u64);
+            read.push((number - base) as u64);
         }
         let mut order: Vec<u32> = (0..rows as u32).collect();
-        order.sort_unstable_by_key(|cell| (global[*cell as usize], *cell));
-        let twice = order.windows(2).find(|pair| global[pair[0] as usize] == global[pair[1] as usize]);
+        order.sort_unstable_by_key(|at| (read[*at as usize], *at));
+        let twice = order.windows(2).find(|pair| read[pair[0] as usize] == read[pair[1] as usize]);
         if let Some(&[a, b]) = twice {
             return Err(bad(format!(
-                "cell_global rows {} and {}: both {}, expected different numbers",
+                "{numbers} rows {} and {}: both {}, expected different numbers",
                 row(a as usize),
                 row(b as usize),
-                row(global[a as usize] as usize)
+                row(read[a as usize] as usize)
             )));
         }
-        Ok(Numbered { global, owns_cell })
+        Ok(Numbered { global: read, is_own })
     }
 }
 

@@ -5,12 +5,11 @@
 //! own columns to its node's memory and sends those that other nodes need to one rank of each, which writes them there,
 //! one field after the other. A node has one copy of each field. Columns that are not a rank's own are not read.
 
-use super::cells::{Numbered, PartCells};
+use super::cells::PartCells;
 use super::mesh::{NodeMesh, Numbers};
 use super::nodes::Nodes;
 use super::part::Agreed;
 use super::supply::Supply;
-use super::wire::{decode_lists, encode_lists};
 use super::{Node, NodeFields, Part, Ranks, Stored, bad};
 use crate::fields::Fields;
 use bytemuck::Pod;
@@ -22,6 +21,8 @@ use icoray_grid::{Grid, Reals};
 use std::sync::Arc;
 use std::time::Instant;
 
+mod whole;
+
 /// The most bytes that a rank sends at once, to all nodes together, unless a single column for each has more.
 const MAX_BYTES: usize = 64 << 20;
 
@@ -29,8 +30,9 @@ const MAX_BYTES: usize = 64 << 20;
 #[derive(Debug, Clone)]
 pub struct Columns {
     center: Supply,
-    /// `None` where ranks have the whole grid's tables.
-    corner: Option<Supply>,
+    corner: Supply,
+    /// Whether ranks have numbered the corners of their fields.
+    has_corner_numbers: bool,
     /// Cells of this rank's tables.
     cells: usize,
     /// Ranks with the same mesh.
@@ -68,10 +70,12 @@ pub(super) struct GatherTarget<'f> {
 
 impl GatherTarget<'_> {
     /// The layout, which must be equal on all ranks: otherwise they would overwrite each other's columns.
-    fn facts(&self) -> [(&'static str, String); 2] {
+    fn facts(&self) -> [(&'static str, String); 3] {
         let (name, bits) = (display_name(&self.whole.name), if self.whole.is_f64 { 64 } else { 32 });
+        let place = if self.whole.location == Location::Corner { "corners" } else { "centres" };
         [
             ("has", format!("{name} of {} layers of {bits} bits", self.whole.layers)),
+            ("has", format!("{name} at {place}")),
             ("has", format!("{name} with missing values marked by {:?}", self.whole.fill)),
         ]
     }
@@ -83,23 +87,8 @@ fn display_name(name: &Option<String>) -> String {
 }
 
 impl Columns {
-    /// Agrees with the other ranks on whose each cell is. Collective; all have the whole grid's tables.
-    pub(super) fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
-        let base = i64::from(grid.tables().index_base);
-        let all = grid.cells();
-        let numbers = ranks.attempt(|| {
-            let numbers = Numbered::new(cells, cells.global.len(), base, Some(base + all as i64 - 1))?;
-            let own = (0u32..).zip(numbers.global).zip(numbers.owns_cell).filter(|(_, is_own)| *is_own);
-            Ok(own.map(|((column, cell), _)| (column, cell as u32)).collect::<Vec<_>>())
-        });
-        let own = ranks.collective(numbers)?;
-        refuse_other_owners(ranks, &own, all, base)?;
-        let center = Supply::of_whole(ranks, cells.global.len(), all, own)?;
-        Ok(Columns { center, corner: None, cells: all, nodes: Nodes::one(ranks), node_grid: None })
-    }
-
-    /// The same where each rank has the tables of its part, `cells` with a row for each cell of `grid`: puts the parts
-    /// of each node together. Collective.
+    /// Agrees with the other ranks on whose each cell is, where each rank has the tables of its part, `cells` with a row
+    /// for each cell of `grid`: puts the parts of each node together. Collective.
     pub(super) fn of_parts(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
         let Agreed { global, owner, .. } = Agreed::new(ranks, grid, cells)?;
         let nodes = Nodes::find(ranks)?;
@@ -108,7 +97,7 @@ impl Columns {
         let [center, corner] = Supply::of_parts(ranks, &numbers, &mesh, &nodes)?;
         let part = if nodes.is_one() { None } else { Some(Part::of_node(ranks, &mesh, &nodes)?) };
         let node_grid = Some(Arc::new(NodeGrid { grid: mesh.grid, part }));
-        Ok(Columns { center, corner: Some(corner), cells: grid.cells(), nodes, node_grid })
+        Ok(Columns { center, corner, has_corner_numbers: false, cells: grid.cells(), nodes, node_grid })
     }
 
     /// Bytes of the tables that this rank made for its node's mesh: 0 where ranks have the whole grid's.
@@ -117,22 +106,14 @@ impl Columns {
     }
 
     /// Columns that a field of this rank has.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Field`] where it is at corners, and ranks have the whole grid's tables.
-    pub fn of_field_at(&self, location: Location) -> Result<usize> {
-        self.supply(location).map(|supply| supply.count)
+    pub fn of_field_at(&self, location: Location) -> usize {
+        self.supply(location).count
     }
 
-    fn supply(&self, location: Location) -> Result<&Supply> {
-        match (location, &self.corner) {
-            (Location::Center, _) => Ok(&self.center),
-            (Location::Corner, Some(corner)) => Ok(corner),
-            (Location::Corner, None) => {
-                let message = "at corners, expected centres: ranks have the whole grid's tables and columns of some cells each; \
-                               fields at corners are drawn where each rank has its own part's tables";
-                Err(Error::new(ErrorKind::Field, message))
-            }
+    fn supply(&self, location: Location) -> &Supply {
+        match location {
+            Location::Center => &self.center,
+            Location::Corner => &self.corner,
         }
     }
 
@@ -141,12 +122,12 @@ impl Columns {
     /// # Errors
     /// [`ErrorKind::Field`] where the field has other columns.
     pub(super) fn owned(&self, field: &Field) -> Result<Vec<bool>> {
-        let (columns, expected) = (field.shape().columns, self.of_field_at(field.location())?);
+        let (columns, expected) = (field.shape().columns, self.of_field_at(field.location()));
         if columns != expected {
             let message = format!("{columns} columns, expected {expected}, as many as this rank has");
             return Err(Error::new(ErrorKind::Field, message));
         }
-        Ok(self.supply(field.location())?.owned())
+        Ok(self.supply(field.location()).owned())
     }
 
     /// Puts `fields`, which have this rank's columns, together in the node's memory. Collective, and so is what comes
@@ -199,14 +180,14 @@ impl Columns {
             let whole = Stored {
                 name,
                 at: end,
-                columns: self.supply(field.location())?.rows,
+                columns: self.supply(field.location()).rows,
                 layers: field.shape().layers,
                 location: field.location(),
                 is_f64: matches!(field.samples(), Reals::F64(_)),
                 fill: field.fill(),
             };
             end = whole.end().next_multiple_of(size_of::<f64>());
-            let most = self.supply(field.location())?.max_rows() * whole.width();
+            let most = self.supply(field.location()).max_rows() * whole.width();
             bytes += most.next_multiple_of(size_of::<f64>());
             places.push(GatherTarget { field, whole });
         }
@@ -215,12 +196,13 @@ impl Columns {
 
     /// Refuses a field that has other columns than this rank.
     fn check_columns(&self, grid: &Grid, field: &Field) -> Result<()> {
-        let (shape, columns) = (field.shape(), self.of_field_at(field.location())?);
+        let (shape, columns) = (field.shape(), self.of_field_at(field.location()));
         if shape.columns == columns {
             return Ok(());
         }
         let each = match field.location() {
             Location::Center => "per row of cell_global",
+            Location::Corner if self.has_corner_numbers => "per row of corner_global",
             Location::Corner => "per corner",
         };
         let expected = ColumnCount { columns, ..ColumnCount::new(grid, field.location()) };
@@ -238,7 +220,7 @@ impl Columns {
         most: usize,
     ) -> Result<u64> {
         let (field, at, width) = (&place.field, place.whole.at, place.whole.width());
-        let supply = self.supply(field.location())?;
+        let supply = self.supply(field.location());
         let mut columns = 0;
         node.memory.begin()?;
         let mut outcome = ranks.attempt(|| {
@@ -272,7 +254,7 @@ impl Columns {
 
     /// For each rank, `count` of the columns that it takes in for its node, from the one number `first` on.
     fn messages(&self, ranks: usize, node: &Node, place: &GatherTarget, first: usize, count: usize) -> Vec<Vec<u8>> {
-        let supply = self.supply(place.field.location()).expect("the field was placed");
+        let supply = self.supply(place.field.location());
         let mut messages = vec![Vec::new(); ranks];
         let mut same: Option<(usize, usize)> = None;
         for to in &node.partners {
@@ -330,31 +312,4 @@ fn read_columns(bytes: &[u8], width: usize, rows: usize, mut column: impl FnMut(
         column(row, values);
     }
     Ok(())
-}
-
-/// Refuses cells that are owned by two ranks or by none. Rank `c mod ranks` checks cell c.
-fn refuse_other_owners(ranks: &mut Ranks, own: &[(u32, u32)], cells: usize, base: i64) -> Result<()> {
-    let (rank, size) = (ranks.rank(), ranks.size());
-    let mut owned = vec![Vec::new(); size];
-    for (_, cell) in own {
-        owned[*cell as usize % size].push(*cell);
-    }
-    let received = ranks.exchange(encode_lists(&owned))?;
-    let checked = ranks.attempt(|| {
-        let mut owners: Vec<Option<usize>> = vec![None; cells.saturating_sub(rank).div_ceil(size)];
-        for (owner, cells) in decode_lists::<u32>(&received)?.into_iter().enumerate() {
-            for cell in cells.into_iter().map(|cell| cell as usize) {
-                if let Some(other) = owners[cell / size].replace(owner) {
-                    let cell = cell as i64 + base;
-                    return Err(bad(format!("cell {cell} is owned by ranks {other} and {owner}, expected one owner")));
-                }
-            }
-        }
-        if let Some(nobodys) = owners.iter().position(Option::is_none) {
-            let cell = (nobodys * size + rank) as i64 + base;
-            return Err(bad(format!("cell {cell} of the whole grid is owned by no rank, expected one owner")));
-        }
-        Ok(())
-    });
-    ranks.collective(checked)
 }

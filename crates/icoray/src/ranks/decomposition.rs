@@ -1,7 +1,7 @@
 //! The decomposition of grid and fields over ranks, inferred from the model's description of its cells.
 
 use super::part::Agreed;
-use super::{Columns, PartCells, Ranks, bad};
+use super::{Columns, PartCells, PartCorners, Ranks, bad};
 use icoray_grid::Field;
 use icoray_grid::Grid;
 use icoray_grid::Result;
@@ -29,12 +29,31 @@ impl Decomposition {
     /// that must have the whole grid have not; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport
     /// fails.
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
+        Self::with_corners(ranks, grid, cells, None)
+    }
+
+    /// The same with the columns of fields at corners, where each rank has the tables of the whole grid. Where no rank
+    /// has `corners`, such fields have a column for each corner of the grid, and that of a corner is read on the rank
+    /// that owns the first cell of its row of `corner_cell`. A rank without corners beside others has none.
+    ///
+    /// # Errors
+    /// The same on all ranks: as [`Self::new`], and [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where a corner is
+    /// owned by two ranks or by none, or where ranks have the tables of their parts: there a column belongs to each row
+    /// of the tables.
+    pub fn with_corners(
+        ranks: &mut Ranks,
+        grid: &Grid,
+        cells: &PartCells,
+        corners: Option<&PartCorners>,
+    ) -> Result<Self> {
         if ranks.size() == 1 {
             // Its cells are all there are, in the order of its tables.
+            corners.map_or(Ok(()), |corners| corners.check_all(grid))?;
             return Agreed::new(ranks, grid, cells).map(|_| Decomposition::Whole);
         }
         let sizes: Vec<(usize, usize)> = ranks.share_values(&(cells.global.len(), grid.cells()))?;
         let Some(odd) = sizes.iter().position(|(rows, cells)| rows != cells) else {
+            refuse_corners(ranks, corners)?;
             return Columns::of_parts(ranks, grid, cells).map(|columns| Decomposition::Columns(Box::new(columns)));
         };
         let ((rows, all), (_, first)) = (sizes[odd], sizes[0]);
@@ -45,7 +64,7 @@ impl Decomposition {
                 sizes[other].1
             )));
         }
-        Columns::new(ranks, grid, cells).map(|columns| Decomposition::Columns(Box::new(columns)))
+        Columns::of_whole(ranks, grid, cells, corners).map(|columns| Decomposition::Columns(Box::new(columns)))
     }
 
     /// Marks of a field's columns that this rank owns; each column has one owner.
@@ -58,4 +77,12 @@ impl Decomposition {
             Decomposition::Columns(columns) => columns.owned(field),
         }
     }
+}
+
+/// Refuses numbers of corners where ranks have parts. Collective.
+fn refuse_corners(ranks: &mut Ranks, corners: Option<&PartCorners>) -> Result<()> {
+    let message = "corner_global: given with the tables of a part, expected none: fields at corners have a column for each \
+                   corner of these tables";
+    let refused = if corners.is_some() { Err(bad(message.to_owned())) } else { Ok(()) };
+    ranks.collective(refused)
 }

@@ -34,7 +34,7 @@ mod wire;
 
 pub use agree::{Agreement, Refusal, Vote};
 use cells::bad;
-pub use cells::{Owned, PartCells};
+pub use cells::{Owned, PartCells, PartCorners};
 pub use columns::Columns;
 pub use decomposition::Decomposition;
 pub(crate) use gather::{FrameSummary, TileAssignment};

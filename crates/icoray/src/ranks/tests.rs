@@ -339,7 +339,7 @@ fn nodes_put_a_field_together_in_rounds() {
             let is_own = |cell: usize| (cell % (2 * size)).saturating_sub(size) == rank;
             let owned: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
             let all = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
-            let columns = Columns::new(ranks, &grid, &all).unwrap();
+            let columns = Columns::of_whole(ranks, &grid, &all, None).unwrap();
             // Two of them, in other orders, and heights.
             let backwards: Vec<f32> = world.values.iter().rev().copied().collect();
             let heights: Vec<f64> = world.values.iter().map(|value| f64::from(*value) + 9.0).collect();

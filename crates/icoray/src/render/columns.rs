@@ -18,7 +18,8 @@ impl Renderer {
     /// with the whole fields.
     ///
     /// # Errors
-    /// As [`Self::render_over`]; [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field lies at corners.
+    /// As [`Self::render_over`]; [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field or heights have other
+    /// columns than this rank.
     pub fn render_columns<'f>(
         &self,
         ranks: &mut Ranks,

@@ -24,7 +24,7 @@ pub(super) struct Local {
 impl Local {
     pub fn new(grid: &Grid, cells: &PartCells, ranks: usize) -> Result<Self> {
         let base = i64::from(grid.tables().index_base);
-        let Numbered { global, owns_cell } = Numbered::new(cells, grid.cells(), base, None)?;
+        let Numbered { global, is_own: owns_cell } = cells.read(grid.cells(), base)?;
         let owner = |triangle: u32| {
             let cells = grid.triangle(triangle);
             let lowest = cells.into_iter().min_by_key(|cell| global[*cell as usize]);
