@@ -207,7 +207,8 @@ pub(crate) unsafe fn part_cells<'a>(part: &icoray_part) -> Outcome<PartCells<'a>
     // SAFETY: the caller promises both tables with this length.
     unsafe {
         let global = indices(part.cell_global, kind, cells, "icoray_part.cell_global")?;
-        let owned = owned((part.is_owned, part.owned_cells), cells, ["icoray_part.is_owned", "icoray_part.owned_cells"])?;
+        let owned =
+            owned((part.is_owned, part.owned_cells), cells, ["icoray_part.is_owned", "icoray_part.owned_cells"])?;
         Ok(PartCells { global, owned })
     }
 }

@@ -111,6 +111,11 @@ impl Plan {
         self.knots = KernelKnot::of(&scene.volumes[0].transfer, self.radius[self.radius.len() - 1] - self.radius[0]);
     }
 
+    /// Notes that fields or heights are averaged from corners.
+    pub(crate) fn reads_corners(&mut self) {
+        self.left_out.retain(|what| what != left_out::CELL_CORNER);
+    }
+
     /// The parallel scheme for a picture of `scene`: the requested one, or one that fits the data. `part` is this
     /// rank's part of the grid, `None` the whole.
     ///

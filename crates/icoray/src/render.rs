@@ -150,6 +150,9 @@ impl Renderer {
         let prepared = self.prepare_fields(ranks, scene, &RenderInputs { part, ..*given })?;
         let heights = self.prepare_heights(ranks, scene, &RenderInputs { part, ..*given })?;
         let derived: usize = prepared.iter().chain(&heights).map(PreparedField::bytes).sum();
+        if prepared.iter().chain(&heights).any(PreparedField::is_average) {
+            plan.reads_corners();
+        }
         let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {
             let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);

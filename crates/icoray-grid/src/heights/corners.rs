@@ -101,7 +101,10 @@ mod tests {
         let mut bad = good.clone();
         (bad[3 * 9 + 1], bad[3 * 7 + 2]) = (-5e3, -1e3);
         let all = refusal(&grid, &bad, false, |_| true);
-        assert!(all.starts_with("heights: corner 7 (counted from 0), layers 3 and 2 of 3: -1000 m lies below "), "{all}");
+        assert!(
+            all.starts_with("heights: corner 7 (counted from 0), layers 3 and 2 of 3: -1000 m lies below "),
+            "{all}"
+        );
         // Averages of other cells do not read corner 7.
         let around = grid.triangle(7);
         let others = refusal(&grid, &bad, false, |cell| !around.contains(&(cell as u32)));
@@ -148,7 +151,8 @@ mod tests {
         {
             let field = Field::new(values[..].into(), Shape::level_fastest(columns, count), place, None).unwrap();
             let error = check_corners(&grid, &field, &layers(false), |_| true).unwrap_err();
-            let expected = format!("heights: {columns} columns of {count} layers at {place:?}, expected 80 of 3 at Corner");
+            let expected =
+                format!("heights: {columns} columns of {count} layers at {place:?}, expected 80 of 3 at Corner");
             assert_eq!((error.kind(), error.context()), (ErrorKind::Layers, expected.as_str()));
         }
     }
@@ -170,6 +174,9 @@ mod tests {
         bad[3 * 5 + 2] = -1.0;
         let text = refusal(owned.grid(), &bad, false, |_| true);
         let [a, b, c] = whole.triangle(5).map(|cell| 10 * cell + 1);
-        assert!(text.starts_with(&format!("heights: the corner of the cells {a}, {b}, {c} of the whole grid, ")), "{text}");
+        assert!(
+            text.starts_with(&format!("heights: the corner of the cells {a}, {b}, {c} of the whole grid, ")),
+            "{text}"
+        );
     }
 }

@@ -4,6 +4,9 @@ use icoray_grid::Grid;
 use icoray_scene::Method;
 use icoray_scene::{Ground, Heights, Pattern, Scene};
 
+/// The table by which fields at corners are averaged.
+pub(super) const CELL_CORNER: &str = "table cell_corner";
+
 /// For a scene of a field with `layers` of them; a field at corners is averaged by the table `cell_corner`.
 pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: bool) -> Vec<String> {
     let scenery = &scene.scenery;
@@ -16,7 +19,7 @@ pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: 
     let has_derived = scenery.derived.iter().any(|derived| shown.contains(&derived.name.as_str()));
     [
         (is_lit, format!("gradients ({} bytes)", values * size_of::<[f32; 3]>())),
-        (is_lit || from_corners || has_edges, "table cell_corner".into()),
+        (is_lit || from_corners || has_edges, CELL_CORNER.into()),
         (has_edges, "table corner".into()),
         (scene.core.is_none(), "the far side behind the core".into()),
         (scene.model_fields().len() > 1, "other fields".into()),

@@ -97,13 +97,15 @@ impl PartCorners<'_> {
         let base = i64::from(grid.tables().index_base);
         let Numbered { global, is_own } = self.read_rows(grid)?;
         if global.len() != grid.triangles() {
-            let message = format!("corner_global: {} rows, expected {}, one per corner", global.len(), grid.triangles());
+            let message =
+                format!("corner_global: {} rows, expected {}, one per corner", global.len(), grid.triangles());
             return Err(bad(message));
         }
         let number = |corner: u64| corner as i64 + base;
         if let Some((row, other)) = (0u64..).zip(&global).find(|(row, corner)| row != *corner) {
             let (row, other) = (number(row), number(*other));
-            let message = format!("corner_global row {row}: {other}, expected {row}: one rank has corners in the tables' order");
+            let message =
+                format!("corner_global row {row}: {other}, expected {row}: one rank has corners in the tables' order");
             return Err(bad(message));
         }
         match (0u64..).zip(is_own).find(|(_, is_own)| !is_own) {

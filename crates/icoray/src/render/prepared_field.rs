@@ -27,6 +27,11 @@ impl PreparedField<'_> {
         &self.name
     }
 
+    /// Whether it was averaged from corners.
+    pub fn is_average(&self) -> bool {
+        self.average.is_some()
+    }
+
     fn center(&self) -> Field<'_> {
         self.average.as_ref().map_or(self.given, CenterField::field)
     }

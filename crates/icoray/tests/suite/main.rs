@@ -2,6 +2,7 @@
 
 mod columns;
 mod common;
+mod corner_heights;
 mod corruption;
 mod culled;
 mod device;

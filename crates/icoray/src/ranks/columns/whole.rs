@@ -37,12 +37,7 @@ impl Columns {
 }
 
 /// This rank's own columns with their rows in the tables, where each row has one owner. Collective.
-fn own_rows(
-    ranks: &mut Ranks,
-    grid: &Grid,
-    kind: ColumnKind,
-    read: impl FnOnce() -> Result<Numbered>,
-) -> Result<Rows> {
+fn own_rows(ranks: &mut Ranks, grid: &Grid, kind: ColumnKind, read: impl FnOnce() -> Result<Numbered>) -> Result<Rows> {
     let numbers = ranks.attempt(|| {
         let Numbered { global, is_own } = read()?;
         let own = (0u32..).zip(global).zip(is_own).filter(|(_, is_own)| *is_own);

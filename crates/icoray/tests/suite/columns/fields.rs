@@ -4,7 +4,7 @@ use super::*;
 use icoray::{Heights, Volume};
 
 /// The field t beside q, on layers that lie at heights of their own.
-fn rich_scene() -> Scene {
+pub(super) fn rich_scene() -> Scene {
     let mut scene = scene("");
     let transfer = scene.volumes[0].transfer.clone();
     scene.volumes.extend([Volume { field: "t".into(), transfer, coloring: None, opacity: None }]);

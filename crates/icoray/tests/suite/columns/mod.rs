@@ -7,6 +7,7 @@ use icoray::{
     OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
 
+mod corners;
 mod fields;
 
 const LAYERS: usize = 4;
@@ -299,7 +300,7 @@ fn fields_that_do_not_fit_are_refused_on_all_ranks() {
         (0, 3, true, Location::Center, None, mpi, "has \"q\" of 3 layers of 64 bits, but \"q\" of 4 "),
         (0, 4, false, Location::Center, None, mpi, "has \"q\" of 4 layers of 32 bits"),
         (0, 4, true, Location::Center, Some(7.0), mpi, "has \"q\" with missing values marked by Some(7.0)"),
-        (0, 4, true, Location::Corner, None, field, "\"q\": at corners, expected centres"),
+        (0, 4, true, Location::Corner, None, field, "\"q\": 155 columns, expected 320, one per corner"),
     ];
     for (more, layers, is_wide, location, fill, kind, words) in cases {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {

@@ -22,7 +22,17 @@ pub struct Spread {
 pub const NOBODY: usize = usize::MAX;
 
 impl Spread {
+    /// Tables have different corners beside holes and different marks.
     pub fn new(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize]) -> Self {
+        Self::with_styles(mesh, ranks, owner, [Style::Corners, Style::Triangles])
+    }
+
+    /// All tables have all corners.
+    pub fn with_corners(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize]) -> Self {
+        Self::with_styles(mesh, ranks, owner, [Style::Corners; 2])
+    }
+
+    fn with_styles(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize], styles: [Style; 2]) -> Self {
         let part = |rank: usize| {
             let mut stays: Vec<bool> = owner.iter().map(|owner| *owner == rank).collect();
             for row in mesh.corner_cell.chunks_exact(3) {
@@ -30,8 +40,7 @@ impl Spread {
                     row.iter().for_each(|cell| stays[*cell as usize] |= owner[*cell as usize] != NOBODY);
                 }
             }
-            let style = [Style::Corners, Style::Triangles][rank % 2];
-            Culled::new(mesh, &stays, style, [Mark::BeforeFirst, Mark::BehindLast][rank % 2], 1)
+            Culled::new(mesh, &stays, styles[rank % 2], [Mark::BeforeFirst, Mark::BehindLast][rank % 2], 1)
         };
         let parts: Vec<Culled> = (0..ranks).map(part).collect();
         let owned = parts.iter().enumerate();

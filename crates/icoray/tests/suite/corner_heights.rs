@@ -1,0 +1,347 @@
+//! Heights at corners, as ICON has them: the picture of the same heights averaged by hand to cells, alone and over ranks.
+
+use crate::common::{
+    FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, level_fastest, on_ranks, picture,
+    refusal,
+};
+use crate::culled::{Culled, Mark, Style, holes};
+use crate::spread::{Spread, directions, partitions, without_holes};
+use icoray::{
+    Decomposition, ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, OwnedReals, Part,
+    Ranks, Rendered, Renderer, Scene, Shape,
+};
+
+const LAYERS: usize = 4;
+const FILL: f64 = -9e9;
+
+fn layers() -> Layers {
+    Layers::from_heights(&[0.0, 4e3, 10e3, 18e3], 6371e3).unwrap()
+}
+
+fn scene(camera: &str, keys: &str, tables: &str) -> Scene {
+    let mut scene = Scene::parse(&format!(
+        "field = \"f\"\nexaggeration = 60\ntolerance = 1e-4\ncore = \"#405060\"\n{keys}\n[image]\nwidth = 60\nheight = 52\n\
+         [camera]\n{camera}\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 2.5]\n\
+         opacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]\n{tables}\n"
+    ))
+    .unwrap();
+    scene.scenery.heights = Heights::Native;
+    scene
+}
+
+fn scenes() -> Vec<Scene> {
+    vec![scene(FAR, "", ""), scene(NEAR, "", LIT), scene(FAR, "precision = \"f64\"", LIT)]
+}
+
+/// Heights of all corners: steep, equal between two layers at some, of few digits so that they are the same in f32. Some
+/// columns have none, and neither has any around the cells 12 and 100.
+fn corner_heights(mesh: &IcosahedralMesh) -> Vec<f64> {
+    let without = |corner: usize| {
+        let cells = &mesh.corner_cell[3 * corner..][..3];
+        corner % 11 == 4 || cells.contains(&12) || cells.contains(&100)
+    };
+    let at = directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad);
+    let column = |(corner, p): (usize, &glam::DVec3)| {
+        let ground = (1e3 * (7.0 * p.x).sin() * (5.0 * p.y).cos() + (corner * 7919 % 13) as f64 * 60.0).round();
+        let second = if corner.is_multiple_of(5) { ground } else { 4e3 + (0.7 * ground).round() };
+        let column = [ground, second, 10e3 + (0.4 * ground).round(), 18e3];
+        if without(corner) { [FILL; LAYERS] } else { column }
+    };
+    at.iter().enumerate().flat_map(column).collect()
+}
+
+/// The mean over the corners around each cell that have heights, rounded to the precision of the heights.
+fn averaged(grid: &Grid, heights: &[f64], round: impl Fn(f64) -> f64) -> Vec<f64> {
+    let value = |cell: usize, layer: usize| {
+        let around = grid.corners_of(cell as u32).map(|corner| heights[corner as usize * LAYERS + layer]);
+        let there: Vec<f64> = around.filter(|height| *height != FILL).collect();
+        if there.is_empty() { f64::NAN } else { round(there.iter().sum::<f64>() / there.len() as f64) }
+    };
+    (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer))).map(|(c, l)| value(c, l)).collect()
+}
+
+/// A field at all cells or corners.
+fn values(mesh: &IcosahedralMesh, location: Location) -> Vec<f32> {
+    let at = match location {
+        Location::Center => directions(&mesh.lon_center_rad, &mesh.lat_center_rad),
+        Location::Corner => directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad),
+    };
+    let value = |p: glam::DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
+    at.into_iter().flat_map(|p| (0..LAYERS).map(move |layer| value(p, layer) as f32)).collect()
+}
+
+fn corners(values: &[f64]) -> Field<'_> {
+    let shape = Shape::level_fastest(values.len() / LAYERS, LAYERS);
+    Field::new(values.into(), shape, Location::Corner, Some(FILL)).unwrap()
+}
+
+fn fields<'f>(f: Field<'f>, heights: Field<'f>) -> Fields<'f> {
+    Fields::new([("f", f)]).with_heights(heights)
+}
+
+/// What one process draws, of heights averaged by hand.
+fn expected(mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame {
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let (values, heights) = (values(mesh, location), averaged(&grid, &corner_heights(mesh), |height| height));
+    let fields = fields(level_fastest(&values, LAYERS, location), at_centers(&heights, LAYERS));
+    Renderer::new(2).unwrap().render(scene, &grid, &layers(), fields).unwrap()
+}
+
+/// In both precisions and all layouts, from both ends.
+#[test]
+fn heights_at_corners_are_averaged_to_the_bit() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let (field, heights) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    let count = grid.triangles();
+    let renderer = Renderer::new(2).unwrap();
+    for (i, scene) in scenes().into_iter().enumerate() {
+        let shape = [Shape::level_fastest, Shape::cell_fastest, |c, l| Shape::blocked(c, l, 7)][i](count, LAYERS);
+        let (_, last) = shape.extent().unwrap();
+        let mut wide = vec![f64::NAN; last as usize + 1];
+        for (corner, layer) in (0..count).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
+            let block = if shape.block == 0 { count } else { shape.block };
+            let first =
+                (corner % block) as isize * shape.column_stride + (corner / block) as isize * shape.block_stride;
+            wide[(first + layer as isize * shape.layer_stride) as usize] = heights[corner * LAYERS + layer];
+        }
+        let narrow = OwnedReals::F32(wide.iter().map(|height| *height as f32).collect());
+        type Round = fn(f64) -> f64;
+        let cases: [(OwnedReals, f64, Round); 2] =
+            [(OwnedReals::F64(wide), FILL, |h| h), (narrow, f64::from(FILL as f32), |h| f64::from(h as f32))];
+        for (given, fill, round) in &cases {
+            let given = Field::new(given.as_reals(), shape, Location::Corner, Some(*fill)).unwrap();
+            let by_hand = averaged(&grid, &heights, round);
+            let draw = |heights| {
+                let fields = fields(at_centers(&field, LAYERS), heights);
+                renderer.render(&scene, &grid, &layers(), fields).unwrap()
+            };
+            let [frame, again, by_hand] = [given, given, at_centers(&by_hand, LAYERS)].map(draw);
+            assert!(bits(&frame) == bits(&by_hand) && bits(&again) == bits(&by_hand), "scene {i}");
+            let bytes = [&frame, &by_hand].map(|frame| frame.report.derived_bytes);
+            assert_eq!(bytes[0] - bytes[1], grid.cells() * LAYERS * if *fill == FILL { 8 } else { 4 });
+            assert!(!frame.report.left_out.iter().any(|what| what == "table cell_corner"), "it is read");
+        }
+        // Mean layers are another picture, and read none of it.
+        let mut mean = scene.clone();
+        mean.scenery.heights = Heights::Mean;
+        let [native, mean] = [&scene, &mean].map(|scene| {
+            let fields = fields(at_centers(&field, LAYERS), corners(&heights));
+            renderer.render(scene, &grid, &layers(), fields).unwrap()
+        });
+        assert!(bits(&native) != bits(&mean), "scene {i}");
+    }
+}
+
+#[test]
+fn averages_beside_holes_are_of_the_corners_that_are_there() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let (all, heights) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    for (i, (name, stays)) in holes(&mesh).iter().enumerate() {
+        let style = [Style::Corners, Style::Triangles][i % 2];
+        let culled = Culled::new(&mesh, stays, style, Mark::MinusOne, 0);
+        let grid = culled.grid();
+        let kept = columns_of(&all, &culled.cells, LAYERS);
+        let heights = columns_of(&heights, &culled.corners, LAYERS);
+        let by_hand = averaged(&grid, &heights, |height| height);
+        let scene = &scenes()[i % 3];
+        let [frame, by_hand] = [corners(&heights), at_centers(&by_hand, LAYERS)].map(|heights| {
+            let fields = fields(at_centers(&kept, LAYERS), heights);
+            Renderer::new(1).unwrap().render(scene, &grid, &layers(), fields).unwrap()
+        });
+        assert!(bits(&frame) == bits(&by_hand), "{name}");
+    }
+}
+
+#[test]
+fn tiles_of_whole_grids_are_bitwise_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let (values, heights) = (values(&mesh, Location::Corner), corner_heights(&mesh));
+    for scene in scenes() {
+        let expected = expected(&mesh, &scene, Location::Corner);
+        for count in 1..=3 {
+            let (frame, _) = picture(on_ranks(count, |ranks| {
+                let grid = Grid::new(mesh.tables()).unwrap();
+                let fields = fields(level_fastest(&values, LAYERS, Location::Corner), corners(&heights));
+                Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &layers(), fields).unwrap()
+            }));
+            assert!(bits(&frame) == bits(&expected), "{count} ranks");
+        }
+    }
+}
+
+/// A rank's field at centres and its heights at corners, not numbers where they are not its own.
+fn own_of(mesh: &IcosahedralMesh, culled: &Culled, owner: &[usize], rank: usize) -> (Vec<f32>, Vec<f64>) {
+    let mut field = columns_of(&values(mesh, Location::Center), &culled.cells, LAYERS);
+    let mut heights = columns_of(&corner_heights(mesh), &culled.corners, LAYERS);
+    for (column, _) in culled.cells.iter().enumerate().filter(|(_, cell)| owner[**cell] != rank) {
+        field[column * LAYERS..][..LAYERS].fill(f32::NAN);
+    }
+    let first = |corner: usize| mesh.corner_cell[3 * corner..][..3].iter().find(|cell| culled_has(culled, **cell));
+    for (column, corner) in culled.corners.iter().enumerate() {
+        if first(*corner).is_none_or(|cell| owner[*cell as usize] != rank) {
+            // Heights that fall are not looked at either.
+            heights[column * LAYERS..][..LAYERS].copy_from_slice(&[4.0, 3.0, f64::NAN, 1e9]);
+        }
+    }
+    (field, heights)
+}
+
+fn culled_has(culled: &Culled, cell: i32) -> bool {
+    culled.cells.binary_search(&(cell as usize)).is_ok()
+}
+
+fn render_held(
+    ranks: &mut Ranks,
+    scene: &Scene,
+    grid: &Grid,
+    held: &Decomposition,
+    fields: Fields,
+) -> Result<Rendered, icoray::Error> {
+    Renderer::new(1).unwrap().render_held(ranks, scene, grid, Some(held), &layers(), fields)
+}
+
+/// The rims of parts get the corners that other ranks own.
+#[test]
+fn parts_are_those_of_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    for (i, scene) in scenes().into_iter().enumerate() {
+        let scene = Scene { antialias: false, ..scene };
+        let expected = expected(&mesh, &scene, Location::Center);
+        for node_of in [&[0][..], &[0, 0], &[0, 0, 0], &[0, 1], &[0, 1, 0], &[2, 1, 0]] {
+            let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + node_of.len()) % 4);
+            let spread = Spread::new(&mesh, node_of.len(), &owner);
+            let (frame, reports) = picture(spread.on_nodes(node_of, |ranks, culled, grid, held| {
+                let (field, heights) = own_of(&mesh, culled, &owner, ranks.rank());
+                let fields = fields(at_centers(&field, LAYERS), corners(&heights));
+                render_held(ranks, &scene, grid, &held.unwrap(), fields).unwrap()
+            }));
+            let trying = format!("scene {i}, {partition} on {node_of:?}");
+            if node_of.iter().all(|node| *node == 0) {
+                assert!(bits(&frame) == bits(&expected), "{trying}");
+                let copied: u64 = reports.iter().map(|report| report.bytes_copied).sum();
+                let all = mesh.cells() * LAYERS * 4 + mesh.lon_corner_rad.len() * LAYERS * 8;
+                assert_eq!(copied, if node_of.len() > 1 { all as u64 } else { 0 }, "{trying}");
+            } else {
+                let wrong = count_beyond(&frame, &expected, 1e-6);
+                assert!(wrong <= 3, "{trying}: {wrong} pixels");
+            }
+        }
+    }
+}
+
+/// With a part of one's own, which has values in its halo.
+#[test]
+fn halo_averages_come_from_their_owners() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let scene = Scene { antialias: false, ..scene(NEAR, "precision = \"f64\"", LIT) };
+    let expected = expected(&mesh, &scene, Location::Center);
+    let (all, heights) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    for ranks in 1..=3 {
+        let (partition, owner) = partitions(&mesh, ranks).swap_remove(ranks % 3);
+        let (frame, _) = picture(Spread::new(&mesh, ranks, &owner).each(|ranks, culled, part: Result<Part, _>| {
+            let kept = columns_of(&all, &culled.cells, LAYERS);
+            let heights = columns_of(&heights, &culled.corners, LAYERS);
+            let (grid, part, renderer) = (culled.grid(), part.unwrap(), Renderer::new(1).unwrap());
+            let fields = fields(at_centers(&kept, LAYERS), corners(&heights));
+            renderer.render_over(ranks, &scene, &grid, Some(&part), &layers(), fields).unwrap()
+        }));
+        let wrong = count_beyond(&frame, &expected, 1e-6);
+        assert!(wrong <= 3, "{partition} on {ranks} ranks: {wrong} pixels");
+    }
+}
+
+/// Beside the mesh's own holes: the rows of tables have the order that they have in the whole.
+#[test]
+fn parts_of_meshes_with_holes_are_bitwise_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let heights = corner_heights(&mesh);
+    for (i, (name, stays)) in holes(&mesh).iter().enumerate() {
+        let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
+        let grid = culled.grid();
+        let kept = columns_of(&values(&mesh, Location::Center), &culled.cells, LAYERS);
+        let by_hand = averaged(&grid, &columns_of(&heights, &culled.corners, LAYERS), |height| height);
+        let scene = &scenes()[i % 3];
+        let by_hand = fields(at_centers(&kept, LAYERS), at_centers(&by_hand, LAYERS));
+        let expected = Renderer::new(2).unwrap().render(scene, &grid, &layers(), by_hand).unwrap();
+        let ranks = 2 + i % 2;
+        let (partition, owner) = partitions(&mesh, ranks).swap_remove(i % 4);
+        let owner = without_holes(owner, stays);
+        let spread = Spread::with_corners(&mesh, ranks, &owner);
+        let (frame, _) = picture(spread.on_nodes(&vec![0; ranks], |ranks, culled, grid, held| {
+            let (field, heights) = own_of(&mesh, culled, &owner, ranks.rank());
+            let fields = fields(at_centers(&field, LAYERS), corners(&heights));
+            render_held(ranks, scene, grid, &held.unwrap(), fields).unwrap()
+        }));
+        assert!(bits(&frame) == bits(&expected), "{name}, {partition} on {ranks}");
+    }
+}
+
+#[test]
+fn bad_heights_on_one_rank_are_everybodys_error() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let scene = scene(FAR, "", "");
+    let (all, good) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    type Damage = fn(&mut Vec<f64>);
+    let cases: [(Damage, &str); 3] = [
+        (|h| h[LAYERS * 7 + 2] = -5e3, "heights: corner 7 (counted from 0), layers 3 and 2 of 4: -5000 m lies below"),
+        (|h| h[LAYERS * 9 + 1] = FILL, "heights: corner 9 (counted from 0), layer 2 of 4: missing, but"),
+        (|h| h.truncate(300 * LAYERS), "heights: 300 columns of 4 layers at Corner, expected 320 of 4 at Corner"),
+    ];
+    for (damage, words) in cases {
+        let refused = on_ranks(3, |ranks| {
+            let grid = Grid::new(mesh.tables()).unwrap();
+            let mut heights = good.clone();
+            if ranks.rank() == 1 {
+                damage(&mut heights);
+            }
+            let fields = fields(at_centers(&all, LAYERS), corners(&heights));
+            refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &layers(), fields))
+        });
+        assert_same_refusal(&refused, ErrorKind::Layers, &format!("rank 1: {words}"));
+    }
+    // Of parts the cells name the corner.
+    let (_, owner) = partitions(&mesh, 2).swap_remove(0);
+    let refused = Spread::new(&mesh, 2, &owner).on_nodes(&[0, 0], |ranks, culled, grid, held| {
+        let (field, mut heights) = own_of(&mesh, culled, &owner, ranks.rank());
+        let first = |corner: &usize| owner[mesh.corner_cell[3 * corner] as usize] == ranks.rank() && corner % 11 != 4;
+        if let (1, Some(column)) = (ranks.rank(), culled.corners.iter().position(|corner| first(corner))) {
+            heights[column * LAYERS + 3] = -7e3;
+        }
+        let fields = fields(at_centers(&field, LAYERS), corners(&heights));
+        refusal(render_held(ranks, &scene, grid, &held.unwrap(), fields))
+    });
+    assert_same_refusal(&refused, ErrorKind::Layers, "rank 0: heights: the corner of the cells ");
+    assert!(refused[0].1.contains(" of the whole grid, layers 4 and 3 of 4: -7000 m"), "{}", refused[0].1);
+}
+
+/// No rank waits for halos that another does not send, or reads columns of another length.
+#[test]
+fn ranks_that_have_heights_at_other_places_are_told() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let scene = scene(FAR, "", "");
+    let (all, good) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    let centers = vec![0.0; mesh.cells() * LAYERS];
+    let heights = |rank: usize| if rank == 1 { at_centers(&centers, LAYERS) } else { corners(&good) };
+    let (_, owner) = partitions(&mesh, 3).swap_remove(1);
+    let spread = Spread::new(&mesh, 3, &owner);
+    let tiles = on_ranks(3, |ranks| {
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let fields = fields(at_centers(&all, LAYERS), heights(ranks.rank()));
+        refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &layers(), fields))
+    });
+    let start = "rank 1: has heights at centres, but heights of 4 layers of 64 bits at corners on rank 0";
+    assert_same_refusal(&tiles, ErrorKind::Mpi, start);
+    for node_of in [&[0, 0, 0], &[0, 1, 0]] {
+        let parts = spread.on_nodes(node_of, |ranks, culled, grid, held| {
+            let kept = columns_of(&all, &culled.cells, LAYERS);
+            let centers = vec![0.0; culled.cells.len() * LAYERS];
+            let good = columns_of(&good, &culled.corners, LAYERS);
+            let heights = if ranks.rank() == 1 { at_centers(&centers, LAYERS) } else { corners(&good) };
+            let fields = fields(at_centers(&kept, LAYERS), heights);
+            refusal(render_held(ranks, &scene, grid, &held.unwrap(), fields))
+        });
+        let start = "rank 1: has heights at centres, but heights at corners on rank 0";
+        assert_same_refusal(&parts, ErrorKind::Mpi, start);
+    }
+}
