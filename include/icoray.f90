@@ -130,6 +130,10 @@ module icoray
     type(c_ptr) :: cell_global = c_null_ptr
     integer(c_int64_t) :: owned_cells = 0
     type(c_ptr) :: is_owned = c_null_ptr
+    integer(c_int64_t) :: corners = 0
+    type(c_ptr) :: corner_global = c_null_ptr
+    integer(c_int64_t) :: owned_corners = 0
+    type(c_ptr) :: is_corner_owned = c_null_ptr
   end type icoray_part
 
   !> Radii of layers.
@@ -254,19 +258,25 @@ module icoray
   !> Declares which cells of a grid belong to this rank, where ranks have parts of the grid, or the whole grid and some
   !> columns of the fields. It is called after each icoray_grid_set of that grid, collectively, with the same ierr on
   !> all ranks. A rank may have no cells: arrays of size 0.
-  !>   call icoray_part_set(ctx, cell_global, [ierr], owned=n, [grid='name'])
-  !>   call icoray_part_set(ctx, cell_global, [ierr], is_owned=mask, [grid='name'])
+  !>   call icoray_part_set(ctx, cell_global, [ierr], owned=n, [grid='name'], &
+  !>                        [corner_global=numbers, owned_corners=n])
+  !>   call icoray_part_set(ctx, cell_global, [ierr], is_owned=mask, [grid='name'], &
+  !>                        [corner_global=numbers, is_corner_owned=mask])
   !>   cell_global(cells)  global number of each cell, from index_base (MPAS indexToCellID); for parts, gaps are allowed
   !>   owned               number of own cells, which come first (MPAS nCellsSolve)
   !>   is_owned(cells)     logical, or integer(int32) that is nonzero where a cell is own; as long as cell_global
   !>   grid                name of the grid; default: the unnamed grid
+  !>   corner_global(corners), owned_corners, is_corner_owned   the same of corners, for columns, see below
   !> Parts: if cell_global has a row for each cell of the grid, on all ranks, the tables are the rank's part: its own
   !> cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
   !> marked as missing. Fields at centres have a column for each of these cells, of which own ones are read; fields at
   !> corners have a column for each corner, and those whose first cell in corner_cell is own are read: halos of fields
   !> need no exchange before. Columns: otherwise the tables are the whole grid's on all ranks, and cell_global holds rows
-  !> of them. Fields are at centres, have a column for each row of cell_global, and are set after this call; only own
-  !> columns are read. Each node assembles fields once per frame, in memory that its ranks share (bytes_copied).
+  !> of them. Fields at centres have a column for each row of cell_global, those at corners for each row of
+  !> corner_global (of the kind of cell_global; ICON: the global index of a triangle), and are set after this call; only
+  !> own columns are read, and each cell and corner has one owner. Without corner_global on any rank, fields at corners
+  !> have a column for each corner of the grid, of which those whose first cell in corner_cell is own are read. Each
+  !> node assembles fields once per frame, in memory that its ranks share (bytes_copied).
   !> These arrays are read during the call only, and need no TARGET. Or (ctx, icoray_part, [ierr]).
   interface icoray_part_set
     procedure :: part_first_i4, part_first_i8, part_mask_i4, part_mask_i8, part_marks_i4, part_marks_i8, part_struct
@@ -304,10 +314,11 @@ module icoray
   !> Sets the heights of layers that differ from column to column (terrain, a sea floor), after the grid and layers:
   !>   call icoray_heights_set(ctx, values, [ierr], keywords)
   !>   values       real, dimensions as in icoray_field_set: metres above the planet's surface, negative below it, of
-  !> each
-  !>                cell and each layer of icoray_layers_set
+  !>                each cell (or corner) and each layer of icoray_layers_set
   !>   fill_value   marks missing heights, in the kind of values; a column without heights has the mean heights
   !>   grid_name, layers_name   grid and layers of the heights; default: the unnamed ones
+  !>   location     ICORAY_CENTER (default), or ICORAY_CORNER for heights at corners (ICON's triangles), which are
+  !>                averaged to cells as fields are
   !> Scenes with heights = "native" read them at each icoray_execute, which returns ICORAY_ERR_LAYERS if they are wrong.
   !> They replace earlier ones; call icoray_heights_set(ctx, [ierr]) removes them. Or (ctx, icoray_array, [ierr]).
   interface icoray_heights_set
@@ -975,82 +986,117 @@ contains
     call grid_struct(ctx, grid, ierr)
   end subroutine set_views
 
-  subroutine part_first_i4(ctx, cell_global, ierr, owned, grid)
+  subroutine part_first_i4(ctx, cell_global, ierr, owned, grid, corner_global, owned_corners)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in), contiguous, target :: cell_global(:)
     integer, intent(out), optional :: ierr
     integer, intent(in) :: owned
     character(len=*), intent(in), optional :: grid
-    call part_first(ctx, ICORAY_I32, view_of(cell_global), owned, ierr, grid)
+    integer(c_int32_t), intent(in), contiguous, target, optional :: corner_global(:)
+    integer, intent(in), optional :: owned_corners
+    type(view) :: corners
+    if (present(corner_global)) corners = view_of(corner_global)
+    call part_first(ctx, ICORAY_I32, view_of(cell_global), owned, ierr, grid, corners, owned_corners)
   end subroutine part_first_i4
-  subroutine part_first_i8(ctx, cell_global, ierr, owned, grid)
+  subroutine part_first_i8(ctx, cell_global, ierr, owned, grid, corner_global, owned_corners)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
     integer, intent(out), optional :: ierr
     integer, intent(in) :: owned
     character(len=*), intent(in), optional :: grid
-    call part_first(ctx, ICORAY_I64, view_of(cell_global), owned, ierr, grid)
+    integer(c_int64_t), intent(in), contiguous, target, optional :: corner_global(:)
+    integer, intent(in), optional :: owned_corners
+    type(view) :: corners
+    if (present(corner_global)) corners = view_of(corner_global)
+    call part_first(ctx, ICORAY_I64, view_of(cell_global), owned, ierr, grid, corners, owned_corners)
   end subroutine part_first_i8
-  subroutine part_mask_i4(ctx, cell_global, ierr, is_owned, grid)
+  subroutine part_mask_i4(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in), contiguous, target :: cell_global(:)
     integer, intent(out), optional :: ierr
     logical, intent(in) :: is_owned(:)
     character(len=*), intent(in), optional :: grid
-    call part_marks(ctx, ICORAY_I32, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, grid)
+    integer(c_int32_t), intent(in), contiguous, target, optional :: corner_global(:)
+    logical, intent(in), optional :: is_corner_owned(:)
+    type(view) :: corners
+    integer(c_int32_t), allocatable :: corner_marks(:)   ! absent where it is not allocated
+    if (present(corner_global)) corners = view_of(corner_global)
+    if (present(is_corner_owned)) corner_marks = merge(1_c_int32_t, 0_c_int32_t, is_corner_owned)
+    call part_marks(ctx, ICORAY_I32, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, grid, &
+      corners, corner_marks)
   end subroutine part_mask_i4
-  subroutine part_mask_i8(ctx, cell_global, ierr, is_owned, grid)
+  subroutine part_mask_i8(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
     integer, intent(out), optional :: ierr
     logical, intent(in) :: is_owned(:)
     character(len=*), intent(in), optional :: grid
-    call part_marks(ctx, ICORAY_I64, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, grid)
+    integer(c_int64_t), intent(in), contiguous, target, optional :: corner_global(:)
+    logical, intent(in), optional :: is_corner_owned(:)
+    type(view) :: corners
+    integer(c_int32_t), allocatable :: corner_marks(:)   ! absent where it is not allocated
+    if (present(corner_global)) corners = view_of(corner_global)
+    if (present(is_corner_owned)) corner_marks = merge(1_c_int32_t, 0_c_int32_t, is_corner_owned)
+    call part_marks(ctx, ICORAY_I64, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, grid, &
+      corners, corner_marks)
   end subroutine part_mask_i8
-  subroutine part_marks_i4(ctx, cell_global, ierr, is_owned, grid)
+  subroutine part_marks_i4(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in), contiguous, target :: cell_global(:)
     integer, intent(out), optional :: ierr
     integer(c_int32_t), intent(in) :: is_owned(:)
     character(len=*), intent(in), optional :: grid
-    call part_marks(ctx, ICORAY_I32, view_of(cell_global), is_owned, ierr, grid)
+    integer(c_int32_t), intent(in), contiguous, target, optional :: corner_global(:)
+    integer(c_int32_t), intent(in), optional :: is_corner_owned(:)
+    type(view) :: corners
+    if (present(corner_global)) corners = view_of(corner_global)
+    call part_marks(ctx, ICORAY_I32, view_of(cell_global), is_owned, ierr, grid, corners, is_corner_owned)
   end subroutine part_marks_i4
-  subroutine part_marks_i8(ctx, cell_global, ierr, is_owned, grid)
+  subroutine part_marks_i8(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
     integer, intent(out), optional :: ierr
     integer(c_int32_t), intent(in) :: is_owned(:)
     character(len=*), intent(in), optional :: grid
-    call part_marks(ctx, ICORAY_I64, view_of(cell_global), is_owned, ierr, grid)
+    integer(c_int64_t), intent(in), contiguous, target, optional :: corner_global(:)
+    integer(c_int32_t), intent(in), optional :: is_corner_owned(:)
+    type(view) :: corners
+    if (present(corner_global)) corners = view_of(corner_global)
+    call part_marks(ctx, ICORAY_I64, view_of(cell_global), is_owned, ierr, grid, corners, is_corner_owned)
   end subroutine part_marks_i8
 
-  subroutine part_first(ctx, index_type, cell_global, owned, ierr, grid)
+  subroutine part_first(ctx, index_type, cell_global, owned, ierr, grid, corner_global, owned_corners)
     type(icoray_context), intent(in) :: ctx
     integer, intent(in) :: index_type, owned
-    type(view), intent(in) :: cell_global
+    type(view), intent(in) :: cell_global, corner_global
     integer, intent(out), optional :: ierr
     character(len=*), intent(in), optional :: grid
+    integer, intent(in), optional :: owned_corners
     type(icoray_part) :: part
     character(kind=c_char), allocatable, target :: c_grid(:)
     part%cells = cell_global%extent(1)
     part%index_type = int(index_type, c_int32_t)
     part%cell_global = cell_global%first
     part%owned_cells = int(owned, c_int64_t)
+    part%corners = corner_global%extent(1)
+    part%corner_global = corner_global%first
+    if (present(owned_corners)) part%owned_corners = int(owned_corners, c_int64_t)
     call put_name(part%grid, c_grid, grid)
     call part_struct(ctx, part, ierr)
   end subroutine part_first
 
   !> Different lengths are passed as a length that no array has, which the library refuses on all ranks: an error in
   !> this module would leave the other ranks waiting.
-  subroutine part_marks(ctx, index_type, cell_global, is_owned, ierr, grid)
+  subroutine part_marks(ctx, index_type, cell_global, is_owned, ierr, grid, corner_global, is_corner_owned)
     type(icoray_context), intent(in) :: ctx
     integer, intent(in) :: index_type
-    type(view), intent(in) :: cell_global
+    type(view), intent(in) :: cell_global, corner_global
     integer(c_int32_t), intent(in) :: is_owned(:)
     integer, intent(out), optional :: ierr
     character(len=*), intent(in), optional :: grid
+    integer(c_int32_t), intent(in), optional :: is_corner_owned(:)
     type(icoray_part) :: part
-    integer(c_int32_t), allocatable, target :: marks(:)
+    integer(c_int32_t), allocatable, target :: marks(:), corner_marks(:)
     character(kind=c_char), allocatable, target :: c_grid(:)
     allocate (marks(size(is_owned) + 1))   ! never empty, so that it has an address
     marks(:size(is_owned)) = is_owned
@@ -1059,6 +1105,15 @@ contains
     part%index_type = int(index_type, c_int32_t)
     part%cell_global = cell_global%first
     part%is_owned = c_loc(marks)
+    part%corners = corner_global%extent(1)
+    part%corner_global = corner_global%first
+    if (present(is_corner_owned)) then
+      allocate (corner_marks(size(is_corner_owned) + 1))
+      corner_marks(:size(is_corner_owned)) = is_corner_owned
+      if (part%corners /= size(is_corner_owned, kind=c_int64_t)) &
+        part%corners = -1 - size(is_corner_owned, kind=c_int64_t)
+      part%is_corner_owned = c_loc(corner_marks)
+    end if
     call put_name(part%grid, c_grid, grid)
     call part_struct(ctx, part, ierr)
   end subroutine part_marks
@@ -1277,77 +1332,85 @@ contains
     array%type = int(type, c_int32_t)
   end function is_laid_out
 
-  subroutine heights_r4_1(ctx, values, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_r4_1(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: values(:)
     integer, intent(out), optional :: ierr
     real(c_float), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
+    integer, intent(in), optional :: location
     real(c_double), allocatable :: fill   ! absent where it is not allocated
     if (present(fill_value)) fill = real(fill_value, c_double)
-    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name)
+    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name, location)
   end subroutine heights_r4_1
-  subroutine heights_r4_2(ctx, values, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_r4_2(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: values(:, :)
     integer, intent(out), optional :: ierr
     real(c_float), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
+    integer, intent(in), optional :: location
     real(c_double), allocatable :: fill   ! absent where it is not allocated
     if (present(fill_value)) fill = real(fill_value, c_double)
-    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name)
+    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name, location)
   end subroutine heights_r4_2
-  subroutine heights_r4_3(ctx, values, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_r4_3(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: values(:, :, :)
     integer, intent(out), optional :: ierr
     real(c_float), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
+    integer, intent(in), optional :: location
     real(c_double), allocatable :: fill   ! absent where it is not allocated
     if (present(fill_value)) fill = real(fill_value, c_double)
-    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name)
+    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name, location)
   end subroutine heights_r4_3
-  subroutine heights_r4_4(ctx, values, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_r4_4(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: values(:, :, :, :)
     integer, intent(out), optional :: ierr
     real(c_float), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
+    integer, intent(in), optional :: location
     real(c_double), allocatable :: fill   ! absent where it is not allocated
     if (present(fill_value)) fill = real(fill_value, c_double)
-    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name)
+    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name, location)
   end subroutine heights_r4_4
-  subroutine heights_r8_1(ctx, values, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_r8_1(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: values(:)
     integer, intent(out), optional :: ierr
     real(c_double), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
-    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name)
+    integer, intent(in), optional :: location
+    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name, location)
   end subroutine heights_r8_1
-  subroutine heights_r8_2(ctx, values, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_r8_2(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: values(:, :)
     integer, intent(out), optional :: ierr
     real(c_double), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
-    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name)
+    integer, intent(in), optional :: location
+    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name, location)
   end subroutine heights_r8_2
-  subroutine heights_r8_3(ctx, values, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_r8_3(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: values(:, :, :)
     integer, intent(out), optional :: ierr
     real(c_double), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
-    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name)
+    integer, intent(in), optional :: location
+    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name, location)
   end subroutine heights_r8_3
-  subroutine heights_r8_4(ctx, values, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_r8_4(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: values(:, :, :, :)
     integer, intent(out), optional :: ierr
     real(c_double), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
-    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name)
+    integer, intent(in), optional :: location
+    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name, location)
   end subroutine heights_r8_4
   subroutine heights_struct(ctx, array, ierr)
     type(icoray_context), intent(in) :: ctx
@@ -1375,16 +1438,18 @@ contains
     call done(icoray_heights_set_ndarray_c(ctx%handle, c_loc(sized)), ierr)
   end subroutine icoray_heights_set_ndarray
 
-  subroutine heights_view(ctx, v, type, ierr, fill_value, grid_name, layers_name)
+  subroutine heights_view(ctx, v, type, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     type(view), intent(in) :: v
     integer, intent(in) :: type
     integer, intent(out), optional :: ierr
     real(c_double), intent(in), optional :: fill_value
     character(len=*), intent(in), optional :: grid_name, layers_name
+    integer, intent(in), optional :: location
     type(icoray_ndarray) :: array
     character(kind=c_char), allocatable, target :: grid(:), layers(:)
     if (.not. is_laid_out(array, ctx, 'icoray_heights_set', '', v, type, ierr)) return
+    call put(array%location, location)
     if (present(fill_value)) then
       array%has_fill = 1
       array%fill_value = fill_value

@@ -582,8 +582,10 @@ typedef struct icoray_grid {
  * halo is not read: halos of fields need no exchange before icoray_execute.
  *
  * If it differs on any rank, icoray_grid is the whole grid on all ranks, and cell_global holds rows of its tables.
- * Fields are at centres (else ICORAY_ERR_FIELD) and have a column for each of the `cells` cells, of which only own
- * ones are read; a halo is not needed.
+ * Fields at centres have a column for each of the `cells` cells, of which only own ones are read; a halo is not
+ * needed. Fields at corners have a column for each of the `corners` corners, whose rows corner_global holds, of which
+ * only own ones are read; every corner is owned by exactly one rank. If no rank has corner_global, fields at corners
+ * have a column for each corner of the grid, of which those whose first cell in corner_cell is own are read.
  *
  * Columns are assembled once per frame in memory shared by the ranks of a node (bytes_copied). With one rank nothing
  * is copied.
@@ -618,6 +620,24 @@ typedef struct icoray_part {
    * For each cell: nonzero if it is own. NULL if the first owned_cells cells are own.
    */
   const int32_t *is_owned;
+  /**
+   * With the whole grid's tables, number of columns of this rank's fields at corners: rows of corner_global and
+   * is_corner_owned. 0 if the rank has none, if no rank has corner_global, and for parts.
+   */
+  int64_t corners;
+  /**
+   * Row of each of these corners in the tables, counted from index_base (ICON: the global index of a triangle), of
+   * index_type. NULL as `corners` is 0.
+   */
+  const void *corner_global;
+  /**
+   * Number of own corners, which come first. Ignored if is_corner_owned is not NULL.
+   */
+  int64_t owned_corners;
+  /**
+   * For each corner: nonzero if it is own. NULL if the first owned_corners corners are own.
+   */
+  const int32_t *is_corner_owned;
 } icoray_part;
 
 /**
@@ -969,9 +989,9 @@ icoray_status icoray_grid_set(struct icoray_ctx *ctx,
  * of rays are exchanged and composed.
  *
  * Collective over the communicator of icoray_open, with a grid of the same name on all ranks. A failure on one rank
- * is the status of all ranks: ICORAY_ERR_GRID if a cell is owned by two ranks or by none, a number occurs twice or
- * is not in the grid, or a halo is narrower than one cell. On failure the previous part, if any, stays in effect. A
- * single process owns every cell, in the order of its tables, and renders as without this call.
+ * is the status of all ranks: ICORAY_ERR_GRID if a cell or corner is owned by two ranks or by none, a number occurs
+ * twice or is not in the grid, or a halo is narrower than one cell. On failure the previous part, if any, stays in
+ * effect. A single process owns every cell and corner, in the order of its tables, and renders as without this call.
  *
  * # Safety
  * `ctx` is open; `part` is NULL or points to an initialised icoray_part.
@@ -1018,15 +1038,16 @@ icoray_status icoray_field_set_ndarray(struct icoray_ctx *ctx,
 
 /**
  * Sets the heights of layers that differ from column to column (terrain, a sea floor): metres above the planet's
- * surface, negative below it, one value for each cell (ICORAY_CENTER) and each layer of icoray_layers, in their
- * order, for the grid and layers that the array names. The array is borrowed and replaces earlier heights; NULL
- * removes them. Scenes with heights = "native" read it at each icoray_execute; other scenes use the radii of
- * icoray_layers and do not read it.
+ * surface, negative below it, one value for each cell (ICORAY_CENTER) or corner (ICORAY_CORNER, ICON's triangles) and
+ * each layer of icoray_layers, in their order, for the grid and layers that the array names. The array is borrowed and
+ * replaces earlier heights; NULL removes them. Scenes with heights = "native" read it at each icoray_execute; other
+ * scenes use the radii of icoray_layers and do not read it.
  *
  * From the innermost layer outwards, the heights of a column must not decrease; equal heights are allowed. A column
- * whose heights are all missing (NaN or fill_value) has the mean heights. Wrong heights are ICORAY_ERR_LAYERS at
- * icoray_execute. On a rank with a part of the grid, or with some columns, the array has the same cells as the
- * rank's fields.
+ * whose heights are all missing (NaN or fill_value) has the mean heights. Heights at corners are averaged to cells as
+ * fields are, over the corners of a cell that have heights; a cell without such a corner has the mean heights. Wrong
+ * heights are ICORAY_ERR_LAYERS at icoray_execute, with the cell or corner, the layers and the values. On a rank with
+ * a part of the grid, or with some columns, the array has the same cells or corners as the rank's fields.
  *
  * # Safety
  * `ctx` is open; `heights` is NULL or points to an initialised icoray_array, whose data live until they are replaced

@@ -144,7 +144,7 @@ fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
     let run = Run::new(mpi, "mpi_parts");
     run.alone(50);
     let whole = files(&run.at("one/whole"));
-    assert_eq!(whole.len(), 6, "{:?}", whole.keys());
+    assert_eq!(whole.len(), 8, "{:?}", whole.keys());
     assert!(whole == files(&run.at("one/part")), "one process draws another picture of a part that has all");
     for &(ranks, node) in runs {
         let name = format!("{ranks}_{node}");
@@ -174,7 +174,7 @@ fn columns(mpi: &Mpi, runs: &[(usize, &str)]) {
     let run = Run::new(mpi, "mpi_columns");
     run.alone(15);
     let one = files(&run.at("one"));
-    assert_eq!(one.len(), 8, "{:?}", one.keys());
+    assert_eq!(one.len(), 10, "{:?}", one.keys());
     let same = |to: &Path| assert!(files(to) == one, "{} has other pictures", to.display());
     for &(ranks, node) in runs {
         let name = format!("{ranks}_{node}");
@@ -368,6 +368,7 @@ fn fortran_hands_its_communicators_over() {
         let picture = |name: &str| std::fs::read(to.join(name)).unwrap();
         assert!(picture("world/f_1.png") == picture("part/f_1.png"));
         assert!(picture("world/f_1.png") == picture("integer/f_1.png"));
+        assert!(picture("world/f_1.png") == picture("columns/f_1.png"));
         for name in ["first/f_1.png", "last/f_1.png"] {
             // One step of eight bits.
             assert!(difference(&to.join(name), &to.join("world/f_1.png")) < 1.1 / 255.0, "{name} of {ranks} ranks");

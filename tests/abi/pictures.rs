@@ -152,6 +152,7 @@ fn pictures_depend_on_values_and_nothing_else() {
     }
     let sizes: Vec<_> = groups.iter().map(|(group, members)| (group.as_str(), members.len())).collect();
     let expected = [
+        ("averaged", 8),
         ("coarse", 5),
         ("corner", 47),
         ("flat", 1),

@@ -21,7 +21,29 @@ typedef struct {
     float *values, *start;
     size_t count;
     int kind;
+    icoray_array corner; /* heights at corners, of all or of those of this rank's part */
+    float *heights, *heights_start;
+    size_t heights_count;
 } Model;
+
+/* Heights at the corners that this rank has: not a number where they are not its own in a part. */
+static void add_heights(Model *m)
+{
+    float *all = corner_values(&m->w);
+    const float *values = m->kind == PARTS ? m->cut.corner.data : all;
+    size_t layers = (size_t)m->w.layers;
+    m->corner = m->kind == PARTS ? m->cut.corner : m->w.array;
+    m->corner.location = ICORAY_CORNER;
+    m->corner.columns = m->kind == PARTS ? m->cut.grid.corners : m->w.grid.corners;
+    m->heights_count = (size_t)m->corner.columns * layers;
+    m->heights = calloc(m->heights_count + 1, sizeof *m->heights);
+    m->heights_start = calloc(m->heights_count + 1, sizeof *m->heights);
+    for (size_t i = 0; i < m->heights_count; i++) {
+        m->heights[i] = m->heights_start[i] = 5e3f * (float)(i % layers) + 2e3f * values[i];
+    }
+    m->corner.data = m->heights;
+    free(all);
+}
 
 static Model model(int kind)
 {
@@ -52,6 +74,7 @@ static Model model(int kind)
     m.count = (size_t)(m.array.columns * m.array.column_stride);
     m.start = calloc(m.count + 1, sizeof *m.start);
     memcpy(m.start, m.values, m.count * sizeof *m.start);
+    add_heights(&m);
     return m;
 }
 
@@ -64,6 +87,8 @@ static void end_model(Model *m)
         free(m->values);
     }
     free(m->global);
+    free(m->heights);
+    free(m->heights_start);
     free(m->start);
     free(m->owner);
     end_world(&m->w);
@@ -84,7 +109,8 @@ static icoray_ctx *open_model(const Model *m, const char *directory, int async)
     give_grid(ctx, m);
     set_layers(ctx, m->w.layers);
     OK(icoray_field_set(ctx, "f", &m->array));
-    set_scene(ctx, PIXELS, "every = 2");
+    OK(icoray_heights_set(ctx, &m->corner));
+    set_scene(ctx, PIXELS, "every = 2\nheights = \"native\"");
     return ctx;
 }
 
@@ -101,6 +127,7 @@ static void compute(Model *m, int step)
     for (size_t i = 0; i < m->count; i++) {
         m->values[i] = m->start[i] * (1.0f - 0.1f * (float)step);
     }
+    memcpy(m->heights, m->heights_start, m->heights_count * sizeof *m->heights);
 }
 
 /* What the model computes next goes over what was drawn. */
@@ -108,6 +135,9 @@ static void spoil(Model *m)
 {
     for (size_t i = 0; i < m->count; i++) {
         m->values[i] = 1e30f;
+    }
+    for (size_t i = 0; i < m->heights_count; i++) {
+        m->heights[i] = -1e6f * (float)i;
     }
     MPI_Barrier(MPI_COMM_WORLD);
 }

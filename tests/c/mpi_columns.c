@@ -14,8 +14,9 @@ static const struct {
     {"f64", "precision = \"f64\"\ncore = \"transparent\"", ""},
     {"lit", "background = \"transparent\"", "[light]\nkind = \"headlight\""},
     {"two", "heights = \"native\"", ""},
+    {"corners", "heights = \"native\"", ""},
 };
-enum { FRAMES = COUNT(SCENES), TWO = FRAMES - 1 };
+enum { FRAMES = COUNT(SCENES), CORNERS = FRAMES - 1, TWO = FRAMES - 2 };
 /* What ranks have columns of: two fields, of which the second is in the last scene only, and so are the heights. */
 enum { F, G, HEIGHTS, KINDS_OF_VALUES };
 static const char *const KINDS[PARTITIONS] = {"contiguous", "random", "single_cell", "no_cell"};
@@ -29,6 +30,10 @@ typedef struct {
     int64_t *cell;
     int32_t *global, *is_owned;
     float *values, *all[KINDS_OF_VALUES];
+    icoray_array corner_array; /* of a field at corners; the heights there lie alike */
+    int64_t *corner;
+    int32_t *corner_global, *is_corner_owned;
+    float *at_corners[2];
 } Mine;
 
 static void hear(void *user, int32_t level, const char *message)
@@ -37,8 +42,43 @@ static void hear(void *user, int32_t level, const char *message)
     heard += level == ICORAY_LOG_DEBUG && strstr(message, sharing) != NULL;
 }
 
+/*
+ * Columns at corners: numbered ones from the last to the first, whose owners have nothing to do with those of cells, on odd
+ * ranks with some others; or all corners, of which those are own whose first cell is.
+ */
+static void add_corners(Mine *m, const World *w, const int *owner, int is_numbered)
+{
+    const int32_t *corner_cell = w->grid.corner_cell;
+    size_t corners = (size_t)w->grid.corners;
+    int64_t count = 0;
+    m->corner = calloc(corners, sizeof *m->corner);
+    m->corner_global = calloc(corners, sizeof *m->corner_global);
+    m->is_corner_owned = calloc(corners, sizeof *m->is_corner_owned);
+    for (int64_t i = 0; i < (int64_t)corners; i++) {
+        int64_t c = is_numbered ? (int64_t)corners - 1 - i : i;
+        int is_own = is_numbered ? 7 * c % ranks == rank : owner[corner_cell[3 * c]] == rank;
+        if (is_own || !is_numbered || (rank % 2 == 1 && c % 5 == 0)) {
+            m->corner[count] = c;
+            m->corner_global[count] = (int32_t)c + w->grid.index_base;
+            m->is_corner_owned[count++] = is_own;
+        }
+    }
+    m->corner_array = w->array;
+    m->corner_array.location = ICORAY_CORNER;
+    m->corner_array.columns = count;
+    for (int k = 0; k < 2; k++) {
+        m->at_corners[k] = calloc((size_t)(count * w->layers) + 1, sizeof **m->at_corners);
+    }
+    m->corner_array.data = m->at_corners[0];
+    if (is_numbered) {
+        m->part.corners = count;
+        m->part.corner_global = m->corner_global;
+        m->part.is_corner_owned = m->is_corner_owned;
+    }
+}
+
 /* Own columns from the last to the first; on odd ranks with a halo of all cells that share a corner with them. */
-static Mine mine_of(const World *w, const int *owner)
+static Mine mine_of(const World *w, const int *owner, int is_numbered)
 {
     const int32_t *corner_cell = w->grid.corner_cell;
     size_t cells = (size_t)w->grid.cells;
@@ -78,6 +118,7 @@ static Mine mine_of(const World *w, const int *owner)
         m.array.layer_stride = m.part.cells;
     }
     free(has);
+    add_corners(&m, w, owner, is_numbered);
     return m;
 }
 
@@ -86,6 +127,11 @@ static void end_mine(Mine *m)
     free(m->cell);
     free(m->global);
     free(m->is_owned);
+    free(m->corner);
+    free(m->corner_global);
+    free(m->is_corner_owned);
+    free(m->at_corners[0]);
+    free(m->at_corners[1]);
     for (int k = 0; k < KINDS_OF_VALUES; k++) {
         free(m->all[k]);
     }
@@ -114,6 +160,35 @@ static void set_more(icoray_ctx *ctx, icoray_array array, float *const all[KINDS
     OK(icoray_heights_set(ctx, &array));
 }
 
+/* The field and the heights at a corner; all values at corners are `base`. */
+static float corner_value(const float *base, const World *w, int kind, int64_t corner, int layer)
+{
+    const float *column = base + corner * w->layers;
+    return kind == 0 ? column[layer] : 4e3f * (float)layer + 2e3f * (1.0f + column[0]);
+}
+
+static void compute_corners(const Mine *m, const World *w)
+{
+    float *base = corner_values(w);
+    for (int64_t i = 0; i < m->corner_array.columns * w->layers; i++) {
+        int64_t at = i / w->layers;
+        for (int k = 0; k < 2; k++) {
+            float value = corner_value(base, w, k, m->corner[at], (int)(i % w->layers));
+            m->at_corners[k][i] = m->is_corner_owned[at] ? value : NAN;
+        }
+    }
+    free(base);
+}
+
+/* Sets the field and the heights at corners, in place of those at cells. */
+static void set_corners(icoray_ctx *ctx, icoray_array array, float *const at_corners[2])
+{
+    array.data = at_corners[0];
+    OK(icoray_field_set(ctx, "c", &array));
+    array.data = at_corners[1];
+    OK(icoray_heights_set(ctx, &array));
+}
+
 static void compute(const Mine *m, const World *w, int step)
 {
     for (int64_t c = 0; c < m->part.cells; c++) {
@@ -135,7 +210,7 @@ static void set(icoray_ctx *ctx, int scene)
     OK(icoray_scene_text(ctx, text_of(
         "%sexaggeration = 60\n%s\n[image]\nwidth = 70\nheight = 58\n" CAMERA "%s"
         "[output]\nfile = \"%s_{step}.exr\"\nerror = \"%s_error_{step}.png\"\n%s\n",
-        scene == TWO ? "" : "field = \"f\"\n", SCENES[scene].more, scene == TWO ? two : one, SCENES[scene].name,
+        scene == TWO ? "" : scene == CORNERS ? "field = \"c\"\n" : "field = \"f\"\n", SCENES[scene].more, scene == TWO ? two : one, SCENES[scene].name,
         SCENES[scene].name, SCENES[scene].light)));
 }
 
@@ -154,10 +229,15 @@ static void check_report(const icoray_frame_report *r, const World *w, double no
 {
     double values = (double)(w->grid.cells * w->layers), of = scene == TWO ? KINDS_OF_VALUES : 1;
     double copied = (double)r->bytes_copied, all = 0.0;
+    int is_plain = scene != TWO && scene != CORNERS;
+    if (scene == CORNERS) {
+        values = (double)(w->grid.corners * w->layers);
+        of = 2;
+    }
     MPI_Allreduce(&copied, &all, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
     CHECK(all == nodes * of * values * 4);
     CHECK(r->scheme == ICORAY_TILES && r->ranks == ranks && r->copy_s > 0.0 && r->missing_values == 0);
-    CHECK(r->fragments == 0 && (scene == TWO || r->bytes_derived == (r->lights != 0 ? (uint64_t)values * 8 + (uint64_t)w->grid.cells : 0)));
+    CHECK(r->fragments == 0 && (!is_plain || r->bytes_derived == (r->lights != 0 ? (uint64_t)values * 8 + (uint64_t)w->grid.cells : 0)));
 }
 
 static void draw(const char *directory, const World *w, int kind, double nodes)
@@ -169,16 +249,21 @@ static void draw(const char *directory, const World *w, int kind, double nodes)
         return;
     }
     trying = KINDS[kind];
-    mine = mine_of(w, owner);
+    mine = mine_of(w, owner, kind % 2);
     ctx = fresh(path_of(directory, KINDS[kind]), w);
     OK(icoray_part_set(ctx, &mine.part));
     memset(mine.global, 0x55, (size_t)mine.part.cells * 4); /* nothing is kept of it */
+    memset(mine.corner_global, 0x55, (size_t)mine.corner_array.columns * 4);
     OK(icoray_field_set(ctx, "f", &mine.array));
     set_more(ctx, mine.array, mine.all);
     for (int step = 0; step < FRAMES; step++) {
         icoray_frame_report report;
         set(ctx, step);
         compute(&mine, w, step);
+        if (step == CORNERS) {
+            compute_corners(&mine, w);
+            set_corners(ctx, mine.corner_array, mine.at_corners);
+        }
         OK(icoray_execute(ctx, step, 0.0, NULL));
         report = report_of(ctx);
         check_report(&report, w, nodes, step);
@@ -195,7 +280,16 @@ static void draw_alone(const char *directory, const World *w)
     icoray_config config = plain(directory);
     icoray_ctx *ctx = NULL;
     World now = *w;
-    float *all[KINDS_OF_VALUES];
+    float *all[KINDS_OF_VALUES], *base = corner_values(w), *at_corners[2];
+    icoray_array corner = w->array;
+    corner.location = ICORAY_CORNER;
+    corner.columns = w->grid.corners;
+    for (int k = 0; k < 2; k++) {
+        at_corners[k] = calloc((size_t)(w->grid.corners * w->layers), sizeof **at_corners);
+        for (int64_t i = 0; i < w->grid.corners * w->layers; i++) {
+            at_corners[k][i] = corner_value(base, w, k, i / w->layers, (int)(i % w->layers));
+        }
+    }
     for (int k = 0; k < KINDS_OF_VALUES; k++) {
         all[k] = calloc((size_t)(w->grid.cells * w->layers), sizeof *now.values);
     }
@@ -211,10 +305,16 @@ static void draw_alone(const char *directory, const World *w)
             }
         }
         set(ctx, step);
+        if (step == CORNERS) {
+            set_corners(ctx, corner, at_corners);
+        }
         OK(icoray_execute(ctx, step, 0.0, NULL));
         CHECK(report_of(ctx).bytes_copied == 0);
     }
     OK(icoray_close(&ctx));
+    free(base);
+    free(at_corners[0]);
+    free(at_corners[1]);
     for (int k = 0; k < KINDS_OF_VALUES; k++) {
         free(all[k]);
     }
@@ -225,10 +325,10 @@ static void refusals(const char *directory, const World *w)
 {
     int *owner = partition(w, CONTIGUOUS, ranks);
     int odd = ranks - 1, is_odd = rank == odd;
-    Mine mine = mine_of(w, owner);
+    Mine mine = mine_of(w, owner, 1);
     icoray_ctx *ctx = fresh(directory, w);
     icoray_part part = mine.part;
-    icoray_array array = mine.array, corner = mine.array;
+    icoray_array array = mine.array;
     const char *text = by_rank(odd);
     int32_t kept = mine.global[0];
     if (is_odd) {
@@ -250,6 +350,21 @@ static void refusals(const char *directory, const World *w)
     }
     TOLD(GRID, "cell 0 is owned by ranks 0 and", icoray_part_set(ctx, &part));
     mine.global[0] = kept;
+
+    /* Corners. */
+    kept = mine.corner_global[0];
+    if (is_odd) {
+        mine.corner_global[0] = (int32_t)w->grid.corners + w->grid.index_base;
+    }
+    TOLD(GRID, "corner_global row 0: ", icoray_part_set(ctx, &part));
+    mine.corner_global[0] = kept;
+    part.is_corner_owned = is_odd ? NULL : mine.is_corner_owned;
+    TOLD(GRID, "of the whole grid is owned by no rank", icoray_part_set(ctx, &part));
+    part.owned_corners = part.corners;
+    /* The second rank has some of the others as a halo. */
+    part.is_corner_owned = rank == 1 ? NULL : mine.is_corner_owned;
+    TOLD(GRID, "expected one owner", icoray_part_set(ctx, &part));
+    part = mine.part;
     OK(icoray_part_set(ctx, &part));
 
     /* Fields. */
@@ -258,9 +373,12 @@ static void refusals(const char *directory, const World *w)
     array.columns -= is_odd;
     OK(icoray_field_set(ctx, "f", &array));
     TOLD(FIELD, text, icoray_execute(ctx, 1, 0.0, NULL));
-    corner.location = ICORAY_CORNER;
-    OK(icoray_field_set(ctx, "f", is_odd ? &corner : &mine.array));
-    TOLD(FIELD, "at corners, expected centres", icoray_execute(ctx, 2, 0.0, NULL));
+    OK(icoray_field_set(ctx, "f", is_odd ? &mine.corner_array : &mine.array));
+    TOLD(MPI, "has \"f\" at corners, but \"f\" at centres on rank 0", icoray_execute(ctx, 2, 0.0, NULL));
+    array = mine.corner_array;
+    array.columns -= is_odd;
+    OK(icoray_field_set(ctx, "f", &array));
+    TOLD(FIELD, "one per row of corner_global", icoray_execute(ctx, 2, 0.0, NULL));
     OK(icoray_field_set(ctx, "f", &mine.array));
     OK(icoray_execute(ctx, 3, 0.0, NULL));
 
@@ -290,8 +408,15 @@ static void refusals(const char *directory, const World *w)
     nd.stride[1] = mine.array.column_stride;
     OK(icoray_field_set_ndarray(ctx, "f", &nd));
     OK(icoray_execute(ctx, 4, 0.0, NULL));
+    compute_corners(&mine, w);
+    nd.data = mine.at_corners[0];
     nd.location = ICORAY_CORNER;
-    REFUSED(ctx, FIELD, "at corners, expected centres", icoray_field_set_ndarray(ctx, "f", &nd));
+    nd.extent[1] = mine.corner_array.columns;
+    nd.stride[0] = mine.corner_array.layer_stride;
+    nd.stride[1] = mine.corner_array.column_stride;
+    OK(icoray_field_set_ndarray(ctx, "f", &nd));
+    OK(icoray_execute(ctx, 9, 0.0, NULL));
+    CHECK(report_of(ctx).missing_values == 0);
     OK(icoray_close(&ctx));
     end_mine(&mine);
     free(owner);
@@ -301,7 +426,7 @@ static void refusals(const char *directory, const World *w)
 static void leaves(const char *directory, const World *w)
 {
     int *owner = partition(w, CONTIGUOUS, ranks);
-    Mine mine = mine_of(w, owner);
+    Mine mine = mine_of(w, owner, 0);
     icoray_ctx *ctx = fresh(directory, w);
     OK(icoray_part_set(ctx, &mine.part));
     OK(icoray_field_set(ctx, "f", &mine.array));

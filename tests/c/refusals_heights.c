@@ -31,8 +31,6 @@ static void arrays_of_heights(icoray_ctx *ctx)
         {IN(struct_size), 8, ICORAY_ERR_STRUCT_SIZE, "icoray_array.struct_size: 8"},
         {IN(data), 0, ICORAY_ERR_NULL, "heights: icoray_array.data is NULL"},
         {IN(type), ICORAY_I32, ICORAY_ERR_ARGUMENT, "heights: icoray_array.type: 3"},
-        {IN(location), ICORAY_CORNER, ICORAY_ERR_ARGUMENT,
-         "heights: icoray_array.location: ICORAY_CORNER (1), expected ICORAY_CENTER (0)"},
         {IN(location), 7, ICORAY_ERR_ARGUMENT, "heights: icoray_array.location: 7"},
         {IN(columns), 0, ICORAY_ERR_FIELD, "heights: 0 columns"},
         {IN(columns), -1, ICORAY_ERR_ARGUMENT, "heights: icoray_array.columns: -1"},
@@ -69,7 +67,12 @@ static void ndarrays_of_heights(icoray_ctx *ctx)
     REFUSED(NULL, NULL, "ctx", icoray_heights_set_ndarray(NULL, &array));
     OK(icoray_heights_set_ndarray(ctx, &array));
     array.location = ICORAY_CORNER;
-    REFUSED(ctx, ARGUMENT, "heights: icoray_ndarray.location: ICORAY_CORNER (1), expected",
+    REFUSED(ctx, FIELD, "42 columns are the grid's cells: set location = ICORAY_CENTER",
+            icoray_heights_set_ndarray(ctx, &array));
+    array.extent[1] = 80;
+    OK(icoray_heights_set_ndarray(ctx, &array));
+    array.location = ICORAY_CENTER;
+    REFUSED(ctx, FIELD, "80 columns are the grid's corners: set location = ICORAY_CORNER",
             icoray_heights_set_ndarray(ctx, &array));
     array = over(values);
     array.extent[1] = 41;
@@ -136,10 +139,47 @@ static void native(icoray_ctx *ctx)
     OK(icoray_scene_text(ctx, good_scene));
 }
 
+/* At corners, wrong heights are told by the corner. */
+static void native_at_corners(icoray_ctx *ctx)
+{
+    static float metres[80 * LAYERS];
+    icoray_array array = good_array;
+    trying = "heights at corners";
+    for (int i = 0; i < 80 * LAYERS; i++) {
+        metres[i] = 1e5f * (float)(i % LAYERS) + (float)(i / LAYERS % 7);
+    }
+    array.data = metres;
+    array.columns = 80;
+    OK(icoray_scene_text(ctx, "heights = \"native\"\n" SCENE("f", "4", "corners_{step}.png")));
+    OK(icoray_heights_set(ctx, &array));
+    NOT_DRAWN(ctx, LAYERS, "heights: 80 columns of 3 layers, expected 42 of 3, as many as icoray_layers has (80 columns are "
+                           "the grid's corners: set location = ICORAY_CORNER)");
+    array.location = ICORAY_CORNER;
+    OK(icoray_heights_set(ctx, &array));
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    array.columns = 42;
+    OK(icoray_heights_set(ctx, &array));
+    NOT_DRAWN(ctx, LAYERS, "heights: 42 columns of 3 layers, expected 80 of 3");
+    array.columns = 80;
+    OK(icoray_heights_set(ctx, &array));
+    metres[5 * LAYERS + 1] = NAN;
+    NOT_DRAWN(ctx, LAYERS, "heights: corner 5 (counted from 0), layer 2 of 3: missing, but ");
+    metres[5 * LAYERS] = metres[5 * LAYERS + 2] = NAN; /* means are of the other corners */
+    OK(icoray_execute(ctx, 3, 0.0, NULL));
+    metres[9 * LAYERS + 1] = -1e5f;
+    NOT_DRAWN(ctx, LAYERS, "heights: corner 9 (counted from 0), layers 2 and 1 of 3: -100000 m lies below 2 m");
+    OK(icoray_heights_set(ctx, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(is_picture("corners_1.png") && is_picture("corners_3.png"));
+    OK(icoray_scene_text(ctx, good_scene));
+    trying = "";
+}
+
 void heights(icoray_ctx *ctx)
 {
     arrays_of_heights(ctx);
     ndarrays_of_heights(ctx);
     left_alone(ctx);
     native(ctx);
+    native_at_corners(ctx);
 }

@@ -4,9 +4,9 @@
 void grid_parts(icoray_ctx *ctx)
 {
 #define IN(name) offsetof(icoray_part, name), sizeof(((icoray_part *)0)->name)
-    static int32_t global[42], marks[42];
+    static int32_t global[42], marks[42], corner[80];
     static const char *const unknown = "no such grid", *const no_utf8 = NO_UTF8;
-    static const void *const none = NULL;
+    static const void *const none = NULL, *const some = global;
     static const char *const aside = (const char *)global + 1;
     static const int64_t minus_one = -1, one_fewer = 41, one_more = 43, huge = INT64_MAX;
     static const int32_t no_type = 0, a_real = ICORAY_F32;
@@ -29,6 +29,9 @@ void grid_parts(icoray_ctx *ctx)
         {IN(owned_cells), &one_more, ICORAY_ERR_GRID, "43 own cells, expected at most 42"},
         {IN(owned_cells), &one_fewer, ICORAY_ERR_GRID, "owned by no rank"},
         {IN(is_owned), &aside, ICORAY_ERR_ARGUMENT, "icoray_part.is_owned"},
+        {IN(corners), &minus_one, ICORAY_ERR_ARGUMENT, "icoray_part.corners: -1"},
+        {IN(corners), &one_more, ICORAY_ERR_NULL, "icoray_part.corner_global is NULL"},
+        {IN(corner_global), &some, ICORAY_ERR_GRID, "corner_global: 0 rows, expected 80, one per corner"},
     };
 #undef IN
     icoray_part good = {sizeof good}, part;
@@ -68,6 +71,35 @@ void grid_parts(icoray_ctx *ctx)
     REFUSED(ctx, GRID, "rows 4 and 9: both 20", icoray_part_set(ctx, &good));
     global[9] = -1;
     REFUSED(ctx, GRID, "row 9: -1, expected 0 or more", icoray_part_set(ctx, &good));
+
+    trying = "corners of a part";
+    for (int32_t i = 0; i < (int32_t)COUNT(global); i++) {
+        global[i] = i;
+    }
+    for (int32_t i = 0; i < (int32_t)COUNT(corner); i++) {
+        corner[i] = i;
+    }
+    part = good;
+    part.corners = part.owned_corners = COUNT(corner);
+    part.corner_global = corner;
+    OK(icoray_part_set(ctx, &part));
+    still_draws(ctx);
+    part.owned_corners = COUNT(corner) + 1;
+    REFUSED(ctx, GRID, "81 own corners, expected at most 80", icoray_part_set(ctx, &part));
+    part.owned_corners = -1;
+    REFUSED(ctx, ARGUMENT, "icoray_part.owned_corners: -1", icoray_part_set(ctx, &part));
+    part.owned_corners = 79;
+    REFUSED(ctx, GRID, "corner 79 is owned by no rank", icoray_part_set(ctx, &part));
+    part.is_corner_owned = (const int32_t *)(const void *)aside;
+    REFUSED(ctx, ARGUMENT, "icoray_part.is_corner_owned", icoray_part_set(ctx, &part));
+    part.is_corner_owned = corner; /* but for the first */
+    REFUSED(ctx, GRID, "corner 0 is owned by no rank", icoray_part_set(ctx, &part));
+    part.is_corner_owned = NULL;
+    part.owned_corners = COUNT(corner);
+    corner[7] = 80;
+    REFUSED(ctx, GRID, "corner_global row 7: 80, expected 0 to 79", icoray_part_set(ctx, &part));
+    part.corner_global = aside;
+    REFUSED(ctx, ARGUMENT, "icoray_part.corner_global", icoray_part_set(ctx, &part));
 
     /* Only one of several ranks can be without cells. */
     trying = "no cells";

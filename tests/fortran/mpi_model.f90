@@ -36,6 +36,7 @@ program mpi_model
   end if
   call draw(MPI_COMM_WORLD%MPI_VAL, 'first', ranks)
   call draw(MPI_COMM_WORLD%MPI_VAL, 'last', ranks)
+  call draw(MPI_COMM_WORLD%MPI_VAL, 'columns', ranks)
   call beside()
 
   call icoray_mesh_free(mesh)
@@ -46,7 +47,7 @@ program mpi_model
 
 contains
 
-  !> Of whole grids, or of parts that are called 'first' and 'last'.
+  !> Of whole grids, of parts that are called 'first' and 'last', or of columns.
   subroutine draw(comm, name, expected)
     integer, intent(in) :: comm, expected
     character(len=*), intent(in) :: name
@@ -69,6 +70,8 @@ contains
       call spread(ctx)
     case ('last')
       call spread_last(ctx)
+    case ('columns')
+      call spread_columns(ctx)
     case default
       in_parts = .false.
       call icoray_grid_set(ctx, mesh)
@@ -87,7 +90,7 @@ contains
     call check(report%ranks == expected .and. report%tiles > 0 .and. report%rays > 0, 'the report')
     call check(report%scheme == ICORAY_TILES .and. report%fragments == 0, 'the scheme')
     ! Of the last ones, a single rank has all.
-    call check((report%bytes_copied > 0) .eqv. (in_parts .and. expected > 1 .and. (name == 'first' .or. rank == ranks - 1)), &
+    call check((report%bytes_copied > 0) .eqv. (in_parts .and. expected > 1 .and. (name /= 'last' .or. rank == ranks - 1)), &
                'copies')
     call icoray_close(ctx, ierr)
     call check(ierr == ICORAY_OK, 'icoray_close')
@@ -149,6 +152,40 @@ contains
     call icoray_part_set(ctx, int(numbers(:own), c_int64_t), ierr, owned=own, grid='named')
     call check(ierr == ICORAY_OK, 'icoray_part_set with their number and wide numbers')
   end subroutine spread_last
+
+  !> Each rank has all tables, every so many cell and the heights of every so many corner, which no scene shows.
+  subroutine spread_columns(ctx)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), allocatable, target, save :: own(:, :)
+    real(c_float), allocatable, target, save :: heights(:, :)
+    integer(c_int64_t), allocatable :: numbers(:), corners(:)
+    character(len=200) :: message
+    integer :: i, ierr
+    numbers = [(int(i - 1, c_int64_t), i = rank + 1, cells, ranks)]
+    corners = [(int(i - 1, c_int64_t), i = rank + 1, 2*cells - 4, ranks)]
+    own = q(:, rank + 1::ranks)
+    allocate (heights(size(corners), 3), source=1.0_c_float)
+    call icoray_grid_set(ctx, mesh)
+    call icoray_part_set(ctx, numbers, ierr, owned=size(numbers), corner_global=corners)
+    call check(ierr == ICORAY_ERR_GRID, 'corners that nobody owns')
+    call icoray_part_set(ctx, int(numbers), ierr, is_owned=numbers >= 0, corner_global=int(corners), &
+                         is_corner_owned=[corners >= 0, .true.])
+    call check(ierr == ICORAY_ERR_ARGUMENT, 'a mask of corners that is too long')
+    call icoray_last_error(ctx, message)
+    call check(index(message, 'icoray_part.corners: -') > 0, 'its message')
+    call icoray_part_set(ctx, int(numbers), ierr, is_owned=numbers >= 0, corner_global=int(corners), &
+                         is_corner_owned=corners >= 0)
+    call check(ierr == ICORAY_OK, 'icoray_part_set with a mask of corners')
+    call icoray_part_set(ctx, numbers, ierr, is_owned=int(numbers*0 + 1), corner_global=corners, &
+                         is_corner_owned=int(corners*0 + 1))
+    call check(ierr == ICORAY_OK, 'icoray_part_set with marks of corners')
+    call icoray_part_set(ctx, numbers, ierr, owned=size(numbers), corner_global=corners, owned_corners=size(corners))
+    call check(ierr == ICORAY_OK, 'icoray_part_set with the number of corners')
+    call icoray_field_set(ctx, 'q', own, ierr)
+    call check(ierr == ICORAY_OK, 'own columns')
+    call icoray_heights_set(ctx, heights, ierr, location=ICORAY_CORNER)
+    call check(ierr == ICORAY_OK, 'heights of own corners')
+  end subroutine spread_columns
 
   !> With a configuration, in which threads that draw on are asked for.
   subroutine beside()

@@ -220,6 +220,8 @@ contains
     type(icoray_array) :: array
     real(real32), allocatable, target :: values(:, :), wrong(:, :), line(:), blocks(:, :, :), four(:, :, :, :)
     real(real64), allocatable, target :: line8(:), values8(:, :), blocks8(:, :, :), four8(:, :, :, :)
+    real(real32), allocatable, target :: triangles(:, :)
+    real(real64), allocatable, target :: triangles8(:, :)
     real(real64), pointer :: unset(:, :)
     integer :: ierr
     values = at_centers
@@ -227,7 +229,8 @@ contains
     line = reshape(values, [nz*cells])
     line8 = line
     allocate (wrong(nz + 3, cells), blocks(cells, nz, 1), four(1, nz, 1, cells), source=0.0_real32)
-    allocate (blocks8(cells, nz, 1), four8(1, nz, 1, cells), source=0.0_real64)
+    allocate (blocks8(cells, nz, 1), four8(1, nz, 1, cells), triangles8(2*cells - 4, nz), source=0.0_real64)
+    allocate (triangles(nz, 2*cells - 4), source=0.0_real32)
     unset => null()
     call icoray_heights_set(ctx, wrong, ierr)
     call refused(ctx, ierr, ICORAY_ERR_FIELD, 'heights: ')
@@ -239,9 +242,17 @@ contains
     call refused(none, ierr, ICORAY_ERR_NULL, 'ctx is NULL')
     call icoray_heights_set(none, ierr)
     call refused(none, ierr, ICORAY_ERR_NULL, 'ctx is NULL')
-    array%location = ICORAY_CORNER
+    array%location = 7
     call icoray_heights_set(ctx, array, ierr)
-    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'heights: icoray_array.location: ICORAY_CORNER')
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'heights: icoray_array.location: 7')
+    call icoray_heights_set(ctx, values, ierr, location=ICORAY_CORNER)
+    call refused(ctx, ierr, ICORAY_ERR_FIELD, 'columns are the grid''s cells: set location = ICORAY_CENTER')
+    call icoray_heights_set(ctx, triangles, ierr)
+    call refused(ctx, ierr, ICORAY_ERR_FIELD, 'columns are the grid''s corners: set location = ICORAY_CORNER')
+    call icoray_heights_set(ctx, triangles, ierr, location=ICORAY_CORNER)
+    call went_well(ctx, ierr, 'heights of layers and corners')
+    call icoray_heights_set(ctx, triangles8, ierr, fill_value=-1e30_real64, location=ICORAY_CORNER)
+    call went_well(ctx, ierr, 'heights of corners and layers, 64 bits')
     call icoray_heights_set(ctx, line, ierr)
     call went_well(ctx, ierr, 'heights in a line')
     call icoray_heights_set(ctx, line8, ierr, fill_value=-1e30_real64)

@@ -199,6 +199,24 @@ fn heights_that_do_not_fit_are_refused() {
         assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_LAYERS, message));
         model.inputs.frame_inputs(shot(scene(&[]))).unwrap();
     }
+    let corners = (model.t.len() / LAYERS) as i64;
+    let (at_corners, status) = (vec![500.0; model.t.len()], icoray_status::ICORAY_ERR_LAYERS);
+    let at_corners = icoray_array { location: ICORAY_CORNER, ..model.centers(&at_corners) };
+    model.set_heights(icoray_array { location: ICORAY_CENTER, ..at_corners });
+    let message = format!(
+        "heights: {corners} columns of {LAYERS} layers, expected {cells} of {LAYERS}, as many as icoray_layers has \
+         ({corners} columns are the grid's corners: set location = ICORAY_CORNER)"
+    );
+    assert_eq!(model.refused(&native(&[])), (status, message));
+    model.set_heights(icoray_array { columns: corners - 1, ..at_corners });
+    let message = format!(
+        "heights: {} columns of {LAYERS} layers, expected {corners} of {LAYERS}, as many as icoray_layers has",
+        corners - 1
+    );
+    assert_eq!(model.refused(&native(&[])), (status, message));
+    model.set_heights(at_corners);
+    let frame_inputs = model.inputs.frame_inputs(shot(native(&[]))).unwrap();
+    assert_eq!(frame_inputs.fields.heights().map(Field::location), Some(Location::Corner));
     let other = CString::new("other").unwrap();
     model.set_heights(icoray_array { grid_name: other.as_ptr(), ..good });
     let message = "heights: grid \"other\", expected \"\" as of field \"q\" in the same scene";
