@@ -116,7 +116,7 @@ static void at_corners(const char *directory, const Field *f, const Field *v)
         raise_corners(&hills[i]);
     }
     for (int in_background = 0; in_background < 2; in_background++) {
-        const char *name = in_background ? "fields/background_corners" : "fields/corners";
+        const char *name = in_background ? "fields/corners/background" : "fields/corners/in_the_call";
         icoray_ctx *ctx = opened(directory, name, in_background);
         uint64_t derived = 0;
         OK(icoray_field_set(ctx, "f", &f->array));

@@ -112,9 +112,9 @@ void given_and_refused(void)
     REFUSED(ctx, STRUCT_SIZE, "struct_size", icoray_field_set(ctx, "f", &array));
     still_draws(ctx);
 
-    REFUSED_WITH(array, location, ICORAY_CORNER, ARGUMENT, "ICORAY_CORNER", icoray_heights_set(ctx, &array));
+    REFUSED_WITH(array, location, 9, ARGUMENT, "location: 9", icoray_heights_set(ctx, &array));
     OK(icoray_scene_text(ctx, "heights = \"native\"\n" SCENE("f", "4", "q.png")));
-    NOT_DRAWN(ctx, FIELD, "heights were refused by icoray_heights_set: icoray_array.location: ICORAY_CORNER");
+    NOT_DRAWN(ctx, FIELD, "heights were refused by icoray_heights_set: icoray_array.location: 9");
     OK(icoray_heights_set(ctx, NULL));
     NOT_DRAWN(ctx, FIELD, "none were given by icoray_heights_set");
 

@@ -158,7 +158,7 @@ contains
     type(icoray_context), intent(in) :: ctx
     real(c_double), allocatable, target, save :: own(:, :)
     real(c_float), allocatable, target, save :: heights(:, :)
-    integer(c_int64_t), allocatable :: numbers(:), corners(:)
+    integer(c_int64_t) :: numbers((cells - rank - 1)/ranks + 1), corners((2*cells - 5 - rank)/ranks + 1)
     character(len=200) :: message
     integer :: i, ierr
     numbers = [(int(i - 1, c_int64_t), i = rank + 1, cells, ranks)]

@@ -34,7 +34,8 @@ pub fn rust_layout() -> String {
         icoray_grid: struct_size cells corners edges index_base real_type index_type lon_center_rad
             lat_center_rad lon_corner_rad lat_corner_rad cell_corner cell_corner_row cell_corner_count
             corner_cell corner_edge edge_corner name;
-        icoray_part: struct_size grid cells index_type cell_global owned_cells is_owned;
+        icoray_part: struct_size grid cells index_type cell_global owned_cells is_owned corners corner_global
+            owned_corners is_corner_owned;
         icoray_layers: struct_size count radius_m planet_radius_m name;
         icoray_array: struct_size data r#type location columns layers column_stride layer_stride block
             block_stride has_fill fill_value grid_name layers_name;

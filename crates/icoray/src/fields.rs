@@ -24,10 +24,11 @@ impl<'f> Fields<'f> {
     /// The same, with the heights of each column's layers, which scenes ask for by
     /// [`Heights::Native`](icoray_scene::Heights).
     ///
-    /// `heights` has one column per cell, at the centres, and as many layers as [`Layers`](icoray_grid::Layers), in
-    /// their order: metres above the planet's surface, negative below it. They must not fall on the way up a
-    /// column; layers may have no thickness, as below a sea floor. A column of which all heights are missing has
-    /// the mean ones of `Layers`. All is checked when a frame is drawn.
+    /// `heights` has one column per cell or per corner, and as many layers as [`Layers`](icoray_grid::Layers), in their
+    /// order: metres above the planet's surface, negative below it. They must not fall on the way up a column; layers
+    /// may have no thickness, as below a sea floor. A column of which all heights are missing has the mean ones of
+    /// `Layers`. Heights at corners are averaged to cells as fields are ([`CenterField`](icoray_grid::CenterField)), over
+    /// the columns that have heights. All is checked when a frame is drawn.
     #[must_use]
     pub fn with_heights(self, heights: Field<'f>) -> Self {
         Fields { heights: Some(heights), ..self }
