@@ -1,12 +1,12 @@
 //! Options of `icoray render` and `icoray plan` that select files, scene and times.
 
 use crate::gpu;
-use crate::input::{self, Input, LayerSelection};
+use crate::input::{self, Input, LayerOption};
 use crate::overrides::Overrides;
 use crate::scene_options::SceneOptions;
 use crate::times::Times;
 use icoray::{Renderer, Result, Script};
-use icoray_netcdf::ModelFile;
+use icoray_dataset::Dataset;
 use icoray_progress::Progress;
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub struct Selection {
     #[arg(long, value_name = "TIME|A..B|all", allow_hyphen_values = true)]
     pub time: Option<Times>,
     #[command(flatten)]
-    pub layers_wanted: LayerSelection,
+    pub layer_option: LayerOption,
     /// Number of threads; 0 is as many as there are cores to use
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -35,7 +35,7 @@ pub struct Selection {
 /// Opened inputs.
 pub struct Opened {
     pub renderer: Renderer,
-    pub file: ModelFile,
+    pub file: Dataset,
     /// Numbers of the selected times, and whether they were selected as a series.
     pub times: Vec<usize>,
     pub is_series: bool,

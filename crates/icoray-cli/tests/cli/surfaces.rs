@@ -74,7 +74,7 @@ fn a_2d_field_is_chosen_by_name_and_has_no_layers_to_choose() {
     let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--field", "surface_pressure"]));
     has(&text, &["read: surface_pressure at cells, 1 layers (168 bytes each time)"]);
     for (option, value, part) in [
-        ("--surface", "1", "--surface 1: surface_pressure is a 2D field, expected 0"),
+        ("--surface", "1", "surface 1: surface_pressure is a 2D field, expected 0"),
         ("--layers", "0..2", "--layers: surface_pressure is a 2D field, expected a field with layers"),
     ] {
         let words = ["render", "made.nc", "--field", "surface_pressure", option, value];
