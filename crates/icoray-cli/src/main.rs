@@ -18,7 +18,6 @@ mod render;
 mod scene_options;
 mod selection;
 mod suggested;
-mod times;
 mod view;
 mod watch;
 

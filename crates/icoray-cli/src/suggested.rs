@@ -51,7 +51,9 @@ impl Suggested {
 /// The default field: [`Dataset::first_field`].
 pub fn first_field(file: &Dataset) -> Result<&FieldInfo> {
     let path = file.path().display();
-    let with_hint = |e: Error| Error::new(e.kind(), format!("{}: icoray render HISTORY.nc --mesh {path}", e.context()));
+    let named = if file.fields().is_empty() { "" } else { "--field NAME, or " };
+    let hint = format!("{named}icoray render HISTORY.nc --mesh {path}");
+    let with_hint = |e: Error| Error::new(e.kind(), format!("{}: {hint}", e.context()));
     file.first_field().map_err(with_hint)
 }
 

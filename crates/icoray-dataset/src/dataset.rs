@@ -156,7 +156,11 @@ impl Dataset {
                 self.mesh.cells()
             ),
             Convention::Cf => {
-                format!("(time, layers, {} cells), without time or layers too", self.mesh.cells())
+                format!(
+                    "(time, layers, {} cells or {} corners), without time or layers too",
+                    self.mesh.cells(),
+                    self.mesh.corners()
+                )
             }
         };
         let source = self.sources.fields();

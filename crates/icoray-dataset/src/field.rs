@@ -182,7 +182,7 @@ fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     match (mesh.convention(), dimension.name.as_str()) {
         (Convention::Mpas, "nCells") => Some(Location::Center),
         (Convention::Mpas, "nVertices") => Some(Location::Corner),
-        (Convention::Icon, _) if dimension.len == mesh.corners() => Some(Location::Corner),
+        (Convention::Icon | Convention::Cf, _) if dimension.len == mesh.corners() => Some(Location::Corner),
         (Convention::Icon | Convention::Cf, _) if dimension.len == mesh.cells() => Some(Location::Center),
         _ => None,
     }

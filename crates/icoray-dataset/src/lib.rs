@@ -39,6 +39,7 @@ mod source;
 mod sources;
 mod standard_atmosphere;
 mod suggest;
+mod time_selection;
 mod times;
 mod values;
 #[cfg(feature = "live")]
@@ -56,5 +57,6 @@ pub use native_height_cache::NativeHeightCache;
 pub use scene_fields::{Key, SceneField, SceneFields};
 pub use series::{FieldCache, Series};
 pub use source::{Attribute, Dimension, Kind, Source, Variable};
+pub use time_selection::TimeSelection;
 pub use times::Times;
 pub use values::{Memory, Values};

@@ -7,6 +7,7 @@ mod mpas;
 mod points;
 mod polygons;
 mod tables;
+mod ugrid;
 
 pub use tables::{Convention, Mesh};
 
@@ -15,6 +16,9 @@ use icoray::{ErrorKind, Result};
 
 /// Reads the tables in the convention of the files; their content is checked by [`Mesh::grid`].
 pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
+    if ugrid::is_in(sources)? {
+        return ugrid::read(sources);
+    }
     if mpas::is_in(sources)? {
         return mpas::read(sources);
     }
@@ -27,7 +31,7 @@ pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
     Err(sources.error(
         ErrorKind::Grid,
         "no mesh is known: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for ICON's \
-         (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, 6)); it may \
-         be in another file, such as the run's grid file",
+         (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, 6)), and \
+         for UGRID's (a variable with cf_role mesh_topology); it may be in another file, such as the run's grid file",
     ))
 }

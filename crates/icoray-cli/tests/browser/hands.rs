@@ -2,7 +2,6 @@
 
 use crate::page::Shown;
 use icoray::{Renderer, Scene};
-use icoray_dataset::Dataset;
 use std::collections::BTreeSet;
 
 #[test]

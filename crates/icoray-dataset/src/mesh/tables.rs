@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 pub enum Convention {
     /// MPAS: hexagons with their tables; fields at cells or corners.
     Mpas,
-    /// ICON: triangles, which are the corners of the hexagons around their points; fields at corners or, rarely, at
-    /// cells.
+    /// ICON, and UGRID of triangles: triangles, which are the corners of the hexagons around their points; fields at
+    /// corners or, rarely, at cells.
     Icon,
-    /// Polygons with their bounds over one dimension, as the CF conventions 1.11, §7.1, have them and DYNAMICO writes
-    /// them; fields at cells.
+    /// Polygons: with their bounds over one dimension, as the CF conventions 1.11, §7.1, have them and DYNAMICO writes
+    /// them, with fields at cells; or UGRID's, with fields at faces or nodes.
     Cf,
 }
 
@@ -24,7 +24,7 @@ impl fmt::Display for Convention {
         f.pad(match self {
             Convention::Mpas => "MPAS",
             Convention::Icon => "ICON",
-            Convention::Cf => "CF polygons",
+            Convention::Cf => "polygons",
         })
     }
 }
@@ -34,7 +34,8 @@ impl fmt::Display for Convention {
 /// For MPAS, the tables as the file stores them, numbered from 1; missing ones are made from the others where these
 /// determine them. For ICON, `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file
 /// has no tables, and all others are made of it, numbered from 0. Of polygons with bounds, points in one place are one
-/// corner, and all is made of the polygons' corners, numbered from 0.
+/// corner, and all is made of the polygons' corners, numbered from 0. UGRID's faces are such polygons, or triangles as
+/// ICON's.
 #[derive(Debug, Clone)]
 pub struct Mesh {
     pub(super) path: PathBuf,
@@ -125,6 +126,13 @@ impl Mesh {
         let indices =
             [&self.polygons.corners, &self.polygons.count, &self.corner_cell, &self.corner_edge, &self.edge_corner];
         reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
+    }
+
+    /// The same mesh, whose tables are numbered from 0, as one of MPAS, whose are from 1.
+    pub(super) fn into_mpas(mut self) -> Self {
+        let tables = [&mut self.polygons.corners, &mut self.corner_cell, &mut self.corner_edge, &mut self.edge_corner];
+        tables.into_iter().flatten().for_each(|entry| *entry += 1);
+        Mesh { convention: Convention::Mpas, ..self }
     }
 
     /// The number of the first cell, corner and edge.

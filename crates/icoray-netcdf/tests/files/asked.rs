@@ -4,7 +4,6 @@ use crate::changed::formats;
 use crate::made::{LAYERS, Made, RECORDS, Values, value};
 use crate::refused::{expect, open};
 use icoray::ErrorKind;
-use icoray_dataset::Dataset;
 use netcdf::Options;
 
 #[test]

@@ -4,7 +4,6 @@ use crate::changed::formats;
 use crate::made::{Made, RECORDS, value};
 use crate::refused::expect;
 use icoray::{ErrorKind, Result};
-use icoray_dataset::Dataset;
 use netcdf::Options;
 use std::path::Path;
 

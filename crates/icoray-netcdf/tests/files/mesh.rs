@@ -4,7 +4,7 @@ use crate::changed::formats;
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::refused::open;
 use icoray::{Location, Reals};
-use icoray_dataset::{Dataset, Precision};
+use icoray_dataset::Precision;
 use netcdf::Options;
 
 #[test]

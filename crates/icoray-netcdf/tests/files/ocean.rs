@@ -5,7 +5,6 @@ use crate::made::{LAYERS, Made, Values};
 use crate::made_ocean::{DEPTH_M, levels};
 use crate::refused::{expect, open};
 use icoray::{CenterField, ErrorKind};
-use icoray_dataset::Dataset;
 use netcdf::Options;
 
 #[test]

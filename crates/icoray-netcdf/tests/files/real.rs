@@ -3,7 +3,7 @@
 use crate::made::{Made, Values};
 use crate::refused::expect;
 use icoray::{CenterField, ErrorKind, Location};
-use icoray_dataset::{Dataset, Precision};
+use icoray_dataset::Precision;
 use icoray_test_support::data_file;
 use netcdf::Options;
 

@@ -6,7 +6,6 @@ use crate::made_icon::Angles;
 use crate::made_ocean::levels;
 use crate::refused::{expect, open};
 use icoray::{ErrorKind, Location};
-use icoray_dataset::Dataset;
 use netcdf::Options;
 
 #[test]

@@ -1,7 +1,6 @@
 //! Values that attributes declare invalid.
 
 use crate::made::{Made, Values};
-use icoray_dataset::Dataset;
 use netcdf::{AttributeValue, Options};
 
 type Attributes = Vec<(&'static str, AttributeValue)>;

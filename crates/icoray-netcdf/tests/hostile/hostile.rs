@@ -6,7 +6,6 @@
 use crate::changed::formats;
 use crate::made::{Made, RECORDS};
 use crate::made_icon::Angles;
-use icoray_dataset::Dataset;
 use icoray_test_support::count;
 use std::fs::File;
 use std::io::Write;

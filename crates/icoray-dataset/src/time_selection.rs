@@ -1,4 +1,4 @@
-//! Selection of a file's times: by number, by date, or by a range of either.
+//! Selection of a dataset's times: by number, by date, or by a range of either.
 
 use icoray::{Error, ErrorKind, Result};
 use std::borrow::Cow;
@@ -7,9 +7,9 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// A selection of times, as given on the command line.
+/// A selection of times, as text: a number, a date, or a range of either.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Times {
+pub struct TimeSelection {
     text: Cow<'static, str>,
     selector: TimeSelector,
 }
@@ -32,15 +32,15 @@ struct Date(Vec<i64>);
 const EXPECTED: &str = "expected a number, a date such as 2003-01-01T06 or 2003-01, a range such as 0..10 or \
                         2003-01..2003-03 (which ends before the second), or \"all\"";
 
-impl FromStr for Times {
+impl FromStr for TimeSelection {
     type Err = &'static str;
 
     fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
-        Ok(Times { text: text.to_owned().into(), selector: selector(text).ok_or(EXPECTED)? })
+        Ok(TimeSelection { text: text.to_owned().into(), selector: selector(text).ok_or(EXPECTED)? })
     }
 }
 
-impl fmt::Display for Times {
+impl fmt::Display for TimeSelection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
     }
@@ -94,11 +94,11 @@ fn digits(text: &str, between: char) -> Option<Vec<i64>> {
     text.split(between).map(number).collect()
 }
 
-impl Times {
+impl TimeSelection {
     /// The first time.
-    pub const FIRST: Self = Times { text: Cow::Borrowed("0"), selector: TimeSelector::Number(0) };
+    pub const FIRST: Self = TimeSelection { text: Cow::Borrowed("0"), selector: TimeSelector::Number(0) };
     /// The last time.
-    pub const LAST: Self = Times { text: Cow::Borrowed("-1"), selector: TimeSelector::Number(-1) };
+    pub const LAST: Self = TimeSelection { text: Cow::Borrowed("-1"), selector: TimeSelector::Number(-1) };
 
     /// Whether the selection is a series: all times, or a range.
     pub fn is_series(&self) -> bool {
@@ -185,7 +185,7 @@ mod tests {
             ("2003-02..", &[3]),
             ("..2003-01-31", &[0, 1]),
         ] {
-            assert_eq!(text.parse::<Times>().unwrap().of(&times()).unwrap(), expected, "{text}");
+            assert_eq!(text.parse::<TimeSelection>().unwrap().of(&times()).unwrap(), expected, "{text}");
         }
     }
 
@@ -201,24 +201,24 @@ mod tests {
             ("2004-01", "none of the file's times, which are 2003-01-30_00:00:00 to 2003-02-01_00:00:00"),
             ("2003-02..2003-01", "none of the file's times"),
         ] {
-            let error = text.parse::<Times>().unwrap().of(&times()).unwrap_err();
+            let error = text.parse::<TimeSelection>().unwrap().of(&times()).unwrap_err();
             assert!(error.to_string().contains(part), "{text}: {error}");
         }
-        let error = "2003-01".parse::<Times>().unwrap().of(&[None]).unwrap_err();
+        let error = "2003-01".parse::<TimeSelection>().unwrap().of(&[None]).unwrap_err();
         assert!(error.to_string().contains("have no dates"), "{error}");
     }
 
     #[test]
     fn ranges_are_series() {
         for (text, expected) in [("3", false), ("2003-01", false), ("all", true), ("3..", true), ("..2003-01", true)] {
-            assert_eq!(text.parse::<Times>().unwrap().is_series(), expected, "{text}");
+            assert_eq!(text.parse::<TimeSelection>().unwrap().is_series(), expected, "{text}");
         }
     }
 
     #[test]
     fn what_is_no_time_is_not_understood() {
         for text in ["", "now", "1.5", "2003-", "2003-01T00", "2003-01-01T", "1..2..3", "0..2003-01", "2003-01-01-01"] {
-            assert_eq!(text.parse::<Times>(), Err(EXPECTED), "{text}");
+            assert_eq!(text.parse::<TimeSelection>(), Err(EXPECTED), "{text}");
         }
     }
 }
