@@ -3,7 +3,6 @@
 
 use glam::DVec3;
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Stretch, Traversal};
-use icoray_dataset::Dataset;
 use icoray_study::stability::path::Ray;
 use icoray_study::stability::truth::{Truth, pixel_error};
 use icoray_test_support::data_file;
