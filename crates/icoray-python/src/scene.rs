@@ -218,7 +218,7 @@ fn toml_value(value: &Bound<PyAny>, key: &str) -> PyResult<toml::Value> {
         return toml_value(&path, key);
     }
     let items = value.try_iter().map_err(|_| {
-        let message = format!("key {key}: {value}, expected a number, text, a list or a dict (\"none\" is a text)");
+        let message = format!("key {key}: {value}, expected a number, a text, a list or a dict");
         raised(bad(message))
     })?;
     items.map(|item| toml_value(&item?, key)).collect::<PyResult<Vec<_>>>().map(Into::into)
