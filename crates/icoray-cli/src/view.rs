@@ -40,7 +40,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         false => PictureSize::SceneOrViewer,
     };
     let description = view::describe(&opened.file, suggested::command(selection, &opened, None));
-    let options = Options { port: args.port, size };
+    let options = Options { port: args.port, size, is_framed: false };
     let live = LiveView::open(&options, description, (text, time), reader)?;
     opened.renderer = opened.renderer.with_stop(live.stop());
     writeln!(out, "view      {}\n          ends with Ctrl-C", live.address())?;
