@@ -5,9 +5,7 @@
 
 use crate::error::{argument, bad_field};
 use icoray::{Dimension, Indices, Reals};
-use numpy::{
-    Element, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
-};
+use numpy::{Element, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use std::slice;
@@ -192,9 +190,7 @@ impl IndexArray {
     pub unsafe fn indices(&self, py: Python) -> Indices<'static> {
         let owner = self.owner.bind(py);
         // SAFETY: contiguous, as `new` has checked; the caller promises the rest.
-        unsafe {
-            if self.is_wide { Indices::I64(elements(owner)) } else { Indices::I32(elements(owner)) }
-        }
+        unsafe { if self.is_wide { Indices::I64(elements(owner)) } else { Indices::I32(elements(owner)) } }
     }
 }
 

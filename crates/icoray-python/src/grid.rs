@@ -314,9 +314,7 @@ fn with_threads<R: Send>(work: impl FnOnce() -> icoray::Result<R> + Send) -> ico
 }
 
 /// An array of ours, which nobody may change.
-fn read_only<T: numpy::Element, D: numpy::ndarray::Dimension>(
-    array: Bound<numpy::PyArray<T, D>>,
-) -> Bound<PyAny> {
+fn read_only<T: numpy::Element, D: numpy::ndarray::Dimension>(array: Bound<numpy::PyArray<T, D>>) -> Bound<PyAny> {
     array.readwrite().make_nonwriteable();
     array.into_any()
 }

@@ -121,7 +121,8 @@ impl Renderer {
             return Ok(());
         }
         let made = self.process;
-        let message = format!("the renderer was made by process {made}, of which this one ({here}) was forked; make one here");
+        let message =
+            format!("the renderer was made by process {made}, of which this one ({here}) was forked; make one here");
         Err(of_class("ForkedError", message))
     }
 }

@@ -16,9 +16,10 @@ pub(crate) use dict;
 
 /// The report of a frame.
 pub(crate) fn of_frame<'py>(py: Python<'py>, r: &FrameReport) -> PyResult<Bound<'py, PyDict>> {
-    let colors = r.colors.iter().map(|colors| {
-        Ok(dict!(py, { "field": &colors.field, "range": colors.range.to_vec(), "how": &colors.how }))
-    });
+    let colors = r
+        .colors
+        .iter()
+        .map(|colors| Ok(dict!(py, { "field": &colors.field, "range": colors.range.to_vec(), "how": &colors.how })));
     let colors = colors.collect::<PyResult<Vec<_>>>()?;
     let sampling_error = r.sampling.error;
     Ok(dict!(py, {

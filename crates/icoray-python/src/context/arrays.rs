@@ -10,8 +10,7 @@ use icoray_context::inputs::{
     icoray_field_set, icoray_field_set_ndarray, icoray_heights_set, icoray_heights_set_ndarray,
 };
 use icoray_context::types::{
-    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_MAX_RANK, icoray_array, icoray_ndarray,
-    icoray_status,
+    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_MAX_RANK, icoray_array, icoray_ndarray, icoray_status,
 };
 use pyo3::prelude::*;
 use std::ffi::{CStr, CString};

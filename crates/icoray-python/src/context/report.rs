@@ -1,9 +1,7 @@
 //! The report of a context's last frame, as a dict.
 
 use crate::report::dict;
-use icoray_context::types::{
-    ICORAY_CPU, ICORAY_FRAGMENTS, ICORAY_GPU, ICORAY_TILES, icoray_frame_report,
-};
+use icoray_context::types::{ICORAY_CPU, ICORAY_FRAGMENTS, ICORAY_GPU, ICORAY_TILES, icoray_frame_report};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

@@ -1,10 +1,10 @@
 //! The collective operations and messages of a team.
 
+use super::attached;
 use super::channel::Channel;
 use super::communicator::Communicator;
 use super::exchange::exchange;
 use super::queue::MessageQueue;
-use super::attached;
 use icoray::ranks::PointToPoint;
 use icoray::{Result, Team};
 use pyo3::prelude::*;

@@ -64,6 +64,7 @@ fn named_view<'t>(source: &Text, base: &mut DeTable<'t>, name: &str) -> Result<D
             names.push(its);
         }
     }
-    let known = if names.is_empty() { "the scene has no [[views]]".into() } else { format!("expected one of {names:?}") };
+    let known =
+        if names.is_empty() { "the scene has no [[views]]".into() } else { format!("expected one of {names:?}") };
     Err(Error::new(ErrorKind::Scene, format!("view {name:?}, {known}")))
 }
