@@ -39,7 +39,8 @@ use handle::Handle;
 ///
 /// With `comm` the ranks of an MPI communicator draw each picture together. Then construction, `part_set`,
 /// `scene_load`, `scene_text`, `execute`, `wait` and `close` are collective: all ranks call them in the same order,
-/// whatever has failed before. Python's lock is released in all calls. Signals are handled after a call: `execute` is not
+/// whatever has failed before. Ranks of a node share no memory: with parts each draws its cells and fragments of rays are
+/// composed; with columns each has a copy of the fields. Python's lock is released in all calls. Signals are handled after a call: `execute` is not
 /// interrupted, as other ranks would wait.
 ///
 /// Parameters
@@ -212,7 +213,7 @@ impl Context {
         };
         let names = ArrayNames::new(grid, layers)?;
         let given = arrays::given(values, "cell", fill, layer_axis);
-        let field = given.or_else(|error| Err(self.handle.refuse(py, c"icoray_heights_set", c"", error)))?;
+        let field = given.map_err(|error| self.handle.refuse(py, c"icoray_heights_set", c"", error))?;
         let array = CArray::new(field.get(), &names, &self.handle.kept())?;
         self.handle.call(py, move |ctx| array.set_heights(ctx))?;
         let _replaced = self.handle.kept().keep_heights(field);
@@ -248,7 +249,7 @@ impl Context {
     ) -> PyResult<()> {
         let (c_name, names) = (text(name, "name")?, ArrayNames::new(grid, layers)?);
         let given = arrays::given(values, location, fill, layer_axis);
-        let field = given.or_else(|error| Err(self.handle.refuse(py, c"icoray_field_set", &c_name, error)))?;
+        let field = given.map_err(|error| self.handle.refuse(py, c"icoray_field_set", &c_name, error))?;
         let array = CArray::new(field.get(), &names, &self.handle.kept())?;
         self.handle.call(py, move |ctx| array.set_field(ctx, &c_name))?;
         let description = field.get().description.clone();
@@ -323,7 +324,7 @@ impl Context {
     #[pyo3(signature = (step, time_s = 0.0, date = None))]
     fn execute(&self, py: Python, step: i64, time_s: f64, date: Option<&Bound<PyAny>>) -> PyResult<()> {
         let date = date.map(|date| text(&date_text(date)?, "date")).transpose()?;
-        if self.wants(py, step, time_s, None).unwrap_or(false) {
+        if time_s.is_finite() && self.wants(py, step, time_s, None).unwrap_or(false) {
             self.handle.kept().count_copies();
         }
         self.handle.call(py, move |ctx| {

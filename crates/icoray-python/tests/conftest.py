@@ -100,6 +100,23 @@ def png_pixels(path: pathlib.Path) -> npt.NDArray[np.uint8]:
     return pixels
 
 
+def lacks(need: str, why: str) -> None:
+    """Skips a test for want of something, unless ICORAY_REQUIRE names it."""
+    required = os.environ.get("ICORAY_REQUIRE", "").split(",")
+    if need in required or "all" in required:
+        pytest.fail(f"ICORAY_REQUIRE names {need}: {why}")
+    pytest.skip(why)
+
+
+def data_file(name: str) -> str:
+    """The path of a file of a model, beside the repository or where ICORAY_TEST_DATA says."""
+    repository = pathlib.Path(__file__).resolve().parents[3]
+    folder = pathlib.Path(os.environ.get("ICORAY_TEST_DATA", repository.parent / "shared" / "data"))
+    if not (folder / name).is_file():
+        lacks("data", f"no data: {name}")
+    return str(folder / name)
+
+
 @pytest.fixture
 def without_preemption() -> Iterator[None]:
     """Python's lock changes hands only where it is released."""

@@ -17,7 +17,7 @@ COMM = MPI.COMM_WORLD
 STEPS = 3
 GRID = icoray.Grid.icosahedral(3)
 LAYERS = icoray.Layers.from_heights(np.linspace(1e3, 15e3, 6), 6.371e6)
-SCENE_TEXT = SCENE + '[output]\nfile = "{field}_{step}.png"\n'
+SCENE_TEXT = SCENE + '[output]\nfile = "{field}_{step}.exr"\nerror = "error_{step}.png"\n'
 
 
 def wave(step: int) -> np.ndarray:
@@ -64,7 +64,8 @@ def part() -> tuple[icoray.Grid, np.ndarray, int]:
 def main(mode: str, directory: str) -> None:
     comm: object = COMM.py2f() if mode == "fortran" else COMM
     is_async = mode == "async"
-    with icoray.Context(directory, SCENE_TEXT, comm, threads=1, async_render=is_async) as context:
+    scene = SCENE_TEXT.replace(".exr", ".png") if mode == "parts" else SCENE_TEXT
+    with icoray.Context(directory, scene, comm, threads=1, async_render=is_async) as context:
         context.layers_set(LAYERS)
         if mode == "parts":
             grid, cells, owned = part()

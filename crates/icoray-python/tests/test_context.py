@@ -7,7 +7,6 @@ import gc
 import logging
 import pathlib
 import sys
-import threading
 
 import numpy as np
 import pytest
@@ -40,6 +39,15 @@ def test_a_context_draws_what_a_renderer_draws(context, tmp_path, renderer, grid
     assert report["frames_written"] == 3
     lines = (tmp_path / "report.csv").read_text().splitlines()
     assert len(lines) == 4
+
+
+def test_its_floats_are_the_renderers(context, tmp_path, renderer, grid, layers, wave):
+    context.scene_text(FILE.replace(".png", ".exr"))
+    context.field_set("q", icoray.Field(wave, units="K"))
+    context.execute(0)
+    context.wait()
+    renderer.render(FILE, grid, layers, icoray.Field(wave, units="K")).save(tmp_path / "a.exr")
+    assert (tmp_path / "q_0.exr").read_bytes() == (tmp_path / "a.exr").read_bytes()
 
 
 def test_arrays_are_read_at_each_step_and_kept(context, tmp_path, wave):
@@ -261,26 +269,28 @@ def test_a_context_that_is_not_closed_says_so_and_closes(tmp_path, grid, layers,
     assert (tmp_path / "q_0.png").is_file()
 
 
-def test_a_busy_context_refuses_other_threads(without_preemption, tmp_path, grid, layers, wave):
-    with icoray.Context(tmp_path, icoray.Scene(FILE, size=(1024, 1024), tolerance=1e-6), threads=1) as context:
-        context.grid_set(grid)
-        context.layers_set(layers)
-        context.field_set("q", wave)
-        started = threading.Event()
+def test_a_context_is_in_one_call_at_a_time(context, tmp_path, wave):
+    """A handler of the log is called within calls."""
+    kinds = []
 
-        def draw():
-            started.set()
-            context.execute(0)
+    class Handler(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            for call in (context.wait, context.close):
+                with pytest.raises(icoray.BusyError, match="has not returned yet") as error:
+                    call()
+                kinds.append(error.value.kind)
 
-        thread = threading.Thread(target=draw)
-        thread.start()
-        started.wait()
-        # The other thread has released the lock in `execute`.
-        for call in (context.wait, context.close):
-            with pytest.raises(icoray.BusyError, match="has not returned yet") as error:
-                call()
-            assert error.value.kind == "busy"
-        thread.join()
+    handler, logger = Handler(), logging.getLogger("icoray")
+    logger.addHandler(handler)
+    try:
+        with pytest.raises(icoray.SceneError):
+            context.scene_text("field = 1")
+    finally:
+        logger.removeHandler(handler)
+    assert kinds == ["busy", "busy"]
+    context.field_set("q", wave)
+    context.execute(0)
+    context.wait()
     assert (tmp_path / "q_0.png").is_file()
 
 

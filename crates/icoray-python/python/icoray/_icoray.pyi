@@ -2,6 +2,7 @@
 
 import datetime
 import os
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, Final, Literal, Protocol, TypeAlias, TypedDict, final, type_check_only
 
@@ -9,7 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 __version__: Final[str]
-__all__ = ["__version__", "Context", "Field", "Grid", "Image", "Layers", "Renderer", "Scene"]
+__all__ = [
+    "__version__",
+    "Context",
+    "Dataset",
+    "Field",
+    "Grid",
+    "Image",
+    "Layers",
+    "Renderer",
+    "Scene",
+    "View",
+]
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Location: TypeAlias = Literal["cell", "corner"]
@@ -381,3 +393,41 @@ class Context:
         self,
         *_error: type[BaseException] | BaseException | TracebackType | None,
     ) -> None: ...
+
+@final
+class Dataset:
+    def __new__(cls, stores: Sequence[Any]) -> Dataset: ...
+    @property
+    def likely_fields(self) -> list[str]: ...
+    @property
+    def fields(self) -> dict[str, dict[str, Any]]: ...
+    @property
+    def times(self) -> list[str | None]: ...
+    @property
+    def convention(self) -> str: ...
+    @property
+    def cells(self) -> int: ...
+    @property
+    def corners(self) -> int: ...
+    @property
+    def sphere_radius_m(self) -> float: ...
+    def layer_heights(self, field: str) -> list[float]: ...
+    def scene(self, renderer: Renderer, request: dict[str, Any]) -> Scene: ...
+    def render(
+        self, renderer: Renderer, request: dict[str, Any], progress: Callable[[int, int], object] | None = None
+    ) -> Image: ...
+    def view(
+        self,
+        renderer_threads: int,
+        request: dict[str, Any],
+        port: int | None = None,
+        size: tuple[int, int] | None = None,
+    ) -> View: ...
+
+@final
+class View:
+    @property
+    def address(self) -> str: ...
+    @property
+    def scene(self) -> str: ...
+    def close(self) -> None: ...

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import importlib
 import os
 import weakref
 from collections.abc import Callable
@@ -321,7 +322,7 @@ def _progress(
     if progress is not True:
         return progress, lambda: None
     try:
-        from tqdm.auto import tqdm
+        tqdm = importlib.import_module("tqdm.auto").tqdm
     except ImportError:
         return None, lambda: None
     bar = tqdm(unit=" tiles")

@@ -6,6 +6,7 @@ are in memory are given as they lie there; others are loaded or computed, and to
 
 from __future__ import annotations
 
+import importlib
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -99,8 +100,7 @@ class Store:
         if values.dtype.kind == "M":
             seconds = values.astype("datetime64[ns]").astype(np.int64) / 1e9
             return np.where(np.isnat(values), np.nan, seconds)
-        import cftime
-
+        cftime = importlib.import_module("cftime")
         return np.asarray(cftime.date2num(values, _SECONDS, calendar=_calendar(variable)), dtype=np.float64)
 
 
@@ -174,9 +174,7 @@ def _is_one(mesh: Any) -> bool:
 
 def _stores(data: Any) -> list[Store]:
     if isinstance(data, (str, os.PathLike)):
-        import xarray
-
-        return [Store(xarray.open_dataset(data))]
+        return [Store(importlib.import_module("xarray").open_dataset(data))]
     if hasattr(data, "face_node_connectivity") and hasattr(data, "n_face"):
         return [_grid(data)]
     grid = getattr(data, "uxgrid", None)
@@ -198,8 +196,7 @@ def _names(grid: Any) -> dict[str, str]:
 
 def _grid(grid: Any) -> Store:
     """Mesh tables of a grid of uxarray: int64, marked by the least of all, and degrees."""
-    import xarray
-
+    xarray = importlib.import_module("xarray")
     names = ("node_lon", "node_lat", "face_lon", "face_lat", "face_node_connectivity")
     tables = {}
     for name in names:

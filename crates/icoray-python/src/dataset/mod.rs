@@ -11,7 +11,7 @@ use crate::renderer::Renderer;
 use crate::scene::Scene;
 use icoray::output::Stamp;
 use icoray::{Grid, Ranks, Script};
-use icoray_dataset::{Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, SceneFields, Series};
+use icoray_dataset::{Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, OwnedField, SceneFields, Series};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use request::Request;
@@ -74,7 +74,8 @@ impl Opened {
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
         let frame = drawing.frame(&shot.scene, &read.borrowed()?, &heights, &mut Ranks::alone())?;
         let mut frame = frame.expect("who draws alone is rank 0");
-        frame.report.bytes_copied += self.bytes_copied.load(Relaxed) - before;
+        let masked: usize = read.fields.values().map(OwnedField::bytes).sum();
+        frame.report.bytes_copied += self.bytes_copied.load(Relaxed) - before + masked as u64;
         frame.stamp = stamp;
         Ok(frame)
     }

@@ -4,6 +4,7 @@ use super::Opened;
 use super::request::Request;
 use crate::error::{argument, raised};
 use crate::renderer::{Renderer, made};
+use icoray::{Error, ErrorKind};
 use icoray_dataset::view::{self, Viewer};
 use icoray_live::{LiveView, Options, PictureSize};
 use pyo3::prelude::*;
@@ -13,8 +14,9 @@ use std::thread::{self, JoinHandle};
 /// A page on which a dataset is looked at, turned and coloured, served to browsers on this machine until it is closed.
 #[pyclass(frozen, module = "icoray")]
 pub(crate) struct View {
-    live: Arc<LiveView>,
-    thread: Mutex<Option<JoinHandle<()>>>,
+    address: String,
+    /// The page and the thread that answers it, until it is closed.
+    served: Mutex<Option<(Arc<LiveView>, JoinHandle<()>)>>,
 }
 
 impl View {
@@ -41,7 +43,7 @@ impl View {
         let serve = move || Viewer::new((&opened.dataset, opened.grid()), &renderer, &layers, &served).run();
         let thread = thread::Builder::new().name("icoray view".into()).spawn(serve);
         let thread = thread.map_err(|e| argument(format!("no thread for the page: {e}")))?;
-        Ok(View { live, thread: Mutex::new(Some(thread)) })
+        Ok(View { address: live.address(), served: Mutex::new(Some((live, thread))) })
     }
 }
 
@@ -49,27 +51,29 @@ impl View {
 impl View {
     /// The address of the page, with the token without which nothing is answered.
     #[getter]
-    fn address(&self) -> String {
-        self.live.address()
+    fn address(&self) -> &str {
+        &self.address
     }
 
     /// The text of the scene as it is shown now: for `icoray.Scene` and `icoray.render`.
     #[getter]
-    fn scene(&self) -> String {
-        self.live.scene_text()
+    fn scene(&self) -> PyResult<String> {
+        let served = self.served.lock().unwrap_or_else(PoisonError::into_inner);
+        let (live, _) = served.as_ref().ok_or_else(|| raised(Error::new(ErrorKind::Order, "the page is closed")))?;
+        Ok(live.scene_text())
     }
 
     /// Ends the page. A second call does nothing.
     fn close(&self, py: Python) {
-        self.live.end();
-        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(thread) = thread {
+        let served = self.served.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some((live, thread)) = served {
+            live.end();
             // A thread that has panicked has served its last picture.
             let _ = py.detach(|| thread.join());
         }
     }
 
     fn __repr__(&self) -> String {
-        format!("<icoray.View {}>", self.live.address())
+        format!("<icoray.View {}>", self.address)
     }
 }
