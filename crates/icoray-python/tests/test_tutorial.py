@@ -1,9 +1,8 @@
 """The book's tutorial: its notebook is what the page says, and runs with the real data.
 
-`ICORAY_WRITE_TUTORIAL=1` writes the notebook anew. It is run where its data file is found, in the folder that
-ICORAY_TEST_DATA names or else in `../shared/data` beside the repository, and where nbclient, ipykernel and what it imports
-are installed. ICORAY_REQUIRE, a list with commas, makes a failure of what is missing: `data` the file, `notebook` the
-packages, `all` both.
+`ICORAY_WRITE_TUTORIAL=1` writes the notebook anew. The notebook is run where its data file is found, and where nbclient,
+ipykernel and what it imports are installed. ICORAY_REQUIRE makes a failure of what is missing: `data` of the file, `python`
+of the packages, `all` of both.
 """
 
 from __future__ import annotations
@@ -19,29 +18,13 @@ from typing import Any
 import numpy as np
 import pytest
 import tutorial
+from conftest import data_file, lacks
 
 import icoray
 
 FILE = "mpas_jw_10242.nc"
 PACKAGES = ("nbclient", "nbformat", "ipykernel", "matplotlib", "PIL", "xarray", "uxarray", "dask")
 SIZE = (640, 480)
-
-
-def missing(what: str, reason: str) -> None:
-    """Skips the test, or fails where ICORAY_REQUIRE asks for `what`."""
-    required = {name.strip() for name in os.environ.get("ICORAY_REQUIRE", "").split(",")}
-    if required & {what, "all"}:
-        pytest.fail(f"ICORAY_REQUIRE asks for {what}: {reason}")
-    pytest.skip(reason)
-
-
-def data() -> pathlib.Path:
-    """The folder with the data file."""
-    named = os.environ.get("ICORAY_TEST_DATA")
-    folder = pathlib.Path(named) if named else tutorial.ROOT.parent / "shared/data"
-    if not (folder / FILE).is_file():
-        missing("data", f"no {FILE} in {folder}; ICORAY_TEST_DATA names its folder")
-    return folder
 
 
 def test_the_notebook_is_the_page():
@@ -94,10 +77,10 @@ def colours(image: Any) -> int:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    folder = data()
+    folder = pathlib.Path(data_file(FILE)).parent
     lacking = [name for name in PACKAGES if importlib.util.find_spec(name) is None]
     if lacking:
-        missing("notebook", f"not installed: {', '.join(lacking)}")
+        lacks("python", f"not installed: {', '.join(lacking)}")
     import nbformat
     from ipykernel.kernelspec import write_kernel_spec
     from nbclient import NotebookClient
@@ -196,10 +179,9 @@ def test_the_live_page_is_shown(run):
     np.testing.assert_array_equal(np.asarray(before), np.asarray(after))
 
 
-@pytest.mark.xfail(strict=True, reason="the server ends with the View, not with close")
 def test_a_closed_page_does_not_answer():
-    xarray = pytest.importorskip("xarray")
-    page = icoray.view(xarray.open_dataset(data() / FILE), "theta")
+    xarray = pytest.importorskip("xarray", reason="xarray is not installed")
+    page = icoray.view(xarray.open_dataset(data_file(FILE)), "theta")
     host, port = page.address.split("//")[1].split("/")[0].split(":")
     socket.create_connection((host, int(port)), timeout=5).close()
     page.close()
