@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+/// A variable as `_store.py` lists it: name, kind, names and lengths of dimensions.
+type Listed = (String, String, Vec<(String, usize)>);
+
 /// The variables of a dataset.
 #[derive(Debug)]
 pub(crate) struct Store {
@@ -24,7 +27,7 @@ pub(crate) struct Store {
 impl Store {
     /// `store` is a `Store` of `_store.py`; what is not read in place is added to `bytes_copied`.
     pub fn new(store: &Bound<PyAny>, bytes_copied: Arc<AtomicU64>) -> PyResult<Self> {
-        let listed: Vec<(String, String, Vec<(String, usize)>)> = store.call_method0("variables")?.extract()?;
+        let listed: Vec<Listed> = store.call_method0("variables")?.extract()?;
         let variables = listed.into_iter().map(|(name, kind, dimensions)| {
             let kind = match kind.as_str() {
                 "f32" => Kind::F32,
