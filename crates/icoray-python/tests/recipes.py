@@ -1,8 +1,8 @@
 """Stand-ins of ICON's ComIn and of Ascent, which run a recipe of the book over the ranks of MPI.
 
 `recipes.py NAME SCRIPT DIRECTORY` runs the script in the directory, for three steps of a model on an icosahedral grid
-whose ranks own bands of latitude and have a halo. The stand-ins have what the recipes use, with the names, shapes, types
-and orders of the adapters' documentation.
+whose ranks own bands of latitude and have a halo. The stand-ins have what the recipes use, with the names, shapes,
+types and orders of the adapters' documentation.
 """
 
 from __future__ import annotations

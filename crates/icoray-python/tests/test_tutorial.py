@@ -1,8 +1,8 @@
 """The book's tutorial: its notebook is what the page says, and runs with the real data.
 
-`ICORAY_WRITE_TUTORIAL=1` writes the notebook anew. The notebook is run where its data file is found, and where nbclient,
-ipykernel and what it imports are installed. ICORAY_REQUIRE makes a failure of what is missing: `data` of the file, `python`
-of the packages, `all` of both.
+`ICORAY_WRITE_TUTORIAL=1` writes the notebook anew. The notebook is run where its data file is found, and where
+nbclient, ipykernel and what it imports are installed. ICORAY_REQUIRE makes a failure of what is missing: `data` of the
+file, `python` of the packages, `all` of both.
 """
 
 from __future__ import annotations
