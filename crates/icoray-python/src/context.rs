@@ -21,6 +21,7 @@ use std::ptr;
 
 mod arrays;
 mod config;
+mod date;
 mod handle;
 mod log;
 mod part;
@@ -323,7 +324,7 @@ impl Context {
     ///     The first failure at this step, or of a picture of an earlier one that could not be written.
     #[pyo3(signature = (step, time_s = 0.0, date = None))]
     fn execute(&self, py: Python, step: i64, time_s: f64, date: Option<&Bound<PyAny>>) -> PyResult<()> {
-        let date = date.map(|date| text(&date_text(date)?, "date")).transpose()?;
+        let date = date.map(|date| text(&date::text_of(date)?, "date")).transpose()?;
         if time_s.is_finite() && self.wants(py, step, time_s, None).unwrap_or(false) {
             self.handle.kept().count_copies();
         }
@@ -389,18 +390,6 @@ impl Context {
 /// A string of C.
 fn text(text: &str, what: &str) -> PyResult<CString> {
     CString::new(text).map_err(|_| argument(format!("{what}: {text:?} has a NUL in it")))
-}
-
-/// A date as the library reads it.
-fn date_text(date: &Bound<PyAny>) -> PyResult<String> {
-    if date.hasattr("isoformat")? {
-        let how = PyDict::new(date.py());
-        how.set_item("timespec", "seconds")?;
-        return date.call_method("isoformat", (), Some(&how))?.extract();
-    }
-    // Fractions of seconds of numpy's dates are not in names.
-    let text = date.str()?.to_string();
-    Ok(text.split('.').next().unwrap_or_default().to_owned())
 }
 
 /// The error of a closed context.

@@ -122,6 +122,14 @@ def test_native_heights_are_an_array(renderer, scene, grid, layers, wave):
         renderer.render(native, grid, layers, wave, heights=-hill)
 
 
+def test_a_scene_for_a_gpu_says_why_the_cpu_drew_it(renderer, scene, grid, layers, wave):
+    image = renderer.render(scene.replace(backend="gpu"), grid, layers, wave)
+    device = image.report["device"]
+    assert (device["name"] is None) == (device["left_to_cpu"] is not None)
+    if device["name"] is None:
+        np.testing.assert_array_equal(image.pixels, renderer.render(scene, grid, layers, wave).pixels)
+
+
 def test_layers_are_checked():
     layers = icoray.Layers([6.4e6, 6.5e6], 6.371e6)
     assert len(layers) == 2 and layers.planet_radius_m == 6.371e6 and layers.radius_m.tolist() == [6.4e6, 6.5e6]

@@ -229,7 +229,8 @@ def render(
     range : (float, float), optional
         Values at the ends of the colour map.
     surface : int or str, optional
-        Draw the values of a layer as a surface: a number from 0, the innermost, "top" or "bottom".
+        Draw the values of a layer as a surface, in place of a volume: a number from 0, the innermost, "top" or "bottom".
+        Its colours are set by `colormap` and `range`; `transfer` would draw a volume beside it.
     size : (int, int), optional
         Width and height, pixels.
     tolerance : float, optional
