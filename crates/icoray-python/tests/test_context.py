@@ -151,10 +151,13 @@ def test_dates_are_in_names(tmp_path, grid, layers, wave):
             "2026-11-24_06:00:00",
             datetime.datetime(2026, 11, 24, 7, 0, 0, 123),
             np.datetime64("2026-11-24T08:00:00.5"),
+            datetime.date(2026, 11, 25),
+            np.datetime64("2026-11-26"),
         ):
             context.execute(3, date=date)
     names = sorted(path.name for path in tmp_path.glob("*.png"))
-    assert names == [f"q_2026-11-24_0{hour}.00.00_000003.png" for hour in (6, 7, 8)]
+    dates = ["2026-11-24_06", "2026-11-24_07", "2026-11-24_08", "2026-11-25_00", "2026-11-26_00"]
+    assert names == [f"q_{date}.00.00_000003.png" for date in dates]
     assert b"mixing ratio" in (tmp_path / names[0]).read_bytes()
 
 
