@@ -1,5 +1,6 @@
 //! `cargo xtask test`: the checks that a change must pass.
 
+mod python;
 mod suite;
 mod tally;
 
@@ -9,7 +10,7 @@ use crate::link;
 use crate::requirements;
 use crate::step::{Step, Steps, print_error, print_line};
 use crate::system;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, is_required};
 use std::process::ExitCode;
 use suite::Suite;
 use tally::Tally;
@@ -40,6 +41,7 @@ static CHECKS: &[(&str, When, Run)] = &[
     ("lints, all packages", When::WithAll, Whole(suite::lints)),
     ("tests, all packages", When::WithAll, Counted(suite::all_tests)),
     ("tests of the command over ranks", When::WithAll, Counted(suite::rank_tests)),
+    ("tests of the Python package", When::Always, Counted(python_tests)),
     ("documentation", When::WithAll, Whole(suite::documentation)),
     ("install and link", When::WithAll, Whole(|suite, step| link::check(suite.workspace, step))),
     ("links of the pages", When::Always, Whole(|suite, step| book::check_links(suite.workspace, step))),
@@ -61,9 +63,9 @@ pub fn run(workspace: &Workspace, all: bool, install: bool) -> Result<ExitCode, 
     let mut steps = Steps::new(checks.len() + 1);
     let mut tally = Tally::default();
     // A missing package ends the run here: nothing builds without it, and every step would print long errors.
-    let reads_files = steps.run("looking for system packages", |step| {
+    let (reads_files, has_python) = steps.run("looking for system packages", |step| {
         if all {
-            return system::provide(requirements::FOR_TEST_ALL, install, step).map(|()| true);
+            return system::provide(requirements::FOR_TEST_ALL, install, step).map(|()| (true, true));
         }
         system::provide(requirements::FOR_TEST, install, step)?;
         let found = system::provide(requirements::FOR_FILES, install, step);
@@ -71,9 +73,13 @@ pub fn run(workspace: &Workspace, all: bool, install: bool) -> Result<ExitCode, 
             step.note(&format!("what reads files is left out: {}", error.brief()));
             tally.add_skipped("no NetCDF library", suite::READING_FILES.len());
         }
-        Ok(found.is_ok())
+        let python = system::provide(requirements::FOR_PYTHON, install, step);
+        if let Err(error) = &python {
+            step.note(&format!("the Python package is left out: {}", error.brief()));
+        }
+        Ok((found.is_ok(), python.is_ok()))
     })?;
-    let suite = Suite { workspace, all, reads_files };
+    let suite = Suite { workspace, all, reads_files, has_python };
     let mut failed = Vec::new();
     for (title, _, run) in checks {
         let outcome = steps.run(title, |step| match run {
@@ -95,6 +101,18 @@ pub fn run(workspace: &Workspace, all: bool, install: bool) -> Result<ExitCode, 
     print_line(&format!("took {:.0} s", steps.started.elapsed().as_secs_f64()));
     tally.lines().iter().for_each(|line| print_line(line));
     Ok(if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The tests of the Python package, or one that is skipped where there is no Python.
+fn python_tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
+    if suite.has_python {
+        return python::tests(suite, step, tally);
+    }
+    if is_required("python") {
+        return Err(Error::Failed("ICORAY_REQUIRE names python, and the machine lacks it".into()));
+    }
+    tally.add_skipped("no Python", 1);
+    Ok(())
 }
 
 /// The commands of the pages: counted as one check, and each skipped block as one.

@@ -136,6 +136,14 @@ static MPICH: Requirement =
 static MPICH_RUN: Requirement = apt("mpich", "runs programs of that MPI on several ranks", Runs("mpirun.mpich"));
 static CLANG: Requirement =
     apt("libclang-dev", "reads MPI's header for Rust", Function(|host| Ok(libclang::find(host).map(drop)?)));
+static PYTHON: Requirement = apt(
+    "python3-venv",
+    "Python 3.10 with environments of its own: tests the Python package",
+    Function(|host| {
+        let program = "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))";
+        Ok(host.run("python3", ["-c", program]).map(drop)?)
+    }),
+);
 static RUSTFMT: Requirement = rustup("rustfmt", "checks the formatting", Cargo("fmt"));
 pub static CLIPPY: Requirement = rustup("clippy", "lints", Cargo("clippy"));
 
@@ -165,11 +173,14 @@ pub static FOR_TEST: &[&Requirement] = &[&C_COMPILER, &C_HEADERS, &RUSTFMT, &CLI
 /// For reading files of models; without it the default checks leave out the packages that read files.
 pub static FOR_FILES: &[&Requirement] = &[&PKG_CONFIG, &NETCDF];
 
+/// For the tests of the Python package; without it the default checks leave them out.
+pub static FOR_PYTHON: &[&Requirement] = &[&PYTHON];
+
 /// For `test --all`: it builds the whole workspace, and programs as users of the installed library do.
 #[rustfmt::skip]
 pub static FOR_TEST_ALL: &[&Requirement] = &[
     &C_COMPILER, &C_HEADERS, &CPP_COMPILER, &FORTRAN_COMPILER, &MAKE, &CMAKE, &PKG_CONFIG, &VALGRIND, &CHROMIUM,
-    &CHROMEDRIVER, &VULKAN, &NETCDF, &MPI, &MPI_RUN, &MPICH, &MPICH_RUN, &CLANG, &RUSTFMT, &CLIPPY,
+    &CHROMEDRIVER, &VULKAN, &NETCDF, &MPI, &MPI_RUN, &MPICH, &MPICH_RUN, &CLANG, &PYTHON, &RUSTFMT, &CLIPPY,
 ];
 
 /// NetCDF as netcdf-sys finds it, by nc-config or below NETCDF_DIR, and HDF5 as hdf5-metno-sys does.

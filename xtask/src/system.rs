@@ -208,7 +208,7 @@ pub fn output<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item 
 mod tests {
     use super::*;
     use crate::host::fake;
-    use crate::requirements::{CLIPPY, FOR_DEMO, FOR_DEMO_MPI, FOR_FILES, FOR_TEST, FOR_TEST_ALL, NETCDF};
+    use crate::requirements::{CLIPPY, FOR_DEMO, FOR_DEMO_MPI, FOR_FILES, FOR_PYTHON, FOR_TEST, FOR_TEST_ALL, NETCDF};
 
     const ROOT: Machine = Machine { root: true, sudo: Sudo::No, apt: true, rustup: true };
     const USER: Machine = Machine { root: false, ..ROOT };
@@ -231,12 +231,13 @@ mod tests {
         assert_eq!(
             packages_from(Source::Apt, &all).join(" "),
             "gcc libc6-dev g++ gfortran make cmake pkg-config valgrind chromium chromium-driver mesa-vulkan-drivers \
-             libnetcdf-dev libopenmpi-dev libmpich-dev mpich libclang-dev"
+             libnetcdf-dev libopenmpi-dev libmpich-dev mpich libclang-dev python3-venv"
         );
         assert_eq!(packages_from(Source::Rustup, &all), ["rustfmt", "clippy"]);
         let by_default = packages_from(Source::Apt, &on_a_bare_machine(FOR_TEST));
         assert_eq!(by_default, ["gcc", "libc6-dev"]);
         assert_eq!(packages(&on_a_bare_machine(FOR_FILES)), ["pkg-config", "libnetcdf-dev"]);
+        assert_eq!(packages(&on_a_bare_machine(FOR_PYTHON)), ["python3-venv"]);
         assert_eq!(packages(&on_a_bare_machine(FOR_DEMO)), ["gcc", "libc6-dev"]);
         let over_mpi = packages(&on_a_bare_machine(FOR_DEMO_MPI));
         assert_eq!(over_mpi, ["gfortran", "make", "libopenmpi-dev", "libclang-dev"]);

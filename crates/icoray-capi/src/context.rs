@@ -117,16 +117,29 @@ impl Context {
     /// Checks and sets the tables while no frame reads the previous ones. The previous grid stays if they are wrong; a
     /// new one has no part.
     pub fn set_grid(&mut self, name: &str, tables: Outcome<GridTables<'static>>) -> Outcome<()> {
-        let outcome = tables.and_then(|tables| self.take_grid(name, tables));
-        self.inputs.refusals.keep(Input::Grid, name, outcome)
+        let outcome = tables.and_then(|tables| {
+            self.refuse_without_cells(tables.cells())?;
+            Ok(Arc::new(self.drawing.renderer().run(|| Grid::new(tables))?))
+        });
+        self.take_grid(name, outcome)
     }
 
-    fn take_grid(&mut self, name: &str, tables: GridTables<'static>) -> Outcome<()> {
-        if tables.cells() == 0 && !self.is_shared() {
+    /// As [`Self::set_grid`], for a grid that was checked before.
+    pub fn set_checked_grid(&mut self, name: &str, grid: Arc<Grid<'static>>) -> Outcome<()> {
+        let outcome = self.refuse_without_cells(grid.cells()).map(|()| grid);
+        self.take_grid(name, outcome)
+    }
+
+    fn refuse_without_cells(&self, cells: usize) -> Outcome<()> {
+        if cells == 0 && !self.is_shared() {
             return Err(Failure::new(icoray_status::ICORAY_ERR_GRID, "0 cells, expected at least 1"));
         }
-        let grid = self.drawing.renderer().run(|| Grid::new(tables))?;
-        self.inputs.grids.insert(name.into(), GridInput { grid: Arc::new(grid), held: None });
+        Ok(())
+    }
+
+    fn take_grid(&mut self, name: &str, outcome: Outcome<Arc<Grid<'static>>>) -> Outcome<()> {
+        let grid = self.inputs.refusals.keep(Input::Grid, name, outcome)?;
+        self.inputs.grids.insert(name.into(), GridInput { grid, held: None });
         Ok(())
     }
 

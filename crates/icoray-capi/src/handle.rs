@@ -53,7 +53,7 @@ pub struct icoray_ctx {
 }
 
 impl icoray_ctx {
-    pub fn new(context: Context) -> Self {
+    pub(crate) fn new(context: Context) -> Self {
         icoray_ctx {
             process: std::process::id(),
             is_shared: context.is_shared(),
@@ -63,7 +63,7 @@ impl icoray_ctx {
     }
 
     /// The message of the last failed call, or of this thread's if that was refused entry.
-    pub fn message(&self) -> String {
+    pub(crate) fn message(&self) -> String {
         last_refusal(ptr::from_ref(self).addr()).unwrap_or_else(|| {
             let none = || String::new();
             if self.is_forked() { none() } else { self.message.lock().map_or_else(|_| none(), |m| m.clone()) }
@@ -71,7 +71,7 @@ impl icoray_ctx {
     }
 
     /// Runs a call; stores the message of its failure and passes it to `on_failure`.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         context: &mut Context,
         on_failure: impl FnOnce(&mut Context, &Failure),
@@ -86,12 +86,12 @@ impl icoray_ctx {
 
     /// Whether this process is a fork of the one that opened the context. Checked before locking: a lock that another
     /// thread held during the fork is never released.
-    pub fn is_forked(&self) -> bool {
+    pub(crate) fn is_forked(&self) -> bool {
         self.process != std::process::id()
     }
 
     /// Locks the context; fails if another call holds it.
-    pub fn enter(&self) -> Outcome<Entry<'_>> {
+    pub(crate) fn enter(&self) -> Outcome<Entry<'_>> {
         self.enter_by(|context| match context.try_lock() {
             Ok(context) => Some(context),
             // A panic is caught while the lock is held, and poisons the context itself.
@@ -102,7 +102,7 @@ impl icoray_ctx {
 
     /// As [`Self::enter`] for collective calls: waits for a call of another thread, as failing on this rank alone would
     /// block the others.
-    pub fn enter_with_others(&self) -> Outcome<Entry<'_>> {
+    pub(crate) fn enter_with_others(&self) -> Outcome<Entry<'_>> {
         let is_within = || ENTERED.try_with(|entered| entered.borrow().contains(&ptr::from_ref(self).addr()));
         if !self.is_shared || self.is_forked() || is_within().unwrap_or(true) {
             return self.enter();

@@ -5,8 +5,9 @@ use crate::boundary::{Failure, Outcome};
 use crate::context::SceneSource;
 use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
-use icoray_core::Description;
+use icoray_core::{Description, Grid};
 use std::ffi::c_char;
+use std::sync::Arc;
 
 /// Sets a grid: checks all its tables and borrows them until icoray_close or the next icoray_grid_set of the same
 /// name. A rank of icoray_open may have no cells, corners and edges; its tables may then be NULL.
@@ -30,6 +31,16 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
             context.set_grid(name, borrow::tables(grid))
         })
     }
+}
+
+/// As icoray_grid_set, for a grid that the caller has checked and goes on using: nothing is checked or derived again.
+/// The tables live until icoray_close or the next grid of the same name.
+///
+/// # Safety
+/// `ctx` is open.
+pub unsafe fn set_checked_grid(ctx: *mut icoray_ctx, name: &str, grid: Arc<Grid<'static>>) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe { with_frames_finished(ctx, "icoray_grid_set", |context| context.set_checked_grid(name, grid)) }
 }
 
 /// Declares which cells of a grid belong to this rank, where ranks have parts of the grid, or the whole grid and some

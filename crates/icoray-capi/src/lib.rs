@@ -7,23 +7,29 @@
 //! messages; [`ranks`] MPI communicators; [`launcher`] the ranks that a program was started as; [`processors`] the
 //! default number of threads; [`policy`] the answer to failed frames; [`log`] the host's log. Exported functions are in
 //! [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
+//!
+//! Modules are public for bindings of other languages, which build these sources as a Rust library
+//! (`crates/icoray-python/context`); beside the exported functions they find [`open::open_over`] and
+//! [`inputs::set_checked_grid`].
 
 mod borrow;
 mod boundary;
 mod context;
 mod drawing;
 mod frame_inputs;
-mod frames;
+pub mod frames;
 mod handle;
 mod host;
-mod inputs;
+pub mod inputs;
 mod launcher;
-mod log;
+pub mod log;
 mod memory;
 mod mesh;
 mod message;
-mod open;
+pub mod open;
 mod policy;
 mod processors;
 mod ranks;
-mod types;
+pub mod types;
+
+pub use handle::icoray_ctx;

@@ -6,7 +6,7 @@ use crate::context::Context;
 use crate::handle::icoray_ctx;
 use crate::types::{icoray_config, icoray_status};
 use crate::{launcher, processors, ranks};
-use icoray_core::Ranks;
+use icoray_core::{Ranks, Team};
 use std::ffi::c_char;
 use std::ptr;
 
@@ -75,23 +75,44 @@ pub unsafe extern "C" fn icoray_open(
     fortran_comm: i32,
     ctx: *mut *mut icoray_ctx,
 ) -> icoray_status {
-    status(&guarded(|| {
-        // SAFETY: passed on.
-        let writable = unsafe { cleared(ctx) };
-        let mut ranks = ranks::of_communicator(fortran_comm)?;
-        let threads = processors::share(&mut ranks);
-        // The agreement sends a failure of this rank to the others.
-        // SAFETY: passed on.
-        let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
-        // Facts are not compared if this rank fails.
-        let facts = mine.as_ref().map_or_else(|_| Vec::new(), Context::facts);
-        let (context, _) = ranks::agree(&mut ranks, mine, "icoray_open", facts, &[]);
-        let mut context = context?;
-        context.join(ranks)?;
-        // SAFETY: not NULL, as all ranks have agreed; the caller promises that it can be written.
-        unsafe { ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context)))) };
-        Ok(())
-    }))
+    // SAFETY: passed on.
+    status(&guarded(|| unsafe { opened(config, || ranks::of_communicator(fortran_comm), ctx) }))
+}
+
+/// As icoray_open, over the ranks of a `team` that the caller has made: for languages that reach MPI in their own way.
+/// Dropping the team is left to the context.
+///
+/// # Safety
+/// As icoray_open.
+pub unsafe fn open_over(config: *const icoray_config, team: Box<dyn Team>, ctx: *mut *mut icoray_ctx) -> icoray_status {
+    // SAFETY: passed on.
+    status(&guarded(|| unsafe { opened(config, || Ok(Ranks::new(team)), ctx) }))
+}
+
+/// Opens a context over ranks. Collective.
+///
+/// # Safety
+/// As icoray_open.
+unsafe fn opened(
+    config: *const icoray_config,
+    ranks: impl FnOnce() -> Outcome<Ranks>,
+    ctx: *mut *mut icoray_ctx,
+) -> Outcome<()> {
+    // SAFETY: passed on.
+    let writable = unsafe { cleared(ctx) };
+    let mut ranks = ranks()?;
+    let threads = processors::share(&mut ranks);
+    // The agreement sends a failure of this rank to the others.
+    // SAFETY: passed on.
+    let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
+    // Facts are not compared if this rank fails.
+    let facts = mine.as_ref().map_or_else(|_| Vec::new(), Context::facts);
+    let (context, _) = ranks::agree(&mut ranks, mine, "icoray_open", facts, &[]);
+    let mut context = context?;
+    context.join(ranks)?;
+    // SAFETY: not NULL, as all ranks have agreed; the caller promises that it can be written.
+    unsafe { ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context)))) };
+    Ok(())
 }
 
 /// Sets *ctx to NULL.

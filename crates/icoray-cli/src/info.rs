@@ -3,7 +3,7 @@
 use crate::failure::CommandResult;
 use crate::input::{self, Input};
 use icoray::{GridTables, Indices, Reals};
-use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
+use icoray_dataset::{Dataset, FieldInfo, LayerHeights};
 use icoray_progress::Progress;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -32,7 +32,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     Ok(out.write_all(&text)?)
 }
 
-fn describe(args: &Args, file: &ModelFile, progress: &Progress, out: &mut impl Write) -> CommandResult {
+fn describe(args: &Args, file: &Dataset, progress: &Progress, out: &mut impl Write) -> CommandResult {
     let mesh = file.mesh();
     let tables = mesh.tables();
     let [cells, corners, edges] = [tables.cells(), tables.corners(), tables.edges()];
@@ -75,7 +75,7 @@ fn precision(tables: &GridTables) -> &'static str {
     }
 }
 
-fn times(file: &ModelFile, out: &mut impl Write) -> CommandResult {
+fn times(file: &Dataset, out: &mut impl Write) -> CommandResult {
     let times = file.times();
     let name = |i: usize| {
         let date = times[i].as_deref().unwrap_or("without a date");
@@ -91,7 +91,7 @@ fn times(file: &ModelFile, out: &mut impl Write) -> CommandResult {
 }
 
 /// The layers of all fields, each kind once.
-fn layers(file: &ModelFile, out: &mut impl Write) -> CommandResult {
+fn layers(file: &Dataset, out: &mut impl Write) -> CommandResult {
     let mut listed = BTreeSet::new();
     let layered = file.fields().iter().filter(|info| !info.is_2d());
     for info in layered.filter(|info| listed.insert((&info.layer_dimension, info.layers))) {
@@ -139,7 +139,7 @@ fn heights_in_words(heights: &LayerHeights, layers: usize) -> String {
 }
 
 /// Prints the table of fields; with `ranges` (which shows progress) also the minimum and maximum of each.
-fn fields(file: &ModelFile, ranges: Option<&Progress>, out: &mut impl Write) -> CommandResult {
+fn fields(file: &Dataset, ranges: Option<&Progress>, out: &mut impl Write) -> CommandResult {
     if file.fields().is_empty() {
         writeln!(out, "fields     none")?;
         return Ok(());

@@ -1,8 +1,7 @@
 //! The files that every command reads.
 
 use icoray::{Error, ErrorKind, Location, Result, Script};
-use icoray_netcdf::{FieldInfo, ModelFile};
-use std::ops::Range;
+use icoray_dataset::{Dataset, LayerSelection};
 use std::path::{Path, PathBuf};
 
 /// Where fields and mesh are.
@@ -19,60 +18,18 @@ pub struct Input {
 
 impl Input {
     /// Opens all files.
-    pub fn open(&self) -> Result<ModelFile> {
-        ModelFile::open_with(&self.file, &self.mesh)
+    pub fn open(&self) -> Result<Dataset> {
+        icoray_netcdf::open_with(&self.file, &self.mesh)
     }
 }
 
 /// Which of the first field's layers are read and drawn.
 #[derive(clap::Args)]
-pub struct LayerSelection {
+pub struct LayerOption {
     /// Layers that are read and drawn, from 0 and without the last, instead of all; either end may be left out. Those
     /// of a view's first field; of others that lie on interfaces or between them, those around or between
-    #[arg(long, value_name = "A..B", value_parser = layers)]
-    layers: Option<(usize, Option<usize>)>,
-}
-
-fn layers(text: &str) -> std::result::Result<(usize, Option<usize>), String> {
-    let ends = text.split_once("..").and_then(|(from, to)| {
-        let from = if from.is_empty() { 0 } else { from.parse().ok()? };
-        let to = if to.is_empty() { None } else { Some(to.parse().ok()?) };
-        Some((from, to))
-    });
-    ends.ok_or_else(|| "expected a range of layers such as 0..20 or 5..".to_owned())
-}
-
-impl LayerSelection {
-    /// The selected layers of a field; of a 2D field those of the shell that shows it.
-    pub fn of(&self, info: &FieldInfo) -> Result<Range<usize>> {
-        let Some((from, to)) = self.layers else { return Ok(info.all_layers()) };
-        if info.is_2d() {
-            let context = format!("--layers: {} is a 2D field, expected a field with layers", info.name);
-            return Err(Error::new(ErrorKind::Argument, context));
-        }
-        let range = from..to.unwrap_or(info.layers);
-        if range.len() < 2 || range.end > info.layers {
-            let context = format!(
-                "--layers {from}..{}: expected at least 2 of the {} layers of {}",
-                to.map_or_else(String::new, |to| to.to_string()),
-                info.layers,
-                info.name
-            );
-            return Err(Error::new(ErrorKind::Argument, context));
-        }
-        Ok(range)
-    }
-
-    /// The option's value, if given.
-    pub fn text(&self) -> Option<String> {
-        let (from, to) = self.layers?;
-        Some(format!("{from}..{}", to.map_or_else(String::new, |to| to.to_string())))
-    }
-
-    /// Whether all layers are selected.
-    pub fn is_all(&self) -> bool {
-        self.layers.is_none()
-    }
+    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
+    pub layers: LayerSelection,
 }
 
 /// Reads and checks a scene file; `None` where it has no keys and draws nothing.

@@ -7,12 +7,10 @@
 #![forbid(unsafe_code)]
 
 mod animate;
-mod answers;
 mod failure;
 mod gpu;
 mod info;
 mod input;
-mod layering;
 mod overrides;
 mod plan;
 mod ranks;
@@ -20,7 +18,6 @@ mod render;
 mod scene_options;
 mod selection;
 mod suggested;
-mod times;
 mod view;
 mod watch;
 

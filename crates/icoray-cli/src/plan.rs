@@ -3,13 +3,13 @@
 use crate::failure::CommandResult;
 use crate::gpu;
 use crate::input;
-use crate::layering::Layering;
 use crate::render::Args;
 use crate::selection::Opened;
 use crate::suggested::Scenes;
 use icoray::memory::{available, readable};
 use icoray::{Condition, Grid, Heights, Plan, Renderer, SamplingReport, Scene, Shot, View};
-use icoray_netcdf::ModelFile;
+use icoray_dataset::Dataset;
+use icoray_dataset::Layering;
 use icoray_progress::Progress;
 use std::collections::HashSet;
 use std::io::Write;
@@ -35,7 +35,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
             if !fields.insert(scene.field().to_owned()) {
                 continue;
             }
-            let layering = Layering::of(file, &scene, &args.selection.layers_wanted)?;
+            let layering = Layering::of(file, &scene, &args.selection.layer_option.layers)?;
             let mut text = Vec::new();
             let swept = view.scenes().nth(1).map(|_| format!("field {}", scene.field()));
             let title: Vec<String> =
@@ -56,7 +56,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 }
 
 /// Prints the variables that are read, with their sizes.
-fn read(file: &ModelFile, view: &View, scene: &Scene, layering: &Layering, out: &mut impl Write) -> CommandResult {
+fn read(file: &Dataset, view: &View, scene: &Scene, layering: &Layering, out: &mut impl Write) -> CommandResult {
     let drawn = scene.model_fields();
     let asked = view.conditions().iter().map(Condition::field);
     let mut known = HashSet::new();
@@ -80,7 +80,7 @@ fn read(file: &ModelFile, view: &View, scene: &Scene, layering: &Layering, out: 
 /// Prints what is left out and what a frame takes of memory, after checking that the fields fit the layers.
 fn left_out(
     renderer: &Renderer,
-    (file, grid): (&ModelFile, &Grid),
+    (file, grid): (&Dataset, &Grid),
     scene: &Scene,
     (layering, time): (&Layering, usize),
     out: &mut impl Write,

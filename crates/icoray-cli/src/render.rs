@@ -1,28 +1,21 @@
 //! `icoray render`: renders pictures of some or all times of a file.
 
-mod drawing;
 mod job;
-mod native_heights;
 mod output_queue;
 mod pictures;
-mod scene_fields;
-mod schedule;
 mod target;
 
 use crate::failure::{CommandResult, Failure};
 use crate::ranks::RankTeam;
 use crate::selection::{Opened, Selection};
 use crate::suggested::{Scenes, Suggested};
-pub use drawing::Drawing;
 use icoray::output::Existing;
 use icoray::{Error, ErrorKind, Ranks, Result, Script};
+use icoray_dataset::{Drawing, SceneFields, Series};
 use icoray_progress::Progress;
 pub use job::Job;
-pub use native_heights::NativeHeightCache;
 pub use output_queue::OutputQueue;
 pub use pictures::Pictures;
-pub use scene_fields::{Key, SceneFields};
-pub use schedule::{FieldCache, Series};
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::PathBuf;
@@ -122,7 +115,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     progress.stage("checking the grid and reading layers");
     let prepared = renderer.run(|| {
         let grid = grid.map_or_else(|| file.mesh().grid(), Ok)?;
-        let scene_fields = SceneFields::new(file, &script, &args.selection.layers_wanted, grid.cells())?;
+        let scene_fields = SceneFields::new(file, &script, &args.selection.layer_option.layers, grid.cells())?;
         Ok((grid, scene_fields))
     });
     let (grid, scene_fields) = ranks.collective(prepared)?;

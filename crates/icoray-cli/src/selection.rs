@@ -1,12 +1,12 @@
 //! Options of `icoray render` and `icoray plan` that select files, scene and times.
 
 use crate::gpu;
-use crate::input::{self, Input, LayerSelection};
+use crate::input::{self, Input, LayerOption};
 use crate::overrides::Overrides;
 use crate::scene_options::SceneOptions;
-use crate::times::Times;
 use icoray::{Renderer, Result, Script};
-use icoray_netcdf::ModelFile;
+use icoray_dataset::Dataset;
+use icoray_dataset::TimeSelection;
 use icoray_progress::Progress;
 use std::path::Path;
 
@@ -24,9 +24,9 @@ pub struct Selection {
     /// are drawn that are the views' turn (every, at_steps, at_times, when), the number of a time being its step;
     /// others are drawn by all views [default: 0, or the last one where no --scene is given]
     #[arg(long, value_name = "TIME|A..B|all", allow_hyphen_values = true)]
-    pub time: Option<Times>,
+    pub time: Option<TimeSelection>,
     #[command(flatten)]
-    pub layers_wanted: LayerSelection,
+    pub layer_option: LayerOption,
     /// Number of threads; 0 is as many as there are cores to use
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -35,7 +35,7 @@ pub struct Selection {
 /// Opened inputs.
 pub struct Opened {
     pub renderer: Renderer,
-    pub file: ModelFile,
+    pub file: Dataset,
     /// Numbers of the selected times, and whether they were selected as a series.
     pub times: Vec<usize>,
     pub is_series: bool,
@@ -55,8 +55,8 @@ impl Selection {
         let file = self.input.open()?;
         let time = match &self.time {
             Some(time) => time,
-            None if given.is_some() => &Times::FIRST,
-            None => &Times::LAST,
+            None if given.is_some() => &TimeSelection::FIRST,
+            None => &TimeSelection::LAST,
         };
         let (times, is_series) = (time.of(file.times())?, time.is_series());
         Ok(Some(Opened { renderer, file, times, is_series, given }))

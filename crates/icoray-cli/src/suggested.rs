@@ -2,8 +2,8 @@
 
 use crate::selection::{Opened, Selection};
 use icoray::output::Existing;
-use icoray::{Error, ErrorKind, Grid, Level, Result, Script, suggest};
-use icoray_netcdf::{FieldInfo, ModelFile};
+use icoray::{Error, ErrorKind, Grid, Result, Script, suggest};
+use icoray_dataset::{Dataset, FieldInfo};
 use icoray_progress::Progress;
 use std::fs;
 use std::path::Path;
@@ -32,14 +32,10 @@ impl Suggested {
         progress.stage("checking the grid");
         let grid = opened.renderer.run(|| file.mesh().grid())?;
         let time = opened.times[opened.times.len() - 1];
-        let range = selection.layers_wanted.of(info)?;
-        progress.stage(format!("reading {name}"));
-        let read = file.read_layers(name, time, range.clone())?;
-        let layers = file.layer_heights(name)?.layers_over(info, range)?;
         progress.stage(format!("looking at {name}"));
-        let options = options(selection, opened, info, time)?;
-        let field = read.field()?;
-        let text = opened.renderer.run(|| suggest::scene(name, &grid, &layers, &field, &options))?;
+        let options = options(selection, opened, time);
+        let (with, of) = ((&grid, &opened.renderer), (info, time));
+        let text = file.suggest_scene(with, of, &selection.layer_option.layers, options)?;
         let summary = summary(selection, info, &others);
         Ok((Suggested { text, summary }, grid))
     }
@@ -52,56 +48,33 @@ impl Suggested {
     }
 }
 
-/// The default field: the first of [`ModelFile::likely_fields`].
-pub fn first_field(file: &ModelFile) -> Result<&FieldInfo> {
-    file.likely_fields().first().copied().ok_or_else(|| no_field(file))
-}
-
-/// The error for a file without fields, or without likely ones.
-fn no_field(file: &ModelFile) -> Error {
+/// The default field: [`Dataset::first_field`].
+pub fn first_field(file: &Dataset) -> Result<&FieldInfo> {
     let path = file.path().display();
-    let context = match file.fields() {
-        [] => format!(
-            "{path}: a mesh without a field, expected a history or output file: icoray render HISTORY.nc --mesh {path}"
-        ),
-        fields => {
-            let names: Vec<&str> = fields.iter().map(|info| info.name.as_str()).collect();
-            format!(
-                "{path}: no variable looks like a physical field, expected --field NAME with one of {}, or a history or output \
-                 file: icoray render HISTORY.nc --mesh {path}",
-                names.join(", ")
-            )
-        }
-    };
-    Error::new(ErrorKind::Field, context)
+    let named = if file.fields().is_empty() { "" } else { "--field NAME, or " };
+    let hint = format!("{named}icoray render HISTORY.nc --mesh {path}");
+    let with_hint = |e: Error| Error::new(e.kind(), format!("{}: {hint}", e.context()));
+    file.first_field().map_err(with_hint)
 }
 
-/// Options of the suggestion from the command line. A 2D field is a surface without exaggeration.
-fn options(selection: &Selection, opened: &Opened, info: &FieldInfo, time: usize) -> Result<suggest::Options> {
+/// Options of the suggestion from the command line.
+fn options(selection: &Selection, opened: &Opened, time: usize) -> suggest::Options {
     let (scene_options, overrides) = (&selection.scene_options, &selection.overrides);
-    let (surface, exaggeration) = match (info.is_2d(), scene_options.surface) {
-        (false, surface) => (surface, overrides.exaggeration),
-        (true, Some(Level::Layer(layer @ 1..))) => {
-            let context = format!("--surface {layer}: {} is a 2D field, expected 0", info.name);
-            return Err(Error::new(ErrorKind::Argument, context));
-        }
-        (true, _) => (Some(Level::Layer(0)), Some(overrides.exaggeration.unwrap_or(1.0))),
-    };
-    Ok(suggest::Options {
+    suggest::Options {
         lon_deg: overrides.lon,
         lat_deg: overrides.lat,
         distance: overrides.distance,
-        exaggeration,
+        exaggeration: overrides.exaggeration,
         color_map: scene_options.colormap.clone(),
         range: scene_options.range,
-        surface,
+        surface: scene_options.surface,
         size: overrides.size,
         tolerance: overrides.tolerance,
         samples: overrides.samples,
         backend: overrides.device_options.backend(),
         device: overrides.device_options.device().cloned(),
         head: vec![command(selection, opened, Some(time))],
-    })
+    }
 }
 
 /// The command line that renders the saved scene, at this time unless others are selected; without one, that of a time
@@ -117,8 +90,8 @@ pub fn command(selection: &Selection, opened: &Opened, time: Option<usize>) -> S
         let time = selection.time.as_ref().map_or_else(|| time.to_string(), ToString::to_string);
         words.extend(["--time".into(), word(&time)]);
     }
-    if let Some(layers) = selection.layers_wanted.text() {
-        words.extend(["--layers".into(), layers]);
+    if !selection.layer_option.layers.is_all() {
+        words.extend(["--layers".into(), selection.layer_option.layers.to_string()]);
     }
     words.join(" ")
 }

@@ -1,17 +1,13 @@
 //! `icoray view`: a page on which a file is looked at, turned and coloured.
 
-mod rules;
-
-use crate::answers::{self, units};
 use crate::failure::CommandResult;
-use crate::render::{Drawing, FieldCache, Key, NativeHeightCache, SceneFields, Series};
 use crate::selection::{Opened, Selection};
-use crate::suggested;
-use icoray::output::Stamp;
-use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Result, Scene, Script};
-use icoray_live::{Description, FieldDescription, LiveView, Options, PictureSize, Question, Request};
+use crate::suggested::{self, Suggested};
+use icoray::{Error, ErrorKind, Result};
+use icoray_dataset::view::{self, Viewer};
+use icoray_live::{LiveView, Options, PictureSize};
 use icoray_progress::Progress;
-use std::collections::BTreeMap;
+use std::fs;
 use std::io::Write;
 
 /// What `icoray view` is told.
@@ -32,184 +28,34 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         writeln!(out, "{}", selection.nothing())?;
         return Ok(());
     };
-    let text = rules::text(selection, &opened, &progress)?;
+    let text = text(selection, &opened, &progress)?;
     progress.stage("checking the grid");
     let grid = opened.renderer.run(|| opened.file.mesh().grid())?;
     progress.finish();
     let time = opened.times[opened.times.len() - 1];
-    let reader = rules::reader(&opened.file);
+    let reader = view::reader(&opened.file);
     let is_suggested = selection.scene_options.scene.is_none();
     let size = match is_suggested && selection.overrides.size.is_none() {
         true => PictureSize::Viewer,
         false => PictureSize::SceneOrViewer,
     };
-    let options = Options { port: args.port, size };
-    let live = LiveView::open(&options, describe(selection, &opened), (text, time), reader)?;
+    let description = view::describe(&opened.file, suggested::command(selection, &opened, None));
+    let options = Options { port: args.port, size, is_framed: false };
+    let live = LiveView::open(&options, description, (text, time), reader)?;
     opened.renderer = opened.renderer.with_stop(live.stop());
     writeln!(out, "view      {}\n          ends with Ctrl-C", live.address())?;
     out.flush()?;
-    Viewer { opened: &opened, selection, grid: &grid, live: &live, at_rest: None }.run();
+    Viewer::new((&opened.file, &grid), &opened.renderer, &selection.layer_option.layers, &live).run();
     Ok(())
 }
 
-/// What the page is told of the file.
-fn describe(selection: &Selection, opened: &Opened) -> Description {
-    let file = &opened.file;
-    let fields = file.likely_fields().into_iter().map(|info| FieldDescription {
-        name: info.name.clone(),
-        long_name: info.description.long_name.clone(),
-        units: units(info),
-        layers: if info.is_2d() { 0 } else { info.layers },
-    });
-    let fields: Vec<FieldDescription> = fields.collect();
-    let path = file.path();
-    Description {
-        title: path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-        live: false,
-        layers: fields.iter().map(|field| field.layers).max().unwrap_or(0),
-        fields,
-        times: file.times().iter().map(|date| date.clone().unwrap_or_default()).collect(),
-        command: suggested::command(selection, opened, None),
-    }
-}
-
-/// The thread that has the file's data.
-struct Viewer<'v> {
-    opened: &'v Opened,
-    selection: &'v Selection,
-    grid: &'v Grid<'v>,
-    live: &'v LiveView,
-    /// The last picture at rest, of its scene and time.
-    at_rest: Option<(Scene, usize, Frame)>,
-}
-
-/// What requests are answered from while they need the same data.
-struct Data<'d> {
-    drawing: Drawing<'d>,
-    fields: &'d BTreeMap<Key, Field<'d>>,
-    heights: &'d NativeHeightCache,
-    stamp: Stamp,
-}
-
-impl Viewer<'_> {
-    /// Takes requests until there are no more.
-    fn run(mut self) {
-        let mut heights = NativeHeightCache::default();
-        let mut next = self.live.next();
-        while let Some(request) = next {
-            next = match self.serve(request, &mut heights) {
-                Ok(next) => next,
-                Err((request, error)) => {
-                    refuse(self.live, request, error);
-                    self.live.next()
-                }
-            };
-        }
-    }
-
-    /// Reads what a request needs and serves it and all that follow and need no more; returns the first that does.
-    fn serve(
-        &mut self,
-        first: Request,
-        heights: &mut NativeHeightCache,
-    ) -> std::result::Result<Option<Request>, (Request, Error)> {
-        let (scene, time) = first.scene();
-        let (scene, file, renderer) = (scene.clone(), &self.opened.file, &self.opened.renderer);
-        let script = Script::from(scene.clone());
-        let mut read = || {
-            let scene_fields = SceneFields::new(file, &script, &self.selection.layers_wanted, self.grid.cells())?;
-            let (dates, seconds) = (file.times(), file.seconds());
-            let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
-            let (_, read) = series.views_of(file, time, renderer, &scene_fields)?;
-            let from = (file, self.grid, renderer);
-            heights.get_ready(from, &scene_fields, std::iter::once(scene.clone()), time)?;
-            Ok((series.stamp(time), scene_fields, read))
-        };
-        let (stamp, scene_fields, read) = match read() {
-            Ok(read) => read,
-            Err(error) => return Err((first, error)),
-        };
-        let fields = match FieldCache::borrowed(&read) {
-            Ok(fields) => fields,
-            Err(error) => return Err((first, error)),
-        };
-        let drawing = Drawing { scene_fields: &scene_fields, grid: self.grid, renderer };
-        let data = Data { drawing, fields: &fields, heights, stamp };
-        let needs = Needs::of(&scene, &scene_fields).ok();
-        let mut request = first;
-        loop {
-            self.answer(request, &data);
-            let Some(next) = self.live.next() else { return Ok(None) };
-            let (scene, its_time) = next.scene();
-            if its_time != time || Needs::of(scene, &scene_fields).ok() != needs {
-                return Ok(Some(next));
-            }
-            request = next;
-        }
-    }
-
-    fn answer(&mut self, request: Request, data: &Data) {
-        match request {
-            Request::Draw(wanted) => {
-                // Viewers are shown the error.
-                if let Ok(Some(frame)) = self.live.publish(&wanted, |scene| data.frame(scene)) {
-                    self.at_rest = Some((wanted.scene, wanted.time, frame));
-                }
-            }
-            Request::Answer { question, scene, time } => self.reply(question, &scene, time, data),
-        }
-    }
-
-    fn reply(&self, question: Question, scene: &Scene, time: usize, data: &Data) {
-        let at_rest = self.at_rest.as_ref().filter(|(its, at, _)| its == scene && *at == time);
-        let known = at_rest.map(|(_, _, frame)| frame);
-        match question {
-            Question::Histogram { field, reply } => {
-                let Opened { file, renderer, .. } = self.opened;
-                let wanted = &self.selection.layers_wanted;
-                reply.send(answers::histogram(&field, (file, time), wanted, data.fields, renderer));
-            }
-            Question::Probe { at, reply } => {
-                let from = (data.fields, data.heights);
-                reply.send(answers::probe((scene, at), &self.opened.file, &data.drawing, from, known));
-            }
-            Question::Picture { reply, .. } => {
-                reply.send(known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone())));
-            }
-        }
-    }
-}
-
-impl Data<'_> {
-    fn frame(&self, scene: &Scene) -> Result<Frame> {
-        let frame = self.drawing.frame(scene, self.fields, self.heights, &mut Ranks::alone())?;
-        let mut frame = frame.ok_or_else(|| Error::new(ErrorKind::Internal, "who draws alone is rank 0"))?;
-        frame.stamp = self.stamp.clone();
-        Ok(frame)
-    }
-}
-
-/// The layers, fields and heights that a scene needs.
-#[derive(PartialEq)]
-struct Needs {
-    layering: [String; 2],
-    fields: Vec<Key>,
-    heights: Heights,
-}
-
-impl Needs {
-    fn of(scene: &Scene, scene_fields: &SceneFields) -> Result<Self> {
-        let layering = scene_fields.layering(scene)?.key().map(str::to_owned);
-        let fields = scene_fields.of(scene)?.iter().map(|field| field.key()).collect();
-        Ok(Needs { layering, fields, heights: scene.scenery.heights })
-    }
-}
-
-/// Tells viewers that a request cannot be served.
-fn refuse(live: &LiveView, request: Request, error: Error) {
-    match request {
-        // The error is shown in place of the picture.
-        Request::Draw(wanted) => drop(live.publish(&wanted, |_| Err(error))),
-        Request::Answer { question, .. } => question.refuse(error),
-    }
+/// The text of the scene that is shown first: that of the scene file, or a suggested one.
+fn text(selection: &Selection, opened: &Opened, progress: &Progress) -> Result<String> {
+    let Some(path) = &selection.scene_options.scene else {
+        let (suggested, _) = Suggested::new(selection, opened, progress)?;
+        return Ok(suggested.text);
+    };
+    selection.overrides.expect_none()?;
+    let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the scene: {e}", path.display()));
+    fs::read_to_string(path).map_err(failed)
 }

@@ -12,14 +12,15 @@ mod viewers;
 
 use crate::failure::CommandResult;
 use crate::gpu;
-use crate::input::{self, LayerSelection};
+use crate::input::{self, LayerOption};
 use crate::overrides::Overrides;
 use crate::ranks::RankTeam;
-use crate::render::{Series, Target};
+use crate::render::Target;
 use folder::Folder;
 use glob::Pattern;
 use icoray::{Error, ErrorKind, Renderer, Result, Script};
-use icoray_netcdf::Mesh;
+use icoray_dataset::Mesh;
+use icoray_dataset::Series;
 use icoray_progress::Progress;
 use page::Page;
 use plan::{History, Lacking, Moment, TimeId};
@@ -75,7 +76,7 @@ pub struct Args {
     #[command(flatten)]
     overrides: Overrides,
     #[command(flatten)]
-    layers_wanted: LayerSelection,
+    layer_option: LayerOption,
     /// Number of threads; 0 is as many as there are cores to use
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,

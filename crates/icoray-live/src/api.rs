@@ -29,11 +29,27 @@ const NEXT_PICTURE: Duration = Duration::from_secs(20);
 /// How long a question waits for its answer: a picture at rest of a large grid takes its time.
 const ANSWER: Duration = Duration::from_secs(600);
 
+macro_rules! policy {
+    ($frames:literal) => {
+        concat!(
+            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; ",
+            "base-uri 'none'; form-action 'none'; frame-ancestors ",
+            $frames
+        )
+    };
+}
+
+/// What the page may load, and who may show it in a frame: nobody, so that no other site lays something over it.
+const UNFRAMED: &str = policy!("'none'");
+/// As [`UNFRAMED`], but for pages of this machine.
+const FRAMED: &str = policy!("'self' http://localhost:* http://127.0.0.1:* vscode-webview:");
+
 /// What requests are answered from.
 pub(crate) struct Api {
     pub hub: Arc<Hub>,
     pub description: Arc<Mutex<Description>>,
     pub token: String,
+    pub is_framed: bool,
 }
 
 pub(crate) type Answer = Response<Full<Bytes>>;
@@ -58,11 +74,7 @@ impl Api {
             (header::CACHE_CONTROL, "no-store"),
             (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
             (header::REFERRER_POLICY, "no-referrer"),
-            (
-                header::CONTENT_SECURITY_POLICY,
-                "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; \
-                 base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-            ),
+            (header::CONTENT_SECURITY_POLICY, if self.is_framed { FRAMED } else { UNFRAMED }),
         ] {
             answer.headers_mut().insert(name, HeaderValue::from_static(value));
         }

@@ -61,6 +61,8 @@ pub struct Options {
     pub port: Option<u16>,
     /// Who says how large pictures are.
     pub size: PictureSize,
+    /// Whether pages of this machine, such as a notebook's, may show the page in a frame.
+    pub is_framed: bool,
 }
 
 /// A page that is being served, until this is dropped.
@@ -86,7 +88,12 @@ impl LiveView {
         let start = Start { text, time, times: description.times.len(), size: options.size };
         let (hub, token) = (Arc::new(Hub::new(Session::new(start, read)?)), token()?);
         let description = Arc::new(Mutex::new(description));
-        let api = Api { hub: hub.clone(), description: description.clone(), token: token.clone() };
+        let api = Api {
+            hub: hub.clone(),
+            description: description.clone(),
+            token: token.clone(),
+            is_framed: options.is_framed,
+        };
         let server = Server::start(options.port, api)?;
         Ok(LiveView { hub, server, description, token, numbers: AtomicU64::new(0) })
     }
@@ -179,6 +186,11 @@ impl LiveView {
     /// A sentence that names the key and what was expected.
     pub fn load(&self, text: &str) -> std::result::Result<(), String> {
         self.hub.change(|session| session.load(text)).map(|_| ())
+    }
+
+    /// The text of the scene as viewers have set it.
+    pub fn scene_text(&self) -> String {
+        self.hub.look(|session| session.text().to_owned())
     }
 
     /// The name of the view that is looked at; empty for a scene without views.

@@ -1,21 +1,11 @@
-//! Files of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON,
-//! DYNAMICO.
+//! NetCDF files of models as [`Dataset`]s: classic ones (CDF-1, CDF-2, CDF-5) and NetCDF-4.
 //!
-//! [`ModelFile::open`] reads the mesh tables and lists the fields; a field is read on demand, one time record at a
-//! time, all layers or some, in the file's order and precision. Classic NetCDF (CDF-1, CDF-2, CDF-5) and NetCDF-4 are
-//! read.
-//!
-//! MPAS's files follow the MPAS mesh specification 1.0 (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>).
-//! ICON's triangles are corners of the hexagons around their points, so that its fields are at corners; where a file
-//! has no tables they are rebuilt from the triangles' bounds. DYNAMICO's hexagons are rebuilt from theirs. Tables of
-//! MPAS that a file lacks are made of the others where these determine them.
-//!
-//! A 2D field, such as surface pressure, has the same values on as many layers as are asked for, and costs the memory
-//! of one.
+//! The NetCDF library accepts one call at a time in the whole process; reading from several threads gains nothing.
+//! Damaged classic files give errors; for damaged NetCDF-4 files that depends on the HDF5 library.
 //!
 //! ```no_run
 //! # fn main() -> icoray::Result<()> {
-//! let file = icoray_netcdf::ModelFile::open("history.nc")?;
+//! let file = icoray_netcdf::open("history.nc")?;
 //! let grid = file.mesh().grid()?;
 //! let theta = file.read_field("theta", 0)?;
 //! let field = theta.field()?;
@@ -26,27 +16,59 @@
 //! # }
 //! ```
 
-mod calendar;
 mod classic;
-mod field;
-mod file;
-mod floor;
 mod hdf5_errors;
-mod heights;
-mod joined;
-mod likely_fields;
-mod mesh;
 mod nc_file;
-mod nc_files;
 mod outline;
-mod reals;
-mod sea;
-mod standard_atmosphere;
-mod times;
 
-pub use field::{FieldInfo, OwnedField, Precision};
-pub use file::ModelFile;
-pub use heights::LayerHeights;
-pub use heights::native::{NativeHeights, NativeInfo};
-pub use mesh::{Convention, Mesh};
+pub use icoray_dataset::Dataset;
 pub use outline::Outline;
+
+use icoray::Result;
+use icoray_dataset::{Mesh, Source};
+use nc_file::NcFile;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Opens a file that holds the mesh and, mostly, fields; reads the mesh tables.
+///
+/// ```no_run
+/// let file = icoray_netcdf::open("mpas_jw_10242.nc")?;
+/// for field in file.fields() {
+///     println!("{}: {} layers", field.name, field.layers);
+/// }
+/// let grid = file.mesh().grid()?;
+/// let values = file.read_field("theta", 0)?;
+/// let layers = file.layers("theta")?;
+/// # Ok::<(), icoray::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`Dataset::new`]; also [`ErrorKind::Io`](icoray::ErrorKind::Io) when the file is absent or not NetCDF.
+pub fn open(path: impl AsRef<Path>) -> Result<Dataset> {
+    open_with(path, &[] as &[&Path])
+}
+
+/// Opens a file that holds fields, and others with what it lacks, as [`Dataset::new`] has it.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<Dataset> {
+    Dataset::new(opened(path.as_ref())?, all_opened(others)?)
+}
+
+/// As [`open_with`], for a mesh that is in memory already: no mesh tables are read.
+///
+/// # Errors
+/// As [`Dataset::on_mesh`] and [`open`].
+pub fn open_on(path: impl AsRef<Path>, others: &[impl AsRef<Path>], mesh: Arc<Mesh>) -> Result<Dataset> {
+    Dataset::on_mesh(opened(path.as_ref())?, all_opened(others)?, mesh)
+}
+
+fn opened(path: &Path) -> Result<Box<dyn Source>> {
+    Ok(Box::new(NcFile::open(path)?))
+}
+
+fn all_opened(paths: &[impl AsRef<Path>]) -> Result<Vec<Box<dyn Source>>> {
+    paths.iter().map(|path| opened(path.as_ref())).collect()
+}

@@ -1,8 +1,9 @@
-//! One NetCDF file: its catalogue, attributes and typed reads. Only this module calls the NetCDF binding.
+//! One NetCDF file: its list of variables, attributes and typed reads. Only this module calls the NetCDF binding.
 
 use crate::classic::ClassicLayout;
 use crate::hdf5_errors;
 use icoray::{Error, ErrorKind, OwnedReals, Result};
+use icoray_dataset::{Attribute, Dimension, Kind, Source, Variable};
 use netcdf::types::{FloatType, NcVariableType};
 use netcdf::{AttributeValue, Extents, NcTypeDescriptor};
 use std::fmt;
@@ -11,89 +12,6 @@ use std::path::{Path, PathBuf};
 
 /// Maximum bytes of values per byte of a file: deflate packs up to 1032, and numbers may be widened when read.
 const MOST_PER_BYTE: u64 = 8192;
-
-/// Type of a variable's values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    F32,
-    F64,
-    Integer,
-    Text,
-    Other,
-}
-
-impl Kind {
-    /// Whether values are `float` or `double`.
-    pub(crate) fn is_real(self) -> bool {
-        matches!(self, Kind::F32 | Kind::F64)
-    }
-
-    /// Whether values are `float`, `double` or integers.
-    pub(crate) fn is_number(self) -> bool {
-        self.is_real() || self == Kind::Integer
-    }
-}
-
-/// A dimension of a variable.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Dimension {
-    pub(crate) name: String,
-    pub(crate) len: usize,
-}
-
-impl Dimension {
-    /// Whether it is that of the time records.
-    pub(crate) fn is_time(&self) -> bool {
-        self.name.eq_ignore_ascii_case("time")
-    }
-}
-
-/// A variable of the file's root group.
-#[derive(Debug, Clone)]
-pub(crate) struct Variable {
-    pub(crate) name: String,
-    pub(crate) kind: Kind,
-    pub(crate) dimensions: Vec<Dimension>,
-}
-
-impl Variable {
-    /// Whether the dimensions have these names, in this order.
-    pub(crate) fn lies_over(&self, names: &[&str]) -> bool {
-        are_named(&self.dimensions, names)
-    }
-
-    /// The dimensions behind that of the time records, or all where it has none.
-    pub(crate) fn after_time(&self) -> &[Dimension] {
-        match self.dimensions.as_slice() {
-            [time, rest @ ..] if time.is_time() => rest,
-            all => all,
-        }
-    }
-
-    /// As [`Self::lies_over`], at times or without.
-    pub(crate) fn lies_at_times_over(&self, names: &[&str]) -> bool {
-        are_named(self.after_time(), names)
-    }
-}
-
-fn are_named(dimensions: &[Dimension], names: &[&str]) -> bool {
-    dimensions.iter().map(|d| d.name.as_str()).eq(names.iter().copied())
-}
-
-/// `theta(Time = 3, nCells = 162) of float`.
-impl fmt::Display for Variable {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let dimensions: Vec<String> = self.dimensions.iter().map(|d| format!("{} = {}", d.name, d.len)).collect();
-        let kind = match self.kind {
-            Kind::F32 => "float",
-            Kind::F64 => "double",
-            Kind::Integer => "integer",
-            Kind::Text => "char",
-            Kind::Other => "another type",
-        };
-        write!(f, "{}({}) of {kind}", self.name, dimensions.join(", "))
-    }
-}
 
 /// An open file.
 #[derive(Debug)]
@@ -132,61 +50,6 @@ impl NcFile {
         Ok(NcFile { file, path: path.to_owned(), classic, variables })
     }
 
-    /// The path as given.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// An error about this file.
-    pub(crate) fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
-        Error::new(kind, format!("{}: {context}", self.path.display()))
-    }
-
-    pub(crate) fn variables(&self) -> &[Variable] {
-        &self.variables
-    }
-
-    pub(crate) fn variable(&self, name: &str) -> Option<&Variable> {
-        self.variables.iter().find(|v| v.name == name)
-    }
-
-    /// The variable of that name.
-    pub(crate) fn expect(&self, name: &str) -> Result<&Variable> {
-        self.variable(name).ok_or_else(|| self.error(ErrorKind::Grid, format_args!("variable {name} is missing")))
-    }
-
-    /// Length of a dimension, `None` when there is none of that name.
-    pub(crate) fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
-        guarded(&self.path, format_args!("dimension {name}"), || Ok(self.file.dimension_len(name)))
-    }
-
-    /// A global attribute that holds text, without the padding.
-    pub(crate) fn text(&self, attribute: &str) -> Result<Option<String>> {
-        self.global(attribute).map(|value| value.and_then(text))
-    }
-
-    /// The first number of a global attribute.
-    pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
-        self.global(attribute).map(|value| value.and_then(|v| numbers(v).first().copied()))
-    }
-
-    /// An attribute of a variable that holds text, without the padding.
-    pub(crate) fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
-        self.local(variable, attribute).map(|value| value.and_then(text))
-    }
-
-    /// Whether an attribute of a variable is of `float` or `double`.
-    pub(crate) fn is_real_of(&self, variable: &str, attribute: &str) -> Result<bool> {
-        use AttributeValue::{Double, Doubles, Float, Floats};
-        let value = self.local(variable, attribute)?;
-        Ok(matches!(value, Some(Float(_) | Floats(_) | Double(_) | Doubles(_))))
-    }
-
-    /// The numbers of an attribute of a variable; none when it is absent.
-    pub(crate) fn numbers_of(&self, variable: &str, attribute: &str) -> Result<Vec<f64>> {
-        self.local(variable, attribute).map(|value| value.map(numbers).unwrap_or_default())
-    }
-
     /// Reads the attributes of a variable and drops them.
     pub(crate) fn try_attributes(&self, variable: &str) -> Result<()> {
         guarded(&self.path, format_args!("attributes of {variable}"), || {
@@ -195,69 +58,15 @@ impl NcFile {
         })
     }
 
+    fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
+        (self as &dyn Source).error(kind, context)
+    }
+
     /// Where a classic file keeps its variables, and the file's length.
     pub(crate) fn classic(&self) -> Result<Option<(&ClassicLayout, u64)>> {
         let Some(layout) = &self.classic else { return Ok(None) };
         let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
         Ok(Some((layout, length)))
-    }
-
-    fn global(&self, attribute: &str) -> Result<Option<AttributeValue>> {
-        guarded(&self.path, format_args!("attribute {attribute}"), || {
-            self.file.attribute(attribute).map(|a| a.value()).transpose()
-        })
-    }
-
-    fn local(&self, variable: &str, attribute: &str) -> Result<Option<AttributeValue>> {
-        guarded(&self.path, format_args!("attribute {attribute} of {variable}"), || {
-            let variable = self.file.variable(variable).ok_or("no such variable")?;
-            variable.attribute_value(attribute).transpose()
-        })
-    }
-
-    /// Reads the block of a `float`, `double` or integer variable that starts at `start` and has `count` entries along
-    /// each dimension.
-    pub(crate) fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
-        match variable.kind {
-            Kind::F32 => self.block(variable, start, count).map(OwnedReals::F32),
-            Kind::F64 | Kind::Integer => self.block(variable, start, count).map(OwnedReals::F64),
-            _ => Err(self.error(ErrorKind::Field, format_args!("{variable}, expected float or double"))),
-        }
-    }
-
-    /// Reads a whole `float` or `double` variable.
-    pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
-        let (start, count) = whole(variable);
-        self.reals(variable, &start, &count)
-    }
-
-    /// Reads a whole integer variable; a value that does not fit is an error of the library.
-    pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        let (start, count) = whole(variable);
-        self.block(variable, &start, &count)
-    }
-
-    /// Reads a whole variable of numbers of any type.
-    pub(crate) fn all_numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        let (start, count) = whole(variable);
-        self.block(variable, &start, &count)
-    }
-
-    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be
-    /// read, as behind the end of a file that is cut off, is none.
-    pub(crate) fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
-        let [stored, width] = [0, 1].map(|i| variable.dimensions[i].len);
-        let read = |first: usize, count: usize| -> Result<Vec<Option<String>>> {
-            let bytes: Vec<Char> = self.block(variable, &[first, 0], &[count, width])?;
-            let bytes: Vec<u8> = bytes.iter().map(|c| c.0).collect();
-            let row = |i| Some(trimmed(&String::from_utf8_lossy(&bytes[i * width..(i + 1) * width])));
-            Ok((0..count).map(row).collect())
-        };
-        let count = rows.min(stored);
-        let mut texts = read(0, count)
-            .unwrap_or_else(|_| (0..count).flat_map(|row| read(row, 1).unwrap_or_else(|_| vec![None])).collect());
-        texts.resize(rows, None);
-        texts
     }
 
     fn block<T>(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Vec<T>>
@@ -313,9 +122,65 @@ impl NcFile {
     }
 }
 
-fn whole(variable: &Variable) -> (Vec<usize>, Vec<usize>) {
-    let count: Vec<usize> = variable.dimensions.iter().map(|d| d.len).collect();
-    (vec![0; count.len()], count)
+impl Source for NcFile {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        guarded(&self.path, format_args!("dimension {name}"), || Ok(self.file.dimension_len(name)))
+    }
+
+    fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
+        let Some(variable) = variable else {
+            let value = guarded(&self.path, format_args!("attribute {name}"), || {
+                self.file.attribute(name).map(|a| a.value()).transpose()
+            });
+            return value.map(|value| value.and_then(attribute));
+        };
+        let value = guarded(&self.path, format_args!("attribute {name} of {variable}"), || {
+            let variable = self.file.variable(variable).ok_or("no such variable")?;
+            variable.attribute_value(name).transpose()
+        });
+        value.map(|value| value.and_then(attribute))
+    }
+
+    fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
+        match variable.kind {
+            Kind::F32 => self.block(variable, start, count).map(OwnedReals::F32),
+            Kind::F64 | Kind::Integer => self.block(variable, start, count).map(OwnedReals::F64),
+            _ => Err(self.error(ErrorKind::Field, format_args!("{variable}, expected float or double"))),
+        }
+    }
+
+    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
+        let (start, count) = variable.whole();
+        self.block(variable, &start, &count)
+    }
+
+    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
+        let (start, count) = variable.whole();
+        self.block(variable, &start, &count)
+    }
+
+    fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
+        let [stored, width] = [0, 1].map(|i| variable.dimensions[i].len);
+        let read = |first: usize, count: usize| -> Result<Vec<Option<String>>> {
+            let bytes: Vec<Char> = self.block(variable, &[first, 0], &[count, width])?;
+            let bytes: Vec<u8> = bytes.iter().map(|c| c.0).collect();
+            let row = |i| Some(trimmed(&String::from_utf8_lossy(&bytes[i * width..(i + 1) * width])));
+            Ok((0..count).map(row).collect())
+        };
+        let count = rows.min(stored);
+        let mut texts = read(0, count)
+            .unwrap_or_else(|_| (0..count).flat_map(|row| read(row, 1).unwrap_or_else(|_| vec![None])).collect());
+        texts.resize(rows, None);
+        texts
+    }
 }
 
 fn describe(variable: &netcdf::Variable<'_>) -> Variable {
@@ -346,11 +211,15 @@ fn trimmed(text: &str) -> String {
     text.trim_matches(|c: char| c == '\0' || c.is_whitespace()).to_owned()
 }
 
-fn text(value: AttributeValue) -> Option<String> {
+fn attribute(value: AttributeValue) -> Option<Attribute> {
+    use AttributeValue::{Double, Doubles, Float, Floats, Str, Strs};
     match value {
-        AttributeValue::Str(text) => Some(trimmed(&text)),
-        AttributeValue::Strs(texts) => texts.first().map(|text| trimmed(text)),
-        _ => None,
+        Str(text) => Some(Attribute::Text(trimmed(&text))),
+        Strs(texts) => texts.first().map(|text| Attribute::Text(trimmed(text))),
+        other => {
+            let is_real = matches!(other, Float(_) | Floats(_) | Double(_) | Doubles(_));
+            Some(Attribute::Numbers { values: numbers(other), is_real })
+        }
     }
 }
 

@@ -2,19 +2,19 @@
 
 use crate::classic::{self, ClassicLayout};
 use crate::nc_file::NcFile;
-use crate::times;
 use icoray::{Error, ErrorKind, Result};
+use icoray_dataset::{Source, Times};
 use std::path::Path;
 
 /// Times and variables of a file, without its mesh: for a look at a file that a model may be writing. The file is closed
 /// again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outline {
-    /// The dates of the records, as [`ModelFile::times`](crate::ModelFile::times).
+    /// The dates of the records, as [`ModelFile::times`](icoray_dataset::Dataset::times).
     pub times: Vec<Option<String>>,
     /// Whether the file has a variable for the dates: then a record without a date is not written yet.
     pub is_dated: bool,
-    /// Seconds from the first record to each, as [`ModelFile::seconds`](crate::ModelFile::seconds).
+    /// Seconds from the first record to each, as [`ModelFile::seconds`](icoray_dataset::Dataset::seconds).
     pub seconds: Option<Vec<f64>>,
     /// Where a classic file keeps its variables, and its length.
     classic: Option<(ClassicLayout, u64)>,
@@ -30,13 +30,10 @@ impl Outline {
     /// [`ErrorKind::Io`]: the file is absent, not NetCDF, damaged or cut off.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let source = NcFile::open(path.as_ref())?;
-        let records = times::records(&source)?;
-        let times = times::dates(&source, records.max(1));
-        let seconds = times::seconds(&source, &times);
+        let Times { records, dates: times, is_dated, seconds } = Times::read(&source)?;
         let variables = source.variables().iter();
         let variables =
             variables.map(|v| (v.name.clone(), v.dimensions.first().is_some_and(|d| d.is_time()))).collect();
-        let is_dated = times::has_dates(&source);
         let classic = source.classic()?.map(|(layout, length)| (layout.clone(), length));
         Ok(Outline { times, is_dated, seconds, classic, records, variables })
     }
@@ -87,7 +84,7 @@ impl Outline {
     /// As [`Outline::read`].
     pub fn try_reading(path: impl AsRef<Path>, variables: &[String], record: usize) -> Result<()> {
         let source = NcFile::open(path.as_ref())?;
-        times::dates(&source, times::records(&source)?.max(1));
+        Times::read(&source)?;
         for variable in source.variables() {
             source.try_attributes(&variable.name)?;
             let changes = variable.dimensions.first().is_some_and(|d| d.is_time());

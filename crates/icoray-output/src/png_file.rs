@@ -34,10 +34,14 @@ pub(super) fn bytes(frame: &Frame) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// The pixels, without labels.
+pub(super) fn rgba8(frame: &Frame) -> Vec<u8> {
+    frame.pixels.iter().flat_map(|p| encode(*p)).collect()
+}
+
 /// The picture with its labels.
 fn labelled(frame: &Frame) -> Canvas {
-    let rgba = frame.pixels.iter().flat_map(|p| encode(*p)).collect();
-    let mut canvas = Canvas { width: frame.width, height: frame.height, rgba };
+    let mut canvas = Canvas { width: frame.width, height: frame.height, rgba: rgba8(frame) };
     if let Some(legend) = &frame.legend {
         label::draw(&mut canvas, frame, legend);
     }

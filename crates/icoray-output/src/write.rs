@@ -34,6 +34,11 @@ pub fn write_picture_with(path: &Path, frame: &Frame, existing: Existing) -> Res
     }
 }
 
+/// The pixels of `frame` as 8-bit sRGB with straight alpha, row by row from the top, without labels.
+pub fn rgba8(frame: &Frame) -> Vec<u8> {
+    png_file::rgba8(frame)
+}
+
 /// The content of the PNG that [`write_picture`] writes.
 ///
 /// # Errors

@@ -67,13 +67,17 @@ pub(crate) trait Tiling: Sync {
 
 /// Traces tiles, dealt to threads one by one, when the iterator is run: `draw` gives what rays show at a tile's places.
 ///
-/// Each starts its search afresh, so that pictures are the same whatever the threads and whoever draws a tile.
+/// Tiles are left untraced once `is_stopped`. Each starts its search afresh, so that pictures are the same whatever the threads and whoever draws a tile.
 pub(crate) fn trace<'a>(
     tiling: &'a dyn Tiling,
     tiles: &'a [u32],
+    is_stopped: impl Fn() -> bool + Sync + Send + 'a,
     draw: impl Fn(&[SamplePoint], &mut Counts) -> Vec<Pixel> + Sync + Send + 'a,
 ) -> impl ParallelIterator<Item = Tile> + 'a {
     let trace = move |number: &u32| {
+        if is_stopped() {
+            return Tile::untraced(tiling, *number);
+        }
         let start = Instant::now();
         let mut counts = Counts::default();
         let rays = draw(&sample_points(tiling, *number), &mut counts);
@@ -109,6 +113,13 @@ impl Tile {
     pub fn resolved(tiling: &dyn Tiling, number: u32, rays: Vec<Pixel>, start: Instant, counts: Counts) -> Self {
         let (pixels, moments) = tiling.resolve(number, rays);
         Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels, moments }
+    }
+
+    /// A tile of a frame that is given up.
+    fn untraced(tiling: &dyn Tiling, number: u32) -> Self {
+        let count = tiling.pixels_of(number);
+        let moments = if tiling.has_moments() { vec![Moments::default(); count] } else { Vec::new() };
+        Tile { number, seconds: 0.0, counts: Counts::default(), pixels: vec![Pixel::default(); count], moments }
     }
 }
 
@@ -184,7 +195,7 @@ impl Raster {
     #[cfg(test)]
     pub fn draw(&self, draw: impl Fn(&[SamplePoint], &mut Counts) -> Vec<Pixel> + Sync + Send) -> (Vec<Pixel>, Counts) {
         let all: Vec<u32> = (0..self.tiles()).collect();
-        self.assemble(&trace(self, &all, draw).collect::<Vec<_>>())
+        self.assemble(&trace(self, &all, || false, draw).collect::<Vec<_>>())
     }
 
     /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ,
@@ -313,7 +324,7 @@ mod tests {
             let raster = Raster { width, height, step };
             let (whole, counts) = raster.draw(pixels);
             let of = |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
-            let parts = [2, 0, 1].map(|rank| trace(&raster, &of(rank), pixels).collect::<Vec<_>>());
+            let parts = [2, 0, 1].map(|rank| trace(&raster, &of(rank), || false, pixels).collect::<Vec<_>>());
             let tiles = parts.concat();
             assert!(tiles.iter().all(|tile| tile.pixels.len() == raster.pixels_of(tile.number)));
             assert_eq!(raster.assemble(&tiles), (whole, counts));
@@ -324,6 +335,6 @@ mod tests {
     #[should_panic(expected = "a tile is missing")]
     fn a_picture_with_a_tile_missing_is_none() {
         let raster = Raster { width: 97, height: 61, step: 1 };
-        raster.assemble(&trace(&raster, &[0, 1], pixels).collect::<Vec<_>>());
+        raster.assemble(&trace(&raster, &[0, 1], || false, pixels).collect::<Vec<_>>());
     }
 }

@@ -25,6 +25,8 @@ pub enum Need {
     Valgrind,
     /// The browser Chromium, and ChromeDriver, which steers it.
     Chromium,
+    /// Python 3.10 with environments of its own: `cargo xtask test` runs the tests of the Python package there.
+    Python,
     /// Counted instructions, by perf or valgrind.
     Counters,
     /// The right to mount a small file system in a namespace of one's own.
@@ -40,7 +42,7 @@ pub enum Need {
 }
 
 /// Each need with its name in `ICORAY_REQUIRE`, and what the last lines of `cargo xtask test` say.
-const NEEDS: [(Need, &str, &str); 17] = [
+const NEEDS: [(Need, &str, &str); 18] = [
     (Need::Long, "long", "only with --all"),
     (Need::Gpu, "gpu", "no Vulkan adapter"),
     (Need::Mpi, "mpi", "no MPI"),
@@ -52,6 +54,7 @@ const NEEDS: [(Need, &str, &str); 17] = [
     (Need::Sanitizers, "sanitizers", "no sanitizers"),
     (Need::Valgrind, "valgrind", "no valgrind"),
     (Need::Chromium, "chromium", "no Chromium"),
+    (Need::Python, "python", "no Python"),
     (Need::Counters, "counters", "instructions cannot be counted"),
     (Need::Mount, "mount", "no right to mount a file system"),
     (Need::Glibc, "glibc", "not the GNU C library"),

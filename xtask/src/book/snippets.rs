@@ -1,27 +1,36 @@
 //! Checks the code of the README and the book: each block is run, parsed, or equal to lines of a file.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::commands;
 use super::markdown::{Fence, Page};
+use crate::files;
 
 /// A line of a snippet that stands for lines that are left out.
 const GAP: &str = "...";
+
+/// The tests that run blocks of Python; they name the pages.
+const PYTHON_TESTS: &str = "crates/icoray-python/tests";
 
 /// A sentence for each block of code that no test would notice, or that differs from its file.
 pub fn faults(root: &Path, page: &Page) -> Vec<String> {
     let at = |line: usize, what: String| format!("{}:{line}: {what}", page.path);
     let indented = page.indented.iter().map(|line| at(*line, "indented code; use a fenced block".into()));
-    let fences = page.fences.iter().filter_map(|fence| Some(at(fence.line, fault(root, fence)?)));
+    let fences = page.fences.iter().filter_map(|fence| Some(at(fence.line, fault(root, &page.path, fence)?)));
     indented.chain(fences).collect()
 }
 
-fn fault(root: &Path, fence: &Fence) -> Option<String> {
+fn fault(root: &Path, page: &str, fence: &Fence) -> Option<String> {
     match (fence.language.as_str(), &fence.source) {
         ("text", None) if fence.attributes.is_empty() => None,
         ("toml", None) if fence.attributes.iter().all(|word| word == "part") => None,
         ("sh", None) => commands::attribute_fault(fence),
+        ("python", None) if fence.attributes.is_empty() => {
+            let is_named = |test: &PathBuf| fs::read_to_string(test).is_ok_and(|text| text.contains(page));
+            let is_run = files::fitting(&root.join(PYTHON_TESTS), "*.py").iter().any(is_named);
+            (!is_run).then(|| format!("no test in {PYTHON_TESTS} names {page}, whose blocks of python are to be run"))
+        }
         ("c" | "fortran" | "make" | "cmake", Some(source)) => {
             let code = match fs::read_to_string(root.join(source)) {
                 Ok(code) => code,
@@ -32,7 +41,7 @@ fn fault(root: &Path, fence: &Fence) -> Option<String> {
         ("c" | "fortran" | "make" | "cmake", None) => {
             Some("expected <!-- from FILE --> above it: code is compared with a file".into())
         }
-        (other, _) => Some(format!("a block of {other:?}, expected sh, toml, text, c, fortran, make or cmake")),
+        (other, _) => Some(format!("a block of {other:?}, expected sh, python, toml, text, c, fortran, make or cmake")),
     }
 }
 
@@ -69,7 +78,9 @@ mod tests {
         assert_eq!(fault_of("```text\nx"), 0);
         assert_eq!(fault_of("```sh needs=mpi slow\nx"), 0);
         assert_eq!(fault_of("```toml part\nx = 1"), 0);
-        for bad in ["```\nx", "```c\nx", "```rust\nx", "```sh needs=luck\nx", "```sh often\nx", "```toml x\ny"] {
+        for bad in
+            ["```\nx", "```python\nx", "```c\nx", "```rust\nx", "```sh needs=luck\nx", "```sh often\nx", "```toml x\ny"]
+        {
             assert_eq!(fault_of(bad), 1, "{bad}");
         }
     }

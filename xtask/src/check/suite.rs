@@ -43,6 +43,8 @@ pub struct Suite<'a> {
     pub all: bool,
     /// Whether the NetCDF library works.
     pub reads_files: bool,
+    /// Whether Python works.
+    pub has_python: bool,
 }
 
 impl Suite<'_> {
@@ -95,7 +97,7 @@ fn tests(workspace: &Workspace, cargo: Cmd, step: &mut Step, tally: &mut Tally) 
 }
 
 /// Runs a command, prints the lines of its standard output as they come, and returns them with whether it succeeded.
-fn printed(command: impl Into<Command>) -> Result<(Vec<String>, bool), Error> {
+pub fn printed(command: impl Into<Command>) -> Result<(Vec<String>, bool), Error> {
     let mut child = command.into().stdout(Stdio::piped()).spawn().map_err(Error::while_doing("cargo"))?;
     let mut lines = Vec::new();
     for line in child.stdout.take().into_iter().flat_map(|stdout| BufReader::new(stdout).split(b'\n')) {
@@ -136,8 +138,9 @@ mod tests {
     fn packages_that_read_files_are_left_out_without_their_library() {
         let workspace = Workspace::find().unwrap();
         let packages = |reads_files: bool| {
-            let command: Command =
-                Suite { workspace: &workspace, all: false, reads_files }.cargo_default("test").into();
+            let command: Command = Suite { workspace: &workspace, all: false, reads_files, has_python: false }
+                .cargo_default("test")
+                .into();
             command.get_args().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>()
         };
         let (with, without) = (packages(true), packages(false));

@@ -41,6 +41,23 @@ impl Tally {
         self.add_skips(skips);
     }
 
+    /// The `lines` that pytest printed with `-rs`: `SKIPPED [2] tests/a.py:7: no data`, and a last line such as
+    /// `1 failed, 117 passed, 2 skipped in 50.33s`.
+    pub fn add_pytest(&mut self, lines: &[String], has_succeeded: bool) {
+        let of_summary = |line: &&String| line.contains(" passed") || line.contains(" failed");
+        let summary = lines.iter().rev().find(of_summary).map_or("", String::as_str);
+        self.passed += count_before(summary, " passed");
+        let failed = count_before(summary, " failed") + count_before(summary, " error");
+        self.failed += if has_succeeded { failed } else { failed.max(1) };
+        for line in lines {
+            let Some((count, rest)) = line.strip_prefix("SKIPPED [").and_then(|rest| rest.split_once(']')) else {
+                continue;
+            };
+            let cause = rest.split_once(": ").map_or(rest, |(_, cause)| cause).trim();
+            self.add_skipped(cause, count.parse().unwrap_or(1));
+        }
+    }
+
     /// Lines `BINARY TEST CAUSE`, separated by tabs. Test harnesses count a skipped test as passed; a test that is
     /// listed twice counts once, with its first cause.
     fn add_skips(&mut self, skips: &str) {
@@ -111,6 +128,18 @@ test result: FAILED. 10 passed; 2 failed; 1 ignored; 0 measured; 0 filtered out;
         tally.add_tests(&[], "", false);
         tally.add_tests(&lines("test result: ok. 4 passed; 0 failed; 0 ignored"), "", false);
         assert_eq!(tally.lines(), ["4 passed, 2 failed, 0 skipped"]);
+    }
+
+    #[test]
+    fn results_of_pytest_are_counted() {
+        let text = "..s.\nSKIPPED [2] tests/test_ranks.py:12: mpi4py is not installed\nFAILED tests/a.py::b - 1 passed\n\
+                    1 failed, 117 passed, 2 skipped in 50.33s (0:00:50)";
+        let mut tally = Tally::default();
+        tally.add_pytest(&lines(text), false);
+        assert_eq!(tally.lines(), ["2 skipped: mpi4py is not installed", "117 passed, 1 failed, 2 skipped"]);
+        let mut tally = Tally::default();
+        tally.add_pytest(&lines("INTERNALERROR> no tests"), false);
+        assert_eq!(tally.lines(), ["0 passed, 1 failed, 0 skipped"]);
     }
 
     #[test]

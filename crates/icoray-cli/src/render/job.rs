@@ -1,14 +1,12 @@
 //! Rendering of one picture, and its summary.
 
-use super::drawing::Drawing;
-use super::native_heights::NativeHeightCache;
 use super::output_queue::PictureSummary;
-use super::scene_fields::{Key, SceneField};
 use super::target::Target;
 use crate::gpu;
 use crate::input;
 use icoray::output::Stamp;
 use icoray::{Field, Frame, Ranks, Result, Shot};
+use icoray_dataset::{Drawing, Key, NativeHeightCache, SceneField};
 use std::collections::BTreeMap;
 
 /// Data that all pictures of a run share.

@@ -1,22 +1,19 @@
 //! Reads and draws the pictures of one time after the other.
 
 use super::job::Job;
-use super::native_heights::NativeHeightCache;
 use super::output_queue::OutputQueue;
-use super::schedule::{FieldCache, Series};
 use super::{agree, print_blocks};
-use crate::answers;
 use crate::failure::CommandResult;
-use crate::input::LayerSelection;
 use icoray::{Frame, Ranks, Result, Shot, View};
+use icoray_dataset::view::answers;
+use icoray_dataset::{Dataset, FieldCache, LayerSelection, NativeHeightCache, Series};
 use icoray_live::Question;
-use icoray_netcdf::ModelFile;
 use icoray_progress::Progress;
 use std::io::Write;
 
 /// The pictures of a run.
 pub struct Pictures<'a> {
-    file: &'a ModelFile,
+    file: &'a Dataset,
     series: &'a Series<'a>,
     job: Job<'a>,
     progress: &'a Progress,
@@ -37,7 +34,7 @@ pub struct Due<'a> {
 
 impl<'a> Pictures<'a> {
     /// The pictures of a series, of which none is drawn.
-    pub fn new(file: &'a ModelFile, series: &'a Series<'a>, job: Job<'a>, progress: &'a Progress) -> Self {
+    pub fn new(file: &'a Dataset, series: &'a Series<'a>, job: Job<'a>, progress: &'a Progress) -> Self {
         let count = series.pictures();
         progress.pictures(count);
         Pictures { file, series, job, progress, heights: NativeHeightCache::default(), drawn: 0, count }

@@ -28,7 +28,7 @@ pub struct Page {
 impl Page {
     /// Serves the page for a directory.
     pub fn open(directory: &Path, port: Option<u16>, text: String, script: &Script) -> Result<Self> {
-        let options = Options { port, size: PictureSize::Scene };
+        let options = Options { port, size: PictureSize::Scene, is_framed: false };
         let fields = FieldNames::default();
         fields.lock().unwrap_or_else(PoisonError::into_inner).extend(script.model_fields());
         let title = directory.display().to_string();

@@ -3,10 +3,11 @@
 use super::plan::{Moment, TimeId};
 use super::{Watch, isolated};
 use crate::failure::{CommandResult, Failure};
-use crate::render::{Drawing, Job, OutputQueue, Pictures, SceneFields, Series, print_blocks, print_notes};
+use crate::render::{Job, OutputQueue, Pictures, print_blocks, print_notes};
 use icoray::output::Existing;
 use icoray::{Error, ErrorKind, Grid, Ranks, Result, Shot};
-use icoray_netcdf::{FieldInfo, Mesh, ModelFile};
+use icoray_dataset::{Dataset, FieldInfo, Mesh};
+use icoray_dataset::{Drawing, SceneFields, Series};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use std::time::Instant;
 /// Times of the same files, and these files.
 pub struct Session {
     moments: Vec<Moment>,
-    pub file: ModelFile,
+    pub file: Dataset,
     open_s: f64,
     /// Whether its time was drawn before and is drawn again for viewers alone.
     is_for_viewers: bool,
@@ -66,7 +67,7 @@ impl Watch<'_> {
         sources.try_for_each(|source| isolated::try_record(&source.path, source.record, &self.needed))
     }
 
-    fn model_file(&self, moment: &Moment, known: Option<&Arc<Mesh>>) -> Result<ModelFile> {
+    fn model_file(&self, moment: &Moment, known: Option<&Arc<Mesh>>) -> Result<Dataset> {
         // Heights that a file lacks, and the mesh where it has none, may be in those that it is joined with.
         let others_of = |own: &PathBuf| {
             let joined = moment.sources.iter().map(|source| &source.path).filter(|path| *path != own);
@@ -75,16 +76,16 @@ impl Watch<'_> {
         let first = &moment.sources[0].path;
         let given = known.filter(|mesh| self.args.mesh.iter().any(|path| path == mesh.path()));
         let mut file = match given {
-            Some(mesh) => ModelFile::open_on(first, &others_of(first), Arc::clone(mesh))?,
-            None => match ModelFile::open_with(first, &self.args.mesh) {
+            Some(mesh) => icoray_netcdf::open_on(first, &others_of(first), Arc::clone(mesh))?,
+            None => match icoray_netcdf::open_with(first, &self.args.mesh) {
                 Ok(alone) if moment.sources.len() == 1 => return Ok(alone),
-                Ok(alone) => ModelFile::open_on(first, &others_of(first), alone.shared_mesh())?,
-                Err(_) if moment.sources.len() > 1 => ModelFile::open_with(first, &others_of(first))?,
+                Ok(alone) => icoray_netcdf::open_on(first, &others_of(first), alone.shared_mesh())?,
+                Err(_) if moment.sources.len() > 1 => icoray_netcdf::open_with(first, &others_of(first))?,
                 Err(error) => return Err(error),
             },
         };
         for source in &moment.sources[1..] {
-            file.join(ModelFile::open_on(&source.path, &others_of(&source.path), file.shared_mesh())?)?;
+            file.join(icoray_netcdf::open_on(&source.path, &others_of(&source.path), file.shared_mesh())?)?;
         }
         Ok(file)
     }
@@ -127,7 +128,7 @@ impl Watch<'_> {
         let series =
             Series { script: &script, dates: file.times(), times, is_scheduled: true, seconds: file.seconds() };
         let read: Result<_> = renderer.run(|| {
-            let scene_fields = SceneFields::new(file, &script, &args.layers_wanted, grid.cells())?;
+            let scene_fields = SceneFields::new(file, &script, &args.layer_option.layers, grid.cells())?;
             let notes = scene_fields.all_notes(&script)?;
             Ok((scene_fields, notes))
         });

@@ -3,10 +3,11 @@
 use super::Watch;
 use super::session::Session;
 use crate::failure::CommandResult;
-use crate::render::{Drawing, Job, Pictures, SceneFields, Series};
+use crate::render::{Job, Pictures};
 use icoray::{Error, ErrorKind, Frame, Grid, Result, Script};
+use icoray_dataset::{Drawing, SceneFields, Series};
+use icoray_dataset::{FieldInfo, Mesh};
 use icoray_live::Question;
-use icoray_netcdf::{FieldInfo, Mesh};
 use std::io::Write;
 use std::sync::Arc;
 
@@ -90,7 +91,7 @@ impl Watch<'_> {
         script.show_as_surfaces(|name| file.field_info(name).is_ok_and(FieldInfo::is_2d));
         let (dates, seconds) = (file.times(), file.seconds());
         let series = Series { script: &script, dates, times: vec![time], is_scheduled: true, seconds };
-        let layers_wanted = &self.args.layers_wanted;
+        let layers_wanted = &self.args.layer_option.layers;
         let scene_fields = self.renderer.run(|| SceneFields::new(file, &script, layers_wanted, grid.cells()))?;
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer: self.renderer };
         let job = Job { drawing, target: self.target, open_s: 0.0 };

@@ -2,7 +2,6 @@
 
 use crate::page::Shown;
 use icoray::{Renderer, Scene};
-use icoray_netcdf::ModelFile;
 use std::collections::BTreeSet;
 
 #[test]
@@ -112,7 +111,7 @@ fn a_probe_shows_what_the_renderer_finds() {
     let at = [0, 1].map(|k: usize| asked[k].as_f64().unwrap());
     assert!((at[0] - 0.47).abs() < 0.002 && (at[1] - 0.56).abs() < 0.002, "{at:?}");
 
-    let file = ModelFile::open(folder.path().join("made.nc")).unwrap();
+    let file = icoray_netcdf::open(folder.path().join("made.nc")).unwrap();
     let scene = Scene::parse(&browser.text()).unwrap();
     let (grid, layers) = (file.mesh().grid().unwrap(), file.layers(scene.field()).unwrap());
     let values = file.read_field(scene.field(), browser.number("store.frame.time") as usize).unwrap();

@@ -139,7 +139,7 @@ fn fields_on_different_layers_are_drawn_together() {
         }
     }
     let folder = folder(&hills(), &two("w", "theta"));
-    let parts = ["--layers: 1..3 are layers of w", "theta has 1 between them, expected at least 2"];
+    let parts = ["layers: 1..3 are layers of w", "theta has 1 between them, expected at least 2"];
     render_fails(folder.path(), &["--layers", "1..3"], 1, &parts);
 }
 

@@ -12,7 +12,7 @@ const DEPTH_M: [f64; 12] = [50., 100., 200., 350., 550., 800., 1200., 1700., 240
 /// A history of one time: warm water near the surface of the tropics, a thermocline that rises and falls, and a floor
 /// that is shallow at coasts and ridges. Only the mesh's cells are real.
 fn history(mesh: &Path) -> Made {
-    let file = icoray_netcdf::ModelFile::open(mesh).unwrap();
+    let file = icoray_netcdf::open(mesh).unwrap();
     let at = file.mesh().tables().center;
     let layers = DEPTH_M.len();
     let (mut temperature, mut levels) = (Vec::new(), Vec::new());

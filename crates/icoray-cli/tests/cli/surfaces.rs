@@ -74,8 +74,8 @@ fn a_2d_field_is_chosen_by_name_and_has_no_layers_to_choose() {
     let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--field", "surface_pressure"]));
     has(&text, &["read: surface_pressure at cells, 1 layers (168 bytes each time)"]);
     for (option, value, part) in [
-        ("--surface", "1", "--surface 1: surface_pressure is a 2D field, expected 0"),
-        ("--layers", "0..2", "--layers: surface_pressure is a 2D field, expected a field with layers"),
+        ("--surface", "1", "surface 1: surface_pressure is a 2D field, expected 0"),
+        ("--layers", "0..2", "layers 0..2: surface_pressure is a 2D field, expected a field with layers"),
     ] {
         let words = ["render", "made.nc", "--field", "surface_pressure", option, value];
         fails(icoray(folder.path()).args(words), 1, &[part]);
@@ -159,5 +159,5 @@ fn meshes_are_completed_and_hexagons_with_bounds_drawn() {
     let (folder, _) = Made::dynamico(crate::made_icon::Angles::Degrees).write(Options::NETCDF4);
     has(&plain(folder.path(), &[]), &["suggested for ta", "--field takes also ps"]);
     let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
-    has(&text, &["mesh       CF polygons: 162 cells, 320 corners, 480 edges", "passes the check"]);
+    has(&text, &["mesh       polygons: 162 cells, 320 corners, 480 edges", "passes the check"]);
 }

@@ -56,7 +56,7 @@ fn changes_are_taken_whole_and_undone() {
             r#"{"changes":[{"path":["camera","lat"],"value":1},{"path":["camera","lon"],"value":999}]}"#,
             "camera.lon: 999",
         ),
-        (r#"{"changes":[{"path":["field"],"value":"nothing"}]}"#, "nothing: the file has no such field"),
+        (r#"{"changes":[{"path":["field"],"value":"nothing"}]}"#, "nothing: there is no such field"),
         (r#"{"changes":[{"path":["zzz"],"value":1}]}"#, "zzz"),
         (r#"{"time":99}"#, "time 99"),
         ("garbage", "expected value"),

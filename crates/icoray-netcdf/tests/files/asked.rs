@@ -4,7 +4,6 @@ use crate::changed::formats;
 use crate::made::{LAYERS, Made, RECORDS, Values, value};
 use crate::refused::{expect, open};
 use icoray::ErrorKind;
-use icoray_netcdf::ModelFile;
 use netcdf::Options;
 
 #[test]
@@ -50,7 +49,7 @@ fn nothing_else_is_read() {
     let whole = std::fs::read(&path).unwrap();
     let record: usize = 64 + 42 * (4 * LAYERS + 8 * (LAYERS + 1)) + 80 * 8 * LAYERS + 42 * 4;
     std::fs::write(&path, &whole[..whole.len() - (RECORDS - 1) * record]).unwrap();
-    let file = ModelFile::open(&path).unwrap();
+    let file = icoray_netcdf::open(&path).unwrap();
     file.layers("theta").unwrap();
     for name in ["theta", "w", "vorticity", "rho"] {
         file.read_field(name, 0).unwrap();
@@ -62,7 +61,7 @@ fn nothing_else_is_read() {
 fn dates_are_those_of_the_file() {
     let dates = |made: &Made| {
         let (_folder, path) = made.write(Options::NETCDF4);
-        ModelFile::open(&path).unwrap().times().to_vec()
+        icoray_netcdf::open(&path).unwrap().times().to_vec()
     };
     let mut made = Made::history();
     made.remove("xtime");
@@ -110,7 +109,7 @@ fn files_that_claim_more_than_they_can_hold_are_refused() {
     made.dimensions.iter_mut().find(|d| d.0 == "nVertLevels").unwrap().1 = 1 << 30;
     made.add("theta", &["Time", "nCells", "nVertLevels"], Values::F32(Vec::new()));
     let (_folder, path) = made.write(Options::NETCDF4);
-    let error = ModelFile::open(&path).unwrap().read_field("theta", 0).unwrap_err();
+    let error = icoray_netcdf::open(&path).unwrap().read_field("theta", 0).unwrap_err();
     let said = ["theta(Time = 3, nCells = 42, nVertLevels = 1073741824) of float", "more than a file of"];
     expect(&error, ErrorKind::Io, &said);
 }

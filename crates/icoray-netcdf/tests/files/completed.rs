@@ -4,7 +4,7 @@ use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};
 use crate::refused::expect;
 use icoray::{ErrorKind, Grid, IcosahedralMesh, Location};
-use icoray_netcdf::{Convention, ModelFile};
+use icoray_dataset::{Convention, Dataset};
 use netcdf::Options;
 
 /// The cells of each triangle, sorted, by the triangle's number.
@@ -17,9 +17,9 @@ fn triangles(grid: &Grid) -> Vec<[u32; 3]> {
     (0..grid.triangles() as u32).map(of).collect()
 }
 
-fn open(made: &Made) -> icoray::Result<ModelFile> {
+fn open(made: &Made) -> icoray::Result<Dataset> {
     let (_folder, path) = made.write(Options::NETCDF4);
-    ModelFile::open(&path)
+    icoray_netcdf::open(&path)
 }
 
 /// A mesh with the cells on either side of each edge, too.

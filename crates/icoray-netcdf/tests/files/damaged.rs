@@ -4,13 +4,12 @@ use crate::changed::formats;
 use crate::made::{Made, RECORDS, value};
 use crate::refused::expect;
 use icoray::{ErrorKind, Result};
-use icoray_netcdf::ModelFile;
 use netcdf::Options;
 use std::path::Path;
 
 /// Reads all there is; values must be those that were written, where they are given at all.
 fn read_all(path: &Path) -> Result<()> {
-    let file = ModelFile::open(path)?;
+    let file = icoray_netcdf::open(path)?;
     file.mesh().grid()?;
     file.layers("theta")?;
     for info in file.fields().iter().filter(|f| f.name != "zgrid") {
@@ -46,7 +45,7 @@ fn records_before_the_cut_are_read() {
     let (_folder, path) = Made::history().write(Options::_64BIT_OFFSET);
     let whole = std::fs::read(&path).unwrap();
     std::fs::write(&path, &whole[..whole.len() - 1000]).unwrap();
-    let file = ModelFile::open(&path).unwrap();
+    let file = icoray_netcdf::open(&path).unwrap();
     file.read_field("vorticity", 1).unwrap();
     let error = file.read_field("vorticity", 2).unwrap_err();
     expect(&error, ErrorKind::Io, &["made.nc", "variable vorticity ends at byte", "cut off"]);
@@ -60,7 +59,7 @@ fn a_lone_record_variable_is_found() {
     made.add("xtime", &["Time", "StrLen"], crate::made::Values::Text(b"2013-10-25_00:00:00".repeat(5)));
     for (format, options) in formats() {
         let (_folder, path) = made.write(options);
-        let times = ModelFile::open(&path).unwrap().times().to_vec();
+        let times = icoray_netcdf::open(&path).unwrap().times().to_vec();
         assert_eq!(times, vec![Some("2013-10-25_00:00:00".to_owned()); 5], "{format}");
     }
 }
@@ -74,7 +73,7 @@ fn a_header_that_lies_is_an_error() {
     let mut bytes = whole.clone();
     bytes[at..at + 4].copy_from_slice(&0x0400_0000u32.to_be_bytes());
     std::fs::write(&path, &bytes).unwrap();
-    expect(&ModelFile::open(&path).unwrap_err(), ErrorKind::Io, &["made.nc"]);
+    expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &["made.nc"]);
 }
 
 /// Whatever bytes a classic header holds, reading ends with a result: neither a panic nor the end of the process.
@@ -105,7 +104,7 @@ fn spoilt_headers_end_in_a_result() {
 }
 
 fn read_what_is_there(path: &Path) -> Result<()> {
-    let file = ModelFile::open(path)?;
+    let file = icoray_netcdf::open(path)?;
     let _ = (file.mesh().grid(), file.layers("theta"));
     for info in file.fields() {
         for time in 0..RECORDS {

@@ -5,11 +5,11 @@ use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
 use crate::refused::{expect, open};
 use icoray::{ErrorKind, Location};
-use icoray_netcdf::{Convention, ModelFile};
+use icoray_dataset::{Convention, Dataset};
 use netcdf::Options;
 
 /// The places of each triangle's points, sorted.
-fn triangles(file: &ModelFile) -> Vec<Vec<[i64; 3]>> {
+fn triangles(file: &Dataset) -> Vec<Vec<[i64; 3]>> {
     let grid = file.mesh().grid().unwrap();
     assert_eq!(grid.void_triangles(), 0);
     let tables = file.mesh().tables();
@@ -28,7 +28,7 @@ fn triangles(file: &ModelFile) -> Vec<Vec<[i64; 3]>> {
 #[test]
 fn bounds_give_the_triangles_that_the_tables_give() {
     let (_grid_folder, grid_path) = Made::icon_grid().write(Options::NETCDF4);
-    let with_tables = ModelFile::open(&grid_path).unwrap();
+    let with_tables = icoray_netcdf::open(&grid_path).unwrap();
     assert_eq!(with_tables.mesh().convention(), Convention::Icon);
     let expected = triangles(&with_tables);
     assert_eq!((with_tables.mesh().cells(), expected.len(), with_tables.mesh().edges()), (42, 80, 120));
@@ -84,7 +84,7 @@ fn grid_and_heights_may_be_in_files_of_their_own() {
     heights.add("z_ifc", &["height_2", "ncells"], Values::F32(z.collect()));
     let folders = [data, Made::icon_grid(), heights].map(|made| made.write(Options::NETCDF4));
     let [data, grid, vertical] = [0, 1, 2].map(|i| &folders[i].1);
-    let file = ModelFile::open_with(data, &[grid, vertical]).unwrap();
+    let file = icoray_netcdf::open_with(data, &[grid, vertical]).unwrap();
     assert_eq!(file.mesh().grid().unwrap().triangles(), file.field_info("ta").unwrap().columns);
     let found = file.layer_heights("ta").unwrap();
     assert_eq!((found.variable.as_str(), found.deviation_m), ("z_ifc", Some(79.0)));
@@ -92,9 +92,9 @@ fn grid_and_heights_may_be_in_files_of_their_own() {
     let layers = file.layers("ta").unwrap();
     assert!(layers.is_falling() && layers.count() == LAYERS);
 
-    let error = ModelFile::open(data).unwrap_err();
+    let error = icoray_netcdf::open(data).unwrap_err();
     expect(&error, ErrorKind::Grid, &["made.nc", "no mesh is known", "vertex_of_cell", "another file"]);
-    let error = ModelFile::open_with(data, &[grid]).unwrap().layers("ta").unwrap_err();
+    let error = icoray_netcdf::open_with(data, &[grid]).unwrap().layers("ta").unwrap_err();
     expect(&error, ErrorKind::Layers, &["no heights for the 3 layers of ta", "lev(lev)", "z_ifc", "another file"]);
 }
 
@@ -139,7 +139,7 @@ fn triangles_that_are_none_are_named() {
         let mut made = Made::icon_data(Angles::Degrees);
         spoil(&mut made);
         let (_folder, path) = made.write(Options::NETCDF4);
-        ModelFile::open(&path).unwrap_err()
+        icoray_netcdf::open(&path).unwrap_err()
     };
     let error = spoilt(&|made| {
         made.remove("clat_bnds");
@@ -165,11 +165,11 @@ fn triangles_that_are_none_are_named() {
     let mut plane = Made::icon_grid();
     plane.set("grid_geometry", 2);
     let (_folder, path) = plane.write(Options::NETCDF4);
-    let error = ModelFile::open(&path).unwrap_err();
+    let error = icoray_netcdf::open(&path).unwrap_err();
     expect(&error, ErrorKind::Unsupported, &["grid_geometry is 2", "only meshes on a sphere"]);
     let mut grid = Made::icon_grid();
     grid.i32s("vertex_of_cell")[5] = 43;
     let (_folder, path) = grid.write(Options::NETCDF4);
-    let error = ModelFile::open(&path).unwrap_err();
+    let error = icoray_netcdf::open(&path).unwrap_err();
     expect(&error, ErrorKind::Grid, &["made.nc", "triangle 5 has the points", "expected 0 to 41"]);
 }

@@ -4,7 +4,7 @@ use crate::made::{Made, RECORDS, Values};
 use crate::made_icon::{Angles, LAYERS};
 use crate::refused::{expect, open};
 use icoray::{CenterField, ErrorKind};
-use icoray_netcdf::ModelFile;
+use icoray_dataset::Dataset;
 use netcdf::Options;
 
 /// Whether a triangle's layer is water: every fourth triangle is land, every third is shallow.
@@ -72,13 +72,13 @@ fn the_mask_may_be_in_another_file_and_must_fit() {
     mask.dimensions.retain(|(name, _)| *name != "time");
     let (_folder, path) = data.write(Options::NETCDF4);
     let (_mask_folder, mask_path) = mask.write(Options::NETCDF4);
-    let missing = |file: ModelFile| file.read_field("to", 0).unwrap().field().unwrap().range().1;
-    assert_eq!(missing(ModelFile::open(&path).unwrap()), 0);
-    assert!(missing(ModelFile::open_with(&path, &[&mask_path]).unwrap()) > 60);
+    let missing = |file: Dataset| file.read_field("to", 0).unwrap().field().unwrap().range().1;
+    assert_eq!(missing(icoray_netcdf::open(&path).unwrap()), 0);
+    assert!(missing(icoray_netcdf::open_with(&path, &[&mask_path]).unwrap()) > 60);
     let mut data = sea();
     data.variable("wet_c").dimensions = vec!["lev"];
     data.variable("wet_c").values = Values::F32(vec![1.0; LAYERS]);
     let (_folder, path) = data.write(Options::NETCDF4);
-    let error = ModelFile::open(&path).unwrap().read_field("to", 0).unwrap_err();
+    let error = icoray_netcdf::open(&path).unwrap().read_field("to", 0).unwrap_err();
     expect(&error, ErrorKind::Field, &["wet_c(lev = 3)", "expected wet_c over layers and 80 triangles"]);
 }

@@ -15,4 +15,5 @@ mod ocean;
 mod real;
 mod refused;
 mod two_d;
+mod ugrid;
 mod valid;

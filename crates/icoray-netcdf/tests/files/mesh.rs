@@ -4,7 +4,7 @@ use crate::changed::formats;
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::refused::open;
 use icoray::{Location, Reals};
-use icoray_netcdf::{ModelFile, Precision};
+use icoray_dataset::Precision;
 use netcdf::Options;
 
 #[test]
@@ -113,11 +113,11 @@ fn the_mesh_may_be_in_another_file() {
         fields.remove(variable.name);
     }
     let (_folder, path) = fields.write(Options::NETCDF4);
-    let file = ModelFile::open_with(&path, &[&mesh_path]).unwrap();
+    let file = icoray_netcdf::open_with(&path, &[&mesh_path]).unwrap();
     assert_eq!(file.sphere_radius_m(), RADIUS_M, "the fields' file comes first");
     assert_eq!(file.mesh().grid().unwrap().cells(), file.field_info("theta").unwrap().columns);
     assert_eq!(file.layers("theta").unwrap().count(), LAYERS);
-    let error = ModelFile::open(&path).unwrap_err().to_string();
+    let error = icoray_netcdf::open(&path).unwrap_err().to_string();
     assert!(error.contains("lonCell is missing") && error.contains("another file"), "{error}");
 }
 

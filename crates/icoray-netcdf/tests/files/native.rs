@@ -5,11 +5,11 @@ use crate::made_icon::{self, Angles};
 use crate::made_ocean::levels;
 use crate::refused::{expect, open};
 use icoray::{CenterField, ErrorKind, Field, Location, Reals, Shape};
-use icoray_netcdf::{ModelFile, NativeHeights};
+use icoray_dataset::{Dataset, NativeHeights};
 use icoray_test_support::data_file;
 use netcdf::Options;
 
-fn read(file: &ModelFile, field: &str, time: usize) -> NativeHeights {
+fn read(file: &Dataset, field: &str, time: usize) -> NativeHeights {
     let grid = file.mesh().grid().unwrap();
     file.native_heights(&grid, field, time).unwrap().unwrap()
 }
@@ -63,7 +63,7 @@ fn ocean(cell: usize, top: f64) -> Vec<f64> {
     }
 }
 
-fn expect_columns(file: &ModelFile, time: usize, tops: impl Fn(usize) -> f64) {
+fn expect_columns(file: &Dataset, time: usize, tops: impl Fn(usize) -> f64) {
     let heights = read(file, "theta", time);
     let own = heights.over(file.field_info("theta").unwrap(), 0..LAYERS).unwrap();
     for cell in 0..42 {
@@ -140,7 +140,7 @@ fn thicknesses_that_are_none_are_named() {
     made.add("ssh", &["nCells", "nVertLevels"], Values::F64(vec![0.0; 42 * LAYERS]));
     made.remove("bottomDepth");
     let (_folder, path) = made.write(Options::NETCDF4);
-    let error = ModelFile::open(&path).unwrap().native_heights(&grid, "theta", 0).unwrap_err();
+    let error = icoray_netcdf::open(&path).unwrap().native_heights(&grid, "theta", 0).unwrap_err();
     expect(&error, ErrorKind::Layers, &["variable ssh(nCells = 42, nVertLevels = 4)", "expected a height"]);
 }
 
@@ -181,7 +181,7 @@ fn heights_over_triangles_are_averaged() {
 #[test]
 fn heights_of_the_jablonowski_williamson_wave() {
     let Some(path) = data_file("mpas_jw_10242.nc") else { return };
-    let file = ModelFile::open(path).unwrap();
+    let file = icoray_netcdf::open(path).unwrap();
     let means = file.layer_heights("theta").unwrap();
     let heights = read(&file, "theta", 2);
     let own = heights.over(file.field_info("theta").unwrap(), 0..26).unwrap();
@@ -203,7 +203,7 @@ fn thicknesses_of_other_layers_do_not_fit() {
     other.variables.clear();
     other.add("restingThickness", &["nCells", "nVertLevels"], Values::F32(vec![10.0; 84]));
     let (_other_folder, other_path) = other.write(Options::NETCDF4);
-    let file = ModelFile::open_with(&path, &[&other_path]).unwrap();
+    let file = icoray_netcdf::open_with(&path, &[&other_path]).unwrap();
     let heights = read(&file, "theta", 1);
     assert_eq!(column(&heights.all().unwrap(), 1), [0.0, -10.0, -20.0]);
     let error = heights.over(file.field_info("theta").unwrap(), 0..LAYERS).unwrap_err();

@@ -5,7 +5,6 @@ use crate::made::{LAYERS, Made, Values};
 use crate::made_ocean::{DEPTH_M, levels};
 use crate::refused::{expect, open};
 use icoray::{CenterField, ErrorKind};
-use icoray_netcdf::ModelFile;
 use netcdf::Options;
 
 #[test]
@@ -47,7 +46,7 @@ fn ice_shelves_lie_on_top() {
     first[3] = 2;
     made.add("minLevelCell", &["nCells"], Values::I32(first));
     let (_folder, path) = made.write(Options::NETCDF4);
-    let owned = ModelFile::open(&path).unwrap().read_field("theta", 0).unwrap();
+    let owned = icoray_netcdf::open(&path).unwrap().read_field("theta", 0).unwrap();
     let field = owned.field().unwrap();
     let is_there = |cell| [0, 1, 2, 3].map(|layer| field.value(cell, layer).is_finite());
     assert_eq!((is_there(3), is_there(4)), ([false, true, true, true], [true; 4]));

@@ -3,14 +3,14 @@
 use crate::made::{Made, Values};
 use crate::refused::expect;
 use icoray::{CenterField, ErrorKind, Location};
-use icoray_netcdf::{ModelFile, Precision};
+use icoray_dataset::Precision;
 use icoray_test_support::data_file;
 use netcdf::Options;
 
 #[test]
 fn jablonowski_williamson_wave() {
     let Some(path) = data_file("mpas_jw_10242.nc") else { return };
-    let file = ModelFile::open(path).unwrap();
+    let file = icoray_netcdf::open(path).unwrap();
     let grid = file.mesh().grid().unwrap();
     assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (10242, 20480, 30720));
     assert_eq!(file.sphere_radius_m(), 6_371_229.0);
@@ -58,22 +58,22 @@ fn a_cut_off_history_is_an_error() {
     let cut = folder.path().join("cut.nc");
     let whole = std::fs::read(path).unwrap();
     std::fs::write(&cut, &whole[..12_000_000]).unwrap();
-    let file = ModelFile::open(&cut).unwrap();
+    let file = icoray_netcdf::open(&cut).unwrap();
     file.read_field("theta", 0).unwrap();
     expect(&file.read_field("theta", 2).unwrap_err(), ErrorKind::Io, &["cut.nc", "theta", "cut off"]);
     assert_eq!(file.times()[2], None);
     std::fs::write(&cut, &whole[..100_000]).unwrap();
-    expect(&ModelFile::open(&cut).unwrap_err(), ErrorKind::Io, &["cut.nc", "cut off"]);
+    expect(&icoray_netcdf::open(&cut).unwrap_err(), ErrorKind::Io, &["cut.nc", "cut off"]);
 }
 
 #[test]
 fn a_bare_mesh_on_the_unit_sphere() {
     let Some(path) = data_file("mesh.QU.1920km.151026.nc") else { return };
-    let file = ModelFile::open(path).unwrap();
+    let file = icoray_netcdf::open(path).unwrap();
     assert_eq!(file.mesh().grid().unwrap().cells(), 162);
     assert_eq!((file.sphere_radius_m(), file.times()), (1.0, &[None][..]));
     // Areas and qualities of the mesh are fields, but none that is likely to be meant.
-    assert!(file.fields().iter().all(icoray_netcdf::FieldInfo::is_2d) && file.likely_fields().is_empty());
+    assert!(file.fields().iter().all(icoray_dataset::FieldInfo::is_2d) && file.likely_fields().is_empty());
     expect(&file.layers("theta").unwrap_err(), ErrorKind::Field, &["fields in the file: areaCell"]);
 }
 
@@ -81,7 +81,7 @@ fn a_bare_mesh_on_the_unit_sphere() {
 #[test]
 fn an_ocean_has_holes() {
     let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
-    let file = ModelFile::open(path).unwrap();
+    let file = icoray_netcdf::open(path).unwrap();
     let grid = file.mesh().grid().unwrap();
     assert_eq!((grid.cells(), grid.triangles(), file.mesh().max_edges()), (1735, 3924, 8));
     let there = (0..3924).filter(|&corner| grid.is_triangle(corner)).count();
@@ -98,7 +98,7 @@ fn an_ocean_has_holes() {
 #[test]
 fn a_part_of_the_oceans_tables_is_enough() {
     let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
-    let file = ModelFile::open(path).unwrap();
+    let file = icoray_netcdf::open(path).unwrap();
     let tables = file.mesh().tables();
     let mut made = Made {
         dimensions: vec![("nCells", tables.cells()), ("nVertices", tables.corners()), ("maxEdges", 8)],
@@ -114,7 +114,7 @@ fn a_part_of_the_oceans_tables_is_enough() {
     made.add("nEdgesOnCell", &["nCells"], index(tables.cell_corner_count.unwrap()));
     made.add("verticesOnCell", &["nCells", "maxEdges"], index(tables.cell_corner));
     let (_folder, path) = made.write(Options::NETCDF4);
-    let part = ModelFile::open(&path).unwrap();
+    let part = icoray_netcdf::open(&path).unwrap();
     let (grid, expected) = (part.mesh().grid().unwrap(), file.mesh().grid().unwrap());
     assert_eq!(grid.void_triangles(), expected.void_triangles());
     for corner in 0..3924 {
@@ -135,7 +135,7 @@ fn a_part_of_the_oceans_tables_is_enough() {
 #[test]
 fn triangles_of_icon_are_rebuilt_from_their_bounds() {
     let Some(path) = data_file("psyplot_icon_test.nc") else { return };
-    let file = ModelFile::open(path).unwrap();
+    let file = icoray_netcdf::open(path).unwrap();
     let grid = file.mesh().grid().unwrap();
     assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (2562, 5120, 7680));
     assert_eq!((grid.void_triangles(), file.mesh().max_edges()), (0, 6));
@@ -172,5 +172,5 @@ fn triangles_of_icon_are_rebuilt_from_their_bounds() {
 #[test]
 fn meshes_that_are_not_rendered_are_refused() {
     let Some(path) = data_file("favba_planar_mesh.nc") else { return };
-    expect(&ModelFile::open(path).unwrap_err(), ErrorKind::Unsupported, &["on_a_sphere is NO"]);
+    expect(&icoray_netcdf::open(path).unwrap_err(), ErrorKind::Unsupported, &["on_a_sphere is NO"]);
 }

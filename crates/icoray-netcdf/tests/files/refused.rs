@@ -2,7 +2,7 @@
 
 use crate::made::{Made, RADIUS_M, Values};
 use icoray::{Error, ErrorKind};
-use icoray_netcdf::ModelFile;
+use icoray_dataset::Dataset;
 use netcdf::Options;
 use tempfile::TempDir;
 
@@ -15,14 +15,14 @@ pub fn expect(error: &Error, kind: ErrorKind, parts: &[&str]) {
 }
 
 /// Writes a file and opens it.
-pub fn open(made: &Made, options: Options) -> (TempDir, ModelFile) {
+pub fn open(made: &Made, options: Options) -> (TempDir, Dataset) {
     let (folder, path) = made.write(options);
-    (folder, ModelFile::open(&path).unwrap())
+    (folder, icoray_netcdf::open(&path).unwrap())
 }
 
 fn open_error(made: &Made) -> Error {
     let (_folder, path) = made.write(Options::_64BIT_DATA);
-    ModelFile::open(&path).unwrap_err()
+    icoray_netcdf::open(&path).unwrap_err()
 }
 
 #[test]
@@ -137,20 +137,20 @@ fn files_of_two_meshes_are_refused() {
     fields.dimensions[0].1 = 162;
     let (_folder, path) = fields.write(Options::NETCDF4);
     let (_mesh_folder, mesh_path) = Made::mesh(false).write(Options::NETCDF4);
-    let error = ModelFile::open_with(&path, &[&mesh_path]).unwrap_err();
+    let error = icoray_netcdf::open_with(&path, &[&mesh_path]).unwrap_err();
     expect(&error, ErrorKind::Grid, &["nCells is 162, expected 42"]);
-    assert_eq!(ModelFile::open_with(&mesh_path, &[&mesh_path]).unwrap().sphere_radius_m(), RADIUS_M);
+    assert_eq!(icoray_netcdf::open_with(&mesh_path, &[&mesh_path]).unwrap().sphere_radius_m(), RADIUS_M);
 }
 
 #[test]
 fn what_is_no_netcdf_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notes.nc");
-    expect(&ModelFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc", "No such file"]);
-    expect(&ModelFile::open(folder.path()).unwrap_err(), ErrorKind::Io, &["not a file"]);
+    expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc", "No such file"]);
+    expect(&icoray_netcdf::open(folder.path()).unwrap_err(), ErrorKind::Io, &["not a file"]);
     for text in ["", "theta\n", "CDF", "CDF\x01", "CDF\x05 is a format of the classic kind, but this is text\n"] {
         std::fs::write(&path, text).unwrap();
-        expect(&ModelFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc"]);
+        expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc"]);
     }
-    expect(&ModelFile::open("https://example.org/notes.nc").unwrap_err(), ErrorKind::Io, &["No such file"]);
+    expect(&icoray_netcdf::open("https://example.org/notes.nc").unwrap_err(), ErrorKind::Io, &["No such file"]);
 }

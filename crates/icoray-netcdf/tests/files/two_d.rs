@@ -6,7 +6,6 @@ use crate::made_icon::Angles;
 use crate::made_ocean::levels;
 use crate::refused::{expect, open};
 use icoray::{ErrorKind, Location};
-use icoray_netcdf::ModelFile;
 use netcdf::Options;
 
 #[test]
@@ -39,7 +38,7 @@ fn a_2d_field_has_the_same_values_on_any_layers() {
 #[test]
 fn a_2d_field_lies_on_the_sphere() {
     let (_folder, path) = Made::history().write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let file = icoray_netcdf::open(&path).unwrap();
     let heights = file.layer_heights("surface_pressure").unwrap();
     assert_eq!((heights.variable.as_str(), heights.height_m[0]), ("sphere", 0.0));
     assert_eq!(heights.layers.radius_m()[0], RADIUS_M);
@@ -83,7 +82,7 @@ fn one_layer_is_2d_too() {
     let h: Vec<f64> = (0..2 * 42).map(f64::from).collect();
     made.add("h", &["Time", "nCells", "nVertLevels"], Values::F64(h));
     let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let file = icoray_netcdf::open(&path).unwrap();
     let h = file.read_field("h", 1).unwrap();
     assert_eq!((h.field().unwrap().value(3, 0), h.field().unwrap().value(3, 1)), (45.0, 45.0));
     // ICON's temperature 2 m above the ground, whose height is one number, and a pressure without one.

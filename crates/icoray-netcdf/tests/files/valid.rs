@@ -1,7 +1,6 @@
 //! Values that attributes declare invalid.
 
 use crate::made::{Made, Values};
-use icoray_netcdf::ModelFile;
 use netcdf::{AttributeValue, Options};
 
 type Attributes = Vec<(&'static str, AttributeValue)>;
@@ -14,7 +13,7 @@ fn rho(attributes: Attributes) -> ([f64; 2], u64) {
     values.iter_mut().enumerate().for_each(|(i, value)| *value = if i == 0 { 0.1 } else { i as f32 });
     rho.attributes = attributes;
     let (_folder, path) = made.write(Options::NETCDF4);
-    let owned = ModelFile::open(&path).unwrap().read_field("rho", 0).unwrap();
+    let owned = icoray_netcdf::open(&path).unwrap().read_field("rho", 0).unwrap();
     let (range, missing) = owned.field().unwrap().range();
     (range.unwrap(), missing)
 }
@@ -40,7 +39,7 @@ fn ends_are_of_packed_values_unless_they_are_real() {
         levels.attributes = vec![("scale_factor", 0.5f64.into()), ("add_offset", 100.0f64.into())];
         levels.attributes.extend(valid);
         let (_folder, path) = made.write(Options::NETCDF4);
-        let owned = ModelFile::open(&path).unwrap().read_field("levels", 0).unwrap();
+        let owned = icoray_netcdf::open(&path).unwrap().read_field("levels", 0).unwrap();
         let (range, missing) = owned.field().unwrap().range();
         (range.unwrap(), missing)
     };

@@ -6,7 +6,6 @@
 use crate::changed::formats;
 use crate::made::{Made, RECORDS};
 use crate::made_icon::Angles;
-use icoray_netcdf::ModelFile;
 use icoray_test_support::count;
 use std::fs::File;
 use std::io::Write;
@@ -56,7 +55,7 @@ fn spoilt(whole: &[u8], random: &mut Random) -> Vec<u8> {
 
 /// Everything that is read of a file.
 fn read(path: &Path) -> icoray::Result<()> {
-    let file = ModelFile::open(path)?;
+    let file = icoray_netcdf::open(path)?;
     let _ = file.mesh().grid();
     for info in file.fields() {
         let _ = file.layers(&info.name);

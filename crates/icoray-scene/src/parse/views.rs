@@ -7,6 +7,7 @@
 mod extras;
 mod merge;
 mod motion;
+mod rewrite;
 mod section;
 mod sweep;
 

@@ -4,7 +4,7 @@ use crate::fig6;
 use crate::methods::Job;
 use crate::sphere::{Sphere, multi_scale};
 use icoray::{CenterField, Field, Grid, Layers, Location, Renderer, Result, Scene};
-use icoray_netcdf::{ModelFile, OwnedField};
+use icoray_dataset::OwnedField;
 use std::path::{Path, PathBuf};
 
 /// The file that the real fields are read from, and the record of day 9.
@@ -50,7 +50,7 @@ pub struct LoadedDataset(Source);
 #[derive(Debug)]
 enum Source {
     Synthetic(Sphere),
-    File { file: Box<ModelFile>, layers: Layers, field: OwnedField },
+    File { file: Box<icoray_dataset::Dataset>, layers: Layers, field: OwnedField },
 }
 
 impl Dataset {
@@ -76,7 +76,7 @@ fn read(data: &Path, name: &str) -> Result<Option<LoadedDataset>> {
     if !path.exists() {
         return Ok(None);
     }
-    let file = ModelFile::open(path)?;
+    let file = icoray_netcdf::open(path)?;
     let layers = file.layers(name)?;
     let field = file.read_field(name, MPAS_TIME)?;
     Ok(Some(LoadedDataset(Source::File { file: Box::new(file), layers, field })))

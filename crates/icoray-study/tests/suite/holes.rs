@@ -3,7 +3,6 @@
 
 use glam::DVec3;
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Stretch, Traversal};
-use icoray_netcdf::ModelFile;
 use icoray_study::stability::path::Ray;
 use icoray_study::stability::truth::{Truth, pixel_error};
 use icoray_test_support::data_file;
@@ -89,7 +88,7 @@ fn meshes_with_holes_are_drawn_exactly() {
 #[test]
 fn an_ocean_without_land_is_drawn_exactly() {
     let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
-    let file = ModelFile::open(path).unwrap();
+    let file = icoray_netcdf::open(path).unwrap();
     let grid = file.mesh().grid().unwrap();
     let there = (0..grid.triangles() as u32).filter(|&t| grid.is_triangle(t)).count();
     // 933 of its corners lack a cell.

@@ -207,7 +207,8 @@ fn a_panic_on_one_rank_is_everybodys_error() {
                     Pixel { color: [x as f32, y as f32, 0.0, 1.0], ..Pixel::default() }
                 };
                 let draw = |places: &[SamplePoint], _: &mut Counts| places.iter().map(pixel).collect();
-                let gathered = ranks.gather(&threads, &raster, 0.0, |give| trace(&raster, &mine, draw).for_each(give));
+                let gathered =
+                    ranks.gather(&threads, &raster, 0.0, |give| trace(&raster, &mine, || false, draw).for_each(give));
                 let told = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
                     FrameSummary::default()

@@ -91,7 +91,7 @@ impl Rounds<'_, '_, '_> {
                 let wanted = picture.as_mut().map_or_else(Vec::new, |picture| picture.wanted(end));
                 let times = f64::from(end - rays) / f64::from(raster.width * raster.height);
                 let has_time = |deadline: Deadline| deadline.has_time_for(render_s * wanted.len() as f64 * times);
-                if deadline.is_none_or(has_time) { wanted } else { Vec::new() }
+                if !renderer.is_stopped() && deadline.is_none_or(has_time) { wanted } else { Vec::new() }
             });
             let wanted = ranks.hear_root(wanted)?;
             if wanted.is_empty() {

@@ -105,15 +105,13 @@ impl Work<'_> {
         }
         let tracer = self.rays.tracer(quality);
         let draw = |places: &[SamplePoint], counts: &mut Counts| {
-            if renderer.is_stopped() {
-                vec![Pixel::default(); places.len()]
-            } else if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
+            if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
                 vec![background_blend(scene, tracer.budget().brightest, None); places.len()]
             } else {
                 pixels(scene, &*tracer, places, counts)
             }
         };
-        raster::trace(tiling, &left, draw).for_each(give);
+        raster::trace(tiling, &left, || renderer.is_stopped(), draw).for_each(give);
     }
 }
 
@@ -295,7 +293,7 @@ mod tests {
                     counts.frusta = u64::from(passes_by(&scene, places, 1.1));
                     vec![Pixel::default(); places.len()]
                 };
-                for tile in raster::trace(&raster, &all, draw).collect::<Vec<_>>() {
+                for tile in raster::trace(&raster, &all, || false, draw).collect::<Vec<_>>() {
                     assert!(tile.counts.frusta <= tile.counts.columns, "{camera}: tile {}", tile.number);
                     (beside, passed) = (beside + tile.counts.columns, passed + tile.counts.frusta);
                 }

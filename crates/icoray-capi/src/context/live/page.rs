@@ -36,7 +36,7 @@ pub(super) struct Page {
 impl Page {
     /// Serves the page and writes its address to a file that only the user can read.
     pub fn open(live: Live, text: &str, script: &Script, inputs: &Inputs, drawing: &Drawing) -> Outcome<Self> {
-        let options = Options { port: live.port, size: PictureSize::Scene };
+        let options = Options { port: live.port, size: PictureSize::Scene, is_framed: false };
         let (description, fields) = (describe(inputs), FieldNames::default());
         fields.lock().unwrap_or_else(PoisonError::into_inner).extend(inputs.fields.keys().cloned());
         let reader = steering_reader(script, inputs.first.clone(), fields.clone());

@@ -1,0 +1,85 @@
+//! Heights that differ from column to column, and their means.
+
+use crate::source::{Source, Variable};
+use icoray::{ErrorKind, Result};
+
+/// Number of values that are in memory at one time.
+const BLOCK: usize = 1 << 20;
+
+/// Means of layers or interfaces, and how far columns lie off them at most, if that is known.
+pub(super) type Means = (Vec<f64>, Option<f64>);
+
+/// The last two dimensions of a variable are columns and layers, in this order where `is_level_fastest`; of dimensions
+/// before them the first record is taken. Gives the mean of each layer over the columns, and the max distance from it.
+pub(super) fn mean(source: &dyn Source, variable: &Variable, is_level_fastest: bool) -> Result<Means> {
+    let before = variable.dimensions.len().saturating_sub(2);
+    let [one, two] = [0, 1].map(|i| variable.dimensions[before + i].len);
+    let (columns, layers) = if is_level_fastest { (one, two) } else { (two, one) };
+    if columns == 0 || layers == 0 || variable.dimensions[..before].iter().any(|d| d.len == 0) {
+        return Err(source.error(ErrorKind::Layers, format_args!("variable {variable} is empty")));
+    }
+    let mut all = Vec::new();
+    let rows = (BLOCK / two).max(1);
+    for first in (0..one).step_by(rows) {
+        let (mut start, mut count) = (vec![0; before], vec![1; before]);
+        start.extend([first, 0]);
+        count.extend([rows.min(one - first), two]);
+        let block = source.reals(variable, &start, &count)?;
+        // Allocated after the first read, which fails if a damaged header has too many layers.
+        all.resize(layers, HeightStatistics::default());
+        let heights = block.as_reals();
+        for i in 0..heights.len() {
+            let (row, place, height) = (first + i / two, i % two, heights.get(i));
+            let (column, layer) = if is_level_fastest { (row, place) } else { (place, row) };
+            if !height.is_finite() {
+                let context = format!(
+                    "{} of column {}, layer {layer}: {height}, expected a height in metres",
+                    variable.name,
+                    column + 1
+                );
+                return Err(source.error(ErrorKind::Layers, context));
+            }
+            all[layer].add(height);
+        }
+    }
+    let deviation = all.iter().map(HeightStatistics::deviation).fold(0.0, f64::max);
+    Ok((all.iter().map(HeightStatistics::mean).collect(), Some(deviation)))
+}
+
+/// Mean, minimum and maximum of heights.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HeightStatistics {
+    sum: f64,
+    count: usize,
+    min: f64,
+    max: f64,
+}
+
+impl Default for HeightStatistics {
+    fn default() -> Self {
+        HeightStatistics { sum: 0.0, count: 0, min: f64::INFINITY, max: f64::NEG_INFINITY }
+    }
+}
+
+impl HeightStatistics {
+    pub(super) fn add(&mut self, height: f64) {
+        self.sum += height;
+        self.count += 1;
+        self.min = height.min(self.min);
+        self.max = height.max(self.max);
+    }
+
+    /// Equal heights have exactly this mean, without rounding of the sum.
+    pub(super) fn mean(&self) -> f64 {
+        if self.min == self.max { self.min } else { self.sum / self.count as f64 }
+    }
+
+    fn deviation(&self) -> f64 {
+        self.deviation_from(self.mean())
+    }
+
+    /// The max distance from `height`; 0 of none.
+    pub(super) fn deviation_from(&self, height: f64) -> f64 {
+        if self.count == 0 { 0.0 } else { (self.max - height).max(height - self.min) }
+    }
+}

@@ -1,0 +1,235 @@
+//! Native heights: those of each column's layers.
+
+use super::thickness::{self, Columns};
+use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, icon_columns, of_axis};
+use crate::field::{FieldInfo, OwnedField};
+use crate::floor::Floor;
+use crate::mesh::{Convention, Mesh};
+use crate::source::{Kind, Source, Variable};
+use crate::sources::Sources;
+use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
+use std::ops::Range;
+
+/// Heights of each column's layers, read: metres above the sphere, negative below it, at the cells.
+///
+/// MPAS-Atmosphere's are `zgrid` as it is stored. MPAS-Ocean's are its thicknesses added up, from the sea floor
+/// (`bottomDepth`) where the files tell, else down from the sea surface (`ssh`, or the sphere): layers below the sea
+/// floor and above an ice shelf have no thickness, and a column without water has no heights. ICON's, over triangles,
+/// are averaged to cells as its fields are.
+#[derive(Debug)]
+pub struct NativeHeights {
+    description: String,
+    stored: Stored,
+}
+
+#[derive(Debug)]
+enum Stored {
+    AsRead(OwnedField),
+    Averaged(CenterField),
+    AddedUp(Columns),
+}
+
+/// Properties of native heights, before they are read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NativeInfo {
+    /// Description of their source: "zgrid of each column".
+    pub description: String,
+    /// Whether they change with time.
+    pub time_dependent: bool,
+    /// Bytes of the variable that is read for one time.
+    pub bytes: usize,
+}
+
+/// The variable that native heights are read from.
+#[derive(Clone, Copy)]
+struct HeightVariable<'a> {
+    source: &'a dyn Source,
+    variable: &'a Variable,
+    /// Whether it has the thicknesses of layers, to be added up, instead of heights.
+    is_thickness: bool,
+}
+
+impl<'a> HeightVariable<'a> {
+    /// The variable for a field; `None` if all columns share the heights of layers, or no file has native ones.
+    fn of(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<Self>> {
+        if info.is_2d() {
+            return Ok(None);
+        }
+        let heights = |(source, variable)| HeightVariable { source, variable, is_thickness: false };
+        if mesh.convention() != Convention::Mpas {
+            let is_shared = of_axis(sources, info)?.is_some();
+            return Ok(icon_columns(sources, mesh, info).filter(|_| !is_shared).map(heights));
+        }
+        if let Some((source, variable)) = sources.find("zgrid") {
+            expect(source, variable, &["nCells", "nVertLevelsP1"])?;
+            return Ok(Some(heights((source, variable))));
+        }
+        Ok(thickness::of_now(sources).map(|found| HeightVariable { is_thickness: true, ..heights(found) }))
+    }
+
+    /// As [`Self::of`]; [`ErrorKind::Layers`] if there is none.
+    fn expected(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
+        Self::of(sources, mesh, info)?.ok_or_else(|| {
+            let (name, layers) = (&info.name, info.layers);
+            if info.is_2d() {
+                let context = format!("{name} has no native heights: it is a 2D field, which lies on the sphere");
+                return sources.error(ErrorKind::Layers, context);
+            }
+            let looked_for = match mesh.convention() {
+                Convention::Mpas => format!(
+                    "zgrid(nCells, nVertLevelsP1), and {}(nCells, nVertLevels), at times or not",
+                    thickness::NAMES_NOW.join(", ")
+                ),
+                Convention::Icon | Convention::Cf => format!(
+                    "{} over {layers} or {} layers and {} cells, where no coordinate {dimension}({dimension}) gives heights \
+                     or pressures that all columns share",
+                    ICON_COLUMNS.join(", "),
+                    layers + 1,
+                    columns_of(mesh),
+                    dimension = info.layer_dimension
+                ),
+            };
+            let context = format!(
+                "{name} has no native heights: no file has those of each column; looked for {looked_for}"
+            );
+            sources.error(ErrorKind::Layers, context)
+        })
+    }
+
+    fn time_dependent(self, sources: &Sources) -> bool {
+        sources.changes(self.source, self.variable) || self.is_thickness && thickness::start_changes(sources)
+    }
+
+    fn info(self, sources: &Sources, mesh: &Mesh) -> NativeInfo {
+        let of_one_time = self.variable.dimensions.iter().filter(|dimension| !dimension.is_time());
+        let values = of_one_time.fold(1usize, |values, dimension| values.saturating_mul(dimension.len));
+        let bytes = if self.variable.kind == Kind::F32 { 4 } else { 8 };
+        NativeInfo {
+            description: self.description(sources, mesh),
+            time_dependent: self.time_dependent(sources),
+            bytes: values.saturating_mul(bytes),
+        }
+    }
+
+    fn description(self, sources: &Sources, mesh: &Mesh) -> String {
+        let name = &self.variable.name;
+        let at_times = if self.time_dependent(sources) { ", those of each time" } else { "" };
+        match mesh.convention() {
+            _ if self.is_thickness => {
+                format!("{name} of each column added up {}{at_times}", thickness::start(sources))
+            }
+            Convention::Mpas | Convention::Cf => format!("{name} of each column{at_times}"),
+            Convention::Icon => format!("{name} of each triangle, averaged to cells{at_times}"),
+        }
+    }
+}
+
+/// Describes the native heights of a field.
+pub(crate) fn describe(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<String>> {
+    Ok(HeightVariable::of(sources, mesh, info)?.map(|found| found.description(sources, mesh)))
+}
+
+/// Properties of the native heights of a field.
+pub(crate) fn info(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<NativeInfo> {
+    Ok(HeightVariable::expected(sources, mesh, info)?.info(sources, mesh))
+}
+
+impl NativeHeights {
+    /// Reads record `time`, or the first record of files without the fields.
+    pub(crate) fn read(
+        sources: &Sources,
+        (mesh, grid): (&Mesh, &Grid),
+        info: &FieldInfo,
+        floor: Option<&Floor>,
+        time: usize,
+    ) -> Result<Option<Self>> {
+        let Some(found) = HeightVariable::of(sources, mesh, info)? else { return Ok(None) };
+        let HeightVariable { source, variable, is_thickness } = found;
+        let stored = if is_thickness {
+            Stored::AddedUp(Columns::read(sources, (source, variable), floor, time)?)
+        } else {
+            let info = FieldInfo::of(source, variable, mesh)?.ok_or_else(|| {
+                let context = format!("variable {variable}, expected heights over layers and cells, at times or not");
+                source.error(ErrorKind::Layers, context)
+            })?;
+            let time = if info.time_dependent { sources.record(source, variable, time)? } else { 0 };
+            let read = OwnedField::read(source, &info, time, 0..info.layers)?;
+            match info.location {
+                Location::Center => Stored::AsRead(read),
+                Location::Corner => Stored::Averaged(CenterField::average(grid, &read.field()?)?),
+            }
+        };
+        Ok(Some(NativeHeights { description: found.description(sources, mesh), stored }))
+    }
+
+    /// Description of their source: "zgrid of each column".
+    pub fn description(&self) -> &str {
+        &self.description
+    }
+
+    /// Bytes in memory.
+    pub fn bytes(&self) -> usize {
+        match &self.stored {
+            Stored::AsRead(read) => read.bytes(),
+            Stored::Averaged(average) => average.bytes(),
+            Stored::AddedUp(columns) => columns.heights.bytes(),
+        }
+    }
+
+    /// All heights, borrowed: one column per cell, layers in the file's order.
+    ///
+    /// # Errors
+    /// As [`Field::new`].
+    pub fn all(&self) -> Result<Field<'_>> {
+        match &self.stored {
+            Stored::AsRead(read) => read.field(),
+            Stored::Averaged(average) => Ok(average.field()),
+            Stored::AddedUp(columns) => Field::new(columns.heights.as_reals(), columns.shape, Location::Center, None),
+        }
+    }
+
+    /// The heights that go with [`LayerHeights::layers_over`] of the same field and `layers`: for
+    /// [`Fields::with_heights`](icoray::Fields::with_heights).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] where the heights are of another number of layers than the field's or one more.
+    pub fn over(&self, info: &FieldInfo, layers: Range<usize>) -> Result<Field<'_>> {
+        let all = self.all()?;
+        let layers_with_heights = layers_with_heights(all.shape().layers, info, layers)?;
+        let first = layers_with_heights.start as isize * all.shape().layer_stride;
+        let offset = (all.shape().offset as isize + first) as usize;
+        let shape = Shape { offset, layers: layers_with_heights.len(), ..*all.shape() };
+        Field::new(all.samples(), shape, all.location(), all.fill())
+    }
+}
+
+impl LayerHeights {
+    /// The radii between which, or on which, some of a field's layers lie, counted from 0: those of
+    /// [`LayerHeights::layers`] that these need.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] where the heights are of another number of layers than the field's or one more, or
+    /// [`ErrorKind::Layers`] where fewer than 2 are left.
+    pub fn layers_over(&self, info: &FieldInfo, layers: Range<usize>) -> Result<Layers> {
+        let layers_with_heights = layers_with_heights(self.layers.count(), info, layers)?;
+        Layers::new(self.layers.radius_m()[layers_with_heights].to_vec(), self.layers.planet_radius_m())
+    }
+}
+
+/// The layers with heights, of `count`, that `layers` of a field need.
+fn layers_with_heights(count: usize, info: &FieldInfo, layers: Range<usize>) -> Result<Range<usize>> {
+    if info.is_2d() {
+        return Ok(0..count);
+    }
+    let bad = |what: String| Err(Error::new(ErrorKind::Field, format!("{}: {what}", info.name)));
+    let more = match count.checked_sub(info.layers) {
+        Some(more @ 0..=1) => more,
+        _ => {
+            return bad(format!("{count} layers have heights, expected {} or {}", info.layers, info.layers + 1));
+        }
+    };
+    if layers.is_empty() || layers.end > info.layers {
+        return bad(format!("layers {layers:?}, expected some of 0..{}", info.layers));
+    }
+    Ok(layers.start..layers.end + more)
+}

@@ -1,0 +1,222 @@
+//! MPAS-Ocean's interfaces from layer thicknesses, for files without common depths.
+//!
+//! Columns end at the sea floor, so mean heights of interfaces over the columns that have them need not be monotone.
+//! Sums of mean thicknesses, each over the columns that have the layer, are. The interfaces of a column are sums of its
+//! thicknesses.
+
+use super::columns::{HeightStatistics, Means};
+use crate::floor::Floor;
+use crate::source::{Source, Variable};
+use crate::sources::Sources;
+use icoray::{ErrorKind, OwnedReals, Result, Shape};
+use std::ops::Range;
+
+/// Variables of thicknesses in metres, time-dependent ones first.
+pub(super) const NAMES_NOW: [&str; 3] = ["layerThickness", "timeMonthly_avg_layerThickness", "restingThickness"];
+
+/// Height of the sea surface, metres.
+const SURFACES: [&str; 2] = ["ssh", "timeMonthly_avg_ssh"];
+
+/// The first of these variables that lies over cells and layers, at times or without.
+fn find<'a>(sources: &'a Sources, mut names: impl Iterator<Item = &'static str>) -> Option<Found<'a>> {
+    let fits = |v: &Variable| v.kind.is_real() && v.lies_at_times_over(&["nCells", "nVertLevels"]);
+    names.find_map(|name| sources.find(name).filter(|(_, variable)| fits(variable)))
+}
+
+/// A variable, and the file that has it.
+type Found<'a> = (&'a dyn Source, &'a Variable);
+
+/// The time-dependent thicknesses, or the resting ones.
+pub(super) fn of_now(sources: &Sources) -> Option<Found<'_>> {
+    find(sources, NAMES_NOW.into_iter())
+}
+
+/// The resting thicknesses, or the time-dependent ones.
+pub(super) fn of_any_time(sources: &Sources) -> Option<Found<'_>> {
+    let [now, monthly, resting] = NAMES_NOW;
+    find(sources, [resting, now, monthly].into_iter())
+}
+
+/// Numbers of cells and layers of a variable that [`find`] has found.
+fn cells_and_layers(variable: &Variable) -> [usize; 2] {
+    [0, 1].map(|i| variable.after_time()[i].len)
+}
+
+/// Describes where the summation of interfaces starts.
+pub(super) fn start(sources: &Sources) -> String {
+    if sources.find("bottomDepth").is_some() {
+        return "from the sea floor (bottomDepth)".into();
+    }
+    let surface = SURFACES.iter().find(|name| sources.find(name).is_some());
+    surface.map_or("down from the sphere".into(), |name| format!("down from the sea surface ({name})"))
+}
+
+/// Whether the start of the summation changes with time.
+pub(super) fn start_changes(sources: &Sources) -> bool {
+    let surface = || SURFACES.iter().find_map(|name| sources.find(name));
+    sources.find("bottomDepth").is_none()
+        && surface().is_some_and(|(source, variable)| sources.changes(source, variable))
+}
+
+/// The interfaces of each column, from the sea surface down.
+#[derive(Debug)]
+pub(super) struct Columns {
+    pub heights: OwnedReals,
+    pub shape: Shape,
+}
+
+/// Start of the summation in each column.
+enum Start {
+    Floor(Vec<f64>),
+    Surface(Vec<f64>),
+}
+
+impl Columns {
+    /// Sums the thicknesses of record `time`.
+    pub fn read(sources: &Sources, (source, variable): Found, floor: Option<&Floor>, time: usize) -> Result<Self> {
+        let [cells, layers] = cells_and_layers(variable);
+        let block = at(sources, (source, variable), &[cells, layers], time)?;
+        let start = match of_cells(sources, "bottomDepth", cells)? {
+            Some(depth) => Start::Floor(depth),
+            None => Start::Surface(surface(sources, cells, time)?),
+        };
+        let mut heights = match &block {
+            OwnedReals::F32(_) => OwnedReals::F32(Vec::with_capacity(cells * (layers + 1))),
+            OwnedReals::F64(_) => OwnedReals::F64(Vec::with_capacity(cells * (layers + 1))),
+        };
+        let mut column = vec![0.0; layers + 1];
+        for cell in 0..cells {
+            let thickness = |layer: usize| block.as_reals().get(cell * layers + layer);
+            let water = match floor {
+                Some(floor) => floor.water(cell, layers),
+                // Without a sea floor a column ends where its layers have no thickness.
+                None => 0..(0..layers).take_while(|layer| thickness(*layer) > 0.0).count(),
+            };
+            if let Some(layer) = water.clone().find(|l| !(thickness(*l).is_finite() && thickness(*l) >= 0.0)) {
+                let context = format!(
+                    "{} of cell {}, layer {layer}: {}, expected a thickness in metres that is not negative",
+                    variable.name,
+                    cell + 1,
+                    thickness(layer)
+                );
+                return Err(source.error(ErrorKind::Layers, context));
+            }
+            add_up(&mut column, water, &start, cell, thickness);
+            match &mut heights {
+                OwnedReals::F32(heights) => heights.extend(column.iter().map(|height| *height as f32)),
+                OwnedReals::F64(heights) => heights.extend(&column),
+            }
+        }
+        Ok(Columns { heights, shape: Shape::level_fastest(cells, layers + 1) })
+    }
+}
+
+/// The interfaces of one column; NaN if it has no water.
+fn add_up(column: &mut [f64], water: Range<usize>, start: &Start, cell: usize, thickness: impl Fn(usize) -> f64) {
+    if water.is_empty() {
+        column.fill(f64::NAN);
+        return;
+    }
+    match start {
+        Start::Floor(depth) => {
+            column[water.end] = -depth[cell];
+            water.clone().rev().for_each(|layer| column[layer] = column[layer + 1] + thickness(layer));
+        }
+        Start::Surface(height) => {
+            column[water.start] = height[cell];
+            water.clone().for_each(|layer| column[layer + 1] = column[layer] - thickness(layer));
+        }
+    }
+    let [top, bottom] = [water.start, water.end].map(|interface| column[interface]);
+    column[..water.start].fill(top);
+    column[water.end..].fill(bottom);
+}
+
+/// Height of the sea surface in each column: the sphere's where no file tells.
+fn surface(sources: &Sources, cells: usize, time: usize) -> Result<Vec<f64>> {
+    let Some((source, variable)) = SURFACES.iter().find_map(|name| sources.find(name)) else {
+        return Ok(vec![0.0; cells]);
+    };
+    if !variable.lies_at_times_over(&["nCells"]) || variable.after_time()[0].len != cells {
+        let context = format!("variable {variable}, expected a height of each of {cells} nCells, at times or not");
+        return Err(source.error(ErrorKind::Layers, context));
+    }
+    let heights = at(sources, (source, variable), &[cells], time)?;
+    Ok((0..cells).map(|cell| heights.as_reals().get(cell)).collect())
+}
+
+/// One record of a variable over `count` entries, which may have times before them.
+fn at(sources: &Sources, (source, variable): Found, count: &[usize], time: usize) -> Result<OwnedReals> {
+    let (mut start, mut count) = (vec![0; count.len()], count.to_vec());
+    if variable.dimensions.len() > count.len() {
+        start.insert(0, sources.record(source, variable, time)?);
+        count.insert(0, 1);
+    }
+    source.reals(variable, &start, &count)
+}
+
+/// The interfaces below the sphere's surface, and how far those of columns lie off them, where `bottomDepth` tells.
+pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result<Means> {
+    let [cells, layers] = cells_and_layers(variable);
+    let last = of_cells(sources, "maxLevelCell", cells)?;
+    let depth = of_cells(sources, "bottomDepth", cells)?;
+    let is_of_times = variable.dimensions.len() == 3;
+    let (start, count) = (vec![0; 2 + usize::from(is_of_times)], [1, cells, layers]);
+    let block = source.reals(variable, &start, &count[usize::from(!is_of_times)..])?;
+    let thickness = |cell: usize, layer: usize| block.as_reals().get(cell * layers + layer);
+    // Without a sea floor a column ends where its layers have no thickness.
+    let wet = |cell: usize| match &last {
+        Some(last) => (last[cell].max(0.0) as usize).min(layers),
+        None => (0..layers).take_while(|&layer| thickness(cell, layer) > 0.0).count(),
+    };
+    let mut of_layers = vec![HeightStatistics::default(); layers];
+    for cell in 0..cells {
+        for (layer, spread) in of_layers.iter_mut().enumerate().take(wet(cell)) {
+            let here = thickness(cell, layer);
+            if !(here.is_finite() && here > 0.0) {
+                let context = format!(
+                    "{} of cell {}, layer {layer}: {here}, expected a positive thickness in metres",
+                    variable.name,
+                    cell + 1
+                );
+                return Err(source.error(ErrorKind::Layers, context));
+            }
+            spread.add(here);
+        }
+    }
+    // Layers that no column has lie below all that is seen; they only have to lie below each other.
+    let thinnest =
+        of_layers.iter().map(HeightStatistics::mean).filter(|mean| mean.is_finite()).fold(f64::INFINITY, f64::min);
+    if thinnest == f64::INFINITY {
+        return Err(source.error(ErrorKind::Layers, format_args!("variable {variable}: no cell has a layer")));
+    }
+    let mut height_m = vec![0.0];
+    for layer in &of_layers {
+        let mean = layer.mean();
+        height_m.push(height_m.last().unwrap_or(&0.0) - if mean.is_finite() { mean } else { thinnest });
+    }
+    let deviation_m = depth.map(|depth| {
+        let mut interfaces = vec![HeightStatistics::default(); layers + 1];
+        for (cell, depth) in depth.into_iter().enumerate() {
+            let mut height = -depth;
+            for interface in (0..=wet(cell)).rev().filter(|_| wet(cell) > 0) {
+                interfaces[interface].add(height);
+                height += if interface > 0 { thickness(cell, interface - 1) } else { 0.0 };
+            }
+        }
+        interfaces.iter().zip(&height_m).map(|(i, height)| i.deviation_from(*height)).fold(0.0, f64::max)
+    });
+    Ok((height_m, deviation_m))
+}
+
+/// A number for each cell; `None` where there is no such variable.
+fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Option<Vec<f64>>> {
+    let Some((source, variable)) = sources.find(name) else {
+        return Ok(None);
+    };
+    if !variable.kind.is_number() || !matches!(&variable.dimensions[..], [only] if only.len == cells) {
+        let context = format!("variable {variable}, expected {name}(nCells = {cells}) of numbers");
+        return Err(source.error(ErrorKind::Layers, context));
+    }
+    source.numbers(variable).map(Some)
+}

@@ -1,0 +1,82 @@
+//! The layers of a dataset's fields that a scene is rendered with.
+
+use crate::dataset::Dataset;
+use crate::field::FieldInfo;
+use crate::heights::LayerHeights;
+use crate::layer_selection::LayerSelection;
+use icoray::{Error, ErrorKind, Layers, Result, Scene};
+use std::ops::Range;
+
+/// The layers of a scene: those of its first field with layers; fields on interfaces or between them are interpolated
+/// to these. A 2D field has equal values on all layers; a scene of 2D fields only has the layers of a thin shell.
+#[derive(Clone, Copy)]
+pub struct Layering<'a> {
+    layers_wanted: &'a LayerSelection,
+    /// The model's field that defines the layers: the first one with layers, or the first that it is derived from.
+    first_field: &'a FieldInfo,
+    /// The field that defines the heights: one on interfaces if the first lies between them.
+    height_field: &'a FieldInfo,
+}
+
+impl<'a> Layering<'a> {
+    /// The layering of a scene.
+    ///
+    /// # Errors
+    /// As [`Dataset::field_info`].
+    pub fn of(dataset: &'a Dataset, scene: &Scene, layers_wanted: &'a LayerSelection) -> Result<Self> {
+        let infos: Vec<&FieldInfo> =
+            scene.model_fields().into_iter().map(|name| dataset.field_info(name)).collect::<Result<_>>()?;
+        let first_field = infos.iter().find(|info| !info.is_2d()).or(infos.first()).copied();
+        let first_field = first_field.map_or_else(|| dataset.field_info(scene.field()), Ok)?;
+        let height_field = infos.into_iter().find(|info| info.layers == first_field.layers + 1).unwrap_or(first_field);
+        Ok(Layering { layers_wanted, first_field, height_field })
+    }
+
+    /// The names that identify the layering.
+    pub fn key(&self) -> [&'a str; 2] {
+        [&self.first_field.name, &self.height_field.name]
+    }
+
+    /// The field that defines the heights.
+    pub fn height_field(&self) -> &'a FieldInfo {
+        self.height_field
+    }
+
+    /// Whether a field is interpolated to the layers of the first.
+    pub fn moves(&self, info: &FieldInfo) -> bool {
+        info.layers != self.first_field.layers && !info.is_2d()
+    }
+
+    /// The layers of a field that are read and rendered: of a field on interfaces those around the layers of the first
+    /// field, of one between interfaces those between them, of a 2D field as many as of the first.
+    ///
+    /// # Errors
+    /// As [`LayerSelection::of`]; [`ErrorKind::Argument`] where fewer than 2 are left, or the field's layers are not
+    /// the first one's.
+    pub fn range(&self, info: &FieldInfo) -> Result<Range<usize>> {
+        if self.layers_wanted.is_all() {
+            return Ok(if info.is_2d() { self.first_field.all_layers() } else { info.all_layers() });
+        }
+        let Range { start, end } = self.layers_wanted.of(self.first_field)?;
+        let bad = |what: String| {
+            let first_field = &self.first_field.name;
+            let context = format!("layers: {start}..{end} are layers of {first_field}; {}{what}", info.name);
+            Err(Error::new(ErrorKind::Argument, context))
+        };
+        match (info.layers, self.first_field.layers) {
+            (own, first) if own == first || info.is_2d() => Ok(start..end),
+            (own, first) if own == first + 1 => Ok(start..end + 1),
+            (own, first) if own + 1 == first && start + 3 <= end => Ok(start..end - 1),
+            (own, first) if own + 1 == first => bad(" has 1 between them, expected at least 2".into()),
+            (own, first) => bad(format!(" has {own} of its own, expected {first}, one more or one fewer")),
+        }
+    }
+
+    /// The radii on which the first field lies, or between which it does.
+    ///
+    /// # Errors
+    /// As [`Layering::range`] and [`LayerHeights::layers_over`].
+    pub fn layers(&self, heights: &LayerHeights) -> Result<Layers> {
+        heights.layers_over(self.height_field, self.range(self.height_field)?)
+    }
+}

@@ -1,0 +1,62 @@
+//! Datasets of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON,
+//! DYNAMICO.
+//!
+//! A [`Source`] is a file that is open, or a dataset in memory: variables with dimensions and attributes. [`Dataset`]
+//! finds the mesh, the heights of layers and the fields in it, by the conventions of the models; a field is read on
+//! demand, one time record at a time, all layers or some, in the source's order and precision, and without a copy where
+//! it lies in memory.
+//!
+//! MPAS's datasets follow the MPAS mesh specification 1.0
+//! (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>). ICON's triangles are corners of the hexagons around
+//! their points, so that its fields are at corners; where a dataset has no tables they are rebuilt from the triangles'
+//! bounds. DYNAMICO's hexagons are rebuilt from theirs. Tables of MPAS that a dataset lacks are made of the others where
+//! these determine them.
+//!
+//! [`SceneFields`] finds what a scene needs of a dataset, [`Series`] reads it time by time, [`Drawing`] draws it, and
+//! with the feature `live` the module `view` answers the live page.
+//!
+//! A 2D field, such as surface pressure, has the same values on as many layers as are asked for, and costs the memory
+//! of one.
+#![forbid(unsafe_code)]
+
+mod calendar;
+mod dataset;
+mod drawing;
+mod field;
+mod floor;
+mod heights;
+mod joined;
+mod layer_selection;
+mod layering;
+mod likely_fields;
+mod mesh;
+mod native_height_cache;
+mod reals;
+mod scene_fields;
+mod sea;
+mod series;
+mod source;
+mod sources;
+mod standard_atmosphere;
+mod suggest;
+mod time_selection;
+mod times;
+mod values;
+#[cfg(feature = "live")]
+pub mod view;
+
+pub use dataset::Dataset;
+pub use drawing::Drawing;
+pub use field::{FieldInfo, OwnedField, Precision};
+pub use heights::LayerHeights;
+pub use heights::native::{NativeHeights, NativeInfo};
+pub use layer_selection::LayerSelection;
+pub use layering::Layering;
+pub use mesh::{Convention, Mesh};
+pub use native_height_cache::NativeHeightCache;
+pub use scene_fields::{Key, SceneField, SceneFields};
+pub use series::{FieldCache, Series};
+pub use source::{Attribute, Dimension, Kind, Source, Variable};
+pub use time_selection::TimeSelection;
+pub use times::Times;
+pub use values::{Memory, Values};

@@ -1,0 +1,37 @@
+//! Reads the mesh tables of a file in any of the conventions.
+
+mod angles;
+mod cf;
+mod icon;
+mod mpas;
+mod points;
+mod polygons;
+mod tables;
+mod ugrid;
+
+pub use tables::{Convention, Mesh};
+
+use crate::sources::Sources;
+use icoray::{ErrorKind, Result};
+
+/// Reads the tables in the convention of the files; their content is checked by [`Mesh::grid`].
+pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
+    if ugrid::is_in(sources)? {
+        return ugrid::read(sources);
+    }
+    if mpas::is_in(sources)? {
+        return mpas::read(sources);
+    }
+    if icon::is_in(sources) {
+        return icon::read(sources);
+    }
+    if cf::is_in(sources) {
+        return cf::read(sources);
+    }
+    Err(sources.error(
+        ErrorKind::Grid,
+        "no mesh is known: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for ICON's \
+         (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, 6)), and \
+         for UGRID's (a variable with cf_role mesh_topology); it may be in another file, such as the run's grid file",
+    ))
+}

@@ -1,0 +1,98 @@
+//! Polygons with bounds: cells of a Voronoi grid whose file has each cell's points and no tables, as DYNAMICO's do.
+//!
+//! Coincident points are one corner. A polygon with fewer points than the row length repeats some.
+//! Format: CF conventions 1.11, §7.1.
+
+use super::angles::{Bounds, distance, of_directions, positions, read_bounds};
+use super::icon::SAME;
+use super::points;
+use super::polygons::Polygons;
+use super::tables::{Convention, Mesh, Positions};
+use crate::source::{Source, Variable};
+use crate::sources::Sources;
+use icoray::{ErrorKind, OwnedReals, Result};
+
+/// Sides shorter than this fraction of the polygon's longest are degenerate.
+const NO_SIDE: f64 = 1e-3;
+
+/// Coordinates of the polygons' middles; their bounds are named by the attribute `bounds`, or after them.
+const MIDDLES: [[&str; 2]; 4] =
+    [["lon", "lat"], ["lon_i", "lat_i"], ["lon_mesh", "lat_mesh"], ["longitude", "latitude"]];
+
+/// The variables of polygons in a file.
+struct PolygonVariables<'a> {
+    source: &'a dyn Source,
+    /// Names of the middles' coordinates, if present.
+    middle: Option<[&'static str; 2]>,
+    points: [&'a Variable; 2],
+}
+
+impl<'a> PolygonVariables<'a> {
+    fn of(source: &'a dyn Source) -> Option<Self> {
+        MIDDLES.into_iter().find_map(|middle| {
+            let [lon, lat] = middle.map(|name| bounds_of(source, name));
+            let has = |name: &str| source.variable(name).is_some_and(|v| v.dimensions.len() == 1);
+            let middle = middle.into_iter().all(has).then_some(middle);
+            Some(PolygonVariables { source, middle, points: [lon?, lat?] })
+        })
+    }
+}
+
+/// The variable with polygons of 4 points or more that belongs to a coordinate.
+fn bounds_of<'a>(source: &'a dyn Source, name: &str) -> Option<&'a Variable> {
+    let declared = source.text_of(name, "bounds").ok().flatten();
+    let named =
+        [format!("{name}_bnds"), format!("{name}_bounds"), format!("bounds_{name}"), format!("{name}_vertices")];
+    let mut variables = declared.into_iter().chain(named).filter_map(|name| source.variable(&name));
+    variables.find(|v| matches!(&v.dimensions[..], [_, points] if points.len > 3))
+}
+
+/// Whether any of the files has polygons.
+pub(super) fn is_in(sources: &Sources) -> bool {
+    sources.all().any(|source| PolygonVariables::of(source).is_some())
+}
+
+pub(super) fn read(sources: &Sources) -> Result<Mesh> {
+    let found = sources.others_first().find_map(PolygonVariables::of);
+    let PolygonVariables { source, middle, points } = found.expect("one has polygons, or this is not called");
+    let bounds = read_bounds(source, [0, 1].map(|k| (points[k], middle.map(|names| names[k]))))?;
+    let directions = bounds.directions();
+    let shortest = shortest(source, &bounds, &directions)?;
+    let center = match middle {
+        Some([lon, lat]) => positions(source, lon, lat, &points[0].dimensions[0].name)?,
+        None => of_directions(directions.chunks_exact(bounds.row).map(sum)),
+    };
+    let (numbers, first) = points::number(directions.into_iter(), SAME * shortest);
+    let of = |angle: &[f64]| OwnedReals::F64(first.iter().map(|&i| angle[i]).collect());
+    let corner = Positions { lon: of(&bounds.lon), lat: of(&bounds.lat) };
+    let within = |e: icoray::Error| e.within(source.path().display());
+    let polygons = Polygons::of_rows(&numbers, bounds.row);
+    let corner_cell = polygons.corner_cells(first.len()).map_err(within)?;
+    let (corner_edge, edge_corner) = polygons.edges(first.len()).map_err(within)?;
+    let (path, convention) = (source.path().to_owned(), Convention::Cf);
+    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
+}
+
+/// The shortest side of all polygons.
+fn shortest(source: &dyn Source, bounds: &Bounds, directions: &[[f64; 3]]) -> Result<f64> {
+    let mut shortest = f64::INFINITY;
+    for (polygon, points) in directions.chunks_exact(bounds.row).enumerate() {
+        let side = |k: usize| distance(points[k], points[(k + 1) % points.len()]);
+        let longest = (0..points.len()).map(side).fold(0.0, f64::max);
+        let sides = (0..points.len()).map(side).filter(|side| *side > NO_SIDE * longest);
+        let is_polygon = sides.clone().count() > 2 && points.as_flattened().iter().all(|x| x.is_finite());
+        if !is_polygon {
+            let context = format!(
+                "the bounds of cell {polygon} are {:?} degrees, expected three different points at least",
+                bounds.degrees(polygon)
+            );
+            return Err(source.error(ErrorKind::Grid, context));
+        }
+        shortest = sides.fold(shortest, f64::min);
+    }
+    Ok(shortest)
+}
+
+fn sum(points: &[[f64; 3]]) -> [f64; 3] {
+    points.iter().fold([0.0; 3], |sum, point| [0, 1, 2].map(|k| sum[k] + point[k]))
+}

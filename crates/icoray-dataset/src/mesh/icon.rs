@@ -1,0 +1,145 @@
+//! ICON's triangles as the corners of hexagons: icoray's cells are the triangles' points, its corners the triangles.
+//!
+//! Grid files have `vertex_of_cell`. Files with data mostly have no tables, but each triangle's own three points
+//! (`clon_bnds`, `clat_bnds`; extpar's `clon_vertices`, `clat_vertices`): points that lie in one place are one, and
+//! that gives the same table. Where the triangles' middles lack, they are the centres of the circles through their
+//! points, as ICON's are. Formats: ICON grid files, <https://gitlab.dkrz.de/icon>; CF conventions 1.11, §7.1.
+
+use super::angles::{Bounds, circumcenter, distance, of_directions, positions, read_bounds};
+use super::points;
+use super::polygons::Polygons;
+use super::tables::{Convention, Mesh, Positions, find, missing};
+use crate::source::Source;
+use crate::sources::Sources;
+use icoray::{Connectivity, ErrorKind, OwnedReals, Result};
+
+/// Points nearer to each other than this part of the shortest side are one. Degrees in f32 are right to 1e-3 of a side
+/// of 2 km.
+pub(super) const SAME: f64 = 0.02;
+
+/// Whether any of the files has triangles.
+pub(super) fn is_in(sources: &Sources) -> bool {
+    sources.all().any(|source| source.variable("vertex_of_cell").is_some() || Triangles::of(source).is_some())
+}
+
+pub(super) fn read(sources: &Sources) -> Result<Mesh> {
+    let with_tables = sources.others_first().find(|source| source.variable("vertex_of_cell").is_some());
+    if let Some(source) = with_tables {
+        return of_tables(source);
+    }
+    let found = sources.others_first().find_map(|source| Some((source, Triangles::of(source)?)));
+    let (source, triangles) = found.expect("one has triangles, or this is not called");
+    of_bounds(source, &triangles)
+}
+
+/// The mesh of a grid file.
+fn of_tables(source: &dyn Source) -> Result<Mesh> {
+    if let Some(geometry) = source.number("grid_geometry")?.filter(|geometry| *geometry != 1.0) {
+        let context = format!("grid_geometry is {geometry}, expected 1: only meshes on a sphere are rendered");
+        return Err(source.error(ErrorKind::Unsupported, context));
+    }
+    let variable = source.variable("vertex_of_cell").ok_or_else(|| missing(source, "vertex_of_cell"))?;
+    let [three, cells] = match &variable.dimensions[..] {
+        [three, cells] if three.len == 3 => [three, cells],
+        _ => {
+            let context = format!("variable {variable}, expected vertex_of_cell(nv = 3, cell) of integer");
+            return Err(source.error(ErrorKind::Grid, context));
+        }
+    };
+    let table = find(source, "vertex_of_cell", &[&three.name, &cells.name], true)?;
+    let corner = positions(source, "clon", "clat", &cells.name)?;
+    let vertex = source.variable("vlon").ok_or_else(|| missing(source, "vlon"))?;
+    let vertices = vertex.dimensions.first().map_or("", |d| d.name.as_str());
+    let center = positions(source, "vlon", "vlat", vertices)?;
+    // The file goes by the triangle's first points, then its second, then its third.
+    let by_column = source.integers(table)?;
+    let triangles = by_column.len() / 3;
+    let corner_cell = (0..by_column.len()).map(|i| by_column[i % 3 * triangles + i / 3].saturating_sub(1)).collect();
+    mesh(source, center, corner, corner_cell)
+}
+
+/// The mesh of a file that has each triangle's points.
+fn of_bounds(source: &dyn Source, triangles: &Triangles) -> Result<Mesh> {
+    let bounds = triangles.bounds(source)?;
+    let points = bounds.directions();
+    let mut shortest = f64::INFINITY;
+    for (triangle, three) in points.chunks_exact(3).enumerate() {
+        let side = (0..3).map(|k| distance(three[k], three[(k + 1) % 3])).fold(f64::INFINITY, f64::min);
+        if !(side > 0.0 && three.as_flattened().iter().all(|x| x.is_finite())) {
+            let context = format!(
+                "the bounds of triangle {triangle} are {:?} degrees, expected three different points",
+                bounds.degrees(triangle)
+            );
+            return Err(source.error(ErrorKind::Grid, context));
+        }
+        shortest = shortest.min(side);
+    }
+    let corner = match triangles.middle {
+        Some([lon, lat]) => positions(source, lon, lat, &source.expect(lon)?.dimensions[0].name)?,
+        None => of_directions(points.as_chunks().0.iter().map(|three| circumcenter(*three))),
+    };
+    let (corner_cell, first) = points::number(points.into_iter(), SAME * shortest);
+    let of = |angle: &[f64]| OwnedReals::F64(first.iter().map(|&i| angle[i]).collect());
+    let center = Positions { lon: of(&bounds.lon), lat: of(&bounds.lat) };
+    mesh(source, center, corner, corner_cell)
+}
+
+fn mesh(source: &dyn Source, center: Positions, corner: Positions, corner_cell: Vec<i32>) -> Result<Mesh> {
+    let made =
+        Connectivity::new(&corner_cell, center.lon.as_reals().len()).map_err(|e| e.within(source.path().display()))?;
+    let (corner_edge, edge_corner) = (made.corner_edge, made.edge_corner);
+    let polygons = Polygons { corners: made.cell_corner, row: made.cell_corner_row, count: made.cell_corner_count };
+    let (path, convention) = (source.path().to_owned(), Convention::Icon);
+    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
+}
+
+/// Names of a file's variables of triangles: of their middles, which may lack, and of their points.
+struct Triangles {
+    middle: Option<[&'static str; 2]>,
+    points: Option<[String; 2]>,
+}
+
+impl Triangles {
+    /// `None` where the file has neither `clon` nor points of triangles.
+    fn of(source: &dyn Source) -> Option<Self> {
+        let declared = |name: &str| source.text_of(name, "bounds").ok().flatten();
+        for middle in [["clon", "clat"], ["lon", "lat"]] {
+            let [lon, lat] = middle;
+            let has_middle = source.variable(lon).is_some_and(|v| v.dimensions.len() == 1);
+            let names =
+                |name: &str| declared(name).into_iter().chain([format!("{name}_bnds"), format!("{name}_vertices")]);
+            let is_of_three = |name: &String| {
+                let variable = source.variable(name);
+                variable.is_some_and(|v| matches!(&v.dimensions[..], [_, three] if three.len == 3))
+            };
+            let points = names(lon).find(is_of_three).zip(names(lat).find(is_of_three));
+            let points = points.map(|(lon, lat)| [lon, lat]);
+            let middle = has_middle.then_some(middle);
+            // ICON alone has clon; others have lon.
+            if points.is_some() || middle.is_some() && lon == "clon" {
+                return Some(Triangles { middle, points });
+            }
+        }
+        None
+    }
+
+    fn bounds(&self, source: &dyn Source) -> Result<Bounds> {
+        let Some([lon, lat]) = &self.points else {
+            return Err(source.error(
+                ErrorKind::Grid,
+                "no clon_bnds or clon_vertices, clat_bnds or clat_vertices of triangles with 3 points: without them or \
+                 vertex_of_cell the triangles are not known; vertex_of_cell may be in another file, such as the run's grid \
+                 file",
+            ));
+        };
+        let [lon_of, lat_of] = [0, 1].map(|k| self.middle.map(|names| names[k]));
+        let bounds = read_bounds(source, [(source.expect(lon)?, lon_of), (source.expect(lat)?, lat_of)])?;
+        let triangles = bounds.lon.len() / 3;
+        let there = lon_of.and_then(|name| source.variable(name)).map_or(triangles, |v| v.dimensions[0].len);
+        if there == triangles {
+            return Ok(bounds);
+        }
+        let context = format!("{lon} has {triangles} triangles, expected {there} as in {}", lon_of.unwrap_or(""));
+        Err(source.error(ErrorKind::Grid, context))
+    }
+}

@@ -1,0 +1,192 @@
+//! MPAS's tables, as the MPAS mesh specification 1.0 has them; those that a file lacks are made of the others.
+
+use super::angles::of_directions;
+use super::polygons::{NONE, Polygons, cells_of_corners, edges_of_corners, ends_of_edges};
+use super::tables::{Convention, Mesh, Positions, find, missing};
+use crate::source::{Source, Variable};
+use crate::sources::Sources;
+use icoray::{Connectivity, ErrorKind, Result};
+
+/// Tables of which the others may be made.
+const TABLES: [&str; 3] = ["lonCell", "verticesOnCell", "cellsOnVertex"];
+
+/// Whether any of the files follows MPAS's conventions.
+pub(super) fn is_in(sources: &Sources) -> Result<bool> {
+    for source in sources.all() {
+        if source.dimension_len("nCells")?.is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Reads the tables from the first of the other files that has any, or from the fields' own.
+pub(super) fn read(sources: &Sources) -> Result<Mesh> {
+    for source in sources.all() {
+        expect_sphere(source)?;
+    }
+    let has_mesh = |source: &&dyn Source| TABLES.iter().any(|n| source.variable(n).is_some());
+    let source = sources.others_first().find(has_mesh).or(sources.others_first().next());
+    let source = source.expect("a file is open");
+    let center = positions(source, ["lonCell", "latCell"], ["xCell", "yCell", "zCell"], "nCells")?;
+    let corner = positions(source, ["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"], "nVertices")?;
+    let [cells, corners] = [&center, &corner].map(|places| places.lon.as_reals().len());
+    let (polygons, [corner_cell, corner_edge, edge_corner]) =
+        Tables::read(source)?.completed(source, cells, corners)?;
+    let (path, convention) = (source.path().to_owned(), Convention::Mpas);
+    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
+}
+
+/// Longitudes and latitudes; of Cartesian coordinates where there are none.
+fn positions(source: &dyn Source, [lon, lat]: [&str; 2], cartesian: [&str; 3], dimension: &str) -> Result<Positions> {
+    let read = |name: &str| source.all_reals(find(source, name, &[dimension], false)?);
+    let is_cartesian = source.variable(lon).is_none() && cartesian.iter().all(|n| source.variable(n).is_some());
+    if !is_cartesian {
+        return Ok(Positions { lon: read(lon)?, lat: read(lat)? });
+    }
+    let [x, y, z] = cartesian.map(read);
+    let (x, y, z) = (x?, y?, z?);
+    let of = |i| [&x, &y, &z].map(|values| values.as_reals().get(i));
+    Ok(of_directions((0..x.as_reals().len()).map(of)))
+}
+
+/// The tables of a file, as it has them: numbered from 1. `None` is what it lacks.
+struct Tables {
+    cell_corner: Option<(Vec<i32>, usize)>,
+    cell_corner_count: Option<Vec<i32>>,
+    corner_cell: Option<Vec<i32>>,
+    corner_edge: Option<Vec<i32>>,
+    edge_corner: Option<Vec<i32>>,
+    edge_cell: Option<Vec<i32>>,
+}
+
+/// The cells' corners; cells and edges of corners, corners of edges.
+type CompleteTables = (Polygons, [Vec<i32>; 3]);
+
+impl Tables {
+    fn read(source: &dyn Source) -> Result<Self> {
+        let table = |name: &str, dimensions: &[&str]| -> Result<Option<&Variable>> {
+            source.variable(name).map(|_| find(source, name, dimensions, true)).transpose()
+        };
+        let read = |variable: Option<&Variable>| variable.map(|v| source.integers(v)).transpose();
+        let vertices_on_cell = table("verticesOnCell", &["nCells", "maxEdges"])?;
+        let cells_on_vertex = table("cellsOnVertex", &["nVertices", "vertexDegree"])?;
+        let edges_on_vertex = table("edgesOnVertex", &["nVertices", "vertexDegree"])?;
+        let vertices_on_edge = table("verticesOnEdge", &["nEdges", "TWO"])?;
+        let cells_on_edge = table("cellsOnEdge", &["nEdges", "TWO"])?;
+        for variable in cells_on_vertex.into_iter().chain(edges_on_vertex) {
+            let degree = variable.dimensions[1].len;
+            if degree != 3 {
+                return Err(source.error(
+                    ErrorKind::Unsupported,
+                    format_args!(
+                        "vertexDegree is {degree}, expected 3: only meshes whose corners each join 3 cells are rendered"
+                    ),
+                ));
+            }
+        }
+        for variable in vertices_on_edge.into_iter().chain(cells_on_edge) {
+            let two = variable.dimensions[1].len;
+            if two != 2 {
+                let context = format!("{variable}: rows of {two}, expected 2");
+                return Err(source.error(ErrorKind::Grid, context));
+            }
+        }
+        let row = vertices_on_cell.map_or(0, |variable| variable.dimensions[1].len);
+        Ok(Tables {
+            cell_corner: read(vertices_on_cell)?.map(|table| (table, row)),
+            cell_corner_count: read(table("nEdgesOnCell", &["nCells"])?)?,
+            corner_cell: read(cells_on_vertex)?,
+            corner_edge: read(edges_on_vertex)?,
+            edge_corner: read(vertices_on_edge)?,
+            edge_cell: read(cells_on_edge)?,
+        })
+    }
+
+    /// All tables that a mesh has, those that lack made of the others.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Grid`] where these do not determine them, with the name of one that lacks;
+    /// [`ErrorKind::Unsupported`] where a corner joins more than 3 cells.
+    fn completed(self, source: &dyn Source, cells: usize, corners: usize) -> Result<CompleteTables> {
+        match self {
+            Tables {
+                cell_corner: Some((corners, row)),
+                cell_corner_count: Some(count),
+                corner_cell: Some(corner_cell),
+                corner_edge: Some(corner_edge),
+                edge_corner: Some(edge_corner),
+                edge_cell: _,
+            } => Ok((Polygons { corners, row, count }, [corner_cell, corner_edge, edge_corner])),
+            lacking => lacking.complete(source, cells, corners),
+        }
+    }
+
+    fn complete(self, source: &dyn Source, cells: usize, corners: usize) -> Result<CompleteTables> {
+        let within = |e: icoray::Error| e.within(source.path().display());
+        let made = |table: Result<Vec<i32>>| table.map(from_1).map_err(within);
+        let edge_corner = match (self.edge_corner, &self.corner_edge) {
+            (Some(ends), _) => Some(ends),
+            (None, Some(edges)) => Some(made(ends_of_edges(&from_0(edges)))?),
+            (None, None) => None,
+        };
+        let polygons = self.cell_corner.as_ref().map(|(table, row)| {
+            let counted = within_counts(table, *row, self.cell_corner_count.as_deref());
+            Polygons::of_rows(&from_0(&counted), *row)
+        });
+        let corner_cell = match (self.corner_cell, &polygons, &edge_corner, &self.edge_cell) {
+            (Some(table), ..) => table,
+            (None, Some(polygons), ..) => made(polygons.corner_cells(corners))?,
+            (None, None, Some(ends), Some(beside)) => made(cells_of_corners(&from_0(ends), &from_0(beside), corners))?,
+            _ => return Err(missing(source, "cellsOnVertex")),
+        };
+        let polygons = match (polygons, &edge_corner) {
+            (Some(polygons), _) => polygons,
+            (None, Some(ends)) => Polygons::of_edges(&from_0(&corner_cell), &from_0(ends), cells).map_err(within)?,
+            (None, None) => {
+                let of = Connectivity::new(&from_0(&corner_cell), cells).map_err(within)?;
+                Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count }
+            }
+        };
+        let (corner_edge, edge_corner) = match (self.corner_edge, edge_corner) {
+            (Some(edges), Some(ends)) => (edges, ends),
+            (None, Some(ends)) => (made(edges_of_corners(&from_0(&ends), corners))?, ends),
+            (_, None) => {
+                let (edges, ends) = polygons.edges(corners).map_err(within)?;
+                (from_1(edges), from_1(ends))
+            }
+        };
+        let polygons = Polygons { corners: from_1(polygons.corners), ..polygons };
+        Ok((polygons, [corner_cell, corner_edge, edge_corner]))
+    }
+}
+
+/// A table numbered from 0 of one from 1, with marks for entries that are missing.
+fn from_0(table: &[i32]) -> Vec<i32> {
+    table.iter().map(|entry| if *entry > 0 { entry - 1 } else { NONE }).collect()
+}
+
+/// The other way round; what is missing is 0.
+fn from_1(table: Vec<i32>) -> Vec<i32> {
+    table.into_iter().map(|entry| entry + 1).collect()
+}
+
+/// The table with 0 behind the entries that count.
+fn within_counts(table: &[i32], row: usize, count: Option<&[i32]>) -> Vec<i32> {
+    let mut table = table.to_vec();
+    for (entries, count) in table.chunks_exact_mut(row.max(1)).zip(count.into_iter().flatten()) {
+        entries.iter_mut().skip((*count).max(0) as usize).for_each(|entry| *entry = 0);
+    }
+    table
+}
+
+/// Refuses a mesh that says it is planar. The attribute may be absent: [`icoray::Grid::new`] finds out then.
+fn expect_sphere(source: &dyn Source) -> Result<()> {
+    match source.text("on_a_sphere")? {
+        Some(answer) if answer.to_ascii_uppercase().starts_with('N') => Err(source.error(
+            ErrorKind::Unsupported,
+            format_args!("on_a_sphere is {answer}: the mesh is planar, only meshes on a sphere are rendered"),
+        )),
+        _ => Ok(()),
+    }
+}

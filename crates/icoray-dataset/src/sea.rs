@@ -1,0 +1,95 @@
+//! Masks values of ocean models that are not water.
+
+use crate::field::{FieldInfo, OwnedField};
+use crate::floor::Floor;
+use crate::mesh::{Convention, Mesh};
+use crate::sources::Sources;
+use icoray::{ErrorKind, Location, Result};
+use std::ops::Range;
+
+/// The water of an ocean model.
+#[derive(Debug)]
+pub(crate) enum Sea {
+    /// MPAS-Ocean's sea floor.
+    Floor(Floor),
+    /// ICON-O's mask.
+    Mask(Mask),
+}
+
+/// ICON-O's `wet_c`, 1 where a triangle's layer is water and 0 where it is land.
+#[derive(Debug)]
+pub(crate) struct Mask {
+    columns: usize,
+    layers: usize,
+    /// Whether each entry is water, layer by layer.
+    is_wet: Vec<bool>,
+}
+
+impl Sea {
+    /// Reads the mask or sea floor; `None` if the files have neither.
+    pub(crate) fn read(sources: &Sources, mesh: &Mesh) -> Result<Option<Self>> {
+        match mesh.convention() {
+            Convention::Mpas => Ok(Floor::read(sources, mesh)?.map(Sea::Floor)),
+            Convention::Icon => Ok(Mask::read(sources, mesh)?.map(Sea::Mask)),
+            Convention::Cf => Ok(None),
+        }
+    }
+
+    /// The sea floor of MPAS-Ocean.
+    pub(crate) fn floor(&self) -> Option<&Floor> {
+        match self {
+            Sea::Floor(floor) => Some(floor),
+            Sea::Mask(_) => None,
+        }
+    }
+
+    /// Sets values that are not water to NaN in `field`, which holds `layers` of the field `info`. A 2D field has
+    /// values where a column has any water (MPAS-Ocean) or has water in its first layer (ICON-O).
+    pub(crate) fn mask_dry(&self, info: &FieldInfo, layers: Range<usize>, field: &mut OwnedField) {
+        let layers = if info.is_2d() { 0..1 } else { layers };
+        for column in 0..info.columns {
+            for (place, layer) in layers.clone().enumerate() {
+                let is_dry = match self {
+                    Sea::Floor(floor) => floor.is_dry(info, column, layer),
+                    Sea::Mask(mask) => mask.is_dry(info, column, layer),
+                };
+                if is_dry {
+                    field.values.mask_at(column, place, field.fill);
+                }
+            }
+        }
+    }
+}
+
+impl Mask {
+    /// Reads `wet_c` over layers and triangles, at the first time.
+    fn read(sources: &Sources, mesh: &Mesh) -> Result<Option<Self>> {
+        let Some((source, variable)) = sources.find("wet_c") else { return Ok(None) };
+        let columns = mesh.corners();
+        let layers = match variable.dimensions.as_slice() {
+            [.., layers, cells] if variable.kind.is_number() && cells.len == columns && layers.len > 0 => layers.len,
+            _ => {
+                let context = format!("variable {variable}, expected wet_c over layers and {columns} triangles");
+                return Err(source.error(ErrorKind::Field, context));
+            }
+        };
+        let before = variable.dimensions.len() - 2;
+        let (mut start, mut count) = (vec![0; before], vec![1; before]);
+        start.extend([0, 0]);
+        count.extend([layers, columns]);
+        let wet = source.reals(variable, &start, &count)?;
+        let is_wet = (0..layers * columns).map(|i| wet.as_reals().get(i) > 0.5).collect();
+        Ok(Some(Mask { columns, layers, is_wet }))
+    }
+
+    /// An interface is water if a layer beside it is. Of a field with other layers, such as of ice, columns are dry if
+    /// their first layer is. Fields at the triangles' points are not masked.
+    fn is_dry(&self, info: &FieldInfo, column: usize, layer: usize) -> bool {
+        let mut beside = match info.layers {
+            own if own == self.layers => layer..=layer,
+            own if own == self.layers + 1 && own > 2 => layer.saturating_sub(1)..=layer.min(self.layers - 1),
+            _ => 0..=0,
+        };
+        info.location == Location::Corner && !beside.any(|layer| self.is_wet[layer * self.columns + column])
+    }
+}

@@ -1,0 +1,217 @@
+//! Where variables come from: a file, or a dataset in memory.
+
+use crate::values::Values;
+use icoray::{Error, ErrorKind, OwnedReals, Result};
+use std::fmt;
+use std::path::Path;
+
+/// Type of a variable's values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+    /// Integers of any width.
+    Integer,
+    /// Characters.
+    Text,
+    /// Anything else.
+    Other,
+}
+
+impl Kind {
+    /// Whether values are `float` or `double`.
+    pub fn is_real(self) -> bool {
+        matches!(self, Kind::F32 | Kind::F64)
+    }
+
+    /// Whether values are `float`, `double` or integers.
+    pub fn is_number(self) -> bool {
+        self.is_real() || self == Kind::Integer
+    }
+}
+
+/// A dimension of a variable.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Dimension {
+    /// Its name.
+    pub name: String,
+    /// Number of entries along it.
+    pub len: usize,
+}
+
+impl Dimension {
+    /// Whether it is that of the time records.
+    pub fn is_time(&self) -> bool {
+        self.name.eq_ignore_ascii_case("time")
+    }
+}
+
+/// A variable: its name, type and dimensions, the slowest first. Time comes first where it is a dimension.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Type of its values.
+    pub kind: Kind,
+    /// Its dimensions.
+    pub dimensions: Vec<Dimension>,
+}
+
+impl Variable {
+    /// Whether the dimensions have these names, in this order.
+    pub(crate) fn lies_over(&self, names: &[&str]) -> bool {
+        are_named(&self.dimensions, names)
+    }
+
+    /// The dimensions behind that of the time records, or all where it has none.
+    pub(crate) fn after_time(&self) -> &[Dimension] {
+        match self.dimensions.as_slice() {
+            [time, rest @ ..] if time.is_time() => rest,
+            all => all,
+        }
+    }
+
+    /// As [`Self::lies_over`], at times or without.
+    pub(crate) fn lies_at_times_over(&self, names: &[&str]) -> bool {
+        are_named(self.after_time(), names)
+    }
+
+    /// Start and count along each dimension that select all of it.
+    pub fn whole(&self) -> (Vec<usize>, Vec<usize>) {
+        let count: Vec<usize> = self.dimensions.iter().map(|d| d.len).collect();
+        (vec![0; count.len()], count)
+    }
+}
+
+fn are_named(dimensions: &[Dimension], names: &[&str]) -> bool {
+    dimensions.iter().map(|d| d.name.as_str()).eq(names.iter().copied())
+}
+
+/// `theta(Time = 3, nCells = 162) of float`.
+impl fmt::Display for Variable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let dimensions: Vec<String> = self.dimensions.iter().map(|d| format!("{} = {}", d.name, d.len)).collect();
+        let kind = match self.kind {
+            Kind::F32 => "float",
+            Kind::F64 => "double",
+            Kind::Integer => "integer",
+            Kind::Text => "char",
+            Kind::Other => "another type",
+        };
+        write!(f, "{}({}) of {kind}", self.name, dimensions.join(", "))
+    }
+}
+
+/// The value of an attribute.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attribute {
+    /// Text, without padding; the first of several.
+    Text(String),
+    /// Numbers, and whether they are of `float` or `double`.
+    Numbers {
+        /// The numbers, widened.
+        values: Vec<f64>,
+        /// Whether they are real numbers, not integers.
+        is_real: bool,
+    },
+}
+
+/// A file or dataset that is open: a list of variables with their attributes, and reads of blocks of them.
+///
+/// Blocks start at `start` and have `count` entries along each dimension of the variable. Errors name the source.
+#[expect(clippy::missing_errors_doc, reason = "the trait has them: `ErrorKind::Io` where a read fails")]
+pub trait Source: fmt::Debug + Send + Sync {
+    /// The path of the file, or another name for errors.
+    fn path(&self) -> &Path;
+
+    /// All variables.
+    fn variables(&self) -> &[Variable];
+
+    /// Length of a dimension, `None` when there is none of that name.
+    fn dimension_len(&self, name: &str) -> Result<Option<usize>>;
+
+    /// An attribute of a variable, or of the source itself; `None` when it is absent or of no type that is known.
+    fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>>;
+
+    /// Reads a block of numbers: `float` in single precision, `double` and integers in double precision.
+    fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals>;
+
+    /// As [`Source::reals`], without a copy where the values are in memory.
+    fn values(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Values> {
+        self.reals(variable, start, count).map(Values::from)
+    }
+
+    /// Reads a whole variable of integers; a value that 32 bits cannot hold is an error.
+    fn integers(&self, variable: &Variable) -> Result<Vec<i32>>;
+
+    /// Reads a whole variable of numbers of any type.
+    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>>;
+
+    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be
+    /// read, as behind the end of a file that is cut off, is none.
+    fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>>;
+}
+
+impl dyn Source + '_ {
+    /// An error about this source.
+    pub fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
+        Error::new(kind, format!("{}: {context}", self.path().display()))
+    }
+
+    /// The variable of that name.
+    pub fn variable(&self, name: &str) -> Option<&Variable> {
+        self.variables().iter().find(|v| v.name == name)
+    }
+
+    /// The variable of that name; an error where there is none.
+    pub(crate) fn expect(&self, name: &str) -> Result<&Variable> {
+        self.variable(name).ok_or_else(|| self.error(ErrorKind::Grid, format_args!("variable {name} is missing")))
+    }
+
+    /// A global attribute that holds text.
+    pub(crate) fn text(&self, attribute: &str) -> Result<Option<String>> {
+        self.attribute(None, attribute).map(text)
+    }
+
+    /// The first number of a global attribute.
+    pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
+        Ok(numbers(self.attribute(None, attribute)?).first().copied())
+    }
+
+    /// An attribute of a variable that holds text.
+    pub(crate) fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
+        self.attribute(Some(variable), attribute).map(text)
+    }
+
+    /// Whether an attribute of a variable is of `float` or `double`.
+    pub(crate) fn is_real_of(&self, variable: &str, attribute: &str) -> Result<bool> {
+        Ok(matches!(self.attribute(Some(variable), attribute)?, Some(Attribute::Numbers { is_real: true, .. })))
+    }
+
+    /// The numbers of an attribute of a variable; none when it is absent.
+    pub(crate) fn numbers_of(&self, variable: &str, attribute: &str) -> Result<Vec<f64>> {
+        self.attribute(Some(variable), attribute).map(numbers)
+    }
+
+    /// Reads a whole variable of numbers, `float` in single precision.
+    pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
+        let (start, count) = variable.whole();
+        self.reals(variable, &start, &count)
+    }
+}
+
+fn text(value: Option<Attribute>) -> Option<String> {
+    match value {
+        Some(Attribute::Text(text)) => Some(text),
+        _ => None,
+    }
+}
+
+fn numbers(value: Option<Attribute>) -> Vec<f64> {
+    match value {
+        Some(Attribute::Numbers { values, .. }) => values,
+        _ => Vec::new(),
+    }
+}

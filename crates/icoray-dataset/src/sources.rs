@@ -1,0 +1,66 @@
+//! Files that are read together: the one with the fields, and others with mesh or heights.
+
+use crate::source::{Dimension, Source, Variable};
+use icoray::{Error, ErrorKind, Result};
+
+/// Open files, of which the first has the fields.
+#[derive(Debug)]
+pub(crate) struct Sources(Vec<Box<dyn Source>>);
+
+impl Sources {
+    pub(crate) fn new(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>) -> Self {
+        Sources(std::iter::once(fields).chain(others).collect())
+    }
+
+    /// The file with the fields.
+    pub(crate) fn fields(&self) -> &dyn Source {
+        self.0[0].as_ref()
+    }
+
+    /// All files, the one with the fields first.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &dyn Source> {
+        self.0.iter().map(AsRef::as_ref)
+    }
+
+    /// All files, the one with the fields last: the order of the search for mesh tables.
+    pub(crate) fn others_first(&self) -> impl Iterator<Item = &dyn Source> {
+        self.0[1..].iter().chain(&self.0[..1]).map(AsRef::as_ref)
+    }
+
+    /// The first file that has the variable, and the variable.
+    pub(crate) fn find(&self, name: &str) -> Option<(&dyn Source, &Variable)> {
+        self.all().find_map(|source| source.variable(name).map(|variable| (source, variable)))
+    }
+
+    /// The first number that a global attribute of a file has.
+    pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
+        for source in self.all() {
+            if let Some(number) = source.number(attribute)? {
+                return Ok(Some(number));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether a variable has one record for each time of the fields.
+    pub(crate) fn changes(&self, source: &dyn Source, variable: &Variable) -> bool {
+        std::ptr::addr_eq(source, self.fields()) && variable.dimensions.first().is_some_and(Dimension::is_time)
+    }
+
+    /// The record of a variable for a field's `time`: the first in files without the fields.
+    pub(crate) fn record(&self, source: &dyn Source, variable: &Variable, time: usize) -> Result<usize> {
+        let records = variable.dimensions.first().map_or(0, |dimension| dimension.len);
+        let record = if std::ptr::addr_eq(source, self.fields()) { time } else { 0 };
+        if record < records {
+            return Ok(record);
+        }
+        let context = format!("variable {variable} has no record {record}");
+        Err(source.error(ErrorKind::Layers, context))
+    }
+
+    /// An error about all files.
+    pub(crate) fn error(&self, kind: ErrorKind, context: impl std::fmt::Display) -> Error {
+        let paths: Vec<String> = self.all().map(|source| source.path().display().to_string()).collect();
+        Error::new(kind, format!("{}: {context}", paths.join(", ")))
+    }
+}

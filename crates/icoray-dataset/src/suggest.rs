@@ -1,0 +1,39 @@
+//! Scenes that are suggested for a field of a dataset.
+
+use crate::dataset::Dataset;
+use crate::field::FieldInfo;
+use crate::layer_selection::LayerSelection;
+use icoray::{Error, ErrorKind, Grid, Level, Renderer, Result, suggest};
+
+impl Dataset {
+    /// The text of a scene file that shows a field, in a look that fits its values at a time, as
+    /// [`suggest::scene`] has it. A 2D field is shown as a surface, without exaggeration unless `options` has one.
+    ///
+    /// # Errors
+    /// As [`Dataset::read_layers`], [`Dataset::layer_heights`], [`LayerSelection::of`] and [`suggest::scene`];
+    /// [`ErrorKind::Argument`] where another surface than layer 0 of a 2D field is asked for.
+    pub fn suggest_scene(
+        &self,
+        (grid, renderer): (&Grid, &Renderer),
+        (info, time): (&FieldInfo, usize),
+        layers_wanted: &LayerSelection,
+        options: suggest::Options,
+    ) -> Result<String> {
+        let range = layers_wanted.of(info)?;
+        let read = self.read_layers(&info.name, time, range.clone())?;
+        let layers = self.layer_heights(&info.name)?.layers_over(info, range)?;
+        let options = if info.is_2d() { as_surface(info, options)? } else { options };
+        let field = read.field()?;
+        renderer.run(|| suggest::scene(&info.name, grid, &layers, &field, &options))
+    }
+}
+
+/// Options for a 2D field.
+fn as_surface(info: &FieldInfo, options: suggest::Options) -> Result<suggest::Options> {
+    if let Some(Level::Layer(layer @ 1..)) = options.surface {
+        let context = format!("surface {layer}: {} is a 2D field, expected 0", info.name);
+        return Err(Error::new(ErrorKind::Argument, context));
+    }
+    let exaggeration = Some(options.exaggeration.unwrap_or(1.0));
+    Ok(suggest::Options { surface: Some(Level::Layer(0)), exaggeration, ..options })
+}

@@ -1,0 +1,106 @@
+//! Dates of the time records of a dataset.
+
+use crate::calendar::{Clock, seconds_of};
+use crate::source::{Kind, Source, Variable};
+use icoray::{ErrorKind, Result};
+
+/// Limit of the number of time records; a century has fewer hours.
+const MAX_RECORDS: usize = 1 << 20;
+
+/// MPAS's dates as text: of history and restart files, and of MPAS-Ocean's means, at the beginning of what they cover.
+const TEXTS: [&str; 4] = ["xtime", "xtime_startMonthly", "xtime_startDaily", "xtime_startYearly"];
+
+/// The time records of a source.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Times {
+    /// The number of records, 0 where there is no such dimension.
+    pub records: usize,
+    /// The date of each record, as [`Dataset::times`](crate::Dataset::times).
+    pub dates: Vec<Option<String>>,
+    /// Whether a variable has the dates: then a record without one is not written yet.
+    pub is_dated: bool,
+    /// Seconds from the first record to each, as [`Dataset::seconds`](crate::Dataset::seconds).
+    pub seconds: Option<Vec<f64>>,
+}
+
+impl Times {
+    /// Reads the times of a source.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] where there are more than a million, as a damaged header has.
+    pub fn read(source: &dyn Source) -> Result<Self> {
+        let records = records(source)?;
+        let dates = dates(source, records.max(1));
+        let seconds = seconds(source, &dates);
+        Ok(Times { records, is_dated: has_dates(source), seconds, dates })
+    }
+}
+
+/// The number of time records, 0 where there is no such dimension.
+fn records(source: &dyn Source) -> Result<usize> {
+    let mut records = 0;
+    for name in ["Time", "time"] {
+        records = source.dimension_len(name)?.unwrap_or(0).max(records);
+    }
+    if records <= MAX_RECORDS {
+        return Ok(records);
+    }
+    let context = format!("Time is {records}, expected at most {MAX_RECORDS}: the header is damaged");
+    Err(source.error(ErrorKind::Io, context))
+}
+
+/// The variable with MPAS's dates.
+fn text(source: &dyn Source) -> Option<&Variable> {
+    let text = TEXTS.iter().filter_map(|name| source.variable(name)).find(|v| v.kind == Kind::Text);
+    text.filter(|v| v.dimensions.len() == 2 && v.dimensions[0].is_time())
+}
+
+/// Whether a variable has the dates of records.
+fn has_dates(source: &dyn Source) -> bool {
+    text(source).is_some() || source.variables().iter().any(|v| clock(source, v).is_some())
+}
+
+/// The date of each of `count` records; `None` if it cannot be read.
+fn dates(source: &dyn Source, count: usize) -> Vec<Option<String>> {
+    if let Some(variable) = text(source) {
+        let rows = source.text_rows(variable, count);
+        return rows.into_iter().map(|text| text.filter(|text| !text.is_empty())).collect();
+    }
+    let counted = source.variables().iter().find_map(|v| Some((v, clock(source, v)?)));
+    // Of a file that is cut off, the numbers before its end.
+    let first_ones = |variable: &Variable| {
+        let number = |record| Some(source.reals(variable, &[record], &[1]).ok()?.as_reals().get(0));
+        (0..count).map_while(number).collect()
+    };
+    let numbers = counted.map(|(variable, clock)| {
+        let numbers: Vec<f64> = source.numbers(variable).unwrap_or_else(|_| first_ones(variable));
+        (numbers, clock)
+    });
+    let Some((numbers, clock)) = numbers else {
+        return vec![None; count];
+    };
+    (0..count).map(|record| numbers.get(record).and_then(|number| clock.date(*number))).collect()
+}
+
+/// Seconds from the first of these dates to each, in the file's calendar, up to the last date that there is; `None` where
+/// an earlier one lacks or one is not understood.
+fn seconds(source: &dyn Source, dates: &[Option<String>]) -> Option<Vec<f64>> {
+    let of_times = source.variables().iter().filter(|v| v.name.eq_ignore_ascii_case("time"));
+    let of_times = of_times.filter_map(|v| source.text_of(&v.name, "calendar").ok()?).next();
+    let of_mpas = || source.text("config_calendar_type").ok()?;
+    let calendar = of_times.or_else(of_mpas).unwrap_or_else(|| "standard".into());
+    let written = dates.iter().rposition(Option::is_some)?;
+    let all: Option<Vec<f64>> = dates[..=written].iter().map(|date| seconds_of(date.as_ref()?, &calendar)).collect();
+    all.map(|all| all.iter().map(|seconds| seconds - all[0]).collect())
+}
+
+/// The clock of a variable over time records only that has CF's units of time.
+fn clock(source: &dyn Source, variable: &Variable) -> Option<Clock> {
+    let is_over_time = matches!(&variable.dimensions[..], [only] if only.is_time());
+    if !(is_over_time && variable.kind.is_number()) {
+        return None;
+    }
+    let units = source.text_of(&variable.name, "units").ok()??;
+    let calendar = source.text_of(&variable.name, "calendar").ok()?;
+    Clock::new(&units, calendar.as_deref())
+}

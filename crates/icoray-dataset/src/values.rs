@@ -1,0 +1,185 @@
+//! Values of a block: owned, or borrowed where they lie in memory.
+
+use crate::reals::ChangeReals;
+use icoray::{OwnedReals, Reals, Shape};
+use std::fmt;
+use std::sync::Arc;
+
+/// Memory with numbers that someone else owns and nobody changes while this is held.
+pub trait Memory: fmt::Debug + Send + Sync {
+    /// All numbers.
+    fn reals(&self) -> Reals<'_>;
+}
+
+/// The numbers of a block.
+#[derive(Debug, Clone)]
+pub enum Values {
+    /// Read or converted: the last dimension of the block is the fastest.
+    Owned(OwnedReals),
+    /// In place.
+    Shared {
+        /// The memory that has them.
+        memory: Arc<dyn Memory>,
+        /// Element of the block's first number.
+        offset: usize,
+        /// Elements from one number to the next along each dimension of the block.
+        strides: Vec<isize>,
+    },
+}
+
+impl From<OwnedReals> for Values {
+    fn from(reals: OwnedReals) -> Self {
+        Values::Owned(reals)
+    }
+}
+
+/// Numbers in memory, with their layout.
+#[derive(Debug, Clone)]
+pub(crate) struct ShapedValues {
+    pub(crate) shape: Shape,
+    reals: Stored,
+}
+
+#[derive(Debug, Clone)]
+enum Stored {
+    Owned(OwnedReals),
+    Shared(Arc<dyn Memory>),
+}
+
+impl ShapedValues {
+    /// The values of a block. `shape` is their layout where they are owned; `column` and `layer` are the dimensions of the
+    /// block along which columns and layers follow each other, the layers of a 2D field along none.
+    pub(crate) fn new(values: Values, shape: Shape, [column, layer]: [Option<usize>; 2]) -> Self {
+        match values {
+            Values::Owned(reals) => ShapedValues { shape, reals: Stored::Owned(reals) },
+            Values::Shared { memory, offset, strides } => {
+                let along = |dimension: Option<usize>| dimension.map_or(0, |dimension| strides[dimension]);
+                let (column_stride, layer_stride) = (along(column), along(layer));
+                let shape = Shape { offset, column_stride, layer_stride, ..shape };
+                ShapedValues { shape, reals: Stored::Shared(memory) }
+            }
+        }
+    }
+
+    pub(crate) fn as_reals(&self) -> Reals<'_> {
+        match &self.reals {
+            Stored::Owned(reals) => reals.as_reals(),
+            Stored::Shared(memory) => memory.reals(),
+        }
+    }
+
+    /// Bytes of memory that these values own.
+    pub(crate) fn owned_bytes(&self) -> usize {
+        match &self.reals {
+            Stored::Owned(reals) => reals.bytes(),
+            Stored::Shared(_) => 0,
+        }
+    }
+
+    /// `value` rounded to the precision of the values.
+    pub(crate) fn rounded(&self, value: f64) -> f64 {
+        match self.as_reals() {
+            Reals::F32(_) => f64::from(value as f32),
+            Reals::F64(_) => value,
+        }
+    }
+
+    /// Changes every value, in f64. Shared ones are copied first.
+    pub(crate) fn each(&mut self, change: impl Fn(f64) -> f64) {
+        self.owned().each(change);
+    }
+
+    /// Sets values to NaN. Shared ones are copied first if there are any such.
+    pub(crate) fn mask(&mut self, is_missing: impl Fn(f64) -> bool) {
+        if matches!(self.reals, Stored::Owned(_)) || self.any(&is_missing) {
+            self.owned().mask(is_missing);
+        }
+    }
+
+    /// Sets a value to NaN that is neither NaN nor `fill`. Shared values are copied first.
+    pub(crate) fn mask_at(&mut self, column: usize, layer: usize, fill: f64) {
+        let value = self.as_reals().get(self.element(column, layer));
+        if !value.is_nan() && value != fill {
+            self.owned();
+            let element = self.element(column, layer);
+            self.owned().mask_element(element);
+        }
+    }
+
+    fn element(&self, column: usize, layer: usize) -> usize {
+        let Shape { offset, column_stride, layer_stride, .. } = self.shape;
+        (offset as isize + column as isize * column_stride + layer as isize * layer_stride) as usize
+    }
+
+    fn any(&self, holds: impl Fn(f64) -> bool) -> bool {
+        let (reals, layers) = (self.as_reals(), self.stored_layers());
+        (0..self.shape.columns).any(|column| (0..layers).any(|layer| holds(reals.get(self.element(column, layer)))))
+    }
+
+    /// Number of layers that have values of their own.
+    fn stored_layers(&self) -> usize {
+        if self.shape.layer_stride == 0 { 1 } else { self.shape.layers }
+    }
+
+    /// The values in memory of their own; shared ones are copied, the layers of a column behind each other.
+    fn owned(&mut self) -> &mut OwnedReals {
+        if let Stored::Shared(memory) = &self.reals {
+            let layers = self.stored_layers();
+            let places = (0..self.shape.columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
+            let elements = places.map(|(column, layer)| self.element(column, layer));
+            let copied = match memory.reals() {
+                Reals::F32(v) => OwnedReals::F32(elements.map(|i| v[i]).collect()),
+                Reals::F64(v) => OwnedReals::F64(elements.map(|i| v[i]).collect()),
+            };
+            let layer_stride = self.shape.layer_stride.signum().abs();
+            self.shape = Shape { layer_stride, column_stride: layers as isize, offset: 0, ..self.shape };
+            self.reals = Stored::Owned(copied);
+        }
+        match &mut self.reals {
+            Stored::Owned(reals) => reals,
+            Stored::Shared(_) => unreachable!("they were copied"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug)]
+    struct Numbers(Vec<f64>);
+
+    impl Memory for Numbers {
+        fn reals(&self) -> Reals<'_> {
+            Reals::F64(&self.0)
+        }
+    }
+
+    /// Three columns of two layers in an array that is read backwards: value 10 column + layer.
+    fn shared() -> ShapedValues {
+        let numbers = vec![99.0, 21.0, 11.0, 1.0, 20.0, 10.0, 0.0];
+        let values = Values::Shared { memory: Arc::new(Numbers(numbers)), offset: 6, strides: vec![-3, -1] };
+        ShapedValues::new(values, Shape::cell_fastest(3, 2), [Some(1), Some(0)])
+    }
+
+    fn read(values: &ShapedValues) -> Vec<f64> {
+        (0..6).map(|i| values.as_reals().get(values.element(i / 2, i % 2))).collect()
+    }
+
+    #[test]
+    fn shared_values_are_read_in_place_and_copied_when_they_change() {
+        let mut values = shared();
+        assert_eq!(read(&values), [0.0, 1.0, 10.0, 11.0, 20.0, 21.0]);
+        values.mask(|value| value == 99.0);
+        values.mask_at(1, 1, 11.0);
+        assert_eq!(values.owned_bytes(), 0, "99 is no value of the block, and 11 is missing already");
+        values.mask_at(1, 1, f64::NAN);
+        assert_eq!(values.owned_bytes(), 48);
+        let now = read(&values);
+        assert!(now[3].is_nan());
+        assert_eq!([now[0], now[1], now[2], now[4], now[5]], [0.0, 1.0, 10.0, 20.0, 21.0]);
+        let mut values = shared();
+        values.each(|value| value + 1.0);
+        assert_eq!(read(&values), [1.0, 2.0, 11.0, 12.0, 21.0, 22.0]);
+    }
+}

@@ -1,0 +1,189 @@
+//! A page on which a dataset is looked at, turned and coloured.
+
+pub mod answers;
+mod reader;
+
+use crate::dataset::Dataset;
+use crate::drawing::Drawing;
+use crate::layer_selection::LayerSelection;
+use crate::native_height_cache::NativeHeightCache;
+use crate::scene_fields::{Key, SceneFields};
+use crate::series::{FieldCache, Series};
+use answers::units;
+use icoray::output::Stamp;
+use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Renderer, Result, Scene, Script};
+use icoray_live::{Description, FieldDescription, LiveView, Question, Request};
+pub use reader::reader;
+use std::collections::BTreeMap;
+
+/// What the page is told of a dataset; `command` draws the same by hand.
+pub fn describe(dataset: &Dataset, command: String) -> Description {
+    let fields = dataset.likely_fields().into_iter().map(|info| FieldDescription {
+        name: info.name.clone(),
+        long_name: info.description.long_name.clone(),
+        units: units(info),
+        layers: if info.is_2d() { 0 } else { info.layers },
+    });
+    let fields: Vec<FieldDescription> = fields.collect();
+    let path = dataset.path();
+    Description {
+        title: path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        live: false,
+        layers: fields.iter().map(|field| field.layers).max().unwrap_or(0),
+        fields,
+        times: dataset.times().iter().map(|date| date.clone().unwrap_or_default()).collect(),
+        command,
+    }
+}
+
+/// Answers the page from a dataset, on the thread that calls [`Viewer::run`].
+pub struct Viewer<'v> {
+    dataset: &'v Dataset,
+    renderer: &'v Renderer,
+    grid: &'v Grid<'v>,
+    layers_wanted: &'v LayerSelection,
+    live: &'v LiveView,
+    /// The last picture at rest, of its scene and time.
+    at_rest: Option<(Scene, usize, Frame)>,
+}
+
+/// What requests are answered from while they need the same data.
+struct Data<'d> {
+    drawing: Drawing<'d>,
+    fields: &'d BTreeMap<Key, Field<'d>>,
+    heights: &'d NativeHeightCache,
+    stamp: Stamp,
+}
+
+impl<'v> Viewer<'v> {
+    /// A viewer of the dataset whose grid this is. Drawing ends early where the renderer has the page's
+    /// [`LiveView::stop`].
+    pub fn new(
+        (dataset, grid): (&'v Dataset, &'v Grid<'v>),
+        renderer: &'v Renderer,
+        layers_wanted: &'v LayerSelection,
+        live: &'v LiveView,
+    ) -> Self {
+        Viewer { dataset, renderer, grid, layers_wanted, live, at_rest: None }
+    }
+
+    /// Takes requests until there are no more.
+    pub fn run(mut self) {
+        let mut heights = NativeHeightCache::default();
+        let mut next = self.live.next();
+        while let Some(request) = next {
+            next = match self.serve(request, &mut heights) {
+                Ok(next) => next,
+                Err((request, error)) => {
+                    refuse(self.live, request, error);
+                    self.live.next()
+                }
+            };
+        }
+    }
+
+    /// Reads what a request needs and serves it and all that follow and need no more; returns the first that does.
+    fn serve(
+        &mut self,
+        first: Request,
+        heights: &mut NativeHeightCache,
+    ) -> std::result::Result<Option<Request>, (Request, Error)> {
+        let (scene, time) = first.scene();
+        let (scene, dataset, renderer) = (scene.clone(), self.dataset, self.renderer);
+        let script = Script::from(scene.clone());
+        let mut read = || {
+            let scene_fields = SceneFields::new(dataset, &script, self.layers_wanted, self.grid.cells())?;
+            let (dates, seconds) = (dataset.times(), dataset.seconds());
+            let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
+            let (_, read) = series.views_of(dataset, time, renderer, &scene_fields)?;
+            let from = (dataset, self.grid, renderer);
+            heights.get_ready(from, &scene_fields, std::iter::once(scene.clone()), time)?;
+            Ok((series.stamp(time), scene_fields, read))
+        };
+        let (stamp, scene_fields, read) = match read() {
+            Ok(read) => read,
+            Err(error) => return Err((first, error)),
+        };
+        let fields = match FieldCache::borrowed(&read) {
+            Ok(fields) => fields,
+            Err(error) => return Err((first, error)),
+        };
+        let drawing = Drawing { scene_fields: &scene_fields, grid: self.grid, renderer };
+        let data = Data { drawing, fields: &fields, heights, stamp };
+        let needs = Needs::of(&scene, &scene_fields).ok();
+        let mut request = first;
+        loop {
+            self.answer(request, &data);
+            let Some(next) = self.live.next() else { return Ok(None) };
+            let (scene, its_time) = next.scene();
+            if its_time != time || Needs::of(scene, &scene_fields).ok() != needs {
+                return Ok(Some(next));
+            }
+            request = next;
+        }
+    }
+
+    fn answer(&mut self, request: Request, data: &Data) {
+        match request {
+            Request::Draw(wanted) => {
+                // Viewers are shown the error.
+                if let Ok(Some(frame)) = self.live.publish(&wanted, |scene| data.frame(scene)) {
+                    self.at_rest = Some((wanted.scene, wanted.time, frame));
+                }
+            }
+            Request::Answer { question, scene, time } => self.reply(question, &scene, time, data),
+        }
+    }
+
+    fn reply(&self, question: Question, scene: &Scene, time: usize, data: &Data) {
+        let at_rest = self.at_rest.as_ref().filter(|(its, at, _)| its == scene && *at == time);
+        let known = at_rest.map(|(_, _, frame)| frame);
+        match question {
+            Question::Histogram { field, reply } => {
+                let at = (self.dataset, time);
+                reply.send(answers::histogram(&field, at, self.layers_wanted, data.fields, self.renderer));
+            }
+            Question::Probe { at, reply } => {
+                let from = (data.fields, data.heights);
+                reply.send(answers::probe((scene, at), self.dataset, &data.drawing, from, known));
+            }
+            Question::Picture { reply, .. } => {
+                reply.send(known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone())));
+            }
+        }
+    }
+}
+
+impl Data<'_> {
+    fn frame(&self, scene: &Scene) -> Result<Frame> {
+        let frame = self.drawing.frame(scene, self.fields, self.heights, &mut Ranks::alone())?;
+        let mut frame = frame.ok_or_else(|| Error::new(ErrorKind::Internal, "who draws alone is rank 0"))?;
+        frame.stamp = self.stamp.clone();
+        Ok(frame)
+    }
+}
+
+/// The layers, fields and heights that a scene needs.
+#[derive(PartialEq)]
+struct Needs {
+    layering: [String; 2],
+    fields: Vec<Key>,
+    heights: Heights,
+}
+
+impl Needs {
+    fn of(scene: &Scene, scene_fields: &SceneFields) -> Result<Self> {
+        let layering = scene_fields.layering(scene)?.key().map(str::to_owned);
+        let fields = scene_fields.of(scene)?.iter().map(|field| field.key()).collect();
+        Ok(Needs { layering, fields, heights: scene.scenery.heights })
+    }
+}
+
+/// Tells viewers that a request cannot be served.
+fn refuse(live: &LiveView, request: Request, error: Error) {
+    match request {
+        // The error is shown in place of the picture.
+        Request::Draw(wanted) => drop(live.publish(&wanted, |_| Err(error))),
+        Request::Answer { question, .. } => question.refuse(error),
+    }
+}

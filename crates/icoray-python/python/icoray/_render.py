@@ -1,0 +1,336 @@
+"""Pictures of datasets of xarray and uxarray."""
+
+from __future__ import annotations
+
+import html
+import importlib
+import os
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+from . import _icoray
+from ._icoray import Image, Renderer, Scene
+from ._store import stores
+
+_SHORT = {
+    "lon": ("camera", "lon"),
+    "lat": ("camera", "lat"),
+    "distance": ("camera", "distance"),
+}
+
+_default: tuple[int, Renderer] | None = None
+
+
+def _renderer() -> Renderer:
+    """The renderer of calls that name none: one of this process."""
+    global _default
+    if _default is None or _default[0] != os.getpid():
+        _default = (os.getpid(), Renderer())
+    return _default[1]
+
+
+class Dataset:
+    """A dataset with its mesh, read and checked once; its fields are read when they are drawn.
+
+    Parameters
+    ----------
+    data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, DYNAMICO or UGRID. A path is opened by xarray.
+    mesh : the same or uxarray.Grid, or a sequence of these
+        What `data` lacks: the mesh, as in the run's init or grid file, or the heights of layers.
+
+    Raises
+    ------
+    GridError
+        Where no mesh is found, or a table of it is wrong; with the table, the row and the value.
+    """
+
+    def __init__(self, data: Any, mesh: Any = ()) -> None:
+        self._inner = _icoray.Dataset(stores(data, mesh))
+
+    @property
+    def fields(self) -> dict[str, dict[str, Any]]:
+        """All fields by name: long_name, units, location ("cell" or "corner"), layers (1 of a 2D field) and
+        time_dependent."""
+        return self._inner.fields
+
+    @property
+    def likely_fields(self) -> list[str]:
+        """Names of the fields that are worth showing, the likeliest first."""
+        return self._inner.likely_fields
+
+    @property
+    def times(self) -> list[str | None]:
+        """The date of each time, None where there is none."""
+        return self._inner.times
+
+    @property
+    def convention(self) -> str:
+        """What the mesh is: "MPAS", "ICON" (triangles) or "polygons"."""
+        return self._inner.convention
+
+    @property
+    def cells(self) -> int:
+        """Number of cells; of ICON the points of its triangles."""
+        return self._inner.cells
+
+    @property
+    def corners(self) -> int:
+        """Number of corners; of ICON its triangles."""
+        return self._inner.corners
+
+    @property
+    def sphere_radius_m(self) -> float:
+        """Radius of the sphere, metres."""
+        return self._inner.sphere_radius_m
+
+    def layer_heights(self, field: str) -> list[float]:
+        """Heights of a field's layers, or of the interfaces between which it lies, metres above the sphere: means over
+        all columns where these differ."""
+        return self._inner.layer_heights(field)
+
+    def scene(self, field: str | None = None, *, renderer: Renderer | None = None, **options: Any) -> Scene:
+        """The scene that `render` draws with the same arguments, to be kept or changed."""
+        return self._inner.scene(renderer or _renderer(), _request(field, options))
+
+    def render(
+        self,
+        field: str | None = None,
+        *,
+        renderer: Renderer | None = None,
+        progress: bool | Callable[[int, int], object] = False,
+        **options: Any,
+    ) -> Image:
+        """Draws a picture. The arguments are those of `icoray.render`."""
+        tell, finish = _progress(progress)
+        try:
+            return self._inner.render(renderer or _renderer(), _request(field, options), tell)
+        finally:
+            finish()
+
+    def view(
+        self,
+        field: str | None = None,
+        *,
+        port: int | None = None,
+        threads: int = 0,
+        height: int = 640,
+        **options: Any,
+    ) -> View:
+        """Serves the live page. The arguments are those of `icoray.view`."""
+        size = options.get("size")
+        return View(self._inner.view(threads, _request(field, options), port, size), height)
+
+    def __repr__(self) -> str:
+        return repr(self._inner)
+
+
+class View:
+    """The live page of a dataset: a notebook shows it in a frame.
+
+    The page is served on this machine's loopback address; from another machine it is reached through a forwarded port.
+    It ends with `close`, with the `with` block, or with the interpreter.
+    """
+
+    def __init__(self, inner: Any, height: int) -> None:
+        self._inner = inner
+        self._height = height
+        self.close = weakref.finalize(self, inner.close)
+
+    @property
+    def address(self) -> str:
+        """The address of the page, with the token without which nothing is answered."""
+        return str(self._inner.address)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as it is shown now."""
+        return Scene.parse(self._inner.scene)
+
+    def __enter__(self) -> View:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _repr_html_(self) -> str:
+        address = html.escape(self.address, quote=True)
+        return (
+            f'<iframe src="{address}" width="100%" height="{self._height}" style="border:0" allow="fullscreen"></iframe>'
+            f'<p><a href="{address}" target="_blank" rel="noopener">{address}</a></p>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<icoray.View {self.address}>"
+
+
+def open(data: Any, mesh: Any = ()) -> Dataset:  # noqa: A001
+    """Opens a dataset for several pictures: its mesh is read and checked once.
+
+    Parameters
+    ----------
+    data, mesh
+        As in `Dataset`.
+
+    Returns
+    -------
+    Dataset
+
+    Examples
+    --------
+    >>> ds = icoray.open("history.nc", mesh="init.nc")  # doctest: +SKIP
+    >>> images = [ds.render("theta", time=t) for t in range(len(ds.times))]  # doctest: +SKIP
+    """
+    return Dataset(data, mesh)
+
+
+def render(
+    data: Any,
+    field: str | None = None,
+    *,
+    mesh: Any = (),
+    renderer: Renderer | None = None,
+    progress: bool | Callable[[int, int], object] = False,
+    **options: Any,
+) -> Image:
+    """Draws a picture of a dataset.
+
+    Parameters
+    ----------
+    data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, DYNAMICO or UGRID; or what `open` returned. Arrays of float32
+        and float64 in memory are read where they are; what is loaded, computed (dask) or converted is counted in
+        ``image.report["bytes_copied"]``.
+    field : str, optional
+        The field to draw; the likeliest one without it. A 2D field is drawn as a surface.
+    mesh : the same or uxarray.Grid, or a sequence of these
+        What `data` lacks: the mesh, as in the run's init or grid file, or the heights of layers.
+    renderer : Renderer, optional
+        What draws; without it one that is kept for the process.
+    progress : bool or callable
+        True shows a bar of tqdm; a callable gets the numbers of tiles that are drawn, and of all.
+    time : int, str or date, optional
+        Number from 0, negative from the last, or date. The last without it, or the first where `scene` is given.
+    layers : slice, (int, int) or str, optional
+        The layers that are read and drawn, counted from 0.
+    scene : Scene, str or os.PathLike, optional
+        What to draw and how; without it a scene is suggested for the field's values.
+    view : str, optional
+        The one to draw of a scene with several [[views]].
+    lon, lat : float, optional
+        Degrees below the camera.
+    distance : float, optional
+        Of the camera from the planet's centre, planet radii.
+    exaggeration : float, optional
+        Factor on heights.
+    colormap : str, optional
+        Such as "viridis", "vik" or "rdylbu_r".
+    range : (float, float), optional
+        Values at the ends of the colour map.
+    surface : int or str, optional
+        Draw the values of a layer as a surface, in place of a volume: a number from 0, the innermost, "top" or "bottom".
+        Its colours are set by `colormap` and `range`; `transfer` would draw a volume beside it.
+    size : (int, int), optional
+        Width and height, pixels.
+    tolerance : float, optional
+        Largest error of a channel of a pixel.
+    samples : int, optional
+        Most rays per pixel, 1 to 64.
+    **keys
+        Other keys of the scene, in place of its own: image={"background": ...}, transfer={...}, core={...}, ...
+
+    Returns
+    -------
+    Image
+
+    Raises
+    ------
+    Error
+        Of the class that says what is wrong: GridError, FieldError, LayersError, SceneError, ArgumentError, ...
+
+    Examples
+    --------
+    >>> image = icoray.render(xarray.open_dataset("mpas.nc"), "theta", time=2)  # doctest: +SKIP
+    >>> image.save("theta.png")  # doctest: +SKIP
+    """
+    return _opened(data, mesh).render(field, renderer=renderer, progress=progress, **options)
+
+
+def view(
+    data: Any,
+    field: str | None = None,
+    *,
+    mesh: Any = (),
+    port: int | None = None,
+    threads: int = 0,
+    height: int = 640,
+    **options: Any,
+) -> View:
+    """Serves a page on which a dataset is looked at, turned and coloured; a notebook shows it in a frame.
+
+    Parameters
+    ----------
+    data, field, mesh
+        As in `render`, as are further arguments.
+    port : int, optional
+        Port on this machine's loopback address; another one if it is taken.
+    threads : int
+        Number of rendering threads; 0 is the number of processors in this process's affinity mask.
+    height : int
+        Height of a notebook's frame, pixels.
+
+    Returns
+    -------
+    View
+    """
+    return _opened(data, mesh).view(field, port=port, threads=threads, height=height, **options)
+
+
+def _opened(data: Any, mesh: Any) -> Dataset:
+    return data if isinstance(data, Dataset) else Dataset(data, mesh)
+
+
+def _request(field: str | None, options: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of a call that are given; those that are keys of a scene by another name, as such."""
+    names = {"time", "layers", "scene", "view", "lon", "lat", "distance", "exaggeration", "colormap", "range"}
+    names |= {"surface", "size", "tolerance", "samples"}
+    request = {name: value for name, value in options.items() if name in names and value is not None}
+    keys = {name: value for name, value in options.items() if name not in names}
+    if field is not None:
+        request["field"] = field
+    if "scene" in request:
+        for name, (table, key) in _SHORT.items():
+            if name in request:
+                keys[table] = {**keys.get(table, {}), key: request.pop(name)}
+        for name in ("exaggeration", "tolerance", "samples"):
+            if name in request:
+                keys[name] = request.pop(name)
+        if "size" in request:
+            width, height = request.pop("size")
+            keys["image"] = {**keys.get("image", {}), "width": width, "height": height}
+    if keys:
+        request["keys"] = keys
+    return request
+
+
+def _progress(
+    progress: bool | Callable[[int, int], object],
+) -> tuple[Callable[[int, int], object] | None, Callable[[], object]]:
+    """What is told of progress, and what ends the bar."""
+    if progress is False:
+        return None, lambda: None
+    if progress is not True:
+        return progress, lambda: None
+    try:
+        tqdm = importlib.import_module("tqdm.auto").tqdm
+    except ImportError:
+        return None, lambda: None
+    bar = tqdm(unit=" tiles")
+
+    def tell(drawn: int, of: int) -> None:
+        bar.total = of
+        bar.update(drawn - bar.n)
+
+    return tell, bar.close
+

@@ -1,0 +1,26 @@
+//! Dates of Python.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A date as the library reads it.
+pub(super) fn text_of(date: &Bound<PyAny>) -> PyResult<String> {
+    if date.hasattr("isoformat")? {
+        if !date.hasattr("hour")? {
+            return Ok(at_midnight(date.call_method0("isoformat")?.extract()?));
+        }
+        let how = PyDict::new(date.py());
+        how.set_item("timespec", "seconds")?;
+        return date.call_method("isoformat", (), Some(&how))?.extract();
+    }
+    // Fractions of seconds of numpy's dates are not in names.
+    let text = date.str()?.to_string();
+    let text = text.split('.').next().unwrap_or_default().to_owned();
+    let is_of_numpy = date.hasattr("dtype")?;
+    Ok(if is_of_numpy && !text.contains('T') { at_midnight(text) } else { text })
+}
+
+/// A date without a time, as `datetime.date` and `numpy.datetime64("2026-01-01")` are.
+fn at_midnight(date: String) -> String {
+    format!("{date}T00:00:00")
+}

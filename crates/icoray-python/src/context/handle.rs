@@ -1,0 +1,233 @@
+//! The handle of a context, and what it borrows.
+
+use super::config::Settings;
+use super::{closed, text};
+use crate::error::of_class;
+use crate::field::Field;
+use crate::grid::Grid;
+use crate::mpi;
+use icoray_context::icoray_ctx;
+use icoray_context::inputs::icoray_refuse;
+use icoray_context::open::{icoray_close, icoray_last_error, icoray_open_serial, open_over};
+use icoray_context::types::icoray_status;
+use pyo3::exceptions::PyResourceWarning;
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+use std::ffi::{CStr, c_char};
+use std::path::PathBuf;
+use std::ptr;
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
+
+/// Bytes of a message: the library's have 400 at most.
+const MESSAGE: usize = 1024;
+
+/// A pointer that a call takes along while Python's lock is released.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sent<T>(pub T);
+
+// SAFETY: the call is made on the thread that has the pointer; only Python's lock is released.
+unsafe impl<T> Send for Sent<T> {}
+
+impl<T: Copy> Sent<T> {
+    pub fn get(self) -> T {
+        self.0
+    }
+}
+
+/// An open context, until it is closed.
+pub(super) struct Handle {
+    /// Calls share the lock; close has it alone.
+    context: RwLock<Option<Open>>,
+    is_shared: bool,
+    kept: Mutex<Kept>,
+}
+
+/// A context that is not closed.
+#[derive(Debug, Clone, Copy)]
+struct Open(*mut icoray_ctx);
+
+// SAFETY: the context locks itself, and calls of other threads are refused or wait.
+unsafe impl Send for Open {}
+// SAFETY: as above.
+unsafe impl Sync for Open {}
+
+/// What the context reads, alive until it is replaced or the context closed.
+#[derive(Default)]
+pub(super) struct Kept {
+    pub grids: BTreeMap<String, Py<Grid>>,
+    /// Numbers of layers.
+    pub layers: BTreeMap<String, usize>,
+    fields: BTreeMap<String, Py<Field>>,
+    pub heights: Option<Py<Field>>,
+    /// Bytes copied since the last frame.
+    copied: u64,
+    /// Bytes copied for the last frame.
+    pub frame_copied: u64,
+}
+
+impl Kept {
+    /// Keeps a field; returns the one before.
+    pub fn keep_field(&mut self, name: &str, field: Bound<Field>) -> Option<Py<Field>> {
+        self.copied += field.get().array.bytes_copied;
+        self.fields.insert(name.to_owned(), field.unbind())
+    }
+
+    /// Keeps heights; returns those before.
+    pub fn keep_heights(&mut self, heights: Bound<Field>) -> Option<Py<Field>> {
+        self.copied += heights.get().array.bytes_copied;
+        self.heights.replace(heights.unbind())
+    }
+
+    /// A frame begins: what was copied is of this frame.
+    pub fn count_copies(&mut self) {
+        self.frame_copied = std::mem::take(&mut self.copied);
+    }
+}
+
+impl Handle {
+    /// Opens a context, over the ranks of `comm` if there is one. Collective over these.
+    pub fn open(
+        py: Python,
+        output_dir: Option<PathBuf>,
+        settings: &Settings,
+        comm: Option<&Bound<PyAny>>,
+    ) -> PyResult<Self> {
+        let directory = output_dir.map(|path| text(&path.to_string_lossy(), "output_dir")).transpose()?;
+        let config = settings.config(directory.as_ref())?;
+        let team = comm.map(mpi::team).transpose()?;
+        let is_shared = team.is_some();
+        let config = Sent(&raw const config);
+        let (status, message, context) = py.detach(move || {
+            let mut ctx = ptr::null_mut();
+            // SAFETY: a config whose strings live until the call returns, and a pointer that is written.
+            let status = unsafe {
+                match team {
+                    Some(team) => open_over(config.get(), Box::new(team), &raw mut ctx),
+                    None => icoray_open_serial(config.get(), &raw mut ctx),
+                }
+            };
+            (status, message_of(status, ptr::null()), Open(ctx))
+        });
+        checked(status, message)?;
+        Ok(Handle { context: RwLock::new(Some(context)), is_shared, kept: Mutex::default() })
+    }
+
+    /// Makes a call on the context with Python's lock released.
+    pub fn call(&self, py: Python, call: impl FnOnce(*mut icoray_ctx) -> icoray_status + Send) -> PyResult<()> {
+        let open = match self.context.try_read() {
+            Ok(open) => open,
+            Err(TryLockError::Poisoned(open)) => open.into_inner(),
+            Err(TryLockError::WouldBlock) => return Err(busy()),
+        };
+        let context = open.ok_or_else(closed)?;
+        let (status, message) = py.detach(move || {
+            let context = context;
+            let Open(ctx) = context;
+            let status = call(ctx);
+            (status, message_of(status, ctx))
+        });
+        checked(status, message)
+    }
+
+    /// Tells the context that arguments were refused; returns their `error`.
+    pub fn refuse(&self, py: Python, call: &CStr, name: &CStr, error: PyErr) -> PyErr {
+        let why = error.value(py).to_string().replace('\0', "?");
+        let Ok(why) = text(&why, "message") else { return error };
+        let status = icoray_status::ICORAY_ERR_ARGUMENT as i32;
+        // SAFETY: an open context, and strings that live until the call returns.
+        let refused =
+            self.call(py, |ctx| unsafe { icoray_refuse(ctx, call.as_ptr(), name.as_ptr(), status, why.as_ptr()) });
+        // It has the status that was given, with what was found before.
+        drop(refused);
+        error
+    }
+
+    pub fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub fn is_closed(&self) -> bool {
+        self.context.try_read().is_ok_and(|open| open.is_none())
+    }
+
+    /// Closes the context. Collective over its ranks.
+    pub fn close(&self, py: Python) -> PyResult<()> {
+        let mut open = match self.context.try_write() {
+            Ok(open) => open,
+            Err(TryLockError::Poisoned(open)) => open.into_inner(),
+            Err(TryLockError::WouldBlock) => return Err(busy()),
+        };
+        let Some(context) = *open else { return Ok(()) };
+        let (status, message, rest) = py.detach(move || {
+            let Open(mut ctx) = { context };
+            // SAFETY: an open context that no other thread uses, as the lock says.
+            let status = unsafe { icoray_close(&raw mut ctx) };
+            (status, message_of(status, ptr::null()), Open(ctx))
+        });
+        *open = (!rest.0.is_null()).then_some(rest);
+        let _kept = open.is_none().then(|| std::mem::take(&mut *self.kept()));
+        checked(status, message)
+    }
+}
+
+impl Drop for Handle {
+    /// Python's ResourceWarning for a context that was not closed. One over ranks stays open then, as closing it is
+    /// collective and ranks drop it at different times.
+    fn drop(&mut self) {
+        if self.is_closed() {
+            return;
+        }
+        let _ = Python::try_attach(|py| {
+            let category = py.get_type::<PyResourceWarning>();
+            let warned = PyErr::warn(py, &category, c"icoray.Context was not closed", 1);
+            let closed = if self.is_shared { Ok(()) } else { self.close(py) };
+            if let Err(error) = warned.and(closed) {
+                error.write_unraisable(py, None);
+            }
+        });
+        if self.is_shared {
+            // The context may still read what it borrows.
+            std::mem::forget(std::mem::take(&mut *self.kept()));
+        }
+    }
+}
+
+fn busy() -> PyErr {
+    of_class("BusyError", "another call on this context has not returned yet".into())
+}
+
+/// The message of a call that failed on this thread.
+fn message_of(status: icoray_status, ctx: *const icoray_ctx) -> String {
+    if status == icoray_status::ICORAY_OK {
+        return String::new();
+    }
+    let mut buffer: [c_char; MESSAGE] = [0; MESSAGE];
+    // SAFETY: NULL or an open context, and a buffer of this length.
+    unsafe { icoray_last_error(ctx, buffer.as_mut_ptr(), MESSAGE) };
+    // SAFETY: the call has ended it with NUL; before that it was all NUL.
+    unsafe { CStr::from_ptr(buffer.as_ptr()) }.to_string_lossy().into_owned()
+}
+
+/// The error of a status.
+fn checked(status: icoray_status, message: String) -> PyResult<()> {
+    use icoray_status::*;
+    let class = match status {
+        ICORAY_OK => return Ok(()),
+        ICORAY_ERR_NULL | ICORAY_ERR_STRUCT_SIZE | ICORAY_ERR_ARGUMENT => "ArgumentError",
+        ICORAY_ERR_GRID => "GridError",
+        ICORAY_ERR_UNSUPPORTED => "UnsupportedError",
+        ICORAY_ERR_LAYERS => "LayersError",
+        ICORAY_ERR_FIELD => "FieldError",
+        ICORAY_ERR_SCENE => "SceneError",
+        ICORAY_ERR_ORDER => "OrderError",
+        ICORAY_ERR_IO => "FileError",
+        ICORAY_ERR_INTERNAL => "InternalError",
+        ICORAY_ERR_EXISTS => "ExistsError",
+        ICORAY_ERR_DISABLED => "DisabledError",
+        ICORAY_ERR_BUSY => "BusyError",
+        ICORAY_ERR_FORKED => "ForkedError",
+        ICORAY_ERR_MPI => "MpiError",
+        ICORAY_ERR_MEMORY => "OutOfMemoryError",
+    };
+    Err(of_class(class, message))
+}

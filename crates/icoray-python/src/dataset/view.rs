@@ -1,0 +1,79 @@
+//! The live page of a dataset.
+
+use super::Opened;
+use super::request::Request;
+use crate::error::{argument, raised};
+use crate::renderer::{Renderer, made};
+use icoray::{Error, ErrorKind};
+use icoray_dataset::view::{self, Viewer};
+use icoray_live::{LiveView, Options, PictureSize};
+use pyo3::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+
+/// A page on which a dataset is looked at, turned and coloured, served to browsers on this machine until it is closed.
+#[pyclass(frozen, module = "icoray")]
+pub(crate) struct View {
+    address: String,
+    /// The page and the thread that answers it, until it is closed.
+    served: Mutex<Option<(Arc<LiveView>, JoinHandle<()>)>>,
+}
+
+impl View {
+    pub fn open(
+        py: Python,
+        opened: &Arc<Opened>,
+        threads: usize,
+        request: &Request,
+        port: Option<u16>,
+        size: Option<(u32, u32)>,
+    ) -> PyResult<Self> {
+        let renderer = Renderer::new(threads)?;
+        let time = request.time(&opened.dataset)?;
+        let text = request.scene(py, opened, &renderer, time)?.text().to_owned();
+        let command = "image = icoray.render(data, scene=\"scene.toml\")".to_owned();
+        let description = view::describe(&opened.dataset, command);
+        let reader = view::reader(&opened.dataset);
+        let size = if size.is_some() { PictureSize::SceneOrViewer } else { PictureSize::Viewer };
+        let options = Options { port, size, is_framed: true };
+        let live = LiveView::open(&options, description, (text, time), reader).map_err(raised)?;
+        let live = Arc::new(live);
+        let renderer = made(threads, live.stop())?;
+        let (opened, layers, served) = (opened.clone(), request.layers, live.clone());
+        let serve = move || Viewer::new((&opened.dataset, opened.grid()), &renderer, &layers, &served).run();
+        let thread = thread::Builder::new().name("icoray view".into()).spawn(serve);
+        let thread = thread.map_err(|e| argument(format!("no thread for the page: {e}")))?;
+        Ok(View { address: live.address(), served: Mutex::new(Some((live, thread))) })
+    }
+}
+
+#[pymethods]
+impl View {
+    /// The address of the page, with the token without which nothing is answered.
+    #[getter]
+    fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// The text of the scene as it is shown now: for `icoray.Scene` and `icoray.render`.
+    #[getter]
+    fn scene(&self) -> PyResult<String> {
+        let served = self.served.lock().unwrap_or_else(PoisonError::into_inner);
+        let (live, _) = served.as_ref().ok_or_else(|| raised(Error::new(ErrorKind::Order, "the page is closed")))?;
+        Ok(live.scene_text())
+    }
+
+    /// Ends the page. A second call does nothing.
+    fn close(&self, py: Python) {
+        let served = self.served.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some((live, thread)) = served {
+            live.end();
+            // A thread that has panicked has served its last picture.
+            let _ = py.detach(|| thread.join());
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<icoray.View {}>", self.address)
+    }
+}

@@ -1,0 +1,125 @@
+//! Pictures.
+
+use crate::error::raised;
+use crate::report;
+use icoray::Frame;
+use icoray::output::{png_bytes, write_error_map, write_picture};
+use numpy::ndarray::{ArrayView2, ArrayView3};
+use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use std::path::PathBuf;
+
+/// A picture, with what it cost and how far it may be off.
+#[pyclass(frozen, module = "icoray")]
+pub(crate) struct Image {
+    frame: Frame,
+}
+
+impl Image {
+    pub fn new(frame: Frame) -> Self {
+        Image { frame }
+    }
+
+    fn size(&self) -> [usize; 2] {
+        [self.frame.height as usize, self.frame.width as usize]
+    }
+}
+
+#[pymethods]
+impl Image {
+    /// Width, pixels.
+    #[getter]
+    fn width(&self) -> u32 {
+        self.frame.width
+    }
+
+    /// Height, pixels.
+    #[getter]
+    fn height(&self) -> u32 {
+        self.frame.height
+    }
+
+    /// Premultiplied linear RGBA, float32 of shape (height, width, 4), rows from the top: a read-only view of the
+    /// picture's memory.
+    #[getter]
+    fn pixels<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        let image = slf.get();
+        let [height, width] = image.size();
+        let view = ArrayView3::from_shape((height, width, 4), bytemuck::cast_slice(&image.frame.pixels));
+        let view = view.expect("as many pixels as width times height");
+        // SAFETY: the array keeps the image, which never changes.
+        let array = unsafe { PyArray3::borrow_from_array(&view, slf.clone().into_any()) };
+        array.readwrite().make_nonwriteable();
+        Ok(array)
+    }
+
+    /// For each pixel, how far any of its channels may be from the exact integral: float32 of shape (height, width), a
+    /// read-only view.
+    #[getter]
+    fn error<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let image = slf.get();
+        let [height, width] = image.size();
+        let view = ArrayView2::from_shape((height, width), &image.frame.error);
+        let view = view.expect("an error for each pixel");
+        // SAFETY: as above.
+        let array = unsafe { PyArray2::borrow_from_array(&view, slf.clone().into_any()) };
+        array.readwrite().make_nonwriteable();
+        Ok(array)
+    }
+
+    /// Cost, error and statistics, by name: seconds in "timing", numbers of rays and frusta in "counts", "error", bytes
+    /// copied, what was left out, and others. Made of plain dicts, lists and numbers.
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        report::of_frame(py, &self.frame.report)
+    }
+
+    /// The texts that a picture's file carries: field, range, error, camera, colours, version.
+    #[getter]
+    fn notes(&self) -> std::collections::BTreeMap<String, String> {
+        self.frame.describe().into_iter().collect()
+    }
+
+    /// Straight 8-bit sRGB, uint8 of shape (height, width, 4), for PIL and matplotlib; without labels.
+    fn to_rgba8<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let [height, width] = self.size();
+        let bytes = py.detach(|| icoray::output::rgba8(&self.frame));
+        bytes.into_pyarray(py).reshape([height, width, 4])
+    }
+
+    /// Writes the picture: PNG (8-bit sRGB, with labels and texts) or EXR (linear floats, with the error as a fifth
+    /// channel), as the name's ending says. An existing file is replaced when the new one is complete.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    ///
+    /// Raises
+    /// ------
+    /// FileError
+    ///     If the file cannot be written.
+    /// ArgumentError
+    ///     For another ending.
+    #[pyo3(signature = (path))]
+    fn save(&self, py: Python, path: PathBuf) -> PyResult<()> {
+        py.detach(|| write_picture(&path, &self.frame)).map_err(raised)
+    }
+
+    /// Writes a map of the pixels' errors as PNG.
+    #[pyo3(signature = (path))]
+    fn error_map(&self, py: Python, path: PathBuf) -> PyResult<()> {
+        py.detach(|| write_error_map(&path, &self.frame)).map_err(raised)
+    }
+
+    /// The PNG that notebooks show, with the scene's labels.
+    fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = py.detach(|| png_bytes(&self.frame)).map_err(raised)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    fn __repr__(&self) -> String {
+        let Frame { width, height, field, report, .. } = &self.frame;
+        format!("<icoray.Image: field {field:?}, {width} x {height} pixels, error {}>", report.error)
+    }
+}

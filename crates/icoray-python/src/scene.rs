@@ -1,0 +1,232 @@
+//! Scenes.
+
+use crate::error::{argument, raised};
+use icoray::output::Stamp;
+use icoray::{Error, ErrorKind, Script};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
+use std::fs;
+use std::path::PathBuf;
+
+/// What to draw: camera, transfer functions, light, surfaces, labels.
+///
+/// Keys are those of scene files. Those that are given by name stand in place of the file's: tables are merged key by
+/// key, lists are replaced, and a key that goes instead of others (`eye` instead of `lon` and `lat`) takes their place.
+///
+/// Parameters
+/// ----------
+/// source : str or os.PathLike, optional
+///     A path, or TOML text: a str with a line break or a "=" in it is text.
+/// view : str, optional
+///     The one to draw of a file with several [[views]].
+/// size : (int, int), optional
+///     Width and height of the picture, pixels: short for image={"width": ..., "height": ...}.
+/// **keys
+///     Keys of the scene: field="q", camera={"lon": 20, "lat": 40, "distance": 3}, tolerance=1e-4, samples=16, ...
+///
+/// Raises
+/// ------
+/// SceneError
+///     With line and key, the value and what was expected; also where the scene has several pictures.
+///
+/// Examples
+/// --------
+/// >>> import icoray
+/// >>> scene = icoray.Scene(
+/// ...     field="q",
+/// ...     camera={"lon": 20, "lat": 40, "distance": 3},
+/// ...     transfer={"map": "viridis", "range": [0, 1], "opacity": [[0, 0], [1, 0.9]]},
+/// ... )
+/// >>> scene.replace(size=(320, 200)).width
+/// 320
+#[pyclass(frozen, module = "icoray")]
+pub(crate) struct Scene {
+    pub inner: icoray::Scene,
+    text: String,
+}
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (source = None, /, *, view = None, size = None, **keys))]
+    fn new(
+        source: Option<&Bound<PyAny>>,
+        view: Option<&str>,
+        size: Option<(u32, u32)>,
+        keys: Option<&Bound<PyDict>>,
+    ) -> PyResult<Self> {
+        let (text, path) = source.map(read).transpose()?.unwrap_or_default();
+        let keys = table(size, keys)?;
+        Self::with(&text, view, keys).map_err(|error| raised(if path.is_empty() { error } else { error.within(path) }))
+    }
+
+    /// A scene of TOML text.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, view = None))]
+    fn parse(text: &str, view: Option<&str>) -> PyResult<Self> {
+        Self::with(text, view, toml::Table::new()).map_err(raised)
+    }
+
+    /// The same scene with other keys, given as for `Scene`.
+    #[pyo3(signature = (*, size = None, **keys))]
+    fn replace(&self, size: Option<(u32, u32)>, keys: Option<&Bound<PyDict>>) -> PyResult<Self> {
+        let text = toml::to_string(&table(size, keys)?).map_err(|e| argument(format!("keys of a scene: {e}")))?;
+        let view = Script::parse(&self.text).map_err(raised)?.views()[0].name().to_owned();
+        let view = (!view.is_empty()).then_some(view.as_str());
+        let text = Script::text_with(&self.text, view, &text).map_err(raised)?;
+        Self::of_text(text).map_err(raised)
+    }
+
+    /// The text of a scene file with this scene: as it was read where no keys were given beside it.
+    pub fn to_toml(&self) -> &str {
+        &self.text
+    }
+
+    /// Name of the field that the scene shows first; empty where it names none.
+    #[getter]
+    fn field(&self) -> &str {
+        self.inner.field()
+    }
+
+    /// Names of the model's fields that the scene needs.
+    #[getter]
+    fn fields(&self) -> Vec<&str> {
+        self.inner.model_fields()
+    }
+
+    /// Width of the picture, pixels.
+    #[getter]
+    fn width(&self) -> u32 {
+        self.inner.width
+    }
+
+    /// Height of the picture, pixels.
+    #[getter]
+    fn height(&self) -> u32 {
+        self.inner.height
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.inner == other.inner
+    }
+
+    fn __repr__(&self) -> String {
+        let icoray::Scene { width, height, .. } = self.inner;
+        format!("<icoray.Scene: fields {:?}, {width} x {height} pixels>", self.inner.model_fields())
+    }
+}
+
+impl Scene {
+    /// The text of the scene file.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The scene of an argument: a scene, or what one is made of.
+    pub fn of<'py>(scene: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Self>> {
+        match scene.cast::<Self>() {
+            Ok(scene) => Ok(scene.clone()),
+            Err(_) => Bound::new(scene.py(), Self::new(Some(scene), None, None, None)?),
+        }
+    }
+
+    /// The scene of a text with other keys.
+    pub fn with(text: &str, view: Option<&str>, keys: toml::Table) -> icoray::Result<Self> {
+        if keys.is_empty() && view.is_none() {
+            return Self::of_text(text.to_owned());
+        }
+        let over = toml::to_string(&keys).map_err(|e| bad(format!("keys of a scene: {e}")))?;
+        Self::of_text(Script::text_with(text, view, &over)?)
+    }
+
+    fn of_text(text: String) -> icoray::Result<Self> {
+        let script = Script::parse(&text)?;
+        let names: Vec<&str> = script.views().iter().map(icoray::View::name).collect();
+        let [view] = script.views() else {
+            return Err(bad(format!(
+                "the scene has the views {names:?}, expected one picture: name one by view=, or give the file to a Context"
+            )));
+        };
+        let pictures = view.pictures();
+        if pictures != 1 {
+            return Err(bad(format!("sweep: {pictures} pictures, expected one; give the file to a Context")));
+        }
+        let shot = view.shots(&Stamp::default()).next().ok_or_else(|| bad("no picture".into()))?;
+        Ok(Scene { inner: shot.scene, text })
+    }
+}
+
+fn bad(context: String) -> Error {
+    Error::new(ErrorKind::Scene, context)
+}
+
+/// The text of a source, and the path that it was read from.
+pub(crate) fn read(source: &Bound<PyAny>) -> PyResult<(String, String)> {
+    if let Ok(text) = source.extract::<String>()
+        && text.contains(['\n', '='])
+    {
+        return Ok((text, String::new()));
+    }
+    let path: PathBuf = source.extract()?;
+    let text = fs::read_to_string(&path).map_err(|e| {
+        let message = format!("{}: cannot read the scene: {e}", path.display());
+        raised(Error::new(ErrorKind::Io, message))
+    })?;
+    Ok((text, path.display().to_string()))
+}
+
+/// Keys of a scene as TOML.
+fn table(size: Option<(u32, u32)>, keys: Option<&Bound<PyDict>>) -> PyResult<toml::Table> {
+    let mut table = match keys {
+        Some(keys) => entries(keys, "")?,
+        None => toml::Table::new(),
+    };
+    if let Some((width, height)) = size {
+        let image = table.entry("image").or_insert_with(|| toml::Table::new().into());
+        if let Some(image) = image.as_table_mut() {
+            image.insert("width".into(), i64::from(width).into());
+            image.insert("height".into(), i64::from(height).into());
+        }
+    }
+    Ok(table)
+}
+
+/// Keys of a scene, within a table, as TOML.
+pub(crate) fn entries(keys: &Bound<PyDict>, within: &str) -> PyResult<toml::Table> {
+    let entry = |(key, value): (Bound<PyAny>, Bound<PyAny>)| {
+        let key: String = key.extract()?;
+        let value = toml_value(&value, &format!("{within}{key}"))?;
+        Ok((key, value))
+    };
+    keys.iter().map(entry).collect()
+}
+
+/// A value of a scene; numpy's numbers and arrays are numbers and lists.
+fn toml_value(value: &Bound<PyAny>, key: &str) -> PyResult<toml::Value> {
+    if let Ok(table) = value.cast::<PyDict>() {
+        return Ok(entries(table, &format!("{key}."))?.into());
+    }
+    if value.is_instance_of::<PyBool>() {
+        return Ok(value.is_truthy()?.into());
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(value.extract::<String>()?.into());
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(value.extract::<f64>()?.into());
+    }
+    if value.is_instance_of::<PyInt>() {
+        return Ok(value.extract::<i64>()?.into());
+    }
+    if value.hasattr("tolist")? {
+        return toml_value(&value.call_method0("tolist")?, key);
+    }
+    if let Ok(path) = value.call_method0("__fspath__") {
+        return toml_value(&path, key);
+    }
+    let items = value.try_iter().map_err(|_| {
+        let message = format!("key {key}: {value}, expected a number, a text, a list or a dict");
+        raised(bad(message))
+    })?;
+    items.map(|item| toml_value(&item?, key)).collect::<PyResult<Vec<_>>>().map(Into::into)
+}
