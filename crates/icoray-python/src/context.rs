@@ -30,6 +30,7 @@ mod report;
 use arrays::{ArrayNames, CArray};
 use config::Settings;
 use handle::Handle;
+use part::GivenRows;
 
 /// Draws inside of a running model: as the C interface, over arrays of Python.
 ///
@@ -145,18 +146,29 @@ impl Context {
     ///     Number of own cells, which come first; all by default.
     /// is_owned : array_like of bool, shape (cells,), optional
     ///     Which cells are own, in place of `owned_cells`.
+    /// corner_global, owned_corners, is_corner_owned : optional
+    ///     The same of corners, for fields and heights at corners of which the rank has some columns, with the whole grid's
+    ///     tables. Of ICON these are its triangles.
     /// grid : str
     ///     Name of the grid.
-    #[pyo3(signature = (cell_global, owned_cells = None, is_owned = None, *, grid = ""))]
+    #[pyo3(signature = (cell_global, owned_cells = None, is_owned = None, *, corner_global = None,
+                        owned_corners = None, is_corner_owned = None, grid = ""))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn part_set(
         &self,
         py: Python,
         cell_global: &Bound<PyAny>,
         owned_cells: Option<i64>,
         is_owned: Option<&Bound<PyAny>>,
+        corner_global: Option<&Bound<PyAny>>,
+        owned_corners: Option<i64>,
+        is_corner_owned: Option<&Bound<PyAny>>,
         grid: &str,
     ) -> PyResult<()> {
-        let part = part::of_arrays(cell_global, owned_cells, is_owned, grid);
+        let cells = GivenRows { of: "cell", global: cell_global, owned: owned_cells, is_owned };
+        let (owned, is_owned) = (owned_corners, is_corner_owned);
+        let corners = corner_global.map(|global| GivenRows { of: "corner", global, owned, is_owned });
+        let part = part::of_rows(py, &cells, corners.as_ref(), grid);
         // Ranks wait for each other here, so one with wrong arguments goes on with none.
         let given = part.as_ref().map_or(ptr::null(), |part| part.as_c());
         let given = handle::Sent(given);
@@ -195,12 +207,15 @@ impl Context {
     /// Parameters
     /// ----------
     /// values : Field, array_like or None
-    ///     As for `field_set`, at cells, as many layers as `layers_set` has.
-    #[pyo3(signature = (values, fill = None, *, layer_axis = None, grid = "", layers = ""))]
+    ///     As for `field_set`, as many layers as `layers_set` has. Heights at corners are averaged to cells.
+    /// location : {"cell", "corner"}
+    #[pyo3(signature = (values, location = "cell", fill = None, *, layer_axis = None, grid = "", layers = ""))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn heights_set(
         &self,
         py: Python,
         values: Option<&Bound<PyAny>>,
+        location: &str,
         fill: Option<f64>,
         layer_axis: Option<isize>,
         grid: &str,
@@ -213,7 +228,7 @@ impl Context {
             return Ok(());
         };
         let names = ArrayNames::new(grid, layers)?;
-        let given = arrays::given(values, "cell", fill, layer_axis);
+        let given = arrays::given(values, location, fill, layer_axis);
         let field = given.map_err(|error| self.handle.refuse(py, c"icoray_heights_set", c"", error))?;
         let array = CArray::new(field.get(), &names, &self.handle.kept())?;
         self.handle.call(py, move |ctx| array.set_heights(ctx))?;

@@ -24,6 +24,10 @@ def wave(step: int) -> np.ndarray:
     return blob(GRID.lon_center_rad + 0.4 * step, GRID.lat_center_rad)
 
 
+def corner_wave(step: int) -> np.ndarray:
+    return blob(GRID.lon_corner_rad + 0.4 * step, GRID.lat_corner_rad)
+
+
 def own_cells() -> np.ndarray:
     """Bands of latitude, one for each rank."""
     band = np.argsort(np.argsort(GRID.lat_center_rad)) * COMM.size // GRID.cells
@@ -77,10 +81,17 @@ def main(mode: str, directory: str) -> None:
         if mode == "columns":
             cells = own_cells()
             context.part_set(cells)
+        corners = np.arange(GRID.corners)[COMM.rank :: COMM.size]
+        if mode == "corners":
+            # Every third triangle, as in no relation to the cells.
+            context.part_set(own_cells(), corner_global=corners)
         if mode == "failure":
             failure(context)
         for step in range(STEPS):
-            context.field_set("q", np.ascontiguousarray(wave(step)[cells]))
+            if mode == "corners":
+                context.field_set("q", np.ascontiguousarray(corner_wave(step)[corners]), "corner")
+            else:
+                context.field_set("q", np.ascontiguousarray(wave(step)[cells]))
             assert context.wants(step)
             context.execute(step, 60.0 * step)
         context.wait()

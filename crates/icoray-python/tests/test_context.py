@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import LAYERS, SCENE, png_pixels
+from conftest import LAYERS, SCENE, blob, png_pixels
 
 import icoray
 
@@ -126,6 +126,15 @@ def test_native_heights_can_be_set_and_removed(context, tmp_path, renderer, grid
     context.wait()
     expected = renderer.render(native, grid, layers, wave, heights=heights).to_rgba8()
     np.testing.assert_array_equal(png_pixels(tmp_path / "q_1.png"), expected)
+    # Heights at corners are averaged to cells.
+    relief = 2e3 * blob(grid.lon_corner_rad, grid.lat_corner_rad)
+    at_corners = np.asarray(layers.radius_m) - 6.371e6 + relief
+    averaged = [at_corners[list(dict.fromkeys(corners))].mean(0) for corners in np.asarray(grid.cell_corner).tolist()]
+    context.heights_set(at_corners, "corner")
+    context.execute(3)
+    context.wait()
+    expected = renderer.render(native, grid, layers, wave, heights=np.array(averaged)).to_rgba8().astype(int)
+    assert np.abs(png_pixels(tmp_path / "q_3.png") - expected).max() <= 1
     context.heights_set(None)
     with pytest.raises(icoray.FieldError):
         context.execute(2)

@@ -30,26 +30,28 @@ def run(mode: str, ranks: int, directory: pathlib.Path) -> list[pathlib.Path]:
     return [directory / f"q_{step}.{'png' if mode == 'parts' else 'exr'}" for step in range(3)]
 
 
-def expected(path: pathlib.Path, step: int) -> None:
+def expected(path: pathlib.Path, step: int, location: str = "cell") -> None:
     """Writes the picture of one process at a step of `ranks.py`."""
     grid = icoray.Grid.icosahedral(3)
     layers = icoray.Layers.from_heights(np.linspace(1e3, 15e3, LAYERS), 6.371e6)
-    wave = blob(grid.lon_center_rad + 0.4 * step, grid.lat_center_rad)
+    places = {"cell": (grid.lon_center_rad, grid.lat_center_rad), "corner": (grid.lon_corner_rad, grid.lat_corner_rad)}
+    lon, lat = places[location]
+    wave = blob(lon + 0.4 * step, lat)
     renderer = icoray.Renderer(1)
     with icoray.Context(path.parent, SCENE + f'[output]\nfile = "{path.name}"\n') as context:
         context.grid_set(grid)
         context.layers_set(layers)
-        context.field_set("q", wave)
+        context.field_set("q", wave, location)
         context.execute(step, 60.0 * step)
     if path.suffix == ".png":
         np.testing.assert_array_equal(png_pixels(path), renderer.render(SCENE, grid, layers, wave).to_rgba8())
 
 
-@pytest.mark.parametrize("mode", ["whole", "columns", "fortran", "async", "failure"])
+@pytest.mark.parametrize("mode", ["whole", "columns", "corners", "fortran", "async", "failure"])
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 def test_ranks_draw_the_bits_of_one(mode, ranks, tmp_path):
     for step, picture in enumerate(run(mode, ranks, tmp_path)):
-        expected(tmp_path / "one.exr", step)
+        expected(tmp_path / "one.exr", step, "corner" if mode == "corners" else "cell")
         assert picture.read_bytes() == (tmp_path / "one.exr").read_bytes(), "all floats, and the texts beside them"
         (tmp_path / "one.exr").unlink()
 

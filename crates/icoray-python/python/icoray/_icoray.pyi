@@ -350,12 +350,16 @@ class Context:
         owned_cells: int | None = None,
         is_owned: _Values | None = None,
         *,
+        corner_global: _Values | None = None,
+        owned_corners: int | None = None,
+        is_corner_owned: _Values | None = None,
         grid: str = "",
     ) -> None: ...
     def layers_set(self, layers: Layers, name: str = "") -> None: ...
     def heights_set(
         self,
         values: Field | _Values | None,
+        location: _Location = "cell",
         fill: float | None = None,
         *,
         layer_axis: int | None = None,
