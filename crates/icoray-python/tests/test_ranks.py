@@ -6,6 +6,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import textwrap
 
 import numpy as np
 import pytest
@@ -67,14 +68,28 @@ def test_parts_make_the_picture_of_the_whole(ranks, tmp_path):
         (tmp_path / "one.png").unlink()
 
 
-def test_what_is_no_communicator_is_refused(tmp_path):
-    mpi = pytest.importorskip("mpi4py")
-    del mpi
-    with pytest.raises(icoray.ArgumentError, match="expected a communicator"):
-        icoray.Context(tmp_path, comm="world")
+def printed(program: str) -> str:
+    """What a program prints. MPI is started in a process of its own: mpirun does not start in one that has it."""
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True)
+    return done.stdout + done.stderr
 
 
-def test_ranks_need_mpi4py(tmp_path):
+def test_what_is_no_communicator_is_refused():
+    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
+    program = """
+    import icoray
+    try:
+        icoray.Context(comm="world")
+    except icoray.ArgumentError as error:
+        print(error)
+    """
+    said = printed(program)
+    if "cannot load MPI library" in said:
+        pytest.skip("no MPI library")
+    assert "expected a communicator" in said, said
+
+
+def test_ranks_need_mpi4py():
     program = """
     import sys
     sys.modules["mpi4py"] = None
@@ -84,7 +99,5 @@ def test_ranks_need_mpi4py(tmp_path):
     except icoray.UnsupportedError as error:
         print(error)
     """
-    import textwrap
-
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True)
-    assert "comm= needs the package mpi4py" in done.stdout, done.stderr
+    said = printed(program)
+    assert "comm= needs the package mpi4py" in said, said
