@@ -11,9 +11,10 @@ use crate::source::Source;
 use crate::sources::Sources;
 use crate::times::Times;
 use icoray::{ErrorKind, Grid, Layers, Result};
+use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Earth's radius in ICON and DYNAMICO, metres, for files that do not tell.
 const ICON_RADIUS_M: f64 = 6_371_229.0;
@@ -31,6 +32,8 @@ pub struct Dataset {
     /// Number of those of the fields' file.
     own_fields: usize,
     sea: OnceLock<Option<Sea>>,
+    /// Heights that were read, by the field's name.
+    heights: Mutex<HashMap<String, LayerHeights>>,
     pub(crate) joined: Vec<Joined>,
 }
 
@@ -66,8 +69,8 @@ impl Dataset {
         let fields = source.variables().iter();
         let fields: Vec<FieldInfo> =
             fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
-        let (own_fields, sea, joined) = (fields.len(), OnceLock::new(), Vec::new());
-        Ok(Dataset { sources, mesh, sphere_radius_m, times, fields, own_fields, sea, joined })
+        let (own_fields, sea, heights, joined) = (fields.len(), OnceLock::new(), Mutex::default(), Vec::new());
+        Ok(Dataset { sources, mesh, sphere_radius_m, times, fields, own_fields, sea, heights, joined })
     }
 
     /// The path of the fields' source, or its name.
@@ -224,7 +227,7 @@ impl Dataset {
     /// Reads the heights on which a field's layers lie, and how far terrain bends them.
     ///
     /// Heights that differ between columns are read whole, in blocks, and their mean over all columns is taken; their
-    /// own are [`Dataset::native_heights`].
+    /// own are [`Dataset::native_heights`]. They are read once: later calls return the same.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when no variable gives heights (the
@@ -234,7 +237,13 @@ impl Dataset {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.layer_heights(field);
         }
-        LayerHeights::read(&self.sources, &self.mesh, self.field_info(field)?, self.sphere_radius_m)
+        let mut known = self.heights.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(heights) = known.get(field) {
+            return Ok(heights.clone());
+        }
+        let heights = LayerHeights::read(&self.sources, &self.mesh, self.field_info(field)?, self.sphere_radius_m)?;
+        known.insert(field.to_owned(), heights.clone());
+        Ok(heights)
     }
 
     /// The heights of [`Dataset::layer_heights`] as the field's radii; of a 2D field those of a thin shell.

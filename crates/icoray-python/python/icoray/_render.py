@@ -166,7 +166,9 @@ class View:
 
 
 def open(data: Any, mesh: Any = ()) -> Dataset:  # noqa: A001
-    """Opens a dataset for several pictures: its mesh is read and checked once.
+    """Opens a dataset for several pictures: its mesh and the heights of layers are read once, fields for each picture.
+
+    A loop is fastest with a scene (`Dataset.scene`), as a suggestion looks at all values of the field each time.
 
     Parameters
     ----------
