@@ -56,6 +56,7 @@ t_comin_var_descr_list_iterator *comin_var_get_descr_list_next(t_comin_var_descr
 void comin_var_get_descr_list_var_desc(t_comin_var_descr_list_iterator *current, struct t_comin_var_descriptor *to);
 
 #if COMIN_DOUBLE >= 3
+void *comin_var_get_ptr(t_comin_var_handle *handle);
 double *comin_var_get_ptr_double(t_comin_var_handle *handle);
 float *comin_var_get_ptr_float(t_comin_var_handle *handle);
 void comin_var_get_dim_semantics(t_comin_var_handle *handle, int dim_semantics[5]);

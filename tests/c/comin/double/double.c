@@ -106,6 +106,7 @@ void comin_var_get_descr_list_var_desc(t_comin_var_descr_list_iterator *current,
 }
 
 #if COMIN_DOUBLE >= 3
+void *comin_var_get_ptr(t_comin_var_handle *handle) { return ((double_variable *)(void *)handle)->now; }
 double *comin_var_get_ptr_double(t_comin_var_handle *handle)
 {
     double_variable *variable = (void *)handle;
