@@ -160,7 +160,10 @@ fn icon_draws_what_whole_arrays_show() {
         // Ranks that are alone on their nodes exchange fragments.
         let run = prepared(directory, &format!("{version}_nodes"), |scene| scene);
         let mut host = double.host(3, &run, &double.plugin(), &["scene.toml", "1", "0", "3"]);
-        ended_well(3, { host.env("ICORAY_NODE_RANKS", "1"); host });
+        ended_well(3, {
+            host.env("ICORAY_NODE_RANKS", "1");
+            host
+        });
         assert_same(&run, &expected, 1);
         // A restart goes on with steps and names, and only what the scene reads is requested.
         let run = prepared(directory, &format!("{version}_again"), |scene| {
@@ -170,7 +173,8 @@ fn icon_draws_what_whole_arrays_show() {
         assert_eq!(told.matches("requested temp").count() + told.matches("requested w ").count(), 4, "{told}");
         assert_eq!(told.matches("requested").count(), 4, "{told}");
         let is_of_it = |name: &str| {
-            ["temp_temp", "w_w"].iter().any(|view| name.starts_with(view)) && (name.contains("_000002") || name.contains("_000003"))
+            ["temp_temp", "w_w"].iter().any(|view| name.starts_with(view))
+                && (name.contains("_000002") || name.contains("_000003"))
         };
         let late: Vec<_> = expected.iter().filter(|(name, _)| is_of_it(name)).cloned().collect();
         assert_eq!(late.len(), 3);
@@ -292,7 +296,8 @@ fn the_real_comin_draws_the_same() {
     };
     let (replay, values) = (prefix.join("bin/comin_replay"), prefix.join("lib/libcomin_var_replay_plugin.so"));
     let netcdf = Command::new("pkg-config").args(["--cflags", "--libs", "netcdf"]).output();
-    let Some(netcdf) = netcdf.ok().filter(|output| output.status.success() && replay.is_file() && values.is_file()) else {
+    let Some(netcdf) = netcdf.ok().filter(|output| output.status.success() && replay.is_file() && values.is_file())
+    else {
         return skip_because(Need::Comin, "no comin_replay, its plugin for variables, or libnetcdf");
     };
     let directory = TempDir::new().unwrap();
