@@ -112,7 +112,7 @@ impl Plan {
     }
 
     /// Notes that fields or heights are averaged from corners.
-    pub(crate) fn reads_corners(&mut self) {
+    pub(crate) fn mark_corners_read(&mut self) {
         self.left_out.retain(|what| what != left_out::CELL_CORNER);
     }
 

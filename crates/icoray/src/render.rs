@@ -151,7 +151,7 @@ impl Renderer {
         let heights = self.prepare_heights(ranks, scene, &RenderInputs { part, ..*given })?;
         let derived: usize = prepared.iter().chain(&heights).map(PreparedField::bytes).sum();
         if prepared.iter().chain(&heights).any(PreparedField::is_average) {
-            plan.reads_corners();
+            plan.mark_corners_read();
         }
         let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {

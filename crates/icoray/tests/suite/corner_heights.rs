@@ -305,7 +305,7 @@ fn bad_heights_on_one_rank_are_everybodys_error() {
     let refused = Spread::new(&mesh, 2, &owner).on_nodes(&[0, 0], |ranks, culled, grid, held| {
         let (field, mut heights) = own_of(&mesh, culled, &owner, ranks.rank());
         let first = |corner: &usize| owner[mesh.corner_cell[3 * corner] as usize] == ranks.rank() && corner % 11 != 4;
-        if let (1, Some(column)) = (ranks.rank(), culled.corners.iter().position(|corner| first(corner))) {
+        if let (1, Some(column)) = (ranks.rank(), culled.corners.iter().position(first)) {
             heights[column * LAYERS + 3] = -7e3;
         }
         let fields = fields(at_centers(&field, LAYERS), corners(&heights));
