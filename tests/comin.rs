@@ -34,7 +34,9 @@ fn compiler(name: &str, to: &Path, options: &[&str], sources: &[PathBuf], librar
 fn plugin(to: &Path, include: &Path, options: &[&str], library: &Path) {
     let exports = format!("-Wl,--version-script={}", root().join("crates/icoray-comin/exports.map").display());
     let (include, library) = (include.to_str().unwrap(), format!("-L{}", library.display()));
-    let options = [&["-fPIC", "-shared", "-isystem", include, &exports], options].concat();
+    let options =
+        [&["-fPIC", "-shared", "-fdata-sections", "-Wl,--gc-sections", "-isystem", include, &exports], options]
+            .concat();
     compiler("cc", to, &options, &plugin_sources(), &[&library, "-lcomin"]);
 }
 
@@ -234,6 +236,8 @@ fn no_failure_ends_icon() {
             let told = double.run(3, &run, arguments);
             assert!(told.contains("icoray: warning: ") && told.contains(said), "{name}: {told}");
             assert!(told.lines().all(|line| line.len() < 480), "{told}");
+            // Once, not once per rank.
+            assert!(name == "rank" || told.matches(said).count() == 1, "{name}: {told}");
             // Other views are drawn.
             let count = if ["field", "nest"].contains(&name) { 1 } else { 0 };
             assert_eq!(pictures_of(&run, "temp_").min(1), count, "{name}: {told}");

@@ -68,7 +68,7 @@ void scenes(icoray_ctx *ctx)
 void fields_of_scenes(void)
 {
     static const char *const views = "camera = { lon = 0, lat = 45, distance = 3 }\n"
-                                     "transfer = { map = \"plasma\", range = [0, 1], opacity = [[0, 0], [1, 1]] }\n"
+                                     "transfer = { map = \"plasma\", range = [0, 1], opacity = [[0, 0], [1, 0.5]] }\n"
                                      "[[views]]\nname = \"a\"\nfield = \"theta\"\nwhen = \"max(w) > 2\"\n"
                                      "[[views]]\nname = \"b\"\nfield = \"w\"\nevery = 3\n";
     static const char *const expected[] = {"theta", "w", "", ""};

@@ -11,7 +11,8 @@ typedef struct {
 
 static int moment_read(const char *text, moment *to)
 {
-    int count = sscanf(text, "%d-%d-%dT%d:%d:%lf", &to->year, &to->month, &to->day, &to->hour, &to->minute, &to->second);
+    int count = sscanf(text, "%d-%d-%dT%d:%d:%lf", &to->year, &to->month, &to->day, &to->hour, &to->minute,
+                       &to->second);
     return count == 6 && to->month >= 1 && to->month <= 12;
 }
 
@@ -32,7 +33,6 @@ int clock_read(const char *start, const char *now, double step_s, int64_t *step,
     double minutes = 60.0 * (to.hour - from.hour) + (to.minute - from.minute);
     *seconds = 86400.0 * (double)(days_of(&to) - days_of(&from)) + 60.0 * minutes + (to.second - from.second);
     *step = (int64_t)floor(*seconds / step_s + 0.5);
-    /* Only the parts of the text that are known to have this length. */
     int length = snprintf(date, 24, "%04d-%02d-%02dT%02d:%02d:%02d", to.year, to.month, to.day, to.hour, to.minute,
                           (int)to.second);
     return length > 0 && length < 24;

@@ -61,6 +61,13 @@ void host_say(int is_warning, const char *line)
     fprintf(stderr, "%s\n", text);
 }
 
+void host_warn_once(const char *line)
+{
+    if (comin_parallel_get_host_mpi_rank() == 0) {
+        host_say(1, line);
+    }
+}
+
 int32_t host_communicator(void)
 {
     /* Not the communicator of the plugin, which has its external partners too. */

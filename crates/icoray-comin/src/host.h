@@ -1,5 +1,5 @@
-/* What the plugin reads of ICON. Only host.c includes comin.h: that of ComIn 0.2 defines constants, which two files of a
- * library must not. */
+/* What the plugin reads of ICON. Only host.c includes comin.h: that of ComIn 0.2 defines constants, which two files of
+ * a library must not. */
 #ifndef ICORAY_COMIN_HOST_H
 #define ICORAY_COMIN_HOST_H
 
@@ -38,6 +38,9 @@ void host_register(void (*set_up)(void), void (*draw)(void), void (*finish)(void
 
 /* Writes a line to the log of ICON. */
 void host_say(int is_warning, const char *line);
+
+/* Warns on the first process alone of what all of them find. */
+void host_warn_once(const char *line);
 
 /* The Fortran handle of the communicator of the processes that have parts of the domains. */
 int32_t host_communicator(void);

@@ -31,7 +31,7 @@ static void say_last_error(void)
 {
     char message[401];
     icoray_last_error(NULL, message, sizeof message);
-    host_say(1, message);
+    host_warn_once(message);
 }
 
 /* Ends drawing. Collective: all ranks get the same status in what comes before. */
@@ -82,7 +82,7 @@ static int request_fields(void)
         fields[i].handle = fields[i].domain > 0 ? host_request(variable, fields[i].domain) : NULL;
         if (fields[i].handle == NULL) {
             snprintf(line, sizeof line, "the scene reads %s, and ICON has no such variable", name);
-            host_say(1, line);
+            host_warn_once(line);
         }
     }
     return 1;
@@ -113,7 +113,7 @@ static icoray_status set_domain(int domain, int has_heights)
     double *radius_m = malloc((size_t)radii * sizeof *radius_m);
     if (radius_m == NULL || at->shift < 0 || at->shift + radii > count) {
         free(radius_m);
-        host_say(1, "no half levels of a domain (vct_a)");
+        host_warn_once("no half levels of a domain (vct_a)");
         return ICORAY_OK; /* what draws on them fails on all ranks */
     }
     for (int64_t k = 0; k < radii; k++) {
@@ -251,12 +251,12 @@ void comin_main(void);
 void comin_main(void)
 {
     if (!host_fits()) {
-        host_say(1, "the plugin was built for another ComIn than ICON's and draws nothing: build it with ICON's comin.h");
+        host_warn_once("the plugin was built for another ComIn than ICON's: build it with ICON's comin.h");
         return;
     }
     host_keep_errors();
     if (!host_options(scene, sizeof scene) || scene[0] == 0) {
-        host_say(1, "the plugin's options in comin_nml have no scene: nothing is drawn");
+        host_warn_once("the plugin's options in comin_nml have no scene: nothing is drawn");
         return;
     }
     host_register(set_up, draw, finish);

@@ -54,7 +54,8 @@ int main(int argc, char **argv)
         heights[i] = icon_height(lon[i / (LEVELS + 1)], lat[i / (LEVELS + 1)], (int)(i % (LEVELS + 1)));
     }
     for (int i = 0; i < VARIABLES; i++) {
-        values[i] = array(ctx, &grid, icon_variables[i].name, icon_variables[i].levels > 0 ? icon_variables[i].levels : LEVELS);
+        int levels = icon_variables[i].levels;
+        values[i] = array(ctx, &grid, icon_variables[i].name, levels > 0 ? levels : LEVELS);
     }
     check(ctx, icoray_scene_load(ctx, argv[1]));
     for (int step = atoi(argv[2]); argc > 3 && step <= atoi(argv[3]); step++) {

@@ -9,7 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Two time levels that are exchanged at each step; the one before is overwritten. qv has 32 bits where ComIn has them. */
+/* Two time levels that are exchanged at each step; the one before is overwritten. qv has 32 bits where ComIn has them.
+ */
 static void set_variables(int step)
 {
     static double *levels[2 * VARIABLES][2];
@@ -39,6 +40,7 @@ int main(int argc, char **argv)
     MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     const char *fault = argc > 6 && rank == 1 ? argv[6] : "";
     double_icon.communicator = MPI_Comm_c2f(MPI_COMM_WORLD);
+    double_icon.rank = rank;
     double_icon.options = argv[2];
     double_icon.domains = atoi(argv[3]);
     double_icon.start = "2026-02-28T12:00:00.000";

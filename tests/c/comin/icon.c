@@ -71,8 +71,8 @@ icon_domain icon_make(int number, int rank, int ranks)
     for (int shared = 3; shared >= 1; shared--) {
         for (int64_t t = 0; t < of.corners; t++) {
             int count = touched[cells[3 * t]] + touched[cells[3 * t + 1]] + touched[cells[3 * t + 2]];
-            int is_here = shared == 3 ? IS_OWN(t) : global[t] >= 0 && !IS_OWN(t) && (shared == 2 ? count >= 2 : count == 1);
-            if (is_here) {
+            int is_halo = global[t] >= 0 && !IS_OWN(t) && (shared == 2 ? count >= 2 : count == 1);
+            if (shared == 3 ? IS_OWN(t) : is_halo) {
                 order[to.triangles++] = (int)t;
             }
         }
@@ -138,7 +138,8 @@ void icon_fill(const icon_domain *domain, int variable, int step, double *values
     for (int i = 0; i < domain->blocks * NPROMA; i++) {
         for (int level = 0; level < levels; level++) {
             int is_own = i < domain->triangles && domain->decomposition[i] == 0;
-            double value = is_own ? icon_value(variable, domain->lon_triangle[i], domain->lat_triangle[i], level, step) : NAN;
+            double lon = domain->lon_triangle[i], lat = domain->lat_triangle[i];
+            double value = is_own ? icon_value(variable, lon, lat, level, step) : NAN;
             values[i % NPROMA + NPROMA * (level + levels * (i / NPROMA))] = value;
         }
     }

@@ -1,5 +1,5 @@
-/* Writes what ComIn's comin_replay plays back in place of ICON: replay RANKS LAST VARIABLES PLUGIN OPTIONS MAJOR MINOR writes
- * N.nc with the domain of each rank and vars_N.nc with its variables for the steps 0 to LAST, and master.nml. */
+/* Writes what ComIn's comin_replay plays back in place of ICON: replay RANKS LAST VARIABLES PLUGIN OPTIONS MAJOR MINOR
+ * writes N.nc with the domain of each rank and vars_N.nc with its variables for the steps 0 to LAST, and master.nml. */
 #include "icon.h"
 
 #include <netcdf.h>
@@ -114,7 +114,8 @@ static void write_calls(int file, int last)
     for (int i = 0; i < count; i++) {
         char date[48];
         int step = i == 0 ? 0 : i == count - 1 ? last : (i - 1) / 2;
-        calls[i] = i == 0 ? SECONDARY_CONSTRUCTOR : i == count - 1 ? DESTRUCTOR : i % 2 == 1 ? TIMELOOP_START : WRITE_OUTPUT_BEFORE;
+        int in_step = i % 2 == 1 ? TIMELOOP_START : WRITE_OUTPUT_BEFORE;
+        calls[i] = i == 0 ? SECONDARY_CONSTRUCTOR : i == count - 1 ? DESTRUCTOR : in_step;
         domains[i] = -1;
         icon_date(step, date);
         memcpy(dates + 32 * i, date, strlen(date));

@@ -56,9 +56,11 @@ impl Comin {
         let exports = option("-Wl,--version-script=", &sources.join("exports.map"));
         let (libraries, rpath) = (option("-L", &self.libraries), option("-Wl,-rpath,$ORIGIN:", &self.libraries));
         let include = &self.include;
+        // comin.h of 0.2 defines tables of all functions of ComIn, which the plugin does not need.
+        let sections = ["-fdata-sections", "-Wl,--gc-sections"];
         step.quiet(cmd!(
             sh,
-            "{compiler} -std=c99 -O2 -Wall -fPIC -shared -isystem {include} {own} -o {plugin} {files...} {exports}
+            "{compiler} -std=c99 -O2 -Wall -fPIC -shared {sections...} -isystem {include} {own} -o {plugin} {files...} {exports}
              {library} {libraries} -lcomin {rpath} -lm"
         ))?;
         let expected = ["comin_main".to_owned()];

@@ -46,10 +46,11 @@ int comin_current_get_domain_id(void);
 void comin_current_get_plugin_options(char const **val, int *len);
 void comin_current_get_datetime(char const **val, int *len);
 int comin_parallel_get_host_mpi_comm(void);
+int comin_parallel_get_host_mpi_rank(void);
 void comin_error_set_errors_return(bool errors_return);
 void comin_callback_register(t_comin_entry_point entry_point_id, void (*fct_ptr)(void));
-t_comin_var_handle *comin_var_get(int context_len, t_comin_entry_point *context, struct t_comin_var_descriptor descriptor,
-                                  int flag);
+t_comin_var_handle *comin_var_get(int context_len, t_comin_entry_point *context,
+                                  struct t_comin_var_descriptor descriptor, int flag);
 void comin_var_get_shape(t_comin_var_handle *handle, int shape[5]);
 t_comin_var_descr_list_iterator *comin_var_get_descr_list_head(void);
 t_comin_var_descr_list_iterator *comin_var_get_descr_list_next(t_comin_var_descr_list_iterator *current);

@@ -39,6 +39,7 @@ void double_call(int entry_point, int domain)
 }
 
 int comin_current_get_domain_id(void) { return current_domain; }
+int comin_parallel_get_host_mpi_rank(void) { return double_icon.rank; }
 int comin_parallel_get_host_mpi_comm(void) { return double_icon.communicator; }
 void comin_error_set_errors_return(bool on) { errors_return = on; }
 double comin_descrdata_get_timesteplength(int jg) { return 1800.0 / jg; }
@@ -55,7 +56,10 @@ static void text_of(const char *text, char const **val, int *len)
 
 void comin_current_get_plugin_options(char const **val, int *len) { text_of(double_icon.options, val, len); }
 void comin_current_get_datetime(char const **val, int *len) { text_of(double_icon.date, val, len); }
-void comin_descrdata_get_simulation_interval_exp_start(char const **val, int *len) { text_of(double_icon.start, val, len); }
+void comin_descrdata_get_simulation_interval_exp_start(char const **val, int *len)
+{
+    text_of(double_icon.start, val, len);
+}
 
 void comin_callback_register(t_comin_entry_point entry_point_id, void (*fct_ptr)(void))
 {
@@ -64,8 +68,8 @@ void comin_callback_register(t_comin_entry_point entry_point_id, void (*fct_ptr)
 }
 
 /* A handle is a variable of a domain. */
-t_comin_var_handle *comin_var_get(int context_len, t_comin_entry_point *context, struct t_comin_var_descriptor descriptor,
-                                  int flag)
+t_comin_var_handle *comin_var_get(int context_len, t_comin_entry_point *context,
+                                  struct t_comin_var_descriptor descriptor, int flag)
 {
     if (is_past_setup || context_len != 1 || (int)context[0] != EP_ATM_WRITE_OUTPUT_BEFORE || flag != COMIN_FLAG_READ) {
         set_error("comin_var_get");
@@ -153,22 +157,22 @@ void comin_descrdata_get_global_vct_a(TABLE double **vct_a, int *arr_size)
     *arr_size = LEVELS + 1;
 }
 
-#define SIZE(member, count)                                                                                               \
+#define SIZE(member, count) \
     int comin_descrdata_get_domain_##member(int jg) { return double_icon.domain[jg].count; }
 SIZE(cells_ncells, triangles)
 SIZE(cells_ncells_global, all_triangles)
 SIZE(verts_nverts, vertices)
 
 /* Tables of two dimensions, (NPROMA, blocks), of three, or of one. */
-#define ARRAY(type, member, name, extent0, extent1, extent2)                                                              \
-    void comin_descrdata_get_domain_##member(int jg, TABLE type **to, int *arr_size)                                      \
-    {                                                                                                                     \
-        const icon_domain *of = &double_icon.domain[jg];                                                                  \
-        int extents[3] = {extent0, extent1, extent2};                                                                     \
-        *to = of->name;                                                                                                   \
-        for (int i = 0; i < 3 && extents[i] > 0; i++) {                                                                   \
-            arr_size[i] = extents[i];                                                                                     \
-        }                                                                                                                 \
+#define ARRAY(type, member, name, extent0, extent1, extent2) \
+    void comin_descrdata_get_domain_##member(int jg, TABLE type **to, int *arr_size) \
+    { \
+        const icon_domain *of = &double_icon.domain[jg]; \
+        int extents[3] = {extent0, extent1, extent2}; \
+        *to = of->name; \
+        for (int i = 0; i < 3 && extents[i] > 0; i++) { \
+            arr_size[i] = extents[i]; \
+        } \
     }
 ARRAY(int, cells_vertex_idx, vertex_index, NPROMA, of->blocks, 3)
 ARRAY(int, cells_vertex_blk, vertex_block, NPROMA, of->blocks, 3)

@@ -11,7 +11,7 @@ typedef struct {
 } double_variable;
 
 typedef struct {
-    int communicator, domains, variables;
+    int communicator, rank, domains, variables;
     const char *options, *start;
     char date[48];
     icon_domain domain[3]; /* from 1 */

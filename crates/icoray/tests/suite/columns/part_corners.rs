@@ -42,8 +42,7 @@ impl LocalPart {
     }
 
     fn held(&self, ranks: &mut Ranks, grid: &Grid) -> Result<Decomposition, Error> {
-        let cells =
-            PartCells { global: self.cell_number.as_slice().into(), owned: Owned::Marked(&self.owns_cell) };
+        let cells = PartCells { global: self.cell_number.as_slice().into(), owned: Owned::Marked(&self.owns_cell) };
         let global = self.corner_number.as_slice().into();
         let corners = PartCorners { global, owned: Owned::Marked(&self.owns_corner) };
         Decomposition::with_corners(ranks, grid, &cells, Some(&corners))
