@@ -365,7 +365,7 @@ module icoray
 
   public :: icoray_open, icoray_open_serial, icoray_grid_set, icoray_part_set, icoray_layers_set, icoray_field_set
   public :: icoray_field_set_ndarray, icoray_field_describe, icoray_heights_set, icoray_heights_set_ndarray
-  public :: icoray_scene_load, icoray_scene_text
+  public :: icoray_scene_load, icoray_scene_text, icoray_scene_field
   public :: icoray_wants, icoray_wants_field
   public :: icoray_execute, icoray_wait, icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
   public :: icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
@@ -474,6 +474,14 @@ module icoray
       character(kind=c_char), intent(in) :: toml(*)
       integer(c_int32_t) :: status
     end function icoray_scene_text_c
+    function icoray_scene_field_c(ctx, index, name, len) bind(C, name='icoray_scene_field') result(status)
+      import
+      type(c_ptr), value :: ctx
+      integer(c_int64_t), value :: index
+      character(kind=c_char), intent(out) :: name(*)
+      integer(c_size_t), value :: len
+      integer(c_int32_t) :: status
+    end function icoray_scene_field_c
     function icoray_wants_c(ctx, step, time_s, wants) bind(C, name='icoray_wants') result(status)
       import
       type(c_ptr), value :: ctx
@@ -542,7 +550,7 @@ module icoray
   public :: icoray_open_c, icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c, icoray_grid_set_c
   public :: icoray_part_set_c, icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c, icoray_scene_load_c
   public :: icoray_field_describe_c, icoray_heights_set_c, icoray_heights_set_ndarray_c
-  public :: icoray_scene_text_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
+  public :: icoray_scene_text_c, icoray_scene_field_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
   public :: icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c, icoray_mesh_free_c
 
   !> Layout of an array: what a descriptor contains, found from the addresses of its elements.
@@ -1477,6 +1485,26 @@ contains
     integer, intent(out), optional :: ierr
     call done(icoray_scene_text_c(ctx%handle, c_text(toml)), ierr)
   end subroutine icoray_scene_text
+
+  !> Returns the name of one of the model's fields that the scene reads, of all pictures and conditions at any step,
+  !> number index from 1, or blanks past the last one: for models that must request fields before the first step.
+  subroutine icoray_scene_field(ctx, index, name, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer, intent(in) :: index
+    character(len=*), intent(out) :: name
+    integer, intent(out), optional :: ierr
+    character(kind=c_char) :: buffer(len(name) + 1)
+    integer(c_int32_t) :: status
+    integer :: i
+    buffer(1) = c_null_char
+    status = icoray_scene_field_c(ctx%handle, int(index, c_int64_t) - 1, buffer, int(size(buffer), c_size_t))
+    name = ''
+    do i = 1, len(name)
+      if (buffer(i) == c_null_char) exit
+      name(i:i) = buffer(i)
+    end do
+    if (present(ierr)) ierr = int(status)
+  end subroutine icoray_scene_field
 
   subroutine wants_i4(ctx, step, time_s, wants, ierr)
     type(icoray_context), intent(in) :: ctx

@@ -578,8 +578,9 @@ typedef struct icoray_grid {
  * If `cells` equals the number of cells of the icoray_grid on all ranks, that grid is the rank's part: its own
  * cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
  * marked as missing. Fields at centres have a column for each of these cells, of which own ones are read; fields at
- * corners have a column for each corner, and those whose first cell in corner_cell is own are read. What stands in a
- * halo is not read: halos of fields need no exchange before icoray_execute.
+ * corners have a column for each corner, and those that corner_global and is_corner_owned mark as own are read, or, if
+ * no rank has corner_global, those whose first cell in corner_cell is own. What stands in a halo is not read: halos of
+ * fields need no exchange before icoray_execute.
  *
  * If it differs on any rank, icoray_grid is the whole grid on all ranks, and cell_global holds rows of its tables.
  * Fields at centres have a column for each of the `cells` cells, of which only own ones are read; a halo is not
@@ -621,13 +622,13 @@ typedef struct icoray_part {
    */
   const int32_t *is_owned;
   /**
-   * With the whole grid's tables, number of columns of this rank's fields at corners: rows of corner_global and
-   * is_corner_owned. 0 if the rank has none, if no rank has corner_global, and for parts.
+   * Number of columns of this rank's fields at corners: rows of corner_global and is_corner_owned. For parts, the
+   * number of corners of the icoray_grid. 0 if the rank has none, and if no rank has corner_global.
    */
   int64_t corners;
   /**
-   * Row of each of these corners in the tables, counted from index_base (ICON: the global index of a triangle), of
-   * index_type. NULL as `corners` is 0.
+   * Global number of each of these corners, counted from index_base (ICON: the global index of a triangle), of
+   * index_type: with the whole grid's tables, rows there; for parts, numbers may have gaps. NULL as `corners` is 0.
    */
   const void *corner_global;
   /**
@@ -1119,6 +1120,23 @@ icoray_status icoray_scene_load(struct icoray_ctx *ctx,
  * `ctx` is open; `toml` is NULL or a string.
  */
 icoray_status icoray_scene_text(struct icoray_ctx *ctx, const char *toml);
+
+/**
+ * Copies the name of one of the model's fields that the scene reads into `name`, `len` bytes with its NUL: of those of
+ * all pictures and conditions at any step, each once, number `index` from 0. Past the last one, and for a scene that
+ * draws nothing, it copies an empty string: for models that must request fields before the first step. A page that
+ * steers the scene later (`[live]`) may show other fields.
+ *
+ * ICORAY_ERR_ORDER without a scene; ICORAY_ERR_ARGUMENT if the name does not fit, or `index` is negative. The call is
+ * local, with the same answers on all ranks of icoray_open.
+ *
+ * # Safety
+ * `ctx` is open; `name` is NULL or has room for `len` bytes.
+ */
+icoray_status icoray_scene_field(struct icoray_ctx *ctx,
+                                 int64_t index,
+                                 char *name,
+                                 size_t len);
 
 /**
  * A log callback for icoray_config.log that writes lines such as "icoray: warning: ..." to stderr.

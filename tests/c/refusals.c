@@ -27,6 +27,7 @@ int main(int argc, char **argv)
     prepare(argv[1]);
     order();
     ndarrays_too_early();
+    fields_of_scenes();
     empty_scenes();
     icoray_ctx *ctx = filled();
     still_draws(ctx);

@@ -64,6 +64,34 @@ void scenes(icoray_ctx *ctx)
     OK(icoray_scene_text(ctx, good_scene));
 }
 
+/* The names of fields of views and conditions, each once. */
+void fields_of_scenes(void)
+{
+    static const char *const views = "camera = { lon = 0, lat = 45, distance = 3 }\n"
+                                     "transfer = { map = \"plasma\", range = [0, 1], opacity = [[0, 0], [1, 0.5]] }\n"
+                                     "[[views]]\nname = \"a\"\nfield = \"theta\"\nwhen = \"max(w) > 2\"\n"
+                                     "[[views]]\nname = \"b\"\nfield = \"w\"\nevery = 3\n";
+    static const char *const expected[] = {"theta", "w", "", ""};
+    icoray_ctx *ctx = opened();
+    char name[8] = "before";
+    trying = "fields of scenes";
+    REFUSED(NULL, NULL, "ctx", icoray_scene_field(NULL, 0, name, sizeof name));
+    REFUSED(ctx, ORDER, "icoray_scene_load", icoray_scene_field(ctx, 0, name, sizeof name));
+    OK(icoray_scene_text(ctx, "# nothing\n"));
+    OK(icoray_scene_field(ctx, 0, name, sizeof name));
+    CHECK(name[0] == 0);
+    OK(icoray_scene_text(ctx, views));
+    for (size_t i = 0; i < COUNT(expected); i++) {
+        OK(icoray_scene_field(ctx, (int64_t)i, name, sizeof name));
+        CHECK(strcmp(name, expected[i]) == 0);
+    }
+    REFUSED(ctx, ARGUMENT, "index: -1", icoray_scene_field(ctx, -1, name, sizeof name));
+    REFUSED(ctx, ARGUMENT, "len: 5, expected at least 6", icoray_scene_field(ctx, 0, name, 5));
+    REFUSED(ctx, NULL, "name", icoray_scene_field(ctx, 0, NULL, 8));
+    OK(icoray_scene_field(ctx, 0, name, 6));
+    OK(icoray_close(&ctx));
+}
+
 /* No scene is a mistake; one of nothing but comments and blanks draws nothing. */
 void empty_scenes(void)
 {

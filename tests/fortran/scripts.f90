@@ -18,7 +18,10 @@ contains
     character(len=:), allocatable :: toml
     integer :: ierr, step, frames
     logical :: wants, wants_f, wants_w
+    character(len=8) :: field
+    character(len=:), allocatable :: fields
     ctx = opened('scripts')
+    fields = ''
     values = at_centers
     watched = at_centers
     toml = base_scene('{view}')//'[[views]]'//nl//'name = "still"'//nl//'every = 2'//nl//'camera.lon = 80'//nl &
@@ -31,6 +34,12 @@ contains
     call refused(ctx, ierr, ICORAY_ERR_SCENE, 'line')
     call icoray_scene_text(ctx, toml, ierr)
     call went_well(ctx, ierr, 'icoray_scene_text')
+    do step = 1, 3
+      call icoray_scene_field(ctx, step, field, ierr)
+      call went_well(ctx, ierr, 'icoray_scene_field')
+      fields = fields//trim(field)//';'
+    end do
+    call expect(fields == 'f;w;;', 'icoray_scene_field: '//fields)
     do step = 0, 4
       watched = real(step, real32)
       frames = merge(1, 0, mod(step, 2) == 0) + merge(1, 0, step == 3)

@@ -1,6 +1,7 @@
 //! `cargo xtask install`: builds and installs the C library.
 
 mod archive;
+mod comin;
 mod place;
 mod template;
 
@@ -17,6 +18,7 @@ use crate::requirements;
 use crate::step::{Step, Steps, print_line};
 use crate::system;
 use crate::workspace::{Workspace, variable};
+use comin::Comin;
 use place::{Content, Item};
 
 /// The version of the whole workspace.
@@ -63,15 +65,22 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
         libdir: options.libdir.clone(),
         destdir: variable("DESTDIR").map(|directory| workspace.given(directory)),
     };
-    let mut steps = Steps::new(3);
+    let comin = options.comin.as_ref().map(|prefix| Comin::find(&workspace.given(prefix))).transpose()?;
+    // The plugin draws over the ranks of ICON.
+    let mpi = options.mpi || comin.is_some();
+    let mut steps = Steps::new(3 + usize::from(comin.is_some()));
     steps.run("looking for system packages", |step| {
-        let needed = if options.mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
+        let needed = if mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
         system::provide(needed, may_install, step)
     })?;
     // Before the build, which takes minutes.
     layout.check()?;
     disk::has_space(&workspace.products(PROFILE), SPACE)?;
-    let built = steps.run("building the library", |step| build(workspace, options.mpi, options.gpu, step))?;
+    let mut built = steps.run("building the library", |step| build(workspace, mpi, options.gpu, step))?;
+    if let Some(comin) = comin {
+        let plugin = steps.run("building the plugin", |step| comin.build(workspace, &built.shared, step))?;
+        built.plugin = Some(plugin);
+    }
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
     print_line("");
     let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
@@ -83,8 +92,16 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     print_line(&format!(
         "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  {} model.c $(pkg-config --cflags --libs icoray)",
         layout.prefix.join(&layout.libdir).join("pkgconfig").display(),
-        if options.mpi { "mpicc" } else { "cc" }
+        if mpi { "mpicc" } else { "cc" }
     ));
+    if built.plugin.is_some() {
+        let plugin = layout.prefix.join(&layout.libdir).join(comin::PLUGIN);
+        print_line(&format!(
+            "\nto draw from ICON, in its namelist comin_nml:\n  plugin_list(1)%plugin_library = \"{}\"\n  \
+             plugin_list(1)%options = \"scene.toml\"",
+            plugin.display()
+        ));
+    }
     Ok(())
 }
 
@@ -92,6 +109,8 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
 pub struct Built {
     shared: PathBuf,
     archive: PathBuf,
+    /// The plugin for ICON, where it was asked for.
+    plugin: Option<PathBuf>,
 }
 
 /// Builds both libraries, with MPI or without, and with GPUs or without.
@@ -115,7 +134,7 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     refuse_faults(&shared, &Shared::read(&shared)?, mpi)?;
     let directory = products.join("reduced");
     let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions, &directory, step)?;
-    Ok(Built { shared, archive })
+    Ok(Built { shared, archive, plugin: None })
 }
 
 /// Fails if a shared library has properties that an installed one must not have.
@@ -140,7 +159,7 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
     let lib = |name: &str| layout.libdir.join(name);
     let root = layout.root();
     let item = |path: PathBuf, content, mode| Item { path: root.join(path), content, mode };
-    let items = [
+    let mut items = vec![
         item(lib(&library), Content::File(&built.shared), 0o755),
         // Links follow their targets.
         item(lib(SONAME), Content::Link(&library), 0),
@@ -153,6 +172,9 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
         item(lib("cmake/icoray/icorayConfig.cmake"), text(template::CMAKE), 0o644),
         item(lib("cmake/icoray/icorayConfigVersion.cmake"), text(template::CMAKE_VERSION), 0o644),
     ];
+    if let Some(plugin) = &built.plugin {
+        items.push(item(lib(comin::PLUGIN), Content::File(plugin), 0o755));
+    }
     place::place(&items)?;
     let mut files = Vec::new();
     for Item { path, content, .. } in items {

@@ -232,7 +232,7 @@ mod tests {
     use crate::frames::{icoray_execute, icoray_report, icoray_wait, icoray_wants};
     use crate::inputs::{
         icoray_field_describe, icoray_field_set, icoray_field_set_ndarray, icoray_grid_set, icoray_layers_set,
-        icoray_part_set, icoray_scene_load, icoray_scene_text,
+        icoray_part_set, icoray_scene_field, icoray_scene_load, icoray_scene_text,
     };
     use crate::open::{icoray_close, icoray_last_error, icoray_open_serial};
     use crate::types::{icoray_config, icoray_frame_report};
@@ -290,6 +290,7 @@ mod tests {
             assert_eq!(described, ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_scene_load(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_scene_text(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_scene_field(ctx, 0, ptr::null_mut(), 0), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_wants(ctx, 0, 0.0, &mut wants), ICORAY_ERR_INTERNAL);
             assert_eq!(wants, 0);
             assert_eq!(icoray_execute(ctx, 0, 0.0, ptr::null()), ICORAY_ERR_INTERNAL);

@@ -1,12 +1,13 @@
 //! Exported: grid, layers, fields, heights and scene.
 
-use crate::borrow::{self, name, sized, text};
+use crate::borrow::{self, argument, name, sized, text};
 use crate::boundary::{Failure, Outcome};
 use crate::context::SceneSource;
 use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
 use icoray_core::{Description, Grid};
 use std::ffi::c_char;
+use std::ptr;
 use std::sync::Arc;
 
 /// Sets a grid: checks all its tables and borrows them until icoray_close or the next icoray_grid_set of the same
@@ -252,5 +253,43 @@ pub unsafe extern "C" fn icoray_scene_text(ctx: *mut icoray_ctx, toml: *const c_
     // SAFETY: passed on.
     unsafe {
         with_all(ctx, |context| context.set_scene("icoray_scene_text", || Ok(SceneSource::Text(text(toml, "toml")?))))
+    }
+}
+
+/// Copies the name of one of the model's fields that the scene reads into `name`, `len` bytes with its NUL: of those of
+/// all pictures and conditions at any step, each once, number `index` from 0. Past the last one, and for a scene that
+/// draws nothing, it copies an empty string: for models that must request fields before the first step. A page that
+/// steers the scene later (`[live]`) may show other fields.
+///
+/// ICORAY_ERR_ORDER without a scene; ICORAY_ERR_ARGUMENT if the name does not fit, or `index` is negative. The call is
+/// local, with the same answers on all ranks of icoray_open.
+///
+/// # Safety
+/// `ctx` is open; `name` is NULL or has room for `len` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_scene_field(
+    ctx: *mut icoray_ctx,
+    index: i64,
+    name: *mut c_char,
+    len: usize,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let at = usize::try_from(index).map_err(|_| argument(format!("index: {index}, expected 0 or more")))?;
+            let fields = context.scene_fields()?;
+            let field = fields.get(at).map_or("", String::as_str);
+            if name.is_null() {
+                return Err(Failure::null("name"));
+            }
+            if field.len() >= len {
+                let message = format!("len: {len}, expected at least {}: field {field:?}", field.len() + 1);
+                return Err(argument(message));
+            }
+            // SAFETY: not NULL, and the caller promises `len` bytes, of which these are at most all.
+            ptr::copy_nonoverlapping(field.as_ptr(), name.cast(), field.len());
+            name.add(field.len()).write(0);
+            Ok(())
+        })
     }
 }

@@ -195,8 +195,9 @@ pub struct icoray_grid {
 /// If `cells` equals the number of cells of the icoray_grid on all ranks, that grid is the rank's part: its own
 /// cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
 /// marked as missing. Fields at centres have a column for each of these cells, of which own ones are read; fields at
-/// corners have a column for each corner, and those whose first cell in corner_cell is own are read. What stands in a
-/// halo is not read: halos of fields need no exchange before icoray_execute.
+/// corners have a column for each corner, and those that corner_global and is_corner_owned mark as own are read, or, if
+/// no rank has corner_global, those whose first cell in corner_cell is own. What stands in a halo is not read: halos of
+/// fields need no exchange before icoray_execute.
 ///
 /// If it differs on any rank, icoray_grid is the whole grid on all ranks, and cell_global holds rows of its tables.
 /// Fields at centres have a column for each of the `cells` cells, of which only own ones are read; a halo is not
@@ -224,11 +225,11 @@ pub struct icoray_part {
     pub owned_cells: i64,
     /// For each cell: nonzero if it is own. NULL if the first owned_cells cells are own.
     pub is_owned: *const i32,
-    /// With the whole grid's tables, number of columns of this rank's fields at corners: rows of corner_global and
-    /// is_corner_owned. 0 if the rank has none, if no rank has corner_global, and for parts.
+    /// Number of columns of this rank's fields at corners: rows of corner_global and is_corner_owned. For parts, the
+    /// number of corners of the icoray_grid. 0 if the rank has none, and if no rank has corner_global.
     pub corners: i64,
-    /// Row of each of these corners in the tables, counted from index_base (ICON: the global index of a triangle), of
-    /// index_type. NULL as `corners` is 0.
+    /// Global number of each of these corners, counted from index_base (ICON: the global index of a triangle), of
+    /// index_type: with the whole grid's tables, rows there; for parts, numbers may have gaps. NULL as `corners` is 0.
     pub corner_global: *const c_void,
     /// Number of own corners, which come first. Ignored if is_corner_owned is not NULL.
     pub owned_corners: i64,

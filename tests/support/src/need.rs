@@ -37,12 +37,14 @@ pub enum Need {
     Memory,
     /// A pseudo-terminal, and `script`, which runs a program on it.
     Terminal,
+    /// The library of ICON's ComIn, with its program `comin_replay`, in the prefix that ICORAY_COMIN names, and libnetcdf.
+    Comin,
     /// The files of models: see [`data_file`](crate::data_file).
     Data,
 }
 
 /// Each need with its name in `ICORAY_REQUIRE`, and what the last lines of `cargo xtask test` say.
-const NEEDS: [(Need, &str, &str); 18] = [
+const NEEDS: [(Need, &str, &str); 19] = [
     (Need::Long, "long", "only with --all"),
     (Need::Gpu, "gpu", "no Vulkan adapter"),
     (Need::Mpi, "mpi", "no MPI"),
@@ -60,6 +62,7 @@ const NEEDS: [(Need, &str, &str); 18] = [
     (Need::Glibc, "glibc", "not the GNU C library"),
     (Need::Memory, "memory", "less than 6 GB of free memory"),
     (Need::Terminal, "terminal", "no pseudo-terminal"),
+    (Need::Comin, "comin", "no ComIn"),
     (Need::Data, "data", "no test data"),
 ];
 

@@ -1,6 +1,6 @@
 //! The scene, which is the same on all ranks: the file or text of rank 0.
 
-use super::{Context, SceneChoice};
+use super::{Context, SceneChoice, missing};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::types::icoray_status;
 use icoray_core::Script;
@@ -57,6 +57,18 @@ impl Context {
         self.scene_text = String::from_utf8_lossy(&root_message.0).into_owned();
         self.show_new_scene();
         Ok(())
+    }
+
+    /// The names of the model's fields that pictures and conditions of the scene read at any step.
+    pub fn scene_fields(&self) -> Outcome<Vec<String>> {
+        match &self.scene {
+            SceneChoice::Open => Err(missing("icoray_scene_field", "scene", "icoray_scene_load")),
+            SceneChoice::Nothing => Ok(Vec::new()),
+            SceneChoice::Script(script) => {
+                // A scene may leave the field to the model.
+                Ok(script.model_fields().into_iter().filter(|name| !name.is_empty()).collect())
+            }
+        }
     }
 
     /// Parses the text of a scene. Rank 0, which writes the pictures, checks that it can.

@@ -23,12 +23,12 @@ pub struct PartCells<'a> {
     pub owned: Owned<'a>,
 }
 
-/// The columns of a rank's fields at corners over the tables of the whole grid, read by
+/// The columns of a rank's fields at corners, read by
 /// [`Decomposition::with_corners`](super::Decomposition::with_corners).
 #[derive(Debug, Clone, Copy)]
 pub struct PartCorners<'a> {
-    /// The row of each column's corner in the tables, counted from the grid's `index_base` (ICON: the global index of a
-    /// triangle).
+    /// The number of each column's corner in the whole grid, counted from the grid's `index_base` (ICON: the global index
+    /// of a triangle). Over the tables of the whole grid it is a row there; over those of a part numbers may have gaps.
     pub global: Indices<'a>,
     /// Own corners; the others are the halo.
     pub owned: Owned<'a>,
@@ -90,6 +90,12 @@ impl PartCorners<'_> {
     /// As [`PartCells::read_rows`].
     pub(super) fn read_rows(&self, grid: &Grid) -> Result<Numbered> {
         Numbered::of_rows(ColumnKind::Corner, (self.global, self.owned), grid)
+    }
+
+    /// Reads a row for each corner of `grid`, the tables of a part.
+    pub(super) fn read_part(&self, grid: &Grid) -> Result<Numbered> {
+        let base = i64::from(grid.tables().index_base);
+        Numbered::new(ColumnKind::Corner, (self.global, self.owned), grid.triangles(), base, None)
     }
 
     /// Checks that these are all corners of `grid`, as own ones in the order of its tables.

@@ -5,7 +5,8 @@
 //! own columns to its node's memory and sends those that other nodes need to one rank of each, which writes them there,
 //! one field after the other. A node has one copy of each field. Columns that are not a rank's own are not read.
 
-use super::cells::PartCells;
+use super::cells::{PartCells, PartCorners};
+use super::corner_owners::OwnCorners;
 use super::mesh::{NodeMesh, Numbers};
 use super::nodes::Nodes;
 use super::part::Agreed;
@@ -88,16 +89,25 @@ fn display_name(name: &Option<String>) -> String {
 
 impl Columns {
     /// Agrees with the other ranks on whose each cell is, where each rank has the tables of its part, `cells` with a row
-    /// for each cell of `grid`: puts the parts of each node together. Collective.
-    pub(super) fn of_parts(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
+    /// for each cell of `grid`, and `corners`, if any rank has them, with one for each corner: puts the parts of each
+    /// node together. Collective.
+    pub(super) fn of_parts(
+        ranks: &mut Ranks,
+        grid: &Grid,
+        cells: &PartCells,
+        corners: Option<&PartCorners>,
+    ) -> Result<Self> {
         let Agreed { global, owner, .. } = Agreed::new(ranks, grid, cells)?;
+        let own_corners = OwnCorners::read(ranks, grid, corners)?;
         let nodes = Nodes::find(ranks)?;
-        let numbers = Numbers { grid, global: &global, owner: &owner, rank: ranks.rank() };
+        let corner = own_corners.as_ref().map(OwnCorners::numbers);
+        let numbers = Numbers { grid, global: &global, owner: &owner, corner, rank: ranks.rank() };
         let mesh = NodeMesh::new(ranks, &numbers, &nodes)?;
-        let [center, corner] = Supply::of_parts(ranks, &numbers, &mesh, &nodes)?;
+        let [center, corner] = Supply::of_parts(ranks, &numbers, &mesh, &nodes, own_corners.as_ref())?;
         let part = if nodes.is_one() { None } else { Some(Part::of_node(ranks, &mesh, &nodes)?) };
         let node_grid = Some(Arc::new(NodeGrid { grid: mesh.grid, part }));
-        Ok(Columns { center, corner, has_corner_numbers: false, cells: grid.cells(), nodes, node_grid })
+        let has_corner_numbers = own_corners.is_some();
+        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid })
     }
 
     /// Bytes of the tables that this rank made for its node's mesh: 0 where ranks have the whole grid's.

@@ -32,14 +32,15 @@ impl Decomposition {
         Self::with_corners(ranks, grid, cells, None)
     }
 
-    /// The same with the columns of fields at corners, where each rank has the tables of the whole grid. Where no rank
-    /// has `corners`, such fields have a column for each corner of the grid, and that of a corner is read on the rank
-    /// that owns the first cell of its row of `corner_cell`. A rank without corners beside others has none.
+    /// The same with the columns of fields at corners. Where no rank has `corners`, such fields have a column for each
+    /// corner of the rank's tables, and that of a corner is read on the rank that owns the first cell of its row of
+    /// `corner_cell`. A rank without corners beside others has none.
+    ///
+    /// Over the tables of a part there is a row for each corner of these tables, and `corners` states which are own.
     ///
     /// # Errors
     /// The same on all ranks: as [`Self::new`], and [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where a corner is
-    /// owned by two ranks or by none, or where ranks have the tables of their parts: there a column belongs to each row
-    /// of the tables.
+    /// owned by two ranks or by none, or a part has other corners than its tables.
     pub fn with_corners(
         ranks: &mut Ranks,
         grid: &Grid,
@@ -53,8 +54,8 @@ impl Decomposition {
         }
         let sizes: Vec<(usize, usize)> = ranks.share_values(&(cells.global.len(), grid.cells()))?;
         let Some(odd) = sizes.iter().position(|(rows, cells)| rows != cells) else {
-            refuse_corners(ranks, corners)?;
-            return Columns::of_parts(ranks, grid, cells).map(|columns| Decomposition::Columns(Box::new(columns)));
+            let columns = Columns::of_parts(ranks, grid, cells, corners)?;
+            return Ok(Decomposition::Columns(Box::new(columns)));
         };
         let ((rows, all), (_, first)) = (sizes[odd], sizes[0]);
         if let Some(other) = sizes.iter().position(|(_, cells)| *cells != first) {
@@ -77,12 +78,4 @@ impl Decomposition {
             Decomposition::Columns(columns) => columns.owned(field),
         }
     }
-}
-
-/// Refuses numbers of corners where ranks have parts. Collective.
-fn refuse_corners(ranks: &mut Ranks, corners: Option<&PartCorners>) -> Result<()> {
-    let message = "corner_global: given with the tables of a part, expected none: fields at corners have a column for each \
-                   corner of these tables";
-    let refused = if corners.is_some() { Err(bad(message.to_owned())) } else { Ok(()) };
-    ranks.collective(refused)
 }

@@ -17,6 +17,7 @@
 mod agree;
 mod cells;
 mod columns;
+mod corner_owners;
 mod decomposition;
 mod gather;
 mod load_balance;

@@ -1,5 +1,6 @@
 //! Which columns of a field each rank writes to its node's memory, and which it sends to other nodes.
 
+use super::corner_owners::OwnCorners;
 use super::mesh::{Corner, CornerKey, NodeMesh, Numbers};
 use super::nodes::Nodes;
 use super::wire::{decode_lists, encode_lists};
@@ -33,11 +34,17 @@ impl Supply {
     }
 
     /// Of fields over parts, at centres and at corners, for the nodes' meshes. Collective.
-    pub fn of_parts(ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, nodes: &Nodes) -> Result<[Self; 2]> {
+    pub fn of_parts(
+        ranks: &mut Ranks,
+        numbers: &Numbers,
+        mesh: &NodeMesh,
+        nodes: &Nodes,
+        own_corners: Option<&OwnCorners>,
+    ) -> Result<[Self; 2]> {
         let lookup = ranks.attempt(|| Ok(ColumnLookup::new(numbers)));
         let lookup = ranks.collective(lookup)?;
         let center = lookup.cells_for(ranks, mesh, nodes)?;
-        let corner = lookup.corners_for(ranks, mesh, nodes)?;
+        let corner = lookup.corners_for(ranks, mesh, nodes, own_corners)?;
         let grid = numbers.grid;
         let center = Supply { count: grid.cells(), rows: mesh.global.len(), ..center };
         let corner = Supply { count: grid.triangles(), rows: mesh.corners.len(), ..corner };
@@ -133,17 +140,31 @@ impl ColumnLookup {
         Ok(supply)
     }
 
-    /// The corners that this rank supplies. The rank whose piece has a corner requests it from the owner of its first
-    /// cell, and supplies it itself if that rank does not have it: tables may omit corners that are no triangles.
-    /// Collective.
-    fn corners_for(&self, ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
-        let mut requests = vec![Vec::new(); ranks.size()];
-        for (row, corner) in mesh.corners.iter().enumerate() {
-            // Corners between cells of other nodes are in several pieces: the leader requests them.
-            let is_told = mesh.teller.get(row).map_or(nodes.is_leader(), |rank| *rank as usize == self.rank);
-            if let Some(rank) = mesh.supplier(corner).filter(|_| is_told) {
-                requests[rank].push((row as u32, *corner));
+    /// The corners that this rank supplies. The rank whose piece has a corner requests it from its owner, or from that of
+    /// its first cell where ranks have not numbered their corners, and supplies it itself if that rank does not have it:
+    /// tables may omit corners that are no triangles. Collective.
+    fn corners_for(
+        &self,
+        ranks: &mut Ranks,
+        mesh: &NodeMesh,
+        nodes: &Nodes,
+        own_corners: Option<&OwnCorners>,
+    ) -> Result<Supply> {
+        // Corners between cells of other nodes are in several pieces: the leader requests them.
+        let is_told = |row: usize| mesh.teller.get(row).map_or(nodes.is_leader(), |rank| *rank as usize == self.rank);
+        let told = mesh.corners.iter().enumerate().filter(|(row, _)| is_told(*row));
+        let suppliers: Vec<(u32, Corner, usize)> = match own_corners {
+            None => told.filter_map(|(row, c)| Some((row as u32, *c, mesh.supplier(c)?))).collect(),
+            Some(own) => {
+                let rows: Vec<(u32, Corner)> = told.map(|(row, corner)| (row as u32, *corner)).collect();
+                let wanted: Vec<u64> = rows.iter().filter_map(|(_, corner)| corner.number()).collect();
+                let owners = own.find_owners(ranks, &wanted)?;
+                rows.into_iter().zip(owners).map(|((row, corner), owner)| (row, corner, owner as usize)).collect()
             }
+        };
+        let mut requests = vec![Vec::new(); ranks.size()];
+        for (row, corner, rank) in suppliers {
+            requests[rank].push((row, corner));
         }
         let received = ranks.exchange(encode_lists(&requests))?;
         let mut supply = Supply::default();

@@ -15,6 +15,8 @@ pub(crate) struct Corner {
     cells: [u64; 3],
     /// Longitude and latitude, radians.
     pub place: [f64; 2],
+    /// Its number in the whole grid where ranks have numbered their corners, else [`NONE`].
+    number: u64,
 }
 
 /// Key of a corner: its cells in rising order and, if these are not three, its position.
@@ -36,6 +38,11 @@ impl Corner {
         self.cells.map(|cell| (cell != NONE).then_some(cell))
     }
 
+    /// Its number in the whole grid, where ranks have numbered their corners.
+    pub fn number(&self) -> Option<u64> {
+        (self.number != NONE).then_some(self.number)
+    }
+
     /// The first cell of its row that is there: whose owner has the values of fields at corners.
     pub fn first(&self) -> Option<u64> {
         self.cells().into_iter().flatten().next()
@@ -50,6 +57,8 @@ pub(crate) struct Numbers<'g> {
     pub global: &'g [u64],
     /// Rank that owns each cell.
     pub owner: &'g [u32],
+    /// Number of each corner in the whole grid, where ranks have numbered them.
+    pub corner: Option<&'g [u64]>,
     pub rank: usize,
 }
 
@@ -71,6 +80,7 @@ impl Numbers<'_> {
         Corner {
             cells: self.cells_at(corner).map(|cell| cell.map_or(NONE, |cell| self.global[cell])),
             place: [place.lon_rad.get(corner), place.lat_rad.get(corner)],
+            number: self.corner.map_or(NONE, |number| number[corner]),
         }
     }
 

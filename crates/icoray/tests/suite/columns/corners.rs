@@ -206,7 +206,7 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     assert_eq!(words, "corner_global row 4: 9, expected 4: one rank has corners in the tables' order");
     let (_, words) = refusal(alone(|global| global.truncate(319)));
     assert_eq!(words, "corner_global: 319 rows, expected 320, one per corner");
-    // With parts, rows of the tables are all columns that there are.
+    // With parts, either all ranks have a number for each corner of their tables, or none has.
     let refused = on_nodes(&[0, 0], |ranks| {
         let grid = Grid::new(mesh.tables()).unwrap();
         let all: Vec<i64> = (0..cells as i64).collect();
@@ -219,7 +219,7 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     assert_same_refusal(
         &refused,
         ErrorKind::Grid,
-        "rank 1: corner_global: given with the tables of a part, expected none",
+        "rank 0: corner_global: missing here and given on other ranks, expected on all or none",
     );
 }
 

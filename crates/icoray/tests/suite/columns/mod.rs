@@ -9,6 +9,7 @@ use icoray::{
 
 mod corners;
 mod fields;
+mod part_corners;
 
 const LAYERS: usize = 4;
 const FILL: f64 = -9e33;

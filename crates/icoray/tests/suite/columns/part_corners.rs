@@ -1,0 +1,130 @@
+//! Fields and heights at corners that have owners of their own, over the tables of parts: ICON's triangles.
+
+use super::*;
+use crate::culled::{Culled, Mark, Style};
+use icoray::{Heights, PartCorners};
+
+/// What a rank has of a mesh whose corners have owners: its corners, and all that share a cell with them.
+struct LocalPart {
+    tables: Culled,
+    cell_number: Vec<i64>,
+    owns_cell: Vec<i32>,
+    corner_number: Vec<i64>,
+    owns_corner: Vec<i32>,
+}
+
+impl LocalPart {
+    /// The rank that owns the first corner around a cell owns the cell: it need not be that of each corner's first cell.
+    fn new(mesh: &IcosahedralMesh, rank: usize, owner: &[usize]) -> Self {
+        let rows: Vec<&[i32]> = mesh.corner_cell.chunks_exact(3).collect();
+        let mut has = [vec![false; mesh.cells()], vec![false; mesh.cells()]];
+        let mut first = vec![usize::MAX; mesh.cells()];
+        for (corner, row) in rows.iter().enumerate() {
+            for cell in row.iter().map(|cell| *cell as usize) {
+                has[0][cell] |= owner[corner] == rank;
+                first[cell] = first[cell].min(corner);
+            }
+        }
+        for row in &rows {
+            let is_near = row.iter().any(|cell| has[0][*cell as usize]);
+            row.iter().for_each(|cell| has[1][*cell as usize] |= is_near);
+        }
+        let tables = Culled::new(mesh, &has[1], Style::Triangles, Mark::MinusOne, 0);
+        let is = |yes: bool| i32::from(yes);
+        LocalPart {
+            cell_number: tables.cells.iter().map(|cell| 10 * *cell as i64).collect(),
+            owns_cell: tables.cells.iter().map(|cell| is(owner[first[*cell]] == rank)).collect(),
+            // With gaps.
+            corner_number: tables.corners.iter().map(|corner| 3 * *corner as i64 + 1).collect(),
+            owns_corner: tables.corners.iter().map(|corner| is(owner[*corner] == rank)).collect(),
+            tables,
+        }
+    }
+
+    fn held(&self, ranks: &mut Ranks, grid: &Grid) -> Result<Decomposition, Error> {
+        let cells = PartCells { global: self.cell_number.as_slice().into(), owned: Owned::Marked(&self.owns_cell) };
+        let global = self.corner_number.as_slice().into();
+        let corners = PartCorners { global, owned: Owned::Marked(&self.owns_corner) };
+        Decomposition::with_corners(ranks, grid, &cells, Some(&corners))
+    }
+
+    /// Values at the corners, none but at own ones.
+    fn values(&self, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+        let is_own = |corner: usize| self.owns_corner[self.tables.corners.binary_search(&corner).unwrap()] == 1;
+        let value = |corner, layer| if is_own(corner) { value(corner, layer) } else { f64::NAN };
+        Layout::Blocked.lay(&self.tables.corners, value)
+    }
+}
+
+fn field(values: &[f64], columns: usize) -> Field<'_> {
+    Field::new(values.into(), Layout::Blocked.shape(columns), Location::Corner, None).unwrap()
+}
+
+fn value(corner: usize, layer: usize) -> f64 {
+    (0.31 * corner as f64).sin() + layer as f64
+}
+
+fn height(corner: usize, layer: usize) -> f64 {
+    6e3 * layer as f64 + 2e3 * (0.3 * corner as f64).sin()
+}
+
+#[test]
+fn corners_of_parts_are_read_where_they_are_own() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let count = mesh.lon_corner_rad.len();
+    let all: Vec<usize> = (0..count).collect();
+    let mut scene = scene("precision = \"f64\"\ntolerance = 1e-6");
+    scene.scenery.heights = Heights::Native;
+    let [values, heights] = [value, height].map(|value| Layout::Blocked.lay(&all, value));
+    let fields = Fields::new([("q", field(&values, count))]).with_heights(field(&heights, count));
+    let whole = Renderer::new(1).unwrap().render(&scene, &grid, &layers(), fields).unwrap();
+    for node_of in [&[0, 0][..], &[0, 0, 0], &[0, 1], &[0, 1, 0, 2]] {
+        for owner in partitions(count, node_of.len()) {
+            let drawn = on_nodes(node_of, |ranks| {
+                let part = LocalPart::new(&mesh, ranks.rank(), &owner);
+                let grid = part.tables.grid();
+                let held = part.held(ranks, &grid).unwrap();
+                let [values, heights] = [value, height].map(|value| part.values(value));
+                let here = part.tables.corners.len();
+                let fields = Fields::new([("q", field(&values, here))]).with_heights(field(&heights, here));
+                render(ranks, &scene, &grid, &held, fields).unwrap()
+            });
+            let (frame, _) = picture(drawn);
+            let is_one_node = node_of.iter().all(|node| *node == 0);
+            let off = difference(&frame, &whole);
+            assert!(off <= if is_one_node { 0.0 } else { 1e-5 }, "nodes {node_of:?}: {off}");
+        }
+    }
+}
+
+#[test]
+fn corners_of_parts_have_one_owner() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let count = mesh.lon_corner_rad.len();
+    let owner = &partitions(count, 3)[0];
+    type Damage = fn(&mut LocalPart);
+    let cases: [(Damage, &str); 3] = [
+        (|part| part.owns_corner.fill(1), "is owned by ranks "),
+        (|part| part.owns_corner.fill(0), "is owned by no rank, expected one owner"),
+        (
+            |part| {
+                part.corner_number.pop();
+                part.owns_corner.pop();
+            },
+            "rows, expected ",
+        ),
+    ];
+    for (damage, words) in cases {
+        let refused = on_nodes(&[0, 0, 1], |ranks| {
+            let mut part = LocalPart::new(&mesh, ranks.rank(), owner);
+            if ranks.rank() == 1 {
+                damage(&mut part);
+            }
+            let grid = part.tables.grid();
+            refusal(part.held(ranks, &grid))
+        });
+        assert_same_refusal(&refused, ErrorKind::Grid, "rank ");
+        assert!(refused[0].1.contains(words), "{}", refused[0].1);
+    }
+}

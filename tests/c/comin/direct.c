@@ -1,0 +1,76 @@
+/* Draws what the plugin draws of domain 1, from whole arrays in one process: direct SCENE FIRST LAST. */
+#include "icon.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+static void check(icoray_ctx *ctx, icoray_status status)
+{
+    char message[401];
+    if (status != ICORAY_OK) {
+        icoray_last_error(ctx, message, sizeof message);
+        fprintf(stderr, "%s\n", message);
+        exit(1);
+    }
+}
+
+static double *array(icoray_ctx *ctx, const icoray_grid *grid, const char *name, int levels)
+{
+    double *values = malloc((size_t)grid->corners * (size_t)levels * sizeof *values);
+    icoray_array to = {sizeof to};
+    to.data = values;
+    to.type = ICORAY_F64;
+    to.location = ICORAY_CORNER;
+    to.columns = grid->corners;
+    to.layers = to.column_stride = levels;
+    to.layer_stride = 1;
+    check(ctx, name != NULL ? icoray_field_set(ctx, name, &to) : icoray_heights_set(ctx, &to));
+    return values;
+}
+
+int main(int argc, char **argv)
+{
+    icoray_mesh *mesh = NULL;
+    icoray_grid grid = {sizeof grid};
+    icoray_config config = {sizeof config};
+    icoray_layers layers = {sizeof layers};
+    icoray_ctx *ctx = NULL;
+    double radii[LEVELS + 1], *values[VARIABLES];
+    config.output_dir = "pictures";
+    check(NULL, icoray_mesh_create(2, &mesh));
+    check(NULL, icoray_mesh_grid(mesh, &grid));
+    check(NULL, icoray_open_serial(&config, &ctx));
+    check(ctx, icoray_grid_set(ctx, &grid));
+    for (int level = 0; level <= LEVELS; level++) {
+        radii[level] = 6.371229e6 + icon_half_levels[level];
+    }
+    layers.count = LEVELS + 1;
+    layers.radius_m = radii;
+    layers.planet_radius_m = 6.371229e6;
+    check(ctx, icoray_layers_set(ctx, &layers));
+    const double *lon = grid.lon_corner_rad, *lat = grid.lat_corner_rad;
+    double *heights = array(ctx, &grid, NULL, LEVELS + 1);
+    for (int64_t i = 0; i < grid.corners * (LEVELS + 1); i++) {
+        heights[i] = icon_height(lon[i / (LEVELS + 1)], lat[i / (LEVELS + 1)], (int)(i % (LEVELS + 1)));
+    }
+    for (int i = 0; i < VARIABLES; i++) {
+        int levels = icon_variables[i].levels;
+        values[i] = array(ctx, &grid, icon_variables[i].name, levels > 0 ? levels : LEVELS);
+    }
+    check(ctx, icoray_scene_load(ctx, argv[1]));
+    for (int step = atoi(argv[2]); argc > 3 && step <= atoi(argv[3]); step++) {
+        char date[48];
+        for (int v = 0; v < VARIABLES; v++) {
+            int levels = icon_variables[v].levels, rows = levels > 0 ? levels : LEVELS;
+            for (int64_t i = 0; i < grid.corners * rows; i++) {
+                int level = levels > 0 ? (int)(i % rows) : 0;
+                values[v][i] = icon_value(v, lon[i / rows], lat[i / rows], level, step);
+            }
+        }
+        icon_date(step, date);
+        date[19] = 0;
+        check(ctx, icoray_execute(ctx, step, 1800.0 * step, date));
+    }
+    check(ctx, icoray_close(&ctx));
+    return 0;
+}

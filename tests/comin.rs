@@ -1,0 +1,331 @@
+//! The plugin for ICON, compiled against a double of ComIn 0.2 and 0.3, and run by the real `comin_replay` where
+//! ICORAY_COMIN names its prefix.
+
+use icoray_test_support::{Need, runs, runs_long, skip, skip_because};
+use icoray_tests::native::{command, mpi_library, root, succeeded, text};
+use icoray_tests::ranks::FIRST;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+const WARNINGS: [&str; 7] =
+    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
+
+/// Files in C of `tests/c/comin`, or of the plugin.
+fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
+    names.map(|name| root().join("tests/c/comin").join(name))
+}
+
+fn plugin_sources() -> [PathBuf; 4] {
+    ["host.c", "grid.c", "clock.c", "plugin.c"].map(|name| root().join("crates/icoray-comin/src").join(name))
+}
+
+/// A compiler with the options of all; what it compiles links icoray behind `libraries`.
+fn compiler(name: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
+    let mut rpath = OsString::from("-Wl,-rpath,");
+    rpath.push(mpi_library().parent().unwrap());
+    let mut compile = command(name, to.parent().unwrap());
+    compile.args(WARNINGS).arg("-I").arg(root().join("include")).args(options).arg("-o").arg(to).args(sources);
+    succeeded(compile.args(libraries).arg(mpi_library()).arg(rpath).args(["-lm", "-ldl"]));
+}
+
+/// The plugin against the `comin.h` of a folder and the libcomin of another.
+fn plugin(to: &Path, include: &Path, options: &[&str], library: &Path) {
+    let exports = format!("-Wl,--version-script={}", root().join("crates/icoray-comin/exports.map").display());
+    let (include, library) = (include.to_str().unwrap(), format!("-L{}", library.display()));
+    let options =
+        [&["-fPIC", "-shared", "-fdata-sections", "-Wl,--gc-sections", "-isystem", include, &exports], options]
+            .concat();
+    compiler("cc", to, &options, &plugin_sources(), &[&library, "-lcomin"]);
+}
+
+/// A double with the host that runs it, of a release of ComIn.
+struct Double {
+    directory: PathBuf,
+}
+
+impl Double {
+    fn new(directory: &Path, version: u32) -> Self {
+        let directory = directory.join(format!("comin_0.{version}"));
+        std::fs::create_dir(&directory).unwrap();
+        let include = root().join("tests/c/comin/double");
+        let is_version = format!("-DCOMIN_DOUBLE={version}");
+        let include_flag = format!("-I{}", include.display());
+        let here = format!("-L{}", directory.display());
+        let library = directory.join("libcomin.so.0");
+        let options = [&is_version, &include_flag, "-fPIC", "-shared", "-Wl,-soname,libcomin.so.0"];
+        compiler("cc", &library, &options, &sources(["icon.c", "double/double.c"]), &[]);
+        std::os::unix::fs::symlink(&library, directory.join("libcomin.so")).unwrap();
+        let host = [is_version.as_str(), include_flag.as_str()];
+        compiler("mpicc", &directory.join("host"), &host, &sources(["host.c"]), &[&here, "-lcomin"]);
+        plugin(&directory.join("libicoray_comin.so"), &include, &[&is_version], &directory);
+        Double { directory }
+    }
+
+    fn plugin(&self) -> PathBuf {
+        self.directory.join("libicoray_comin.so")
+    }
+
+    /// The host with a plugin, on so many ranks.
+    fn host(&self, ranks: usize, run: &Path, plugin: &Path, arguments: &[&str]) -> Command {
+        let mut command = FIRST.on_ranks(ranks, &self.directory.join("host"), run);
+        command.arg(plugin).args(arguments).env("LD_LIBRARY_PATH", &self.directory);
+        command
+    }
+
+    /// What the host printed, which ended well on all ranks.
+    fn run(&self, ranks: usize, run: &Path, arguments: &[&str]) -> String {
+        ended_well(ranks, self.host(ranks, run, &self.plugin(), arguments))
+    }
+}
+
+fn ended_well(ranks: usize, mut host: Command) -> String {
+    let output = succeeded(&mut host);
+    let told = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(told.matches("the host ended well").count(), ranks, "{told}");
+    assert!(!told.contains("an error is left in ComIn"), "{told}");
+    told
+}
+
+/// A directory for a run, with the test's scene or another one.
+fn prepared(directory: &Path, name: &str, change: impl FnOnce(String) -> String) -> PathBuf {
+    let scene = std::fs::read_to_string(root().join("tests/c/comin/scene.toml")).unwrap();
+    let to = directory.join(name);
+    std::fs::create_dir(&to).unwrap();
+    std::fs::write(to.join("scene.toml"), change(scene)).unwrap();
+    to
+}
+
+/// Names and pixels of the pictures of a run.
+fn pictures(run: &Path) -> Vec<(String, image::RgbaImage)> {
+    let entries = std::fs::read_dir(run.join("pictures")).unwrap().map(|entry| entry.unwrap().path());
+    let mut paths: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "png")).collect();
+    paths.sort();
+    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+    paths.iter().map(|path| (name(path), image::open(path).unwrap().into_rgba8())).collect()
+}
+
+/// Fails where a run drew other pictures.
+fn assert_same(run: &Path, expected: &[(String, image::RgbaImage)], most: u8) {
+    let drawn = pictures(run);
+    let names = |pictures: &[(String, image::RgbaImage)]| pictures.iter().map(|p| p.0.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&drawn), names(expected), "{}", run.display());
+    for ((name, picture), (_, expected)) in drawn.iter().zip(expected) {
+        let off = picture.iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+        assert!(off <= most, "{}: {name}: {off} of 255", run.display());
+    }
+}
+
+/// What whole arrays in one process show, over the steps 0 to 3.
+fn direct(directory: &Path) -> Vec<(String, image::RgbaImage)> {
+    let (program, run) = (directory.join("direct"), prepared(directory, "whole", |scene| scene));
+    compiler("cc", &program, &[], &sources(["direct.c", "icon.c"]), &[]);
+    succeeded(command(&program, &run).args(["scene.toml", "0", "3"]));
+    let expected = pictures(&run);
+    assert_eq!(expected.len(), 8);
+    for (i, (name, picture)) in expected.iter().enumerate() {
+        let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
+        assert!(colors > 500, "{name}: {colors} colours");
+        assert!(expected[..i].iter().all(|(_, other)| other != picture), "{name}");
+    }
+    expected
+}
+
+/// The values of a column of report.csv.
+fn reported(run: &Path, column: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(run.join("pictures/report.csv")).unwrap();
+    let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let place = rows.next().unwrap().iter().position(|name| name == column).unwrap();
+    rows.map(|row| row[place].clone()).collect()
+}
+
+#[test]
+fn icon_draws_what_whole_arrays_show() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let expected = direct(directory);
+    for version in [2, 3] {
+        let double = Double::new(directory, version);
+        for ranks in [1, 2, 3] {
+            let run = prepared(directory, &format!("{version}_{ranks}"), |scene| scene);
+            let told = double.run(ranks, &run, &["scene.toml", "1", "0", "3"]);
+            assert!(!told.contains("icoray:"), "{told}");
+            assert_same(&run, &expected, 1);
+            if ranks == 1 {
+                assert_eq!(reported(&run, "bytes_copied"), ["0"; 8]);
+            }
+        }
+        // Ranks that are alone on their nodes exchange fragments.
+        let run = prepared(directory, &format!("{version}_nodes"), |scene| scene);
+        let mut host = double.host(3, &run, &double.plugin(), &["scene.toml", "1", "0", "3"]);
+        ended_well(3, {
+            host.env("ICORAY_NODE_RANKS", "1");
+            host
+        });
+        assert_same(&run, &expected, 1);
+        // A restart goes on with steps and names, and only what the scene reads is requested.
+        let run = prepared(directory, &format!("{version}_again"), |scene| {
+            scene[..scene.match_indices("[[views]]").nth(2).unwrap().0].to_owned()
+        });
+        let told = double.run(2, &run, &["scene.toml", "1", "2", "3"]);
+        assert_eq!(told.matches("requested temp").count() + told.matches("requested w ").count(), 4, "{told}");
+        assert_eq!(told.matches("requested").count(), 4, "{told}");
+        let is_of_it = |name: &str| {
+            ["temp_temp", "w_w"].iter().any(|view| name.starts_with(view))
+                && (name.contains("_000002") || name.contains("_000003"))
+        };
+        let late: Vec<_> = expected.iter().filter(|(name, _)| is_of_it(name)).cloned().collect();
+        assert_eq!(late.len(), 3);
+        assert_same(&run, &late, 1);
+    }
+}
+
+#[test]
+fn a_nest_is_a_grid_of_its_own() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let double = Double::new(directory, 3);
+    let of_nest = |scene: String| {
+        let first = scene[..scene.match_indices("[[views]]").nth(1).unwrap().0].replace("lat = 35", "lat = 80");
+        let nest = first[first.find("[[views]]").unwrap()..].replace("\"temp\"", "\"temp_DOM02\"");
+        format!("{first}{nest}").replace("heights = \"native\"\n", "")
+    };
+    let [one, three] = [1, 3].map(|ranks| {
+        let run = prepared(directory, &ranks.to_string(), of_nest);
+        let told = double.run(ranks, &run, &["scene.toml", "2", "0", "1"]);
+        assert_eq!(told.matches("requested temp of domain 2").count(), ranks, "{told}");
+        assert!(!told.contains("icoray:"), "{told}");
+        run
+    });
+    let expected = pictures(&one);
+    assert_eq!(expected.len(), 4);
+    assert!(expected[0].1 != expected[2].1, "the nest is no sphere");
+    assert_same(&three, &expected, 1);
+}
+
+/// What goes wrong is a line in ICON's log, and ICON ends well.
+#[test]
+fn no_failure_ends_icon() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let [old, new] = [2, 3].map(|version| Double::new(directory, version));
+    let cases: [(&str, &[&str], &str); 5] = [
+        ("no scene", &["", "1", "0", "1"], "options in comin_nml have no scene"),
+        ("missing", &["nowhere.toml", "1", "0", "1"], "nowhere.toml: cannot read the scene"),
+        ("field", &["scene.toml", "1", "0", "4"], "the scene reads vorticity, and ICON has no such variable"),
+        ("rank", &["scene.toml", "1", "0", "1", "table"], "warning: rank 1: "),
+        ("nest", &["scene.toml", "1", "0", "1"], "the scene reads temp_DOM02, and ICON has no such variable"),
+    ];
+    for (name, arguments, said) in cases {
+        for (version, double) in [(2, &old), (3, &new)] {
+            let run = prepared(directory, &format!("{name} {version}"), |scene| match name {
+                "field" => scene.replace("field = \"w\"", "field = \"vorticity\""),
+                "nest" => scene.replace("field = \"w\"", "field = \"temp_DOM02\""),
+                _ => scene,
+            });
+            let told = double.run(3, &run, arguments);
+            assert!(told.contains("icoray: warning: ") && told.contains(said), "{name}: {told}");
+            assert!(told.lines().all(|line| line.len() < 480), "{told}");
+            // Once, not once per rank.
+            assert!(name == "rank" || told.matches(said).count() == 1, "{name}: {told}");
+            // Other views are drawn.
+            let count = if ["field", "nest"].contains(&name) { 1 } else { 0 };
+            assert_eq!(pictures_of(&run, "temp_").min(1), count, "{name}: {told}");
+        }
+    }
+    // A plugin of another release than the library that is loaded.
+    for (host, plugin) in [(&old, &new), (&new, &old)] {
+        let run = directory.join("scene.toml");
+        std::fs::write(&run, "").unwrap();
+        let told = ended_well(2, host.host(2, directory, &plugin.plugin(), &["scene.toml", "1", "0", "1"]));
+        assert!(told.contains("was built for another ComIn than ICON's"), "{told}");
+    }
+    // Where pictures cannot be written.
+    let run = prepared(directory, "in the way", |scene| scene);
+    std::fs::write(run.join("pictures"), "").unwrap();
+    let told = new.run(2, &run, &["scene.toml", "1", "0", "1"]);
+    assert!(told.contains("icoray: warning: ") && told.contains("pictures"), "{told}");
+}
+
+/// In a small file system of its own, which nobody else sees and which goes with the host.
+#[test]
+fn a_full_disk_does_not_end_icon() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let double = Double::new(directory.path(), 2);
+    let run = prepared(directory.path(), "full", |scene| scene);
+    std::fs::create_dir(run.join("pictures")).unwrap();
+    let mount = "mount -t tmpfs -o size=24k none pictures";
+    if !runs(command("unshare", &run).args(["-m", "sh", "-c", mount])) {
+        return skip(Need::Mount);
+    }
+    let inner = double.host(2, &run, &double.plugin(), &["scene.toml", "1", "0", "9"]);
+    let mut host = command("unshare", &run);
+    host.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]).arg(inner.get_program());
+    host.args(inner.get_args()).env("LD_LIBRARY_PATH", &double.directory);
+    let told = ended_well(2, host);
+    assert!(told.contains("No space left on device"), "{told}");
+    // After three failed frames in a row icoray switches itself off.
+    assert!(told.matches("icoray: warning").count() < 12, "{told}");
+}
+
+/// How many pictures whose names begin so a run drew, if any.
+fn pictures_of(run: &Path, start: &str) -> usize {
+    if !run.join("pictures").is_dir() {
+        return 0;
+    }
+    pictures(run).iter().filter(|(name, _)| name.starts_with(start)).count()
+}
+
+/// The real library, with values that ComIn's own replay plugin sets.
+#[test]
+fn the_real_comin_draws_the_same() {
+    if !runs_long() || !FIRST.is_there() {
+        return;
+    }
+    let Some(prefix) = std::env::var_os("ICORAY_COMIN").map(PathBuf::from) else {
+        return skip(Need::Comin);
+    };
+    let (replay, values) = (prefix.join("bin/comin_replay"), prefix.join("lib/libcomin_var_replay_plugin.so"));
+    let netcdf = Command::new("pkg-config").args(["--cflags", "--libs", "netcdf"]).output();
+    let Some(netcdf) = netcdf.ok().filter(|output| output.status.success() && replay.is_file() && values.is_file())
+    else {
+        return skip_because(Need::Comin, "no comin_replay, its plugin for variables, or libnetcdf");
+    };
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let expected = direct(directory);
+    let (writer, library) = (directory.join("replay"), directory.join("libicoray_comin.so"));
+    let netcdf = text(&netcdf.stdout);
+    let netcdf: Vec<&str> = netcdf.split_whitespace().collect();
+    compiler("cc", &writer, &[], &sources(["replay.c", "icon.c"]), &netcdf);
+    plugin(&library, &prefix.join("include"), &[], &prefix.join("lib"));
+    let version = std::fs::read_to_string(prefix.join("include/comin_version.inc")).unwrap();
+    let number = |name: &str| {
+        let line = version.lines().find(|line| line.contains(name)).unwrap();
+        line.split_whitespace().last().unwrap().to_owned()
+    };
+    for ranks in [1, 2, 3] {
+        let run = prepared(directory, &format!("real_{ranks}"), |scene| scene);
+        let mut data = command(&writer, &run);
+        data.args([&ranks.to_string(), "3"]).args([&values, &library]).arg("scene.toml");
+        succeeded(data.args([number("VERSION_MAJOR"), number("VERSION_MINOR")]));
+        let mut host = FIRST.on_ranks(ranks, &replay, &run);
+        let output = succeeded(host.env("LD_LIBRARY_PATH", prefix.join("lib")));
+        let told = text(&output.stdout) + &text(&output.stderr);
+        assert!(!told.contains("icoray: "), "{told}");
+        assert_same(&run, &expected, 1);
+    }
+}

@@ -1,0 +1,90 @@
+//! Compiles the plugin for ICON against the `comin.h` of the user's ICON.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use xshell::cmd;
+
+use crate::elf;
+use crate::error::Error;
+use crate::step::Step;
+use crate::workspace::{Workspace, variable};
+
+/// The plugin's file name.
+pub const PLUGIN: &str = "libicoray_comin.so";
+/// Its sources.
+const SOURCES: &str = "crates/icoray-comin";
+
+/// The directories of an installed ComIn.
+#[derive(Debug, PartialEq)]
+pub struct Comin {
+    include: PathBuf,
+    libraries: PathBuf,
+}
+
+impl Comin {
+    /// Finds header and library below a prefix.
+    pub fn find(prefix: &Path) -> Result<Self, Error> {
+        let include = prefix.join("include");
+        let lack = |what: &str| {
+            Error::Failed(format!(
+                "--comin {}: {what}; expected the prefix where ComIn was installed (CMAKE_INSTALL_PREFIX)",
+                prefix.display()
+            ))
+        };
+        if !include.join("comin.h").is_file() {
+            return Err(lack("no include/comin.h there"));
+        }
+        let places = ["lib", "lib64"].map(|name| prefix.join(name));
+        let libraries = places.into_iter().find(|place| place.join("libcomin.so").exists());
+        let libraries = libraries.ok_or_else(|| lack("no lib/libcomin.so there"))?;
+        Ok(Comin { include, libraries })
+    }
+
+    /// Compiles the plugin, which finds `library` beside itself when it is installed.
+    pub fn build(&self, workspace: &Workspace, library: &Path, step: &mut Step) -> Result<PathBuf, Error> {
+        let (sh, sources) = (&workspace.shell, workspace.root.join(SOURCES));
+        let plugin = library.with_file_name(PLUGIN);
+        let compiler = variable("CC").unwrap_or_else(|| "cc".into());
+        let files = ["clock.c", "grid.c", "host.c", "plugin.c"].map(|name| sources.join("src").join(name));
+        let option = |name: &str, path: &Path| {
+            let mut option = OsString::from(name);
+            option.push(path);
+            option
+        };
+        let own = option("-I", &workspace.root.join("include"));
+        let exports = option("-Wl,--version-script=", &sources.join("exports.map"));
+        let (libraries, rpath) = (option("-L", &self.libraries), option("-Wl,-rpath,$ORIGIN:", &self.libraries));
+        let include = &self.include;
+        // comin.h of 0.2 defines tables of all functions of ComIn, which the plugin does not need.
+        let sections = ["-fdata-sections", "-Wl,--gc-sections"];
+        step.quiet(cmd!(
+            sh,
+            "{compiler} -std=c99 -O2 -Wall -fPIC -shared {sections...} -isystem {include} {own} -o {plugin} {files...} {exports}
+             {library} {libraries} -lcomin {rpath} -lm"
+        ))?;
+        let expected = ["comin_main".to_owned()];
+        elf::same_names("the plugin exports", &elf::defined(&plugin, &["-D"])?, &expected)?;
+        Ok(plugin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use xshell::Shell;
+
+    #[test]
+    fn a_prefix_has_header_and_library() {
+        let sh = Shell::new().unwrap();
+        let prefix = sh.create_temp_dir().unwrap();
+        let prefix = prefix.path();
+        let message = |found: Result<Comin, Error>| found.unwrap_err().to_string();
+        assert!(message(Comin::find(prefix)).contains("no include/comin.h there; expected the prefix"));
+        sh.write_file(prefix.join("include/comin.h"), "").unwrap();
+        assert!(message(Comin::find(prefix)).contains("no lib/libcomin.so there"));
+        sh.write_file(prefix.join("lib64/libcomin.so"), "").unwrap();
+        let found = Comin { include: prefix.join("include"), libraries: prefix.join("lib64") };
+        assert_eq!(Comin::find(prefix), Ok(found));
+    }
+}
