@@ -94,15 +94,18 @@ def test_levels_may_go_down(icon: Any):
 
 def test_what_is_not_in_place_is_told(mpas: Any):
     bytes_of_a_time = mpas.theta.values[0].nbytes
-    expected = icoray.render(mpas, "theta", time=0, **LOOK)
+    scene = icoray.open(mpas).scene("theta", time=0, **LOOK)
+    expected = icoray.render(mpas, scene=scene, time=0)
     for converted, count in [
         (mpas.theta.astype(">f4"), bytes_of_a_time),
         (mpas.theta.astype("float16"), bytes_of_a_time),
         (mpas.theta.chunk(Time=1) if _has_dask() else mpas.theta.astype(">f4"), bytes_of_a_time),
     ]:
         mpas["theta"] = converted
-        image = icoray.render(mpas, "theta", time=0, **LOOK)
+        image = icoray.render(mpas, scene=scene, time=0)
         assert image.report["bytes_copied"] == count, converted.dtype
+        # A suggestion looks at the values too.
+        assert icoray.render(mpas, "theta", time=0, **LOOK).report["bytes_copied"] == 2 * count
         if converted.dtype != np.float16:
             assert same(image, expected)
 

@@ -57,7 +57,6 @@ impl Opened {
         time: usize,
     ) -> icoray::Result<icoray::Frame> {
         let (dataset, grid) = (&self.dataset, self.grid());
-        let before = self.bytes_copied.load(Relaxed);
         let mut script = Script::from(scene.clone());
         if script.lacks_field() {
             script.name_first_field(&dataset.first_field()?.name);
@@ -75,7 +74,7 @@ impl Opened {
         let frame = drawing.frame(&shot.scene, &read.borrowed()?, &heights, &mut Ranks::alone())?;
         let mut frame = frame.expect("who draws alone is rank 0");
         let masked: usize = read.fields.values().map(OwnedField::bytes).sum();
-        frame.report.bytes_copied += self.bytes_copied.load(Relaxed) - before + masked as u64;
+        frame.report.bytes_copied += masked as u64;
         frame.stamp = stamp;
         Ok(frame)
     }
@@ -195,9 +194,12 @@ impl Dataset {
     ) -> PyResult<Image> {
         let request = Request::new(request)?;
         let time = request.time(&self.opened.dataset)?;
+        // What a suggestion looks at counts too.
+        let before = self.opened.bytes_copied.load(Relaxed);
         let scene = request.scene(py, &self.opened, renderer, time)?;
         let layers = request.layers;
-        let frame = renderer.draw(py, progress, |inner| self.opened.draw(inner, layers, &scene.inner, time))?;
+        let mut frame = renderer.draw(py, progress, |inner| self.opened.draw(inner, layers, &scene.inner, time))?;
+        frame.report.bytes_copied += self.opened.bytes_copied.load(Relaxed) - before;
         Ok(Image::new(frame))
     }
 
