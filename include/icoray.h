@@ -1070,8 +1070,9 @@ icoray_status icoray_heights_set_ndarray(struct icoray_ctx *ctx,
 /**
  * Records that a binding of another language has refused what the model gave to `call`, before it called this
  * library: the message is that of the context's last failed call and is logged, and an icoray_execute that lacks what
- * was refused says why. The Fortran module calls this function. Returns `status`, or ICORAY_ERR_ARGUMENT if that is
- * none of ICORAY_ERR_NULL, ICORAY_ERR_ARGUMENT and ICORAY_ERR_ORDER.
+ * was refused says why. An array that icoray_field_set had for a field is not read any more. The Fortran module calls
+ * this function. Returns `status`, or ICORAY_ERR_ARGUMENT if that is none of ICORAY_ERR_NULL, ICORAY_ERR_ARGUMENT and
+ * ICORAY_ERR_ORDER.
  *
  * - `call`: the name of the function, such as "icoray_field_set".
  * - `name`: the name of the grid, layers or field; NULL or "" if it has none.

@@ -148,6 +148,15 @@ pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
     outcome
 }
 
+/// Runs code of a binding as [`guarded`] runs calls from outside, for bindings that compute beside their calls.
+///
+/// # Errors
+/// The message of a failure or panic, of at most 400 bytes.
+pub fn protected(code: impl FnOnce() -> Result<(), String>) -> Result<(), String> {
+    let call = || code().map_err(|message| Failure::new(icoray_status::ICORAY_ERR_INTERNAL, message));
+    guarded(call).map_err(|failure| fitted(&failure.message).into_owned())
+}
+
 /// The status of an outcome.
 pub(crate) fn status(outcome: &Outcome<()>) -> icoray_status {
     outcome.as_ref().map_or_else(|failure| failure.status, |()| icoray_status::ICORAY_OK)

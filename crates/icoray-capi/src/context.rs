@@ -203,6 +203,10 @@ impl Context {
     /// Records that a language binding refused the input `name` of the C function `call`.
     pub fn refuse(&mut self, call: &str, name: &str, failure: Failure) -> Outcome<()> {
         let Some(input) = Input::of_call(call) else { return Err(failure) };
+        if input == Input::Field {
+            // The array before is not what the model wants to show now, and may not live any more.
+            self.inputs.fields.remove(name);
+        }
         self.inputs.refusals.keep(input, name, Err(failure)).map_err(|f| match input {
             Input::Field => f.within(format_args!("field {name:?}")),
             Input::Heights => f.within("heights"),

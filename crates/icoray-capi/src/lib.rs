@@ -9,11 +9,11 @@
 //! [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
 //!
 //! Modules are public for bindings of other languages, which build these sources as a Rust library
-//! (`crates/icoray-python/context`); beside the exported functions they find [`open::open_over`] and
-//! [`inputs::set_checked_grid`].
+//! (`context` beside them); beside the exported functions they find [`open::open_over`],
+//! [`inputs::set_checked_grid`] and [`boundary::protected`].
 
 mod borrow;
-mod boundary;
+pub mod boundary;
 mod context;
 mod drawing;
 mod frame_inputs;

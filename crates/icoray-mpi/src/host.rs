@@ -76,6 +76,13 @@ pub fn rank_in_world() -> Option<[usize; 2]> {
     Some([rank as usize, size as usize])
 }
 
+/// Fortran's integer of MPI_COMM_WORLD; `None` as [`rank_in_world`].
+pub fn world_communicator() -> Option<i32> {
+    rank_in_world()?;
+    // SAFETY: MPI runs, and it is the one that this was built for.
+    Some(unsafe { ffi::RSMPI_Comm_c2f(ffi::RSMPI_COMM_WORLD) })
+}
+
 /// Handles are pointers in Open MPI and integers in MPICH and its kin: a build for one must not take the other's.
 fn refuse_other_mpi() -> Result<()> {
     let mut text = [0u8; 8192];

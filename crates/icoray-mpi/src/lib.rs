@@ -19,5 +19,5 @@ mod tests;
 mod window;
 mod world;
 
-pub use host::{MpiTeam, rank_in_world};
+pub use host::{MpiTeam, rank_in_world, world_communicator};
 pub use world::World;

@@ -6,10 +6,11 @@
 
 use super::angles::{circumcenter, direction, of_directions, positions};
 use super::polygons::{NONE, Polygons};
-use super::tables::{Convention, Mesh, missing};
+use super::tables::{Convention, Mesh, Positions, missing};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{Connectivity, ErrorKind, Result};
+use std::path::Path;
 
 /// Names that uxarray gives; other tools' are in the attributes of the mesh's variable.
 const FACE_NODES: &str = "face_node_connectivity";
@@ -120,27 +121,41 @@ fn mesh(sources: &Sources, topology: &Topology) -> Result<Mesh> {
     let nodes = positions(*source, lon, lat, &over(place(lon)?))?;
     let count = nodes.lon.as_reals().len();
     let (rows, row) = topology.rows(count)?;
+    let given = match faces {
+        Some([lon, lat]) => Some(positions(*source, lon, lat, &over(place(lon)?))?),
+        None => None,
+    };
+    let fewer = rows.chunks_exact(row).position(|face| face.iter().filter(|i| **i >= 0).count() < 3);
+    if let Some(face) = fewer {
+        let context = format!("{}: face {face} has fewer than 3 nodes", face_nodes.name);
+        return Err(source.error(ErrorKind::Grid, context));
+    }
+    let mesh = of_faces(source.path(), nodes, given, rows, row).map_err(|e| e.within(source.path().display()))?;
+    let is_mpas = mesh.convention == Convention::Cf && super::mpas::is_in(sources)?;
+    Ok(if is_mpas { mesh.into_mpas() } else { mesh })
+}
+
+/// The tables of a mesh of faces; `rows` has the nodes of each, numbered from 0, and marks after the last of them. Where
+/// `given` has no middles of faces, triangles have the middles of their circles, and others the means of their nodes.
+pub(super) fn of_faces(
+    path: &Path,
+    nodes: Positions,
+    given: Option<Positions>,
+    rows: Vec<i32>,
+    row: usize,
+) -> Result<Mesh> {
+    let count = nodes.lon.as_reals().len();
     let node = |i: i32| {
         let i = i as usize;
         direction(nodes.lon.as_reals().get(i), nodes.lat.as_reals().get(i))
     };
     let around = || rows.chunks_exact(row).map(|face| face.iter().filter(|i| **i >= 0).map(|i| node(*i)));
-    let fewer = around().position(|face| face.count() < 3);
-    if let Some(face) = fewer {
-        let context = format!("{}: face {face} has fewer than 3 nodes", face_nodes.name);
-        return Err(source.error(ErrorKind::Grid, context));
-    }
-    let given = match faces {
-        Some([lon, lat]) => Some(positions(*source, lon, lat, &over(place(lon)?))?),
-        None => None,
-    };
-    let within = |e: icoray::Error| e.within(source.path().display());
-    let path = source.path().to_owned();
+    let path = path.to_owned();
     if around().all(|face| face.count() == 3) {
         let middle = |face: Vec<[f64; 3]>| circumcenter([face[0], face[1], face[2]]);
         let corner = given.unwrap_or_else(|| of_directions(around().map(|face| middle(face.collect()))));
         let corner_cell: Vec<i32> = rows.into_iter().filter(|i| *i >= 0).collect();
-        let made = Connectivity::new(&corner_cell, count).map_err(within)?;
+        let made = Connectivity::new(&corner_cell, count)?;
         let polygons = Polygons { corners: made.cell_corner, row: made.cell_corner_row, count: made.cell_corner_count };
         let (corner_edge, edge_corner) = (made.corner_edge, made.edge_corner);
         let (convention, center) = (Convention::Icon, nodes);
@@ -149,17 +164,8 @@ fn mesh(sources: &Sources, topology: &Topology) -> Result<Mesh> {
     let sum = |sum: [f64; 3], point: [f64; 3]| [0, 1, 2].map(|k| sum[k] + point[k]);
     let center = given.unwrap_or_else(|| of_directions(around().map(|face| face.fold([0.0; 3], sum))));
     let polygons = Polygons::of_rows(&rows, row);
-    let corner_cell = polygons.corner_cells(count).map_err(within)?;
-    let (corner_edge, edge_corner) = polygons.edges(count).map_err(within)?;
-    let mesh = Mesh {
-        path,
-        convention: Convention::Cf,
-        center,
-        corner: nodes,
-        polygons,
-        corner_cell,
-        corner_edge,
-        edge_corner,
-    };
-    Ok(if super::mpas::is_in(sources)? { mesh.into_mpas() } else { mesh })
+    let corner_cell = polygons.corner_cells(count)?;
+    let (corner_edge, edge_corner) = polygons.edges(count)?;
+    let (convention, corner) = (Convention::Cf, nodes);
+    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
 }

@@ -1,0 +1,164 @@
+//! Meshes and fields of a channel, in the conventions of Conduit's Mesh Blueprint, as far as geodesic grids need them.
+//!
+//! Reference: <https://llnl-conduit.readthedocs.io/en/latest/blueprint_mesh.html>, and ParaView Catalyst's channels.
+
+use crate::conduit::{Array, Node};
+use crate::elements::Elements;
+use icoray::{Error, ErrorKind, Result};
+
+/// Names of fields that mark elements or points which other ranks have too.
+const GHOSTS: [&str; 2] = ["vtkGhostType", "ascent_ghosts"];
+
+pub fn bad(what: impl Into<String>) -> Error {
+    Error::new(ErrorKind::Grid, what)
+}
+
+/// A topology of a channel's mesh.
+#[derive(Clone, Copy)]
+pub struct Topology<'a> {
+    mesh: Node<'a>,
+    node: Node<'a>,
+    name: &'a str,
+}
+
+/// The arrays of a topology.
+pub struct Geometry<'a> {
+    /// x, y and z of the points.
+    pub points: [Array<'a>; 3],
+    pub elements: Elements<'a>,
+}
+
+/// Where a field has its values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Association {
+    Element,
+    Vertex,
+}
+
+/// A field over a topology.
+pub struct BlueprintField<'a> {
+    pub name: String,
+    pub topology: String,
+    pub association: Association,
+    pub values: Array<'a>,
+}
+
+/// The mesh of a channel.
+///
+/// # Errors
+/// [`ErrorKind::Grid`] says what the channel has instead of one.
+pub fn mesh_of(channel: Node) -> Result<Node> {
+    let kind = channel.text_at("type").unwrap_or_else(|| "mesh".into());
+    if kind != "mesh" {
+        return Err(bad(format!("type {kind:?}, expected \"mesh\": one mesh of columns")));
+    }
+    let mesh = channel.at("data").ok_or_else(|| bad("no node data"))?;
+    match mesh.at("topologies") {
+        Some(_) => Ok(mesh),
+        None => Err(bad(format!("data is {}, expected a mesh with topologies", mesh.described()))),
+    }
+}
+
+/// The fields of a mesh: an array each, or one for each component, then named as `velocity.u`. Others are left out.
+pub fn fields(mesh: Node) -> Vec<BlueprintField> {
+    let mut found = Vec::new();
+    for (name, node) in mesh.at("fields").into_iter().flat_map(Node::children) {
+        let Some(topology) = node.text_at("topology") else { continue };
+        let association = match node.text_at("association").as_deref() {
+            Some("element") => Association::Element,
+            Some("vertex") => Association::Vertex,
+            _ => continue,
+        };
+        let Some(values) = node.at("values") else { continue };
+        if let Some(values) = values.array() {
+            found.push(BlueprintField { name, topology, association, values });
+            continue;
+        }
+        for (component, values) in values.children() {
+            let Some(values) = values.array() else { continue };
+            let (name, topology) = (format!("{name}.{component}"), topology.clone());
+            found.push(BlueprintField { name, topology, association, values });
+        }
+    }
+    found
+}
+
+impl<'a> Topology<'a> {
+    /// The topology of that name.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Grid`] lists those that there are.
+    pub fn of(mesh: Node<'a>, name: &'a str) -> Result<Self> {
+        let all = mesh.at("topologies").map(Node::children).unwrap_or_default();
+        if let Some((_, node)) = all.iter().find(|(other, _)| other == name) {
+            return Ok(Topology { mesh, node: *node, name });
+        }
+        let names: Vec<_> = all.into_iter().map(|(name, _)| name).collect();
+        Err(bad(format!("no topology {name:?}, found {}", names.join(", "))))
+    }
+
+    /// Its arrays.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Grid`] names what is no mesh of wedges or prisms in Cartesian coordinates, or marks ghosts.
+    pub fn geometry(self) -> Result<Geometry<'a>> {
+        self.refuse_ghosts()?;
+        let name = self.name;
+        let within = |e: Error| e.within(format_args!("topology {name}"));
+        let kind = self.node.text_at("type").unwrap_or_default();
+        if kind != "unstructured" {
+            return Err(within(bad(format!("type {kind:?}, expected \"unstructured\""))));
+        }
+        let points = self.points().map_err(within)?;
+        let elements = Elements::of(self.node, points[0].len()).map_err(within)?;
+        Ok(Geometry { points, elements })
+    }
+
+    fn points(self) -> Result<[Array<'a>; 3]> {
+        let name = self.node.text_at("coordset").ok_or_else(|| bad("no coordset"))?;
+        let within = |e: Error| e.within(format_args!("coordset {name}"));
+        let coordset = self.mesh.at("coordsets").and_then(|all| all.at(&name));
+        let coordset = coordset.ok_or_else(|| within(bad("it is missing")))?;
+        let kind = coordset.text_at("type").unwrap_or_default();
+        if kind != "explicit" {
+            return Err(within(bad(format!("type {kind:?}, expected \"explicit\""))));
+        }
+        let values = coordset.at("values").ok_or_else(|| within(bad("no values")))?;
+        let axis = |axis: &str| values.at(axis).and_then(Node::array);
+        let [Some(x), Some(y), Some(z)] = ["x", "y", "z"].map(axis) else {
+            return Err(within(bad(format!("values are {}, expected arrays x, y and z", values.described()))));
+        };
+        if x.len() != y.len() || x.len() != z.len() {
+            let what = format!("x has {} values, y {}, z {}, expected as many", x.len(), y.len(), z.len());
+            return Err(within(bad(what)));
+        }
+        Ok([x, y, z])
+    }
+
+    fn refuse_ghosts(self) -> Result<()> {
+        for (name, node) in self.mesh.at("fields").into_iter().flat_map(Node::children) {
+            let attribute = format!("state/metadata/vtk_fields/{name}/attribute_type");
+            let is_marked = self.mesh.text_at(&attribute).is_some_and(|kind| kind == "Ghosts");
+            let is_of_this = node.text_at("topology").is_none_or(|topology| topology == self.name);
+            let values = node.at("values").and_then(Node::array);
+            let Some(values) = values.filter(|_| is_of_this && (is_marked || GHOSTS.contains(&name.as_str()))) else {
+                continue;
+            };
+            let ghosts = (0..values.len()).filter(|&i| values.real(i) != 0.0).count();
+            if ghosts > 0 {
+                return Err(bad(format!(
+                    "field {name} marks {ghosts} of {} elements or points as ghosts; expected each element on one rank only",
+                    values.len()
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Geometry<'_> {
+    /// A point.
+    pub fn point(&self, i: u32) -> [f64; 3] {
+        self.points.map(|axis| axis.real(i as usize))
+    }
+}

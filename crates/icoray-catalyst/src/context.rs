@@ -1,0 +1,260 @@
+//! A context of the C interface, for the calls that this library makes.
+
+use icoray::{Error, ErrorKind, Grid, Result, Team};
+use icoray_context::frames::{icoray_execute, icoray_report, icoray_wants};
+use icoray_context::icoray_ctx;
+use icoray_context::inputs::{
+    icoray_field_set, icoray_heights_set, icoray_layers_set, icoray_part_set, icoray_refuse, icoray_scene_field,
+    icoray_scene_load, set_checked_grid,
+};
+use icoray_context::log::icoray_log_stderr;
+use icoray_context::open::{icoray_close, icoray_last_error, icoray_open_serial, open_over};
+use icoray_context::types::{
+    ICORAY_CENTER, ICORAY_CORNER, ICORAY_DISABLE, ICORAY_F32, ICORAY_F64, ICORAY_I64, ICORAY_LOG_WARN,
+    ICORAY_OVERWRITE, icoray_array, icoray_config, icoray_frame_report, icoray_layers, icoray_part, icoray_status,
+};
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::ptr;
+use std::sync::Arc;
+
+use crate::strides::Strides;
+use crate::surface::OwnedRows;
+
+/// Directory of the pictures, in the host's working directory.
+const OUTPUT_DIR: &CStr = c"pictures";
+
+/// An open context; dropping it closes it, which is collective.
+pub struct Context(*mut icoray_ctx);
+
+// SAFETY: the context locks itself.
+unsafe impl Send for Context {}
+
+/// Values of columns and layers, which live until the context has executed.
+pub struct Values<'a> {
+    /// Element 0 of the strides.
+    pub data: *const c_void,
+    pub is_f64: bool,
+    pub is_at_corners: bool,
+    pub columns: usize,
+    pub layers: usize,
+    pub strides: Strides,
+    /// The name of grid and layers.
+    pub grid: &'a str,
+}
+
+impl Context {
+    /// Opens a context over ranks, or for one process. Collective.
+    ///
+    /// # Errors
+    /// What icoray_open returns.
+    pub fn open(team: Option<Box<dyn Team>>) -> Result<Self> {
+        let config = icoray_config {
+            struct_size: size_of::<icoray_config>(),
+            output_dir: OUTPUT_DIR.as_ptr(),
+            threads: 0,
+            existing: ICORAY_OVERWRITE,
+            on_error: ICORAY_DISABLE,
+            disable_after: 0,
+            async_render: 0,
+            writer_queue: 0,
+            when_full: 0,
+            log_level: ICORAY_LOG_WARN,
+            log: Some(icoray_log_stderr),
+            log_user: ptr::null_mut(),
+        };
+        let mut ctx = ptr::null_mut();
+        // SAFETY: a filled-in config, and a pointer that is written.
+        let status = unsafe {
+            match team {
+                Some(team) => open_over(&raw const config, team, &raw mut ctx),
+                None => icoray_open_serial(&raw const config, &raw mut ctx),
+            }
+        };
+        checked(status, ptr::null())?;
+        Ok(Context(ctx))
+    }
+
+    /// Loads the scene. Collective.
+    ///
+    /// # Errors
+    /// What icoray_scene_load returns.
+    pub fn load_scene(&self, path: &str) -> Result<()> {
+        let path = c_string(path);
+        // SAFETY: an open context and a string.
+        checked(unsafe { icoray_scene_load(self.0, path.as_ptr()) }, self.0)
+    }
+
+    /// The fields that the scene reads.
+    pub fn scene_fields(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        loop {
+            let mut name: [c_char; 512] = [0; 512];
+            // SAFETY: an open context and a buffer of that length.
+            let status = unsafe { icoray_scene_field(self.0, names.len() as i64, name.as_mut_ptr(), name.len()) };
+            if status != icoray_status::ICORAY_OK || name[0] == 0 {
+                return names;
+            }
+            // SAFETY: the call has written a string.
+            names.push(unsafe { CStr::from_ptr(name.as_ptr()) }.to_string_lossy().into_owned());
+        }
+    }
+
+    /// Whether a picture may be due.
+    pub fn wants(&self, step: i64, time_s: f64) -> bool {
+        let mut wants = 0;
+        // SAFETY: an open context and a number that is written.
+        unsafe { icoray_wants(self.0, step, time_s, &raw mut wants) };
+        wants != 0
+    }
+
+    /// Sets a checked grid, whose tables live until the next of that name or until the context is dropped.
+    ///
+    /// # Errors
+    /// What icoray_grid_set returns.
+    pub fn set_grid(&self, name: &str, grid: Arc<Grid<'static>>) -> Result<()> {
+        // SAFETY: an open context; the caller keeps the tables.
+        checked(unsafe { set_checked_grid(self.0, name, grid) }, self.0)
+    }
+
+    /// Sets the cells and corners that this rank's fields have. Collective.
+    ///
+    /// # Errors
+    /// What icoray_part_set returns.
+    pub fn set_part(&self, grid: &str, cells: &OwnedRows, corners: &OwnedRows) -> Result<()> {
+        let grid = c_string(grid);
+        let part = icoray_part {
+            struct_size: size_of::<icoray_part>(),
+            grid: grid.as_ptr(),
+            cells: cells.row.len() as i64,
+            index_type: ICORAY_I64,
+            cell_global: cells.row.as_ptr().cast(),
+            owned_cells: 0,
+            is_owned: cells.is_owned.as_ptr(),
+            corners: corners.row.len() as i64,
+            corner_global: if corners.row.is_empty() { ptr::null() } else { corners.row.as_ptr().cast() },
+            owned_corners: 0,
+            is_corner_owned: corners.is_owned.as_ptr(),
+        };
+        // SAFETY: an open context; tables that live until the call returns.
+        checked(unsafe { icoray_part_set(self.0, &raw const part) }, self.0)
+    }
+
+    /// Sets the radii of layers, of the name of their grid.
+    ///
+    /// # Errors
+    /// What icoray_layers_set returns.
+    pub fn set_layers(&self, name: &str, radii: &[f64], planet_radius: f64) -> Result<()> {
+        let name = c_string(name);
+        let layers = icoray_layers {
+            struct_size: size_of::<icoray_layers>(),
+            count: radii.len() as i64,
+            radius_m: radii.as_ptr(),
+            planet_radius_m: planet_radius,
+            name: name.as_ptr(),
+        };
+        // SAFETY: an open context; radii that are copied.
+        checked(unsafe { icoray_layers_set(self.0, &raw const layers) }, self.0)
+    }
+
+    /// Sets heights of points, or removes them.
+    ///
+    /// # Errors
+    /// What icoray_heights_set returns.
+    pub fn set_heights(&self, heights: Option<&Values>) -> Result<()> {
+        let given = heights.map(|values| (values.as_c(), c_string(values.grid)));
+        let array = given.as_ref().map(|(array, name)| named(array, name));
+        let array = array.as_ref().map_or(ptr::null(), ptr::from_ref);
+        // SAFETY: an open context; NULL or values that the caller keeps.
+        checked(unsafe { icoray_heights_set(self.0, array) }, self.0)
+    }
+
+    /// Sets a field.
+    ///
+    /// # Errors
+    /// What icoray_field_set returns.
+    pub fn set_field(&self, name: &str, values: &Values) -> Result<()> {
+        let (name, grid) = (c_string(name), c_string(values.grid));
+        let array = named(&values.as_c(), &grid);
+        // SAFETY: an open context; values that the caller keeps.
+        checked(unsafe { icoray_field_set(self.0, name.as_ptr(), &raw const array) }, self.0)
+    }
+
+    /// Tells the context that a field could not be set.
+    pub fn refuse_field(&self, name: &str, why: &str) {
+        let (name, why) = (c_string(name), c_string(why));
+        let status = icoray_status::ICORAY_ERR_ARGUMENT as i32;
+        // SAFETY: an open context and strings. It returns the status that is given here.
+        unsafe { icoray_refuse(self.0, c"icoray_field_set".as_ptr(), name.as_ptr(), status, why.as_ptr()) };
+    }
+
+    /// Draws what is due. Collective.
+    ///
+    /// # Errors
+    /// What icoray_execute returns.
+    pub fn execute(&self, step: i64, time_s: f64) -> Result<()> {
+        // SAFETY: an open context, whose arrays are alive.
+        checked(unsafe { icoray_execute(self.0, step, time_s, ptr::null()) }, self.0)
+    }
+
+    /// The report of the last frame, if there is one.
+    pub fn report(&self) -> Option<icoray_frame_report> {
+        // SAFETY: a struct of numbers, for which zeros are values.
+        let mut report: icoray_frame_report = unsafe { std::mem::zeroed() };
+        report.struct_size = size_of::<icoray_frame_report>();
+        // SAFETY: an open context and a struct of that size.
+        let status = unsafe { icoray_report(self.0, &raw mut report) };
+        (status == icoray_status::ICORAY_OK).then_some(report)
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        // The log has what failed.
+        // SAFETY: an open context, which is not used again.
+        unsafe { icoray_close(&raw mut self.0) };
+    }
+}
+
+impl Values<'_> {
+    fn as_c(&self) -> icoray_array {
+        let bytes = if self.is_f64 { size_of::<f64>() } else { size_of::<f32>() } as isize;
+        icoray_array {
+            struct_size: size_of::<icoray_array>(),
+            data: self.data.wrapping_byte_offset(self.strides.first as isize * bytes),
+            r#type: if self.is_f64 { ICORAY_F64 } else { ICORAY_F32 },
+            location: if self.is_at_corners { ICORAY_CORNER } else { ICORAY_CENTER },
+            columns: self.columns as i64,
+            layers: self.layers as i64,
+            column_stride: self.strides.column,
+            layer_stride: self.strides.layer,
+            block: self.strides.block,
+            block_stride: self.strides.block_stride,
+            has_fill: 0,
+            fill_value: 0.0,
+            grid_name: ptr::null(),
+            layers_name: ptr::null(),
+        }
+    }
+}
+
+fn named(array: &icoray_array, grid: &CStr) -> icoray_array {
+    icoray_array { grid_name: grid.as_ptr(), layers_name: grid.as_ptr(), ..*array }
+}
+
+/// A string for C; a NUL in it, which no name has, is shown as a question mark.
+fn c_string(text: &str) -> CString {
+    CString::new(text.replace('\0', "?")).unwrap_or_default()
+}
+
+/// The failure of a call, with the message that the context or the thread has for it.
+fn checked(status: icoray_status, ctx: *const icoray_ctx) -> Result<()> {
+    if status == icoray_status::ICORAY_OK {
+        return Ok(());
+    }
+    let mut message: [c_char; 512] = [0; 512];
+    // SAFETY: NULL or an open context, and a buffer of that length.
+    unsafe { icoray_last_error(ctx, message.as_mut_ptr(), message.len()) };
+    // SAFETY: the call has written a string, or none and the buffer begins with NUL.
+    let message = unsafe { CStr::from_ptr(message.as_ptr()) }.to_string_lossy().into_owned();
+    Err(Error::new(ErrorKind::Argument, message))
+}

@@ -1,0 +1,130 @@
+//! Fields of the host as arrays of the context.
+
+use crate::blueprint::{Association, BlueprintField};
+use crate::conduit::{Array, Kind};
+use crate::context::{Context, Values};
+use crate::grid::HostGrid;
+use crate::order::{Layout, Order};
+use crate::strides::Strides;
+use icoray::{Error, ErrorKind, Result};
+use serde::{Deserialize, Serialize};
+
+/// What ranks without elements must know of a field that others have.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FieldKind {
+    pub is_at_elements: bool,
+    pub is_f64: bool,
+}
+
+impl FieldKind {
+    pub fn of(field: &BlueprintField) -> Self {
+        FieldKind {
+            is_at_elements: field.association == Association::Element,
+            is_f64: field.values.kind() != Kind::F32,
+        }
+    }
+
+    fn values<'a>(&self, on: &HostGrid, grid: &'a str, data: *const u8, strides: Strides) -> Values<'a> {
+        Values {
+            data: data.cast(),
+            is_f64: self.is_f64,
+            is_at_corners: self.is_at_elements == on.has_triangles,
+            columns: on.columns[usize::from(self.is_at_elements)],
+            layers: self.layout(on).layers,
+            strides,
+            grid,
+        }
+    }
+
+    fn layout<'a>(&self, on: &'a HostGrid) -> &'a Layout {
+        if self.is_at_elements { &on.elements } else { &on.points }
+    }
+}
+
+/// Values in the order of columns, where the host's order cannot be read in place.
+pub enum Copy {
+    F32(Vec<f32>),
+    F64(Vec<f64>),
+}
+
+impl Copy {
+    pub fn bytes(&self) -> usize {
+        match self {
+            Copy::F32(values) => size_of_val(values.as_slice()),
+            Copy::F64(values) => size_of_val(values.as_slice()),
+        }
+    }
+
+    fn data(&self) -> *const u8 {
+        match self {
+            Copy::F32(values) => values.as_ptr().cast(),
+            Copy::F64(values) => values.as_ptr().cast(),
+        }
+    }
+
+    fn of(values: &Array, layout: &Layout, is_f64: bool) -> Self {
+        let all = (0..layout.columns).flat_map(|column| (0..layout.layers).map(move |layer| (column, layer)));
+        let value = |(column, layer)| values.real(layout.at(column, layer) as usize);
+        if is_f64 { Copy::F64(all.map(value).collect()) } else { Copy::F32(all.map(|at| value(at) as f32).collect()) }
+    }
+}
+
+/// Sets a field in place, or as a copy if `may_copy`; returns the copy, which the caller keeps until the context has
+/// executed.
+///
+/// # Errors
+/// [`ErrorKind::Field`] where the host's values do not fit its mesh, or the copy is not wanted.
+pub fn set(
+    context: &Context,
+    name: &str,
+    field: &BlueprintField,
+    (on, grid): (&HostGrid, &str),
+    may_copy: bool,
+) -> Result<Option<Copy>> {
+    let (kind, values) = (FieldKind::of(field), &field.values);
+    let layout = kind.layout(on);
+    let what = if kind.is_at_elements { "elements" } else { "points" };
+    if values.len() != layout.elements {
+        let message = format!("{} values, expected one for each of the {} {what}", values.len(), layout.elements);
+        return Err(Error::new(ErrorKind::Field, message));
+    }
+    if let Some(strides) = in_place(values, layout) {
+        let data = if values.is_empty() { std::ptr::dangling() } else { values.address(0) };
+        context.set_field(name, &kind.values(on, grid, data, strides))?;
+        return Ok(None);
+    }
+    if !may_copy {
+        return Err(Error::new(ErrorKind::Field, "its values are in no order of columns, and the scene does not name it"));
+    }
+    let copy = Copy::of(values, layout, kind.is_f64);
+    context.set_field(name, &kind.values(on, grid, copy.data(), Strides::by_column(layout.layers)))?;
+    Ok(Some(copy))
+}
+
+/// Sets a field that other ranks have on a rank that has no elements.
+///
+/// # Errors
+/// What the context returns.
+pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, (on, grid): (&HostGrid, &str)) -> Result<()> {
+    let strides = Strides::by_column(kind.layout(on).layers);
+    context.set_field(name, &kind.values(on, grid, std::ptr::dangling::<f64>().cast(), strides))
+}
+
+/// The strides of values that can be read where they are.
+fn in_place(values: &Array, layout: &Layout) -> Option<Strides> {
+    let Order::InPlace(strides) = &layout.order else { return None };
+    let bytes = values.kind().bytes();
+    let is_aligned = values.is_empty() || values.address(0).addr().is_multiple_of(bytes);
+    let apart = values.stride() / bytes as isize;
+    if values.kind().is_integer() || !is_aligned || apart * bytes as isize != values.stride() {
+        return None;
+    }
+    let of_values = |elements: i64| elements * apart as i64;
+    Some(Strides {
+        first: of_values(strides.first),
+        column: of_values(strides.column),
+        layer: of_values(strides.layer),
+        block: strides.block,
+        block_stride: of_values(strides.block_stride),
+    })
+}

@@ -1,0 +1,48 @@
+//! The other ranks of the host, with which this library exchanges meshes.
+
+use icoray::{Error, ErrorKind, Result, Team};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// All ranks of the host, or one process alone.
+pub struct Peers(Option<Box<dyn Team>>);
+
+impl Peers {
+    pub fn new(team: Option<Box<dyn Team>>) -> Self {
+        Peers(team)
+    }
+
+    pub fn rank(&self) -> usize {
+        self.0.as_ref().map_or(0, |team| team.rank())
+    }
+
+    pub fn size(&self) -> usize {
+        self.0.as_ref().map_or(1, |team| team.size())
+    }
+
+    /// The values of all ranks, in their order. Collective.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`] where ranks cannot be reached.
+    pub fn share<T: Serialize + DeserializeOwned>(&mut self, mine: T) -> Result<Vec<T>> {
+        let Some(team) = &mut self.0 else { return Ok(vec![mine]) };
+        let failed = |e: postcard::Error| Error::new(ErrorKind::Mpi, format!("a message between ranks: {e}"));
+        let bytes = postcard::to_stdvec(&mine).map_err(failed)?;
+        drop(mine);
+        team.share(&bytes)?.iter().map(|bytes| postcard::from_bytes(bytes).map_err(failed)).collect()
+    }
+
+    /// What all ranks have, or the failure of the first one that failed. Collective.
+    ///
+    /// # Errors
+    /// The failure of a rank, with its number, the same on all; [`ErrorKind::Mpi`] as [`Self::share`].
+    pub fn share_all<T: Serialize + DeserializeOwned>(&mut self, mine: Result<T>) -> Result<Vec<T>> {
+        let all = self.share(mine.map_err(|e| e.to_string()))?;
+        let is_alone = all.len() == 1;
+        let rank_of = |rank: usize, message: String| {
+            let message = if is_alone { message } else { format!("rank {rank}: {message}") };
+            Error::new(ErrorKind::Argument, message)
+        };
+        all.into_iter().enumerate().map(|(rank, one)| one.map_err(|message| rank_of(rank, message))).collect()
+    }
+}
