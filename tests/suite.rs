@@ -1,6 +1,7 @@
 //! Tests across crates, in one program: pictures against references, the C ABI, Fortran, MPI.
 
 mod abi;
+mod catalyst;
 mod comin;
 mod errors;
 mod fortran;

@@ -37,6 +37,15 @@ pub fn mpi_library() -> &'static Path {
     &LIBRARY
 }
 
+/// The implementation of Catalyst with MPI, which the feature `mpi` builds.
+///
+/// # Panics
+/// When it is missing.
+pub fn catalyst_library() -> &'static Path {
+    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("catalyst_icoray"));
+    &LIBRARY
+}
+
 /// The shared library for MPICH where `mpicc` is another MPI's: the one that ICORAY_MPICH_LIBRARY names.
 ///
 /// # Panics

@@ -231,10 +231,10 @@ impl Adaptor {
     }
 
     /// Keeps a copy of a field until the frame is drawn, and says so once.
-    fn keep(&mut self, name: &str, copy: Option<Copy>) {
-        let Some(copy) = copy else { return };
+    fn keep(&mut self, name: &str, copy: Option<(Copy, &str)>) {
+        let Some((copy, why)) = copy else { return };
         self.bytes_copied += copy.bytes();
-        let message = format!("field {name}: its values are in no order of columns, and are copied for each picture");
+        let message = format!("field {name}: its values {why}, and are copied for each picture");
         if self.peers.rank() == 0 && self.told.insert(message.clone()) {
             crate::say(&message);
         }

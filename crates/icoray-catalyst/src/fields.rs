@@ -70,7 +70,7 @@ impl Copy {
 }
 
 /// Sets a field in place, or as a copy if `may_copy`; returns the copy, which the caller keeps until the context has
-/// executed.
+/// executed, and what its values are that they cannot be read in place.
 ///
 /// # Errors
 /// [`ErrorKind::Field`] where the host's values do not fit its mesh, or the copy is not wanted.
@@ -80,7 +80,7 @@ pub fn set(
     field: &BlueprintField,
     (on, grid): (&HostGrid, &str),
     may_copy: bool,
-) -> Result<Option<Copy>> {
+) -> Result<Option<(Copy, &'static str)>> {
     let (kind, values) = (FieldKind::of(field), &field.values);
     let layout = kind.layout(on);
     let what = if kind.is_at_elements { "elements" } else { "points" };
@@ -88,17 +88,20 @@ pub fn set(
         let message = format!("{} values, expected one for each of the {} {what}", values.len(), layout.elements);
         return Err(Error::new(ErrorKind::Field, message));
     }
-    if let Some(strides) = in_place(values, layout) {
-        let data = if values.is_empty() { std::ptr::dangling() } else { values.address(0) };
-        context.set_field(name, &kind.values(on, grid, data, strides))?;
-        return Ok(None);
-    }
+    let why = match in_place(values, layout) {
+        Ok(strides) => {
+            let data = if values.is_empty() { std::ptr::dangling() } else { values.address(0) };
+            context.set_field(name, &kind.values(on, grid, data, strides))?;
+            return Ok(None);
+        }
+        Err(why) => why,
+    };
     if !may_copy {
-        return Err(Error::new(ErrorKind::Field, "its values are in no order of columns, and the scene does not name it"));
+        return Err(Error::new(ErrorKind::Field, format!("its values {why}, and the scene does not name it")));
     }
     let copy = Copy::of(values, layout, kind.is_f64);
     context.set_field(name, &kind.values(on, grid, copy.data(), Strides::by_column(layout.layers)))?;
-    Ok(Some(copy))
+    Ok(Some((copy, why)))
 }
 
 /// Sets a field that other ranks have on a rank that has no elements.
@@ -110,17 +113,20 @@ pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, (on, grid): (&
     context.set_field(name, &kind.values(on, grid, std::ptr::dangling::<f64>().cast(), strides))
 }
 
-/// The strides of values that can be read where they are.
-fn in_place(values: &Array, layout: &Layout) -> Option<Strides> {
-    let Order::InPlace(strides) = &layout.order else { return None };
+/// The strides of values that can be read where they are, or why they cannot.
+fn in_place(values: &Array, layout: &Layout) -> std::result::Result<Strides, &'static str> {
+    let Order::InPlace(strides) = &layout.order else { return Err("are in no order of columns") };
     let bytes = values.kind().bytes();
-    let is_aligned = values.is_empty() || values.address(0).addr().is_multiple_of(bytes);
     let apart = values.stride() / bytes as isize;
-    if values.kind().is_integer() || !is_aligned || apart * bytes as isize != values.stride() {
-        return None;
+    if values.kind().is_integer() {
+        return Err("are integers");
+    }
+    let is_aligned = values.is_empty() || values.address(0).addr().is_multiple_of(bytes);
+    if !is_aligned || apart * bytes as isize != values.stride() {
+        return Err("are not at multiples of their size in memory");
     }
     let of_values = |elements: i64| elements * apart as i64;
-    Some(Strides {
+    Ok(Strides {
         first: of_values(strides.first),
         column: of_values(strides.column),
         layer: of_values(strides.layer),

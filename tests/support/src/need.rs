@@ -39,12 +39,14 @@ pub enum Need {
     Terminal,
     /// The library of ICON's ComIn, with its program `comin_replay`, in the prefix that ICORAY_COMIN names, and libnetcdf.
     Comin,
+    /// Kitware's libcatalyst with MPI and its headers, in the prefix that ICORAY_CATALYST names.
+    Catalyst,
     /// The files of models: see [`data_file`](crate::data_file).
     Data,
 }
 
 /// Each need with its name in `ICORAY_REQUIRE`, and what the last lines of `cargo xtask test` say.
-const NEEDS: [(Need, &str, &str); 19] = [
+const NEEDS: [(Need, &str, &str); 20] = [
     (Need::Long, "long", "only with --all"),
     (Need::Gpu, "gpu", "no Vulkan adapter"),
     (Need::Mpi, "mpi", "no MPI"),
@@ -63,6 +65,7 @@ const NEEDS: [(Need, &str, &str); 19] = [
     (Need::Memory, "memory", "less than 6 GB of free memory"),
     (Need::Terminal, "terminal", "no pseudo-terminal"),
     (Need::Comin, "comin", "no ComIn"),
+    (Need::Catalyst, "catalyst", "no libcatalyst"),
     (Need::Data, "data", "no test data"),
 ];
 

@@ -1,0 +1,326 @@
+//! The implementation of Catalyst, loaded by a double of libcatalyst, and by the real one where ICORAY_CATALYST names its
+//! prefix.
+
+use icoray_test_support::{Need, runs, runs_long, skip, skip_because};
+use icoray_tests::native::{catalyst_library, command, mpi_library, root, succeeded, text};
+use icoray_tests::ranks::FIRST;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+const WARNINGS: [&str; 7] =
+    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
+const STEPS: usize = 3;
+
+/// Files in C of `tests/c/catalyst`.
+fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
+    names.map(|name| root().join("tests/c/catalyst").join(name))
+}
+
+fn compiled(compiler: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
+    let mut compile = command(compiler, to.parent().unwrap());
+    compile.args(WARNINGS).args(options).arg("-o").arg(to).args(sources).args(libraries);
+    succeeded(compile.args(["-lm", "-ldl"]));
+}
+
+/// A program that makes its mesh with icoray's library.
+fn with_icoray(compiler: &str, to: &Path, options: &[&str], names: &[&str], libraries: &[&str]) {
+    let include = format!("-I{}", root().join("include").display());
+    let library = mpi_library();
+    let rpath = format!("-Wl,-rpath,{}", library.parent().unwrap().display());
+    let options = [&[include.as_str()], options].concat();
+    let libraries = [libraries, &[library.to_str().unwrap(), &rpath]].concat();
+    let paths: Vec<_> = names.iter().flat_map(|name| sources([name])).collect();
+    compiled(compiler, to, &options, &paths, &libraries);
+}
+
+/// A libcatalyst with the host that was built against it.
+struct Host {
+    program: PathBuf,
+    /// Directory of libcatalyst-icoray.so.
+    implementation: PathBuf,
+    library: PathBuf,
+    is_on_ranks: bool,
+}
+
+impl Host {
+    /// Compiles the host against a header and library.
+    fn new(directory: &Path, include: &Path, library: &Path, options: &[&str], is_on_ranks: bool) -> Self {
+        let implementation = directory.join("implementation");
+        if !implementation.is_dir() {
+            std::fs::create_dir(&implementation).unwrap();
+            std::os::unix::fs::symlink(catalyst_library(), implementation.join("libcatalyst-icoray.so")).unwrap();
+        }
+        let program = library.with_file_name(if is_on_ranks { "host-mpi" } else { "host" });
+        let program = directory.join(program.file_name().unwrap());
+        let libraries = library.parent().unwrap();
+        let include = format!("-I{}", include.display());
+        let (at, rpath) = (format!("-L{}", libraries.display()), format!("-Wl,-rpath,{}", libraries.display()));
+        let mut options = [&[include.as_str()], options].concat();
+        options.extend(is_on_ranks.then_some("-DHOST_MPI"));
+        let compiler = if is_on_ranks { "mpicc" } else { "cc" };
+        with_icoray(compiler, &program, &options, &["host.c", "ball.c"], &[&at, "-lcatalyst", &rpath]);
+        Host { program, implementation, library: library.to_owned(), is_on_ranks }
+    }
+
+    /// Against the double, whose functions of Conduit have their external names if `is_external`.
+    fn of_double(directory: &Path, is_external: bool, is_on_ranks: bool) -> Self {
+        let directory = directory.join(format!("double{}{}", u8::from(is_external), u8::from(is_on_ranks)));
+        std::fs::create_dir(&directory).unwrap();
+        let include = root().join("tests/c/catalyst/double");
+        let flag = format!("-I{}", include.display());
+        let options = if is_external { vec!["-DEXTERNAL_CONDUIT"] } else { vec![] };
+        let library = directory.join("libcatalyst.so");
+        let of_library = [&[flag.as_str(), "-fPIC", "-shared", "-Wno-pedantic"], &options[..]].concat();
+        compiled("cc", &library, &of_library, &sources(["double/double.c"]), &[]);
+        Self::new(&directory, &include, &library, &options, is_on_ranks)
+    }
+
+    /// A run on so many ranks.
+    fn command(&self, ranks: usize, run: &Path, arguments: &[&str]) -> Command {
+        let mut command =
+            if self.is_on_ranks { FIRST.on_ranks(ranks, &self.program, run) } else { command(&self.program, run) };
+        command.args(arguments).env("CATALYST_IMPLEMENTATION_NAME", "icoray");
+        command.env("CATALYST_IMPLEMENTATION_PATHS", &self.implementation);
+        command.env("LD_LIBRARY_PATH", self.library.parent().unwrap());
+        command
+    }
+
+    /// What the host printed, which ended well on all ranks and never got another status than that all is well.
+    fn run(&self, ranks: usize, run: &Path, arguments: &[&str]) -> String {
+        ended_well(ranks, self.command(ranks, run, arguments))
+    }
+}
+
+fn ended_well(ranks: usize, mut host: Command) -> String {
+    let output = succeeded(&mut host);
+    let told = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(told.matches("the host ended well").count(), ranks, "{told}");
+    assert!(!told.contains("returned") && told.contains("implementation icoray"), "{told}");
+    told
+}
+
+/// A directory for a run, with the test's scene.
+fn prepared(directory: &Path, name: &str, heights: &str) -> PathBuf {
+    let scene = std::fs::read_to_string(root().join("tests/c/catalyst/scene.toml")).unwrap();
+    let scene = if heights == "hills" { format!("heights = \"native\"\n{scene}") } else { scene };
+    let to = directory.join(name);
+    std::fs::create_dir(&to).unwrap();
+    std::fs::write(to.join("scene.toml"), scene).unwrap();
+    to
+}
+
+type Pictures = Vec<(String, image::RgbaImage)>;
+
+/// Names and pixels of the pictures of a run.
+fn pictures(run: &Path) -> Pictures {
+    let Ok(entries) = std::fs::read_dir(run.join("pictures")) else { return Vec::new() };
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|e| e == "png"));
+    paths.sort();
+    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+    paths.iter().map(|path| (name(path), image::open(path).unwrap().into_rgba8())).collect()
+}
+
+/// Fails where a run drew other pictures.
+fn assert_same(run: &Path, expected: &Pictures) {
+    let drawn = pictures(run);
+    let names = |pictures: &Pictures| pictures.iter().map(|p| p.0.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&drawn), names(expected), "{}", run.display());
+    for ((name, picture), (_, expected)) in drawn.iter().zip(expected) {
+        let off = picture.iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+        assert!(off <= 1, "{}: {name}: {off} of 255", run.display());
+    }
+}
+
+/// What whole arrays in one process show.
+fn direct(directory: &Path, shape: &str, heights: &str) -> Pictures {
+    let program = directory.join("direct");
+    if !program.is_file() {
+        with_icoray("cc", &program, &[], &["direct.c", "ball.c"], &[]);
+    }
+    let run = prepared(directory, &format!("direct {shape} {heights}"), heights);
+    succeeded(command(&program, &run).args(["scene.toml", shape, heights, &STEPS.to_string()]));
+    let expected = pictures(&run);
+    assert_eq!(expected.len(), 5);
+    for (i, (name, picture)) in expected.iter().enumerate() {
+        let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
+        assert!(colors > 500, "{name}: {colors} colours");
+        assert!(expected[..i].iter().all(|(_, other)| other != picture), "{name}");
+    }
+    expected
+}
+
+const CASES: [(&str, &str); 4] = [("wedges", "flat"), ("wedges", "hills"), ("prisms", "flat"), ("prisms", "hills")];
+const ORDERS: [&str; 6] = ["column", "level", "top", "shuffled", "float", "strided"];
+
+/// Draws with a host all shapes in all orders, on 1 to 3 ranks.
+fn draws_the_same(directory: &Path, host: &Host, ranks: &[usize]) {
+    for (shape, heights) in CASES {
+        let expected = direct(directory, shape, heights);
+        for order in ORDERS {
+            // Other orders are read in the same way on all ranks.
+            for &ranks in ranks.iter().filter(|ranks| **ranks == 1 || ["column", "shuffled"].contains(&order)) {
+                let run = prepared(directory, &format!("{shape} {heights} {order} {ranks}"), heights);
+                let told = host.run(ranks, &run, &["scene.toml", shape, heights, &STEPS.to_string(), order]);
+                let is_copied = order == "shuffled";
+                let said = told.matches("icoray: warning: ").count();
+                assert_eq!(said, if is_copied { 2 } else { 0 }, "{told}");
+                assert_eq!(told.matches("are copied for each picture").count(), said, "{told}");
+                assert!(ranks > 1 || is_copied || told.contains("\n0 bytes copied"), "{told}");
+                assert!(!is_copied || !told.contains("\n0 bytes copied"), "{told}");
+                assert_same(&run, &expected);
+            }
+        }
+        for (name, _) in std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap()).map(|e| (e.path(), ())) {
+            if name.is_dir() && name.to_string_lossy().contains(&format!("/{shape} {heights}")) {
+                std::fs::remove_dir_all(name).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn hosts_draw_what_whole_arrays_show() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    draws_the_same(directory, &Host::of_double(directory, false, true), &[1, 2, 3]);
+}
+
+/// A host without MPI, and one whose Conduit is a library of its own.
+#[test]
+fn hosts_on_one_process_draw_too() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let expected = direct(directory, "wedges", "flat");
+    for is_external in [false, true] {
+        let host = Host::of_double(directory, is_external, false);
+        let run = prepared(directory, &format!("{is_external}"), "flat");
+        let told = host.run(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
+        assert!(!told.contains("icoray:"), "{told}");
+        assert_same(&run, &expected);
+    }
+    // Without a planet's radius the innermost layer is its surface, as it is here; the environment may name the scene.
+    let host = Host::of_double(directory, false, true);
+    for (fault, ranks) in [("no radius", 1), ("empty", 3)] {
+        let run = prepared(directory, fault, "flat");
+        host.run(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault]);
+        assert_same(&run, &expected);
+    }
+    let run = prepared(directory, "environment", "flat");
+    let arguments = ["-", "wedges", "flat", &STEPS.to_string(), "column", "no scene"];
+    let mut command = host.command(2, &run, &arguments);
+    ended_well(2, {
+        command.env("ICORAY_SCENE", "scene.toml");
+        command
+    });
+    assert_same(&run, &expected);
+}
+
+/// What goes wrong is a line of the host's standard error, and the host ends well.
+#[test]
+fn no_failure_ends_the_host() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let host = Host::of_double(directory, false, true);
+    let cases = [
+        ("no scene", "scene.toml", "catalyst/scripts has no path that ends in .toml", 0),
+        ("", "nowhere.toml", "nowhere.toml: cannot read the scene", 0),
+        ("type", "scene.toml", "channel grid: ", 0),
+        ("shape", "scene.toml", "elements of shape \"tet\", expected \"wedge\"", 0),
+        ("ghosts", "scene.toml", "field vtkGhostType marks ", 0),
+        ("rank", "scene.toml", "rank 2: ", 0),
+        // The other view is drawn at steps 0 to 3, this one at step 0.
+        ("field", "scene.toml", "the host gives no such field on this rank", 5),
+    ];
+    for (fault, scene, said, drawn) in cases {
+        let run = prepared(directory, &format!("fault {fault} {scene}"), "flat");
+        let told = host.run(3, &run, &[scene, "wedges", "flat", "4", "column", fault]);
+        assert!(told.contains("icoray: warning: ") && told.contains(said), "{fault}: {told}");
+        assert!(told.lines().all(|line| line.len() < 480), "{told}");
+        assert_eq!(pictures(&run).len(), drawn, "{fault}: {told}");
+    }
+    let run = prepared(directory, "in the way", "flat");
+    std::fs::write(run.join("pictures"), "").unwrap();
+    let told = host.run(2, &run, &["scene.toml", "wedges", "flat", "1", "column"]);
+    assert!(told.contains("icoray: warning: ") && told.contains("pictures"), "{told}");
+}
+
+/// In a small file system of its own, which goes with the host.
+#[test]
+fn a_full_disk_does_not_end_the_host() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let host = Host::of_double(directory.path(), false, true);
+    let run = prepared(directory.path(), "full", "flat");
+    std::fs::create_dir(run.join("pictures")).unwrap();
+    let mount = "mount -t tmpfs -o size=24k none pictures";
+    if !runs(command("unshare", &run).args(["-m", "sh", "-c", mount])) {
+        return skip(Need::Mount);
+    }
+    let inner = host.command(2, &run, &["scene.toml", "wedges", "flat", "10", "column"]);
+    let mut outer = command("unshare", &run);
+    outer.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]).arg(inner.get_program());
+    outer.args(inner.get_args());
+    inner.get_envs().for_each(|(name, value)| {
+        value.iter().for_each(|value| {
+            outer.env(name, value);
+        });
+    });
+    let told = ended_well(2, outer);
+    assert!(told.contains("No space left on device"), "{told}");
+    assert!(told.matches("icoray: warning").count() < 12, "{told}");
+}
+
+/// Kitware's library: the host, and the same calls again from the files that it writes of them.
+#[test]
+fn the_real_libcatalyst_draws_the_same() {
+    if !runs_long() || !FIRST.is_there() {
+        return;
+    }
+    let Some(prefix) = std::env::var_os("ICORAY_CATALYST").map(PathBuf::from) else {
+        return skip(Need::Catalyst);
+    };
+    let (include, library) = (prefix.join("include/catalyst-2.0"), prefix.join("lib/libcatalyst.so"));
+    if !include.join("catalyst.h").is_file() || !library.is_file() {
+        return skip_because(Need::Catalyst, "no include/catalyst-2.0/catalyst.h or lib/libcatalyst.so");
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let host = Host::new(directory, &include, &library, &["-Wno-error", "-w"], true);
+    draws_the_same(directory, &host, &[1, 2, 3]);
+    let replay = prefix.join("bin/catalyst_replay");
+    if !replay.is_file() {
+        return skip_because(Need::Catalyst, "no bin/catalyst_replay");
+    }
+    let expected = pictures(&directory.join("direct wedges hills"));
+    for ranks in [1, 2, 3] {
+        let [first, again] = ["dumped", "replayed"].map(|name| prepared(directory, &format!("{name} {ranks}"), "hills"));
+        let dump = first.join("dump");
+        std::fs::create_dir(&dump).unwrap();
+        let mut host = host.command(ranks, &first, &["scene.toml", "wedges", "hills", &STEPS.to_string(), "column"]);
+        host.env("CATALYST_DATA_DUMP_DIRECTORY", format!("{}/", dump.display()));
+        ended_well(ranks, host);
+        let mut player = FIRST.on_ranks(ranks, &replay, &again);
+        player.arg(&dump).env("CATALYST_IMPLEMENTATION_NAME", "icoray");
+        player.env("CATALYST_IMPLEMENTATION_PATHS", directory.join("implementation"));
+        let output = succeeded(player.env("LD_LIBRARY_PATH", library.parent().unwrap()));
+        let told = text(&output.stdout) + &text(&output.stderr);
+        // Files are packed, so that numbers may lie at odd addresses.
+        let copies = told.matches("are not at multiples of their size in memory, and are copied").count();
+        assert_eq!(told.matches("icoray:").count(), copies, "{told}");
+        assert_same(&first, &expected);
+        assert_same(&again, &expected);
+    }
+}
