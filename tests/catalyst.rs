@@ -133,13 +133,18 @@ fn assert_same(run: &Path, expected: &Pictures) {
     }
 }
 
-/// What whole arrays in one process show.
+/// What whole arrays in one process show, in a scene on native heights where there are hills.
 fn direct(directory: &Path, shape: &str, heights: &str) -> Pictures {
+    direct_in(directory, shape, heights, heights)
+}
+
+/// As [`direct`], in the scene of other heights.
+fn direct_in(directory: &Path, shape: &str, heights: &str, scene: &str) -> Pictures {
     let program = directory.join("direct");
     if !program.is_file() {
         with_icoray("cc", &program, &[], &["direct.c", "ball.c"], &[]);
     }
-    let run = prepared(directory, &format!("direct {shape} {heights}"), heights);
+    let run = prepared(directory, &format!("direct {shape} {heights} {scene}"), scene);
     succeeded(command(&program, &run).args(["scene.toml", shape, heights, &STEPS.to_string()]));
     let expected = pictures(&run);
     assert_eq!(expected.len(), 5);
@@ -223,6 +228,49 @@ fn hosts_on_one_process_draw_too() {
     assert_same(&run, &expected);
 }
 
+/// A mesh may change at each step: its heights alone, or all of it. Channels with the same field are told apart.
+#[test]
+fn meshes_of_each_step_are_drawn() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let host = Host::of_double(directory, false, true);
+    for shape in ["wedges", "prisms"] {
+        let [flat, hills] = ["flat", "hills"].map(|heights| direct_in(directory, shape, heights, "hills"));
+        let odd = |picture: &(String, image::RgbaImage)| picture.0.ends_with("1.png");
+        let moving: Pictures =
+            flat.iter().zip(&hills).map(|(f, h)| if odd(f) { h.clone() } else { f.clone() }).collect();
+        let flat = direct(directory, shape, "flat");
+        for ranks in [1, 3] {
+            for (change, heights, expected) in [("moving", "hills", &moving), ("renumbered", "flat", &flat)] {
+                let run = prepared(directory, &format!("{shape} {change} {ranks}"), heights);
+                let arguments = ["scene.toml", shape, heights, &STEPS.to_string(), "column", change];
+                let told = host.run(ranks, &run, &arguments);
+                assert!(!told.contains("icoray:"), "{told}");
+                assert_same(&run, expected);
+            }
+        }
+        let run = prepared(directory, &format!("{shape} two"), "flat");
+        let two = ["scene.toml", shape, "flat", &STEPS.to_string(), "column", "two"];
+        let told = host.run(2, &run, &two);
+        assert!(told.contains("several channels have it, name one of grid.theta, other.theta"), "{told}");
+        assert_eq!(pictures(&run).len(), 2, "{told}");
+        let scene = std::fs::read_to_string(run.join("scene.toml")).unwrap();
+        std::fs::write(run.join("scene.toml"), scene.replace("field = \"theta\"", "field = \"grid.theta\"")).unwrap();
+        let told = host.run(2, &run, &two);
+        assert!(!told.contains("icoray:"), "{told}");
+        let drawn: Pictures =
+            pictures(&run).into_iter().map(|(name, picture)| (name.replace("grid.", ""), picture)).collect();
+        assert_eq!(drawn.len(), flat.len());
+        for (one, other) in drawn.iter().zip(&flat) {
+            assert_eq!(one.0, other.0);
+            assert!(one.1.iter().zip(other.1.iter()).all(|(a, b)| a.abs_diff(*b) <= 1), "{}", one.0);
+        }
+    }
+}
+
 /// What goes wrong is a line of the host's standard error, and the host ends well.
 #[test]
 fn no_failure_ends_the_host() {
@@ -304,9 +352,10 @@ fn the_real_libcatalyst_draws_the_same() {
     if !replay.is_file() {
         return skip_because(Need::Catalyst, "no bin/catalyst_replay");
     }
-    let expected = pictures(&directory.join("direct wedges hills"));
+    let expected = pictures(&directory.join("direct wedges hills hills"));
     for ranks in [1, 2, 3] {
-        let [first, again] = ["dumped", "replayed"].map(|name| prepared(directory, &format!("{name} {ranks}"), "hills"));
+        let [first, again] =
+            ["dumped", "replayed"].map(|name| prepared(directory, &format!("{name} {ranks}"), "hills"));
         let dump = first.join("dump");
         std::fs::create_dir(&dump).unwrap();
         let mut host = host.command(ranks, &first, &["scene.toml", "wedges", "hills", &STEPS.to_string(), "column"]);

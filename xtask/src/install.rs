@@ -1,6 +1,7 @@
 //! `cargo xtask install`: builds and installs the C library.
 
 mod archive;
+mod catalyst;
 mod comin;
 mod place;
 mod template;
@@ -68,7 +69,7 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     let comin = options.comin.as_ref().map(|prefix| Comin::find(&workspace.given(prefix))).transpose()?;
     // The plugin draws over the ranks of ICON.
     let mpi = options.mpi || comin.is_some();
-    let mut steps = Steps::new(3 + usize::from(comin.is_some()));
+    let mut steps = Steps::new(3 + usize::from(comin.is_some()) + usize::from(options.catalyst));
     steps.run("looking for system packages", |step| {
         let needed = if mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
         system::provide(needed, may_install, step)
@@ -80,6 +81,11 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     if let Some(comin) = comin {
         let plugin = steps.run("building the plugin", |step| comin.build(workspace, &built.shared, step))?;
         built.plugin = Some(plugin);
+    }
+    if options.catalyst {
+        let title = "building the implementation of Catalyst";
+        let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, options.gpu, step))?;
+        built.catalyst = Some(library);
     }
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
     print_line("");
@@ -102,6 +108,13 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
             plugin.display()
         ));
     }
+    if built.catalyst.is_some() {
+        print_line(&format!(
+            "\nto draw from a host of Catalyst 2, with a path to a scene in its catalyst/scripts:\n  \
+             export CATALYST_IMPLEMENTATION_NAME=icoray\n  export CATALYST_IMPLEMENTATION_PATHS={}",
+            layout.prefix.join(&layout.libdir).join(catalyst::DIRECTORY).display()
+        ));
+    }
     Ok(())
 }
 
@@ -111,6 +124,8 @@ pub struct Built {
     archive: PathBuf,
     /// The plugin for ICON, where it was asked for.
     plugin: Option<PathBuf>,
+    /// The implementation of Catalyst, where it was asked for.
+    catalyst: Option<PathBuf>,
 }
 
 /// Builds both libraries, with MPI or without, and with GPUs or without.
@@ -134,7 +149,7 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     refuse_faults(&shared, &Shared::read(&shared)?, mpi)?;
     let directory = products.join("reduced");
     let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions, &directory, step)?;
-    Ok(Built { shared, archive, plugin: None })
+    Ok(Built { shared, archive, plugin: None, catalyst: None })
 }
 
 /// Fails if a shared library has properties that an installed one must not have.
@@ -174,6 +189,10 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
     ];
     if let Some(plugin) = &built.plugin {
         items.push(item(lib(comin::PLUGIN), Content::File(plugin), 0o755));
+    }
+    if let Some(implementation) = &built.catalyst {
+        let path = lib(catalyst::DIRECTORY).join(catalyst::LIBRARY);
+        items.push(item(path, Content::File(implementation), 0o755));
     }
     place::place(&items)?;
     let mut files = Vec::new();

@@ -82,11 +82,13 @@ pub struct InstallOptions {
     pub gpu: bool,
     /// The prefix of ComIn, to build the plugin for ICON.
     pub comin: Option<PathBuf>,
+    /// Whether to build the implementation of Catalyst.
+    pub catalyst: bool,
 }
 
 impl Default for InstallOptions {
     fn default() -> Self {
-        Self { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, gpu: true, comin: None }
+        Self { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, gpu: true, comin: None, catalyst: false }
     }
 }
 
@@ -138,6 +140,7 @@ fn parse_options(mut subcommand: Subcommand, mut parser: Parser) -> Result<Invoc
             (Install(options), "--libdir") => options.libdir = argument.value()?.into(),
             (Install(options), "--mpi") => options.mpi = true,
             (Install(options), "--no-gpu") => options.gpu = false,
+            (Install(options), "--catalyst") => options.catalyst = true,
             (Install(options), "--comin") => options.comin = Some(argument.value()?.into()),
             _ => return Err(lexopt::Error::UnexpectedOption(option)),
         }
@@ -225,12 +228,20 @@ mod tests {
         };
         let default =
             DemoOptions { out: None, scene: None, backend: None, size: Size { level: 5, layers: 30, days: 12.0 } };
-        let usual =
-            InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, gpu: true, comin: None };
+        let usual = InstallOptions {
+            prefix: "/usr/local".into(),
+            libdir: "lib".into(),
+            mpi: false,
+            gpu: true,
+            comin: None,
+            catalyst: false,
+        };
         let comin = Some("icon".into());
-        let other = InstallOptions { prefix: "here".into(), libdir: "lib/x".into(), mpi: true, gpu: false, comin };
+        let prefix = "here".into();
+        let libdir = "lib/x".into();
+        let other = InstallOptions { prefix, libdir, mpi: true, gpu: false, comin, catalyst: true };
         let demo_line = "demo --out pictures --scene=my.toml --backend gpu --level=3 --layers 8 --days .5 --no-install";
-        let install_line = "install --prefix here --libdir=lib/x --mpi --no-gpu --comin icon --no-install";
+        let install_line = "install --prefix here --libdir=lib/x --mpi --no-gpu --comin icon --catalyst --no-install";
         for (line, subcommand, install) in [
             ("demo", Subcommand::Demo(default), true),
             (demo_line, Subcommand::Demo(demo), false),

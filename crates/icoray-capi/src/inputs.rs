@@ -245,6 +245,20 @@ pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_
     }
 }
 
+/// Sets *needs to whether pictures of the scene may read the heights of layers; false without a scene.
+///
+/// # Safety
+/// `ctx` is open.
+pub unsafe fn scene_may_need_heights(ctx: *mut icoray_ctx, needs: &mut bool) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            *needs = context.may_need_heights();
+            Ok(())
+        })
+    }
+}
+
 /// As icoray_scene_load, from TOML text. Collective: all ranks use the text of rank 0.
 ///
 /// # Safety

@@ -10,7 +10,7 @@
 //!
 //! Modules are public for bindings of other languages, which build these sources as a Rust library
 //! (`context` beside them); beside the exported functions they find [`open::open_over`],
-//! [`inputs::set_checked_grid`] and [`boundary::protected`].
+//! [`inputs::set_checked_grid`], [`inputs::scene_may_need_heights`] and [`boundary::protected`].
 
 mod borrow;
 pub mod boundary;

@@ -170,12 +170,11 @@ impl Adaptor {
         Ok(failures)
     }
 
-    /// A context has the heights of one grid.
+    /// Sets the heights of the first grid: a context has those of one.
     fn set_heights(&self) {
-        let with_heights =
-            self.grids.iter().find_map(|(name, slot)| slot.grid.as_ref().and_then(|grid| grid.heights(name)));
+        let first = self.grids.iter().find_map(|(name, slot)| slot.grid.as_ref()?.heights(name));
         // What fails here is in the log.
-        let _ = self.context.set_heights(with_heights.as_ref());
+        let _ = self.context.set_heights(first.as_ref());
     }
 
     fn set_fields(
@@ -250,7 +249,11 @@ impl Adaptor {
         let of_channel = |channel: &Channel| match &channel.mesh {
             Ok(_) => {
                 let names: Vec<_> = channel.fields.iter().map(|field| field.name.as_str()).collect();
-                format!("channel {} has {}", channel.name, if names.is_empty() { "none".into() } else { names.join(", ") })
+                format!(
+                    "channel {} has {}",
+                    channel.name,
+                    if names.is_empty() { "none".into() } else { names.join(", ") }
+                )
             }
             Err(error) => format!("channel {}: {error}", channel.name),
         };
@@ -295,7 +298,8 @@ fn places_of(name: &str, channels: &[Channel]) -> Vec<Place> {
     let mut places = Vec::new();
     for channel in channels {
         let qualified = name.strip_prefix(&channel.name).and_then(|rest| rest.strip_prefix('.'));
-        for field in channel.fields.iter().filter(|field| field.name == name || Some(field.name.as_str()) == qualified) {
+        for field in channel.fields.iter().filter(|field| field.name == name || Some(field.name.as_str()) == qualified)
+        {
             places.push(Place {
                 channel: channel.name.clone(),
                 topology: field.topology.clone(),

@@ -84,7 +84,9 @@ impl Links {
                 continue;
             }
             let (mut chain, mut last) = (vec![end as u32], NONE);
-            while let Some(next) = self.0[chain[chain.len() - 1] as usize].into_iter().find(|p| *p != NONE && *p != last) {
+            while let Some(next) =
+                self.0[chain[chain.len() - 1] as usize].into_iter().find(|p| *p != NONE && *p != last)
+            {
                 last = chain[chain.len() - 1];
                 chain.push(next);
             }
@@ -169,4 +171,105 @@ fn stacks(
 /// The distance of a place from the origin.
 pub fn radius(place: [f64; 3]) -> f64 {
     place.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::conduit::{Array, Kind};
+    use icoray::IcosahedralMesh;
+
+    /// The wedges of layers over the triangles of an icosahedral mesh, whose points and elements are numbered so.
+    fn wedges(
+        mesh: &IcosahedralMesh,
+        layers: u64,
+        point: impl Fn(u64) -> u64,
+        element: impl Fn(u64) -> u64,
+    ) -> Vec<i64> {
+        let triangles = mesh.corner_cell.len() as u64 / 3;
+        let mut table = vec![0; (6 * triangles * layers) as usize];
+        for i in 0..triangles * layers {
+            let (triangle, layer, at) = (i / layers, i % layers, element(i));
+            for k in 0..6 {
+                // Every third one is upside down and turned.
+                let turn = u64::from(at % 3 == 1);
+                let cell = mesh.corner_cell[(3 * triangle + (k + turn) % 3) as usize] as u64;
+                let level = layer + (u64::from(k >= 3) ^ turn);
+                table[(6 * at + k) as usize] = point(cell * (layers + 1) + level) as i64;
+            }
+        }
+        table
+    }
+
+    fn elements(table: &[i64], points: usize) -> Elements<'_> {
+        // SAFETY: the numbers of the slice.
+        let connectivity = unsafe { Array::new(table.as_ptr().cast(), Kind::I64, table.len(), 8) };
+        Elements::Wedges { connectivity, points }
+    }
+
+    /// A step through all numbers below `count`, in no order.
+    fn shuffle(i: u64, count: u64) -> u64 {
+        (i * 7919 + 13) % count
+    }
+
+    #[test]
+    fn columns_of_shuffled_wedges_are_found() {
+        let (mesh, layers) = (IcosahedralMesh::new(5).unwrap(), 20);
+        let points = mesh.cells() as u64 * (layers + 1);
+        let count = mesh.corner_cell.len() as u64 / 3 * layers;
+        let table = wedges(&mesh, layers, |i| shuffle(i, points), |i| shuffle(i, count));
+        // The number of a point before it was shuffled, by the inverse of the step.
+        let mut before = vec![0; points as usize];
+        (0..points).for_each(|i| before[shuffle(i, points) as usize] = i);
+        // Layers as thin as rounding allows.
+        let place = |point: u32| [0.0, 0.0, 1.0 + (before[point as usize] % (layers + 1)) as f64 * 1e-15];
+        let found = Columns::find(&elements(&table, points as usize), place).unwrap();
+        assert_eq!((found.levels, found.points.len() as u64), (layers as usize + 1, points));
+        let cells: Vec<u64> = found
+            .points
+            .chunks_exact(found.levels)
+            .map(|column| {
+                let cell = before[column[0] as usize] / (layers + 1);
+                let is_whole = (0..=layers).all(|l| before[column[l as usize] as usize] == cell * (layers + 1) + l);
+                assert!(is_whole, "the column of cell {cell}");
+                cell
+            })
+            .collect();
+        let mut element_before = vec![0; count as usize];
+        (0..count).for_each(|i| element_before[shuffle(i, count) as usize] = i);
+        assert_eq!(found.polygons.len() * 3, mesh.corner_cell.len());
+        for (stack, polygon) in found.elements.chunks_exact(layers as usize).zip(&found.polygons) {
+            let triangle = element_before[stack[0] as usize] / layers;
+            assert!((0..layers).all(|l| element_before[stack[l as usize] as usize] == triangle * layers + l));
+            let mut corners: Vec<u64> = polygon.iter().map(|column| cells[*column as usize]).collect();
+            let mut expected: Vec<u64> = (0..3).map(|k| mesh.corner_cell[(3 * triangle + k) as usize] as u64).collect();
+            corners.sort_unstable();
+            expected.sort_unstable();
+            assert_eq!(corners, expected);
+        }
+    }
+
+    #[test]
+    fn what_is_in_no_columns_is_refused() {
+        let place = |point: u32| [0.0, 0.0, 1.0 + f64::from(point / 4)];
+        let refused = |table: &[i64], points| Columns::find(&elements(table, points), place).unwrap_err().to_string();
+        let contains = |message: String, part: &str| assert!(message.contains(part), "{message}");
+        // Two wedges beside each other, then each of its faults.
+        let good = [0, 1, 2, 4, 5, 6, 1, 3, 2, 5, 7, 6];
+        assert_eq!(Columns::find(&elements(&good, 8), place).unwrap().polygons, [[0, 1, 2], [1, 3, 2]]);
+        contains(refused(&[0, 1, 2, 4, 5, 9], 8), "element 0 has 9, expected 0 to 7");
+        contains(refused(&[0, 1, 2, 4, 5, 2], 8), "element 0 has point 2 twice");
+        contains(
+            refused(&[0, 1, 2, 4, 5, 6, 0, 1, 2, 8, 5, 6, 0, 1, 2, 9, 5, 6], 10),
+            "point 0 has vertical edges to the points 4, 8 and 9",
+        );
+        contains(refused(&[0, 1, 2, 4, 5, 6, 4, 5, 6, 0, 9, 10], 12), "expected as many in all columns");
+        contains(refused(&[0, 1, 2, 4, 5, 6, 2, 1, 0, 6, 5, 4], 8), "elements 0 and 1 are in the same place");
+        contains(
+            refused(&[0, 1, 2, 4, 5, 6, 4, 5, 6, 8, 9, 10, 4, 1, 3, 8, 5, 7], 12),
+            "expected as many in all columns",
+        );
+        let flat = |_: u32| [0.0, 0.0, 1.0];
+        contains(Columns::find(&elements(&good, 8), flat).unwrap_err().to_string(), "has no height");
+    }
 }

@@ -5,7 +5,7 @@ use icoray_context::frames::{icoray_execute, icoray_report, icoray_wants};
 use icoray_context::icoray_ctx;
 use icoray_context::inputs::{
     icoray_field_set, icoray_heights_set, icoray_layers_set, icoray_part_set, icoray_refuse, icoray_scene_field,
-    icoray_scene_load, set_checked_grid,
+    icoray_scene_load, scene_may_need_heights, set_checked_grid,
 };
 use icoray_context::log::icoray_log_stderr;
 use icoray_context::open::{icoray_close, icoray_last_error, icoray_open_serial, open_over};
@@ -97,6 +97,14 @@ impl Context {
             // SAFETY: the call has written a string.
             names.push(unsafe { CStr::from_ptr(name.as_ptr()) }.to_string_lossy().into_owned());
         }
+    }
+
+    /// Whether pictures may read the heights of layers.
+    pub fn may_need_heights(&self) -> bool {
+        let mut needs = false;
+        // SAFETY: an open context.
+        unsafe { scene_may_need_heights(self.0, &mut needs) };
+        needs
     }
 
     /// Whether a picture may be due.

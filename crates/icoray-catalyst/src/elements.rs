@@ -37,7 +37,8 @@ impl<'a> Elements<'a> {
             "wedge" => {
                 let connectivity = integers(elements, "elements/connectivity", "connectivity")?;
                 if !connectivity.len().is_multiple_of(6) {
-                    let what = format!("elements/connectivity has {} numbers, expected 6 per wedge", connectivity.len());
+                    let what =
+                        format!("elements/connectivity has {} numbers, expected 6 per wedge", connectivity.len());
                     return Err(bad(what));
                 }
                 Ok(Elements::Wedges { connectivity, points })

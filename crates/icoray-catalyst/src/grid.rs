@@ -26,9 +26,8 @@ pub struct HostGrid {
     pub columns: [usize; 2],
     /// Whether elements are triangles, so that fields at points are at cells' centres.
     pub has_triangles: bool,
-    is_spherical: bool,
-    /// Heights of points, where layers are no spheres; read by the context.
-    heights: Vec<f64>,
+    /// Heights of points, column by column, if the scene may need them; read by the context.
+    heights: Option<Vec<f64>>,
 }
 
 /// The tables of a grid that the context has, which it reads until it has another one of that name.
@@ -64,13 +63,10 @@ enum Change {
 struct Radii {
     sum: Vec<f64>,
     columns: usize,
-    /// The largest difference of a radius from the first column's, over the radius.
-    spread: f64,
-    first: Vec<f64>,
 }
 
-/// Layers that differ from spheres by less than this part of their radius are spheres: hosts have places in 32 bits.
-const SPHERICAL: f64 = 1e-6;
+/// How far columns move, radians, before they are others: hosts have places in 32 bits.
+const SAME: f64 = 1e-6;
 
 impl HostGrid {
     /// Brings the context's grid up to date with what the host has now: its geometry, or `None` on a rank without any.
@@ -116,7 +112,7 @@ impl HostGrid {
                 && self.directions.iter().enumerate().all(|(column, known)| {
                     let points: Vec<u32> = (0..self.points.layers).map(|level| self.points.at(column, level)).collect();
                     let direction = direction_of(&points, |point| geometry.point(point));
-                    direction.is_ok_and(|direction| (0..3).all(|k| (direction[k] - known[k]).abs() < SPHERICAL))
+                    direction.is_ok_and(|direction| (0..3).all(|k| (direction[k] - known[k]).abs() < SAME))
                 })
         };
         if geometry.is_some_and(is_same) { Change::Radii } else { Change::All }
@@ -142,7 +138,10 @@ impl HostGrid {
         let columns = columns.unwrap_or_default();
         let levels = pieces.iter().map(|piece| piece.levels).max().unwrap_or(0);
         if let Some(other) = pieces.iter().find(|piece| piece.levels != 0 && piece.levels != levels) {
-            return Err(bad(format!("columns of {} and of {levels} points, expected as many on all ranks", other.levels)));
+            return Err(bad(format!(
+                "columns of {} and of {levels} points, expected as many on all ranks",
+                other.levels
+            )));
         }
         if levels == 0 {
             return Err(bad("no elements on any rank"));
@@ -165,12 +164,11 @@ impl HostGrid {
             columns: own,
             has_triangles,
             nodes,
-            is_spherical: true,
-            heights: Vec::new(),
+            heights: None,
         })
     }
 
-    /// Sets the layers' radii, and heights where they are no spheres. Collective.
+    /// Sets the layers' radii and finds the heights of points. Collective.
     fn set_radii(&mut self, geometry: Option<&Geometry>, setting: &mut Setting) -> Result<()> {
         let Setting { name, planet_radius, context, peers } = setting;
         let levels = self.points.layers;
@@ -183,20 +181,18 @@ impl HostGrid {
         let mean = |level: usize| all.iter().map(|radii| radii.sum[level]).sum::<f64>() / columns as f64;
         let radii: Vec<f64> = (0..levels).map(mean).collect();
         let planet_radius = planet_radius.unwrap_or(radii[0]);
-        self.is_spherical = all.iter().filter(|one| one.columns > 0).all(|one| {
-            let of_means = (0..levels).map(|level| (one.first[level] - radii[level]).abs() / radii[level]);
-            one.spread + of_means.fold(0.0, f64::max) < 2.0 * SPHERICAL
-        });
-        let columns = if self.is_spherical { 0 } else { self.columns[0] };
-        self.heights = (0..columns * levels).map(|i| at(i / levels, i % levels) - planet_radius).collect();
+        self.heights = context
+            .may_need_heights()
+            .then(|| (0..self.columns[0] * levels).map(|i| at(i / levels, i % levels) - planet_radius).collect());
         peers.share_all(context.set_layers(name, &radii, planet_radius))?;
         Ok(())
     }
 
-    /// The heights of layers that are no spheres.
+    /// The heights of layers, if the scene may need them.
     pub fn heights<'a>(&self, grid: &'a str) -> Option<Values<'a>> {
-        (!self.is_spherical).then(|| Values {
-            data: self.heights.as_ptr().cast(),
+        let heights = self.heights.as_ref()?;
+        Some(Values {
+            data: heights.as_ptr().cast(),
             is_f64: true,
             is_at_corners: !self.has_triangles,
             columns: self.columns[0],
@@ -221,16 +217,8 @@ impl Tables {
 
 impl Radii {
     fn of(columns: &[usize], levels: usize, at: impl Fn(usize, usize) -> f64) -> Self {
-        let first: Vec<f64> = (0..levels).map(|level| columns.first().map_or(0.0, |column| at(*column, level))).collect();
-        let mut radii = Radii { sum: vec![0.0; levels], columns: columns.len(), spread: 0.0, first };
-        for &column in columns {
-            for level in 0..levels {
-                let radius = at(column, level);
-                radii.sum[level] += radius;
-                radii.spread = radii.spread.max((radius - radii.first[level]).abs() / radius);
-            }
-        }
-        radii
+        let sum_of = |level| columns.iter().map(|column| at(*column, level)).sum();
+        Radii { sum: (0..levels).map(sum_of).collect(), columns: columns.len() }
     }
 }
 

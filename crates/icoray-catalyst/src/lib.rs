@@ -47,7 +47,8 @@ pub struct Implementation {
 
 /// What libcatalyst looks for.
 #[unsafe(no_mangle)]
-pub static catalyst_api_impl: Implementation = Implementation { version: 1, initialize, execute, finalize, about, results };
+pub static catalyst_api_impl: Implementation =
+    Implementation { version: 1, initialize, execute, finalize, about, results };
 
 /// `catalyst_status_ok`.
 const OK: c_int = 0;

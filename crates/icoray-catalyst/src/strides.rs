@@ -31,7 +31,8 @@ impl Strides {
         let block = (0..columns).find(|&c| at(c, 0) != first + c as i64 * column);
         let block_stride = block.map_or(0, |block| at(block, 0) - first);
         let strides = Strides { first, column, layer, block: block.unwrap_or(0) as i64, block_stride };
-        let fits = |(i, element): (usize, &u32)| strides.at((i / layers) as i64, (i % layers) as i64) == i64::from(*element);
+        let fits =
+            |(i, element): (usize, &u32)| strides.at((i / layers) as i64, (i % layers) as i64) == i64::from(*element);
         table.iter().enumerate().all(fits).then_some(strides)
     }
 
@@ -52,9 +53,8 @@ mod tests {
 
     #[test]
     fn orders_of_models_are_read_in_place() {
-        let strides = |first, column, layer, block, block_stride| {
-            Some(Strides { first, column, layer, block, block_stride })
-        };
+        let strides =
+            |first, column, layer, block, block_stride| Some(Strides { first, column, layer, block, block_stride });
         assert_eq!(Strides::of(&table(5, 4, |c, l| 4 * c + l), 4), strides(0, 4, 1, 0, 0));
         assert_eq!(Strides::of(&table(5, 4, |c, l| 5 * l + c), 4), strides(0, 1, 5, 0, 0));
         // From the top, and padded.

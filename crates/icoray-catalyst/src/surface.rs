@@ -235,7 +235,8 @@ mod tests {
     fn pieces(mesh: &IcosahedralMesh, ranks: usize, noise: f64) -> Vec<Piece> {
         let tables = mesh.tables();
         let (lon, lat) = (tables.center.lon_rad, tables.center.lat_rad);
-        let node = |i: usize| [lat.get(i).cos() * lon.get(i).cos(), lat.get(i).cos() * lon.get(i).sin(), lat.get(i).sin()];
+        let node =
+            |i: usize| [lat.get(i).cos() * lon.get(i).cos(), lat.get(i).cos() * lon.get(i).sin(), lat.get(i).sin()];
         (0..ranks)
             .map(|rank| {
                 let (mut local, mut piece) = (HashMap::new(), Piece { levels: 2, ..Piece::default() });
@@ -287,8 +288,10 @@ mod tests {
 
     #[test]
     fn centroids_of_regular_polygons_are_their_middles() {
-        let nodes: Vec<[f64; 3]> =
-            (0..6).map(|k| f64::from(k).mul_add(1.047_197_551_196_597_6, 0.3)).map(|a| [0.1 * a.cos(), 0.1 * a.sin(), 1.0]).collect();
+        let nodes: Vec<[f64; 3]> = (0..6)
+            .map(|k| f64::from(k).mul_add(1.047_197_551_196_597_6, 0.3))
+            .map(|a| [0.1 * a.cos(), 0.1 * a.sin(), 1.0])
+            .collect();
         let [x, y, z] = centroid(&[0, 1, 2, 3, 4, 5, -1], &nodes);
         assert!((x / z).abs() < 1e-15 && (y / z).abs() < 1e-15);
     }

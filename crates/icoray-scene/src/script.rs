@@ -18,6 +18,7 @@ pub(crate) use schedule::Schedule;
 pub use summary::Summary;
 pub(crate) use sweep::{Axis, CameraPlace, Sweep};
 
+use crate::Heights;
 use crate::name::{NameTemplate, Stamp};
 use crate::scene::Scene;
 use crate::series::{Cinema, Concat, Series};
@@ -126,6 +127,11 @@ impl Script {
     /// The views' scenes, to change what they have in common.
     pub fn scenes_mut(&mut self) -> impl Iterator<Item = &mut Scene> {
         self.views.iter_mut().map(|view| &mut view.scene)
+    }
+
+    /// Whether pictures may be on the model's own heights: those of a view are, or viewers may choose them.
+    pub fn may_need_heights(&self) -> bool {
+        self.live.is_some() || self.views.iter().any(|view| view.scene.scenery.heights == Heights::Native)
     }
 
     /// Whether a view shows a field that the script does not name: the first one that there is.

@@ -3,6 +3,7 @@
  * It gives its mesh anew at each step, in memory that it frees after the step. ORDER of points and elements: "column"
  * (level-fastest), "level" (column-fastest), "top" (level-fastest, from the outermost), "shuffled"; "float" and "strided"
  * are of columns, in 32 bits and with gaps. */
+/* FAULT "moving": hills at odd steps; "renumbered": in order of levels at odd steps; others are at their places. */
 #include "ball.h"
 
 #include <catalyst.h>
@@ -258,7 +259,8 @@ int main(int argc, char **argv)
         conduit_node_set_path_int64(params, "catalyst/state/timestep", step);
         conduit_node_set_path_float64(params, "catalyst/state/time", 0.5 * step);
         conduit_node_set_path_char8_str(params, "catalyst/channels/grid/type", IS("type") ? "multimesh" : "mesh");
-        give_points(params, &of, has_hills, IS("rank") && is_rank, memory, &used);
+        of.order = IS("renumbered") && step % 2 == 1 ? "level" : argv[5];
+        give_points(params, &of, IS("moving") ? step % 2 : has_hills, IS("rank") && is_rank, memory, &used);
         conduit_node_set_path_char8_str(params, MESH "topologies/mesh/type", "unstructured");
         conduit_node_set_path_char8_str(params, MESH "topologies/mesh/coordset", "coords");
         (is_wedges ? give_wedges : give_prisms)(params, &of, memory, &used);
@@ -271,6 +273,14 @@ int main(int argc, char **argv)
         }
         if (IS("ghosts")) {
             give_field(params, &of, "vtkGhostType", 0, step, memory, &used);
+        }
+        if (IS("two")) {
+            double nothing[1] = {0};
+            conduit_node_set_path_char8_str(params, "catalyst/channels/other/data/topologies/mesh/type", "points");
+            conduit_node_set_path_char8_str(params, "catalyst/channels/other/data/fields/theta/association", "vertex");
+            conduit_node_set_path_char8_str(params, "catalyst/channels/other/data/fields/theta/topology", "mesh");
+            conduit_node_set_path_external_float64_ptr_detailed(
+                params, "catalyst/channels/other/data/fields/theta/values", nothing, 1, 0, sizeof(double), sizeof(double), 0);
         }
         say("catalyst_execute", catalyst_execute(params));
         conduit_node_destroy(params);

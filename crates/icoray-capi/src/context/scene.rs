@@ -71,6 +71,11 @@ impl Context {
         }
     }
 
+    /// Whether pictures of the scene may read the heights of layers.
+    pub fn may_need_heights(&self) -> bool {
+        matches!(&self.scene, SceneChoice::Script(script) if script.may_need_heights())
+    }
+
     /// Parses the text of a scene. Rank 0, which writes the pictures, checks that it can.
     fn parsed(&self, text: &[u8]) -> Outcome<SceneChoice> {
         let Some(mut script) = Script::parse_optional(&String::from_utf8_lossy(text))? else {
