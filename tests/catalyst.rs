@@ -256,8 +256,9 @@ fn meshes_of_each_step_are_drawn() {
         let two = ["scene.toml", shape, "flat", &STEPS.to_string(), "column", "two"];
         let told = host.run(2, &run, &two);
         assert!(told.contains("several channels have it, name one of grid.theta, other.theta"), "{told}");
-        // After three failed pictures of the other view nothing is drawn.
-        assert_eq!(pictures(&run).len(), 1, "{told}");
+        // The other view is drawn, until too many pictures of this one have failed.
+        let drawn = pictures(&run);
+        assert!(drawn.iter().all(|(name, _)| name.starts_with("q_")) && !drawn.is_empty(), "{told}");
         let scene = std::fs::read_to_string(run.join("scene.toml")).unwrap();
         std::fs::write(run.join("scene.toml"), scene.replace("field = \"theta\"", "field = \"grid.theta\"")).unwrap();
         let told = host.run(2, &run, &two);
