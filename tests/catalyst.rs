@@ -100,12 +100,18 @@ fn ended_well(ranks: usize, mut host: Command) -> String {
     told
 }
 
+/// A new directory of that name.
+fn temporary(directory: &Path, name: &str) -> PathBuf {
+    let to = directory.join(name);
+    std::fs::create_dir(&to).unwrap();
+    to
+}
+
 /// A directory for a run, with the test's scene.
 fn prepared(directory: &Path, name: &str, heights: &str) -> PathBuf {
     let scene = std::fs::read_to_string(root().join("tests/c/catalyst/scene.toml")).unwrap();
     let scene = if heights == "hills" { format!("heights = \"native\"\n{scene}") } else { scene };
-    let to = directory.join(name);
-    std::fs::create_dir(&to).unwrap();
+    let to = temporary(directory, name);
     std::fs::write(to.join("scene.toml"), scene).unwrap();
     to
 }
@@ -211,6 +217,22 @@ fn hosts_on_one_process_draw_too() {
         assert!(!told.contains("icoray:"), "{told}");
         assert_same(&run, &expected);
     }
+    // A host that is a module, with a libcatalyst that is loaded for it alone.
+    let alone = Host::of_double(&temporary(directory, "module"), false, false);
+    let (module, loader) = (directory.join("module.so"), directory.join("loader"));
+    let include = format!("-I{}", root().join("tests/c/catalyst/double").display());
+    let (at, rpath) = (alone.library.parent().unwrap().to_str().unwrap(), alone.library.parent().unwrap().display());
+    let of_module = ["-shared", "-fPIC", "-Dmain=host_main", &include, "-Wno-missing-prototypes"];
+    let libraries = [&format!("-L{at}"), "-lcatalyst", &format!("-Wl,-rpath,{rpath}")];
+    with_icoray("cc", &module, &of_module, &["host.c", "ball.c"], &libraries);
+    compiled("cc", &loader, &[], &sources(["loader.c"]), &[]);
+    let run = prepared(directory, "loaded", "flat");
+    let mut command = command(&loader, &run);
+    command.arg(&module).args(["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
+    command.env("CATALYST_IMPLEMENTATION_NAME", "icoray").env("CATALYST_IMPLEMENTATION_PATHS", &alone.implementation);
+    let told = ended_well(1, command);
+    assert!(!told.contains("icoray:"), "{told}");
+    assert_same(&run, &expected);
     // Without a planet's radius the innermost layer is its surface, as it is here; the environment may name the scene.
     let host = Host::of_double(directory, false, true);
     for (fault, ranks) in [("no radius", 1), ("empty", 3)] {
