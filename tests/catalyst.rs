@@ -63,13 +63,18 @@ impl Host {
         Host { program, implementation, library: library.to_owned(), is_on_ranks }
     }
 
-    /// Against the double, whose functions of Conduit have their external names if `is_external`.
-    fn of_double(directory: &Path, is_external: bool, is_on_ranks: bool) -> Self {
-        let directory = directory.join(format!("double{}{}", u8::from(is_external), u8::from(is_on_ranks)));
-        std::fs::create_dir(&directory).unwrap();
+    /// Against the double.
+    fn of_double(directory: &Path, is_on_ranks: bool) -> Self {
+        Self::of_kind(directory, "", is_on_ranks)
+    }
+
+    /// Against the double, whose functions of Conduit have other names if `kind` says so.
+    fn of_kind(directory: &Path, kind: &str, is_on_ranks: bool) -> Self {
+        let directory = temporary(directory, &format!("double {kind} {is_on_ranks}"));
         let include = root().join("tests/c/catalyst/double");
         let flag = format!("-I{}", include.display());
-        let options = if is_external { vec!["-DEXTERNAL_CONDUIT"] } else { vec![] };
+        let kind = format!("-D{kind}");
+        let options = if kind == "-D" { vec![] } else { vec![kind.as_str()] };
         let library = directory.join("libcatalyst.so");
         let of_library = [&[flag.as_str(), "-fPIC", "-shared", "-Wno-pedantic"], &options[..]].concat();
         compiled("cc", &library, &of_library, &sources(["double/double.c"]), &[]);
@@ -198,7 +203,7 @@ fn hosts_draw_what_whole_arrays_show() {
     }
     let directory = TempDir::new().unwrap();
     let directory = directory.path();
-    draws_the_same(directory, &Host::of_double(directory, false, true), &[1, 2, 3]);
+    draws_the_same(directory, &Host::of_double(directory, true), &[1, 2, 3]);
 }
 
 /// A host without MPI, and one whose Conduit is a library of its own.
@@ -210,15 +215,15 @@ fn hosts_on_one_process_draw_too() {
     let directory = TempDir::new().unwrap();
     let directory = directory.path();
     let expected = direct(directory, "wedges", "flat");
-    for is_external in [false, true] {
-        let host = Host::of_double(directory, is_external, false);
-        let run = prepared(directory, &format!("{is_external}"), "flat");
+    for kind in ["", "EXTERNAL_CONDUIT"] {
+        let host = Host::of_kind(directory, kind, false);
+        let run = prepared(directory, &format!("run {kind}"), "flat");
         let told = host.run(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
         assert!(!told.contains("icoray:"), "{told}");
         assert_same(&run, &expected);
     }
     // A host that is a module, with a libcatalyst that is loaded for it alone.
-    let alone = Host::of_double(&temporary(directory, "module"), false, false);
+    let alone = Host::of_double(&temporary(directory, "module"), false);
     let (module, loader) = (directory.join("module.so"), directory.join("loader"));
     let include = format!("-I{}", root().join("tests/c/catalyst/double").display());
     let (at, rpath) = (alone.library.parent().unwrap().to_str().unwrap(), alone.library.parent().unwrap().display());
@@ -234,7 +239,7 @@ fn hosts_on_one_process_draw_too() {
     assert!(!told.contains("icoray:"), "{told}");
     assert_same(&run, &expected);
     // Without a planet's radius the innermost layer is its surface, as it is here; the environment may name the scene.
-    let host = Host::of_double(directory, false, true);
+    let host = Host::of_double(directory, true);
     for (fault, ranks) in [("no radius", 1), ("empty", 3)] {
         let run = prepared(directory, fault, "flat");
         host.run(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault]);
@@ -258,7 +263,7 @@ fn meshes_of_each_step_are_drawn() {
     }
     let directory = TempDir::new().unwrap();
     let directory = directory.path();
-    let host = Host::of_double(directory, false, true);
+    let host = Host::of_double(directory, true);
     for shape in ["wedges", "prisms"] {
         let [flat, hills] = ["flat", "hills"].map(|heights| direct_in(directory, shape, heights, "hills"));
         let odd = |picture: &(String, image::RgbaImage)| picture.0.ends_with("1.png");
@@ -303,7 +308,7 @@ fn no_failure_ends_the_host() {
     }
     let directory = TempDir::new().unwrap();
     let directory = directory.path();
-    let host = Host::of_double(directory, false, true);
+    let host = Host::of_double(directory, true);
     let cases = [
         ("no scene", "scene.toml", "catalyst/scripts has no path that ends in .toml", 0),
         ("", "nowhere.toml", "nowhere.toml: cannot read the scene", 0),
@@ -321,6 +326,14 @@ fn no_failure_ends_the_host() {
         assert!(told.lines().all(|line| line.len() < 480), "{told}");
         assert_eq!(pictures(&run).len(), drawn, "{fault}: {told}");
     }
+    // Another Conduit than is known.
+    let other = Host::of_kind(directory, "OTHER_CONDUIT", true);
+    let run = prepared(directory, "other", "flat");
+    let output = succeeded(&mut other.command(2, &run, &["scene.toml", "wedges", "flat", "2", "column"]));
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(stdout.matches("the host ended well").count(), 2, "{stdout}");
+    assert!(stderr.contains("icoray: warning: the process has no functions of Conduit"), "{stderr}");
+    assert!(!stdout.contains("returned") && pictures(&run).is_empty(), "{stdout}");
     let run = prepared(directory, "in the way", "flat");
     std::fs::write(run.join("pictures"), "").unwrap();
     let told = host.run(2, &run, &["scene.toml", "wedges", "flat", "1", "column"]);
@@ -334,7 +347,7 @@ fn a_full_disk_does_not_end_the_host() {
         return;
     }
     let directory = TempDir::new().unwrap();
-    let host = Host::of_double(directory.path(), false, true);
+    let host = Host::of_double(directory.path(), true);
     let run = prepared(directory.path(), "full", "flat");
     std::fs::create_dir(run.join("pictures")).unwrap();
     let mount = "mount -t tmpfs -o size=24k none pictures";

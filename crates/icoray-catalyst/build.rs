@@ -1,4 +1,4 @@
-//! Link options of the shared library.
+//! Link options of the shared library that cargo builds for tests; `cargo xtask install` links the installed one.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -10,7 +10,7 @@ pub enum Elements<'a> {
     /// Six points each: a triangle, and the points above or below its own in the same order.
     Wedges { connectivity: Array<'a>, points: usize },
     /// Faces each, and the points of each face.
-    Polyhedra { faces: Lists<'a>, face_points: Lists<'a>, points: usize },
+    Polyhedra { faces: Box<Lists<'a>>, face_points: Box<Lists<'a>>, points: usize },
 }
 
 /// Lists of numbers, one behind the other or at offsets.
@@ -47,7 +47,7 @@ impl<'a> Elements<'a> {
                 let faces = topology.at("subelements").ok_or_else(|| bad("no subelements"))?;
                 let face_points = Lists::of(faces, "subelements/connectivity", points)?;
                 let faces = Lists::of(elements, "elements/connectivity", face_points.len())?;
-                Ok(Elements::Polyhedra { faces, face_points, points })
+                Ok(Elements::Polyhedra { faces: Box::new(faces), face_points: Box::new(face_points), points })
             }
             _ => Err(bad(format!(
                 "elements of shape {shape:?}, expected \"wedge\" (a triangle of three columns) or \"polyhedral\" (prisms)"

@@ -290,7 +290,7 @@ int main(int argc, char **argv)
     }
     params = conduit_node_create();
     say("catalyst_about", catalyst_about(params));
-    if (rank == 0) {
+    if (rank == 0 && conduit_node_has_path(params, "catalyst/implementation")) {
         printf("implementation %s\n", conduit_node_fetch_path_as_char8_str(params, "catalyst/implementation"));
     }
     say("catalyst_results", catalyst_results(params));

@@ -1,5 +1,5 @@
 /* A double of libcatalyst, as much of it as the host here calls and an implementation of Catalyst reads. With
- * EXTERNAL_CONDUIT the functions of Conduit have the names of Conduit's own library. */
+ * EXTERNAL_CONDUIT the functions of Conduit have the names of Conduit's own library, with OTHER_CONDUIT one has another. */
 #ifndef CATALYST_DOUBLE_H
 #define CATALYST_DOUBLE_H
 
@@ -30,7 +30,11 @@
 #define conduit_node_fetch_path_as_int64 NAME(node_fetch_path_as_int64)
 #define conduit_datatype_id NAME(datatype_id)
 #define conduit_datatype_number_of_elements NAME(datatype_number_of_elements)
+#ifdef OTHER_CONDUIT
+#define conduit_datatype_stride NAME(datatype_distance)
+#else
 #define conduit_datatype_stride NAME(datatype_stride)
+#endif
 #define conduit_datatype_endianness_matches_machine NAME(datatype_endianness_matches_machine)
 
 typedef struct conduit_node conduit_node;
