@@ -14,5 +14,6 @@ mod live;
 mod mpas;
 mod mpi;
 mod pictures;
+mod recipes;
 mod shallow_water;
 mod tracer;

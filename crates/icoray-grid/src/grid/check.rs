@@ -67,7 +67,9 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     };
     // Without a corner there is no table that could miss one.
     let has_hole = corners == 0 || misses(t.corner_cell, cells) || misses(t.edge_corner, corners);
-    if !has_hole && cells + corners != edges + 2 {
+    // Rows of halos and padding in a model's arrays are cells without corners, and not of the sphere.
+    let of_sphere = || (0..cells).into_par_iter().with_min_len(BLOCK).filter(|&r| !is_lone(t, r)).count();
+    if !has_hole && cells + corners != edges + 2 && of_sphere() + corners != edges + 2 {
         return Err(bad(format!(
             "{cells} cells - {edges} edges + {corners} corners = {}, expected 2 (a closed sphere: no cell and no corner is \
              marked as missing)",
@@ -81,6 +83,12 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
 fn is_mark(number: i64, rows: usize, index_base: i32) -> bool {
     let base = i64::from(index_base);
     number == base - 1 || number == -1 || number == rows as i64 + base
+}
+
+/// Whether all corners of row `r` of `cell_corner` are missing.
+fn is_lone(t: &GridTables, r: usize) -> bool {
+    let start = r * t.cell_corner_row;
+    (start..start + t.cell_corner_row).all(|i| is_mark(t.cell_corner.get(i), t.corners(), t.index_base))
 }
 
 /// Whether all cells of row `r` of `corner_cell` are there, in a mesh that may have holes.
@@ -176,7 +184,7 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
         })?;
     }
     let used = |r: usize| t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
-    check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used, &|_| has_hole)?;
+    check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used, &|r| has_hole || is_lone(t, r))?;
     check("corner_cell", t.corner_cell, 3, t.cells(), &|_| 3, &|_| has_hole)?;
     // A triangle has all its sides, whatever lies beyond them.
     check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3, &|r| has_hole && !is_triangle(t, r))?;
@@ -392,4 +400,29 @@ pub(super) fn covers(
 fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     let det = a.dot((b - a).cross(c - a));
     2.0 * det.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Grid, GridTables, IcosahedralMesh};
+
+    /// Points of a model's arrays that are no cells, such as halos and padding, lie among the cells.
+    #[test]
+    fn cells_without_corners_are_not_of_the_sphere() {
+        let mut mesh = IcosahedralMesh::new(2).unwrap();
+        let (plain, row) = (mesh.tables(), 6);
+        let angles = |of: crate::Reals| (0..of.len()).map(|i| of.get(i)).chain([0.0; 3]).collect::<Vec<f64>>();
+        let (lon, lat) = (angles(plain.center.lon_rad), angles(plain.center.lat_rad));
+        mesh.cell_corner.extend([-1; 3 * 6]);
+        let grid = |mesh: &IcosahedralMesh| {
+            let center = crate::LonLat { lon_rad: crate::Reals::F64(&lon), lat_rad: crate::Reals::F64(&lat) };
+            let tables = GridTables { center, cell_corner: mesh.cell_corner.as_slice().into(), ..mesh.tables() };
+            Grid::new(tables).map(|grid| (grid.cells(), grid.void_triangles())).map_err(|e| e.to_string())
+        };
+        assert_eq!(grid(&mesh), Ok((165, 0)));
+        // One that has a corner is of it.
+        let last = mesh.cell_corner.len() - row;
+        mesh.cell_corner[last] = 0;
+        assert!(grid(&mesh).unwrap_err().contains("expected 2 (a closed sphere"));
+    }
 }

@@ -1,0 +1,123 @@
+//! The recipes of the book: each draws what plain arrays show.
+
+use icoray_test_support::{Need, has_tool, skip_because};
+use icoray_tests::native::{command, library, root, succeeded, text};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+const WARNINGS: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-missing-field-initializers", "-O1"];
+
+/// Links icoray's library.
+fn linked(command: &mut Command, to: &Path) -> PathBuf {
+    let rpath = format!("-Wl,-rpath,{}", library().parent().unwrap().display());
+    succeeded(command.arg(library()).arg(rpath).args(["-lm", "-o"]).arg(to));
+    to.to_owned()
+}
+
+fn of_c(directory: &Path, source: &str, options: &[&str]) -> PathBuf {
+    let include = format!("-I{}", root().join("include").display());
+    let mut cc = command("cc", directory);
+    cc.args(WARNINGS).args(options).arg(include).arg(root().join(source).with_extension("c"));
+    linked(&mut cc, &directory.join(Path::new(source).file_name().unwrap()))
+}
+
+fn of_fortran(directory: &Path, name: &str) -> PathBuf {
+    let mut gfortran = command("gfortran", directory);
+    // gfortran 12 warns of every array that an assignment allocates.
+    gfortran.args([
+        "-std=f2018",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-Wno-uninitialized",
+        "-Wno-maybe-uninitialized",
+        "-O1",
+    ]);
+    let recipe = root().join("examples/recipes").join(name).with_extension("f90");
+    linked(gfortran.arg(root().join("include/icoray.f90")).arg(recipe), &directory.join(name))
+}
+
+/// The pictures of a run in a directory of its own, and what it printed.
+fn drawn(
+    directory: &Path,
+    run: &str,
+    program: &Path,
+    head: &str,
+    change: impl FnOnce(&mut Command),
+) -> (Vec<image::RgbaImage>, String) {
+    let run = directory.join(format!("run {run}"));
+    std::fs::create_dir(&run).unwrap();
+    let scene = std::fs::read_to_string(root().join("examples/recipes/scene.toml")).unwrap();
+    std::fs::write(run.join("scene.toml"), format!("{head}{scene}")).unwrap();
+    let mut command = command(program, &run);
+    change(&mut command);
+    let output = succeeded(&mut command);
+    let told = text(&output.stdout) + &text(&output.stderr);
+    assert!(!told.contains("icoray:"), "{told}");
+    let mut paths: Vec<_> =
+        std::fs::read_dir(run.join("pictures")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "png"));
+    paths.sort();
+    (paths.iter().map(|path| image::open(path).unwrap().into_rgba8()).collect(), told)
+}
+
+/// What plain arrays show.
+fn plain(directory: &Path, arguments: &[&str], head: &str) -> Vec<image::RgbaImage> {
+    let program = of_c(directory, "tests/c/recipes/plain", &[]);
+    let (pictures, _) = drawn(directory, "plain", &program, head, |command| {
+        command.args(arguments);
+    });
+    let colors = pictures[0].pixels().collect::<std::collections::HashSet<_>>().len();
+    assert!(colors > 500 && pictures[0] != pictures[1], "{colors} colours");
+    pictures
+}
+
+#[test]
+fn hosts_with_openmp_and_openacc() {
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let expected = plain(directory, &["4"], "");
+    let trial = directory.join("trial.c");
+    std::fs::write(&trial, "#include <omp.h>\nint main(void) { return omp_get_max_threads() < 1; }\n").unwrap();
+    for (option, name) in [("-fopenmp", "openmp"), ("-fopenacc", "openacc")] {
+        let to = directory.join("trial");
+        let is_there = command("cc", directory).args([option, "-fopenmp", "-o"]).arg(&to).arg(&trial).output();
+        if !is_there.is_ok_and(|output| output.status.success()) {
+            return skip_because(Need::Fortran, &format!("no {option} in the C compiler, which GNU's have"));
+        }
+        let program = of_c(directory, &format!("examples/recipes/{name}"), &[option]);
+        for bind in ["false", "true"] {
+            let (pictures, told) = drawn(directory, &format!("{name} {bind}"), &program, "", |command| {
+                command.env("OMP_PROC_BIND", bind).env("OMP_NUM_THREADS", "2").env("ACC_DEVICE_TYPE", "host");
+            });
+            let count = if name == "openmp" { 2 } else { 4 };
+            assert!(pictures[..] == expected[..count], "{name}, bound: {bind}");
+            assert!(name == "openmp" || told.contains("4 updates of the host"), "{told}");
+        }
+    }
+    // A field is copied from the device where a picture reads it only.
+    let program = directory.join("openacc");
+    let (pictures, told) = drawn(directory, "every second", &program, "every = 2\n", |_| {});
+    assert!(pictures.len() == 2 && told.contains("2 updates of the host"), "{told}");
+}
+
+#[test]
+fn arrays_of_nicam_and_mpas_ocean() {
+    if !has_tool(Need::Fortran, "gfortran") {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    for (name, arguments, head) in
+        [("nicam", &["2"][..], ""), ("mpas_ocean", &["2", "ocean"], "heights = \"native\"\n")]
+    {
+        let directory = directory.join(name);
+        std::fs::create_dir(&directory).unwrap();
+        let expected = plain(&directory, arguments, head);
+        let program = of_fortran(&directory, name);
+        let (pictures, told) = drawn(&directory, name, &program, head, |_| {});
+        assert!(pictures == expected, "{name}");
+        assert!(told.contains("bytes copied: 0"), "{told}");
+    }
+}
