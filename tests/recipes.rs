@@ -84,7 +84,7 @@ fn hosts_with_openmp_and_openacc() {
         let to = directory.join("trial");
         let is_there = command("cc", directory).args([option, "-fopenmp", "-o"]).arg(&to).arg(&trial).output();
         if !is_there.is_ok_and(|output| output.status.success()) {
-            return skip_because(Need::Fortran, &format!("no {option} in the C compiler, which GNU's have"));
+            return skip_because(Need::Fortran, format!("no {option} in the C compiler, which GNU's have"));
         }
         let program = of_c(directory, &format!("examples/recipes/{name}"), &[option]);
         for bind in ["false", "true"] {
