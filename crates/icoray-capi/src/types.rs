@@ -205,8 +205,10 @@ pub struct icoray_grid {
 /// only own ones are read; every corner is owned by exactly one rank. If no rank has corner_global, fields at corners
 /// have a column for each corner of the grid, of which those whose first cell in corner_cell is own are read.
 ///
-/// Columns are assembled once per frame in memory shared by the ranks of a node (bytes_copied). With one rank nothing
-/// is copied.
+/// Columns are assembled once per frame in memory shared by the ranks of a node (bytes_copied). With parts, each rank
+/// averages fields and heights at corners to its own cells, from the model's arrays and the values at the rim that other
+/// ranks own and send, and the averages are assembled instead (bytes_derived); fields of which a scene derives others are
+/// assembled as they are. With one rank nothing is copied.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_part {
@@ -390,11 +392,11 @@ pub struct icoray_frame_report {
     pub value_max: f64,
     /// Number of values that are NaN, infinite or equal to fill_value.
     pub missing_values: u64,
-    /// Bytes of input that were copied: 0, or those of the fields with async_render. For columns distributed over
-    /// ranks: bytes that this rank wrote to the memory of its node.
+    /// Bytes of fields that were copied: 0, or those of the fields with async_render. For columns distributed over
+    /// ranks: bytes of columns that this rank wrote to the memory of its node.
     pub bytes_copied: u64,
     /// Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh
-    /// that the ranks of this node have together.
+    /// that the ranks of this node have together; averages that this rank wrote to the memory of its node count here.
     pub bytes_derived: u64,
     /// Largest number of bytes that icoray has held at once in this process, over all contexts and meshes; without
     /// memory that the ranks of a node share.

@@ -243,8 +243,10 @@ fn range_of<S: Sample>(values: &[S], fill: Option<S>) -> Extremes {
 }
 
 mod center;
+mod corner_columns;
 mod moved;
 pub use center::CenterField;
+pub use corner_columns::CornerColumns;
 
 #[cfg(test)]
 mod tests {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 mod corners;
 
-pub use corners::check_corners;
+pub use corners::{check_corner_columns, check_corners};
 
 /// The radii of the layers of all columns on which a field lies, counted from the innermost layer.
 ///

@@ -27,7 +27,7 @@ pub mod visible_cells;
 
 pub use description::Description;
 pub use error::{Error, ErrorKind, Result};
-pub use field::{CenterField, Field, Location};
+pub use field::{CenterField, CornerColumns, Field, Location};
 pub use grid::{Connectivity, Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL};
 pub use layers::Layers;
 pub use layout::{ColumnCount, Dimension};

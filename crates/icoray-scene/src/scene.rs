@@ -218,6 +218,11 @@ impl Scene {
         names
     }
 
+    /// The names of the fields of which derived ones are made; some may be of derived ones.
+    pub fn derivation_inputs(&self) -> impl Iterator<Item = &str> {
+        self.scenery.derived.iter().flat_map(|derived| derived.how.fields())
+    }
+
     /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included. An `every` of 0,
     /// which no scene file can have, counts as 1.
     pub fn is_due(&self, step: i64) -> bool {

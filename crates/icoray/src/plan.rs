@@ -19,6 +19,7 @@ use icoray_scene::{Method, Precision, Scene, Scheme, Source};
 mod blocks;
 pub(crate) mod budget;
 mod left_out;
+pub(crate) use left_out::CELL_CORNER;
 mod levels;
 mod memory;
 mod savings;
@@ -113,7 +114,7 @@ impl Plan {
 
     /// Notes that fields or heights are averaged from corners.
     pub(crate) fn mark_corners_read(&mut self) {
-        self.left_out.retain(|what| what != left_out::CELL_CORNER);
+        self.left_out.retain(|what| what != CELL_CORNER);
     }
 
     /// The parallel scheme for a picture of `scene`: the requested one, or one that fits the data. `part` is this

@@ -1,6 +1,6 @@
 //! Fields that are averaged from corners to cell centres.
 
-use super::{Field, Location, next_number};
+use super::{CornerColumns, Field, Location, next_number};
 use crate::error::{Error, ErrorKind, Result};
 use crate::grid::Grid;
 use crate::reals::OwnedReals;
@@ -39,10 +39,8 @@ impl CenterField {
                 format!("{} columns at {:?}, expected {} at Corner", shape.columns, field.location(), grid.triangles()),
             ));
         }
-        let values = match buffer(field, memory) {
-            OwnedReals::F32(memory) => OwnedReals::F32(average(grid, field, memory, |v| v as f32)),
-            OwnedReals::F64(memory) => OwnedReals::F64(average(grid, field, memory, |v| v)),
-        };
+        let cells = (0..grid.cells() as u32).into_par_iter();
+        let values = CornerColumns::new(*field).averages(grid, cells, memory.map(|memory| memory.values));
         let shape = Shape::level_fastest(grid.cells(), shape.layers);
         Ok(CenterField { values, shape, number: next_number() })
     }
@@ -75,30 +73,6 @@ pub(super) fn resized<S: Copy + Default>(mut memory: Vec<S>, count: usize) -> Ve
     memory.reserve_exact(count.saturating_sub(memory.len()));
     memory.resize(count, S::default());
     memory
-}
-
-fn average<S: Copy + Default + Send>(
-    grid: &Grid,
-    field: &Field,
-    memory: Vec<S>,
-    narrow: impl Fn(f64) -> S + Sync,
-) -> Vec<S> {
-    let layers = field.shape().layers;
-    let elements = field.elements();
-    let mut values = resized(memory, grid.cells() * layers);
-    let columns = values.par_chunks_exact_mut(layers).with_min_len(256).enumerate();
-    columns.for_each_init(Vec::new, |around, (cell, column)| {
-        // Corners and blocks are looked up once per cell, not once per value.
-        around.clear();
-        around.extend(grid.corners_of(cell as u32).map(|c| elements.base(c as usize)));
-        for (layer, value) in column.iter_mut().enumerate() {
-            let all = around.iter().map(|&base| field.value_or_nan(field.samples.get(elements.at(base, layer))));
-            let there = all.filter(|v| !v.is_nan());
-            let (sum, count) = there.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
-            *value = narrow(if count == 0 { f64::NAN } else { sum / f64::from(count) });
-        }
-    });
-    values
 }
 
 #[cfg(test)]

@@ -17,6 +17,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// [`ErrorKind::Layers`] where they have another shape or place, or name the first column of which some heights but not
 /// all are missing, or fall on the way up.
 pub fn check_corners(grid: &Grid, heights: &Field, layers: &Layers, owns: impl Fn(usize) -> bool + Sync) -> Result<()> {
+    // Other columns may have been computed by nobody.
+    let is_read: Vec<AtomicBool> = (0..grid.triangles()).map(|_| AtomicBool::new(false)).collect();
+    (0..grid.cells()).into_par_iter().with_min_len(256).filter(|cell| owns(*cell)).for_each(|cell| {
+        grid.corners_of(cell as u32).for_each(|corner| is_read[corner as usize].store(true, Ordering::Relaxed));
+    });
+    check_corner_columns(grid, heights, layers, |corner| is_read[corner].load(Ordering::Relaxed))
+}
+
+/// [`check_corners`] of the columns of the corners for which `is_read` is true.
+///
+/// # Errors
+/// As [`check_corners`].
+pub fn check_corner_columns(
+    grid: &Grid,
+    heights: &Field,
+    layers: &Layers,
+    is_read: impl Fn(usize) -> bool + Sync,
+) -> Result<()> {
     let (shape, corners) = (heights.shape(), grid.triangles());
     if (shape.columns, shape.layers, heights.location()) != (corners, layers.count(), Location::Corner) {
         let context = format!(
@@ -28,39 +46,21 @@ pub fn check_corners(grid: &Grid, heights: &Field, layers: &Layers, owns: impl F
         );
         return Err(Error::new(ErrorKind::Layers, context));
     }
-    // Other columns may have been computed by nobody.
-    let is_read: Vec<AtomicBool> = (0..corners).map(|_| AtomicBool::new(false)).collect();
-    (0..grid.cells()).into_par_iter().with_min_len(256).filter(|cell| owns(*cell)).for_each(|cell| {
-        grid.corners_of(cell as u32).for_each(|corner| is_read[corner as usize].store(true, Ordering::Relaxed));
-    });
-    let count = layers.count();
+    let (count, base) = (layers.count(), grid.tables().index_base);
     let given = |layer: usize| if layers.is_falling() { count - 1 - layer } else { layer };
-    let error = is_read.par_iter().with_min_len(256).enumerate().find_map_first(|(corner, is_read)| {
+    let name = |corner: usize| format!("corner {} (counted from {base})", corner as i64 + i64::from(base));
+    let error = (0..corners).into_par_iter().with_min_len(256).find_map_first(|corner| {
         let height = |layer| heights.value(corner, given(layer));
-        let is_read = is_read.load(Ordering::Relaxed);
-        is_read.then(|| check_column(layers, height, || name(grid, corner)).err()).flatten()
+        is_read(corner).then(|| check_column(layers, height, || name(corner)).err()).flatten()
     });
     error.map_or(Ok(()), Err)
-}
-
-/// A corner as the model knows it: by its number, or by its cells where the model knows cells by their numbers in the
-/// whole grid.
-fn name(grid: &Grid, corner: usize) -> String {
-    let (base, numbers) = (i64::from(grid.tables().index_base), grid.cell_numbers());
-    if numbers.is_empty() {
-        return format!("corner {} (counted from {base})", corner as i64 + base);
-    }
-    let cells = grid.tables().corner_cell.row::<3>(corner);
-    let cells = cells.into_iter().filter_map(|cell| numbers.get(usize::try_from(cell - base).ok()?));
-    let cells: Vec<String> = cells.map(i64::to_string).collect();
-    format!("the corner of the cells {} of the whole grid", cells.join(", "))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::field::CenterField;
-    use crate::grid::{IcosahedralMesh, OwnedGrid, OwnedTables};
+    use crate::grid::IcosahedralMesh;
     use crate::heights::{Cells, Heights};
     use crate::shape::Shape;
 
@@ -155,28 +155,5 @@ mod tests {
                 format!("heights: {columns} columns of {count} layers at {place:?}, expected 80 of 3 at Corner");
             assert_eq!((error.kind(), error.context()), (ErrorKind::Layers, expected.as_str()));
         }
-    }
-
-    /// As in a mesh that ranks have put together of their parts.
-    #[test]
-    fn corners_between_numbered_cells_are_named_by_these() {
-        let mesh = IcosahedralMesh::new(1).unwrap();
-        let whole = Grid::new(mesh.tables()).unwrap();
-        let tables = OwnedTables {
-            center: [mesh.lon_center_rad.clone(), mesh.lat_center_rad.clone()],
-            corner: [mesh.lon_corner_rad.clone(), mesh.lat_corner_rad.clone()],
-            corner_cell: mesh.corner_cell.clone(),
-            connectivity: crate::grid::Connectivity::new(&mesh.corner_cell, mesh.cells()).unwrap(),
-            cell_number: (0..mesh.cells() as i64).map(|cell| 10 * cell + 1).collect(),
-        };
-        let owned = OwnedGrid::new(tables).unwrap();
-        let mut bad = values(whole.triangles());
-        bad[3 * 5 + 2] = -1.0;
-        let text = refusal(owned.grid(), &bad, false, |_| true);
-        let [a, b, c] = whole.triangle(5).map(|cell| 10 * cell + 1);
-        assert!(
-            text.starts_with(&format!("heights: the corner of the cells {a}, {b}, {c} of the whole grid, ")),
-            "{text}"
-        );
     }
 }

@@ -3,7 +3,7 @@
 use super::Job;
 use crate::fields::Fields;
 use crate::plan::Plan;
-use crate::ranks::{Columns, Decomposition, NodeFields, Ranks};
+use crate::ranks::{Columns, Decomposition, GatherInputs, NodeFields, Ranks};
 use crate::render::Renderer;
 use crate::snapshot::Snapshot;
 use icoray_grid::Result;
@@ -28,15 +28,25 @@ impl Copies {
             gathered.leave(ranks);
         }
         let mut own = Fields::default();
-        let mut spread: Vec<(&Job, &Arc<Decomposition>, &Columns, Fields)> = Vec::new();
+        let mut spread: Vec<(&Arc<Decomposition>, &Columns, GatherInputs, Fields)> = Vec::new();
         for (job, needed) in jobs {
             let Some((held, columns)) = columns(job) else {
                 own = own.with(needed.clone());
                 continue;
             };
-            match spread.iter_mut().find(|(_, known, ..)| Arc::ptr_eq(known, held)) {
-                Some((.., fields)) => *fields = take(fields).with(needed.clone()),
-                None => spread.push((job, held, columns, needed.clone())),
+            let of_derived = job.scene.derivation_inputs();
+            match spread.iter_mut().find(|(known, ..)| Arc::ptr_eq(known, held)) {
+                Some((_, _, inputs, fields)) => {
+                    inputs.derivation_inputs.extend(of_derived);
+                    // The heights are those of the first picture that needs some.
+                    inputs.layers = if fields.heights().is_some() { inputs.layers } else { &job.layers };
+                    *fields = take(fields).with(needed.clone());
+                }
+                None => {
+                    let (grid, layers, threads) = (&*job.grid, &*job.layers, &renderer.threads);
+                    let inputs = GatherInputs { threads, grid, layers, derivation_inputs: of_derived.collect() };
+                    spread.push((held, columns, inputs, needed.clone()));
+                }
             }
         }
         let copied = ranks.attempt(|| {
@@ -44,8 +54,8 @@ impl Copies {
             Ok(())
         });
         ranks.collective(copied)?;
-        for (job, held, columns, fields) in spread {
-            let gathered = columns.gather(ranks, &job.grid, || Ok(fields))?;
+        for (held, columns, inputs, fields) in spread {
+            let gathered = columns.gather(ranks, &inputs, || Ok(fields))?;
             self.gathered.push((held.clone(), gathered));
         }
         Ok(())

@@ -5,7 +5,7 @@ use icoray_scene::Method;
 use icoray_scene::{Ground, Heights, Pattern, Scene};
 
 /// The table by which fields at corners are averaged.
-pub(super) const CELL_CORNER: &str = "table cell_corner";
+pub(crate) const CELL_CORNER: &str = "table cell_corner";
 
 /// For a scene of a field with `layers` of them; a field at corners is averaged by the table `cell_corner`.
 pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: bool) -> Vec<String> {

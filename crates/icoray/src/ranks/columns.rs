@@ -4,25 +4,39 @@
 //! parts, it has the columns of the node's mesh: own ones and, around them, those of other nodes. Each rank writes its
 //! own columns to its node's memory and sends those that other nodes need to one rank of each, which writes them there,
 //! one field after the other. A node has one copy of each field. Columns that are not a rank's own are not read.
+//!
+//! Fields at corners are rendered as averages at cells. Where ranks have parts, each averages at its own cells, from the
+//! model's array and a halo of corners, and the node has the averages instead of the field. Derived fields are computed
+//! before averages are, so what they are made of is gathered at corners.
 
 use super::cells::{PartCells, PartCorners};
+use super::corner_halo::CornerHalo;
 use super::corner_owners::OwnCorners;
 use super::mesh::{NodeMesh, Numbers};
 use super::nodes::Nodes;
 use super::part::Agreed;
-use super::supply::Supply;
+use super::supply::{ColumnLookup, Supply};
 use super::{Node, NodeFields, Part, Ranks, Stored, bad};
 use crate::fields::Fields;
-use bytemuck::Pod;
 use icoray_grid::ColumnCount;
 use icoray_grid::grid::OwnedGrid;
+use icoray_grid::heights::check_corner_columns;
+use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Location};
-use icoray_grid::{Grid, Reals};
+use icoray_grid::{Grid, Layers, Reals};
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
+mod source;
+mod target;
 mod whole;
+
+pub(super) use source::visit_columns;
+use source::{ColumnSource, read_columns};
+pub(super) use target::GatherTarget;
+use target::display_name;
 
 /// The most bytes that a rank sends at once, to all nodes together, unless a single column for each has more.
 const MAX_BYTES: usize = 64 << 20;
@@ -40,6 +54,19 @@ pub struct Columns {
     nodes: Nodes,
     /// The mesh that is drawn if ranks have parts; `None` if they have the whole grid's tables.
     node_grid: Option<Arc<NodeGrid>>,
+    /// Corners of which other ranks have the values, if ranks have parts.
+    halo: Option<Arc<CornerHalo>>,
+}
+
+/// What fields are gathered with and for.
+pub(crate) struct GatherInputs<'a> {
+    pub threads: &'a Threads,
+    /// This rank's.
+    pub grid: &'a Grid<'a>,
+    /// Layers that the heights belong to.
+    pub layers: &'a Layers,
+    /// Names of fields of which derived ones are made.
+    pub derivation_inputs: Vec<&'a str>,
 }
 
 /// The grid that the ranks of a node have together.
@@ -61,32 +88,6 @@ impl NodeGrid {
     }
 }
 
-/// A field of which ranks have some columns each, and where the whole of it is put together.
-pub(super) struct GatherTarget<'f> {
-    /// This rank's columns.
-    pub field: Field<'f>,
-    /// The whole.
-    pub whole: Stored,
-}
-
-impl GatherTarget<'_> {
-    /// The layout, which must be equal on all ranks: otherwise they would overwrite each other's columns.
-    fn facts(&self) -> [(&'static str, String); 3] {
-        let (name, bits) = (display_name(&self.whole.name), if self.whole.is_f64 { 64 } else { 32 });
-        let place = if self.whole.location == Location::Corner { "corners" } else { "centres" };
-        [
-            ("has", format!("{name} of {} layers of {bits} bits", self.whole.layers)),
-            ("has", format!("{name} at {place}")),
-            ("has", format!("{name} with missing values marked by {:?}", self.whole.fill)),
-        ]
-    }
-}
-
-/// The name of a field, or of the heights, in messages.
-fn display_name(name: &Option<String>) -> String {
-    name.as_ref().map_or("heights".into(), |name| format!("{name:?}"))
-}
-
 impl Columns {
     /// Agrees with the other ranks on whose each cell is, where each rank has the tables of its part, `cells` with a row
     /// for each cell of `grid`, and `corners`, if any rank has them, with one for each corner: puts the parts of each
@@ -103,11 +104,14 @@ impl Columns {
         let corner = own_corners.as_ref().map(OwnCorners::numbers);
         let numbers = Numbers { grid, global: &global, owner: &owner, corner, rank: ranks.rank() };
         let mesh = NodeMesh::new(ranks, &numbers, &nodes)?;
-        let [center, corner] = Supply::of_parts(ranks, &numbers, &mesh, &nodes, own_corners.as_ref())?;
+        let lookup = ranks.attempt(|| Ok(ColumnLookup::new(&numbers)));
+        let lookup = ranks.collective(lookup)?;
+        let [center, corner] = Supply::of_parts(ranks, (&numbers, &lookup), &mesh, &nodes, own_corners.as_ref())?;
+        let halo = Some(Arc::new(CornerHalo::find(ranks, &numbers, &lookup, own_corners.as_ref())?));
         let part = if nodes.is_one() { None } else { Some(Part::of_node(ranks, &mesh, &nodes)?) };
         let node_grid = Some(Arc::new(NodeGrid { grid: mesh.grid, part }));
         let has_corner_numbers = own_corners.is_some();
-        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid })
+        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid, halo })
     }
 
     /// Bytes of the tables that this rank made for its node's mesh: 0 where ranks have the whole grid's.
@@ -149,26 +153,34 @@ impl Columns {
     pub(crate) fn gather<'f>(
         &self,
         ranks: &mut Ranks,
-        grid: &Grid,
+        inputs: &GatherInputs,
         fields: impl FnOnce() -> Result<Fields<'f>>,
     ) -> Result<NodeFields> {
         let start = Instant::now();
-        let places = ranks.attempt(|| self.places(grid, &fields()?));
-        let (places, bytes) =
-            ranks.agree_all(places, |(places, _)| places.iter().flat_map(GatherTarget::facts).collect())?;
+        let targets = ranks.attempt(|| self.targets(inputs, &fields()?));
+        let (targets, bytes) =
+            ranks.agree_all(targets, |(targets, _)| targets.iter().flat_map(GatherTarget::facts).collect())?;
+        let heights_error = self.check_heights(ranks, inputs, &targets);
         let mut node = ranks.take_node(bytes)?;
-        let mut copied = Ok(0);
-        for place in &places {
+        let mut written = Ok([0; 2]);
+        for target in &targets {
             // After a failure the collective calls go on: the other ranks wait in them.
-            let bytes = self.gather_by(ranks, &mut node, place, MAX_BYTES);
-            copied = copied.and_then(|sum| Ok(sum + bytes?));
+            let bytes = self.gather_by(ranks, inputs, &mut node, target, MAX_BYTES);
+            written = written.and_then(|mut sums: [u64; 2]| {
+                sums[usize::from(target.whole.is_average)] += bytes?;
+                Ok(sums)
+            });
         }
-        match ranks.collective(copied) {
-            Ok(bytes_copied) => {
-                let (stored, copy_s) = (places.into_iter().map(|place| place.whole).collect(), start.elapsed());
-                let copy_s = copy_s.as_secs_f64();
-                Ok(NodeFields { node, grid: self.node_grid.clone(), stored, bytes_copied, copy_s })
-            }
+        match ranks.collective(written) {
+            Ok([bytes_copied, bytes_averaged]) => Ok(NodeFields {
+                node,
+                grid: self.node_grid.clone(),
+                stored: targets.into_iter().map(|target| target.whole).collect(),
+                heights_error,
+                bytes_copied,
+                bytes_averaged,
+                copy_s: start.elapsed().as_secs_f64(),
+            }),
             Err(error) => {
                 ranks.keep_node(node);
                 Err(error)
@@ -176,32 +188,51 @@ impl Columns {
         }
     }
 
+    /// Checks own heights at corners before they are averaged; the error is the same on all ranks. Collective.
+    fn check_heights(&self, ranks: &mut Ranks, inputs: &GatherInputs, targets: &[GatherTarget]) -> Option<Error> {
+        let is_heights = |target: &&GatherTarget| target.whole.name.is_none() && target.whole.is_average;
+        let (target, halo) = (targets.iter().find(is_heights)?, self.halo.as_ref()?);
+        let GatherInputs { threads, grid, layers, .. } = *inputs;
+        let reads = |corner: usize| halo.reads(corner);
+        let checked = ranks.attempt(|| threads.run(|| check_corner_columns(grid, &target.field, layers, reads)));
+        ranks.collective(checked).err()
+    }
+
     /// Where the whole of each field is to be put together, and bytes for all of them on whichever node: as many on all
     /// ranks.
-    pub(super) fn places<'f>(&self, grid: &Grid, fields: &Fields<'f>) -> Result<(Vec<GatherTarget<'f>>, usize)> {
+    pub(super) fn targets<'f>(
+        &self,
+        inputs: &GatherInputs,
+        fields: &Fields<'f>,
+    ) -> Result<(Vec<GatherTarget<'f>>, usize)> {
+        let grid = inputs.grid;
         if grid.cells() != self.cells {
             let message = format!("{} cells, expected {}, of which ranks have agreed", grid.cells(), self.cells);
             return Err(bad(message));
         }
-        let (mut places, mut end, mut bytes) = (Vec::new(), 0, 0);
+        let (mut targets, mut end, mut bytes) = (Vec::new(), 0, 0);
         let named = fields.iter().map(|(name, field)| (Some(name.to_owned()), *field));
         for (name, field) in named.chain(fields.heights().map(|heights| (None, *heights))) {
             self.check_columns(grid, &field).map_err(|e| e.within(display_name(&name)))?;
+            let is_input = name.as_deref().is_some_and(|name| inputs.derivation_inputs.contains(&name));
+            let is_average = self.halo.is_some() && field.location() == Location::Corner && !is_input;
+            let location = if is_average { Location::Center } else { field.location() };
             let whole = Stored {
                 name,
                 at: end,
-                columns: self.supply(field.location()).rows,
+                columns: self.supply(location).rows,
                 layers: field.shape().layers,
-                location: field.location(),
+                location,
+                is_average,
                 is_f64: matches!(field.samples(), Reals::F64(_)),
-                fill: field.fill(),
+                fill: field.fill().filter(|_| !is_average),
             };
             end = whole.end().next_multiple_of(size_of::<f64>());
-            let most = self.supply(field.location()).max_rows() * whole.width();
+            let most = self.supply(location).max_rows() * whole.width();
             bytes += most.next_multiple_of(size_of::<f64>());
-            places.push(GatherTarget { field, whole });
+            targets.push(GatherTarget { field, whole });
         }
-        Ok((places, bytes))
+        Ok((targets, bytes))
     }
 
     /// Refuses a field that has other columns than this rank.
@@ -225,16 +256,23 @@ impl Columns {
     pub(super) fn gather_by(
         &self,
         ranks: &mut Ranks,
+        inputs: &GatherInputs,
         node: &mut Node,
-        place: &GatherTarget,
+        target: &GatherTarget,
         most: usize,
     ) -> Result<u64> {
-        let (field, at, width) = (&place.field, place.whole.at, place.whole.width());
-        let supply = self.supply(field.location());
+        let halo = match self.halo.as_ref().filter(|_| target.whole.is_average) {
+            Some(halo) => Some((halo, halo.exchange(ranks, &target.field)?)),
+            None => None,
+        };
+        let halo = halo.as_ref().map(|(halo, values)| (&***halo, values));
+        let source = ColumnSource::new(&target.field, inputs, halo)?;
+        let (at, width) = (target.whole.at, target.whole.width());
+        let supply = self.supply(target.whole.location);
         let mut columns = 0;
         node.memory.begin()?;
         let mut outcome = ranks.attempt(|| {
-            visit(field, &supply.own, |row, bytes| {
+            source.visit(&supply.own, |row, bytes| {
                 node.memory.put(at + row as usize * width, bytes);
                 columns += 1;
             });
@@ -245,7 +283,8 @@ impl Columns {
         let rounds = if ranks.size() > 1 { supply.max_sent(sends_own).div_ceil(at_once) } else { 0 };
         for round in 0..rounds {
             // After a failure the collective calls go on: the other ranks wait in them.
-            let messages = ranks.attempt(|| Ok(self.messages(ranks.size(), node, place, round * at_once, at_once)));
+            let range = round * at_once..(round + 1) * at_once;
+            let messages = ranks.attempt(|| Ok(self.messages(ranks.size(), node, (&source, supply), range)));
             let messages = messages.unwrap_or_else(|error| {
                 outcome = std::mem::replace(&mut outcome, Ok(())).and(Err(error));
                 vec![Vec::new(); ranks.size()]
@@ -262,9 +301,14 @@ impl Columns {
         outcome.map(|()| (columns * width) as u64)
     }
 
-    /// For each rank, `count` of the columns that it takes in for its node, from the one number `first` on.
-    fn messages(&self, ranks: usize, node: &Node, place: &GatherTarget, first: usize, count: usize) -> Vec<Vec<u8>> {
-        let supply = self.supply(place.field.location());
+    /// For each rank, those of the columns that it takes in for its node whose numbers are in `range`.
+    fn messages(
+        &self,
+        ranks: usize,
+        node: &Node,
+        (source, supply): (&ColumnSource, &Supply),
+        range: Range<usize>,
+    ) -> Vec<Vec<u8>> {
         let mut messages = vec![Vec::new(); ranks];
         let mut same: Option<(usize, usize)> = None;
         for to in &node.partners {
@@ -274,9 +318,9 @@ impl Columns {
                 messages[*to] = messages[other].clone();
                 continue;
             }
-            let range = |k: usize| k.min(rows.len());
+            let [first, end] = [range.start, range.end].map(|k| k.min(rows.len()));
             let message = &mut messages[*to];
-            visit(&place.field, &rows[range(first)..range(first + count)], |row, bytes| {
+            source.visit(&rows[first..end], |row, bytes| {
                 message.extend_from_slice(&u64::from(row).to_le_bytes());
                 message.extend_from_slice(bytes);
             });
@@ -284,42 +328,4 @@ impl Columns {
         }
         messages
     }
-}
-
-/// The rows and values of some columns, layer by layer.
-fn visit(field: &Field, columns: &[(u32, u32)], visit: impl FnMut(u32, &[u8])) {
-    match field.samples() {
-        Reals::F32(data) => visit_columns(data, field, columns, visit),
-        Reals::F64(data) => visit_columns(data, field, columns, visit),
-    }
-}
-
-fn visit_columns<S: Pod>(data: &[S], field: &Field, own: &[(u32, u32)], mut visit: impl FnMut(u32, &[u8])) {
-    let (shape, elements) = (field.shape(), field.elements());
-    let mut column = Vec::with_capacity(shape.layers);
-    for (at, cell) in own {
-        let base = elements.base(*at as usize);
-        if shape.layer_stride == 1 {
-            let first = elements.at(base, 0);
-            visit(*cell, bytemuck::cast_slice(&data[first..first + shape.layers]));
-            continue;
-        }
-        column.clear();
-        column.extend((0..shape.layers).map(|layer| data[elements.at(base, layer)]));
-        visit(*cell, bytemuck::cast_slice(&column));
-    }
-}
-
-/// Reads the columns of a message: `width` bytes each, behind the 8 bytes of the row.
-fn read_columns(bytes: &[u8], width: usize, rows: usize, mut column: impl FnMut(usize, &[u8])) -> Result<()> {
-    for record in bytes.chunks(8 + width) {
-        let cut = || Error::new(ErrorKind::Mpi, "a column of a message is cut short");
-        let (row, values) = record.split_first_chunk().ok_or_else(cut)?;
-        let row = u64::from_le_bytes(*row) as usize;
-        if row >= rows || values.len() < width {
-            return Err(Error::new(ErrorKind::Mpi, format!("a column of row {row} of {rows}")));
-        }
-        column(row, values);
-    }
-    Ok(())
 }

@@ -17,6 +17,7 @@
 mod agree;
 mod cells;
 mod columns;
+mod corner_halo;
 mod corner_owners;
 mod decomposition;
 mod gather;
@@ -37,6 +38,7 @@ pub use agree::{Agreement, Refusal, Vote};
 use cells::bad;
 pub use cells::{Owned, PartCells, PartCorners};
 pub use columns::Columns;
+pub(crate) use columns::GatherInputs;
 pub use decomposition::Decomposition;
 pub(crate) use gather::{FrameSummary, TileAssignment};
 pub use local::{LocalTeam, local_nodes, local_team};

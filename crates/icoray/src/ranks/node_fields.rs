@@ -19,6 +19,8 @@ pub(crate) struct Stored {
     pub columns: usize,
     pub layers: usize,
     pub location: Location,
+    /// Whether these are averages of a field at corners.
+    pub is_average: bool,
     pub is_f64: bool,
     pub fill: Option<f64>,
 }
@@ -52,8 +54,12 @@ pub(crate) struct NodeFields {
     /// The grid that they lie on where ranks have parts.
     pub grid: Option<Arc<NodeGrid>>,
     pub stored: Vec<Stored>,
-    /// Bytes that this rank wrote.
+    /// The fault of heights at corners, found before they were averaged; the same on all ranks.
+    pub heights_error: Option<Error>,
+    /// Bytes of fields that this rank wrote.
     pub bytes_copied: u64,
+    /// Bytes of averages that it wrote.
+    pub bytes_averaged: u64,
     /// Seconds that putting them together took.
     pub copy_s: f64,
 }
@@ -77,6 +83,15 @@ impl NodeFields {
             Some(heights) => fields.with_heights(heights),
             None => fields,
         })
+    }
+
+    /// Whether some of `fields` are averages of fields at corners.
+    pub fn are_averaged(&self, fields: &Fields) -> bool {
+        let is_needed = |name: &Option<String>| match name {
+            Some(name) => fields.iter().any(|(needed, _)| needed == name),
+            None => fields.heights().is_some(),
+        };
+        self.stored.iter().any(|stored| stored.is_average && is_needed(&stored.name))
     }
 
     /// The grid that they lie on: the node's, or `given` where ranks have the whole one.

@@ -36,13 +36,11 @@ impl Supply {
     /// Of fields over parts, at centres and at corners, for the nodes' meshes. Collective.
     pub fn of_parts(
         ranks: &mut Ranks,
-        numbers: &Numbers,
+        (numbers, lookup): (&Numbers, &ColumnLookup),
         mesh: &NodeMesh,
         nodes: &Nodes,
         own_corners: Option<&OwnCorners>,
     ) -> Result<[Self; 2]> {
-        let lookup = ranks.attempt(|| Ok(ColumnLookup::new(numbers)));
-        let lookup = ranks.collective(lookup)?;
         let center = lookup.cells_for(ranks, mesh, nodes)?;
         let corner = lookup.corners_for(ranks, mesh, nodes, own_corners)?;
         let grid = numbers.grid;
@@ -95,14 +93,14 @@ impl Supply {
 }
 
 /// Columns of a rank's fields, by the numbers of own cells and by the keys of corners.
-struct ColumnLookup {
+pub(super) struct ColumnLookup {
     rank: usize,
     cells: HashMap<u64, u32>,
     corners: HashMap<CornerKey, u32>,
 }
 
 impl ColumnLookup {
-    fn new(numbers: &Numbers) -> Self {
+    pub fn new(numbers: &Numbers) -> Self {
         let own = (0..numbers.global.len()).filter(|cell| numbers.owns(*cell));
         let corners = (0..numbers.grid.triangles()).map(|row| (numbers.corner(row).key(), row as u32));
         ColumnLookup {
@@ -110,6 +108,11 @@ impl ColumnLookup {
             cells: own.map(|cell| (numbers.global[cell], cell as u32)).collect(),
             corners: corners.collect(),
         }
+    }
+
+    /// The column of a corner, if this rank has it.
+    pub fn corner(&self, corner: &Corner) -> Option<u32> {
+        self.corners.get(&corner.key()).copied()
     }
 
     /// The own cells that this rank supplies to its node and, as requested by their leaders, to other nodes.
@@ -172,8 +175,8 @@ impl ColumnLookup {
         let answers = ranks.collective(answers)?;
         for (requests, answers) in requests.iter().zip(ranks.exchange(answers)?) {
             for ((row, corner), _) in requests.iter().zip(answers).filter(|(_, has)| *has == 0) {
-                if let Some(column) = self.corners.get(&corner.key()) {
-                    supply.own.push((*column, *row));
+                if let Some(column) = self.corner(corner) {
+                    supply.own.push((column, *row));
                 }
             }
         }
@@ -186,10 +189,10 @@ impl ColumnLookup {
         let mut answers = vec![Vec::new(); received.len()];
         for (rank, requests) in decode_lists::<(u32, Corner)>(received)?.into_iter().enumerate() {
             for (row, corner) in requests {
-                let column = self.corners.get(&corner.key());
+                let column = self.corner(&corner);
                 answers[rank].push(u8::from(column.is_some()));
                 if let Some(column) = column {
-                    supply.add(nodes, rank, *column, row);
+                    supply.add(nodes, rank, column, row);
                 }
             }
         }

@@ -341,6 +341,9 @@ fn nodes_put_a_field_together_in_rounds() {
             let owned: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
             let all = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
             let columns = Columns::of_whole(ranks, &grid, &all, None).unwrap();
+            let (threads, layers) = (Threads::new(1).unwrap(), Layers::from_heights(&[0.0, 1.0], 6e6).unwrap());
+            let inputs =
+                GatherInputs { threads: &threads, grid: &grid, layers: &layers, derivation_inputs: Vec::new() };
             // Two of them, in other orders, and heights.
             let backwards: Vec<f32> = world.values.iter().rev().copied().collect();
             let heights: Vec<f64> = world.values.iter().map(|value| f64::from(*value) + 9.0).collect();
@@ -348,14 +351,21 @@ fn nodes_put_a_field_together_in_rounds() {
             let fields = Fields::new([("a", world.field()), ("b", of(backwards.as_slice().into()))])
                 .with_heights(of(heights.as_slice().into()));
             for most in [1, 1000, usize::MAX / 2] {
-                let (places, bytes) = columns.places(&grid, &fields).unwrap();
+                let (targets, bytes) = columns.targets(&inputs, &fields).unwrap();
                 assert_eq!(bytes, 2 * (4 * world.values.len()).next_multiple_of(8) + 8 * world.values.len());
                 let mut node = ranks.take_node(bytes).unwrap();
-                for place in &places {
-                    columns.gather_by(ranks, &mut node, place, most).unwrap();
+                for target in &targets {
+                    columns.gather_by(ranks, &inputs, &mut node, target, most).unwrap();
                 }
-                let stored = places.into_iter().map(|place| place.whole).collect();
-                let gathered = NodeFields { node, grid: None, stored, bytes_copied: 0, copy_s: 0.0 };
+                let gathered = NodeFields {
+                    node,
+                    grid: None,
+                    stored: targets.into_iter().map(|target| target.whole).collect(),
+                    heights_error: None,
+                    bytes_copied: 0,
+                    bytes_averaged: 0,
+                    copy_s: 0.0,
+                };
                 let whole = gathered.fields().unwrap();
                 let [a, b] = ["a", "b"].map(|name| whole.get(name).unwrap());
                 let last = world.values.len() - 1;

@@ -4,7 +4,8 @@ use super::context::RenderInputs;
 use super::rendered::Rendered;
 use super::renderer::Renderer;
 use crate::fields::Fields;
-use crate::ranks::{Columns, Decomposition, NodeFields, Ranks};
+use crate::plan::CELL_CORNER;
+use crate::ranks::{Columns, Decomposition, GatherInputs, NodeFields, Ranks};
 use icoray_grid::Grid;
 use icoray_grid::Layers;
 use icoray_grid::Result;
@@ -31,13 +32,14 @@ impl Renderer {
     ) -> Result<Rendered> {
         let start = Instant::now();
         let fields = fields.into();
-        let gathered = columns.gather(ranks, grid, || fields.needed_by(scene))?;
+        let derivation_inputs = scene.derivation_inputs().collect();
+        let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs };
+        let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
         let mut rendered = self.render_gathered(start, ranks, scene, (grid, layers), &gathered);
         if let Ok(rendered) = &mut rendered {
             let report = rendered.report_mut();
             (report.bytes_copied, report.timing.copy_s) = (gathered.bytes_copied, gathered.copy_s);
             report.timing.prepare_s -= gathered.copy_s;
-            report.derived_bytes += gathered.table_bytes();
         }
         gathered.leave(ranks);
         rendered
@@ -72,10 +74,18 @@ impl Renderer {
         (grid, layers): (&Grid, &Layers),
         gathered: &NodeFields,
     ) -> Result<Rendered> {
-        let fields = ranks.collective(gathered.fields().and_then(|fields| fields.needed_by(scene)))?;
+        let needed = gathered.fields().and_then(|fields| fields.needed_by(scene));
+        let fields = ranks.collective(needed)?;
+        if let (Some(error), Some(_)) = (&gathered.heights_error, fields.heights()) {
+            return Err(error.clone());
+        }
         let given = RenderInputs { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
         let mut rendered = self.render_since(start, ranks, scene, &given)?;
         let report = rendered.report_mut();
+        report.derived_bytes += gathered.table_bytes() + gathered.bytes_averaged as usize;
+        if gathered.are_averaged(&fields) {
+            report.left_out.retain(|what| what != CELL_CORNER);
+        }
         report.ranks.sharing =
             report.ranks.sharing.map(|sharing| sharing.of_gathered(gathered.grid.is_some(), gathered.is_refused()));
         Ok(rendered)

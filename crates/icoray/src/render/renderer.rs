@@ -41,7 +41,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// ```
 #[derive(Debug)]
 pub struct Renderer {
-    pub(super) threads: Threads,
+    pub(crate) threads: Threads,
     pub(super) devices: Option<DeviceCache>,
     pub(super) savings: Savings,
     pub(super) integrates: bool,

@@ -32,7 +32,7 @@ impl Columns {
         };
         let center = Supply::of_whole(ranks, cells.global.len(), grid.cells(), own)?;
         let nodes = Nodes::one(ranks);
-        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid: None })
+        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid: None, halo: None })
     }
 }
 

@@ -68,7 +68,7 @@ impl Numbers<'_> {
     }
 
     /// This rank's cells at a corner.
-    fn cells_at(&self, corner: usize) -> [Option<usize>; 3] {
+    pub fn cells_at(&self, corner: usize) -> [Option<usize>; 3] {
         let tables = self.grid.tables();
         let base = i64::from(tables.index_base);
         let cells = base..base + self.global.len() as i64;

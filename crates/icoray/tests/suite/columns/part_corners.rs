@@ -64,36 +64,62 @@ fn value(corner: usize, layer: usize) -> f64 {
     (0.31 * corner as f64).sin() + layer as f64
 }
 
+fn other(corner: usize, layer: usize) -> f64 {
+    (0.17 * corner as f64).cos() * (1.5 + layer as f64)
+}
+
 fn height(corner: usize, layer: usize) -> f64 {
     6e3 * layer as f64 + 2e3 * (0.3 * corner as f64).sin()
 }
 
+/// Two fields at corners, and heights there.
+fn fields<'f>([q, r, heights]: [&'f Vec<f64>; 3], corners: usize) -> Fields<'f> {
+    Fields::new([("q", field(q, corners)), ("r", field(r, corners))]).with_heights(field(heights, corners))
+}
+
+/// Averages are computed where the values are, and nothing is copied; what a derived field is made of is copied, as the
+/// length of a mean vector is not the mean of lengths.
 #[test]
 fn corners_of_parts_are_read_where_they_are_own() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
-    let count = mesh.lon_corner_rad.len();
+    let (cells, count) = (mesh.cells(), mesh.lon_corner_rad.len());
     let all: Vec<usize> = (0..count).collect();
-    let mut scene = scene("precision = \"f64\"\ntolerance = 1e-6");
-    scene.scenery.heights = Heights::Native;
-    let [values, heights] = [value, height].map(|value| Layout::Blocked.lay(&all, value));
-    let fields = Fields::new([("q", field(&values, count))]).with_heights(field(&heights, count));
-    let whole = Renderer::new(1).unwrap().render(&scene, &grid, &layers(), fields).unwrap();
-    for node_of in [&[0, 0][..], &[0, 0, 0], &[0, 1], &[0, 1, 0, 2]] {
-        for owner in partitions(count, node_of.len()) {
-            let drawn = on_nodes(node_of, |ranks| {
-                let part = LocalPart::new(&mesh, ranks.rank(), &owner);
-                let grid = part.tables.grid();
-                let held = part.held(ranks, &grid).unwrap();
-                let [values, heights] = [value, height].map(|value| part.values(value));
-                let here = part.tables.corners.len();
-                let fields = Fields::new([("q", field(&values, here))]).with_heights(field(&heights, here));
-                render(ranks, &scene, &grid, &held, fields).unwrap()
-            });
-            let (frame, _) = picture(drawn);
-            let is_one_node = node_of.iter().all(|node| *node == 0);
-            let off = difference(&frame, &whole);
-            assert!(off <= if is_one_node { 0.0 } else { 1e-5 }, "nodes {node_of:?}: {off}");
+    let derived = "[[derive]]\nname = \"d\"\nmagnitude = [\"q\", \"r\"]\n";
+    for (shown, derived, copied) in [("q", "", 0), ("d", derived, 2 * 8 * count * LAYERS)] {
+        let mut scene = scene(&format!("precision = \"f64\"\ntolerance = 1e-6\n{derived}"));
+        (scene.scenery.heights, scene.volumes[0].field) = (Heights::Native, shown.into());
+        let [q, r, heights] = [value, other, height].map(|value| Layout::Blocked.lay(&all, value));
+        let given = fields([&q, &r, &heights], count);
+        let whole = Renderer::new(1).unwrap().render(&scene, &grid, &layers(), given).unwrap();
+        for node_of in [&[0, 0][..], &[0, 0, 0], &[0, 1], &[0, 1, 0, 2]] {
+            for owner in partitions(count, node_of.len()) {
+                let drawn = on_nodes(node_of, |ranks| {
+                    let part = LocalPart::new(&mesh, ranks.rank(), &owner);
+                    let grid = part.tables.grid();
+                    let held = part.held(ranks, &grid).unwrap();
+                    let Decomposition::Columns(columns) = &held else { panic!("not columns") };
+                    let [q, r, heights] = [value, other, height].map(|value| part.values(value));
+                    let fields = fields([&q, &r, &heights], part.tables.corners.len());
+                    (columns.table_bytes(), render(ranks, &scene, &grid, &held, fields).unwrap())
+                });
+                let (table_bytes, drawn): (Vec<usize>, Vec<_>) = drawn.into_iter().unzip();
+                let (frame, reports) = picture(drawn);
+                let is_one_node = node_of.iter().all(|node| *node == 0);
+                let off = difference(&frame, &whole);
+                let trying = format!("{shown} on nodes {node_of:?}");
+                assert!(off <= if is_one_node { 0.0 } else { 1e-5 }, "{trying}: {off}");
+                assert!(!frame.report.left_out.iter().any(|what| what == "table cell_corner"), "{trying}");
+                if is_one_node {
+                    assert_bytes_copied(node_of, &reports, copied, &trying);
+                    // Averages of heights, and of the field where it is not derived: each once.
+                    let made = |(report, tables): (&FrameReport, &usize)| report.derived_bytes - tables;
+                    let made: usize = reports.iter().zip(&table_bytes).map(made).sum();
+                    assert!(shown == "d" || made == 2 * 8 * cells * LAYERS, "{trying}: {made} bytes");
+                } else {
+                    assert_eq!(reports.iter().any(|report| report.bytes_copied > 0), copied > 0, "{trying}");
+                }
+            }
         }
     }
 }

@@ -1,0 +1,170 @@
+//! Columns of values at corners, and their averages at cells.
+
+use super::Field;
+use crate::error::{Error, ErrorKind, Result};
+use crate::grid::Grid;
+use crate::reals::{OwnedReals, Reals};
+use crate::sample::Sample;
+use crate::shape::ElementIndexer;
+use rayon::prelude::*;
+
+/// The column of each corner of a grid: that of one field or, for corners whose values other ranks have, a row of
+/// another one.
+#[derive(Debug, Clone, Copy)]
+pub struct CornerColumns<'f> {
+    field: Field<'f>,
+    /// For each corner its row in the other field, or [`CornerColumns::OWN`].
+    halo: Option<(&'f [u32], Field<'f>)>,
+}
+
+/// An array with its layout and its mark of missing values.
+#[derive(Clone, Copy)]
+struct Columns<'a, S> {
+    samples: &'a [S],
+    elements: &'a ElementIndexer,
+}
+
+impl<'f> CornerColumns<'f> {
+    /// In place of a row of the halo: the column is one of the field itself.
+    pub const OWN: u32 = u32::MAX;
+
+    /// Those of `field`, a column per corner.
+    pub fn new(field: Field<'f>) -> Self {
+        CornerColumns { field, halo: None }
+    }
+
+    /// Those of `field`, but for the corners that have a row of `halo` in `rows`, which has an entry per corner.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] where the two fields differ in layers, precision or the mark of missing values.
+    pub fn with_halo(field: Field<'f>, rows: &'f [u32], halo: Field<'f>) -> Result<Self> {
+        let facts = |field: &Field| {
+            (field.shape().layers, matches!(field.samples, Reals::F64(_)), field.fill.map(f64::to_bits))
+        };
+        if facts(&field) != facts(&halo) {
+            return Err(Error::new(ErrorKind::Field, "the halo has other layers or values than the field"));
+        }
+        Ok(CornerColumns { field, halo: Some((rows, halo)) })
+    }
+
+    /// Averages the columns at the corners of each of `cells`, in parallel: the plain mean over those corners that have
+    /// a value, NaN where none has one. Level-fastest in the order of `cells`, in the precision of the field and in
+    /// `memory` if that has the same.
+    pub fn averages(
+        &self,
+        grid: &Grid,
+        cells: impl IndexedParallelIterator<Item = u32>,
+        memory: Option<OwnedReals>,
+    ) -> OwnedReals {
+        let halo = self.halo.map_or(self.field.samples, |(_, halo)| halo.samples);
+        match (self.field.samples, halo, OwnedReals::buffer(self.field.samples, memory)) {
+            (Reals::F32(own), Reals::F32(halo), OwnedReals::F32(memory)) => {
+                OwnedReals::F32(self.averages_of(grid, cells, [own, halo], memory))
+            }
+            (Reals::F64(own), Reals::F64(halo), OwnedReals::F64(memory)) => {
+                OwnedReals::F64(self.averages_of(grid, cells, [own, halo], memory))
+            }
+            _ => unreachable!("the halo and the buffer have the precision of the field"),
+        }
+    }
+
+    fn averages_of<S: Sample>(
+        &self,
+        grid: &Grid,
+        cells: impl IndexedParallelIterator<Item = u32>,
+        [own, halo]: [&[S]; 2],
+        mut values: Vec<S>,
+    ) -> Vec<S> {
+        let layers = self.field.shape.layers;
+        let own = Columns { samples: own, elements: &self.field.elements };
+        let column_of = |corner: u32| match self.halo.as_ref().map(|(rows, field)| (rows[corner as usize], field)) {
+            Some((row, field)) if row != Self::OWN => {
+                (Columns { samples: halo, elements: &field.elements }, field.elements.base(row as usize))
+            }
+            _ => (own, own.elements.base(corner as usize)),
+        };
+        let count = cells.len() * layers;
+        values.reserve_exact(count.saturating_sub(values.len()));
+        values.resize(count, S::default());
+        let columns = values.par_chunks_exact_mut(layers).zip(cells).with_min_len(256);
+        columns.for_each_init(Vec::new, |around, (column, cell)| {
+            // Corners and blocks are looked up once per cell, not once per value.
+            around.clear();
+            around.extend(grid.corners_of(cell).map(column_of));
+            for (layer, value) in column.iter_mut().enumerate() {
+                let (mut sum, mut count) = (0.0, 0u32);
+                for (columns, base) in around.iter() {
+                    let value = self.field.value_or_nan(columns.samples[columns.elements.at(*base, layer)].wide());
+                    if !value.is_nan() {
+                        (sum, count) = (sum + value, count + 1);
+                    }
+                }
+                *value = S::near(if count == 0 { f64::NAN } else { sum / f64::from(count) });
+            }
+        });
+        values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{CenterField, Location};
+    use crate::grid::IcosahedralMesh;
+    use crate::shape::Shape;
+
+    const LAYERS: usize = 3;
+
+    fn field(values: &[f32], shape: Shape) -> Field<'_> {
+        Field::new(values.into(), shape, Location::Corner, Some(5.0)).unwrap()
+    }
+
+    /// Whichever corners lie in the halo, and whatever stands in their own columns.
+    #[test]
+    fn averages_with_a_halo_have_the_bits_of_whole_fields() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let corners = grid.triangles();
+        let value = |corner: usize, layer: usize| if corner % 7 == layer { 5.0 } else { (corner as f32 + 0.1).sin() };
+        let whole: Vec<f32> = (0..corners).flat_map(|c| (0..LAYERS).map(move |l| value(c, l))).collect();
+        let expected = CenterField::average(&grid, &field(&whole, Shape::level_fastest(corners, LAYERS))).unwrap();
+        let cells: Vec<u32> = (0..grid.cells() as u32).rev().step_by(2).collect();
+        for every in [1, 2, 5, usize::MAX] {
+            // Blocks of 32 columns, layer by layer.
+            let shape = Shape::blocked(corners, LAYERS, 32);
+            let mut own = vec![f32::MAX; corners.div_ceil(32) * 32 * LAYERS];
+            let (mut rows, mut halo) = (vec![CornerColumns::OWN; corners], Vec::new());
+            for corner in 0..corners {
+                if corner % every == 0 {
+                    rows[corner] = (halo.len() / LAYERS) as u32;
+                    halo.extend_from_slice(&whole[corner * LAYERS..][..LAYERS]);
+                    continue;
+                }
+                for layer in 0..LAYERS {
+                    own[corner / 32 * 32 * LAYERS + layer * 32 + corner % 32] = value(corner, layer);
+                }
+            }
+            let halo = field(&halo, Shape::level_fastest(halo.len() / LAYERS, LAYERS));
+            let columns = CornerColumns::with_halo(field(&own, shape), &rows, halo).unwrap();
+            let OwnedReals::F32(averages) = columns.averages(&grid, cells.par_iter().copied(), None) else { panic!() };
+            for (cell, averages) in cells.iter().zip(averages.chunks_exact(LAYERS)) {
+                for (layer, average) in averages.iter().enumerate() {
+                    let expected = expected.field().value(*cell as usize, layer) as f32;
+                    assert_eq!(average.to_bits(), expected.to_bits(), "cell {cell}, every {every}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_halo_of_another_form_is_refused() {
+        let values = [0.0f32; 6];
+        let one = field(&values, Shape::level_fastest(2, 3));
+        let rows = [CornerColumns::OWN; 2];
+        assert!(CornerColumns::with_halo(one, &rows, field(&values, Shape::level_fastest(1, 3))).is_ok());
+        assert!(CornerColumns::with_halo(one, &rows, field(&values, Shape::level_fastest(1, 2))).is_err());
+        let wide = [0.0f64; 3];
+        let wide = Field::new(wide[..].into(), Shape::level_fastest(1, 3), Location::Corner, Some(5.0)).unwrap();
+        assert!(CornerColumns::with_halo(one, &rows, wide).is_err());
+    }
+}

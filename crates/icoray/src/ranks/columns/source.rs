@@ -1,0 +1,110 @@
+//! The columns that a rank writes to its node's memory or sends to another node.
+
+use super::GatherInputs;
+use crate::ranks::corner_halo::CornerHalo;
+use bytemuck::Pod;
+use icoray_grid::threads::Threads;
+use icoray_grid::{CornerColumns, Grid, OwnedReals};
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Field, Reals};
+use rayon::prelude::*;
+
+/// The bytes of averages that are computed at once.
+const AVERAGES: usize = 4 << 20;
+
+/// Columns of a rank, by number.
+pub(super) enum ColumnSource<'f> {
+    /// Those of its field.
+    Given(Field<'f>),
+    /// Averages at cells of those at corners.
+    Averages { corners: CornerColumns<'f>, grid: &'f Grid<'f>, threads: &'f Threads, layers: usize },
+}
+
+impl<'f> ColumnSource<'f> {
+    /// Those of `field` as it is or, with a halo and the values that have come of it, averages.
+    pub fn new(
+        field: &Field<'f>,
+        inputs: &'f GatherInputs,
+        halo: Option<(&'f CornerHalo, &'f OwnedReals)>,
+    ) -> Result<Self> {
+        let Some((halo, values)) = halo else { return Ok(ColumnSource::Given(*field)) };
+        let corners = CornerColumns::with_halo(*field, halo.rows(), halo.field(field, values)?)?;
+        let GatherInputs { threads, grid, .. } = *inputs;
+        Ok(ColumnSource::Averages { corners, grid, threads, layers: field.shape().layers })
+    }
+
+    /// The rows and values of some columns, layer by layer.
+    pub fn visit(&self, columns: &[(u32, u32)], visit: impl FnMut(u32, &[u8])) {
+        match self {
+            ColumnSource::Given(field) => match field.samples() {
+                Reals::F32(data) => visit_columns(data, field, columns.iter().copied(), visit),
+                Reals::F64(data) => visit_columns(data, field, columns.iter().copied(), visit),
+            },
+            ColumnSource::Averages { corners, grid, threads, layers } => {
+                visit_averages(corners, (grid, threads), *layers, columns, visit);
+            }
+        }
+    }
+}
+
+fn visit_averages(
+    corners: &CornerColumns,
+    (grid, threads): (&Grid, &Threads),
+    layers: usize,
+    columns: &[(u32, u32)],
+    mut visit: impl FnMut(u32, &[u8]),
+) {
+    let mut memory = None;
+    for columns in columns.chunks((AVERAGES / (layers * size_of::<f64>())).max(1)) {
+        let cells = columns.par_iter().map(|(cell, _)| *cell);
+        let values = threads.run(|| corners.averages(grid, cells, memory.take()));
+        let bytes: &[u8] = match &values {
+            OwnedReals::F32(values) => bytemuck::cast_slice(values),
+            OwnedReals::F64(values) => bytemuck::cast_slice(values),
+        };
+        let width = bytes.len() / columns.len();
+        columns.iter().zip(bytes.chunks_exact(width)).for_each(|((_, row), bytes)| visit(*row, bytes));
+        memory = Some(values);
+    }
+}
+
+/// The rows and values of some columns of a field, layer by layer.
+pub(in crate::ranks) fn visit_columns<S: Pod>(
+    data: &[S],
+    field: &Field,
+    columns: impl Iterator<Item = (u32, u32)>,
+    mut visit: impl FnMut(u32, &[u8]),
+) {
+    let (shape, elements) = (field.shape(), field.elements());
+    let mut column = Vec::with_capacity(shape.layers);
+    for (at, row) in columns {
+        let base = elements.base(at as usize);
+        if shape.layer_stride == 1 {
+            let first = elements.at(base, 0);
+            visit(row, bytemuck::cast_slice(&data[first..first + shape.layers]));
+            continue;
+        }
+        column.clear();
+        column.extend((0..shape.layers).map(|layer| data[elements.at(base, layer)]));
+        visit(row, bytemuck::cast_slice(&column));
+    }
+}
+
+/// Reads the columns of a message: `width` bytes each, behind the 8 bytes of the row.
+pub(super) fn read_columns(
+    bytes: &[u8],
+    width: usize,
+    rows: usize,
+    mut column: impl FnMut(usize, &[u8]),
+) -> Result<()> {
+    for record in bytes.chunks(8 + width) {
+        let cut = || Error::new(ErrorKind::Mpi, "a column of a message is cut short");
+        let (row, values) = record.split_first_chunk().ok_or_else(cut)?;
+        let row = u64::from_le_bytes(*row) as usize;
+        if row >= rows || values.len() < width {
+            return Err(Error::new(ErrorKind::Mpi, format!("a column of row {row} of {rows}")));
+        }
+        column(row, values);
+    }
+    Ok(())
+}
