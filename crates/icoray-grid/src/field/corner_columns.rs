@@ -6,6 +6,7 @@ use crate::grid::Grid;
 use crate::reals::{OwnedReals, Reals};
 use crate::sample::Sample;
 use crate::shape::ElementIndexer;
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 /// The column of each corner of a grid: that of one field or, for corners whose values other ranks have, a row of
@@ -17,12 +18,24 @@ pub struct CornerColumns<'f> {
     halo: Option<(&'f [u32], Field<'f>)>,
 }
 
-/// An array with its layout and its mark of missing values.
+/// The column of a corner in an array.
 #[derive(Clone, Copy)]
-struct Columns<'a, S> {
+struct Column<'a, S> {
     samples: &'a [S],
-    elements: &'a ElementIndexer,
+    /// The element of layer 0.
+    first: usize,
+    layer_stride: isize,
 }
+
+impl<'a, S: Sample> Column<'a, S> {
+    fn new(samples: &'a [S], elements: &ElementIndexer, column: u32) -> Self {
+        let first = elements.at(elements.base(column as usize), 0);
+        Column { samples, first, layer_stride: elements.layer_stride() }
+    }
+}
+
+/// Cells that a thread takes at once, at least.
+const CELLS: usize = 256;
 
 impl<'f> CornerColumns<'f> {
     /// In place of a row of the halo: the column is one of the field itself.
@@ -76,34 +89,56 @@ impl<'f> CornerColumns<'f> {
         mut values: Vec<S>,
     ) -> Vec<S> {
         let layers = self.field.shape.layers;
-        let own = Columns { samples: own, elements: &self.field.elements };
         let column_of = |corner: u32| match self.halo.as_ref().map(|(rows, field)| (rows[corner as usize], field)) {
-            Some((row, field)) if row != Self::OWN => {
-                (Columns { samples: halo, elements: &field.elements }, field.elements.base(row as usize))
-            }
-            _ => (own, own.elements.base(corner as usize)),
+            Some((row, field)) if row != Self::OWN => Column::new(halo, &field.elements, row),
+            _ => Column::new(own, &self.field.elements, corner),
         };
         let count = cells.len() * layers;
         values.reserve_exact(count.saturating_sub(values.len()));
         values.resize(count, S::default());
-        let columns = values.par_chunks_exact_mut(layers).zip(cells).with_min_len(256);
-        columns.for_each_init(Vec::new, |around, (column, cell)| {
+        let (level, fill) = (Level::new(), self.field.fill.unwrap_or(f64::NAN));
+        let columns = values.par_chunks_exact_mut(layers).zip(cells).with_min_len(CELLS);
+        let room = || (Vec::new(), vec![0.0; layers], vec![0.0; layers]);
+        columns.for_each_init(room, |(around, sums, counts), (to, cell)| {
             // Corners and blocks are looked up once per cell, not once per value.
             around.clear();
             around.extend(grid.corners_of(cell).map(column_of));
-            for (layer, value) in column.iter_mut().enumerate() {
-                let (mut sum, mut count) = (0.0, 0u32);
-                for (columns, base) in around.iter() {
-                    let value = self.field.value_or_nan(columns.samples[columns.elements.at(*base, layer)].wide());
-                    if !value.is_nan() {
-                        (sum, count) = (sum + value, count + 1);
-                    }
-                }
-                *value = S::near(if count == 0 { f64::NAN } else { sum / f64::from(count) });
-            }
+            dispatch!(level, _simd => average(around, fill, [sums, counts], to));
         });
         values
     }
+}
+
+/// Averages columns, all layers at once; `sums` and `counts` have an element per layer.
+#[inline(always)]
+fn average<S: Sample>(columns: &[Column<S>], fill: f64, [sums, counts]: [&mut Vec<f64>; 2], to: &mut [S]) {
+    sums.fill(0.0);
+    counts.fill(0.0);
+    for Column { samples, first, layer_stride } in columns {
+        let sums = sums.iter_mut().zip(counts.iter_mut());
+        if *layer_stride == 1 {
+            for ((sum, count), sample) in sums.zip(&samples[*first..][..to.len()]) {
+                add(sample.wide(), fill, sum, count);
+            }
+        } else {
+            let mut at = *first;
+            for (sum, count) in sums {
+                add(samples[at].wide(), fill, sum, count);
+                at = at.wrapping_add_signed(*layer_stride);
+            }
+        }
+    }
+    for ((to, sum), count) in to.iter_mut().zip(sums.iter()).zip(counts.iter()) {
+        *to = S::near(if *count == 0.0 { f64::NAN } else { sum / count });
+    }
+}
+
+/// Adds a value unless it is missing.
+#[inline(always)]
+fn add(value: f64, fill: f64, sum: &mut f64, count: &mut f64) {
+    let is_there = (value.abs() <= f64::MAX) & (value != fill);
+    *sum += if is_there { value } else { 0.0 };
+    *count += if is_there { 1.0 } else { 0.0 };
 }
 
 #[cfg(test)]
