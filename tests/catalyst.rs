@@ -1,125 +1,17 @@
 //! The implementation of Catalyst, loaded by a double of libcatalyst, and by the real one where ICORAY_CATALYST names its
 //! prefix.
 
-use icoray_test_support::{Need, runs, runs_long, skip, skip_because};
-use icoray_tests::native::{catalyst_library, command, mpi_library, root, succeeded, text};
+mod faults;
+mod hosts;
+
+use hosts::{Host, compiled, ended_well, prepared, sources, temporary, with_icoray};
+use icoray_test_support::{Need, runs_long, skip, skip_because};
+use icoray_tests::native::{command, root, succeeded, text};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use tempfile::TempDir;
 
-const WARNINGS: [&str; 7] =
-    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
 const STEPS: usize = 3;
-
-/// Files in C of `tests/c/catalyst`.
-fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
-    names.map(|name| root().join("tests/c/catalyst").join(name))
-}
-
-fn compiled(compiler: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
-    let mut compile = command(compiler, to.parent().unwrap());
-    compile.args(WARNINGS).args(options).arg("-o").arg(to).args(sources).args(libraries);
-    succeeded(compile.args(["-lm", "-ldl"]));
-}
-
-/// A program that makes its mesh with icoray's library.
-fn with_icoray(compiler: &str, to: &Path, options: &[&str], names: &[&str], libraries: &[&str]) {
-    let include = format!("-I{}", root().join("include").display());
-    let library = mpi_library();
-    let rpath = format!("-Wl,-rpath,{}", library.parent().unwrap().display());
-    let options = [&[include.as_str()], options].concat();
-    let libraries = [libraries, &[library.to_str().unwrap(), &rpath]].concat();
-    let paths: Vec<_> = names.iter().flat_map(|name| sources([name])).collect();
-    compiled(compiler, to, &options, &paths, &libraries);
-}
-
-/// A libcatalyst with the host that was built against it.
-struct Host {
-    program: PathBuf,
-    /// Directory of libcatalyst-icoray.so.
-    implementation: PathBuf,
-    library: PathBuf,
-    is_on_ranks: bool,
-}
-
-impl Host {
-    /// Compiles the host against a header and library.
-    fn new(directory: &Path, include: &Path, library: &Path, options: &[&str], is_on_ranks: bool) -> Self {
-        let implementation = directory.join("implementation");
-        if !implementation.is_dir() {
-            std::fs::create_dir(&implementation).unwrap();
-            std::os::unix::fs::symlink(catalyst_library(), implementation.join("libcatalyst-icoray.so")).unwrap();
-        }
-        let program = library.with_file_name(if is_on_ranks { "host-mpi" } else { "host" });
-        let program = directory.join(program.file_name().unwrap());
-        let libraries = library.parent().unwrap();
-        let include = format!("-I{}", include.display());
-        let (at, rpath) = (format!("-L{}", libraries.display()), format!("-Wl,-rpath,{}", libraries.display()));
-        let mut options = [&[include.as_str()], options].concat();
-        options.extend(is_on_ranks.then_some("-DHOST_MPI"));
-        let compiler = if is_on_ranks { "mpicc" } else { "cc" };
-        with_icoray(compiler, &program, &options, &["host.c", "ball.c"], &[&at, "-lcatalyst", &rpath]);
-        Host { program, implementation, library: library.to_owned(), is_on_ranks }
-    }
-
-    /// Against the double.
-    fn of_double(directory: &Path, is_on_ranks: bool) -> Self {
-        Self::of_kind(directory, "", is_on_ranks)
-    }
-
-    /// Against the double, whose functions of Conduit have other names if `kind` says so.
-    fn of_kind(directory: &Path, kind: &str, is_on_ranks: bool) -> Self {
-        let directory = temporary(directory, &format!("double {kind} {is_on_ranks}"));
-        let include = root().join("tests/c/catalyst/double");
-        let flag = format!("-I{}", include.display());
-        let kind = format!("-D{kind}");
-        let options = if kind == "-D" { vec![] } else { vec![kind.as_str()] };
-        let library = directory.join("libcatalyst.so");
-        let of_library = [&[flag.as_str(), "-fPIC", "-shared", "-Wno-pedantic"], &options[..]].concat();
-        compiled("cc", &library, &of_library, &sources(["double/double.c"]), &[]);
-        Self::new(&directory, &include, &library, &options, is_on_ranks)
-    }
-
-    /// A run on so many ranks.
-    fn command(&self, ranks: usize, run: &Path, arguments: &[&str]) -> Command {
-        let mut command =
-            if self.is_on_ranks { FIRST.on_ranks(ranks, &self.program, run) } else { command(&self.program, run) };
-        command.args(arguments).env("CATALYST_IMPLEMENTATION_NAME", "icoray");
-        command.env("CATALYST_IMPLEMENTATION_PATHS", &self.implementation);
-        command.env("LD_LIBRARY_PATH", self.library.parent().unwrap());
-        command
-    }
-
-    /// What the host printed, which ended well on all ranks and never got another status than that all is well.
-    fn run(&self, ranks: usize, run: &Path, arguments: &[&str]) -> String {
-        ended_well(ranks, self.command(ranks, run, arguments))
-    }
-}
-
-fn ended_well(ranks: usize, mut host: Command) -> String {
-    let output = succeeded(&mut host);
-    let told = text(&output.stdout) + &text(&output.stderr);
-    assert_eq!(told.matches("the host ended well").count(), ranks, "{told}");
-    assert!(!told.contains("returned") && told.contains("implementation icoray"), "{told}");
-    told
-}
-
-/// A new directory of that name.
-fn temporary(directory: &Path, name: &str) -> PathBuf {
-    let to = directory.join(name);
-    std::fs::create_dir(&to).unwrap();
-    to
-}
-
-/// A directory for a run, with the test's scene.
-fn prepared(directory: &Path, name: &str, heights: &str) -> PathBuf {
-    let scene = std::fs::read_to_string(root().join("tests/c/catalyst/scene.toml")).unwrap();
-    let scene = if heights == "hills" { format!("heights = \"native\"\n{scene}") } else { scene };
-    let to = temporary(directory, name);
-    std::fs::write(to.join("scene.toml"), scene).unwrap();
-    to
-}
 
 type Pictures = Vec<(String, image::RgbaImage)>;
 
@@ -240,9 +132,10 @@ fn hosts_on_one_process_draw_too() {
     assert_same(&run, &expected);
     // Without a planet's radius the innermost layer is its surface, as it is here; the environment may name the scene.
     let host = Host::of_double(directory, true);
-    for (fault, ranks) in [("no radius", 1), ("empty", 3)] {
+    for (fault, ranks) in [("no radius", 1), ("list", 2), ("count", 2)] {
         let run = prepared(directory, fault, "flat");
-        host.run(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault]);
+        let told = host.run(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault]);
+        assert!(!told.contains("icoray:"), "{told}");
         assert_same(&run, &expected);
     }
     let run = prepared(directory, "environment", "flat");
@@ -253,6 +146,24 @@ fn hosts_on_one_process_draw_too() {
         command
     });
     assert_same(&run, &expected);
+}
+
+/// Ranks without elements give arrays of none, an empty node, or no channel and so no step and time.
+#[test]
+fn ranks_without_elements_draw_with_the_others() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let host = Host::of_double(directory, true);
+    let expected = direct(directory, "wedges", "flat");
+    for kind in ["empty", "no data", "mesh state"] {
+        let run = prepared(directory, kind, "flat");
+        let told = host.run(3, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", kind]);
+        assert!(!told.contains("icoray:"), "{kind}: {told}");
+        assert_same(&run, &expected);
+    }
 }
 
 /// A mesh may change at each step: its heights alone, or all of it. Channels with the same field are told apart.
@@ -282,90 +193,26 @@ fn meshes_of_each_step_are_drawn() {
         let run = prepared(directory, &format!("{shape} two"), "flat");
         let two = ["scene.toml", shape, "flat", &STEPS.to_string(), "column", "two"];
         let told = host.run(2, &run, &two);
-        assert!(told.contains("several channels have it, name one of grid.theta, other.theta"), "{told}");
+        assert!(told.contains("several channels have theta, name one of grid.theta, other.theta"), "{told}");
         // The other view is drawn, until too many pictures of this one have failed.
         let drawn = pictures(&run);
         assert!(drawn.iter().all(|(name, _)| name.starts_with("q_")) && !drawn.is_empty(), "{told}");
         let scene = std::fs::read_to_string(run.join("scene.toml")).unwrap();
         std::fs::write(run.join("scene.toml"), scene.replace("field = \"theta\"", "field = \"grid.theta\"")).unwrap();
-        let told = host.run(2, &run, &two);
-        assert!(!told.contains("icoray:"), "{told}");
-        let drawn: Pictures =
-            pictures(&run).into_iter().map(|(name, picture)| (name.replace("grid.", ""), picture)).collect();
-        assert_eq!(drawn.len(), flat.len());
-        for (one, other) in drawn.iter().zip(&flat) {
-            assert_eq!(one.0, other.0);
-            assert!(one.1.iter().zip(other.1.iter()).all(|(a, b)| a.abs_diff(*b) <= 1), "{}", one.0);
+        // That name is also good where there is one channel.
+        for arguments in [&two[..], &two[..5]] {
+            std::fs::remove_dir_all(run.join("pictures")).unwrap();
+            let told = host.run(2, &run, arguments);
+            assert!(!told.contains("icoray:"), "{told}");
+            let drawn: Pictures =
+                pictures(&run).into_iter().map(|(name, picture)| (name.replace("grid.", ""), picture)).collect();
+            assert_eq!(drawn.len(), flat.len());
+            for (one, other) in drawn.iter().zip(&flat) {
+                assert_eq!(one.0, other.0);
+                assert!(one.1.iter().zip(other.1.iter()).all(|(a, b)| a.abs_diff(*b) <= 1), "{}", one.0);
+            }
         }
     }
-}
-
-/// What goes wrong is a line of the host's standard error, and the host ends well.
-#[test]
-fn no_failure_ends_the_host() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
-    let directory = directory.path();
-    let host = Host::of_double(directory, true);
-    let cases = [
-        ("no scene", "scene.toml", "catalyst/scripts has no path that ends in .toml", 0),
-        ("", "nowhere.toml", "nowhere.toml: cannot read the scene", 0),
-        ("type", "scene.toml", "channel grid: ", 0),
-        ("shape", "scene.toml", "elements of shape \"tet\", expected \"wedge\"", 0),
-        ("ghosts", "scene.toml", "field vtkGhostType marks ", 0),
-        ("rank", "scene.toml", "rank 2: ", 0),
-        // The other view is drawn at steps 0 to 3, this one at step 0.
-        ("field", "scene.toml", "the host gives no such field on this rank", 5),
-    ];
-    for (fault, scene, said, drawn) in cases {
-        let run = prepared(directory, &format!("fault {fault} {scene}"), "flat");
-        let told = host.run(3, &run, &[scene, "wedges", "flat", "4", "column", fault]);
-        assert!(told.contains("icoray: warning: ") && told.contains(said), "{fault}: {told}");
-        assert!(told.lines().all(|line| line.len() < 480), "{told}");
-        assert_eq!(pictures(&run).len(), drawn, "{fault}: {told}");
-    }
-    // Another Conduit than is known.
-    let other = Host::of_kind(directory, "OTHER_CONDUIT", true);
-    let run = prepared(directory, "other", "flat");
-    let output = succeeded(&mut other.command(2, &run, &["scene.toml", "wedges", "flat", "2", "column"]));
-    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(stdout.matches("the host ended well").count(), 2, "{stdout}");
-    assert!(stderr.contains("icoray: warning: the process has no functions of Conduit"), "{stderr}");
-    assert!(!stdout.contains("returned") && pictures(&run).is_empty(), "{stdout}");
-    let run = prepared(directory, "in the way", "flat");
-    std::fs::write(run.join("pictures"), "").unwrap();
-    let told = host.run(2, &run, &["scene.toml", "wedges", "flat", "1", "column"]);
-    assert!(told.contains("icoray: warning: ") && told.contains("pictures"), "{told}");
-}
-
-/// In a small file system of its own, which goes with the host.
-#[test]
-fn a_full_disk_does_not_end_the_host() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
-    let host = Host::of_double(directory.path(), true);
-    let run = prepared(directory.path(), "full", "flat");
-    std::fs::create_dir(run.join("pictures")).unwrap();
-    let mount = "mount -t tmpfs -o size=24k none pictures";
-    if !runs(command("unshare", &run).args(["-m", "sh", "-c", mount])) {
-        return skip(Need::Mount);
-    }
-    let inner = host.command(2, &run, &["scene.toml", "wedges", "flat", "10", "column"]);
-    let mut outer = command("unshare", &run);
-    outer.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]).arg(inner.get_program());
-    outer.args(inner.get_args());
-    inner.get_envs().for_each(|(name, value)| {
-        value.iter().for_each(|value| {
-            outer.env(name, value);
-        });
-    });
-    let told = ended_well(2, outer);
-    assert!(told.contains("No space left on device"), "{told}");
-    assert!(told.matches("icoray: warning").count() < 12, "{told}");
 }
 
 /// Kitware's library: the host, and the same calls again from the files that it writes of them.

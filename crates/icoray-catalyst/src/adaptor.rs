@@ -1,14 +1,14 @@
 //! One host: from `catalyst_initialize` to `catalyst_finalize`.
 
-use crate::blueprint::{BlueprintField, Topology, fields, mesh_of};
+use crate::blueprint::Topology;
+use crate::channels::{Channel, NamedField, Place, Places, named_fields, places_of};
 use crate::conduit::Node;
 use crate::context::Context;
-use crate::fields::{Copy, FieldKind, set, set_empty};
+use crate::fields::{Copy, set, set_empty};
 use crate::grid::{HostGrid, Setting, Tables};
 use crate::peers::Peers;
 use crate::team;
 use icoray::{Error, ErrorKind, Result};
-use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What is drawn, and with whom.
@@ -24,6 +24,10 @@ pub struct Adaptor {
     given: BTreeSet<String>,
     planet_radius: Option<f64>,
     calls: i64,
+    /// Whether ranks tell each other step and time, as one of them had not both in its first call; `None` before that.
+    shares_now: Option<bool>,
+    /// Whether there may be a report that was not asked for, or that there was.
+    may_have_report: bool,
     /// Bytes of fields that were copied for the last frame.
     bytes_copied: usize,
     told: BTreeSet<String>,
@@ -34,28 +38,6 @@ pub struct Adaptor {
 struct Slot {
     grid: Option<HostGrid>,
     tables: Tables,
-}
-
-/// Where a field is: its channel and topology, and what it is there.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Place {
-    channel: String,
-    topology: String,
-    kind: FieldKind,
-}
-
-impl Place {
-    /// The name of the grid.
-    fn grid(&self) -> String {
-        format!("{}/{}", self.channel, self.topology)
-    }
-}
-
-/// A channel of the host with the fields that it has now.
-struct Channel<'a> {
-    name: String,
-    mesh: Result<Node<'a>>,
-    fields: Vec<BlueprintField<'a>>,
 }
 
 impl Adaptor {
@@ -87,73 +69,71 @@ impl Adaptor {
             given: BTreeSet::new(),
             planet_radius: params.at("catalyst/icoray/planet_radius").and_then(Node::number),
             calls: 0,
+            shares_now: None,
+            may_have_report: false,
             bytes_copied: 0,
             told: BTreeSet::new(),
         })
     }
 
-    /// Draws what is due. Collective.
+    /// Draws what is due; a rank without a node has no channels. Collective.
     ///
     /// # Errors
     /// The failure of any rank, the same on all. Those of fields and frames are in the log.
-    pub fn execute(&mut self, params: Node) -> Result<()> {
-        let channels = channels(params);
-        let (step, time_s) = self.now(params, &channels);
+    pub fn execute(&mut self, params: Option<Node>) -> Result<()> {
+        let channels = params.map(Channel::all).unwrap_or_default();
+        let (step, time_s) = self.now(params, &channels)?;
         self.calls += 1;
         if !self.context.wants(step, time_s) {
             return Ok(());
         }
         let places = self.places(&channels)?;
         let failures = self.update_grids(&channels, &places)?;
-        self.set_heights();
+        self.set_heights(&places);
         self.set_fields(&channels, &places, &failures);
         // The context logs what fails, and switches itself off after three failed frames in a row.
         let _ = self.context.execute(step, time_s);
+        self.may_have_report = true;
         self.copies.clear();
         Ok(())
     }
 
-    /// Step and time: those of the host, or else the number of calls.
-    fn now(&self, params: Node, channels: &[Channel]) -> (i64, f64) {
-        let of_mesh = |path: &str| channels.iter().find_map(|channel| channel.mesh.as_ref().ok()?.at(path));
-        let find = |names: [&str; 3], of_meshes: &str| {
-            names.into_iter().find_map(|name| params.at(name)).or_else(|| of_mesh(of_meshes))
-        };
-        let step = find(["catalyst/state/timestep", "catalyst/state/cycle", "catalyst/timestep"], "state/cycle");
-        let time = find(["catalyst/state/time", "catalyst/time", "catalyst/state/time_value"], "state/time");
-        let step = step.and_then(Node::integer).unwrap_or(self.calls);
-        (step, time.and_then(Node::number).unwrap_or(step as f64))
+    /// Step and time: those of the host, or else the number of calls. Where they are in the mesh alone, which ranks
+    /// without elements may not give, ranks tell each other. Collective.
+    fn now(&mut self, params: Option<Node>, channels: &[Channel]) -> Result<(i64, f64)> {
+        let find = |names: [&str; 3]| names.into_iter().find_map(|name| params?.at(name));
+        let of_mesh = |path| channels.iter().find_map(|channel| channel.mesh.as_ref().ok()?.as_ref()?.at(path));
+        let step = find(["catalyst/state/timestep", "catalyst/state/cycle", "catalyst/timestep"]);
+        let time = find(["catalyst/state/time", "catalyst/time", "catalyst/state/time_value"]);
+        let (step, time) = (step.and_then(Node::integer), time.and_then(Node::number));
+        let is_whole = step.is_some() && time.is_some();
+        let step = step.or_else(|| of_mesh("state/cycle")?.integer());
+        let mut known = vec![(step, time.or_else(|| of_mesh("state/time")?.number()))];
+        if self.shares_now != Some(false) {
+            let ranks = self.peers.share((is_whole, known[0]))?;
+            let is_any_without = ranks.iter().any(|(is_whole, _)| !is_whole);
+            self.shares_now.get_or_insert(is_any_without);
+            known = ranks.into_iter().map(|(_, known)| known).collect();
+        }
+        let step = known.iter().find_map(|(step, _)| *step).unwrap_or(self.calls);
+        Ok((step, known.iter().find_map(|(_, time)| *time).unwrap_or(step as f64)))
     }
 
-    /// Where the scene's fields are on any rank; several places of a field are none. Collective.
-    fn places(&mut self, channels: &[Channel]) -> Result<BTreeMap<String, Place>> {
+    /// Where the scene's fields are on any rank. Collective.
+    fn places(&mut self, channels: &[Channel]) -> Result<Places> {
         let mine: Vec<Vec<Place>> = self.scene_fields.iter().map(|field| places_of(field, channels)).collect();
-        let all = self.peers.share(mine)?;
-        let mut places = BTreeMap::new();
-        for (i, field) in self.scene_fields.iter().enumerate() {
-            let mut known: Vec<&Place> = all.iter().flat_map(|rank| &rank[i]).collect();
-            known.dedup_by_key(|place| place.grid());
-            if let [place] = known[..] {
-                places.insert(field.clone(), place.clone());
-            }
-        }
-        Ok(places)
+        Ok(Places::new(&self.scene_fields, &self.peers.share(mine)?))
     }
 
     /// Updates the grids of the scene's fields; returns why those that failed did. Collective.
-    fn update_grids(
-        &mut self,
-        channels: &[Channel],
-        places: &BTreeMap<String, Place>,
-    ) -> Result<BTreeMap<String, String>> {
+    fn update_grids(&mut self, channels: &[Channel], places: &Places) -> Result<BTreeMap<String, String>> {
         let mut failures = BTreeMap::new();
-        let needed: BTreeMap<String, &Place> = places.values().map(|place| (place.grid(), place)).collect();
-        for (name, place) in needed {
+        for (name, place) in places.grids() {
             let channel = channels.iter().find(|channel| channel.name == place.channel);
             let geometry = match channel.map(|channel| &channel.mesh) {
-                None => Ok(None),
+                None | Some(Ok(None)) => Ok(None),
                 Some(Err(error)) => Err(error.clone()),
-                Some(Ok(mesh)) => Topology::of(*mesh, &place.topology).and_then(Topology::geometry).map(Some),
+                Some(Ok(Some(mesh))) => Topology::of(*mesh, &place.topology).and_then(Topology::geometry).map(Some),
             };
             let geometry = geometry.map_err(|e| e.within(format_args!("channel {}", place.channel)));
             let slot = self.grids.entry(name.clone()).or_default();
@@ -170,63 +150,77 @@ impl Adaptor {
         Ok(failures)
     }
 
-    /// Sets the heights of the first grid: a context has those of one.
-    fn set_heights(&self) {
-        let first = self.grids.iter().find_map(|(name, slot)| slot.grid.as_ref()?.heights(name));
+    /// Sets the heights of the first grid that the scene has now: a context has those of one.
+    fn set_heights(&self, places: &Places) {
+        let grids = places.grids();
+        let first = grids.keys().find_map(|name| self.grids.get(name)?.grid.as_ref()?.heights(name));
         // What fails here is in the log.
         let _ = self.context.set_heights(first.as_ref());
     }
 
-    fn set_fields(
-        &mut self,
-        channels: &[Channel],
-        places: &BTreeMap<String, Place>,
-        failures: &BTreeMap<String, String>,
-    ) {
+    fn set_fields(&mut self, channels: &[Channel], places: &Places, failures: &BTreeMap<String, String>) {
         self.copies.clear();
         self.bytes_copied = 0;
-        let mut given = BTreeSet::new();
-        for (name, field, grid) in named_fields(channels) {
+        let (mut given, mut refused) = (BTreeSet::new(), BTreeSet::new());
+        for NamedField { name, field, grid, is_in_scene } in named_fields(channels, places) {
             let Some(on) = self.grids.get(&grid).and_then(|slot| slot.grid.as_ref()) else { continue };
-            let is_in_scene = self.scene_fields.contains(&name);
             match set(&self.context, &name, field, (on, &grid), is_in_scene) {
                 Ok(copy) => {
-                    given.insert(name.clone());
                     self.keep(&name, copy);
+                    given.insert(name);
                 }
-                Err(error) if is_in_scene => self.context.refuse_field(&name, &error.to_string()),
-                Err(_) => self.context.refuse_field(&name, "its values cannot be read in place"),
+                Err(error) if is_in_scene => {
+                    self.context.refuse_field(&name, &error.to_string());
+                    refused.insert(name);
+                }
+                // Nobody has asked for it.
+                Err(_) => {}
             }
         }
-        for name in self.scene_fields.clone() {
-            let place = places.get(&name);
-            let why = match place {
-                _ if given.contains(&name) => continue,
-                None => self.why_missing(&name, channels),
-                Some(place) => match failures.get(&place.grid()) {
-                    Some(failure) => failure.clone(),
-                    None => {
-                        let grid = place.grid();
-                        let on = self.grids.get(&grid).and_then(|slot| slot.grid.as_ref());
-                        let empty = on.filter(|on| on.elements.elements == 0);
-                        let set = empty.map(|on| set_empty(&self.context, &name, &place.kind, (on, &grid)));
-                        match set {
-                            Some(Ok(())) => {
-                                given.insert(name);
-                                continue;
-                            }
-                            Some(Err(error)) => error.to_string(),
-                            None => "the host gives no such field on this rank".into(),
-                        }
+        let missing = self.scene_fields.iter().filter(|name| !given.contains(*name) && !refused.contains(*name));
+        let mut reasons = BTreeSet::new();
+        for name in missing.cloned().collect::<Vec<_>>() {
+            match self.set_without_values(&name, channels, places, failures) {
+                Ok(()) => {
+                    given.insert(name);
+                }
+                Err(why) if self.has_grid() => self.context.refuse_field(&name, &why),
+                // This is what a frame lacks first.
+                Err(why) => {
+                    if reasons.insert(why.clone()) {
+                        self.context.refuse_grid(&why);
                     }
-                },
-            };
-            self.context.refuse_field(&name, &why);
+                }
+            }
         }
         for name in self.given.difference(&given).filter(|name| !self.scene_fields.contains(name)) {
-            self.context.refuse_field(name, "the host gives it no more");
+            self.context.refuse_field(name, "the host gives no values that can be read in place");
         }
         self.given = given;
+    }
+
+    /// Sets a field of the scene that this rank has no values of, where it has no elements; or says why it has none.
+    fn set_without_values(
+        &self,
+        name: &str,
+        channels: &[Channel],
+        places: &Places,
+        failures: &BTreeMap<String, String>,
+    ) -> std::result::Result<(), String> {
+        let place = places.of(name).ok_or_else(|| places.why_none(name, channels))?;
+        let grid = place.grid();
+        if let Some(failure) = failures.get(&grid) {
+            return Err(failure.clone());
+        }
+        let on = self.grids.get(&grid).and_then(|slot| slot.grid.as_ref());
+        let empty = on.filter(|on| on.elements.elements == 0);
+        let empty = empty.ok_or_else(|| "the host gives no such field on this rank".to_owned())?;
+        set_empty(&self.context, name, &place.kind, (empty, &grid)).map_err(|e| e.to_string())
+    }
+
+    /// Whether the context has a grid, of this step or an earlier one.
+    fn has_grid(&self) -> bool {
+        self.grids.values().any(|slot| slot.tables.are_set())
     }
 
     /// Keeps a copy of a field until the frame is drawn, and says so once.
@@ -240,31 +234,12 @@ impl Adaptor {
         self.copies.push(copy);
     }
 
-    fn why_missing(&self, name: &str, channels: &[Channel]) -> String {
-        let places = places_of(name, channels);
-        if places.len() > 1 {
-            let names: Vec<_> = places.iter().map(|place| format!("{}.{name}", place.channel)).collect();
-            return format!("several channels have it, name one of {}", names.join(", "));
-        }
-        let of_channel = |channel: &Channel| match &channel.mesh {
-            Ok(_) => {
-                let names: Vec<_> = channel.fields.iter().map(|field| field.name.as_str()).collect();
-                format!(
-                    "channel {} has {}",
-                    channel.name,
-                    if names.is_empty() { "none".into() } else { names.join(", ") }
-                )
-            }
-            Err(error) => format!("channel {}: {error}", channel.name),
-        };
-        let found: Vec<_> = channels.iter().map(of_channel).collect();
-        let found = if found.is_empty() { "the host gives no channels".into() } else { found.join("; ") };
-        format!("the host gives no such field: {found}")
-    }
-
     /// Fills in what is known of the last frame.
-    pub fn fill_results(&self, to: Node) {
-        let Some(report) = self.context.report() else { return };
+    pub fn fill_results(&mut self, to: Node) {
+        // A context without a report says so in the log.
+        let report = if self.may_have_report { self.context.report() } else { None };
+        self.may_have_report = report.is_some();
+        let Some(report) = report else { return };
         to.set_integer("icoray/step", report.step);
         to.set_integer("icoray/frames_written", report.frames_written as i64);
         to.set_integer("icoray/frames_failed", report.frames_failed as i64);
@@ -281,48 +256,4 @@ fn scene_of(params: Node) -> Option<String> {
     let path = |(_, script): (String, Node)| script.text().or_else(|| script.text_at("filename"));
     let of_host = scripts.filter_map(path).find(|path| path.ends_with(".toml"));
     of_host.or_else(|| std::env::var("ICORAY_SCENE").ok().filter(|path| !path.is_empty()))
-}
-
-fn channels(params: Node) -> Vec<Channel> {
-    let all = params.at("catalyst/channels").into_iter().flat_map(Node::children);
-    let channel = |(name, node): (String, _)| {
-        let mesh = mesh_of(node);
-        let fields = mesh.as_ref().map_or_else(|_| Vec::new(), |mesh| fields(*mesh));
-        Channel { name, mesh, fields }
-    };
-    all.map(channel).collect()
-}
-
-/// The places of a field of the scene, which may have its channel's name before it.
-fn places_of(name: &str, channels: &[Channel]) -> Vec<Place> {
-    let mut places = Vec::new();
-    for channel in channels {
-        let qualified = name.strip_prefix(&channel.name).and_then(|rest| rest.strip_prefix('.'));
-        for field in channel.fields.iter().filter(|field| field.name == name || Some(field.name.as_str()) == qualified)
-        {
-            places.push(Place {
-                channel: channel.name.clone(),
-                topology: field.topology.clone(),
-                kind: FieldKind::of(field),
-            });
-        }
-    }
-    places
-}
-
-/// All fields, with the names that scenes may have for them and the names of their grids.
-fn named_fields<'a, 'c>(channels: &'c [Channel<'a>]) -> Vec<(String, &'c BlueprintField<'a>, String)> {
-    let mut named = Vec::new();
-    for channel in channels {
-        for field in &channel.fields {
-            let grid = format!("{}/{}", channel.name, field.topology);
-            if channels.len() > 1 {
-                named.push((format!("{}.{}", channel.name, field.name), field, grid.clone()));
-            }
-            if channels.iter().flat_map(|other| &other.fields).filter(|other| other.name == field.name).count() == 1 {
-                named.push((field.name.clone(), field, grid));
-            }
-        }
-    }
-    named
 }

@@ -43,18 +43,19 @@ pub struct BlueprintField<'a> {
     pub values: Array<'a>,
 }
 
-/// The mesh of a channel.
+/// The mesh of a channel; `None` where its node is empty, as it may be on a rank without elements.
 ///
 /// # Errors
 /// [`ErrorKind::Grid`] says what the channel has instead of one.
-pub fn mesh_of(channel: Node) -> Result<Node> {
+pub fn mesh_of(channel: Node) -> Result<Option<Node>> {
     let kind = channel.text_at("type").unwrap_or_else(|| "mesh".into());
     if kind != "mesh" {
         return Err(bad(format!("type {kind:?}, expected \"mesh\": one mesh of columns")));
     }
     let mesh = channel.at("data").ok_or_else(|| bad("no node data"))?;
     match mesh.at("topologies") {
-        Some(_) => Ok(mesh),
+        Some(_) => Ok(Some(mesh)),
+        None if mesh.is_empty() => Ok(None),
         None => Err(bad(format!("data is {}, expected a mesh with topologies", mesh.described()))),
     }
 }

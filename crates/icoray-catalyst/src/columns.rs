@@ -29,6 +29,9 @@ impl Columns {
     /// # Errors
     /// [`icoray::ErrorKind::Grid`] names point or element where elements are not in columns of one length.
     pub fn find(elements: &Elements, place: impl Fn(u32) -> [f64; 3]) -> Result<Self> {
+        if elements.len() >= NONE as usize {
+            return Err(bad(format!("{} elements on one rank, expected fewer than {NONE}", elements.len())));
+        }
         let links = Links::of(elements, &place)?;
         let (levels, points) = links.chains(&place)?;
         let (polygons, of_polygons) = stacks(elements, &place, levels, &points)?;
@@ -247,6 +250,15 @@ mod tests {
             expected.sort_unstable();
             assert_eq!(corners, expected);
         }
+    }
+
+    #[test]
+    fn more_elements_than_numbers_are_refused() {
+        // All numbers are the same one.
+        // SAFETY: a number, at no distance from itself.
+        let connectivity = unsafe { Array::new([0_i64].as_ptr().cast(), Kind::I64, 6 << 32, 0) };
+        let error = Columns::find(&Elements::Wedges { connectivity, points: 6 }, |_| [0.0; 3]).unwrap_err().to_string();
+        assert!(error.contains("4294967296 elements on one rank, expected fewer than 4294967295"), "{error}");
     }
 
     #[test]

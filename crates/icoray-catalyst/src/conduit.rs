@@ -8,9 +8,9 @@ mod array;
 mod symbols;
 
 pub use array::{Array, Kind};
+pub use symbols::Symbols;
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use symbols::Symbols;
 
 /// A node as C has it.
 pub type RawNode = c_void;
@@ -59,7 +59,9 @@ functions! {
 }
 
 /// Numbers of `conduit_datatype_id`.
+const EMPTY: Index = 0;
 const OBJECT: Index = 1;
+const LIST: Index = 2;
 const CHAR8_STR: Index = 13;
 
 impl Conduit {
@@ -75,21 +77,6 @@ impl Conduit {
              others of its C interface)"
                 .to_owned()
         })
-    }
-}
-
-/// libcatalyst's function that writes the arguments of a call to files, for `catalyst_replay`, where the host's
-/// environment asks for it by CATALYST_DATA_DUMP_DIRECTORY.
-pub fn dump(call: &str, params: *const RawNode) {
-    if std::env::var_os("CATALYST_DATA_DUMP_DIRECTORY").is_none() {
-        return;
-    }
-    if let Some(function) = Symbols::of_process().find(call, "catalyst_stub_") {
-        // SAFETY: libcatalyst's stubs of the calls have this type; the node is the host's, which it gave for this call.
-        unsafe {
-            let function = std::mem::transmute::<*mut c_void, unsafe extern "C" fn(*const RawNode) -> c_int>(function);
-            function(params);
-        }
     }
 }
 
@@ -119,9 +106,18 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// The children of an object, with their names; none of another node.
+    /// Whether it has neither children nor a value.
+    pub fn is_empty(self) -> bool {
+        self.id() == EMPTY || (self.has_children() && self.children().is_empty())
+    }
+
+    fn has_children(self) -> bool {
+        [OBJECT, LIST].contains(&self.id())
+    }
+
+    /// The children of an object, with their names, or of a list; none of another node.
     pub fn children(self) -> Vec<(String, Node<'a>)> {
-        if self.id() != OBJECT {
+        if !self.has_children() {
             return Vec::new();
         }
         // SAFETY: a node that lives.
@@ -198,9 +194,10 @@ impl<'a> Node<'a> {
     pub fn described(self) -> String {
         match self.text() {
             Some(text) => format!("{text:?}"),
-            None if self.id() == OBJECT => {
+            None if self.is_empty() => "empty".into(),
+            None if self.has_children() => {
                 let names: Vec<_> = self.children().into_iter().map(|(name, _)| name).collect();
-                format!("an object with {}", if names.is_empty() { "nothing".into() } else { names.join(", ") })
+                format!("an object with {}", names.join(", "))
             }
             None => self.array().map_or_else(
                 || "no numbers of this machine".into(),

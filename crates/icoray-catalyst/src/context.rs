@@ -189,10 +189,19 @@ impl Context {
 
     /// Tells the context that a field could not be set.
     pub fn refuse_field(&self, name: &str, why: &str) {
+        self.refuse(c"icoray_field_set", name, why);
+    }
+
+    /// Tells the context that no grid could be set.
+    pub fn refuse_grid(&self, why: &str) {
+        self.refuse(c"icoray_grid_set", "", why);
+    }
+
+    fn refuse(&self, call: &CStr, name: &str, why: &str) {
         let (name, why) = (c_string(name), c_string(why));
         let status = icoray_status::ICORAY_ERR_ARGUMENT as i32;
         // SAFETY: an open context and strings. It returns the status that is given here.
-        unsafe { icoray_refuse(self.0, c"icoray_field_set".as_ptr(), name.as_ptr(), status, why.as_ptr()) };
+        unsafe { icoray_refuse(self.0, call.as_ptr(), name.as_ptr(), status, why.as_ptr()) };
     }
 
     /// Draws what is due. Collective.

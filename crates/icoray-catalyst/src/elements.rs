@@ -20,7 +20,7 @@ pub struct Lists<'a> {
     sizes: Array<'a>,
     offsets: Option<Array<'a>>,
     /// Where offsets are missing: the sums of sizes.
-    sums: Vec<usize>,
+    sums: Vec<i64>,
     /// Numbers are below this.
     end: usize,
 }
@@ -116,14 +116,7 @@ impl<'a> Lists<'a> {
         if let Some(offsets) = offsets.filter(|offsets| offsets.len() != sizes.len()) {
             return Err(bad(format!("{what}: {} offsets for {} sizes", offsets.len(), sizes.len())));
         }
-        let mut sums = Vec::new();
-        if offsets.is_none() {
-            let mut sum = 0;
-            for i in 0..sizes.len() {
-                sums.push(sum);
-                sum += usize::try_from(sizes.integer(i)).unwrap_or(0);
-            }
-        }
+        let sums = if offsets.is_none() { sums(&sizes) } else { Vec::new() };
         Ok(Lists { what, numbers, sizes, offsets, sums, end })
     }
 
@@ -133,7 +126,7 @@ impl<'a> Lists<'a> {
 
     fn list(&self, i: usize) -> Result<Vec<u32>> {
         let size = self.sizes.integer(i);
-        let start = self.offsets.map_or_else(|| self.sums[i] as i64, |offsets| offsets.integer(i));
+        let start = self.offsets.map_or_else(|| self.sums[i], |offsets| offsets.integer(i));
         let all = self.numbers.len() as i64;
         if size < 0 || start < 0 || start.checked_add(size).is_none_or(|end| end > all) {
             let what = format!("{}: list {i} of {size} numbers at {start}, and there are {all}", self.what);
@@ -143,10 +136,20 @@ impl<'a> Lists<'a> {
     }
 }
 
-/// An array of integers of a node.
+/// The sum of all sizes before each.
+fn sums(sizes: &Array) -> Vec<i64> {
+    let next = |sum: &mut i64, i: usize| {
+        let before = *sum;
+        *sum = before.saturating_add(sizes.integer(i).max(0));
+        Some(before)
+    };
+    (0..sizes.len()).scan(0, next).collect()
+}
+
+/// An array of integers of a node, of any type if it is empty.
 fn integers<'a>(node: Node<'a>, what: &str, name: &str) -> Result<Array<'a>> {
     let found = node.at(name);
-    let array = found.and_then(Node::array).filter(|array| array.kind().is_integer());
+    let array = found.and_then(Node::array).filter(|array| array.kind().is_integer() || array.is_empty());
     array.ok_or_else(|| {
         let found = found.map_or_else(|| "nothing".into(), Node::described);
         bad(format!("{what}: {name} is {found}, expected integers"))
@@ -215,6 +218,7 @@ fn direction(face: &[u32], place: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::conduit::Kind;
 
     /// A prism over `n` points around the axis z, numbered by `number`, with its faces in `order`.
     fn prism_of(n: u32, number: impl Fn(u32, u32) -> u32) -> Vec<Vec<u32>> {
@@ -235,6 +239,14 @@ mod tests {
             let edges = prism(&faces, place).unwrap();
             assert_eq!(edges, (0..n).map(|k| [2 * k, 2 * k + 1]).collect::<Vec<_>>(), "{n}");
         }
+    }
+
+    #[test]
+    fn sizes_of_any_value_are_added() {
+        let sizes = [2, -1, 3, i64::MAX, i64::MAX, 1];
+        // SAFETY: the numbers of the array.
+        let array = unsafe { Array::new(sizes.as_ptr().cast(), Kind::I64, sizes.len(), 8) };
+        assert_eq!(sums(&array), [0, 2, 2, 5, i64::MAX, i64::MAX]);
     }
 
     #[test]

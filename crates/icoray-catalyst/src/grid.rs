@@ -204,6 +204,11 @@ impl HostGrid {
 }
 
 impl Tables {
+    /// Whether the context has a grid of this name.
+    pub fn are_set(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// Gives the context a grid of these tables.
     fn set(&mut self, mesh: Mesh, name: &str, context: &Context) -> Result<()> {
         let mesh = Box::new(mesh);

@@ -1,20 +1,22 @@
 //! An implementation of Catalyst 2: hosts that were built against Kitware's libcatalyst draw geodesic grids.
 //!
 //! libcatalyst loads `libcatalyst-icoray.so` where CATALYST_IMPLEMENTATION_NAME is `icoray`, and calls the functions of
-//! [`catalyst_api_impl`] with nodes of Conduit. Layout: `conduit` nodes, by functions found at run time; `blueprint`
-//! meshes and fields in a channel; `elements` wedges and prisms; `columns` the columns that they stand in; `strides` and
-//! `order` where the values of columns are; `surface` the mesh of the sphere, of all ranks; `grid` and `fields` what the
-//! context gets; `adaptor` a host from its first call to its last; `context` the calls of the C interface; `peers` and
-//! `team` the host's ranks.
+//! [`catalyst_api_impl`] with nodes of Conduit. Layout: `conduit` nodes, by functions found at run time; `dump` files
+//! of calls for `catalyst_replay`; `channels` what a call has, and `blueprint` the meshes and fields in a channel;
+//! `elements` wedges and prisms; `columns` the columns that they stand in; `strides` and `order` where the values of
+//! columns are; `surface` the mesh of the sphere, of all ranks; `grid` and `fields` what the context gets; `adaptor` a
+//! host from its first call to its last; `context` the calls of the C interface; `peers` and `team` the host's ranks.
 //!
 //! No failure ends the host: each is a line in its standard error, and all functions return `catalyst_status_ok`.
 //! Reference: Kitware's Catalyst 2, `catalyst_api.h` and `catalyst_impl.h`.
 
 mod adaptor;
 mod blueprint;
+mod channels;
 mod columns;
 mod conduit;
 mod context;
+mod dump;
 mod elements;
 mod fields;
 mod grid;
@@ -25,7 +27,8 @@ mod surface;
 mod team;
 
 use adaptor::Adaptor;
-use conduit::{Conduit, Node, RawNode, dump};
+use conduit::{Conduit, Node, RawNode};
+use dump::dump;
 use icoray_context::boundary::protected;
 use icoray_context::log::icoray_log_stderr;
 use icoray_context::types::ICORAY_LOG_WARN;
@@ -94,7 +97,11 @@ unsafe extern "C" fn execute(params: *const RawNode) -> c_int {
         let Some(adaptor) = host else { return Ok(()) };
         let conduit = Conduit::find()?;
         // SAFETY: the host's node, for this call.
-        let params = unsafe { Node::new(params, &conduit) }.ok_or("catalyst_execute: NULL, expected a node")?;
+        let params = unsafe { Node::new(params, &conduit) };
+        if params.is_none() {
+            // Other ranks have theirs, and wait for this one.
+            say("catalyst_execute: NULL, expected a node");
+        }
         let outcome = adaptor.execute(params);
         if outcome.is_err() {
             // Ranks are out of step.

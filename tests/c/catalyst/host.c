@@ -3,7 +3,9 @@
  * It gives its mesh anew at each step, in memory that it frees after the step. ORDER of points and elements: "column"
  * (level-fastest), "level" (column-fastest), "top" (level-fastest, from the outermost), "shuffled"; "float" and "strided"
  * are of columns, in 32 bits and with gaps. */
-/* FAULT "moving": hills at odd steps; "renumbered": in order of levels at odd steps; others are at their places. */
+/* FAULT "moving": hills at odd steps; "renumbered": in order of levels at odd steps; "empty", "no data" and "mesh state":
+ * rank 1 has all elements, the others give arrays of none, an empty node, or no channel while step and time are in the
+ * mesh alone; others are at their places. */
 #include "ball.h"
 
 #include <catalyst.h>
@@ -134,6 +136,10 @@ static void give_wedges(conduit_node *to, const part *of, void **memory, int *us
     int64_t count = (int64_t)of->polygons * LAYERS;
     int64_t *table = numbers(to, MESH "topologies/mesh/elements/connectivity", 6 * count, memory, used);
     conduit_node_set_path_char8_str(to, MESH "topologies/mesh/elements/shape", "wedge");
+    if (count == 0) {
+        /* Arrays of nothing may be of any type. */
+        give(to, of, MESH "topologies/mesh/elements/connectivity", array(of, 0, memory, used), 0);
+    }
     for (int64_t i = 0; i < count; i++) {
         int polygon = (int)(i / LAYERS), layer = (int)(i % LAYERS);
         int64_t element = place(of, polygon, layer, of->polygons, LAYERS);
@@ -214,6 +220,68 @@ static void give_field(conduit_node *to, const part *of, const char *name, int i
     give(to, of, path, values, count);
 }
 
+static void give_mesh(conduit_node *to, const part *of, int has_hills, int is_bad, void **memory, int *used)
+{
+    give_points(to, of, has_hills, is_bad, memory, used);
+    conduit_node_set_path_char8_str(to, MESH "topologies/mesh/type", "unstructured");
+    conduit_node_set_path_char8_str(to, MESH "topologies/mesh/coordset", "coords");
+    (of->whole->is_wedges ? give_wedges : give_prisms)(to, of, memory, used);
+}
+
+#define IS(name) (strcmp(fault, name) == 0)
+
+static void give_fields(conduit_node *to, const part *of, int step, int is_rank, const char *fault, void **memory, int *used)
+{
+    give_field(to, of, "theta", 1, step, memory, used);
+    if (!IS("field") || !is_rank || step == 0) {
+        give_field(to, of, "q", 0, step, memory, used);
+    }
+    if (IS("length") && is_rank) {
+        numbers(to, MESH "fields/q/values", 7, memory, used);
+    }
+    if (IS("ghosts")) {
+        give_field(to, of, "vtkGhostType", 0, step, memory, used);
+    }
+    if (IS("count")) {
+        /* Integers, which no scene has asked for. */
+        give_field(to, of, "count", 0, step, memory, used);
+        numbers(to, MESH "fields/count/values", (int64_t)of->polygons * LAYERS, memory, used);
+    }
+    if (IS("two")) {
+        static double nothing[1];
+        conduit_node_set_path_char8_str(to, "catalyst/channels/other/data/topologies/mesh/type", "points");
+        conduit_node_set_path_char8_str(to, "catalyst/channels/other/data/fields/theta/association", "vertex");
+        conduit_node_set_path_char8_str(to, "catalyst/channels/other/data/fields/theta/topology", "mesh");
+        conduit_node_set_path_external_float64_ptr_detailed(
+            to, "catalyst/channels/other/data/fields/theta/values", nothing, 1, 0, sizeof(double), sizeof(double), 0);
+    }
+}
+
+static void give_step(conduit_node *params, const part *of, int has_hills, int step, int is_rank, const char *fault,
+                      void **memory, int *used)
+{
+    if (IS("mesh state") && of->polygons == 0) {
+        return;
+    }
+    if (IS("mesh state")) {
+        conduit_node_set_path_int64(params, MESH "state/cycle", step);
+        conduit_node_set_path_float64(params, MESH "state/time", 0.5 * step);
+    } else {
+        conduit_node_set_path_int64(params, "catalyst/state/timestep", step);
+        conduit_node_set_path_float64(params, "catalyst/state/time", 0.5 * step);
+    }
+    conduit_node_set_path_char8_str(params, "catalyst/channels/grid/type", IS("type") ? "multimesh" : "mesh");
+    if (IS("no data") && of->polygons == 0) {
+        conduit_node_fetch(params, "catalyst/channels/grid/data");
+        return;
+    }
+    give_mesh(params, of, has_hills, IS("rank") && is_rank, memory, used);
+    if (IS("shape")) {
+        conduit_node_set_path_char8_str(params, MESH "topologies/mesh/elements/shape", "tet");
+    }
+    give_fields(params, of, step, is_rank, fault, memory, used);
+}
+
 static void say(const char *call, enum catalyst_status status)
 {
     if (status != catalyst_status_ok) {
@@ -228,7 +296,6 @@ int main(int argc, char **argv)
         return 2;
     }
     const char *fault = argc > 6 ? argv[6] : "";
-#define IS(name) (strcmp(fault, name) == 0)
     int is_wedges = strcmp(argv[2], "wedges") == 0, has_hills = strcmp(argv[3], "hills") == 0;
     conduit_node *params = conduit_node_create();
 #ifdef HOST_MPI
@@ -239,12 +306,19 @@ int main(int argc, char **argv)
 #endif
     ball whole = ball_make(is_wedges);
     part of = part_of(&whole, rank, ranks, argv[5]);
-    if (IS("empty") && ranks > 1) {
+    int is_on_one = IS("empty") || IS("no data") || IS("mesh state");
+    if (is_on_one && ranks > 1) {
         /* Rank 1 has all, the others none. */
         of = part_of(&whole, rank == 1 ? 0 : 1, 1, argv[5]);
     }
-    conduit_node_set_path_char8_str(params, "catalyst/scripts/paraview", "pipeline.py");
-    if (!IS("no scene")) {
+    if (IS("list")) {
+        conduit_node *scripts = conduit_node_fetch(params, "catalyst/scripts");
+        conduit_node_set_path_char8_str(conduit_node_append(scripts), "filename", "pipeline.py");
+        conduit_node_set_path_char8_str(conduit_node_append(scripts), "filename", argv[1]);
+    } else {
+        conduit_node_set_path_char8_str(params, "catalyst/scripts/paraview", "pipeline.py");
+    }
+    if (!IS("list") && !IS("no scene")) {
         conduit_node_set_path_char8_str(params, "catalyst/scripts/icoray/filename", argv[1]);
     }
     if (!IS("no radius")) {
@@ -252,37 +326,17 @@ int main(int argc, char **argv)
     }
     say("catalyst_initialize", catalyst_initialize(params));
     conduit_node_destroy(params);
+    /* Before there is a picture. */
+    params = conduit_node_create();
+    say("catalyst_results", catalyst_results(params));
+    conduit_node_destroy(params);
     for (int step = 0; step < atoi(argv[4]); step++) {
         void *memory[32];
         int used = 0, is_rank = rank == ranks - 1;
         params = conduit_node_create();
-        conduit_node_set_path_int64(params, "catalyst/state/timestep", step);
-        conduit_node_set_path_float64(params, "catalyst/state/time", 0.5 * step);
-        conduit_node_set_path_char8_str(params, "catalyst/channels/grid/type", IS("type") ? "multimesh" : "mesh");
         of.order = IS("renumbered") && step % 2 == 1 ? "level" : argv[5];
-        give_points(params, &of, IS("moving") ? step % 2 : has_hills, IS("rank") && is_rank, memory, &used);
-        conduit_node_set_path_char8_str(params, MESH "topologies/mesh/type", "unstructured");
-        conduit_node_set_path_char8_str(params, MESH "topologies/mesh/coordset", "coords");
-        (is_wedges ? give_wedges : give_prisms)(params, &of, memory, &used);
-        if (IS("shape")) {
-            conduit_node_set_path_char8_str(params, MESH "topologies/mesh/elements/shape", "tet");
-        }
-        give_field(params, &of, "theta", 1, step, memory, &used);
-        if (!IS("field") || !is_rank || step == 0) {
-            give_field(params, &of, "q", 0, step, memory, &used);
-        }
-        if (IS("ghosts")) {
-            give_field(params, &of, "vtkGhostType", 0, step, memory, &used);
-        }
-        if (IS("two")) {
-            double nothing[1] = {0};
-            conduit_node_set_path_char8_str(params, "catalyst/channels/other/data/topologies/mesh/type", "points");
-            conduit_node_set_path_char8_str(params, "catalyst/channels/other/data/fields/theta/association", "vertex");
-            conduit_node_set_path_char8_str(params, "catalyst/channels/other/data/fields/theta/topology", "mesh");
-            conduit_node_set_path_external_float64_ptr_detailed(
-                params, "catalyst/channels/other/data/fields/theta/values", nothing, 1, 0, sizeof(double), sizeof(double), 0);
-        }
-        say("catalyst_execute", catalyst_execute(params));
+        give_step(params, &of, IS("moving") ? step % 2 : has_hills, step, is_rank, fault, memory, &used);
+        say("catalyst_execute", catalyst_execute(IS("null") && is_rank && step > 0 ? NULL : params));
         conduit_node_destroy(params);
         while (used > 0) {
             free(memory[--used]);

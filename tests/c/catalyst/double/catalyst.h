@@ -12,6 +12,8 @@
 #endif
 #define conduit_node_create NAME(node_create)
 #define conduit_node_destroy NAME(node_destroy)
+#define conduit_node_append NAME(node_append)
+#define conduit_node_fetch NAME(node_fetch)
 #define conduit_node_has_path NAME(node_has_path)
 #define conduit_node_fetch_existing NAME(node_fetch_existing)
 #define conduit_node_number_of_children NAME(node_number_of_children)
@@ -43,6 +45,8 @@ typedef int64_t conduit_index_t;
 
 conduit_node *conduit_node_create(void);
 void conduit_node_destroy(conduit_node *node);
+conduit_node *conduit_node_append(conduit_node *node);
+conduit_node *conduit_node_fetch(conduit_node *node, const char *path);
 int conduit_node_has_path(const conduit_node *node, const char *path);
 conduit_node *conduit_node_fetch_existing(conduit_node *node, const char *path);
 conduit_index_t conduit_node_number_of_children(conduit_node *node);
@@ -77,5 +81,9 @@ enum catalyst_status catalyst_execute(const conduit_node *params);
 enum catalyst_status catalyst_finalize(const conduit_node *params);
 enum catalyst_status catalyst_about(conduit_node *params);
 enum catalyst_status catalyst_results(conduit_node *params);
+
+enum catalyst_status catalyst_stub_initialize(const conduit_node *params);
+enum catalyst_status catalyst_stub_execute(const conduit_node *params);
+enum catalyst_status catalyst_stub_finalize(const conduit_node *params);
 
 #endif

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 16, EMPTY = 0, OBJECT = 1, INT64 = 6, FLOAT32 = 11, FLOAT64 = 12, CHAR8_STR = 13 };
+enum { MOST = 16, EMPTY = 0, OBJECT = 1, LIST = 2, INT64 = 6, FLOAT32 = 11, FLOAT64 = 12, CHAR8_STR = 13 };
 
 struct conduit_node {
     char name[40];
@@ -64,6 +64,20 @@ static conduit_node *find(conduit_node *node, const char *path, int may_make)
         path += length + (path[length] == '/');
     }
     return node;
+}
+
+conduit_node *conduit_node_append(conduit_node *node)
+{
+    if (node->children == MOST) {
+        thrown("too many children for the double");
+    }
+    node->type = LIST;
+    return node->child[node->children++] = conduit_node_create();
+}
+
+conduit_node *conduit_node_fetch(conduit_node *node, const char *path)
+{
+    return find(node, path, 1);
 }
 
 int conduit_node_has_path(const conduit_node *node, const char *path)
@@ -238,4 +252,33 @@ enum catalyst_status catalyst_about(conduit_node *params)
 enum catalyst_status catalyst_results(conduit_node *params)
 {
     return loaded->results(params);
+}
+
+/* Where libcatalyst writes the arguments of a call. */
+static enum catalyst_status dump(const char *call, const conduit_node *params)
+{
+    const char *directory = getenv("CATALYST_DATA_DUMP_DIRECTORY"), *rank = getenv("OMPI_COMM_WORLD_RANK");
+    char path[1024];
+    snprintf(path, sizeof path, "%s/%s_params.%s", directory, call, rank != NULL ? rank : "0");
+    FILE *file = params != NULL ? fopen(path, "a") : NULL;
+    if (file == NULL) {
+        thrown("failed to open a file");
+    }
+    fclose(file);
+    return catalyst_status_ok;
+}
+
+enum catalyst_status catalyst_stub_initialize(const conduit_node *params)
+{
+    return dump("initialize", params);
+}
+
+enum catalyst_status catalyst_stub_execute(const conduit_node *params)
+{
+    return dump("execute", params);
+}
+
+enum catalyst_status catalyst_stub_finalize(const conduit_node *params)
+{
+    return dump("finalize", params);
 }

@@ -12,12 +12,13 @@ use rayon::prelude::*;
 /// The bytes of averages that are computed at once.
 const AVERAGES: usize = 4 << 20;
 
-/// Columns of a rank, by number.
-pub(super) enum ColumnSource<'f> {
-    /// Those of its field.
-    Given(Field<'f>),
-    /// Averages at cells of those at corners.
-    Averages { corners: CornerColumns<'f>, grid: &'f Grid<'f>, threads: &'f Threads, layers: usize },
+/// Columns of a rank, by number: those of its field, or averages at cells of those at corners.
+pub(super) struct ColumnSource<'f> {
+    field: Field<'f>,
+    /// Columns at all corners, where averages are wanted.
+    corners: Option<CornerColumns<'f>>,
+    grid: &'f Grid<'f>,
+    threads: &'f Threads,
 }
 
 impl<'f> ColumnSource<'f> {
@@ -27,44 +28,36 @@ impl<'f> ColumnSource<'f> {
         inputs: &'f GatherInputs,
         halo: Option<(&'f CornerHalo, &'f OwnedReals)>,
     ) -> Result<Self> {
-        let Some((halo, values)) = halo else { return Ok(ColumnSource::Given(*field)) };
-        let corners = CornerColumns::with_halo(*field, halo.rows(), halo.field(field, values)?)?;
+        let with_halo = |(halo, values): (&'f CornerHalo, _)| {
+            CornerColumns::with_halo(*field, halo.rows(), halo.field(field, values)?)
+        };
         let GatherInputs { threads, grid, .. } = *inputs;
-        Ok(ColumnSource::Averages { corners, grid, threads, layers: field.shape().layers })
+        Ok(ColumnSource { field: *field, corners: halo.map(with_halo).transpose()?, grid, threads })
     }
 
     /// The rows and values of some columns, layer by layer.
     pub fn visit(&self, columns: &[(u32, u32)], visit: impl FnMut(u32, &[u8])) {
-        match self {
-            ColumnSource::Given(field) => match field.samples() {
-                Reals::F32(data) => visit_columns(data, field, columns.iter().copied(), visit),
-                Reals::F64(data) => visit_columns(data, field, columns.iter().copied(), visit),
-            },
-            ColumnSource::Averages { corners, grid, threads, layers } => {
-                visit_averages(corners, (grid, threads), *layers, columns, visit);
-            }
+        match (&self.corners, self.field.samples()) {
+            (Some(corners), _) => self.visit_averages(corners, columns, visit),
+            (None, Reals::F32(data)) => visit_columns(data, &self.field, columns.iter().copied(), visit),
+            (None, Reals::F64(data)) => visit_columns(data, &self.field, columns.iter().copied(), visit),
         }
     }
-}
 
-fn visit_averages(
-    corners: &CornerColumns,
-    (grid, threads): (&Grid, &Threads),
-    layers: usize,
-    columns: &[(u32, u32)],
-    mut visit: impl FnMut(u32, &[u8]),
-) {
-    let mut memory = None;
-    for columns in columns.chunks((AVERAGES / (layers * size_of::<f64>())).max(1)) {
-        let cells = columns.par_iter().map(|(cell, _)| *cell);
-        let values = threads.run(|| corners.averages(grid, cells, memory.take()));
-        let bytes: &[u8] = match &values {
-            OwnedReals::F32(values) => bytemuck::cast_slice(values),
-            OwnedReals::F64(values) => bytemuck::cast_slice(values),
-        };
-        let width = bytes.len() / columns.len();
-        columns.iter().zip(bytes.chunks_exact(width)).for_each(|((_, row), bytes)| visit(*row, bytes));
-        memory = Some(values);
+    fn visit_averages(&self, corners: &CornerColumns, columns: &[(u32, u32)], mut visit: impl FnMut(u32, &[u8])) {
+        let most = (AVERAGES / (self.field.shape().layers * size_of::<f64>())).max(1);
+        let mut memory = None;
+        for columns in columns.chunks(most) {
+            let cells = columns.par_iter().map(|(cell, _)| *cell);
+            let values = self.threads.run(|| corners.averages(self.grid, cells, memory.take()));
+            let bytes: &[u8] = match &values {
+                OwnedReals::F32(values) => bytemuck::cast_slice(values),
+                OwnedReals::F64(values) => bytemuck::cast_slice(values),
+            };
+            let width = bytes.len() / columns.len();
+            columns.iter().zip(bytes.chunks_exact(width)).for_each(|((_, row), bytes)| visit(*row, bytes));
+            memory = Some(values);
+        }
     }
 }
 

@@ -1,0 +1,103 @@
+//! What goes wrong is told, and the host goes on.
+
+use super::hosts::{Host, ended_well, prepared};
+use super::pictures;
+use icoray_test_support::{Need, runs, skip};
+use icoray_tests::native::{command, succeeded, text};
+use icoray_tests::ranks::FIRST;
+use tempfile::TempDir;
+
+/// What goes wrong is a line of the host's standard error, and the host ends well.
+#[test]
+fn no_failure_ends_the_host() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let host = Host::of_double(directory, true);
+    let cases = [
+        ("no scene", "scene.toml", "catalyst/scripts has no path that ends in .toml", 0),
+        ("", "nowhere.toml", "nowhere.toml: cannot read the scene", 0),
+        ("type", "scene.toml", "channel grid: ", 0),
+        ("shape", "scene.toml", "elements of shape \"tet\", expected \"wedge\"", 0),
+        ("ghosts", "scene.toml", "field vtkGhostType marks ", 0),
+        ("rank", "scene.toml", "rank 2: ", 0),
+        // The other view is drawn at steps 0 to 3, this one at step 0.
+        ("field", "scene.toml", "the host gives no such field on this rank", 5),
+        ("length", "scene.toml", "field \"q\" was refused by icoray_field_set: bad field: 7 values, expected one", 4),
+        // At steps 1 to 3, which other ranks wait to draw with this one.
+        ("null", "scene.toml", "catalyst_execute: NULL, expected a node", 2),
+    ];
+    for (fault, scene, said, drawn) in cases {
+        let run = prepared(directory, &format!("fault {fault} {scene}"), "flat");
+        let told = host.run(3, &run, &[scene, "wedges", "flat", "4", "column", fault]);
+        assert!(told.contains("icoray: warning: ") && told.contains(said), "{fault}: {told}");
+        assert!(told.lines().all(|line| line.len() < 480), "{told}");
+        // No picture is said to lack what a host of Catalyst has never heard of.
+        assert!(!told.contains("was called before"), "{told}");
+        assert_eq!(pictures(&run).len(), drawn, "{fault}: {told}");
+    }
+    // Another Conduit than is known.
+    let other = Host::of_kind(directory, "OTHER_CONDUIT", true);
+    let run = prepared(directory, "other", "flat");
+    let output = succeeded(&mut other.command(2, &run, &["scene.toml", "wedges", "flat", "2", "column"]));
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(stdout.matches("the host ended well").count(), 2, "{stdout}");
+    assert!(stderr.contains("icoray: warning: the process has no functions of Conduit"), "{stderr}");
+    assert!(!stdout.contains("returned") && pictures(&run).is_empty(), "{stdout}");
+    let run = prepared(directory, "in the way", "flat");
+    std::fs::write(run.join("pictures"), "").unwrap();
+    let told = host.run(2, &run, &["scene.toml", "wedges", "flat", "1", "column"]);
+    assert!(told.contains("icoray: warning: ") && told.contains("pictures"), "{told}");
+}
+
+/// Files for `catalyst_replay`: where they cannot be made, the double ends the process, as the real one does.
+#[test]
+fn files_of_calls_that_cannot_be_made_do_not_end_the_host() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    for (is_on_ranks, ranks) in [(true, 2), (false, 1)] {
+        let host = Host::of_double(directory, is_on_ranks);
+        for (name, files, warnings) in [("dump", 3 * ranks, 0), ("scene.toml", 0, ranks)] {
+            let run = prepared(directory, &format!("{name} on {ranks}"), "flat");
+            let mut command = host.command(ranks, &run, &["scene.toml", "wedges", "flat", "2", "column"]);
+            command.env("CATALYST_DATA_DUMP_DIRECTORY", run.join(name));
+            let told = ended_well(ranks, command);
+            assert_eq!(told.matches("no files for catalyst_replay are written: ").count(), warnings, "{told}");
+            assert_eq!(std::fs::read_dir(run.join(name)).map_or(0, Iterator::count), files, "{told}");
+            assert_eq!(pictures(&run).len(), 3, "{told}");
+        }
+    }
+}
+
+/// In a small file system of its own, which goes with the host.
+#[test]
+fn a_full_disk_does_not_end_the_host() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let host = Host::of_double(directory.path(), true);
+    let run = prepared(directory.path(), "full", "flat");
+    std::fs::create_dir(run.join("pictures")).unwrap();
+    let mount = "mount -t tmpfs -o size=24k none pictures";
+    if !runs(command("unshare", &run).args(["-m", "sh", "-c", mount])) {
+        return skip(Need::Mount);
+    }
+    let inner = host.command(2, &run, &["scene.toml", "wedges", "flat", "10", "column"]);
+    let mut outer = command("unshare", &run);
+    outer.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]).arg(inner.get_program());
+    outer.args(inner.get_args());
+    inner.get_envs().for_each(|(name, value)| {
+        value.iter().for_each(|value| {
+            outer.env(name, value);
+        });
+    });
+    let told = ended_well(2, outer);
+    assert!(told.contains("No space left on device"), "{told}");
+    assert!(told.matches("icoray: warning").count() < 12, "{told}");
+}

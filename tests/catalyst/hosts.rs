@@ -1,0 +1,117 @@
+//! Hosts in C, each with the libcatalyst that it was built against.
+
+use icoray_tests::native::{catalyst_library, command, mpi_library, root, succeeded, text};
+use icoray_tests::ranks::FIRST;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const WARNINGS: [&str; 7] =
+    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
+/// Files in C of `tests/c/catalyst`.
+pub(super) fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
+    names.map(|name| root().join("tests/c/catalyst").join(name))
+}
+
+pub(super) fn compiled(compiler: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
+    let mut compile = command(compiler, to.parent().unwrap());
+    compile.args(WARNINGS).args(options).arg("-o").arg(to).args(sources).args(libraries);
+    succeeded(compile.args(["-lm", "-ldl"]));
+}
+
+/// A program that makes its mesh with icoray's library.
+pub(super) fn with_icoray(compiler: &str, to: &Path, options: &[&str], names: &[&str], libraries: &[&str]) {
+    let include = format!("-I{}", root().join("include").display());
+    let library = mpi_library();
+    let rpath = format!("-Wl,-rpath,{}", library.parent().unwrap().display());
+    let options = [&[include.as_str()], options].concat();
+    let libraries = [libraries, &[library.to_str().unwrap(), &rpath]].concat();
+    let paths: Vec<_> = names.iter().flat_map(|name| sources([name])).collect();
+    compiled(compiler, to, &options, &paths, &libraries);
+}
+
+/// A libcatalyst with the host that was built against it.
+pub(super) struct Host {
+    pub(super) program: PathBuf,
+    /// Directory of libcatalyst-icoray.so.
+    pub(super) implementation: PathBuf,
+    pub(super) library: PathBuf,
+    is_on_ranks: bool,
+}
+
+impl Host {
+    /// Compiles the host against a header and library.
+    pub(super) fn new(directory: &Path, include: &Path, library: &Path, options: &[&str], is_on_ranks: bool) -> Self {
+        let implementation = directory.join("implementation");
+        if !implementation.is_dir() {
+            std::fs::create_dir(&implementation).unwrap();
+            std::os::unix::fs::symlink(catalyst_library(), implementation.join("libcatalyst-icoray.so")).unwrap();
+        }
+        let program = library.with_file_name(if is_on_ranks { "host-mpi" } else { "host" });
+        let program = directory.join(program.file_name().unwrap());
+        let libraries = library.parent().unwrap();
+        let include = format!("-I{}", include.display());
+        let (at, rpath) = (format!("-L{}", libraries.display()), format!("-Wl,-rpath,{}", libraries.display()));
+        let mut options = [&[include.as_str()], options].concat();
+        options.extend(is_on_ranks.then_some("-DHOST_MPI"));
+        let compiler = if is_on_ranks { "mpicc" } else { "cc" };
+        with_icoray(compiler, &program, &options, &["host.c", "ball.c"], &[&at, "-lcatalyst", &rpath]);
+        Host { program, implementation, library: library.to_owned(), is_on_ranks }
+    }
+
+    /// Against the double.
+    pub(super) fn of_double(directory: &Path, is_on_ranks: bool) -> Self {
+        Self::of_kind(directory, "", is_on_ranks)
+    }
+
+    /// Against the double, whose functions of Conduit have other names if `kind` says so.
+    pub(super) fn of_kind(directory: &Path, kind: &str, is_on_ranks: bool) -> Self {
+        let directory = temporary(directory, &format!("double {kind} {is_on_ranks}"));
+        let include = root().join("tests/c/catalyst/double");
+        let flag = format!("-I{}", include.display());
+        let kind = format!("-D{kind}");
+        let options = if kind == "-D" { vec![] } else { vec![kind.as_str()] };
+        let library = directory.join("libcatalyst.so");
+        let of_library = [&[flag.as_str(), "-fPIC", "-shared", "-Wno-pedantic"], &options[..]].concat();
+        compiled("cc", &library, &of_library, &sources(["double/double.c"]), &[]);
+        Self::new(&directory, &include, &library, &options, is_on_ranks)
+    }
+
+    /// A run on so many ranks.
+    pub(super) fn command(&self, ranks: usize, run: &Path, arguments: &[&str]) -> Command {
+        let mut command =
+            if self.is_on_ranks { FIRST.on_ranks(ranks, &self.program, run) } else { command(&self.program, run) };
+        command.args(arguments).env("CATALYST_IMPLEMENTATION_NAME", "icoray");
+        command.env("CATALYST_IMPLEMENTATION_PATHS", &self.implementation);
+        command.env("LD_LIBRARY_PATH", self.library.parent().unwrap());
+        command
+    }
+
+    /// What the host printed, which ended well on all ranks and never got another status than that all is well.
+    pub(super) fn run(&self, ranks: usize, run: &Path, arguments: &[&str]) -> String {
+        ended_well(ranks, self.command(ranks, run, arguments))
+    }
+}
+
+pub(super) fn ended_well(ranks: usize, mut host: Command) -> String {
+    let output = succeeded(&mut host);
+    let told = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(told.matches("the host ended well").count(), ranks, "{told}");
+    assert!(!told.contains("returned") && told.contains("implementation icoray"), "{told}");
+    told
+}
+
+/// A new directory of that name.
+pub(super) fn temporary(directory: &Path, name: &str) -> PathBuf {
+    let to = directory.join(name);
+    std::fs::create_dir(&to).unwrap();
+    to
+}
+
+/// A directory for a run, with the test's scene.
+pub(super) fn prepared(directory: &Path, name: &str, heights: &str) -> PathBuf {
+    let scene = std::fs::read_to_string(root().join("tests/c/catalyst/scene.toml")).unwrap();
+    let scene = if heights == "hills" { format!("heights = \"native\"\n{scene}") } else { scene };
+    let to = temporary(directory, name);
+    std::fs::write(to.join("scene.toml"), scene).unwrap();
+    to
+}
