@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
+mod file;
+
 const WARNINGS: [&str; 7] =
     ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
 
@@ -108,12 +110,20 @@ fn pictures(run: &Path) -> Vec<(String, image::RgbaImage)> {
 
 /// Fails where a run drew other pictures.
 fn assert_same(run: &Path, expected: &[(String, image::RgbaImage)], most: u8) {
-    let drawn = pictures(run);
+    assert_same_pictures(&run.display().to_string(), &pictures(run), expected, most);
+}
+
+fn assert_same_pictures(
+    trying: &str,
+    drawn: &[(String, image::RgbaImage)],
+    expected: &[(String, image::RgbaImage)],
+    most: u8,
+) {
     let names = |pictures: &[(String, image::RgbaImage)]| pictures.iter().map(|p| p.0.clone()).collect::<Vec<_>>();
-    assert_eq!(names(&drawn), names(expected), "{}", run.display());
+    assert_eq!(names(drawn), names(expected), "{trying}");
     for ((name, picture), (_, expected)) in drawn.iter().zip(expected) {
         let off = picture.iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-        assert!(off <= most, "{}: {name}: {off} of 255", run.display());
+        assert!(off <= most, "{trying}: {name}: {off} of 255");
     }
 }
 
@@ -297,17 +307,14 @@ fn the_real_comin_draws_the_same() {
         return skip(Need::Comin);
     };
     let (replay, values) = (prefix.join("bin/comin_replay"), prefix.join("lib/libcomin_var_replay_plugin.so"));
-    let netcdf = Command::new("pkg-config").args(["--cflags", "--libs", "netcdf"]).output();
-    let Some(netcdf) = netcdf.ok().filter(|output| output.status.success() && replay.is_file() && values.is_file())
-    else {
+    let Some(netcdf) = file::netcdf().filter(|_| replay.is_file() && values.is_file()) else {
         return skip_because(Need::Comin, "no comin_replay, its plugin for variables, or libnetcdf");
     };
     let directory = TempDir::new().unwrap();
     let directory = directory.path();
     let expected = direct(directory);
     let (writer, library) = (directory.join("replay"), directory.join("libicoray_comin.so"));
-    let netcdf = text(&netcdf.stdout);
-    let netcdf: Vec<&str> = netcdf.split_whitespace().collect();
+    let netcdf: Vec<&str> = netcdf.iter().map(String::as_str).collect();
     compiler("cc", &writer, &[], &sources(["replay.c", "icon.c"]), &netcdf);
     plugin(&library, &prefix.join("include"), &[], &prefix.join("lib"));
     let version = std::fs::read_to_string(prefix.join("include/comin_version.inc")).unwrap();

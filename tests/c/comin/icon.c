@@ -9,7 +9,8 @@ const double icon_half_levels[LEVELS + 1] = {24e3, 16e3, 10e3, 5e3, 2e3, 0.0};
 
 double icon_height(double lon, double lat, int level)
 {
-    double ground = 900.0 * (1.0 + sin(3.0 * lon) * cos(lat) * sin(2.0 * lat)), z = icon_half_levels[level];
+    /* 0 on average, so that the mean heights are those over flat ground. */
+    double ground = 900.0 * sin(3.0 * lon) * cos(lat) * sin(2.0 * lat), z = icon_half_levels[level];
     return z + ground * (1.0 - z / icon_half_levels[0]);
 }
 

@@ -1,0 +1,73 @@
+//! The pictures of a file with ICON's output: those that the plugin draws while ICON runs.
+
+use super::{assert_same_pictures, compiler, direct, sources};
+use icoray::output::rgba8;
+use icoray::{Ranks, Renderer, Script};
+use icoray_dataset::{Drawing, LayerSelection, NativeHeightCache, SceneFields, Series};
+use icoray_tests::native::{command, root, succeeded, text};
+use icoray_tests::ranks::FIRST;
+use std::path::Path;
+use std::process::Command;
+use tempfile::TempDir;
+
+/// The compiler's options for the NetCDF library.
+pub fn netcdf() -> Option<Vec<String>> {
+    let output = Command::new("pkg-config").args(["--cflags", "--libs", "netcdf"]).output().ok()?;
+    let options = text(&output.stdout).split_whitespace().map(str::to_owned).collect();
+    output.status.success().then_some(options)
+}
+
+/// As the command `icoray render` draws all times of the file.
+fn rendered(path: &Path, script: &Script) -> Vec<(String, image::RgbaImage)> {
+    let (dataset, renderer) = (icoray_netcdf::open(path).unwrap(), Renderer::new(1).unwrap());
+    let (grid, all) = (dataset.mesh().grid().unwrap(), LayerSelection::default());
+    let scene_fields = &SceneFields::new(&dataset, script, &all, grid.cells()).unwrap();
+    let (dates, times, seconds) = (dataset.times(), (0..dataset.times().len()).collect(), dataset.seconds());
+    let series = Series { script, dates, times, is_scheduled: true, seconds };
+    let drawing = Drawing { scene_fields, grid: &grid, renderer: &renderer };
+    let mut heights = NativeHeightCache::default();
+    let mut pictures = Vec::new();
+    for time in series.times.iter().copied() {
+        let stamp = series.stamp(time);
+        let (views, read) = series.views_of(&dataset, time, &renderer, scene_fields).unwrap();
+        let scenes = || views.iter().flat_map(|view| view.shots(&stamp)).map(|shot| shot.scene);
+        heights.get_ready((&dataset, &grid, &renderer), scene_fields, scenes(), time).unwrap();
+        let fields = read.borrowed().unwrap();
+        for scene in scenes() {
+            let frame = drawing.frame(&scene, &fields, &heights, &mut Ranks::alone()).unwrap().unwrap();
+            let name = scene.output.names(&stamp, scene.field()).unwrap().file;
+            let pixels = image::RgbaImage::from_raw(frame.width as u32, frame.height as u32, rgba8(&frame)).unwrap();
+            pictures.push((name, pixels));
+        }
+    }
+    pictures.sort_by(|a, b| a.0.cmp(&b.0));
+    pictures
+}
+
+#[test]
+fn the_pictures_of_the_file_are_those_of_the_running_model() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let netcdf = netcdf().expect("the library that icoray-netcdf links");
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let (writer, path) = (directory.join("file"), directory.join("icon.nc"));
+    let netcdf: Vec<&str> = netcdf.iter().map(String::as_str).collect();
+    compiler("cc", &writer, &[], &sources(["file.c", "icon.c"]), &netcdf);
+    succeeded(command(&writer, directory).arg(&path).arg("3"));
+    let scene = std::fs::read_to_string(root().join("tests/c/comin/scene.toml")).unwrap();
+    // A field without layers is a surface on the sphere of a file's scene, where the model shows it in all layers.
+    let is_2d = |view: &&str| view.contains("field = \"ps\"");
+    let parts: Vec<&str> = scene.split("[[views]]").filter(|view| !is_2d(view)).collect();
+    let drawn = rendered(&path, &Script::parse(&parts.join("[[views]]")).unwrap());
+    let of_model = direct(directory).into_iter().filter(|(name, _)| !name.starts_with("ps"));
+    // View, field, date and step; the files of a file's times are named without a date.
+    let without_date = |name: String| {
+        let parts: Vec<&str> = name.split('_').collect();
+        [parts[0], parts[1], parts[parts.len() - 1]].join("_")
+    };
+    let expected: Vec<_> = of_model.map(|(name, picture)| (without_date(name), picture)).collect();
+    assert_eq!(expected.len(), 7);
+    assert_same_pictures("the file", &drawn, &expected, 1);
+}
