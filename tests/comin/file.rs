@@ -36,7 +36,7 @@ fn rendered(path: &Path, script: &Script) -> Vec<(String, image::RgbaImage)> {
         for scene in scenes() {
             let frame = drawing.frame(&scene, &fields, &heights, &mut Ranks::alone()).unwrap().unwrap();
             let name = scene.output.names(&stamp, scene.field()).unwrap().file;
-            let pixels = image::RgbaImage::from_raw(frame.width as u32, frame.height as u32, rgba8(&frame)).unwrap();
+            let pixels = image::RgbaImage::from_raw(frame.width, frame.height, rgba8(&frame)).unwrap();
             pictures.push((name, pixels));
         }
     }

@@ -293,7 +293,8 @@ impl Drawing {
                     self.policy.succeeded();
                     if self.log.takes(Level::Info) {
                         let (step, seconds) = (written.stamp.step, written.write_s);
-                        self.log.say(Level::Info, &format!("step {step}: {} ({seconds:.3} s)", path.display()));
+                        self.log
+                            .say(Level::Info, &format!("step {step}: {} (written in {seconds:.3} s)", path.display()));
                     }
                 }
                 Err(error) => self.record_late_failure(&written.stamp, error),

@@ -81,7 +81,7 @@ impl Adaptor {
     /// # Errors
     /// The failure of any rank, the same on all. Those of fields and frames are in the log.
     pub fn execute(&mut self, params: Option<Node>) -> Result<()> {
-        let channels = params.map(Channel::all).unwrap_or_default();
+        let channels = guarded(|| params.map(Channel::all).unwrap_or_default());
         let (step, time_s) = self.now(params, &channels)?;
         self.calls += 1;
         if !self.context.wants(step, time_s) {
@@ -89,8 +89,10 @@ impl Adaptor {
         }
         let places = self.places(&channels)?;
         let failures = self.update_grids(&channels, &places)?;
-        self.set_heights(&places);
-        self.set_fields(&channels, &places, &failures);
+        guarded(|| {
+            self.set_heights(&places);
+            self.set_fields(&channels, &places, &failures);
+        });
         // The context logs what fails, and switches itself off after three failed frames in a row.
         let _ = self.context.execute(step, time_s);
         self.may_have_report = true;
@@ -121,7 +123,8 @@ impl Adaptor {
 
     /// Where the scene's fields are on any rank. Collective.
     fn places(&mut self, channels: &[Channel]) -> Result<Places> {
-        let mine: Vec<Vec<Place>> = self.scene_fields.iter().map(|field| places_of(field, channels)).collect();
+        let mine: Vec<Vec<Place>> =
+            self.scene_fields.iter().map(|field| guarded(|| places_of(field, channels))).collect();
         Ok(Places::new(&self.scene_fields, &self.peers.share(mine)?))
     }
 
@@ -133,7 +136,10 @@ impl Adaptor {
             let geometry = match channel.map(|channel| &channel.mesh) {
                 None | Some(Ok(None)) => Ok(None),
                 Some(Err(error)) => Err(error.clone()),
-                Some(Ok(Some(mesh))) => Topology::of(*mesh, &place.topology).and_then(Topology::geometry).map(Some),
+                Some(Ok(Some(mesh))) => {
+                    let geometry = || Topology::of(*mesh, &place.topology).and_then(Topology::geometry);
+                    Error::of_panics(geometry).map(Some)
+                }
             };
             let geometry = geometry.map_err(|e| e.within(format_args!("channel {}", place.channel)));
             let slot = self.grids.entry(name.clone()).or_default();
@@ -248,6 +254,15 @@ impl Adaptor {
         to.set_number("icoray/host_s", report.host_s);
         to.set_number("icoray/render_s", report.render_s);
     }
+}
+
+/// Does some of this rank's work between collective calls. A panic in it is told, and nothing comes of the work: the
+/// other ranks wait for this one in the next call.
+fn guarded<R: Default>(work: impl FnOnce() -> R) -> R {
+    Error::of_panics(|| Ok(work())).unwrap_or_else(|error| {
+        crate::say(&error.to_string());
+        R::default()
+    })
 }
 
 /// The path of the scene: the first of the host's scripts that ends in .toml, or that of the environment.

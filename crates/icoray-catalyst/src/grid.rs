@@ -7,7 +7,7 @@ use crate::order::Layout;
 use crate::peers::Peers;
 use crate::strides::Strides;
 use crate::surface::{OwnedRows, Piece, Surface, direction_of, directions};
-use icoray::{Grid, GridTables, Result};
+use icoray::{Error, Grid, GridTables, Result};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -80,10 +80,11 @@ impl HostGrid {
         tables: &mut Tables,
         setting: &mut Setting,
     ) -> Result<Self> {
-        let seen = geometry.map(|geometry| {
+        let seen = Error::of_panics(|| {
+            let geometry = geometry?;
             let fingerprint = geometry.as_ref().map(fingerprint).unwrap_or_default();
             let change = grid.as_ref().map_or(Change::All, |grid| grid.change(fingerprint, geometry.as_ref()));
-            (geometry, fingerprint, change)
+            Ok((geometry, fingerprint, change))
         });
         let (change, seen) = match seen {
             Ok((geometry, fingerprint, change)) => (Ok(change), Some((geometry, fingerprint))),
@@ -125,10 +126,10 @@ impl HostGrid {
         tables: &mut Tables,
         Setting { name, context, peers, .. }: &mut Setting,
     ) -> Result<Self> {
-        let found = match geometry {
+        let found = Error::of_panics(|| match geometry {
             Some(geometry) => found(geometry),
             None => Ok((Columns::default(), Piece::default())),
-        };
+        });
         let (columns, piece) = match found {
             Ok((columns, piece)) => (Some(columns), Ok(piece)),
             Err(error) => (None, Err(error)),
@@ -146,7 +147,8 @@ impl HostGrid {
         if levels == 0 {
             return Err(bad("no elements on any rank"));
         }
-        let Surface { mesh, nodes, faces, has_triangles } = Surface::of(&pieces, peers.rank(), name)?;
+        let rank = peers.rank();
+        let Surface { mesh, nodes, faces, has_triangles } = peers.agree(|| Surface::of(&pieces, rank, name))?;
         drop(pieces);
         peers.share_all(tables.set(mesh, name, context))?;
         if peers.size() > 1 {
@@ -176,15 +178,18 @@ impl HostGrid {
             geometry.map_or(0.0, |geometry| radius(geometry.point(self.points.at(column, level))))
         };
         let own: Vec<usize> = (0..self.columns[0]).filter(|&column| self.nodes.is_owned[column] != 0).collect();
-        let all = peers.share(Radii::of(&own, levels, at))?;
+        let all = peers.share_all(Error::of_panics(|| Ok(Radii::of(&own, levels, at))))?;
         let columns: usize = all.iter().map(|radii| radii.columns).sum();
         let mean = |level: usize| all.iter().map(|radii| radii.sum[level]).sum::<f64>() / columns as f64;
         let radii: Vec<f64> = (0..levels).map(mean).collect();
         let planet_radius = planet_radius.unwrap_or(radii[0]);
-        self.heights = context
-            .may_need_heights()
-            .then(|| (0..self.columns[0] * levels).map(|i| at(i / levels, i % levels) - planet_radius).collect());
-        peers.share_all(context.set_layers(name, &radii, planet_radius))?;
+        let set = Error::of_panics(|| {
+            let height = |i: usize| at(i / levels, i % levels) - planet_radius;
+            let heights = context.may_need_heights().then(|| (0..self.columns[0] * levels).map(height).collect());
+            context.set_layers(name, &radii, planet_radius)?;
+            Ok(heights)
+        });
+        self.heights = peers.agree(|| set)?;
         Ok(())
     }
 

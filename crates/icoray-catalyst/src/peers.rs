@@ -32,6 +32,17 @@ impl Peers {
         team.share(&bytes)?.iter().map(|bytes| postcard::from_bytes(bytes).map_err(failed)).collect()
     }
 
+    /// What `work` makes of this rank's data, if no rank fails; a panic is a failure too, and no rank waits for one that
+    /// had one. Collective.
+    ///
+    /// # Errors
+    /// As [`Self::share_all`].
+    pub fn agree<R>(&mut self, work: impl FnOnce() -> Result<R>) -> Result<R> {
+        let mine = Error::of_panics(work);
+        self.share_all(mine.as_ref().map(drop).map_err(Error::clone))?;
+        mine
+    }
+
     /// What all ranks have, or the failure of the first one that failed. Collective.
     ///
     /// # Errors
@@ -44,5 +55,36 @@ impl Peers {
             Error::new(ErrorKind::Argument, message)
         };
         all.into_iter().enumerate().map(|(rank, one)| one.map_err(|message| rank_of(rank, message))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray::ranks::local_team;
+
+    #[test]
+    fn no_rank_waits_for_one_that_fails() {
+        let failure = |work: fn(usize) -> Result<usize>| {
+            let teams = local_team(3).into_iter().map(|team| Peers::new(Some(Box::new(team))));
+            std::thread::scope(|scope| {
+                let of_rank = |mut peers: Peers| {
+                    scope.spawn(move || {
+                        let rank = peers.rank();
+                        peers.agree(|| work(rank)).map_err(|e| e.to_string())
+                    })
+                };
+                let started: Vec<_> = teams.map(of_rank).collect();
+                started.into_iter().map(|thread| thread.join().unwrap()).collect::<Vec<_>>()
+            })
+        };
+        assert_eq!(failure(Ok), [Ok(0), Ok(1), Ok(2)]);
+        let all = failure(|rank| if rank == 1 { Err(Error::new(ErrorKind::Grid, "no grid")) } else { Ok(rank) });
+        assert!(all.iter().all(|one| one.as_ref().is_err_and(|e| e.contains("rank 1: bad grid: no grid"))), "{all:?}");
+        let all = failure(|rank| Ok([7][rank / 2]));
+        assert!(
+            all.iter().all(|one| one.as_ref().is_err_and(|e| e.contains("rank 2: ") && e.contains("index"))),
+            "{all:?}"
+        );
     }
 }

@@ -28,7 +28,9 @@ impl Sharing {
             (true, false) => "its ranks' parts and the field are assembled once per node",
             (true, true) => "parts and the field are assembled once per rank, as nodes cannot share memory",
         };
-        Sharing { gathered: Some(gathered), ..self }
+        let is_of_node = has_parts && !is_refused && self.scheme == Scheme::Tiles;
+        let why = if is_of_node { "each node has the whole grid" } else { self.why };
+        Sharing { gathered: Some(gathered), why, ..self }
     }
 }
 

@@ -53,7 +53,7 @@ fn parts_of_one_node_are_bitwise_one_process() {
                 assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
                 assert!(reports.iter().map(|report| report.bytes_copied).sum::<u64>() > 0, "{trying}");
                 let sharing =
-                    "tiles: every rank has the whole grid, its ranks' parts and the field are assembled once per node";
+                    "tiles: each node has the whole grid, its ranks' parts and the field are assembled once per node";
                 assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
             }
         }
