@@ -27,11 +27,12 @@ const PAGES: &str = "docs/src";
 const SUMMARY: &str = "docs/src/SUMMARY.md";
 
 /// Pages outside the book whose links are checked; their code is not.
-const OTHERS: [&str; 5] = [
+const OTHERS: [&str; 6] = [
     "ARCHITECTURE.md",
     "CHANGELOG.md",
     "examples/gallery/README.md",
     "examples/fortran/mpas/README.md",
+    "examples/fortran/mpas_ocean/README.md",
     "examples/fortran/shallow_water/README.md",
 ];
 

@@ -1,9 +1,14 @@
-!> Stands for the modules of MPAS that examples/fortran/mpas uses, with as much of them as it uses. Reals have 32 bits, as in an
-!> MPAS built with PRECISION=single.
+!> Stands for the modules of MPAS that examples/fortran/mpas and mpas_ocean use, with as much of them as they use. Reals have 32
+!> bits with SINGLE_PRECISION, as MPAS's makefile says for PRECISION=single, and 64 without.
 module mpas_kind_types
   implicit none
   public
-  integer, parameter :: RKIND = selected_real_kind(6), StrKIND = 512
+#ifdef SINGLE_PRECISION
+  integer, parameter :: RKIND = selected_real_kind(6)
+#else
+  integer, parameter :: RKIND = selected_real_kind(12)
+#endif
+  integer, parameter :: StrKIND = 512
 end module mpas_kind_types
 
 module mpas_constants
@@ -129,7 +134,7 @@ module mpas_pool_routines
 
 contains
 
-  !> The member of a name, and of a time level if one is asked for; stops if there is none.
+  !> The member of a name, and of a time level if one is asked for. If there is none, all its pointers are null, as MPAS's are.
   function found(pool, key, timeLevel) result(member)
     type(mpas_pool_type), intent(in) :: pool
     character(len=*), intent(in) :: key
@@ -142,8 +147,7 @@ contains
       member = pool%member(i)
       if (member%name == key .and. member%level == level) return
     end do
-    print '(2a)', 'no such member of a pool: ', key
-    error stop 1
+    member = member_type()
   end function found
 
   subroutine mpas_pool_get_subpool(inPool, key, subPool)
@@ -210,8 +214,8 @@ contains
     array => member%i2
   end subroutine get_i2
 
-  !> Exchanges the memory of time levels 1 and 2, as MPAS does at the end of a step.
-  subroutine mpas_pool_shift_time_levels(inPool)
+  !> Exchanges the memory of time levels 1 and 2, in pools of the pool too, as MPAS does at the end of a step.
+  recursive subroutine mpas_pool_shift_time_levels(inPool)
     type(mpas_pool_type), intent(inout) :: inPool
     integer :: i
     logical :: has_levels(size(inPool%member))
@@ -220,6 +224,7 @@ contains
     end do
     do i = 1, inPool%count
       if (has_levels(i)) inPool%member(i)%level = 3 - inPool%member(i)%level
+      if (associated(inPool%member(i)%pool)) call mpas_pool_shift_time_levels(inPool%member(i)%pool)
     end do
   end subroutine mpas_pool_shift_time_levels
 
