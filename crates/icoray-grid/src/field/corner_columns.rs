@@ -37,6 +37,9 @@ impl<'a, S: Sample> Column<'a, S> {
 /// Cells that a thread takes at once, at least.
 const CELLS: usize = 256;
 
+/// Layers that are averaged at once.
+const LAYERS: usize = 64;
+
 impl<'f> CornerColumns<'f> {
     /// In place of a row of the halo: the column is one of the field itself.
     pub const OWN: u32 = u32::MAX;
@@ -98,38 +101,40 @@ impl<'f> CornerColumns<'f> {
         values.resize(count, S::default());
         let (level, fill) = (Level::new(), self.field.fill.unwrap_or(f64::NAN));
         let columns = values.par_chunks_exact_mut(layers).zip(cells).with_min_len(CELLS);
-        let room = || (Vec::new(), vec![0.0; layers], vec![0.0; layers]);
-        columns.for_each_init(room, |(around, sums, counts), (to, cell)| {
+        // Few cells have more corners.
+        let room = || Vec::with_capacity(8);
+        columns.for_each_init(room, |around, (to, cell)| {
             // Corners and blocks are looked up once per cell, not once per value.
             around.clear();
             around.extend(grid.corners_of(cell).map(column_of));
-            dispatch!(level, _simd => average(around, fill, [sums, counts], to));
+            dispatch!(level, _simd => average(around, fill, to));
         });
         values
     }
 }
 
-/// Averages columns, all layers at once; `sums` and `counts` have an element per layer.
+/// Averages columns, many layers at once.
 #[inline(always)]
-fn average<S: Sample>(columns: &[Column<S>], fill: f64, [sums, counts]: [&mut Vec<f64>; 2], to: &mut [S]) {
-    sums.fill(0.0);
-    counts.fill(0.0);
-    for Column { samples, first, layer_stride } in columns {
-        let sums = sums.iter_mut().zip(counts.iter_mut());
-        if *layer_stride == 1 {
-            for ((sum, count), sample) in sums.zip(&samples[*first..][..to.len()]) {
-                add(sample.wide(), fill, sum, count);
-            }
-        } else {
-            let mut at = *first;
-            for (sum, count) in sums {
-                add(samples[at].wide(), fill, sum, count);
-                at = at.wrapping_add_signed(*layer_stride);
+fn average<S: Sample>(columns: &[Column<S>], fill: f64, to: &mut [S]) {
+    for (n, to) in to.chunks_mut(LAYERS).enumerate() {
+        let (mut sums, mut counts) = ([0.0; LAYERS], [0.0; LAYERS]);
+        for Column { samples, first, layer_stride } in columns {
+            let mut at = first.wrapping_add_signed((n * LAYERS) as isize * layer_stride);
+            let sums = sums.iter_mut().zip(counts.iter_mut());
+            if *layer_stride == 1 {
+                for ((sum, count), sample) in sums.zip(&samples[at..][..to.len()]) {
+                    add(sample.wide(), fill, sum, count);
+                }
+            } else {
+                for (sum, count) in sums.take(to.len()) {
+                    add(samples[at].wide(), fill, sum, count);
+                    at = at.wrapping_add_signed(*layer_stride);
+                }
             }
         }
-    }
-    for ((to, sum), count) in to.iter_mut().zip(sums.iter()).zip(counts.iter()) {
-        *to = S::near(if *count == 0.0 { f64::NAN } else { sum / count });
+        for ((to, sum), count) in to.iter_mut().zip(&sums).zip(&counts) {
+            *to = S::near(if *count == 0.0 { f64::NAN } else { sum / count });
+        }
     }
 }
 
@@ -148,7 +153,8 @@ mod tests {
     use crate::grid::IcosahedralMesh;
     use crate::shape::Shape;
 
-    const LAYERS: usize = 3;
+    /// More than are averaged at once.
+    const COUNT: usize = LAYERS + 3;
 
     fn field(values: &[f32], shape: Shape) -> Field<'_> {
         Field::new(values.into(), shape, Location::Corner, Some(5.0)).unwrap()
@@ -160,29 +166,30 @@ mod tests {
         let mesh = IcosahedralMesh::new(2).unwrap();
         let grid = Grid::new(mesh.tables()).unwrap();
         let corners = grid.triangles();
-        let value = |corner: usize, layer: usize| if corner % 7 == layer { 5.0 } else { (corner as f32 + 0.1).sin() };
-        let whole: Vec<f32> = (0..corners).flat_map(|c| (0..LAYERS).map(move |l| value(c, l))).collect();
-        let expected = CenterField::average(&grid, &field(&whole, Shape::level_fastest(corners, LAYERS))).unwrap();
+        let sample = |corner: usize, layer: usize| (corner as f32 + 3.1 * layer as f32).sin();
+        let value = |corner, layer| if corner % 7 == layer % 7 { 5.0 } else { sample(corner, layer) };
+        let whole: Vec<f32> = (0..corners).flat_map(|c| (0..COUNT).map(move |l| value(c, l))).collect();
+        let expected = CenterField::average(&grid, &field(&whole, Shape::level_fastest(corners, COUNT))).unwrap();
         let cells: Vec<u32> = (0..grid.cells() as u32).rev().step_by(2).collect();
         for every in [1, 2, 5, usize::MAX] {
             // Blocks of 32 columns, layer by layer.
-            let shape = Shape::blocked(corners, LAYERS, 32);
-            let mut own = vec![f32::MAX; corners.div_ceil(32) * 32 * LAYERS];
+            let shape = Shape::blocked(corners, COUNT, 32);
+            let mut own = vec![f32::MAX; corners.div_ceil(32) * 32 * COUNT];
             let (mut rows, mut halo) = (vec![CornerColumns::OWN; corners], Vec::new());
             for corner in 0..corners {
                 if corner % every == 0 {
-                    rows[corner] = (halo.len() / LAYERS) as u32;
-                    halo.extend_from_slice(&whole[corner * LAYERS..][..LAYERS]);
+                    rows[corner] = (halo.len() / COUNT) as u32;
+                    halo.extend_from_slice(&whole[corner * COUNT..][..COUNT]);
                     continue;
                 }
-                for layer in 0..LAYERS {
-                    own[corner / 32 * 32 * LAYERS + layer * 32 + corner % 32] = value(corner, layer);
+                for layer in 0..COUNT {
+                    own[corner / 32 * 32 * COUNT + layer * 32 + corner % 32] = value(corner, layer);
                 }
             }
-            let halo = field(&halo, Shape::level_fastest(halo.len() / LAYERS, LAYERS));
+            let halo = field(&halo, Shape::level_fastest(halo.len() / COUNT, COUNT));
             let columns = CornerColumns::with_halo(field(&own, shape), &rows, halo).unwrap();
             let OwnedReals::F32(averages) = columns.averages(&grid, cells.par_iter().copied(), None) else { panic!() };
-            for (cell, averages) in cells.iter().zip(averages.chunks_exact(LAYERS)) {
+            for (cell, averages) in cells.iter().zip(averages.chunks_exact(COUNT)) {
                 for (layer, average) in averages.iter().enumerate() {
                     let expected = expected.field().value(*cell as usize, layer) as f32;
                     assert_eq!(average.to_bits(), expected.to_bits(), "cell {cell}, every {every}");
