@@ -276,8 +276,8 @@ module icoray
   !> corner_global (of the kind of cell_global; ICON: the global index of a triangle), and are set after this call; only
   !> own columns are read, and each cell and corner has one owner. Without corner_global on any rank, fields at corners
   !> have a column for each corner of the grid, of which those whose first cell in corner_cell is own are read. Each
-  !> node assembles fields once per frame, in memory that its ranks share (bytes_copied); with parts, averages at cells of
-  !> those at corners (bytes_derived).
+  !> node assembles fields once per frame, in memory that its ranks share (bytes_copied); of fields at corners of parts,
+  !> averages at cells (bytes_derived).
   !> These arrays are read during the call only, and need no TARGET. Or (ctx, icoray_part, [ierr]).
   interface icoray_part_set
     procedure :: part_first_i4, part_first_i8, part_mask_i4, part_mask_i8, part_marks_i4, part_marks_i8, part_struct

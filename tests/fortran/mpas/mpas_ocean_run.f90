@@ -1,7 +1,8 @@
-!> A run of MPAS's double with the hook of examples/fortran/mpas_ocean: mpas_ocean_run hook | direct [ice]. It draws into the
-!> directory `pictures` of where it runs, over all ranks; `direct` draws the same pictures from whole arrays through icoray's own
-!> calls. Land is culled. With `ice` the highest levels of some columns are missing and the mesh has minLevelCell; without, it has
-!> not. The column that a rank's arrays have more, and every column of the other time level, hold no values.
+!> A run of MPAS's double with the hook of examples/fortran/mpas_ocean: mpas_ocean_run hook | direct [ice]. It draws
+!> into the directory `pictures` of where it runs, over all ranks; `direct` draws the same pictures from whole arrays
+!> through icoray's own calls. Land is culled. With `ice` the highest levels of some columns are missing and the mesh
+!> has minLevelCell; without, it has not. The column that a rank's arrays have more, and every column of the other time
+!> level, hold no values.
 program mpas_ocean_run
   use icoray
   use mpas_kind_types, only: RKIND

@@ -1,5 +1,6 @@
-!> The mesh of a rank in MPAS's mesh pool, for runs of MPAS's double: the cells of some numbers and two rings around them, own cells
-!> first, and the corners and edges of all these, in arrays with one column more. A cell that is culled is in no part.
+!> The mesh of a rank in MPAS's mesh pool, for runs of MPAS's double: the cells of some numbers and two rings around
+!> them, own cells first, and the corners and edges of all these, in arrays with one column more. A cell that is culled
+!> is in no part.
 module mpas_parts
   use mpi_f08
   use icoray
@@ -56,7 +57,8 @@ contains
     write (text, '(a, i2.2, a, i2.2, a)') '2000-01-', 1 + second/86400, '_', mod(second/3600, 24), ':00:00'
   end function date
 
-  !> Numbers in the whole mesh, from 1, of a rank's cells, the first `own` of which are its own, and of their corners and edges.
+  !> Numbers in the whole mesh, from 1, of a rank's cells, the first `own` of which are its own, and of their corners
+  !> and edges.
   subroutine choose_part(rank, ranks, cell, corner, edge, own)
     integer, intent(in) :: rank, ranks
     integer, allocatable, intent(out) :: cell(:), corner(:), edge(:)
@@ -144,7 +146,8 @@ contains
     array(size(values) + 1) = 0
   end function column
 
-  !> Rows of a table of the whole mesh, which counts from 0, with numbers of here in them: `absent` for what is not here.
+  !> Rows of a table of the whole mesh, which counts from 0, with numbers of here in them: `absent` for what is not
+  !> here.
   function numbered(rows, here, total, absent) result(local)
     integer, intent(in) :: rows(:, :), here(:), total, absent
     integer :: local(size(rows, 1), size(rows, 2)), number(0:total - 1), i
