@@ -1,4 +1,4 @@
-//! Installs missing packages, runs the demo and the tests, draws the gallery, installs the C library.
+//! Installs missing packages, runs the demo and the tests, draws the gallery, installs the C library, packs releases.
 //!
 //! `cargo xtask demo` and `cargo xtask test` are the entry points on a fresh machine; `cargo xtask install` installs
 //! the library for models that link it. The few dependencies have no dependencies of their own, so this crate builds in
@@ -20,6 +20,7 @@ mod libclang;
 mod link;
 mod mpi;
 mod options;
+mod package;
 mod pictures;
 mod report;
 mod requirements;
@@ -61,6 +62,7 @@ fn run(Invocation { subcommand, install }: Invocation) -> Result<ExitCode, Error
         Subcommand::Demo(options) => demo::run(&workspace, &options, install)?,
         Subcommand::Gallery { profile } => gallery::run(&workspace, profile, install)?,
         Subcommand::Install(options) => install::run(&workspace, &options, install)?,
+        Subcommand::Package => package::run(&workspace)?,
         Subcommand::Test { all } => return check::run(&workspace, all, install),
     }
     Ok(ExitCode::SUCCESS)

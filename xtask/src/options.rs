@@ -39,6 +39,7 @@ pub enum Subcommand {
         all: bool,
     },
     Install(InstallOptions),
+    Package,
 }
 
 /// Options of `demo`.
@@ -103,6 +104,7 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation
         Some("gallery") => Subcommand::Gallery { profile: "release" },
         Some("test") => Subcommand::Test { all: false },
         Some("install") => Subcommand::Install(InstallOptions::default()),
+        Some("package") => Subcommand::Package,
         Some("help" | "--help" | "-h") => Subcommand::Help,
         _ => return Err(Error::Usage(format!("unknown subcommand {}", quoted(&name)))),
     };
@@ -250,6 +252,7 @@ mod tests {
             ("gallery", Subcommand::Gallery { profile: "release" }, true),
             ("gallery --profile=dev --no-install", Subcommand::Gallery { profile: "dev" }, false),
             ("install", Subcommand::Install(usual), true),
+            ("package", Subcommand::Package, true),
             (install_line, Subcommand::Install(other), false),
         ] {
             assert_eq!(parse_words(line), Ok(Invocation { subcommand, install }), "{line}");
