@@ -40,7 +40,7 @@ fn archive(workspace: &Workspace, directory: &Path) -> Result<PathBuf, Error> {
     let name = format!("icoray-{VERSION}");
     let archive = sh.create_dir(directory)?.join(format!("{name}.tar.gz"));
     // Neither the user's settings nor the time go into the archive.
-    let settings = ["-c", "tar.umask=0022", "-c", "tar.tar.gz.command=gzip -n -9"];
+    let settings = ["-c", "tar.umask=0022", "-c", "tar.tar.gz.command=gzip -n"];
     cmd!(sh, "git {settings...} archive --format=tar.gz --prefix={name}/ --output={archive} HEAD").quiet().run()?;
     Ok(archive)
 }
