@@ -27,12 +27,14 @@ pub struct Steps {
     done: usize,
     total: usize,
     pub started: Instant,
+    /// The titles of the steps that have ended, and their seconds.
+    pub times: Vec<(String, f64)>,
 }
 
 impl Steps {
     /// Begins a sequence of `total` steps.
     pub fn new(total: usize) -> Self {
-        Self { done: 0, total, started: Instant::now() }
+        Self { done: 0, total, started: Instant::now(), times: Vec::new() }
     }
 
     /// Runs the next step; prints its title before and its time after it.
@@ -47,6 +49,7 @@ impl Steps {
         print(&format!("{} ...", step.heading));
         let result = work(&mut step);
         step.close(if result.is_ok() { "" } else { "failed after " });
+        self.times.push((title.to_owned(), step.started.elapsed().as_secs_f64()));
         result
     }
 }

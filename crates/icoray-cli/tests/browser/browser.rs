@@ -13,12 +13,11 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
+use icoray_test_support::PATIENCE;
 use tempfile::TempDir;
 use tokio::runtime::{Builder, Runtime};
 use url::{ParseError, Url};
 
-/// How long a condition may take to hold: far longer than on an idle machine.
-const PATIENCE: Duration = Duration::from_secs(60);
 /// Time between two looks at a condition.
 const PAUSE: Duration = Duration::from_millis(20);
 

@@ -10,11 +10,12 @@ use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
 use icoray_kernel::Counts;
 use icoray_output::{Frame, FrameReport};
 use icoray_scene::Scene;
+use icoray_test_support::PATIENCE;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 mod votes;
 
@@ -238,7 +239,7 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
         };
         // Rank 1 sends its tiles and a message that they are all.
         let messages = (0..raster.tiles()).filter(|number| number % 2 == 1).count() + 1;
-        let deadline = Instant::now() + Duration::from_secs(60);
+        let deadline = Instant::now() + PATIENCE;
         let gathered = ranks.gather(&threads, &raster, 0.0, |give| {
             (0..raster.tiles()).filter(|number| *number as usize % 2 == rank).for_each(|n| give(tile(n)));
             // Rank 0 draws until it has received all of rank 1's messages.

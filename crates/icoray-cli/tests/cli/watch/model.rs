@@ -1,6 +1,6 @@
 //! Files as a model writes them: record by record, and in pieces.
 
-use super::PATIENCE;
+use icoray_test_support::PATIENCE;
 use crate::made::{Char, Made, RECORDS, Values};
 use netcdf::{Extents, FileMut, Options};
 use std::fs;
