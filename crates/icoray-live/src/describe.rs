@@ -1,4 +1,4 @@
-//! What there is to see and to set, as the page reads it.
+//! The description of fields, keys and colour maps that the page reads.
 
 use icoray::keys::{Section, sections};
 use icoray::{color_map_stops, color_maps};

@@ -1,4 +1,4 @@
-//! What viewers have set: the scene, the time, and how far back they can go.
+//! The state that viewers change: the scene, the time, and the history for undo.
 
 use crate::document::{self, Change};
 use icoray::Scene;

@@ -1,6 +1,6 @@
 //! Atomic files: a file is written under another name in its own folder and renamed when it is complete.
 //!
-//! A model may be stopped at any moment, a disk may fill up, and somebody may be looking at the folder meanwhile. A
+//! A model may be stopped at any moment, a disk may fill up, and other programs may read the folder meanwhile. A
 //! rename within one folder is atomic on every file system that models run on, so a picture is either not there or
 //! whole. The other name begins with a dot and ends in `.tmp`; the file of that name goes when anything fails, a panic
 //! included. Only a process that is killed leaves it behind.

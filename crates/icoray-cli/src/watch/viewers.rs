@@ -1,4 +1,4 @@
-//! What viewers of the page set and ask: the last time is read again for them.
+//! Changes and questions of the page's viewers, for which the last time is read again.
 
 use super::Watch;
 use super::session::Session;

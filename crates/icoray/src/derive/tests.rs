@@ -1,4 +1,4 @@
-//! Derived fields of made ones, against what their definitions say, in all layouts, over threads and ranks.
+//! Derived fields of synthetic ones, against their definitions, in all layouts, over threads and ranks.
 
 use super::*;
 use crate::ranks::tests::on_ranks;

@@ -1,4 +1,4 @@
-//! What the ray through one place of a picture shows: the value along it, and where its light comes from.
+//! Probes: the values along the ray through one place of a picture, and the origin of its light.
 
 use super::context::RenderInputs;
 use super::renderer::Renderer;

@@ -266,7 +266,7 @@ mod tests {
     use super::*;
     use icoray_kernel::plane::RayLine;
 
-    /// Tiles of several cameras: none that a ray of meets the globe is passed by, and most of the others are.
+    /// For several cameras, no tile with a ray that meets the globe is skipped, and most other tiles are.
     #[test]
     fn tiles_that_pass_by_are_those_beside_the_globe() {
         let cameras = [
