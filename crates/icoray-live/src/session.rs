@@ -105,7 +105,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Whether nobody but the viewer says how large pictures are.
+    /// Whether the viewer alone sets the size of pictures.
     fn lacks_size(&self) -> bool {
         self.size != PictureSize::Scene && self.values().get("image").is_none()
     }

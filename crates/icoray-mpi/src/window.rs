@@ -222,7 +222,7 @@ impl NodeMemory for Window {
 impl Drop for Window {
     fn drop(&mut self) {
         if !self.group.is_gone() {
-            // SAFETY: the window is ours, and nobody on this rank reads it any more; freeing it waits for the others.
+            // SAFETY: the window is ours, and no code of this rank reads it any more; freeing it waits for the others.
             // Nobody is left to tell of a failure.
             unsafe {
                 ffi::MPI_Win_unlock_all(self.win);

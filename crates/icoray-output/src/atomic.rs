@@ -75,7 +75,7 @@ pub(super) fn exists(path: &Path) -> Error {
     Error::new(ErrorKind::Exists, format!("{}: is there already and is not modified; {wish}", path.display()))
 }
 
-/// A new file in `folder` that anybody may read whom the umask allows: tempfile's own default is the owner alone.
+/// A new file in `folder` with the permissions of the umask: tempfile's default is the owner alone.
 fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".icoray-").suffix(".tmp");

@@ -105,7 +105,7 @@ mod tests {
         }
     }
 
-    /// A file system in which nobody makes files, root included.
+    /// A file system in which no user can create files, not even root.
     #[cfg(target_os = "linux")]
     #[test]
     fn what_cannot_be_written_to_is_said() {

@@ -85,7 +85,7 @@ pub trait Team: Send {
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>>;
 
-    /// Begins to send bytes to rank 0, from any other; waits for nobody.
+    /// Begins to send bytes to rank 0, from any other, without waiting.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn send(&mut self, bytes: Vec<u8>) -> Result<()>;
 

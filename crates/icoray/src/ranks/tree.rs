@@ -33,7 +33,7 @@ pub(super) trait Link {
 
     fn size(&self) -> usize;
 
-    /// Sends a message; waits for nobody.
+    /// Sends a message without waiting.
     fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()>;
 
     /// The next message. Waits for it.
@@ -177,7 +177,7 @@ impl<L: Link> Tree<L> {
     /// This rank's frame has ended by `error`, which others may not know.
     pub fn break_off(&mut self, error: &Error) {
         for neighbour in self.parent().into_iter().chain(self.children()) {
-            // Where nobody can be reached nobody waits either.
+            // No rank waits if no rank can be reached.
             let _ = self.link.post(neighbour, self.call, Err(error.clone()));
         }
     }

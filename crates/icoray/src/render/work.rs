@@ -71,7 +71,7 @@ impl Work<'_> {
         Raster { width: self.context.scene.width, height: self.context.scene.height, step: 1 }
     }
 
-    /// The quality that is asked, or the best one that keeps the deadline on whoever draws.
+    /// The requested quality, or the best one that keeps the deadline on the device that draws.
     pub(super) fn pick(&self, asked: Quality, deadline: Option<Deadline>, on_device: &mut OnDevice) -> Quality {
         let Some(deadline) = deadline else { return asked };
         on_device.get_ready(&asked, self.raster());

@@ -104,7 +104,7 @@ impl Page {
         }
     }
 
-    /// Answers whoever asked first for the histogram of this field.
+    /// Answers the first request for the histogram of this field.
     pub fn answer_histogram(&mut self, name: &str, found: Outcome<icoray_core::Histogram>, inputs: &Inputs) {
         let Some(at) = self.histograms.iter().position(|(its, _)| its == name) else { return };
         let (_, reply) = self.histograms.remove(at);
