@@ -38,7 +38,7 @@ pub struct FieldDescription {
     pub layers: usize,
 }
 
-/// All that the page is told once.
+/// The data that the page receives once.
 #[derive(Serialize)]
 pub(crate) struct DescribeAnswer<'d> {
     program: &'static str,

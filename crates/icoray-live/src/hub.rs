@@ -239,7 +239,7 @@ impl Hub {
     pub fn end(&self) {
         let mut state = self.lock();
         state.has_ended = true;
-        // Whoever waits for an answer is told that there is none.
+        // Requests that wait get an error.
         state.questions.clear();
         self.wake(&state);
     }

@@ -52,7 +52,7 @@ fn is_there(path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Whether this process can make files in a folder: makes one without a name, since permissions do not tell of file
+/// Whether this process can make files in a folder: makes one without a name, since permissions do not reveal file
 /// systems that are read-only or full, or of servers with rules of their own.
 fn may_write(folder: &Path) -> io::Result<()> {
     if !folder.metadata()?.is_dir() {

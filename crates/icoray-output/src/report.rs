@@ -94,7 +94,7 @@ pub(super) fn beside(picture: &Path) -> PathBuf {
     picture.with_file_name("report.csv")
 }
 
-/// Refuses a report that has other columns than ours: lines of two kinds in one file could not be told apart.
+/// Refuses a report that has other columns than ours: lines of two kinds in one file could not be distinguished.
 pub(super) fn check(path: &Path) -> Result<()> {
     let found = match std::fs::metadata(path) {
         // Opening a pipe would wait for a writer.

@@ -187,7 +187,7 @@ fn written(path: &Path, text: &str) -> Result<()> {
     writeln!(file, "{text}").map_err(failed)
 }
 
-/// What the page is told of the model.
+/// The page's description of the model.
 fn describe(inputs: &Inputs) -> Description {
     let field = |name: &String| {
         let known = inputs.descriptions.get(name).cloned().unwrap_or_default();
