@@ -4,8 +4,8 @@
 //! exchange messages with rank 0, and no rank sends more than a few at any number. Each message bears the number of its
 //! call, as ranks run ahead of each other.
 //!
-//! Calls belong to frames. A rank whose frame has ended by an error notifies its parent and children, and so on: so
-//! nobody waits for a rank that has left a frame, and the next frame begins afresh ([`Tree::begin_frame`]).
+//! Calls belong to frames. A rank whose frame has ended by an error notifies its parent and children, and so on. No
+//! rank waits for one that has left a frame, and the next frame begins afresh ([`Tree::begin_frame`]).
 
 use super::wire::{decode, decode_next, encode};
 use icoray_grid::{Error, ErrorKind, Result};
