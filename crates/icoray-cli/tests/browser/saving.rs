@@ -1,4 +1,4 @@
-//! What is seen, saved and rendered are the same bits.
+//! Shown, saved and rendered pictures have the same bits.
 
 use crate::browser::Browser;
 use crate::page::{Shown, hash};

@@ -182,7 +182,7 @@ fn what_is_wrong_on_one_rank_is_everybodys_error() {
         same(&errors(odd, few), &format!("bad field: rank {odd}: \"q\": 162 columns"));
         let inside = |_: &mut World, scene: &mut Scene| scene.exaggeration = -1e3;
         same(&errors(odd, inside), &format!("bad scene: rank {odd}: "));
-        // One that differs is not of one mind with rank 0; where that is rank 0, rank 1 is the first to differ.
+        // A rank with another value disagrees with rank 0; if rank 0 has it, rank 1 is the first to differ.
         let other = |world: &mut World, _: &mut Scene| world.values[7] = 40.0;
         same(&errors(odd, other), &format!("MPI: rank {}: has a field of range", odd.max(1)));
         let higher = |world: &mut World, _: &mut Scene| {
