@@ -21,7 +21,8 @@ use crate::step::{Step, print_error};
 use crate::workspace::Workspace;
 
 /// Programs whose tests start many processes (ranks of MPI, valgrind, browsers): one of them runs at a time.
-const CROWDED: [&str; 3] = ["icoray-cli browser", "icoray-tests interface", "icoray-tests ranks"];
+const CROWDED: [&str; 4] =
+    ["icoray-cli browser", "icoray-tests interface", "icoray-tests models", "icoray-tests ranks"];
 
 /// A test program that cargo has built.
 #[derive(Debug, Clone, PartialEq)]
