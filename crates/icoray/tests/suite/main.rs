@@ -1,11 +1,8 @@
-//! The tests of the library from outside, in one program.
+//! The tests of the library from outside, in one program; those of ranks and devices are in `../ranks`.
 
-mod columns;
 mod common;
-mod corner_heights;
 mod corruption;
 mod culled;
-mod device;
 mod edges;
 mod grid;
 mod holes;
@@ -15,12 +12,9 @@ mod memory_limit;
 mod mixed;
 mod mixed_packets;
 mod native;
-mod parts;
 mod probe;
 mod samples;
 mod savings;
-mod several;
-mod spread;
 mod terrain;
 mod traverse;
 mod walking;
