@@ -10,11 +10,10 @@ use xshell::Cmd;
 
 use crate::disk;
 use crate::error::Error;
-use crate::host::Host;
 use crate::mpi::Mpi;
-use crate::options::DemoOptions;
+use crate::options::{DemoOptions, Size};
 use crate::pictures::{Pictures, SHEET_PACKAGE};
-use crate::report::Summary;
+use crate::report;
 use crate::requirements;
 use crate::shallow_water::{self, ShallowWater};
 use crate::step::{Steps, print_line};
@@ -65,7 +64,7 @@ impl<'a> Demo<'a> {
         let (out, scene) = (path(&options.out, "out/demo"), path(&options.scene, tracer::SCENE));
         let text = fs::read_to_string(&scene)
             .map_err(Error::while_doing(format!("cannot read the scene file {}", scene.display())))?;
-        let gpu = wants_gpu(options.backend, &text);
+        let gpu = wants_gpu(options.backend.as_deref(), &text);
         let products = workspace.products(PROFILE);
         disk::writable(&out, "--out DIR takes another directory for the pictures")?;
         disk::writable(&products, "let CARGO_TARGET_DIR name a directory that can be written")?;
@@ -79,20 +78,26 @@ impl<'a> Demo<'a> {
         let model = Tracer::new(workspace, PROFILE);
         let pictures = Pictures::new(workspace, self.out.clone(), tracer::PREFIX);
         steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_DEMO, self.install, step))?;
-        steps.run("building the library", |step| step.quiet(self.library()))?;
+        let title = format!("building the library (about {} minutes)", if self.gpu { 4 } else { 2 });
+        steps.run(&title, |step| step.quiet(self.library()))?;
         steps.run("building the tracer model", |step| step.quiet(model.compile()))?;
         let start = steps.started;
-        let lines = steps.run("running the tracer model", |step| {
+        let lines = steps.run("running the tracer model (about half a minute)", |step| {
             let scene = self.with_backend(&self.scene)?;
             pictures.prepare()?;
             let mut first = None;
-            step.echoed(model.run(self.options.size, &scene, &self.out)?, || {
+            let Size { level, layers, days } = &self.options.size;
+            let size = [level.to_string(), layers.to_string(), days.to_string()];
+            let names = ["--level", "--layers", "--days"];
+            let run = model.run()?.args(names.iter().zip(&size).flat_map(|(name, value)| [name, value.as_str()]));
+            let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
+            step.echoed(run, || {
                 if first.is_none()
-                    && let Some(picture) = pictures.first()
+                    && let Some(picture) = pictures.existing().into_iter().next()
                 {
                     let seconds = start.elapsed().as_secs_f64();
-                    let picture = first.insert(picture);
-                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(picture)));
+                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(&picture)));
+                    first = Some(picture);
                 }
             })
         })?;
@@ -103,24 +108,23 @@ impl<'a> Demo<'a> {
     fn shallow_water(&self, steps: &mut Steps) -> Result<(), Error> {
         let workspace = self.workspace;
         let title = format!("looking for Fortran and MPI, for a model on {RANKS} ranks");
-        let (host, mpi) = steps.run(&title, |step| {
+        let mpi = steps.run(&title, |step| {
             system::provide(requirements::FOR_DEMO_MPI, self.install, step)?;
-            let host = Host::here()?;
-            let mpi = Mpi::find(&host)?;
-            Ok((host, mpi))
+            Mpi::find().map_err(Error::Failed)
         })?;
         let model = ShallowWater::new(workspace, PROFILE, &mpi);
         let pictures = Pictures::new(workspace, self.out.join("shallow_water"), shallow_water::PREFIX);
         steps.run("building the library with MPI", |step| {
             model.remove_other_mpi(step)?;
-            step.quiet(model.with_mpi(model.library(self.gpu), &host)?)
+            step.quiet(model.with_mpi(model.library(self.gpu)))
         })?;
         steps.run("building the shallow-water model", |step| step.quiet(model.compile()))?;
-        let title = format!("running the shallow-water model on {RANKS} ranks of MPI");
+        let title = format!("running the shallow-water model on {RANKS} ranks of MPI (about half a minute)");
         let lines = steps.run(&title, |step| {
             let scene = self.with_backend(&workspace.root.join(shallow_water::SCENE))?;
             pictures.prepare()?;
-            step.echoed(model.run(RANKS, &scene, &pictures.folder)?, || {})
+            let run = model.run(RANKS)?.args(shallow_water::SIZE).arg("--scene").arg(scene);
+            step.echoed(run.arg("--out").arg(&pictures.folder), || {})
         })?;
         show(workspace, steps, &pictures, &lines)
     }
@@ -137,7 +141,7 @@ impl<'a> Demo<'a> {
 
     /// A scene, or a copy of it with the backend of the options.
     fn with_backend(&self, scene: &Path) -> Result<PathBuf, Error> {
-        let (Some(backend), Some(name)) = (self.options.backend, scene.file_name()) else {
+        let (Some(backend), Some(name)) = (self.options.backend.as_deref(), scene.file_name()) else {
             return Ok(scene.to_owned());
         };
         let copy = self.workspace.products(PROFILE).join(name);
@@ -170,8 +174,7 @@ fn replaced(scene: &str, backend: &str) -> String {
 fn show(workspace: &Workspace, steps: &mut Steps, pictures: &Pictures, lines: &[String]) -> Result<(), Error> {
     let taken = pictures.taken()?;
     steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(PROFILE)))?;
-    let frames = pictures.frames()?;
-    let summary = Summary::find(lines).or_from(&frames);
+    let csv = workspace.shell.read_file(pictures.report())?;
     print_line(&format!("\npictures ({}):", taken.len()));
     let mut listed: Vec<_> = taken.iter().map(|picture| workspace.shown(picture)).collect();
     if listed.len() > LISTED {
@@ -180,13 +183,7 @@ fn show(workspace: &Workspace, steps: &mut Steps, pictures: &Pictures, lines: &[
     listed.iter().for_each(|picture| print_line(&format!("  {picture}")));
     print_line(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
     print_line(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
-    print_line(&format!("\n{}", summary.table()));
-    if let Some(errors) = frames.errors {
-        print_line(&format!("\n{}", errors.sentence()));
-    }
-    if let Some(ranks) = frames.ranks.filter(|ranks| ranks.count > 1) {
-        print_line(&ranks.sentence());
-    }
+    print_line(&format!("\n{}", report::describe(lines, &csv)));
     Ok(())
 }
 
@@ -243,9 +240,10 @@ mod tests {
     fn both_libraries_are_built_with_one_core() {
         let workspace = Workspace::find().unwrap();
         let (cc, fortran, run) = ("mpicc".into(), "mpifort".into(), "mpirun".into());
-        let mpi = Mpi { cc, fortran, run, options: Vec::new(), library: String::new() };
+        let mpi = Mpi { cc, fortran, run, options: Vec::new() };
         for gpu in [false, true] {
-            let options = DemoOptions::default();
+            let size = Size { level: 5, layers: 30, days: 12.0 };
+            let options = DemoOptions { out: None, scene: None, backend: None, size };
             let (out, scene) = ("".into(), "".into());
             let demo = Demo { workspace: &workspace, options: &options, install: false, out, scene, gpu };
             let first = core_with_features(&demo.library().into());

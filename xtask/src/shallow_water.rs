@@ -1,13 +1,12 @@
 //! Builds and runs the shallow-water model of `examples/fortran` over ranks of MPI.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread;
 
 use xshell::{Cmd, cmd};
 
 use crate::error::Error;
-use crate::host::Host;
 use crate::libclang;
 use crate::mpi::Mpi;
 use crate::step::Step;
@@ -54,16 +53,16 @@ impl<'a> ShallowWater<'a> {
     }
 
     /// A cargo command that builds with this MPI.
-    pub fn with_mpi<'c>(&self, cargo: Cmd<'c>, host: &Host) -> Result<Cmd<'c>, Error> {
+    pub fn with_mpi<'c>(&self, cargo: Cmd<'c>) -> Cmd<'c> {
         // rsmpi prefers these to MPICC.
         let cargo = cargo.env_remove("MPI_PKG_CONFIG").env_remove("CRAY_MPICH_DIR").env("MPICC", &self.mpi.cc);
-        Ok(cargo.envs(libclang::variable(host)?))
+        cargo.envs(libclang::variable())
     }
 
     /// Removes builds with another MPI, which neither cargo nor make notice.
     pub fn remove_other_mpi(&self, step: &mut Step) -> Result<(), Error> {
         let record = self.products.join("shallow_water.mpi");
-        let current = format!("{}\n{}\n", self.mpi.cc.display(), self.mpi.library);
+        let current = self.mpi.identity();
         if fs::read_to_string(&record).is_ok_and(|built| built == current) {
             return Ok(());
         }
@@ -85,13 +84,12 @@ impl<'a> ShallowWater<'a> {
         make.env_remove("MAKEFLAGS")
     }
 
-    /// The command that runs it on so many ranks, each with its part of the mesh.
-    pub fn run(&self, ranks: usize, scene: &Path, out: &Path) -> Result<Cmd<'a>, Error> {
+    /// The command that runs it on so many ranks, each with its part of the mesh; its arguments are to be added.
+    pub fn run(&self, ranks: usize) -> Result<Cmd<'a>, Error> {
         let processors = thread::available_parallelism().map_or(1, usize::from);
         let threads = (processors / ranks).max(1).to_string();
         let run = self.workspace.linked(&self.mpi.run, &self.products)?;
         let run = run.args(["-n", &ranks.to_string()]).args(&self.mpi.options);
-        let run = run.arg(self.folder().join("shallow_water")).args(SIZE).args(["--threads", &threads]);
-        Ok(run.arg("--scene").arg(scene).arg("--out").arg(out))
+        Ok(run.arg(self.folder().join("shallow_water")).args(["--threads", &threads]))
     }
 }

@@ -2,14 +2,12 @@
 //!
 //! A terminal also shows the last line that a command printed and the seconds so far.
 
-use std::ffi::OsStr;
 use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::diagnosis::diagnose;
 use crate::error::{Error, last_lines};
 
 /// Prints a line. A closed pipe (`| head`) is ignored, where `println!` would panic.
@@ -24,29 +22,31 @@ pub fn print_error(line: &str) {
 
 /// A numbered sequence of steps.
 pub struct Steps {
-    done: usize,
     total: usize,
     pub started: Instant,
+    /// The titles of the steps so far, with their seconds.
+    pub times: Vec<(String, f64)>,
 }
 
 impl Steps {
     /// Begins a sequence of `total` steps.
     pub fn new(total: usize) -> Self {
-        Self { done: 0, total, started: Instant::now() }
+        Self { total, started: Instant::now(), times: Vec::new() }
     }
 
     /// Runs the next step; prints its title before and its time after it.
     pub fn run<T>(&mut self, title: &str, work: impl FnOnce(&mut Step) -> Result<T, Error>) -> Result<T, Error> {
-        self.done += 1;
         let mut step = Step {
-            heading: format!("[{}/{}] {title}", self.done, self.total),
+            heading: format!("[{}/{}] {title}", self.times.len() + 1, self.total),
             started: Instant::now(),
             line_open: true,
             terminal: io::stdout().is_terminal(),
         };
         print(&format!("{} ...", step.heading));
         let result = work(&mut step);
-        step.close(if result.is_ok() { "" } else { "failed after " });
+        let seconds = step.started.elapsed().as_secs_f64();
+        step.close(&format!("{}{seconds:.1} s", if result.is_ok() { "" } else { "failed after " }));
+        self.times.push((title.to_owned(), seconds));
         result
     }
 }
@@ -63,35 +63,13 @@ pub struct Step {
 impl Step {
     /// Runs a command without its output, which the error has if the command fails. A terminal shows the latest line.
     pub fn quiet(&mut self, command: impl Into<Command>) -> Result<(), Error> {
-        self.quiet_noting(command, |_| None)
-    }
-
-    /// As [`Step::quiet`]; prints the text that `note` returns for a line of the output.
-    pub fn quiet_noting(
-        &mut self,
-        command: impl Into<Command>,
-        mut note: impl FnMut(&str) -> Option<String>,
-    ) -> Result<(), Error> {
         let mut command = command.into();
         let mut output = String::new();
         let status = lines_of(&mut command, |line| match line {
-            Some(Line::Output(line) | Line::Error(line)) => {
-                if let Some(text) = note(&line) {
-                    self.note(&text);
-                }
-                output += &line;
-                output.push('\n');
-            }
+            Some(Line::Output(line) | Line::Error(line)) => output += &(line + "\n"),
             None => self.refresh(output.lines().next_back().unwrap_or_default()),
         })?;
         if status.success() { Ok(()) } else { Err(failure(&command, status, &output)) }
-    }
-
-    /// Runs a command that may use the terminal.
-    pub fn interactive(&mut self, command: &mut Command) -> Result<(), Error> {
-        self.break_line();
-        let status = command.status().map_err(Error::while_doing(name(command)))?;
-        if status.success() { Ok(()) } else { Err(failure(command, status, "")) }
     }
 
     /// Runs a command and prints its output as it comes; returns the lines of the standard output. Calls `poll` a few
@@ -144,9 +122,8 @@ impl Step {
     }
 
     fn close(&self, outcome: &str) {
-        let seconds = self.started.elapsed().as_secs_f64();
         let start = if self.line_open { self.rewound() } else { format!("{} ...", self.heading) };
-        print_line(&format!("{start} {outcome}{seconds:.1} s"));
+        print_line(&format!("{start} {outcome}"));
     }
 
     /// The text that moves a terminal's cursor behind the heading, and removes what follows.
@@ -217,16 +194,11 @@ fn name(command: &Command) -> String {
     command.get_program().display().to_string()
 }
 
-/// The error of a command that failed: its cause if that is known, or else the command and all that it printed.
+/// The error of a command that failed: the command, and all that it printed.
 fn failure(command: &Command, status: ExitStatus, output: &str) -> Error {
-    if let Some(sentence) = diagnose(output) {
-        let details: Vec<_> = last_lines(output, 5).into_iter().map(|line| format!("    {line}")).collect();
-        return Error::Detailed { sentence: sentence.into(), details: details.join("\n") };
-    }
-    let words: Vec<_> =
-        [command.get_program()].into_iter().chain(command.get_args()).map(OsStr::to_string_lossy).collect();
-    let sentence = format!("`{}` ended with {status}", words.join(" "));
-    Error::Detailed { sentence, details: output.trim_end().to_owned() }
+    let words = command.get_args().map(|word| format!(" {}", word.display())).collect::<String>();
+    let sentence = format!("`{}{words}` ended with {status}", name(command));
+    Error::Detailed { sentence, details: output.to_owned() }
 }
 
 #[cfg(test)]
@@ -244,42 +216,34 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_has_the_output_or_its_known_cause() {
-        let error = step().quiet(shell("echo one; echo two >&2; exit 3")).unwrap_err();
-        let message = error.to_string();
-        assert!(message.contains("exit status: 3"), "{message}");
-        assert!(message.contains("\none") && message.contains("\ntwo"), "{message}");
-        let script = "{ seq 20; echo 'cc: error: No space left on device'; } >&2; exit 1";
-        let message = step().quiet(shell(script)).unwrap_err().to_string();
-        assert!(message.starts_with("no space is left on the disk: "), "{message}");
-        assert!(message.contains("No space left on device") && message.lines().count() == 6, "{message}");
+    fn a_failure_has_the_command_and_its_output() {
+        let error = step().quiet(shell("echo one; echo two >&2; exit 3")).unwrap_err().to_string();
+        assert!(error.starts_with("`sh -c echo one; ") && error.contains("exit status: 3\n"), "{error}");
+        assert!(error.contains("\none") && error.contains("\ntwo"), "{error}");
+        let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
+        assert!(error.brief().ends_with("exit status: 1\n    bad"), "{error}");
         let error = step().quiet(Command::new("/nonexistent/program")).unwrap_err();
         assert!(error.to_string().starts_with("/nonexistent/program: "), "{error}");
     }
 
     #[test]
-    fn lines_are_returned_and_noted_as_they_come() {
+    fn lines_are_returned_as_they_come() {
         let mut polls = 0;
         let lines = step().echoed(shell("echo one; printf two; echo three >&2"), || polls += 1).unwrap();
         assert_eq!(lines, ["one", "two"]);
         assert!(polls >= 1);
-        let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
-        assert!(error.brief().ends_with("exit status: 1\n    bad"), "{error}");
-        let mut seen = Vec::new();
-        let note = |line: &str| {
-            seen.push(line.to_owned());
-            None
-        };
-        assert_eq!(step().quiet_noting(shell("echo one; echo two"), note), Ok(()));
-        assert_eq!(seen, ["one", "two"]);
+        // A lot of output on both pipes does not stall.
+        let script = "for i in $(seq 5000); do printf '%040d\n' $i; printf '%040d\n' $i >&2; done";
+        assert_eq!(step().quiet(shell(script)), Ok(()));
     }
 
     #[test]
-    fn a_lot_of_output_on_both_pipes_does_not_stall() {
-        let script = "i=0; while [ $i -lt 5000 ]; do
-            echo aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
-            echo bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb >&2
-            i=$((i + 1)); done";
-        assert_eq!(step().quiet(shell(script)), Ok(()));
+    fn titles_and_seconds_of_all_steps_are_kept() {
+        let mut steps = Steps::new(2);
+        assert_eq!(steps.run("first", |_| Ok(1)), Ok(1));
+        assert!(steps.run("second", |_| Err::<(), _>(Error::Failed("no".into()))).is_err());
+        let titles: Vec<_> = steps.times.iter().map(|(title, _)| title.as_str()).collect();
+        assert_eq!(titles, ["first", "second"]);
+        assert!(steps.times.iter().all(|(_, seconds)| (0.0..60.0).contains(seconds)));
     }
 }

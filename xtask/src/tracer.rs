@@ -1,11 +1,10 @@
 //! Builds and runs the tracer model of `examples/c`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use xshell::{Cmd, cmd};
 
 use crate::error::Error;
-use crate::options::Size;
 use crate::workspace::Workspace;
 
 /// The model's files, in `examples/c`.
@@ -44,11 +43,8 @@ impl<'a> Tracer<'a> {
         )
     }
 
-    /// The command that runs it.
-    pub fn run(&self, size: Size, scene: &Path, out: &Path) -> Result<Cmd<'a>, Error> {
-        let [level, layers, days] = [size.level.to_string(), size.layers.to_string(), size.days.to_string()];
-        let tracer = self.workspace.linked(self.program(), &self.products)?;
-        let tracer = tracer.args(["--level", &level, "--layers", &layers, "--days", &days, "--scene"]);
-        Ok(tracer.arg(scene).arg("--out").arg(out))
+    /// The command that runs it; its arguments are to be added.
+    pub fn run(&self) -> Result<Cmd<'a>, Error> {
+        self.workspace.linked(self.program(), &self.products)
     }
 }
