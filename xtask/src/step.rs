@@ -186,7 +186,7 @@ mod tests {
         assert!(error.starts_with("`sh -c echo one; ") && error.contains("exit status: 3\n"), "{error}");
         assert!(error.contains("\none") && error.contains("\ntwo"), "{error}");
         let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
-        assert!(error.brief().ends_with("exit status: 1\n    bad"), "{error}");
+        assert!(error.brief().ends_with("exit status: 1\n    one\n    bad"), "{error}");
         let error = step().quiet(Command::new("/nonexistent/program")).unwrap_err();
         assert!(error.to_string().starts_with("/nonexistent/program: "), "{error}");
     }
