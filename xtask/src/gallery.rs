@@ -12,14 +12,13 @@ use xshell::Cmd;
 
 use crate::error::Error;
 use crate::files;
+use crate::models::{MPI_PACKAGE, ShallowWater, Tracer};
 use crate::mpi::Mpi;
 use crate::pictures::{Pictures, check_picture};
 use crate::report::Table;
 use crate::requirements;
-use crate::shallow_water::{self, ShallowWater};
 use crate::step::{Step, Steps, print_line};
 use crate::system;
-use crate::tracer::Tracer;
 use crate::workspace::Workspace;
 
 const FOLDER: &str = "examples/gallery";
@@ -149,7 +148,7 @@ impl Gallery<'_> {
         let mut cargo = cargo.args(["--package", "icoray-cli", "--package", "icoray-capi"]);
         if let Some(model) = self.shallow_water() {
             model.remove_other_mpi(step)?;
-            cargo = model.with_mpi(cargo.args(["--package", shallow_water::LIBRARY_PACKAGE]));
+            cargo = model.with_mpi(cargo.args(["--package", MPI_PACKAGE]));
         }
         step.quiet(cargo)?;
         step.quiet(self.tracer().compile())?;

@@ -14,15 +14,14 @@ mod gallery;
 mod install;
 mod libclang;
 mod link;
+mod models;
 mod mpi;
 mod options;
 mod pictures;
 mod report;
 mod requirements;
-mod shallow_water;
 mod step;
 mod system;
-mod tracer;
 mod workspace;
 
 use std::process::ExitCode;

@@ -90,13 +90,6 @@ pub struct DemoOptions {
     /// What renders; auto takes a GPU if there is one. With auto or gpu the library is built with GPUs
     #[arg(long, value_name = "WHO", value_parser = ["auto", "cpu", "gpu"])]
     pub backend: Option<String>,
-    #[command(flatten)]
-    pub size: Size,
-}
-
-/// Size of a run of the tracer model.
-#[derive(Debug, Args)]
-pub struct Size {
     /// Refinement level of the tracer's geodesic grid
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub level: u32,

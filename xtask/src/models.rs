@@ -1,4 +1,5 @@
-//! Builds and runs the shallow-water model of `examples/fortran` over ranks of MPI.
+//! Builds and runs the models that draw themselves: the tracer of `examples/c`, and the shallow-water model of
+//! `examples/fortran` over ranks of MPI.
 
 use std::fs;
 use std::path::PathBuf;
@@ -12,22 +13,44 @@ use crate::mpi::Mpi;
 use crate::step::Step;
 use crate::workspace::Workspace;
 
+/// The tracer's files, in `examples/c`.
+const TRACER: [&str; 6] = ["tracer.c", "mesh.c", "options.c", "ranks.c", "transport.c", "winds.c"];
+const SHALLOW_WATER: &str = "examples/fortran/shallow_water";
 /// The package of the C library with MPI: the sources of icoray-capi under another name, so that neither library
 /// overwrites the other and cargo compiles the crates below them once.
-pub const LIBRARY_PACKAGE: &str = "icoray-capi-mpi";
-const LIBRARY: &str = "icoray_mpi_test";
-const FOLDER: &str = "examples/fortran/shallow_water";
+pub const MPI_PACKAGE: &str = "icoray-capi-mpi";
+const MPI_LIBRARY: &str = "icoray_mpi_test";
 
-/// The model's scene, below the workspace's root.
-pub const SCENE: &str = "examples/scenes/shallow_water.toml";
+/// The tracer model, linked with the shared library of a build profile.
+pub struct Tracer<'a> {
+    workspace: &'a Workspace,
+    products: PathBuf,
+}
 
-/// The start of the names of its pictures.
-pub const PREFIX: &str = "vorticity_";
+impl<'a> Tracer<'a> {
+    pub fn new(workspace: &'a Workspace, profile: &str) -> Self {
+        Self { workspace, products: workspace.products(profile) }
+    }
 
-/// A run of about half a minute on two cores: few layers, and a picture after each day of 270 steps.
-pub const SIZE: [&str; 10] = ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
+    /// The command that compiles it. Warnings are errors: the header must be clean in the strictest builds.
+    pub fn compile(&self) -> Cmd<'a> {
+        let products = &self.products;
+        let (program, sources) = (products.join("tracer"), TRACER.map(|source| format!("examples/c/{source}")));
+        let sh = &self.workspace.shell;
+        cmd!(
+            sh,
+            "cc -std=c99 -O2 -Wall -Wextra -Werror -pedantic -Iinclude {sources...} -o {program}
+             -L{products} -licoray -lm -Wl,-rpath,{products}"
+        )
+    }
 
-/// The model, linked with the library of a build profile.
+    /// The command that runs it; its arguments are to be added.
+    pub fn run(&self) -> Result<Cmd<'a>, Error> {
+        self.workspace.linked(self.products.join("tracer"), &self.products)
+    }
+}
+
+/// The shallow-water model, linked with the library of a build profile.
 pub struct ShallowWater<'a> {
     workspace: &'a Workspace,
     mpi: &'a Mpi,
@@ -48,7 +71,7 @@ impl<'a> ShallowWater<'a> {
     /// The command that builds its library, with GPUs or without; [`ShallowWater::with_mpi`] adds the MPI.
     pub fn library(&self, gpu: bool) -> Cmd<'a> {
         let features = if gpu { "mpi,live,gpu" } else { "mpi,live" };
-        let cargo = self.workspace.cargo(["build", "--profile", self.profile, "--package", LIBRARY_PACKAGE]);
+        let cargo = self.workspace.cargo(["build", "--profile", self.profile, "--package", MPI_PACKAGE]);
         cargo.args(["--no-default-features", "--features", features])
     }
 
@@ -78,8 +101,8 @@ impl<'a> ShallowWater<'a> {
         let sh = &self.workspace.shell;
         let make = cmd!(
             sh,
-            "make -j2 -C {FOLDER} MPI=1 FC={fortran} BUILD={folder} ICORAY_SOURCE={module}
-             'ICORAY_LIB=-L'{products}' -l'{LIBRARY}' -Wl,-rpath,'{products}"
+            "make -j2 -C {SHALLOW_WATER} MPI=1 FC={fortran} BUILD={folder} ICORAY_SOURCE={module}
+             'ICORAY_LIB=-L'{products}' -l'{MPI_LIBRARY}' -Wl,-rpath,'{products}"
         );
         make.env_remove("MAKEFLAGS")
     }
