@@ -49,16 +49,3 @@ impl fmt::Display for Error {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_brief_error_has_the_sentence_and_the_last_lines() {
-        let details = (1..=9).map(|i| format!("  line {i}\n\n")).collect::<String>();
-        let error = Error::Detailed { sentence: "make failed".into(), details };
-        assert_eq!(error.brief(), "make failed\n    line 5\n    line 6\n    line 7\n    line 8\n    line 9");
-        assert_eq!(Error::Failed("no file".into()).brief(), "no file");
-    }
-}

@@ -29,7 +29,7 @@ pub enum Subcommand {
     Demo(DemoOptions),
     /// Draw the example scenes into examples/gallery, and write the numbers of its page
     ///
-    /// Pictures whose file is missing are kept, and their scenes are listed.
+    /// Pictures whose file is missing are kept.
     #[command(
         after_help = "Environment:\n  ICORAY_TEST_DATA=DIR  Where the files of models are [default: ../shared/data]"
     )]

@@ -62,51 +62,32 @@ const fn component(name: &'static str, purpose: &'static str, command: &'static 
     Package { name, purpose, is_component: true, seen: Shell(command) }
 }
 
-static CC: Package = debian("gcc", "C compiler: builds the example model", Shell("cc --version"));
+static CC: Package = debian("gcc", "C compiler", Shell("cc --version"));
 // Separate because the compiler's package only recommends the headers, and recommended packages are not installed.
-static C_HEADERS: Package = debian(
-    "libc6-dev",
-    "C library headers: builds the example model",
-    Shell("echo 'int main(void) { return 0; }' | cc -include stdio.h -x c - -o /dev/null -lm"),
-);
+static C_HEADERS: Package = debian("libc6-dev", "C library headers", Shell(COMPILE));
+const COMPILE: &str = "echo 'int main(void) { return 0; }' | cc -include stdio.h -x c - -o /dev/null -lm";
 static CPP: Package = debian("g++", "C++ compiler: the header is for C++ too", Shell("c++ --version"));
-static FORTRAN: Package =
-    debian("gfortran", "Fortran compiler: builds the Fortran module and its programs", Shell("gfortran --version"));
-static MAKE: Package = debian("make", "builds programs against the installed library", Shell("make --version"));
-static CMAKE: Package = debian("cmake", "builds programs against the installed library", Shell("cmake --version"));
-static PKG_CONFIG: Package =
-    debian("pkg-config", "finds HDF5 beneath NetCDF, and icoray where it is installed", Shell("pkg-config --version"));
-static VALGRIND: Package =
-    debian("valgrind", "finds wrong uses of memory in programs that link the library", Shell("valgrind --version"));
+static FORTRAN: Package = debian("gfortran", "Fortran compiler: builds Fortran models", Shell("gfortran --version"));
+static MAKE: Package = debian("make", "builds Fortran models", Shell("make --version"));
+static CMAKE: Package = debian("cmake", "builds programs with the installed library", Shell("cmake --version"));
+static PKG_CONFIG: Package = debian("pkg-config", "finds HDF5, and icoray", Shell("pkg-config --version"));
+static VALGRIND: Package = debian("valgrind", "finds wrong uses of memory", Shell("valgrind --version"));
 static CHROMIUM: Package = debian("chromium", "browser: tests the page of `icoray view`", Shell("chromium --version"));
 static CHROMEDRIVER: Package = debian("chromium-driver", "steers that browser", Shell("chromedriver --version"));
 // Any driver will do, a GPU's too; this package has one that runs on the processor.
-static VULKAN: Package = debian(
-    "mesa-vulkan-drivers",
-    "a Vulkan driver: runs the GPU's tests on the processor",
-    Shell("cat /etc/vulkan/icd.d/*.json || cat /usr/share/vulkan/icd.d/*.json"),
-);
-// As netcdf-sys finds it: below NETCDF_DIR, or by nc-config.
-static NETCDF: Package = debian(
-    "libnetcdf-dev",
-    "NetCDF library: reads model files",
-    Shell("[ \"$NETCDF_DIR$NetCDF_DIR\" ] || nc-config --version"),
-);
+static VULKAN: Package = debian("mesa-vulkan-drivers", "a Vulkan driver: runs the GPU's tests", Shell(FIND_DRIVER));
+const FIND_DRIVER: &str = "cat /etc/vulkan/icd.d/*.json || cat /usr/share/vulkan/icd.d/*.json";
+static NETCDF: Package = debian("libnetcdf-dev", "NetCDF library: reads model files", Shell(FIND_NETCDF));
+// As netcdf-sys finds it.
+const FIND_NETCDF: &str = "[ \"$NETCDF_DIR$NetCDF_DIR\" ] || nc-config --version";
 static MPI: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(mpi::check_compilers));
 static MPI_RUN: Package = debian("openmpi-bin", "runs programs on several ranks", By(mpi::check_launcher));
-static MPICH: Package = debian(
-    "libmpich-dev",
-    "another MPI: libraries of one MPI refuse programs of the other",
-    Shell("mpicc.mpich --version"),
-);
-static MPICH_RUN: Package =
-    debian("mpich", "runs programs of that MPI on several ranks", Shell("mpirun.mpich --version"));
+// Libraries of one MPI refuse programs of the other.
+static MPICH: Package = debian("libmpich-dev", "another MPI", Shell("mpicc.mpich --version"));
+static MPICH_RUN: Package = debian("mpich", "runs programs of that MPI", Shell("mpirun.mpich --version"));
 static CLANG: Package = debian("libclang-dev", "reads MPI's header for Rust", By(libclang::check));
-static PYTHON: Package = debian(
-    "python3-venv",
-    "Python 3.10 with environments of its own: tests the Python package",
-    Shell("python3 -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))'"),
-);
+static PYTHON: Package = debian("python3-venv", "Python 3.10 with environments of its own", Shell(FIND_PYTHON));
+const FIND_PYTHON: &str = "python3 -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))'";
 static RUSTFMT: Package = component("rustfmt", "checks the formatting", "\"$CARGO\" fmt --version");
 static CLIPPY: Package = component("clippy", "lints", "\"$CARGO\" clippy --version");
 

@@ -2,9 +2,10 @@
 //! order of their names.
 
 use std::error::Error;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{BufReader, BufWriter};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use png::{BitDepth, ColorType, Decoder, Encoder, Transformations};
@@ -32,30 +33,22 @@ fn main() -> ExitCode {
     }
 }
 
-/// Returns the number of pictures on the sheet.
-fn make_sheet(dir: &Path, prefix: &str, out: &Path) -> Result<usize, Box<dyn Error>> {
-    let paths = pictures(dir, prefix).map_err(|error| format!("{}: {error}", dir.display()))?;
-    let tile = |path: &PathBuf| {
-        let picture = Picture::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        Ok(picture.scaled(SIDE))
-    };
-    let tiles = paths.iter().map(tile).collect::<Result<Vec<_>, String>>()?;
-    if tiles.is_empty() {
-        return Err(format!("{}: no pictures named {prefix}*.png", dir.display()).into());
+/// Puts the pictures in a directory whose names start with `prefix` on a sheet; returns their number.
+fn make_sheet(dir: &Path, prefix: &str, out: &Path) -> Result<usize, String> {
+    let about = |path: &Path, error: &dyn Display| format!("{}: {error}", path.display());
+    let entries = fs::read_dir(dir).map_err(|error| about(dir, &error))?.flatten();
+    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.retain(|name| name.starts_with(prefix) && name.ends_with(".png"));
+    names.sort();
+    let mut tiles = Vec::new();
+    for path in names.iter().map(|name| dir.join(name)) {
+        tiles.push(Picture::read(&path).map_err(|error| about(&path, &error))?.scaled(SIDE));
     }
-    sheet(&tiles).write(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    if tiles.is_empty() {
+        return Err(about(dir, &format!("no pictures named {prefix}*.png")));
+    }
+    sheet(&tiles).write(out).map_err(|error| about(out, &error))?;
     Ok(tiles.len())
-}
-
-/// The pictures in a directory whose names start with `prefix`, in order.
-fn pictures(dir: &Path, prefix: &str) -> std::io::Result<Vec<PathBuf>> {
-    let mut paths = fs::read_dir(dir)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
-    paths.retain(|path| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.starts_with(prefix) && name.ends_with(".png")
-    });
-    paths.sort();
-    Ok(paths)
 }
 
 /// As many columns as rows, or one more.
@@ -168,7 +161,7 @@ mod tests {
             );
         }
         assert_eq!(pixel(246 + 6, 126 + 6), BACKGROUND);
-        assert!(make_sheet(&dir, "b_", &out).unwrap_err().to_string().contains("no pictures named b_*.png"));
+        assert!(make_sheet(&dir, "b_", &out).unwrap_err().contains("no pictures named b_*.png"));
         fs::remove_dir_all(dir).unwrap();
     }
 
