@@ -162,7 +162,6 @@ fn functions(workspace: &Workspace) -> Result<Vec<String>, Error> {
 /// Installs the libraries and the files that belong to them.
 pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Installed, Error> {
     let (header, fortran) = (workspace.root.join("include/icoray.h"), workspace.root.join(FORTRAN));
-    let text = |template| Content::Text(template::filled(template, &layout.libdir, VERSION));
     let library = shared_name(VERSION);
     let lib = |name: &str| layout.libdir.join(name);
     let root = layout.root();
@@ -175,17 +174,13 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
         item(lib("libicoray.a"), Content::File(&built.archive), 0o644),
         item(PathBuf::from("include/icoray.h"), Content::File(&header), 0o644),
         item(PathBuf::from(FORTRAN), Content::File(&fortran), 0o644),
-        item(lib("pkgconfig/icoray.pc"), text(template::PKG_CONFIG), 0o644),
-        item(lib("pkgconfig/icoray-static.pc"), text(template::PKG_CONFIG_STATIC), 0o644),
-        item(lib("cmake/icoray/icorayConfig.cmake"), text(template::CMAKE), 0o644),
-        item(lib("cmake/icoray/icorayConfigVersion.cmake"), text(template::CMAKE_VERSION), 0o644),
     ];
-    if let Some(plugin) = &built.plugin {
-        items.push(item(lib(comin::PLUGIN), Content::File(plugin), 0o755));
-    }
-    if let Some(implementation) = &built.catalyst {
-        let path = lib(catalyst::DIRECTORY).join(catalyst::LIBRARY);
-        items.push(item(path, Content::File(implementation), 0o755));
+    items.extend(template::FILES.map(|(path, template)| {
+        item(lib(path), Content::Text(template::filled(template, &layout.libdir, VERSION)), 0o644)
+    }));
+    let catalyst = lib(catalyst::DIRECTORY).join(catalyst::LIBRARY);
+    for (path, file) in [(lib(comin::PLUGIN), &built.plugin), (catalyst, &built.catalyst)] {
+        items.extend(file.as_deref().map(|file| item(path, Content::File(file), 0o755)));
     }
     place::place(&items)?;
     let mut files = Vec::new();

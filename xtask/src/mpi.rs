@@ -48,7 +48,12 @@ impl Mpi {
 const COMPILER: &str = "--showme:version";
 const LAUNCHER: &str = "--version";
 
-/// Fails unless there are compilers of one MPI.
+/// Fails unless there is a C compiler for MPI.
+pub fn check_c() -> Result<(), String> {
+    cc().map(drop)
+}
+
+/// Fails unless there are compilers for C and Fortran of one MPI.
 pub fn check_compilers() -> Result<(), String> {
     partner(&cc()?, "mpifort", COMPILER).map(drop)
 }

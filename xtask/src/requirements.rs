@@ -80,6 +80,7 @@ const FIND_DRIVER: &str = "cat /etc/vulkan/icd.d/*.json || cat /usr/share/vulkan
 static NETCDF: Package = debian("libnetcdf-dev", "NetCDF library: reads model files", Shell(FIND_NETCDF));
 // As netcdf-sys finds it.
 const FIND_NETCDF: &str = "[ \"$NETCDF_DIR$NetCDF_DIR\" ] || nc-config --version";
+static MPI_C: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(mpi::check_c));
 static MPI: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(mpi::check_compilers));
 static MPI_RUN: Package = debian("openmpi-bin", "runs programs on several ranks", By(mpi::check_launcher));
 // Libraries of one MPI refuse programs of the other.
@@ -98,7 +99,7 @@ pub static FOR_DEMO_MPI: &[&Package] = &[&FORTRAN, &MAKE, &MPI, &MPI_RUN, &CLANG
 /// For `install`: the compiler's package depends on the binutils that reduce the static library.
 pub static FOR_INSTALL: &[&Package] = FOR_DEMO;
 /// For `install --mpi`.
-pub static FOR_INSTALL_MPI: &[&Package] = &[&CC, &C_HEADERS, &MPI, &CLANG];
+pub static FOR_INSTALL_MPI: &[&Package] = &[&CC, &C_HEADERS, &MPI_C, &CLANG];
 /// For the default checks: they build everything but GPU and MPI, and programs in C.
 pub static FOR_TEST: &[&Package] = &[&CC, &C_HEADERS, &RUSTFMT, &CLIPPY];
 /// For reading files of models; without it the default checks leave out the packages that read files.

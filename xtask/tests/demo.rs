@@ -6,6 +6,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use xshell::{Shell, TempDir};
 
@@ -46,29 +47,33 @@ esac
 /// Stands for the compilers and the launcher of Open MPI, and for make, which builds nothing.
 const OPEN_MPI: &str = "case $1 in --showme:version|--version) echo Open MPI;; esac";
 
-/// A machine in a temporary directory, with cargo and a C compiler.
+/// Locked by the test that runs: a program that was just written is busy while another test starts a process.
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// A machine in a temporary directory.
 struct Machine {
     directory: TempDir,
     sh: Shell,
+    _alone: MutexGuard<'static, ()>,
 }
 
 impl Machine {
-    fn bare() -> Self {
+    /// A machine with cargo, a C compiler and other programs of [`OPEN_MPI`].
+    fn new(programs: &[&str]) -> Self {
+        let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         let sh = Shell::new().unwrap();
-        let machine = Self { directory: sh.create_temp_dir().unwrap(), sh };
-        let programs = machine.sh.create_dir(machine.file("target/debug")).unwrap();
-        machine.sh.copy_file(env!("CARGO_BIN_EXE_xtask"), programs).unwrap();
+        let machine = Self { directory: sh.create_temp_dir().unwrap(), sh, _alone };
+        let products = machine.sh.create_dir(machine.file("target/debug")).unwrap();
+        machine.sh.copy_file(env!("CARGO_BIN_EXE_xtask"), products).unwrap();
         machine.add("bin/cargo", CARGO);
         machine.add("bin/cc", CC);
+        programs.iter().for_each(|name| machine.add(&format!("bin/{name}"), OPEN_MPI));
         machine
     }
 
-    /// The same with the software that the second model needs.
+    /// A machine with the software that the second model needs.
     fn complete() -> Self {
-        let machine = Self::bare();
-        for name in ["gfortran", "mpicc", "mpifort", "mpirun", "make"] {
-            machine.add(&format!("bin/{name}"), OPEN_MPI);
-        }
+        let machine = Self::new(&["gfortran", "mpicc", "mpifort", "mpirun", "make"]);
         machine.sh.write_file(machine.file("libclang.so"), "").unwrap();
         machine
     }
@@ -87,12 +92,9 @@ impl Machine {
 
     /// Runs the demo; returns whether it succeeded, its standard output and its standard error.
     fn demo(&self, fail: &str, options: &[&str]) -> (bool, String, String) {
-        // By a shell: a program that was just written is busy while another test starts a process.
-        let mut demo = Command::new("/bin/sh");
-        let script = "until \"$0\" --help >/dev/null 2>&1; do sleep 0.1; done; exec \"$0\" demo --out pictures \"$@\"";
-        let sh = ["-c", script].map(Into::into).into_iter().chain([self.file("target/debug/xtask")]);
-        demo.args(sh).args(options).current_dir(self.directory.path());
-        demo.env("PATH", format!("{}:/nonexistent", self.file("bin").display()));
+        let mut demo = Command::new(self.file("target/debug/xtask"));
+        demo.args(["demo", "--out", "pictures"]).args(options).current_dir(self.directory.path());
+        demo.env("PATH", self.file("bin"));
         demo.env("PLACE", self.directory.path()).env("FAIL", fail);
         demo.env("CARGO", self.file("bin/cargo")).env("LIBCLANG_PATH", self.file("libclang.so"));
         demo.env_remove("MPICC").env_remove("LD_LIBRARY_PATH");
@@ -121,7 +123,7 @@ fn left_out((succeeded, printed, errors): &(bool, String, String)) -> Vec<&str> 
 
 #[test]
 fn a_c_compiler_is_enough() {
-    let demo = Machine::bare().demo("nothing", &["--no-install"]);
+    let demo = Machine::new(&[]).demo("nothing", &["--no-install"]);
     let lines = left_out(&demo);
     let packages = "gfortran, make, libopenmpi-dev, openmpi-bin, libclang-dev; run `sudo apt-get install ";
     assert!(lines[0].contains(&format!("--no-install forbids installing: {packages}")), "{lines:#?}");
@@ -130,7 +132,7 @@ fn a_c_compiler_is_enough() {
 
 #[test]
 fn what_is_missing_is_installed_at_once() {
-    let machine = Machine::bare();
+    let machine = Machine::new(&[]);
     machine.add("bin/apt-get", APT_GET);
     machine.add("later", OPEN_MPI);
     for (name, script) in [("id", "echo 0"), ("env", "exec env PATH=\"$PLACE/bin\" \"$@\"")] {
