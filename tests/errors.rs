@@ -1,4 +1,4 @@
-//! How far pixels are from the exact integral, against how far they say that they may be; and time budgets.
+//! Distances of pixels from the exact integral, against their errors; and time budgets.
 //!
 //! The oracle integrates the same interpolant to ten digits by other means; every pixel of every picture is compared.
 

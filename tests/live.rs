@@ -1,5 +1,6 @@
 //! A running model that is watched: what viewers see, set and ask, on one process and over ranks.
 
+use icoray_test_support::PATIENCE;
 use icoray_tests::native::{command, compile_c, mpi_library, text};
 use icoray_tests::ranks::FIRST;
 use serde_json::Value;
@@ -10,7 +11,6 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::thread;
-use std::time::Duration;
 use tempfile::TempDir;
 
 const SCENE: &str = "# A scene.\nfield = \"f\"\nexaggeration = 40\nimage = { width = 40, height = 30 }\n\
@@ -102,7 +102,7 @@ impl Viewer {
     fn ask(&self, request: &str, body: &str) -> Answer {
         let Viewer { host, token } = self;
         let mut stream = TcpStream::connect(host).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let length = body.len();
         write!(
             stream,

@@ -1,4 +1,4 @@
-//! What goes wrong is told, and the host goes on.
+//! Each fault gives a message, and the host continues.
 
 use super::hosts::{Host, ended_well, prepared};
 use super::pictures;

@@ -1,4 +1,4 @@
-//! What `icoray.h` and `icoray.f90` declare, read from their texts and brought to the same words, to compare them.
+//! The declarations of `icoray.h` and `icoray.f90`, read from their texts in one form, to compare them.
 //!
 //! No parser of C or Fortran: it reads what cbindgen writes and how `icoray.f90` is written, and panics at the rest.
 

@@ -2,12 +2,9 @@
 
 use crate::native::{command, mpi_library, mpich_library, succeeded, text};
 use crate::programs::Program;
-use icoray_test_support::{Need, has_tool, runs_long, skip};
+use icoray_test_support::{Need, PATIENCE, has_tool, runs_long, skip};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-/// Seconds after which a run counts as one that hangs.
-const HANGS: &str = "150";
 
 /// An MPI: its compiler, how its programs are run, and the library that was built for it.
 pub struct Mpi {
@@ -51,7 +48,7 @@ impl Mpi {
     /// When MPI is not there.
     pub fn on_ranks(&self, ranks: usize, program: &Path, directory: &Path) -> Command {
         let mut command = command("timeout", directory);
-        command.args(["--kill-after=5", HANGS, self.run, "-n", &ranks.to_string()]);
+        command.args(["--kill-after=5", &PATIENCE.as_secs().to_string(), self.run, "-n", &ranks.to_string()]);
         if self.is_open_mpi() {
             let options = "--oversubscribe --bind-to none --mca btl_vader_single_copy_mechanism none";
             command.args(options.split(' '));

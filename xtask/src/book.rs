@@ -27,9 +27,13 @@ const PAGES: &str = "docs/src";
 const SUMMARY: &str = "docs/src/SUMMARY.md";
 
 /// Pages outside the book whose links are checked; their code is not.
-const OTHERS: [&str; 6] = [
+const OTHERS: [&str; 10] = [
     "ARCHITECTURE.md",
     "CHANGELOG.md",
+    "CODE_OF_CONDUCT.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+    "examples/README.md",
     "examples/gallery/README.md",
     "examples/fortran/mpas/README.md",
     "examples/fortran/mpas_ocean/README.md",

@@ -1,4 +1,4 @@
-//! Installs missing packages, runs the demo and the tests, draws the gallery, installs the C library.
+//! Installs missing packages, runs the demo and the tests, draws the gallery, installs the C library, packs releases.
 //!
 //! `cargo xtask demo` and `cargo xtask test` are the entry points on a fresh machine; `cargo xtask install` installs
 //! the library for models that link it. This crate builds with nothing but the Rust toolchain and a linker.
@@ -17,6 +17,7 @@ mod link;
 mod models;
 mod mpi;
 mod options;
+mod package;
 mod pictures;
 mod report;
 mod requirements;
@@ -47,7 +48,8 @@ fn run(Options { subcommand, no_install }: Options) -> Result<ExitCode, Error> {
         Subcommand::Demo(options) => demo::run(&workspace, &options, install)?,
         Subcommand::Gallery { profile } => gallery::run(&workspace, &profile, install)?,
         Subcommand::Install(options) => install::run(&workspace, &options, install)?,
-        Subcommand::Packages { all } => requirements::listed(all).iter().for_each(|package| print_line(package)),
+        Subcommand::Package => package::run(&workspace)?,
+        Subcommand::Requirements { all } => requirements::listed(all).iter().for_each(|package| print_line(package)),
         Subcommand::Test { all } => return check::run(&workspace, all, install),
     }
     Ok(ExitCode::SUCCESS)

@@ -6,7 +6,7 @@ use clap::{Args, Parser};
 
 /// Builds, shows, tests and installs icoray
 ///
-/// All subcommands install missing Debian packages with apt-get (as root or by sudo) and missing Rust components with
+/// All subcommands but package install missing Debian packages with apt-get (as root or by sudo) and missing Rust components with
 /// rustup, and print which.
 #[derive(Debug, Parser)]
 #[command(bin_name = "cargo xtask", disable_help_subcommand = true)]
@@ -56,8 +56,12 @@ pub enum Subcommand {
     /// whole.
     #[command(after_help = INSTALL_ENVIRONMENT)]
     Install(InstallOptions),
+    /// Write the source archive of the commit HEAD, and the recipes of Spack and conda with its checksum
+    ///
+    /// They are in target/package. Needs git, tar, gzip.
+    Package,
     /// List the Debian packages that the checks need
-    Packages {
+    Requirements {
         /// The packages of `test --all`
         #[arg(long)]
         all: bool,
@@ -153,7 +157,7 @@ mod tests {
             assert!(parse(line).is_ok(), "{line}");
         }
         for (line, code, message) in [
-            ("--help", 0, "packages"),
+            ("--help", 0, "requirements"),
             ("test --help", 0, "ICORAY_REQUIRE"),
             ("install -h", 0, "DESTDIR"),
             ("demo --all", 2, "unexpected argument '--all'"),

@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(
             container,
             listed(true),
-            "`cargo xtask packages --all` prints the list for .devcontainer/Dockerfile"
+            "`cargo xtask requirements --all` prints the list for .devcontainer/Dockerfile"
         );
         let components = FOR_TEST_ALL.iter().filter(|package| package.is_component);
         assert!(components.clone().count() > 0 && components.into_iter().all(|package| file.contains(package.name)));

@@ -7,7 +7,7 @@ use icoray_progress::Progress;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What `icoray animate` is told.
+/// Arguments of `icoray animate`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Pictures (.png), all of one size, in their order

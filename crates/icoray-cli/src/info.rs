@@ -11,7 +11,7 @@ use std::io::Write;
 /// Maximum number of times that are all printed; of more only the first and last are.
 const MAX_TIMES: usize = 12;
 
-/// What `icoray info` is told.
+/// Arguments of `icoray info`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

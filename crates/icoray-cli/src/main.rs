@@ -47,7 +47,7 @@ enum Command {
     Info(info::Args),
     /// Say what a scene reads of a file and leaves out
     ///
-    /// Takes the options of `icoray render` and draws nothing: -o names the picture that is told, --save-scene writes
+    /// Takes the options of `icoray render` and draws nothing: -o names the planned picture, --save-scene writes
     /// the suggested scene, --error has no effect.
     Plan(render::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them

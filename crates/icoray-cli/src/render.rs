@@ -22,7 +22,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 pub use target::Target;
 
-/// What `icoray render` is told.
+/// Arguments of `icoray render`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

@@ -10,7 +10,7 @@ use icoray_progress::Progress;
 use std::fs;
 use std::io::Write;
 
-/// What `icoray view` is told.
+/// Arguments of `icoray view`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

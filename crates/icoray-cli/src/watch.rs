@@ -32,7 +32,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// What `icoray watch` is told.
+/// Arguments of `icoray watch`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Directory that the model writes to

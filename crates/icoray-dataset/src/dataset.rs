@@ -16,7 +16,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Earth's radius in ICON and DYNAMICO, metres, for files that do not tell.
+/// Earth's radius in ICON and DYNAMICO, metres, for files without one.
 const ICON_RADIUS_M: f64 = 6_371_229.0;
 
 /// A dataset of a model. The mesh tables are in memory; fields, of the times and layers asked for, and heights are read

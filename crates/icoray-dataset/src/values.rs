@@ -5,7 +5,7 @@ use icoray::{OwnedReals, Reals, Shape};
 use std::fmt;
 use std::sync::Arc;
 
-/// Memory with numbers that someone else owns and nobody changes while this is held.
+/// Borrowed memory with numbers, which must not change while this is held.
 pub trait Memory: fmt::Debug + Send + Sync {
     /// All numbers.
     fn reals(&self) -> Reals<'_>;

@@ -16,7 +16,7 @@ use icoray_live::{Description, FieldDescription, LiveView, Question, Request};
 pub use reader::reader;
 use std::collections::BTreeMap;
 
-/// What the page is told of a dataset; `command` draws the same by hand.
+/// The page's description of a dataset; `command` draws the same picture from a shell.
 pub fn describe(dataset: &Dataset, command: String) -> Description {
     let fields = dataset.likely_fields().into_iter().map(|info| FieldDescription {
         name: info.name.clone(),

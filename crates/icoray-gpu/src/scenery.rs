@@ -1,4 +1,4 @@
-//! What a scene shows beside its volume, as shaders read it.
+//! Surfaces, isosurfaces, cuts and further volumes of a scene, as shaders read them.
 
 use crate::bindings;
 use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, VolumeMap, halves, halves3};

@@ -4,7 +4,7 @@ use crate::error::{Error, ErrorKind, Result};
 use bytemuck::Zeroable;
 use sysinfo::{CGroupLimits, MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System};
 
-/// Bytes below which nobody asks how much memory there is: the answer takes longer than such tables do.
+/// Bytes below which available memory is not checked: the check takes longer than such an allocation.
 const SMALL: u64 = 64 << 20;
 
 /// Bytes that this process can still take: the least of what the machine has, what its control group leaves

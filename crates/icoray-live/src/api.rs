@@ -39,7 +39,7 @@ macro_rules! policy {
     };
 }
 
-/// What the page may load, and who may show it in a frame: nobody, so that no other site lays something over it.
+/// Sources that the page may load. No site may show it in a frame, so that nothing can be laid over it.
 const UNFRAMED: &str = policy!("'none'");
 /// As [`UNFRAMED`], but for pages of this machine.
 const FRAMED: &str = policy!("'self' http://localhost:* http://127.0.0.1:* vscode-webview:");

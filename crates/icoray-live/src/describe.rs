@@ -1,4 +1,4 @@
-//! What there is to see and to set, as the page reads it.
+//! The description of fields, keys and colour maps that the page reads.
 
 use icoray::keys::{Section, sections};
 use icoray::{color_map_stops, color_maps};
@@ -38,7 +38,7 @@ pub struct FieldDescription {
     pub layers: usize,
 }
 
-/// All that the page is told once.
+/// The data that the page receives once.
 #[derive(Serialize)]
 pub(crate) struct DescribeAnswer<'d> {
     program: &'static str,

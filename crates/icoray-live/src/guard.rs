@@ -1,4 +1,4 @@
-//! Who is answered: pages from this machine that know the token.
+//! Access control: requests must come from this machine's page and have the token.
 
 use hyper::HeaderMap;
 use hyper::header::{AUTHORIZATION, HOST, HeaderName, ORIGIN};

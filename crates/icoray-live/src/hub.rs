@@ -55,7 +55,7 @@ pub enum Question {
 pub struct Reply<T>(pub(crate) oneshot::Sender<icoray::Result<T>>);
 
 impl<T> Reply<T> {
-    /// Gives the answer; nothing happens if nobody waits for it any more.
+    /// Gives the answer; does nothing if the request has been dropped.
     pub fn send(self, answer: icoray::Result<T>) {
         // Whoever asked may have gone.
         let _ = self.0.send(answer);
@@ -239,7 +239,7 @@ impl Hub {
     pub fn end(&self) {
         let mut state = self.lock();
         state.has_ended = true;
-        // Whoever waits for an answer is told that there is none.
+        // Requests that wait get an error.
         state.questions.clear();
         self.wake(&state);
     }

@@ -16,7 +16,7 @@ pub(crate) struct Picture {
     facts: Vec<u8>,
     /// `None` where the scene could not be drawn.
     frame: Option<Arc<Frame>>,
-    /// Encoded when it is first asked for: a model draws pictures that nobody watches.
+    /// Encoded at the first request, because a model draws many pictures without a viewer.
     bytes: OnceLock<Bytes>,
 }
 

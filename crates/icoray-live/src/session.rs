@@ -1,4 +1,4 @@
-//! What viewers have set: the scene, the time, and how far back they can go.
+//! The state that viewers change: the scene, the time, and the history for undo.
 
 use crate::document::{self, Change};
 use icoray::Scene;
@@ -105,7 +105,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Whether nobody but the viewer says how large pictures are.
+    /// Whether the viewer alone sets the size of pictures.
     fn lacks_size(&self) -> bool {
         self.size != PictureSize::Scene && self.values().get("image").is_none()
     }

@@ -55,7 +55,7 @@ impl Communicator {
 impl Drop for Communicator {
     fn drop(&mut self) {
         if !self.is_gone() {
-            // SAFETY: the communicator is ours, and MPI has not been finalised. Nobody is left to tell of a failure.
+            // SAFETY: the communicator is ours, and MPI has not been finalised. A failure cannot be reported any more.
             unsafe { ffi::MPI_Comm_free(&mut self.handle) };
         }
     }

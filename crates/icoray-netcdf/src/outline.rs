@@ -1,4 +1,4 @@
-//! What a file has, read from its header and its times alone.
+//! The contents of a file, read from its header and its times alone.
 
 use crate::classic::{self, ClassicLayout};
 use crate::nc_file::NcFile;

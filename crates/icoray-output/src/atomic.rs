@@ -1,6 +1,6 @@
 //! Atomic files: a file is written under another name in its own folder and renamed when it is complete.
 //!
-//! A model may be stopped at any moment, a disk may fill up, and somebody may be looking at the folder meanwhile. A
+//! A model may be stopped at any moment, a disk may fill up, and other programs may read the folder meanwhile. A
 //! rename within one folder is atomic on every file system that models run on, so a picture is either not there or
 //! whole. The other name begins with a dot and ends in `.tmp`; the file of that name goes when anything fails, a panic
 //! included. Only a process that is killed leaves it behind.
@@ -75,7 +75,7 @@ pub(super) fn exists(path: &Path) -> Error {
     Error::new(ErrorKind::Exists, format!("{}: is there already and is not modified; {wish}", path.display()))
 }
 
-/// A new file in `folder` that anybody may read whom the umask allows: tempfile's own default is the owner alone.
+/// A new file in `folder` with the permissions of the umask: tempfile's default is the owner alone.
 fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".icoray-").suffix(".tmp");

@@ -1,4 +1,4 @@
-//! The few characters that label a colour bar, as dots: a font would be a dependency for ten glyphs.
+//! The dozen characters that label the bar of an error map, three dots wide and five high.
 
 /// Columns of dots from one character to the next.
 pub(super) const ADVANCE: usize = 4;

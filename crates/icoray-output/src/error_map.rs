@@ -1,4 +1,4 @@
-//! A picture of the error of each pixel: colours over decades, with a bar that says which is which.
+//! A picture of the error of each pixel: colours over decades, with a labelled bar.
 
 use super::{digits, png_file};
 use crate::atomic::Existing;

@@ -52,7 +52,7 @@ fn is_there(path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Whether this process can make files in a folder: makes one without a name, since permissions do not tell of file
+/// Whether this process can make files in a folder: makes one without a name, since permissions do not reveal file
 /// systems that are read-only or full, or of servers with rules of their own.
 fn may_write(folder: &Path) -> io::Result<()> {
     if !folder.metadata()?.is_dir() {
@@ -105,7 +105,7 @@ mod tests {
         }
     }
 
-    /// A file system in which nobody makes files, root included.
+    /// A file system in which no user can create files, not even root.
     #[cfg(target_os = "linux")]
     #[test]
     fn what_cannot_be_written_to_is_said() {

@@ -1,4 +1,4 @@
-//! What icoray writes: pictures as PNG and EXR with their labels, maps of their errors, `report.csv`, lists of
+//! The output of icoray: pictures as PNG and EXR with their labels, maps of their errors, `report.csv`, lists of
 //! pictures, Cinema databases and animations, each file whole or not at all.
 #![forbid(unsafe_code)]
 

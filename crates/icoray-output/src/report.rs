@@ -94,10 +94,10 @@ pub(super) fn beside(picture: &Path) -> PathBuf {
     picture.with_file_name("report.csv")
 }
 
-/// Refuses a report that has other columns than ours: lines of two kinds in one file could not be told apart.
+/// Refuses a report that has other columns than ours: lines of two kinds in one file could not be distinguished.
 pub(super) fn check(path: &Path) -> Result<()> {
     let found = match std::fs::metadata(path) {
-        // To open a pipe would wait for somebody to write into it.
+        // Opening a pipe would wait for a writer.
         Ok(found) if !found.is_file() => Err(io::Error::other("it is not a file")),
         Ok(_) => File::open(path),
         Err(e) => Err(e),
@@ -272,7 +272,7 @@ mod tests {
     fn what_is_not_a_file_is_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("report.csv");
-        // Opened, it would wait for somebody at its other end.
+        // Opening it would wait for a process at its other end.
         assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
         let frame = crate::frame::tests::frame();
         for error in [check(&path).unwrap_err(), append(&path, Path::new("q.png"), &frame).unwrap_err()] {

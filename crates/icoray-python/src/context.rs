@@ -345,7 +345,7 @@ impl Context {
         }
         self.handle.call(py, move |ctx| {
             let date = date.as_ref().map_or(ptr::null(), |date| date.as_ptr());
-            // SAFETY: an open context; tables and arrays are kept, that nobody writes to them is asked of the caller; NULL
+            // SAFETY: an open context; tables and arrays are kept, callers must not write to them; NULL
             // or a string that lives until the call returns.
             unsafe { icoray_execute(ctx, step, time_s, date) }
         })

@@ -313,7 +313,7 @@ fn with_threads<R: Send>(work: impl FnOnce() -> icoray::Result<R> + Send) -> ico
     Error::of_panics(|| Renderer::new(0)?.run(work))
 }
 
-/// An array of ours, which nobody may change.
+/// A read-only array of ours.
 fn read_only<T: numpy::Element, D: numpy::ndarray::Dimension>(array: Bound<numpy::PyArray<T, D>>) -> Bound<PyAny> {
     array.readwrite().make_nonwriteable();
     array.into_any()

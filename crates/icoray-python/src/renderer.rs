@@ -88,7 +88,7 @@ impl Renderer {
         let scene = &scene.get().inner;
         let (grid, layers) = (&*grid.get().inner, &layers.get().inner);
         let given = GivenFields::new(field, heights.filter(|_| scene.scenery.heights == Heights::Native))?;
-        // SAFETY: `given` holds the arrays until the frame is drawn; that nobody writes to them is asked of the caller.
+        // SAFETY: `given` holds the arrays until the frame is drawn; callers must not write to them.
         let fields = unsafe { given.borrowed(grid, layers)? };
         let mut frame = self.draw(py, None, |inner| inner.render(scene, grid, layers, fields))?;
         frame.report.bytes_copied += given.bytes_copied();

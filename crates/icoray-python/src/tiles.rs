@@ -4,7 +4,7 @@ use crate::interrupt::check_signals;
 use pyo3::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// Numbers of tiles that are drawn, and of all: rendering threads count, the thread that waits tells.
+/// Numbers of tiles that are drawn, and of all: rendering threads count, the waiting thread reports.
 #[derive(Debug, Default)]
 pub(crate) struct Tiles {
     drawn: AtomicUsize,

@@ -38,9 +38,9 @@ pub struct Labels {
     pub color: Option<[f64; 3]>,
     /// Whether there is a colour bar.
     pub bar: bool,
-    /// Whether the exaggeration is told, where there is one.
+    /// Whether a label states the exaggeration, if there is one.
     pub scale_note: bool,
-    /// Whether it is told how far pixels may be off.
+    /// Whether a label states the error of pixels.
     pub error_note: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Scenes: what to draw and how, as a scene file says it.
+//! Scenes: the description of pictures in a scene file.
 //!
 //! A scene is TOML; `examples/scenes/` has annotated ones. Lengths are in planet radii, heights that end in `_m` in
 //! metres, angles in degrees, colours are CSS colours (`"#ff8800"`, `"steelblue"`) in sRGB. Unknown keys and bad values

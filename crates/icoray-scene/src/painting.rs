@@ -15,7 +15,7 @@ pub struct Painting<'s> {
     pub transfer: &'s TransferFunction,
     /// Colour map and opacities of the transfer function; `None` if its knots are given.
     pub coloring: Option<&'s Coloring>,
-    /// Where the opacity is told.
+    /// The source of the opacity.
     pub opacity: OpacityOf<'s>,
 }
 

@@ -69,7 +69,7 @@ pub struct Scene {
     /// gives the scene its layers and the picture its name; where a scene shows no volume, it is transparent.
     pub volumes: Vec<Volume>,
     /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
-    /// [`Scene::is_due`]. The renderer itself draws what it is told to; `icoray render` takes the times of a file for
+    /// [`Scene::is_due`]. The renderer itself draws every scene; `icoray render` takes the times of a file for
     /// steps.
     pub every: u32,
     /// Picture width in pixels.

@@ -1,6 +1,6 @@
 //! The pictures that a scene file describes: views, when each is drawn, how its camera moves, what it sweeps.
 //!
-//! A [`Scene`] is one picture. A [`Script`] says, step by step, which pictures are due; it remembers nothing, so that
+//! A [`Scene`] is one picture. A [`Script`] selects the pictures that are due at a step; it has no state, so that
 //! it says the same to every rank and after every restart.
 
 mod aim;

@@ -21,7 +21,7 @@ pub(super) const SQUARED: Magnitudes =
     Magnitudes { range: 1e-130..=1e150, wish: "expected 0 or a magnitude from 1e-130 to 1e150" };
 
 impl Magnitudes {
-    /// Whether kernels can tell where a field takes this value.
+    /// Whether kernels can find the places where a field takes this value.
     pub fn hold(&self, value: f64) -> bool {
         value == 0.0 || self.range.contains(&value.abs())
     }

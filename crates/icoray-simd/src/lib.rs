@@ -1,4 +1,4 @@
-//! What icoray's kernel needs of the machine's vectors beside `fearless_simd`: gathers from tables, and f64 vectors in
+//! Vector operations of icoray's kernel that `fearless_simd` lacks: gathers from tables, and f64 vectors in
 //! pairs that have as many lanes as one f32 vector.
 //!
 //! The kernel is generic over [`Machine`], an instruction set. This crate is the only one of the renderer's core with

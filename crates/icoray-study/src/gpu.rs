@@ -23,16 +23,16 @@ mod table;
 /// What to measure.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
-    /// The adapter: its number, or a part of its name; the fastest unless told.
+    /// The adapter: its number, or a part of its name; the fastest by default.
     #[arg(long)]
     pub device: Option<icoray::Adapter>,
     /// Bisections of the icosahedron; 8, the default, gives the paper's 655,362 cells.
     #[arg(long)]
     pub level: Option<u32>,
-    /// Layers, 99 unless told.
+    /// Layers, 99 by default.
     #[arg(long)]
     pub layers: Option<usize>,
-    /// Widths and heights of the pictures; 512x512,1920x1080,3840x2160 unless told.
+    /// Widths and heights of the pictures; 512x512,1920x1080,3840x2160 by default.
     #[arg(long, value_delimiter = ',', value_parser = size)]
     pub size: Vec<(u32, u32)>,
     /// Tolerances.

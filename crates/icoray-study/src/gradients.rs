@@ -29,7 +29,7 @@ pub struct Options {
     /// Leave the cells in the order in which the mesh is generated: neighbours are far from each other in memory.
     #[arg(long)]
     pub generated: bool,
-    /// Runs of each; the least time is told.
+    /// Runs of each; the least time is reported.
     #[arg(long, default_value_t = 7)]
     pub runs: usize,
 }

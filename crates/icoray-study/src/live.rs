@@ -117,7 +117,7 @@ fn watched(sphere: &Sphere, options: &Options, light: &str) -> Result<Seen> {
         });
         while let Some(request) = live.next() {
             if let Request::Draw(wanted) = request {
-                // The client is told why there is no picture.
+                // The client gets the reason for the missing picture.
                 let _ = live.publish(&wanted, |scene| renderer.render(scene, &grid, &sphere.layers, &field));
             }
         }

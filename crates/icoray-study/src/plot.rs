@@ -6,7 +6,7 @@ use plotters::coord::combinators::WithKeyPoints;
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Colours that the colour-blind tell apart (Okabe and Ito), the first for what a chart is about.
+/// Colours for the colour-blind (Okabe and Ito), the first for the subject of a chart.
 const COLORS: [RGBColor; 9] = [
     RGBColor(213, 94, 0),
     RGBColor(230, 159, 0),

@@ -1,4 +1,4 @@
-//! What studies print and write: lines, directories, files, CSV tables, and tables inside a README.
+//! The output of studies: lines, directories, files, CSV tables, and tables inside a README.
 
 use icoray::{Error, ErrorKind, Result};
 use std::fmt::{Arguments, Display};

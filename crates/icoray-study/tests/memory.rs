@@ -1,4 +1,4 @@
-//! The memory that a plan tells of, beside the peak of a process that draws the frame.
+//! The memory of a plan against the peak of a process that draws the frame.
 
 use std::process::Command;
 

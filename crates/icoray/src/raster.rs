@@ -39,7 +39,7 @@ impl SamplePoint {
     }
 }
 
-/// Rays in tiles, which are numbered from 0: the same whoever traces them.
+/// Rays in tiles, numbered from 0: the same for all devices, threads and ranks.
 pub(crate) trait Tiling: Sync {
     /// How many tiles there are.
     fn tiles(&self) -> u32;
@@ -67,7 +67,7 @@ pub(crate) trait Tiling: Sync {
 
 /// Traces tiles, dealt to threads one by one, when the iterator is run: `draw` gives what rays show at a tile's places.
 ///
-/// Tiles are left untraced once `is_stopped`. Each starts its search afresh, so that pictures are the same whatever the threads and whoever draws a tile.
+/// Tiles are left untraced once `is_stopped`. Each starts its search afresh: pictures depend on no thread or rank.
 pub(crate) fn trace<'a>(
     tiling: &'a dyn Tiling,
     tiles: &'a [u32],

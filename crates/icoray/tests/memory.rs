@@ -1,4 +1,4 @@
-//! What frames allocate: the second and later frames of a grid nothing that grows with it.
+//! The second and later frames of a grid allocate nothing that grows with the grid.
 
 use icoray::{Field, Fields, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Volume};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};

@@ -21,6 +21,11 @@ use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
+
+/// How long a test waits for an event that always comes before it takes it for a hang. No slow machine needs as long: a
+/// test never measures by it.
+pub const PATIENCE: Duration = Duration::from_secs(900);
 
 /// Reports that the calling test, or the rest of it, does not run because `need` is not met. The test then returns.
 ///

@@ -1,4 +1,4 @@
-//! What some tests need and not every machine has.
+//! Requirements of tests that not every machine has.
 
 /// Something that some tests need and not every machine has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

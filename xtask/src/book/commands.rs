@@ -24,11 +24,20 @@ const SLOW: &str = "slow";
 /// The script of a page, in the page's folder.
 const SCRIPT: &str = "commands.sh";
 
-/// The start of every script. `cargo xtask test` does not run itself; its options are still checked.
+/// The start of every script.
+///
+/// `cargo xtask test` does not run itself; its options are still checked. The programs that a page builds are there, as the
+/// tests have built them, and the demo is built in their profile: the release profile would compile everything again.
 const PRELUDE: &str = r#"set -euo pipefail
 trap 'echo "the command that failed is in the block at $block" >&2' ERR
 cargo() {
-    if [ "${1-} ${2-}" = "xtask test" ]; then command cargo "$@" --help >/dev/null; else command cargo "$@"; fi
+    case "$*" in
+    "xtask test"*) command cargo "$@" --help >/dev/null ;;
+    "xtask demo"*) command cargo "$@" --profile dev ;;
+    "build --release -p icoray-cli") command -v icoray >/dev/null ;;
+    "run --release -p icoray-study -- "*) shift 5; icoray-study "$@" ;;
+    *) command cargo "$@" ;;
+    esac
 }
 "#;
 
@@ -71,15 +80,17 @@ pub fn run(workspace: &Workspace, step: &mut Step, all: bool, mut skip: impl FnM
     }
     counts.lacking.iter().for_each(|(need, count)| skip(need, *count));
     // The tests, which run before, have built the command; another selection of features would compile it again.
-    if !scripts.is_empty() && !workspace.products("debug").join("icoray").is_file() {
-        step.quiet(workspace.cargo(["build", "--package", "icoray-cli", "--no-default-features"]))?;
+    for (program, package) in [("icoray", "icoray-cli"), ("icoray-study", "icoray-study")] {
+        if !scripts.is_empty() && !workspace.products("dev").join(program).is_file() {
+            step.quiet(workspace.cargo(["build", "--package", package, "--no-default-features"]))?;
+        }
     }
     let scratch = Scratch::new(workspace)?;
     let mut failures = Vec::new();
     for (path, script) in &scripts {
         let folder = scratch.page(Path::new(path))?;
         workspace.shell.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
-        if let Err(failure) = step.quiet(scratch.bash(&folder, SCRIPT, all)) {
+        if let Err(failure) = step.quiet(scratch.bash(&folder, SCRIPT)) {
             failures.push(format!("{path}: {failure}"));
         }
     }

@@ -1,25 +1,31 @@
-//! The Python package: its wheel, built and installed into an empty environment, and its tests there.
+//! The Python package: its wheel, built and installed into an environment of its own, and its tests there.
 
-use std::path::Path;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
 
+use super::Record;
 use super::suite::{Suite, printed};
-use super::tally::Tally;
 use crate::error::Error;
 use crate::files;
 use crate::step::Step;
 
 /// The package, below the workspace's root.
 const PACKAGE: &str = "crates/icoray-python";
+/// The file whose text has what the tests need from PyPI.
+const REQUIREMENTS: &str = "crates/icoray-python/pyproject.toml";
 
 /// Builds the wheel in cargo's dev profile, as the other tests are, and runs pytest with what the tests need from PyPI.
-pub fn tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
+pub fn tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
     let (workspace, sh) = (suite.workspace, &suite.workspace.shell);
-    let scratch = workspace.products("tmp").join("python");
-    sh.remove_path(&scratch)?;
-    let wheels = sh.create_dir(scratch.join("wheels"))?;
-    let environment = scratch.join("environment");
-    step.quiet(sh.cmd("python3").args(["-m", "venv"]).arg(&environment))?;
-    let python = environment.join("bin/python");
+    let environment = Environment::of(suite)?;
+    let wheels = workspace.products("tmp").join("python/wheels");
+    sh.remove_path(&wheels)?;
+    sh.create_dir(&wheels)?;
+    if !environment.is_complete() {
+        sh.remove_path(&environment.root)?;
+        step.quiet(sh.cmd("python3").args(["-m", "venv"]).arg(&environment.root))?;
+    }
+    let python = environment.python();
     let pip = |subcommand: &str| {
         sh.cmd(&python).args(["-m", "pip", "--disable-pip-version-check", subcommand]).env("CARGO_INCREMENTAL", "0")
     };
@@ -27,19 +33,54 @@ pub fn tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Er
     let profile = ("MATURIN_PEP517_ARGS", "--profile dev");
     step.quiet(pip("wheel").env(profile.0, profile.1).args(["--no-deps", "--wheel-dir"]).arg(&wheels).arg(PACKAGE))?;
     let wheel = files::fitting(&wheels, "*.whl").pop().ok_or_else(|| Error::Failed("pip has built no wheel".into()))?;
-    step.note("installing it, with xarray, uxarray and what else the tests need");
-    step.quiet(pip("install").arg(with_extra(&wheel, "test")))?;
+    if environment.is_complete() {
+        step.quiet(pip("install").args(["--no-deps", "--force-reinstall"]).arg(&wheel))?;
+    } else {
+        step.note("installing it, with xarray, uxarray and what else the tests need");
+        step.quiet(pip("install").arg(with_extra(&wheel, "test")))?;
+        sh.write_file(environment.mark(), "")?;
+    }
     let command = workspace.products("debug").join("icoray");
     let command = command.is_file().then_some(("ICORAY_COMMAND", command));
     // Outside of the sources, where Python would find the package without its compiled half.
-    let pytest = sh.cmd(&python).args(["-m", "pytest", "-q", "-rs", "--color=no", "-p", "no:cacheprovider"]);
+    let pytest =
+        sh.cmd(&python).args(["-m", "pytest", "-q", "-rs", "--color=no", "--durations=5", "-p", "no:cacheprovider"]);
     let pytest = pytest.arg(workspace.root.join(PACKAGE).join("tests")).env("ICORAY_TEST_DATA", workspace.data());
     let (lines, has_succeeded) = printed(pytest.envs(command))?;
-    tally.add_pytest(&lines, has_succeeded);
+    record.tally.add_pytest(&lines, has_succeeded);
     if has_succeeded { Ok(()) } else { Err(Error::Failed("pytest failed".into())) }
 }
 
 /// A requirement of a wheel with one of its extras.
 fn with_extra(wheel: &Path, extra: &str) -> String {
     format!("{}[{extra}]", wheel.display())
+}
+
+/// An environment with what the tests need, named by a hash of it: it is kept until that, or Python, changes.
+struct Environment {
+    root: PathBuf,
+}
+
+impl Environment {
+    fn of(suite: &Suite) -> Result<Self, Error> {
+        let sh = &suite.workspace.shell;
+        let version = sh.cmd("python3").arg("--version").quiet().read()?;
+        let mut hasher = DefaultHasher::new();
+        (sh.read_file(REQUIREMENTS)?, version).hash(&mut hasher);
+        let name = format!("environment-{:016x}", hasher.finish());
+        Ok(Self { root: suite.workspace.products("tmp").join("python").join(name) })
+    }
+
+    fn python(&self) -> PathBuf {
+        self.root.join("bin/python")
+    }
+
+    /// The file that is written last.
+    fn mark(&self) -> PathBuf {
+        self.root.join("complete")
+    }
+
+    fn is_complete(&self) -> bool {
+        self.mark().is_file()
+    }
 }

@@ -3,13 +3,15 @@
 //! All commands of a run select the same packages and features. Another selection may change the features of a
 //! dependency, and cargo then compiles it and everything above it again.
 
+use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use xshell::Cmd;
 
-use super::tally::Tally;
+use super::Record;
+use super::programs::{self, Run};
 use crate::error::Error;
 use crate::step::{Step, print_line};
 use crate::system::succeeds;
@@ -40,11 +42,10 @@ const FEATURES_OF_RANKS: &str = "icoray-tests/mpi,icoray-cli/mpi";
 /// The subject of the checks.
 pub struct Suite<'a> {
     pub workspace: &'a Workspace,
+    /// Whether the run has the long checks.
     pub all: bool,
     /// Whether the NetCDF library works.
     pub reads_files: bool,
-    /// Whether Python works.
-    pub has_python: bool,
 }
 
 impl Suite<'_> {
@@ -59,6 +60,21 @@ impl Suite<'_> {
     fn cargo_all(&self, subcommand: &str, features: &str) -> Cmd<'_> {
         self.workspace.cargo([subcommand, "--workspace", "--features", features])
     }
+
+    /// A cargo command on the packages of this run.
+    fn cargo(&self, subcommand: &str) -> Cmd<'_> {
+        if self.all { self.cargo_all(subcommand, FEATURES) } else { self.cargo_default(subcommand) }
+    }
+
+    /// The variables of this run's tests: its counts, and the file in which they list those that they skip.
+    fn variables(&self) -> Vec<(&'static str, OsString)> {
+        let counts = self.all.then(|| ("ICORAY_TESTS", "all".into()));
+        [("ICORAY_SKIPPED", self.skips().into())].into_iter().chain(counts).collect()
+    }
+
+    fn skips(&self) -> PathBuf {
+        self.workspace.products("tmp").join("skipped-tests")
+    }
 }
 
 pub fn lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
@@ -67,33 +83,49 @@ pub fn lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
 }
 
 pub fn documentation(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    step.quiet(suite.cargo_all("doc", FEATURES).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+    // With the features of the lints, which have compiled the dependencies.
+    step.quiet(suite.cargo_all("doc", FEATURES_OF_RANKS).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-pub fn default_tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
-    tests(suite.workspace, suite.cargo_default("test").arg("--no-fail-fast"), step, tally)
-}
-
-pub fn all_tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
-    let mpich = mpich_library(suite, step)?.map(|library| ("ICORAY_MPICH_LIBRARY", library));
-    let cargo = suite.cargo_all("test", FEATURES).arg("--no-fail-fast");
-    tests(suite.workspace, cargo.env("ICORAY_TESTS", "all").envs(mpich), step, tally)
+pub fn tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
+    let mut variables = suite.variables();
+    if suite.all {
+        let library = mpich_library(suite, step)?;
+        variables.extend(library.map(|library| ("ICORAY_MPICH_LIBRARY", library.into_os_string())));
+    }
+    let run = Run { variables, filter: "" };
+    counted(suite, record, |record| programs::run(suite.workspace, || suite.cargo("test"), &run, step, record))
 }
 
 /// The tests of `icoray render` over ranks: only the command is compiled again.
-pub fn rank_tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
-    let cargo = suite.cargo_all("test", FEATURES_OF_RANKS).args(["--test", "cli", "--", "ranks"]);
-    tests(suite.workspace, cargo.env("ICORAY_TESTS", "all"), step, tally)
+pub fn rank_tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
+    let cargo = || suite.cargo_all("test", FEATURES_OF_RANKS).args(["--test", "cli"]);
+    let run = Run { variables: suite.variables(), filter: "ranks" };
+    counted(suite, record, |record| programs::run(suite.workspace, cargo, &run, step, record))
 }
 
-/// Runs tests and counts them. Skipped tests write their names to a file.
-fn tests(workspace: &Workspace, cargo: Cmd, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
-    let list = workspace.products("tmp").join("skipped-tests");
-    workspace.shell.write_file(&list, "")?;
+/// The examples in the documentation of the code.
+pub fn examples(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
+    let cargo = suite.cargo("test").args(["--doc", "--no-fail-fast"]).envs(suite.variables());
     step.note("");
-    let (lines, has_succeeded) = printed(cargo.env("ICORAY_SKIPPED", &list))?;
-    tally.add_tests(&lines, &workspace.shell.read_file(&list)?, has_succeeded);
-    if has_succeeded { Ok(()) } else { Err(Error::Failed("cargo test failed".into())) }
+    counted(suite, record, |record| {
+        let (lines, has_succeeded) = printed(cargo)?;
+        record.tally.add_tests(&lines.join("\n"), has_succeeded);
+        if has_succeeded { Ok(()) } else { Err(Error::Failed("examples failed".into())) }
+    })
+}
+
+/// Runs tests, and counts those that skipped themselves: they are listed in a file.
+fn counted(
+    suite: &Suite,
+    record: &mut Record,
+    run: impl FnOnce(&mut Record) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let sh = &suite.workspace.shell;
+    sh.write_file(suite.skips(), "")?;
+    let outcome = run(record);
+    record.tally.add_skips(&sh.read_file(suite.skips())?);
+    outcome
 }
 
 /// Runs a command, prints the lines of its standard output as they come, and returns them with whether it succeeded.
@@ -138,9 +170,8 @@ mod tests {
     fn packages_that_read_files_are_left_out_without_their_library() {
         let workspace = Workspace::find().unwrap();
         let packages = |reads_files: bool| {
-            let command: Command = Suite { workspace: &workspace, all: false, reads_files, has_python: false }
-                .cargo_default("test")
-                .into();
+            let command: Command =
+                Suite { workspace: &workspace, all: false, reads_files }.cargo_default("test").into();
             command.get_args().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>()
         };
         let (with, without) = (packages(true), packages(false));

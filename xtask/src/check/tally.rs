@@ -23,22 +23,15 @@ impl Tally {
         *self.skipped.entry(cause.into()).or_default() += count;
     }
 
-    /// Test programs: the `lines` that they printed, the `skips` that they listed, and whether the command that ran
-    /// them succeeded. A command that fails without a failed test (the tests do not compile, a program was killed)
+    /// A test program: what it printed, and whether it succeeded. One that fails without a failed test (it was killed)
     /// counts as one failed test.
-    pub fn add_tests(&mut self, lines: &[String], skips: &str, has_succeeded: bool) {
-        let mut failed = 0;
-        for line in lines {
-            let Some(counts) = line.strip_prefix("test result: ") else { continue };
-            self.passed += count_before(counts, " passed");
-            failed += count_before(counts, " failed");
-            let ignored = count_before(counts, " ignored");
-            if ignored > 0 {
-                self.add_skipped("ignored", ignored);
-            }
-        }
+    pub fn add_tests(&mut self, output: &str, has_succeeded: bool) {
+        let [passed, failed, ignored] = results(output);
+        self.passed += passed;
         self.failed += if has_succeeded { failed } else { failed.max(1) };
-        self.add_skips(skips);
+        if ignored > 0 {
+            self.add_skipped("ignored", ignored);
+        }
     }
 
     /// The `lines` that pytest printed with `-rs`: `SKIPPED [2] tests/a.py:7: no data`, and a last line such as
@@ -60,7 +53,7 @@ impl Tally {
 
     /// Lines `BINARY TEST CAUSE`, separated by tabs. Test harnesses count a skipped test as passed; a test that is
     /// listed twice counts once, with its first cause.
-    fn add_skips(&mut self, skips: &str) {
+    pub fn add_skips(&mut self, skips: &str) {
         let mut seen = BTreeSet::new();
         for line in skips.lines() {
             let Some((test, cause)) = line.rsplit_once('\t') else { continue };
@@ -80,6 +73,17 @@ impl Tally {
         lines.push(format!("{} passed, {} failed, {skipped} skipped", self.passed, self.failed));
         lines
     }
+}
+
+/// The numbers of passed, failed and ignored tests in the lines `test result: ` of test programs.
+pub fn results(output: &str) -> [usize; 3] {
+    let mut sums = [0; 3];
+    for counts in output.lines().filter_map(|line| line.strip_prefix("test result: ")) {
+        for (sum, word) in sums.iter_mut().zip([" passed", " failed", " ignored"]) {
+            *sum += count_before(counts, word);
+        }
+    }
+    sums
 }
 
 /// The number before a word, of a text such as `ok. 12 passed; 0 failed;`. 0 if there is none.
@@ -107,26 +111,25 @@ test result: FAILED. 10 passed; 2 failed; 1 ignored; 0 measured; 0 filtered out;
     #[test]
     fn results_of_programs_are_summed() {
         let mut tally = Tally::default();
-        tally.add_tests(&lines(TWO_PROGRAMS), "", false);
+        tally.add_tests(TWO_PROGRAMS, false);
         assert_eq!(tally.lines(), ["1 skipped: ignored", "13 passed, 2 failed, 1 skipped"]);
     }
 
     #[test]
     fn skipped_tests_are_no_passed_ones() {
         let mut tally = Tally::default();
-        let result = "test result: ok. 10 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out";
-        let skips = "suite-1\ta\tno gfortran\nsuite-1\tb\tonly with --all\nsuite-1\ta\tno valgrind\n\
-                     other-2\ta\tonly with --all\n";
-        tally.add_tests(&lines(result), skips, true);
+        tally.add_tests("test result: ok. 10 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out", true);
+        tally.add_skips("suite-1\ta\tno gfortran\nsuite-1\tb\tonly with --all\nsuite-1\ta\tno valgrind\n");
+        tally.add_skips("other-2\ta\tonly with --all\n");
         let expected = ["2 skipped: only with --all", "1 skipped: no gfortran", "7 passed, 0 failed, 3 skipped"];
         assert_eq!(tally.lines(), expected);
     }
 
     #[test]
-    fn a_command_that_fails_without_a_failed_test_counts() {
+    fn a_program_that_fails_without_a_failed_test_counts() {
         let mut tally = Tally::default();
-        tally.add_tests(&[], "", false);
-        tally.add_tests(&lines("test result: ok. 4 passed; 0 failed; 0 ignored"), "", false);
+        tally.add_tests("", false);
+        tally.add_tests("test result: ok. 4 passed; 0 failed; 0 ignored", false);
         assert_eq!(tally.lines(), ["4 passed, 2 failed, 0 skipped"]);
     }
 

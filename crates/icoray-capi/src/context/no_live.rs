@@ -1,4 +1,4 @@
-//! Without the feature `live`: a scene that asks for a page is drawn without one, and the log says so.
+//! Without the feature `live`: a scene with `[live]` is drawn without a page, and the log has a warning.
 
 use super::viewer_message::ViewerMessage;
 use super::{Context, SceneChoice};

@@ -1,4 +1,4 @@
-//! What rank 0 tells the others of viewers of the live page, as bytes.
+//! The message of rank 0 to the others about viewers of the live page, as bytes.
 
 /// What viewers have sent.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -18,7 +18,7 @@ const ALWAYS_ASKED: usize = 32;
 /// The longest time between two questions for such a file.
 const MAX_BETWEEN: Duration = Duration::from_secs(60);
 
-/// What tells whether a file is another one than before, or has changed.
+/// The state of a file that shows whether it was replaced or changed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct State {
     /// Device, inode and time of birth, where the file system gives them.

@@ -17,7 +17,7 @@ const LOCKING: &str = "HDF5_USE_FILE_LOCKING";
 const FOR_HEADER: Duration = Duration::from_secs(60);
 const FOR_RECORD: Duration = Duration::from_secs(300);
 
-/// What the other process is told.
+/// Arguments of the other process.
 #[derive(clap::Args)]
 pub struct Args {
     file: PathBuf,

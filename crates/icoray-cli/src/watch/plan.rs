@@ -7,7 +7,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// What tells one time from another: its date, or file and record where there is none.
+/// The identity of a time: its date, or file and record if it has none.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TimeId {
     Date(String),

@@ -1,4 +1,4 @@
-//! What viewers of the page set and ask: the last time is read again for them.
+//! Changes and questions of the page's viewers, for which the last time is read again.
 
 use super::Watch;
 use super::session::Session;
@@ -37,7 +37,7 @@ impl Watch<'_> {
         }
     }
 
-    /// Draws the picture that viewers look at, shows it and answers them. What fails is told them alone.
+    /// Draws the picture that viewers look at, shows it and answers them. Failures go to viewers alone.
     pub fn draw_for_viewers(&mut self, session: &Session, grid: &Grid, out: &mut impl Write) -> CommandResult {
         let Some(page) = &mut self.page else { return Ok(()) };
         let (change, mut questions) = (page.change.clone(), page.take_questions());

@@ -5,6 +5,7 @@ use fantoccini::wd::WebDriverCompatibleCommand;
 use fantoccini::{Client, ClientBuilder, Locator};
 use http::Method;
 use hyper_util::client::legacy::connect::HttpConnector;
+use icoray_test_support::PATIENCE;
 use icoray_test_support::{Need, has_tool};
 use serde_json::{Value, json};
 use std::fs;
@@ -17,8 +18,6 @@ use tempfile::TempDir;
 use tokio::runtime::{Builder, Runtime};
 use url::{ParseError, Url};
 
-/// How long a condition may take to hold: far longer than on an idle machine.
-const PATIENCE: Duration = Duration::from_secs(60);
 /// Time between two looks at a condition.
 const PAUSE: Duration = Duration::from_millis(20);
 

@@ -1,4 +1,4 @@
-//! The program ends while somebody watches.
+//! The program ends while a page is open.
 
 use crate::page::{Shown, folder};
 use crate::run::icoray;

@@ -1,4 +1,4 @@
-//! What hands do: keys, mouse, wheel and fingers, as the browser gets them from the system.
+//! Input of users: keys, mouse, wheel and fingers, as the browser gets them from the system.
 
 use crate::browser::Browser;
 use fantoccini::actions::{

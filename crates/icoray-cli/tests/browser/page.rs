@@ -1,4 +1,4 @@
-//! What the page knows, as its own modules have it, and files for it to show.
+//! The page's state, read from its own modules, and files for it to show.
 
 use crate::browser::Browser;
 use crate::made::Made;

@@ -1,9 +1,10 @@
-//! What is seen, saved and rendered are the same bits.
+//! Shown, saved and rendered pictures have the same bits.
 
 use crate::browser::Browser;
 use crate::page::{Shown, hash};
 use crate::run::{icoray, prints};
 use fantoccini::Locator;
+use icoray_test_support::PATIENCE;
 use image::codecs::png::PngDecoder;
 use image::{AnimationDecoder, DynamicImage, ImageReader};
 use std::fs::File;
@@ -15,7 +16,7 @@ use std::time::{Duration, Instant};
 /// A file that the page saves, once it is whole.
 fn saved(browser: &Browser, name: &str) -> PathBuf {
     let path = browser.downloads.path().join(name);
-    let end = Instant::now() + Duration::from_secs(60);
+    let end = Instant::now() + PATIENCE;
     // The browser gives a file its name when it is whole.
     while !path.is_file() {
         assert!(Instant::now() < end, "{name} was not saved; log: {:?}", browser.log());

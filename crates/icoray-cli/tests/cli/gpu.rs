@@ -1,4 +1,4 @@
-//! Who draws: a GPU, or what acts as one, where there is one and it is asked for; else the CPU, and it is said why.
+//! Choice of the device: a GPU or a processor that acts as one, if requested and present; else the CPU, with a reason.
 
 use crate::files::{folder, render, render_fails};
 use crate::made::Made;

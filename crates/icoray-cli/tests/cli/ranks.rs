@@ -4,7 +4,7 @@ use crate::files::{folder, render};
 use crate::heights::{hills, native, two};
 use crate::made::Made;
 use crate::run::{has, scene};
-use icoray_test_support::{Need, has_tool};
+use icoray_test_support::{Need, PATIENCE, has_tool};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -15,7 +15,8 @@ fn on_ranks(ranks: usize, folder: &Path, more: &[&str]) -> Option<Output> {
         return None;
     }
     let mut run = Command::new("timeout");
-    run.args(["--kill-after=5", "120", "mpirun", "-n", &ranks.to_string()]).current_dir(folder);
+    run.args(["--kill-after=5", &PATIENCE.as_secs().to_string(), "mpirun", "-n", &ranks.to_string()])
+        .current_dir(folder);
     // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at
     // these.
     for (name, value) in [

@@ -1,4 +1,4 @@
-//! Wrong input and wrong usage: an exit code, one line that says what is wrong, and no picture.
+//! Wrong input and wrong usage: an exit code, one line with the fault, and no picture.
 
 use crate::files::{folder, render_fails};
 use crate::made::Made;

@@ -1,4 +1,4 @@
-//! 2D fields, which are drawn as surfaces, and scenes that say little.
+//! 2D fields, which are drawn as surfaces, and scenes with few keys.
 
 use crate::files::{folder, render};
 use crate::made::Made;

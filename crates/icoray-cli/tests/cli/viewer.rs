@@ -1,9 +1,9 @@
 //! A running `icoray view`, asked as a page asks it.
 
+use icoray_test_support::PATIENCE;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
 
 /// A command that serves a page, ended when it is dropped.
 pub struct Viewer {
@@ -50,7 +50,7 @@ impl Viewer {
 
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(&self.host).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
         stream
     }
 

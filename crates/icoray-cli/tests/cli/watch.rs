@@ -6,6 +6,7 @@ mod model;
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::Angles;
 use crate::run::{fails, has, icoray, prints, scene, shows_something};
+use icoray_test_support::PATIENCE;
 use model::{append, mark, records};
 use netcdf::Options;
 use std::fs;
@@ -15,8 +16,6 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// How long a picture may take.
-const PATIENCE: Duration = Duration::from_secs(120);
 /// Looks that follow fast, as the tests write fast.
 const FAST: [&str; 2] = ["--poll", "0.02"];
 const SETTLE: [&str; 2] = ["--settle", "0.2"];
@@ -156,7 +155,7 @@ fn each_time_is_drawn_once_and_whole_as_a_file_grows() {
         let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(path.join("run/history.nc"));
         file.unwrap().write_all(&head).unwrap();
     };
-    let watcher = Watcher::start(path, &["--until-idle", "3"]);
+    let watcher = Watcher::start(path, &[]);
     write(0, header);
     // A part of theta, which follows the date.
     let part = 64 + 400;
@@ -175,8 +174,9 @@ fn each_time_is_drawn_once_and_whole_as_a_file_grows() {
     watcher.wait_for("2013-10-26.png");
     write(3, finished.len());
     watcher.wait_for("2013-10-27.png");
-    let text = watcher.end();
-    assert_eq!(text.lines().filter(|line| line.starts_with("picture ")).count(), 5, "{text}");
+    watcher.expect_drawn(5);
+    let text = watcher.text();
+    watcher.stop();
     assert!(!text.contains("skipped") && !text.contains("not drawn"), "{text}");
     let drawn = pictures(&path.join("out"));
     assert!(drawn[..3] == rendered(path, "finished.nc")[..], "not the pictures of the finished file");
@@ -243,9 +243,8 @@ fn bad_files_are_named_once_and_a_watch_that_is_started_again_goes_on() {
     let path = folder.path();
     fs::write(path.join("run/a_bad.nc"), "no file of a model").unwrap();
     fs::write(path.join("run/notes.txt"), "no file that is looked at").unwrap();
-    let watcher = Watcher::start(path, &["--until-idle", "1"]);
     records(&made, 0..2).write_to(&path.join("run/history.nc"), Options::_64BIT_OFFSET);
-    let text = watcher.end();
+    let text = Watcher::start(path, &["--until-idle", "1"]).end();
     assert_eq!(text.matches("skipped   run/a_bad.nc: ").count(), 1, "{text}");
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
     fs::copy(path.join("finished.nc"), path.join("run/history.nc")).unwrap();

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// [`ErrorKind::Layers`] where they have another shape or place, or name the first column of which some heights but not
 /// all are missing, or fall on the way up.
 pub fn check_corners(grid: &Grid, heights: &Field, layers: &Layers, owns: impl Fn(usize) -> bool + Sync) -> Result<()> {
-    // Other columns may have been computed by nobody.
+    // No rank may have computed other columns.
     let is_read: Vec<AtomicBool> = (0..grid.triangles()).map(|_| AtomicBool::new(false)).collect();
     (0..grid.cells()).into_par_iter().with_min_len(256).filter(|cell| owns(*cell)).for_each(|cell| {
         grid.corners_of(cell as u32).for_each(|corner| is_read[corner as usize].store(true, Ordering::Relaxed));

@@ -1,4 +1,4 @@
-//! Heights of made columns, in all layouts, against what the definition says.
+//! Heights of synthetic columns, in all layouts, against the definition.
 
 use super::*;
 use crate::shape::Shape;

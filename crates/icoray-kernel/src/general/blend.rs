@@ -137,7 +137,7 @@ pub(super) struct Blend<'p, 'w, G> {
 
 /// A panel is halved no more often: a part in 10¹² of its length.
 const MAX_HALVINGS: u32 = 40;
-/// Optical depth up to which the rules' difference tells the error.
+/// Optical depth up to which the rules' difference estimates the error.
 const THIN: f64 = 1.5;
 
 impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {

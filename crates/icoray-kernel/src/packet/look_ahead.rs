@@ -1,4 +1,4 @@
-//! What lanes need in their next columns is fetched while they are still in theirs.
+//! Prefetches the data of the lanes' next columns.
 //!
 //! The half-edge through which a lane leaves its column is known when it has entered it, and is fetched at once. At the
 //! end of the turn it tells the apex of the next column, of which the direction, value and gradient are fetched.

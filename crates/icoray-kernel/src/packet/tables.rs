@@ -1,4 +1,4 @@
-//! What the packets of a tile read.
+//! The tables that the packets of a tile read.
 
 use super::lanes::Mesh;
 use super::light::Slopes;

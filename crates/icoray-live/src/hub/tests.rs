@@ -1,4 +1,4 @@
-//! What is done next, and what is given up.
+//! The order of requests, and the requests that are dropped.
 
 use super::*;
 use crate::session::{ChangeRequest, PictureSize, Start, plain_reader};

@@ -1,4 +1,4 @@
-//! What is read is what was asked for.
+//! Only the requested times, layers and fields are read.
 
 use crate::changed::formats;
 use crate::made::{LAYERS, Made, RECORDS, Values, value};

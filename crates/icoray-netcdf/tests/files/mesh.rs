@@ -1,4 +1,4 @@
-//! What is right is read right.
+//! Correct meshes are read correctly.
 
 use crate::changed::formats;
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};

@@ -106,7 +106,7 @@ fn floors_and_thicknesses_that_are_none_are_named() {
     expect(&error.unwrap(), ErrorKind::Layers, &["no layer heights", "zgrid", "refBottomDepth", "layerThickness"]);
 }
 
-/// The floor at corners is found before anybody has checked the tables.
+/// The floor at corners is computed before the tables are checked.
 #[test]
 fn corners_of_cells_that_there_are_not_have_no_water() {
     let mut made = Made::ocean();

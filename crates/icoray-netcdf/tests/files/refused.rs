@@ -1,4 +1,4 @@
-//! What is wrong is refused, by name.
+//! Wrong files are refused, with the name of the wrong variable.
 
 use crate::made::{Made, RADIUS_M, Values};
 use icoray::{Error, ErrorKind};

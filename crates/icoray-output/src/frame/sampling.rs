@@ -10,7 +10,7 @@ pub struct SamplingReport {
     /// Mean number of rays whose mean a pixel shows, over the pixels that may show the shell, where the scene's
     /// [`samples`](icoray_scene::Scene::samples) were taken; else 1, whatever rays pixels at edges take.
     pub rays_per_pixel: f64,
-    /// Estimated sampling errors; `None` where pixels are one ray each, from which no error can be told.
+    /// Estimated sampling errors; `None` where pixels are one ray each, which give no estimate.
     pub error: Option<SamplingError>,
     /// Cells that fall into a pixel.
     pub cells_per_pixel: CellsPerPixel,

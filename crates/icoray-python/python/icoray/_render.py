@@ -240,7 +240,7 @@ def render(
     samples : int, optional
         Most rays per pixel, 1 to 64.
     **keys
-        Other keys of the scene, in place of its own: image={"background": ...}, transfer={...}, core={...}, ...
+        Other keys of the scene, in place of its own: background="white", transfer={...}, core={...}, ...
 
     Returns
     -------

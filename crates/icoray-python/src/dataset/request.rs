@@ -1,4 +1,4 @@
-//! What a call of `icoray.render` asks for.
+//! The arguments of a call of `icoray.render`.
 
 use super::Opened;
 use crate::error::{argument, raised};

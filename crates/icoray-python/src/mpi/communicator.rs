@@ -41,7 +41,7 @@ impl Communicator {
 impl Drop for Communicator {
     fn drop(&mut self) {
         if !self.is_gone() {
-            // Nobody is left to tell of a failure.
+            // A failure cannot be reported any more.
             let _ = attached(|py| self.handle.bind(py).call_method0("Free").map(drop));
         }
     }

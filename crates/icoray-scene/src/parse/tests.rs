@@ -1,4 +1,4 @@
-//! What a scene file may say, and where its errors point.
+//! Valid and invalid scene files, and the places to which their errors point.
 
 use super::*;
 use crate::coloring::ColorRange;

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 /// What to measure.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
-    /// Bisections of the icosahedron x layers; 5x61,7x26,8x99 unless told: 8x99 is the paper's largest grid.
+    /// Bisections of the icosahedron x layers; 5x61,7x26,8x99 by default: 8x99 is the paper's largest grid.
     #[arg(long, value_delimiter = ',', value_parser = size)]
     pub sizes: Vec<Size>,
     /// One small grid and small pictures.
     #[arg(long)]
     pub quick: bool,
-    /// Width and height of the pictures; 512 unless told.
+    /// Width and height of the pictures; 512 by default.
     #[arg(long)]
     pub pixels: Option<u32>,
     /// Numbers of threads.
@@ -27,7 +27,7 @@ pub struct Options {
     /// Tolerances.
     #[arg(long, value_delimiter = ',', default_values_t = [1e-3, 1e-2])]
     pub tolerance: Vec<f64>,
-    /// Frames of each; the least and the median are told.
+    /// Frames of each; the least and the median are reported.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
     /// Integration method: exact or paper.

@@ -1,4 +1,4 @@
-//! Derived fields of made ones, against what their definitions say, in all layouts, over threads and ranks.
+//! Derived fields of synthetic ones, against their definitions, in all layouts, over threads and ranks.
 
 use super::*;
 use crate::ranks::tests::on_ranks;
@@ -48,7 +48,7 @@ struct Array {
 impl Array {
     fn new(shape: Shape, is_wide: bool, location: Location, value: impl Fn(usize, usize) -> f64) -> Self {
         let (_, last) = shape.extent().unwrap();
-        // What lies between columns is nobody's business.
+        // Elements between columns are not read.
         let mut values = vec![1e30; last as usize + 1];
         for (column, layer) in places(shape.columns, shape.layers) {
             let (inside, block) =

@@ -1,4 +1,4 @@
-//! What a scene shows beside its volume, for a device.
+//! Surfaces, isosurfaces, cuts and further volumes of a scene, as tables for a device.
 
 use super::fields::FieldTable;
 use super::{ColorByField, ENDLESS, FallbackReason, Isosurface, MAX_VOLUMES, SceneField, SceneVolume, Span};

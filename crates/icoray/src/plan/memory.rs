@@ -1,4 +1,4 @@
-//! The memory that a frame takes, told before it is taken.
+//! The memory that a frame takes, computed before it is allocated.
 
 use super::{Plan, Savings};
 use icoray_grid::Grid;

@@ -23,20 +23,20 @@ pub struct Vote<'a> {
 /// The outcome of an agreement, the same on all ranks.
 #[derive(Debug, Clone)]
 pub struct Agreement {
-    /// Why none of them goes on, if so.
+    /// The reason for which no rank continues, if there is one.
     pub refusal: Option<Refusal>,
     /// The value of rank 0, whether or not all continue.
     pub value: Vec<u8>,
 }
 
-/// Why ranks do not go on.
+/// The reason for which ranks do not continue.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refusal {
-    /// The number that the rank gave; `None` where ranks are not of one mind.
+    /// The number that the rank gave; `None` if ranks disagree.
     pub number: Option<i32>,
     /// That rank: the lowest of those that refuse, else the lowest that differs from rank 0.
     pub rank: usize,
-    /// Its sentence, or which fact it is and what it is on both.
+    /// The rank's message, or the name of the fact and its values on both ranks.
     pub sentence: String,
 }
 

@@ -47,7 +47,7 @@ pub(crate) struct GatheredTiles {
     pub tiles: Vec<Tile>,
     /// Seconds that this rank drew.
     pub render_s: f64,
-    /// Seconds from rank 0's last tile to everybody's.
+    /// Seconds from rank 0's last tile to the last tile of all ranks.
     pub gather_s: f64,
     /// Mean over maximum of the seconds that ranks drew.
     pub balance: f64,

@@ -1,18 +1,17 @@
-//! Several processes, the ranks, draw one picture: each some of its tiles, over data that every one of them has, or,
-//! over several nodes, of a whole picture of its node's [`Part`]. Of data of which ranks have some [`Columns`] each,
-//! every node makes itself a copy, and a mesh of the parts of its ranks.
+//! Several processes, the ranks, draw one picture. Each rank draws some of its tiles from data that all ranks have, or,
+//! over several nodes, the whole picture of its node's [`Part`]. If each rank has some [`Columns`] of the data, every
+//! node makes one copy of them, and one mesh of the parts of its ranks.
 //!
-//! A [`Team`] carries bytes between ranks; what they say is decided here, and is the same over MPI and between threads
-//! ([`local_team`]). The rule that keeps anybody from waiting for ever: ranks talk in phases that each of them enters,
-//! whatever has gone wrong on it, and every phase ends with the same outcome on all. A frame has three:
+//! A [`Team`] transports bytes between ranks. This module defines the messages, which are the same over MPI and between
+//! threads ([`local_team`]). One rule excludes deadlocks: ranks communicate in phases that each of them enters, even
+//! after an error, and every phase ends with the same outcome on all. A frame has three:
 //!
-//! 1. [`Ranks::agree`]: is everybody ready, of one mind, and what does rank 0 say? Again where rank 0 has decided more.
-//! 2. Tiles go to rank 0 as they are drawn, in whatever order, and behind them whether their rank has drawn all of
-//!    them.
-//! 3. Rank 0 tells all what came of it: which pixels have edges in them, for a second round of these, and in the end
-//!    that all is done.
+//! 1. [`Ranks::agree`] compares the ranks' inputs and states, and sends the values that rank 0 decides. It is repeated
+//!    for further decisions of rank 0.
+//! 2. Tiles go to rank 0 as they are drawn, in any order, followed by a mark that the rank has drawn all of them.
+//! 3. Rank 0 sends the outcome to all: the pixels at edges, for a second round, and the end of the frame.
 //!
-//! Only the thread that calls talks; the renderer's threads never do, and draw on meanwhile.
+//! Only the calling thread communicates; the renderer's threads draw meanwhile.
 
 mod agree;
 mod cells;
@@ -86,7 +85,7 @@ pub trait Team: Send {
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>>;
 
-    /// Begins to send bytes to rank 0, from any other; waits for nobody.
+    /// Begins to send bytes to rank 0, from any other, without waiting.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn send(&mut self, bytes: Vec<u8>) -> Result<()>;
 

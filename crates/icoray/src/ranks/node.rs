@@ -40,7 +40,7 @@ pub struct NodeShare {
 }
 
 impl NodeShare {
-    /// Memory of a rank that shares with nobody.
+    /// Memory of a rank alone, not shared.
     pub fn alone(rank: usize, bytes: usize) -> Self {
         let memory = OwnMemory { words: vec![0; bytes.div_ceil(8)] };
         NodeShare { leader: rank, is_refused: false, memory: Box::new(memory) }

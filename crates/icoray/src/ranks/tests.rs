@@ -10,11 +10,12 @@ use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
 use icoray_kernel::Counts;
 use icoray_output::{Frame, FrameReport};
 use icoray_scene::Scene;
+use icoray_test_support::PATIENCE;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 mod votes;
 
@@ -181,7 +182,7 @@ fn what_is_wrong_on_one_rank_is_everybodys_error() {
         same(&errors(odd, few), &format!("bad field: rank {odd}: \"q\": 162 columns"));
         let inside = |_: &mut World, scene: &mut Scene| scene.exaggeration = -1e3;
         same(&errors(odd, inside), &format!("bad scene: rank {odd}: "));
-        // One that differs is not of one mind with rank 0; where that is rank 0, rank 1 is the first to differ.
+        // A rank with another value disagrees with rank 0; if rank 0 has it, rank 1 is the first to differ.
         let other = |world: &mut World, _: &mut Scene| world.values[7] = 40.0;
         same(&errors(odd, other), &format!("MPI: rank {}: has a field of range", odd.max(1)));
         let higher = |world: &mut World, _: &mut Scene| {
@@ -238,7 +239,7 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
         };
         // Rank 1 sends its tiles and a message that they are all.
         let messages = (0..raster.tiles()).filter(|number| number % 2 == 1).count() + 1;
-        let deadline = Instant::now() + Duration::from_secs(60);
+        let deadline = Instant::now() + PATIENCE;
         let gathered = ranks.gather(&threads, &raster, 0.0, |give| {
             (0..raster.tiles()).filter(|number| *number as usize % 2 == rank).for_each(|n| give(tile(n)));
             // Rank 0 draws until it has received all of rank 1's messages.

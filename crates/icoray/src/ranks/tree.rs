@@ -4,8 +4,8 @@
 //! exchange messages with rank 0, and no rank sends more than a few at any number. Each message bears the number of its
 //! call, as ranks run ahead of each other.
 //!
-//! Calls belong to frames. A rank whose frame has ended by an error tells its parent and children, who pass it on: so
-//! nobody waits for a rank that has left a frame, and the next frame begins afresh ([`Tree::begin_frame`]).
+//! Calls belong to frames. A rank whose frame has ended by an error notifies its parent and children, and so on. No
+//! rank waits for one that has left a frame, and the next frame begins afresh ([`Tree::begin_frame`]).
 
 use super::wire::{decode, decode_next, encode};
 use icoray_grid::{Error, ErrorKind, Result};
@@ -33,7 +33,7 @@ pub(super) trait Link {
 
     fn size(&self) -> usize;
 
-    /// Sends a message; waits for nobody.
+    /// Sends a message without waiting.
     fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()>;
 
     /// The next message. Waits for it.
@@ -177,7 +177,7 @@ impl<L: Link> Tree<L> {
     /// This rank's frame has ended by `error`, which others may not know.
     pub fn break_off(&mut self, error: &Error) {
         for neighbour in self.parent().into_iter().chain(self.children()) {
-            // Where nobody can be reached nobody waits either.
+            // No rank waits if no rank can be reached.
             let _ = self.link.post(neighbour, self.call, Err(error.clone()));
         }
     }

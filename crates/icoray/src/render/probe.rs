@@ -1,4 +1,4 @@
-//! What the ray through one place of a picture shows: the value along it, and where its light comes from.
+//! Probes: the values along the ray through one place of a picture, and the origin of its light.
 
 use super::context::RenderInputs;
 use super::renderer::Renderer;
@@ -17,7 +17,7 @@ use icoray_kernel::{Frustum, Stretch, Traversal};
 use icoray_scene::Scene;
 use std::ops::ControlFlow;
 
-/// Points that are told of each frustum, and parts around each over which the light is summed.
+/// Points reported of each frustum, and parts around each over which the light is summed.
 const POINTS: usize = 4;
 const PARTS: usize = 4;
 /// Part of the light behind which nothing is looked for.

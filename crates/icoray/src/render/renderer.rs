@@ -155,7 +155,7 @@ impl Renderer {
         self.threads.run(work)
     }
 
-    /// The device that would draw `scene`, opened if it was not yet; `Err(None)` where nobody asks for one. Of the
+    /// The device that would draw `scene`, opened if it was not yet; `Err(None)` if the scene requests none. Of the
     /// ranks on a node this is number `node_rank`.
     ///
     /// # Errors

@@ -71,7 +71,7 @@ impl Work<'_> {
         Raster { width: self.context.scene.width, height: self.context.scene.height, step: 1 }
     }
 
-    /// The quality that is asked, or the best one that keeps the deadline on whoever draws.
+    /// The requested quality, or the best one that keeps the deadline on the device that draws.
     pub(super) fn pick(&self, asked: Quality, deadline: Option<Deadline>, on_device: &mut OnDevice) -> Quality {
         let Some(deadline) = deadline else { return asked };
         on_device.get_ready(&asked, self.raster());
@@ -266,7 +266,7 @@ mod tests {
     use super::*;
     use icoray_kernel::plane::RayLine;
 
-    /// Tiles of several cameras: none that a ray of meets the globe is passed by, and most of the others are.
+    /// For several cameras, no tile with a ray that meets the globe is skipped, and most other tiles are.
     #[test]
     fn tiles_that_pass_by_are_those_beside_the_globe() {
         let cameras = [

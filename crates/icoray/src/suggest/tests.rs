@@ -1,4 +1,4 @@
-//! Scenes for made fields: what is taken of each kind of distribution, and that the text says what was asked for.
+//! Scenes for synthetic fields: the choice for each kind of distribution, and the keys of the text.
 
 use super::*;
 use icoray_grid::{IcosahedralMesh, Shape};

@@ -50,9 +50,8 @@ impl<'w> Scratch<'w> {
         if data.is_empty() { Ok(()) } else { symlink(needs::FILE, folder.join("FILE.nc")) }
     }
 
-    /// A shell that runs a script in a page's folder. The long run builds the command `icoray`; the short one takes
-    /// that of the tests.
-    pub fn bash(&self, folder: &Path, script: &str, all: bool) -> Command {
+    /// A shell that runs a script in a page's folder, with the programs that the tests have built.
+    pub fn bash(&self, folder: &Path, script: &str) -> Command {
         let mut command = Command::from(self.workspace.shell.cmd("bash").arg(script));
         command.current_dir(folder);
         // Programs of the pages must find libraries by themselves; cargo adds its own directories to this variable.
@@ -63,9 +62,8 @@ impl<'w> Scratch<'w> {
             command.env(name, place);
         }
         command.env("HOME", self.root.join("home"));
-        let profiles: &[&str] = if all { &["release", "debug"] } else { &["debug"] };
-        let built = profiles.iter().map(|profile| self.workspace.products(profile));
         let inherited = env::var_os("PATH").unwrap_or_default();
+        let built = [self.workspace.products("dev")].into_iter();
         if let Ok(path) = env::join_paths(built.chain(env::split_paths(&inherited))) {
             command.env("PATH", path);
         }

@@ -1,4 +1,4 @@
-//! What is given to the renderer of what the model has given.
+//! The inputs of the renderer, against those of the model.
 
 use super::*;
 use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64};

@@ -104,7 +104,7 @@ impl Page {
         }
     }
 
-    /// Answers whoever asked first for the histogram of this field.
+    /// Answers the first request for the histogram of this field.
     pub fn answer_histogram(&mut self, name: &str, found: Outcome<icoray_core::Histogram>, inputs: &Inputs) {
         let Some(at) = self.histograms.iter().position(|(its, _)| its == name) else { return };
         let (_, reply) = self.histograms.remove(at);
@@ -187,7 +187,7 @@ fn written(path: &Path, text: &str) -> Result<()> {
     writeln!(file, "{text}").map_err(failed)
 }
 
-/// What the page is told of the model.
+/// The page's description of the model.
 fn describe(inputs: &Inputs) -> Description {
     let field = |name: &String| {
         let known = inputs.descriptions.get(name).cloned().unwrap_or_default();

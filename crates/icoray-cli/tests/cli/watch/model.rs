@@ -1,7 +1,7 @@
 //! Files as a model writes them: record by record, and in pieces.
 
-use super::PATIENCE;
 use crate::made::{Char, Made, RECORDS, Values};
+use icoray_test_support::PATIENCE;
 use netcdf::{Extents, FileMut, Options};
 use std::fs;
 use std::ops::Range;

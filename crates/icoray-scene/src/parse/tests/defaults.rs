@@ -1,4 +1,4 @@
-//! What a scene that says little shows.
+//! Defaults of scenes with few keys.
 
 use super::*;
 use crate::coloring::ColorRange;

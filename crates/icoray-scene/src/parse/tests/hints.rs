@@ -1,4 +1,4 @@
-//! What errors say of near misses and of long numbers.
+//! Hints of errors for near misses, and their form of long numbers.
 
 use super::assert_says;
 use crate::script::Script;

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-/// More pictures of one step than anybody looks at.
+/// Largest number of pictures of one step.
 pub(super) const MAX_PICTURES: usize = 100_000;
 
 /// Takes a key out of a table.

@@ -1,4 +1,4 @@
-//! What a scene file may say of several pictures, and where its errors point.
+//! Scene files with several views, and the places to which their errors point.
 
 use super::*;
 use crate::camera::Camera;

@@ -1,4 +1,4 @@
-//! What ranks agree on before they do it.
+//! Agreements of ranks before collective actions.
 
 use super::*;
 

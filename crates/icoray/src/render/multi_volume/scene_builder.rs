@@ -19,10 +19,10 @@ use icoray_kernel::ground::Painter;
 use icoray_kernel::transfer::{KernelKnot, Spans};
 use icoray_scene::{Heights, Level, Paint, TransferFunction, Volume};
 
-/// Fields by number, while it is found out what is asked of each.
+/// Builds the kernel's scene and collects, for each field by its number, the uses that the scene makes of it.
 pub(super) struct SceneBuilder<'p, 'f> {
     context: &'p FrameContext<'f>,
-    /// Where something that is shown of each field begins, ends or bends.
+    /// Values at which a visible part of each field begins, ends or bends.
     cuts: Vec<Vec<f64>>,
     thickness: f64,
 }

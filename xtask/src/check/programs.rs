@@ -1,0 +1,248 @@
+//! Test programs: built by one cargo command, and run side by side, as many at a time as there are processors.
+//!
+//! `cargo test` runs one program after the other: processors idle while the last tests of a program run, or wait for
+//! ranks, for a browser or for files. The programs that took longest in the last run start first.
+
+use std::env;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::thread;
+use std::time::Instant;
+
+use serde_json::Value;
+use xshell::Cmd;
+
+use super::Record;
+use super::tally::results;
+use crate::error::Error;
+use crate::step::{Step, print_error};
+use crate::workspace::Workspace;
+
+/// Programs whose tests start many processes (ranks of MPI, valgrind, browsers): one of them runs at a time.
+const CROWDED: [&str; 4] =
+    ["icoray-cli browser", "icoray-tests interface", "icoray-tests models", "icoray-tests ranks"];
+
+/// A test program that cargo has built.
+#[derive(Debug, Clone, PartialEq)]
+struct Program {
+    /// The names of the package and of the target, such as `icoray suite`.
+    name: String,
+    file: PathBuf,
+    /// The package's directory, in which cargo would run the program.
+    directory: PathBuf,
+}
+
+/// A program that has ended.
+struct Ended {
+    name: String,
+    seconds: f64,
+    has_succeeded: bool,
+    output: String,
+    errors: String,
+}
+
+/// How test programs are run.
+pub struct Run<'a> {
+    /// Environment variables.
+    pub variables: Vec<(&'a str, OsString)>,
+    /// Part of the names of the tests to run; all if it is empty.
+    pub filter: &'a str,
+}
+
+/// Builds the test programs of a `cargo test` command and runs them. Prints a line for each, and all that one printed if
+/// it fails.
+///
+/// # Errors
+/// If they do not compile, or if one fails.
+pub fn run<'a>(
+    workspace: &Workspace,
+    cargo: impl Fn() -> Cmd<'a>,
+    run: &Run,
+    step: &mut Step,
+    record: &mut Record,
+) -> Result<(), Error> {
+    let started = Instant::now();
+    step.quiet(cargo().arg("--no-run"))?;
+    let messages = cargo().args(["--no-run", "--message-format=json"]).quiet().ignore_stderr().read()?;
+    step.note(&format!("  built, {:.1} s", started.elapsed().as_secs_f64()));
+    let mut programs = listed(&messages);
+    // Programs that never ran are taken for long ones.
+    let seconds = |program: &Program| record.times.of_last_run(&program.name).unwrap_or(f64::INFINITY);
+    programs.sort_by(|a, b| seconds(b).total_cmp(&seconds(a)));
+    let libraries = libraries(workspace)?;
+    let queue = Queue::new(programs);
+    let (sender, ended) = mpsc::channel();
+    let mut failed = Vec::new();
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            let (sender, queue, libraries) = (sender.clone(), &queue, &libraries);
+            scope.spawn(move || {
+                while let Some(program) = queue.next() {
+                    let mut command = Command::new(&program.file);
+                    command.current_dir(&program.directory).env("CARGO_MANIFEST_DIR", &program.directory);
+                    command.env("LD_LIBRARY_PATH", libraries).envs(run.variables.iter().cloned());
+                    command.args(Some(run.filter).filter(|filter| !filter.is_empty()));
+                    let ended = execute(&program, command);
+                    queue.end(&program);
+                    // The receiver lives as long as this scope.
+                    let _ = sender.send(ended);
+                }
+            });
+        }
+        drop(sender);
+        for Ended { name, seconds, has_succeeded, output, errors } in ended {
+            let [passed, failures, _] = results(&output);
+            record.tally.add_tests(&output, has_succeeded);
+            record.times.add(&name, seconds);
+            step.note(&format!("  {name}: {passed} passed, {failures} failed, {seconds:.1} s"));
+            if !has_succeeded {
+                print_error(&format!("{output}{errors}"));
+                failed.push(name);
+            }
+        }
+    });
+    if failed.is_empty() { Ok(()) } else { Err(Error::Failed(format!("tests failed: {}", failed.join(", ")))) }
+}
+
+/// Runs a program to its end.
+fn execute(program: &Program, mut command: Command) -> Ended {
+    let started = Instant::now();
+    let output = command.output();
+    let seconds = started.elapsed().as_secs_f64();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let name = program.name.clone();
+    match output {
+        Ok(output) => {
+            let mut errors = text(&output.stderr);
+            if !output.status.success() {
+                errors += &format!("{name} ended with {}\n", output.status);
+            }
+            let has_succeeded = output.status.success();
+            Ended { name, seconds, has_succeeded, output: text(&output.stdout), errors }
+        }
+        Err(cause) => {
+            let errors = format!("{}: {cause}\n", program.file.display());
+            Ended { name, seconds, has_succeeded: false, output: String::new(), errors }
+        }
+    }
+}
+
+/// The test programs in the messages of cargo, a JSON object in each line.
+fn listed(messages: &str) -> Vec<Program> {
+    let program = |line: &str| {
+        let message: Value = serde_json::from_str(line).ok()?;
+        let directory = Path::new(message["manifest_path"].as_str()?).parent()?;
+        let file = message["executable"].as_str().filter(|_| message["profile"]["test"] == true)?;
+        // `path+file:///DIRECTORY#NAME@VERSION`, without NAME where the directory has the package's name.
+        let (place, rest) = message["package_id"].as_str()?.rsplit_once('#')?;
+        let package = rest.split_once('@').map_or(place.rsplit('/').next()?, |(name, _)| name);
+        let name = format!("{package} {}", message["target"]["name"].as_str()?);
+        Some(Program { name, file: file.into(), directory: directory.to_path_buf() })
+    };
+    messages.lines().filter_map(program).collect()
+}
+
+/// The library search path that cargo would set: its own directories, then the inherited one.
+fn libraries(workspace: &Workspace) -> Result<OsString, Error> {
+    let products = workspace.products("dev");
+    let inherited = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
+    let paths = [products.join("deps"), products].into_iter().chain(env::split_paths(&inherited));
+    env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))
+}
+
+/// The programs that wait, and whether a crowded one runs.
+struct Queue {
+    state: Mutex<(Vec<Program>, bool)>,
+    ended: Condvar,
+}
+
+impl Queue {
+    fn new(programs: Vec<Program>) -> Self {
+        Self { state: Mutex::new((programs, false)), ended: Condvar::new() }
+    }
+
+    fn state(&self) -> MutexGuard<'_, (Vec<Program>, bool)> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The first program that may run now; waits while only crowded ones are left and one of these runs.
+    fn next(&self) -> Option<Program> {
+        let mut state = self.state();
+        loop {
+            let (waiting, is_crowded) = &mut *state;
+            let place = waiting.iter().position(|program| !(*is_crowded && program.is_crowded()));
+            if let Some(place) = place {
+                let program = waiting.remove(place);
+                *is_crowded |= program.is_crowded();
+                return Some(program);
+            }
+            if waiting.is_empty() {
+                return None;
+            }
+            state = self.ended.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn end(&self, program: &Program) {
+        if program.is_crowded() {
+            self.state().1 = false;
+            self.ended.notify_all();
+        }
+    }
+}
+
+impl Program {
+    fn is_crowded(&self) -> bool {
+        CROWDED.contains(&self.name.as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_are_named_by_package_and_target() {
+        let artifact = |id: &str, target: &str, executable: &str, is_test: bool| {
+            format!(
+                r#"{{"reason":"compiler-artifact","package_id":"path+file:///w/{id}","manifest_path":"/w/x/Cargo.toml",
+                "target":{{"name":"{target}"}},"profile":{{"test":{is_test}}},"executable":{executable}}}"#
+            )
+            .replace('\n', "")
+        };
+        let messages = [
+            artifact("crates/icoray#0.1.0", "suite", "\"/t/suite-1\"", true),
+            artifact("tests#icoray-tests@0.1.0", "ranks", "\"/t/ranks-2\"", true),
+            artifact("crates/icoray-cli#0.1.0", "icoray", "\"/t/icoray\"", false),
+            artifact("crates/icoray#0.1.0", "icoray", "null", true),
+            r#"{"reason":"build-finished","success":true}"#.into(),
+        ];
+        let program =
+            |name: &str, file: &str| Program { name: name.into(), file: file.into(), directory: "/w/x".into() };
+        let expected = [program("icoray suite", "/t/suite-1"), program("icoray-tests ranks", "/t/ranks-2")];
+        assert_eq!(listed(&messages.join("\n")), expected);
+    }
+
+    #[test]
+    fn crowded_programs_run_one_at_a_time_and_hold_up_no_other() {
+        let program = |name: &str| Program { name: name.into(), file: "".into(), directory: "".into() };
+        let queue = Queue::new([CROWDED[0], CROWDED[1], "icoray suite"].map(program).into());
+        let first = queue.next().unwrap();
+        assert_eq!((first.name.as_str(), queue.next().unwrap().name.as_str()), (CROWDED[0], "icoray suite"));
+        queue.end(&first);
+        assert_eq!(queue.next().unwrap().name, CROWDED[1]);
+        assert_eq!(queue.next(), None);
+    }
+
+    #[test]
+    fn the_end_of_a_program_is_reported_with_its_output() {
+        let program = Program { name: "a b".into(), file: "sh".into(), directory: "/".into() };
+        let mut command = Command::new("sh");
+        command.args(["-c", "echo out; echo err >&2; kill -SEGV $$"]);
+        let ended = execute(&program, command);
+        assert!(!ended.has_succeeded && ended.output == "out\n", "{}", ended.output);
+        assert!(ended.errors.starts_with("err\na b ended with signal: 11"), "{}", ended.errors);
+    }
+}
