@@ -10,7 +10,7 @@ use xshell::Cmd;
 
 use crate::disk;
 use crate::error::Error;
-use crate::models::{ShallowWater, Tracer};
+use crate::models::{self, ShallowWater};
 use crate::mpi::Mpi;
 use crate::options::DemoOptions;
 use crate::pictures::{Pictures, SHEET_PACKAGE};
@@ -80,20 +80,20 @@ impl<'a> Demo<'a> {
     /// The first model.
     fn tracer(&self, steps: &mut Steps) -> Result<(), Error> {
         let workspace = self.workspace;
-        let model = Tracer::new(workspace, PROFILE);
         let pictures = Pictures::new(workspace, self.out.clone(), "tracer_");
         steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_DEMO, self.install, step))?;
         let title = format!("building the library (about {} minutes)", if self.gpu { 4 } else { 2 });
         steps.run(&title, |step| step.quiet(self.library()))?;
-        steps.run("building the tracer model", |step| step.quiet(model.compile()))?;
+        steps.run("building the tracer model", |step| step.quiet(models::compile_tracer(workspace, PROFILE)))?;
         let start = steps.started;
         let lines = steps.run("running the tracer model (about half a minute)", |step| {
             let scene = self.with_backend(&self.scene)?;
             pictures.prepare()?;
             let mut first = None;
             let DemoOptions { level, layers, days, .. } = self.options;
-            let run = model.run()?.args(["--level", &level.to_string(), "--layers", &layers.to_string()]);
-            let run = run.args(["--days", &days.to_string(), "--scene"]).arg(scene).arg("--out").arg(&self.out);
+            let run = models::tracer(workspace, PROFILE)?.arg("--level").arg(level.to_string());
+            let run = run.arg("--layers").arg(layers.to_string()).arg("--days").arg(days.to_string());
+            let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
             step.echoed(run, || {
                 if first.is_none()
                     && let Some(picture) = pictures.existing().into_iter().next()

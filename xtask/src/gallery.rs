@@ -12,7 +12,7 @@ use xshell::Cmd;
 
 use crate::error::Error;
 use crate::files;
-use crate::models::{MPI_PACKAGE, ShallowWater, Tracer};
+use crate::models::{MPI_PACKAGE, ShallowWater, compile_tracer, tracer};
 use crate::mpi::Mpi;
 use crate::pictures::{Pictures, check_picture};
 use crate::report::Table;
@@ -128,12 +128,8 @@ impl Gallery<'_> {
             cargo = model.with_mpi(cargo.args(["--package", MPI_PACKAGE]));
         }
         step.quiet(cargo)?;
-        step.quiet(self.tracer().compile())?;
+        step.quiet(compile_tracer(self.workspace, self.profile))?;
         self.shallow_water().map_or(Ok(()), |model| step.quiet(model.compile()))
-    }
-
-    fn tracer(&self) -> Tracer<'_> {
-        Tracer::new(self.workspace, self.profile)
     }
 
     /// The model over MPI, if there is an MPI.
@@ -183,7 +179,7 @@ impl Gallery<'_> {
                 let icoray = self.workspace.shell.cmd(self.workspace.products(self.profile).join("icoray"));
                 Ok(icoray.args(rest.iter().map(file)).arg("-o").arg(out))
             }
-            (["tracer", rest @ ..], _) => Ok(self.tracer().run()?.args(rest).arg("--out").arg(out)),
+            (["tracer", rest @ ..], _) => Ok(tracer(self.workspace, self.profile)?.args(rest).arg("--out").arg(out)),
             (["mpirun", "-n", ranks, "shallow_water", rest @ ..], Some(model)) => {
                 let ranks = ranks.parse().map_err(Error::while_doing("mpirun -n"))?;
                 Ok(model.run(ranks)?.args(rest).arg("--out").arg(out))

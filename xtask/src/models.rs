@@ -21,33 +21,23 @@ const SHALLOW_WATER: &str = "examples/fortran/shallow_water";
 pub const MPI_PACKAGE: &str = "icoray-capi-mpi";
 const MPI_LIBRARY: &str = "icoray_mpi_test";
 
-/// The tracer model, linked with the shared library of a build profile.
-pub struct Tracer<'a> {
-    workspace: &'a Workspace,
-    products: PathBuf,
+/// The command that compiles the tracer model, linked with the shared library of a build profile. Warnings are errors:
+/// the header must be clean in the strictest builds.
+pub fn compile_tracer<'a>(workspace: &'a Workspace, profile: &str) -> Cmd<'a> {
+    let products = workspace.products(profile);
+    let (program, sources) = (products.join("tracer"), TRACER.map(|source| format!("examples/c/{source}")));
+    let sh = &workspace.shell;
+    cmd!(
+        sh,
+        "cc -std=c99 -O2 -Wall -Wextra -Werror -pedantic -Iinclude {sources...} -o {program}
+         -L{products} -licoray -lm -Wl,-rpath,{products}"
+    )
 }
 
-impl<'a> Tracer<'a> {
-    pub fn new(workspace: &'a Workspace, profile: &str) -> Self {
-        Self { workspace, products: workspace.products(profile) }
-    }
-
-    /// The command that compiles it. Warnings are errors: the header must be clean in the strictest builds.
-    pub fn compile(&self) -> Cmd<'a> {
-        let products = &self.products;
-        let (program, sources) = (products.join("tracer"), TRACER.map(|source| format!("examples/c/{source}")));
-        let sh = &self.workspace.shell;
-        cmd!(
-            sh,
-            "cc -std=c99 -O2 -Wall -Wextra -Werror -pedantic -Iinclude {sources...} -o {program}
-             -L{products} -licoray -lm -Wl,-rpath,{products}"
-        )
-    }
-
-    /// The command that runs it; its arguments are to be added.
-    pub fn run(&self) -> Result<Cmd<'a>, Error> {
-        self.workspace.linked(self.products.join("tracer"), &self.products)
-    }
+/// The command that runs the tracer model; its arguments are to be added.
+pub fn tracer<'a>(workspace: &'a Workspace, profile: &str) -> Result<Cmd<'a>, Error> {
+    let products = workspace.products(profile);
+    workspace.linked(products.join("tracer"), &products)
 }
 
 /// The shallow-water model, linked with the library of a build profile.
