@@ -10,16 +10,14 @@ use xshell::Cmd;
 
 use crate::disk;
 use crate::error::Error;
-use crate::host::Host;
+use crate::models::{self, ShallowWater};
 use crate::mpi::Mpi;
 use crate::options::DemoOptions;
 use crate::pictures::{Pictures, SHEET_PACKAGE};
-use crate::report::Summary;
+use crate::report;
 use crate::requirements;
-use crate::shallow_water::{self, ShallowWater};
 use crate::step::{Steps, print_line};
 use crate::system;
-use crate::tracer::{self, Tracer};
 use crate::workspace::Workspace;
 
 /// Up to so many pictures are all listed; of more, the first and the last.
@@ -28,6 +26,12 @@ const PROFILE: &str = "release";
 /// Steps of each model.
 const STEPS: usize = 5;
 const RANKS: usize = 2;
+/// A run of the shallow-water model of about half a minute on two cores: few layers, and a picture after each day of
+/// 270 steps.
+const SHALLOW_WATER: [&str; 10] = ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
+/// The scenes of both, below the workspace's root.
+const TRACER_SCENE: &str = "examples/scenes/tracer.toml";
+const SHALLOW_WATER_SCENE: &str = "examples/scenes/shallow_water.toml";
 /// Megabytes that the build takes.
 const SPACE: u64 = 600;
 
@@ -62,10 +66,10 @@ impl<'a> Demo<'a> {
         let path = |given: &Option<PathBuf>, default: &str| {
             given.as_ref().map_or_else(|| workspace.root.join(default), |path| workspace.given(path))
         };
-        let (out, scene) = (path(&options.out, "out/demo"), path(&options.scene, tracer::SCENE));
+        let (out, scene) = (path(&options.out, "out/demo"), path(&options.scene, TRACER_SCENE));
         let text = fs::read_to_string(&scene)
             .map_err(Error::while_doing(format!("cannot read the scene file {}", scene.display())))?;
-        let gpu = wants_gpu(options.backend, &text);
+        let gpu = wants_gpu(options.backend.as_deref(), &text);
         let products = workspace.products(PROFILE);
         disk::writable(&out, "--out DIR takes another directory for the pictures")?;
         disk::writable(&products, "let CARGO_TARGET_DIR name a directory that can be written")?;
@@ -76,23 +80,27 @@ impl<'a> Demo<'a> {
     /// The first model.
     fn tracer(&self, steps: &mut Steps) -> Result<(), Error> {
         let workspace = self.workspace;
-        let model = Tracer::new(workspace, PROFILE);
-        let pictures = Pictures::new(workspace, self.out.clone(), tracer::PREFIX);
+        let pictures = Pictures::new(workspace, self.out.clone(), "tracer_");
         steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_DEMO, self.install, step))?;
-        steps.run("building the library", |step| step.quiet(self.library()))?;
-        steps.run("building the tracer model", |step| step.quiet(model.compile()))?;
+        let title = format!("building the library (about {} minutes)", if self.gpu { 4 } else { 2 });
+        steps.run(&title, |step| step.quiet(self.library()))?;
+        steps.run("building the tracer model", |step| step.quiet(models::compile_tracer(workspace, PROFILE)))?;
         let start = steps.started;
-        let lines = steps.run("running the tracer model", |step| {
+        let lines = steps.run("running the tracer model (about half a minute)", |step| {
             let scene = self.with_backend(&self.scene)?;
             pictures.prepare()?;
             let mut first = None;
-            step.echoed(model.run(self.options.size, &scene, &self.out)?, || {
+            let DemoOptions { level, layers, days, .. } = self.options;
+            let run = models::tracer(workspace, PROFILE)?.arg("--level").arg(level.to_string());
+            let run = run.arg("--layers").arg(layers.to_string()).arg("--days").arg(days.to_string());
+            let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
+            step.echoed(run, || {
                 if first.is_none()
-                    && let Some(picture) = pictures.first()
+                    && let Some(picture) = pictures.existing().into_iter().next()
                 {
                     let seconds = start.elapsed().as_secs_f64();
-                    let picture = first.insert(picture);
-                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(picture)));
+                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(&picture)));
+                    first = Some(picture);
                 }
             })
         })?;
@@ -103,24 +111,23 @@ impl<'a> Demo<'a> {
     fn shallow_water(&self, steps: &mut Steps) -> Result<(), Error> {
         let workspace = self.workspace;
         let title = format!("looking for Fortran and MPI, for a model on {RANKS} ranks");
-        let (host, mpi) = steps.run(&title, |step| {
+        let mpi = steps.run(&title, |step| {
             system::provide(requirements::FOR_DEMO_MPI, self.install, step)?;
-            let host = Host::here()?;
-            let mpi = Mpi::find(&host)?;
-            Ok((host, mpi))
+            Mpi::find().map_err(Error::Failed)
         })?;
         let model = ShallowWater::new(workspace, PROFILE, &mpi);
-        let pictures = Pictures::new(workspace, self.out.join("shallow_water"), shallow_water::PREFIX);
+        let pictures = Pictures::new(workspace, self.out.join("shallow_water"), "vorticity_");
         steps.run("building the library with MPI", |step| {
             model.remove_other_mpi(step)?;
-            step.quiet(model.with_mpi(model.library(self.gpu), &host)?)
+            step.quiet(model.with_mpi(model.library(self.gpu)))
         })?;
         steps.run("building the shallow-water model", |step| step.quiet(model.compile()))?;
-        let title = format!("running the shallow-water model on {RANKS} ranks of MPI");
+        let title = format!("running the shallow-water model on {RANKS} ranks of MPI (about half a minute)");
         let lines = steps.run(&title, |step| {
-            let scene = self.with_backend(&workspace.root.join(shallow_water::SCENE))?;
+            let scene = self.with_backend(&workspace.root.join(SHALLOW_WATER_SCENE))?;
             pictures.prepare()?;
-            step.echoed(model.run(RANKS, &scene, &pictures.folder)?, || {})
+            let run = model.run(RANKS)?.args(SHALLOW_WATER).arg("--scene").arg(scene);
+            step.echoed(run.arg("--out").arg(&pictures.folder), || {})
         })?;
         show(workspace, steps, &pictures, &lines)
     }
@@ -137,7 +144,7 @@ impl<'a> Demo<'a> {
 
     /// A scene, or a copy of it with the backend of the options.
     fn with_backend(&self, scene: &Path) -> Result<PathBuf, Error> {
-        let (Some(backend), Some(name)) = (self.options.backend, scene.file_name()) else {
+        let (Some(backend), Some(name)) = (self.options.backend.as_deref(), scene.file_name()) else {
             return Ok(scene.to_owned());
         };
         let copy = self.workspace.products(PROFILE).join(name);
@@ -170,8 +177,7 @@ fn replaced(scene: &str, backend: &str) -> String {
 fn show(workspace: &Workspace, steps: &mut Steps, pictures: &Pictures, lines: &[String]) -> Result<(), Error> {
     let taken = pictures.taken()?;
     steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(PROFILE)))?;
-    let frames = pictures.frames()?;
-    let summary = Summary::find(lines).or_from(&frames);
+    let csv = workspace.shell.read_file(pictures.report())?;
     print_line(&format!("\npictures ({}):", taken.len()));
     let mut listed: Vec<_> = taken.iter().map(|picture| workspace.shown(picture)).collect();
     if listed.len() > LISTED {
@@ -180,19 +186,14 @@ fn show(workspace: &Workspace, steps: &mut Steps, pictures: &Pictures, lines: &[
     listed.iter().for_each(|picture| print_line(&format!("  {picture}")));
     print_line(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
     print_line(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
-    print_line(&format!("\n{}", summary.table()));
-    if let Some(errors) = frames.errors {
-        print_line(&format!("\n{}", errors.sentence()));
-    }
-    if let Some(ranks) = frames.ranks.filter(|ranks| ranks.count > 1) {
-        print_line(&ranks.sentence());
-    }
+    print_line(&format!("\n{}", report::describe(lines, &csv)));
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
     use std::process::Command;
 
     #[test]
@@ -212,46 +213,37 @@ mod tests {
         assert!(!wants_gpu(Some("cpu"), "backend = \"gpu\""));
     }
 
-    /// The core's dependencies in a cargo command: packages with their features.
-    fn core_with_features(command: &Command) -> Vec<String> {
+    /// The packages that a cargo command builds, with their features.
+    fn packages(command: &Command) -> BTreeSet<String> {
         let mut tree = Command::new(crate::workspace::cargo());
-        tree.args(["tree", "--locked", "--edges", "normal,build", "--prefix", "depth", "--no-dedupe"]);
-        tree.args(["--format", " {p} {f}"]).current_dir(env!("CARGO_MANIFEST_DIR"));
-        let mut words = command.get_args().skip(1);
-        while let Some(word) = words.next() {
-            // `cargo tree` has no profiles.
-            if word == "--profile" {
-                words.next();
-            } else {
-                tree.arg(word);
-            }
-        }
-        let output = tree.output().unwrap();
+        tree.args(["tree", "--locked", "--edges", "normal", "--prefix", "none", "--format", "{p} {f}"]);
+        // `cargo tree` has no profiles.
+        let words: Vec<_> =
+            command.get_args().skip(1).filter(|word| *word != "--profile" && *word != PROFILE).collect();
+        let output = tree.args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8(output.stdout).unwrap();
-        let lines: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();
-        let depth = |line: &(&str, &str)| line.0.parse::<usize>().unwrap();
-        let core = lines.iter().position(|line| line.1.starts_with("icoray v")).unwrap();
-        let below = lines[core + 1..].iter().take_while(|line| depth(line) > depth(&lines[core]));
-        let mut found: Vec<_> = below.map(|line| line.1.to_owned()).collect();
-        found.sort();
-        found.dedup();
-        found
+        text.lines().map(|line| line.trim_end_matches(" (*)").trim().to_owned()).collect()
     }
 
     #[test]
     fn both_libraries_are_built_with_one_core() {
         let workspace = Workspace::find().unwrap();
+        let options = DemoOptions { out: None, scene: None, backend: None, level: 5, layers: 30, days: 12.0 };
+        let (out, scene) = ("".into(), "".into());
+        let mut demo = Demo { workspace: &workspace, options: &options, install: false, out, scene, gpu: false };
         let (cc, fortran, run) = ("mpicc".into(), "mpifort".into(), "mpirun".into());
-        let mpi = Mpi { cc, fortran, run, options: Vec::new(), library: String::new() };
+        let mpi = Mpi { cc, fortran, run, options: Vec::new() };
         for gpu in [false, true] {
-            let options = DemoOptions::default();
-            let (out, scene) = ("".into(), "".into());
-            let demo = Demo { workspace: &workspace, options: &options, install: false, out, scene, gpu };
-            let first = core_with_features(&demo.library().into());
-            let second = core_with_features(&ShallowWater::new(&workspace, PROFILE, &mpi).library(gpu).into());
-            assert!(first.len() > 50 && first.iter().any(|line| line.starts_with("syn v2")), "{first:#?}");
-            assert_eq!(first, second);
+            demo.gpu = gpu;
+            let first = packages(&demo.library().into());
+            let second = packages(&ShallowWater::new(&workspace, PROFILE, &mpi).library(gpu).into());
+            let name = |line: &str| line.split_once(' ').map(|(name, _)| name.to_owned());
+            let names: BTreeSet<_> = first.iter().map(|line| name(line)).collect();
+            let both: BTreeSet<_> = second.into_iter().filter(|line| names.contains(&name(line))).collect();
+            assert!(both.len() > 50 && both.iter().any(|line| line.starts_with("icoray v")), "{both:#?}");
+            let other: Vec<_> = both.difference(&first).collect();
+            assert!(other.is_empty(), "compiled again for the second library: {other:#?}");
         }
     }
 }

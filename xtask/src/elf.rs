@@ -8,82 +8,51 @@ use crate::error::Error;
 
 /// Libraries that an installed shared library may need: those of any C program, and the unwinder.
 const SYSTEM: [&str; 6] = ["libc.so.", "libm.so.", "libgcc_s.so.", "libpthread.so.", "libdl.so.", "ld-linux"];
-
 /// The MPI libraries that one with MPI needs: Open MPI's, or that of MPICH and its derivatives.
 const MPI: [&str; 2] = ["libmpi.so.", "libmpich.so."];
 
-/// A shared library's dynamic section and segments.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Shared {
-    /// The name by which programs find it at run time.
-    pub soname: Option<String>,
-    /// The libraries that it depends on.
-    pub needed: Vec<String>,
-    /// RPATH and RUNPATH.
-    search: Vec<String>,
-    /// Whether it makes the stack of the program that loads it executable.
-    executable_stack: bool,
+/// Checks the dynamic section and the stack of a shared library that is to be installed under this name, with MPI or
+/// without. Returns the libraries that it needs.
+///
+/// # Errors
+/// Another SONAME, another library than the system's and MPI's, a search path, text relocations, an executable stack.
+pub fn check_shared(library: &Path, soname: &str, mpi: bool) -> Result<Vec<String>, Error> {
+    let text = printed("readelf", &["-dlW"], library)?;
+    let faults = faults(&text, soname, mpi);
+    if faults.is_empty() { Ok(entries(&text, "(NEEDED)")) } else { Err(fault(library, &faults.join("; "))) }
 }
 
-impl Shared {
-    /// Reads a file.
-    pub fn read(library: &Path) -> Result<Self, Error> {
-        Ok(Self::parse(&printed("readelf", &["-dlW"], library)?))
-    }
-
-    fn parse(text: &str) -> Self {
-        // The stack is executable unless the library has a header that says otherwise.
-        let mut shared = Self { executable_stack: true, ..Self::default() };
-        for line in text.lines() {
-            let bracketed = || Some(line.split_once('[')?.1.split_once(']')?.0.to_owned());
-            if line.contains("(SONAME)") {
-                shared.soname = bracketed();
-            } else if line.contains("(NEEDED)") {
-                shared.needed.extend(bracketed());
-            } else if line.contains("(RPATH)") || line.contains("(RUNPATH)") {
-                shared.search.extend(bracketed());
-            } else if let Some(stack) = line.trim_start().strip_prefix("GNU_STACK") {
-                shared.executable_stack = stack.split_whitespace().any(|word| word == "RWE");
-            }
-        }
-        shared
-    }
-
-    /// The faults that it has as an installed library of this name, with MPI or without.
-    pub fn complaints(&self, soname: &str, mpi: bool) -> Vec<String> {
-        let mut complaints = Vec::new();
-        if self.soname.as_deref() != Some(soname) {
-            complaints.push(format!("its SONAME is {:?}, expected {soname:?}", self.soname));
-        }
-        let is_mpi = |library: &&String| MPI.iter().any(|known| library.starts_with(known));
-        if mpi && !self.needed.iter().any(|library| is_mpi(&library)) {
-            complaints.push("it needs no MPI".into());
-        }
-        for library in self.needed.iter().filter(|library| !(mpi && is_mpi(library))) {
-            if !SYSTEM.iter().any(|known| library.starts_with(known)) {
-                complaints.push(format!("it needs {library}"));
-            }
-        }
-        if !self.search.is_empty() {
-            complaints.push(format!("it searches {}", self.search.join(", ")));
-        }
-        if self.executable_stack {
-            complaints.push("it makes the stack executable".into());
-        }
-        complaints
-    }
+/// The values of the entries of this kind in the dynamic section, as `readelf -d` prints them.
+fn entries(text: &str, kind: &str) -> Vec<String> {
+    let lines = text.lines().filter(|line| line.contains(kind));
+    lines.filter_map(|line| Some(line.split_once('[')?.1.split_once(']')?.0.to_owned())).collect()
 }
 
-/// The global names that a library defines; `-D` in `options` is for shared libraries.
-pub fn defined(library: &Path, options: &[&str]) -> Result<Vec<String>, Error> {
-    let options: Vec<_> = ["-g", "--defined-only"].iter().chain(options).copied().collect();
-    Ok(names(&printed("nm", &options, library)?))
-}
-
-/// The third words of nm's lines; headings of an archive's members have one.
-fn names(text: &str) -> Vec<String> {
-    let name = |line: &str| line.split_whitespace().nth(2).map(str::to_owned);
-    distinct(text.lines().filter_map(name))
+fn faults(text: &str, soname: &str, mpi: bool) -> Vec<String> {
+    let mut faults = Vec::new();
+    let found = entries(text, "(SONAME)");
+    if found != [soname] {
+        faults.push(format!("its SONAME is {found:?}, expected {soname:?}"));
+    }
+    let is_one_of = |library: &String, known: &[&str]| known.iter().any(|start| library.starts_with(start));
+    let (of_mpi, others): (Vec<_>, Vec<_>) =
+        entries(text, "(NEEDED)").into_iter().partition(|library| is_one_of(library, &MPI));
+    if mpi && of_mpi.is_empty() {
+        faults.push("it needs no MPI".into());
+    }
+    let unexpected = others.iter().filter(|library| !is_one_of(library, &SYSTEM));
+    faults.extend(unexpected.chain(of_mpi.iter().filter(|_| !mpi)).map(|library| format!("it needs {library}")));
+    let search = ["(RPATH)", "(RUNPATH)"].iter().flat_map(|kind| entries(text, kind));
+    faults.extend(search.map(|path| format!("it searches {path}")));
+    if text.contains("TEXTREL") {
+        faults.push("it has text relocations".into());
+    }
+    // The stack is executable unless the library has a header that says otherwise.
+    let stack = text.lines().find(|line| line.trim_start().starts_with("GNU_STACK"));
+    if stack.is_none_or(|line| line.contains(" RWE ")) {
+        faults.push("it makes the stack executable".into());
+    }
+    faults
 }
 
 /// The functions that a C header declares.
@@ -91,39 +60,42 @@ pub fn declared(header: &str) -> Vec<String> {
     // Outside of comments, whose lines start with a star, only the name of a prototype is followed by a bracket.
     let code = header.lines().filter(|line| !line.trim_start().starts_with(['*', '/']));
     let before_bracket = code.filter_map(|line| line.split_once('(').map(|(before, _)| before));
-    let name = before_bracket.filter_map(|before| before.rsplit([' ', '*']).next());
-    distinct(name.filter(|name| name.starts_with("icoray_")).map(str::to_owned))
+    let names = before_bracket.filter_map(|before| before.rsplit([' ', '*']).next());
+    names.filter(|name| name.starts_with("icoray_")).map(str::to_owned).collect()
 }
 
-/// The names in order, each once.
-fn distinct(names: impl Iterator<Item = String>) -> Vec<String> {
-    names.collect::<BTreeSet<_>>().into_iter().collect()
-}
-
-/// Fails unless both lists have the same names.
-pub fn same_names(what: &str, found: &[String], expected: &[String]) -> Result<(), Error> {
-    let lacking: Vec<_> = expected.iter().filter(|name| !found.contains(name)).collect();
-    let surplus: Vec<_> = found.iter().filter(|name| !expected.contains(name)).collect();
-    if lacking.is_empty() && surplus.is_empty() && !expected.is_empty() {
-        return Ok(());
+/// Fails unless the global names that a library defines are these; `-D` in `options` is for shared libraries.
+pub fn check_names(library: &Path, options: &[&str], expected: &[String]) -> Result<(), Error> {
+    let text = printed("nm", &[&["-g", "--defined-only"], options].concat(), library)?;
+    match difference(&text, expected) {
+        None => Ok(()),
+        Some(difference) => Err(fault(library, &difference)),
     }
-    Err(Error::Failed(format!(
-        "{what} {} names where {} are declared; not declared: {surplus:?}; not there: {lacking:?}",
-        found.len(),
-        expected.len()
-    )))
+}
+
+/// What differs between the names that `nm` prints, in the third words of its lines, and the expected ones.
+fn difference(text: &str, expected: &[String]) -> Option<String> {
+    let found: BTreeSet<_> = text.lines().filter_map(|line| line.split_whitespace().nth(2)).collect();
+    let expected: BTreeSet<_> = expected.iter().map(String::as_str).collect();
+    let (surplus, lacking): (Vec<_>, Vec<_>) =
+        (found.difference(&expected).collect(), expected.difference(&found).collect());
+    // A comparison of nothing with nothing would always hold.
+    let is_same = found == expected && !expected.is_empty();
+    (!is_same).then(|| format!("its names are not those declared; not declared: {surplus:?}; not there: {lacking:?}"))
+}
+
+fn fault(library: &Path, what: &str) -> Error {
+    Error::Failed(format!("{}: {what}", library.display()))
 }
 
 fn printed(program: &str, options: &[&str], file: &Path) -> Result<String, Error> {
-    let mut command = Command::new(program);
     // Without translations.
-    let output = command.env("LC_ALL", "C").args(options).arg(file).output();
+    let output = Command::new(program).env("LC_ALL", "C").args(options).arg(file).output();
     let output = output.map_err(Error::while_doing(program))?;
-    if !output.status.success() {
-        let cause = String::from_utf8_lossy(&output.stderr);
-        return Err(Error::Failed(format!("{program} {}: {}", file.display(), cause.trim())));
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
-    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    Err(fault(file, &format!("{program}: {}", String::from_utf8_lossy(&output.stderr).trim())))
 }
 
 #[cfg(test)]
@@ -137,60 +109,38 @@ mod tests {
  0x000000000000000e (SONAME)             Library soname: [libx.so.0]
 ";
 
-    fn strings(names: &[&str]) -> Vec<String> {
-        names.iter().map(|&name| name.to_owned()).collect()
-    }
-
     #[test]
-    fn a_good_library_is_not_complained_of() {
-        let shared = Shared::parse(GOOD);
-        assert_eq!(shared.needed, ["libgcc_s.so.1", "ld-linux-x86-64.so.2"]);
-        assert_eq!(shared.complaints("libx.so.0", false), [""; 0]);
-    }
-
-    #[test]
-    fn mpi_is_needed_where_it_is_wanted_and_nowhere_else() {
+    fn each_fault_is_found() {
+        assert_eq!(entries(GOOD, "(NEEDED)"), ["libgcc_s.so.1", "ld-linux-x86-64.so.2"]);
+        assert_eq!(faults(GOOD, "libx.so.0", false), [""; 0]);
+        assert_eq!(faults(GOOD, "libx.so.0", true), ["it needs no MPI"]);
         for name in ["libmpi.so.40", "libmpich.so.12"] {
-            let shared = Shared::parse(&GOOD.replace("libgcc_s.so.1", name));
-            assert_eq!(shared.complaints("libx.so.0", true), [""; 0]);
-            assert_eq!(shared.complaints("libx.so.0", false), [format!("it needs {name}")]);
+            assert_eq!(faults(&GOOD.replace("libgcc_s.so.1", name), "libx.so.0", true), [""; 0]);
         }
-        assert_eq!(Shared::parse(GOOD).complaints("libx.so.0", true), ["it needs no MPI"]);
+        for (from, to, fault) in [
+            ("libx.so.0", "libx.so", "its SONAME is [\"libx.so\"], expected \"libx.so.0\""),
+            ("(SONAME)", "(OTHER)", "its SONAME is [], expected \"libx.so.0\""),
+            ("libgcc_s.so.1", "libmpi.so.40", "it needs libmpi.so.40"),
+            ("libgcc_s.so.1", "libnetcdf.so.19", "it needs libnetcdf.so.19"),
+            ("\n 0x", "\n 0x1d (RUNPATH)   Library runpath: [/home/me]\n 0x", "it searches /home/me"),
+            ("\n 0x", "\n 0x16 (TEXTREL)   0x0\n 0x", "it has text relocations"),
+            (" RW ", " RWE ", "it makes the stack executable"),
+            ("GNU_STACK", "GNU_RELRO", "it makes the stack executable"),
+        ] {
+            assert_eq!(faults(&GOOD.replacen(from, to, 1), "libx.so.0", false), [fault]);
+        }
     }
 
     #[test]
-    fn each_fault_is_complained_of() {
-        let complaint = |from: &str, to: &str| {
-            assert!(GOOD.contains(from));
-            Shared::parse(&GOOD.replace(from, to)).complaints("libx.so.0", false).join("; ")
-        };
-        assert_eq!(complaint("libx.so.0", "libx.so"), "its SONAME is Some(\"libx.so\"), expected \"libx.so.0\"");
-        assert!(complaint("(SONAME)", "(OTHER)").starts_with("its SONAME is None"));
-        assert_eq!(complaint("libgcc_s.so.1", "libnetcdf.so.19"), "it needs libnetcdf.so.19");
-        assert_eq!(complaint(" RW ", " RWE "), "it makes the stack executable");
-        assert_eq!(complaint("GNU_STACK", "GNU_RELRO"), "it makes the stack executable");
-        let rpath = " 0x1d (RUNPATH)   Library runpath: [/home/me]\n";
-        assert_eq!(Shared::parse(&format!("{GOOD}{rpath}")).complaints("libx.so.0", false), ["it searches /home/me"]);
-    }
-
-    #[test]
-    fn a_name_too_many_or_too_few_is_found() {
-        let declared = strings(&["icoray_close", "icoray_open"]);
-        assert_eq!(same_names("x has", &declared, &declared), Ok(()));
-        let message = |found: &[&str]| same_names("x has", &strings(found), &declared).unwrap_err().to_string();
-        let surplus = message(&["icoray_close", "icoray_open", "rust_eh_personality"]);
-        assert!(surplus.contains("not declared: [\"rust_eh_personality\"]"), "{surplus}");
-        assert!(message(&["icoray_open"]).contains("not there: [\"icoray_close\"]"));
-        // A comparison of nothing with nothing would always hold.
-        assert!(same_names("x has", &[], &[]).is_err());
-    }
-
-    #[test]
-    fn names_are_read_from_nm_and_the_header() {
-        let nm = "\na.o:\n0000000000000010 T icoray_b\n0000000000000000 T icoray_a\n\nb.o:\n00 D icoray_b\n";
-        assert_eq!(names(nm), ["icoray_a", "icoray_b"]);
+    fn names_must_be_those_that_the_header_declares() {
         let header =
             "/* icoray_x(no) */\n * icoray_y(no)\nconst char *icoray_b(void);\nint icoray_a(int a,\n  int b);\n";
-        assert_eq!(declared(header), ["icoray_a", "icoray_b"]);
+        let declared = declared(header);
+        assert_eq!(declared, ["icoray_b", "icoray_a"]);
+        let nm = "\na.o:\n0000000000000010 T icoray_b\n0000000000000000 T icoray_a\n\nb.o:\n00 D icoray_b\n";
+        assert_eq!(difference(nm, &declared), None);
+        assert!(difference(&nm.replace("D icoray_b", "T other"), &declared).unwrap().contains("declared: [\"other\"]"));
+        assert!(difference("", &declared).unwrap().contains("not there: [\"icoray_a\", \"icoray_b\"]"));
+        assert!(difference("", &[]).is_some());
     }
 }

@@ -8,12 +8,9 @@ const BRIEF: usize = 5;
 /// Why a subcommand ended early.
 #[derive(Debug, PartialEq)]
 pub enum Error {
-    /// Wrong arguments: the usage is printed too, and the exit code is 2.
-    Usage(String),
-    /// Anything else: a file that cannot be read, a picture that is missing.
+    /// A file that cannot be read, a picture that is missing, and the like.
     Failed(String),
-    /// A sentence on what failed, and what to do if that is known; and lines of details: the output of a command, or a
-    /// reason per package.
+    /// A sentence on what failed, and lines of details: the output of a command, or a reason per package.
     Detailed { sentence: String, details: String },
 }
 
@@ -23,14 +20,10 @@ impl Error {
         move |cause| Error::Failed(format!("{what}: {cause}"))
     }
 
-    /// The first sentence, and the last few lines of the details, indented.
+    /// The first line, and the last few lines of the details, indented.
     pub fn brief(&self) -> String {
-        let (sentence, details) = match self {
-            Error::Usage(message) | Error::Failed(message) => {
-                message.split_once('\n').unwrap_or((message.as_str(), ""))
-            }
-            Error::Detailed { sentence, details } => (sentence.as_str(), details.as_str()),
-        };
+        let text = self.to_string();
+        let (sentence, details) = text.split_once('\n').unwrap_or((&text, ""));
         let lines = last_lines(details, BRIEF).into_iter().map(|line| format!("\n    {}", line.trim_start()));
         sentence.to_owned() + &lines.collect::<String>()
     }
@@ -51,22 +44,8 @@ impl From<xshell::Error> for Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Error::Usage(message) | Error::Failed(message) => f.write_str(message),
-            Error::Detailed { sentence, details } if details.is_empty() => f.write_str(sentence),
-            Error::Detailed { sentence, details } => write!(f, "{sentence}\n{details}"),
+            Error::Failed(message) => f.write_str(message),
+            Error::Detailed { sentence, details } => f.write_str(format!("{sentence}\n{details}").trim_end()),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_brief_error_has_the_sentence_and_the_last_lines() {
-        let details = (1..=9).map(|i| format!("  line {i}\n\n")).collect::<String>();
-        let error = Error::Detailed { sentence: "make failed".into(), details };
-        assert_eq!(error.brief(), "make failed\n    line 5\n    line 6\n    line 7\n    line 8\n    line 9");
-        assert_eq!(Error::Failed("no file".into()).brief(), "no file");
     }
 }

@@ -1,78 +1,121 @@
-//! `cargo xtask gallery`: renders the example scenes, and writes a page with their pictures.
+//! `cargo xtask gallery`: draws the pictures of the gallery's page by the commands that stand there, and writes their
+//! errors and seconds into it.
+//!
+//! A section of the page has pictures, `![what](file.png)`; the scene with the command,
+//! `[x.toml](../scenes/x.toml): ` and the command in backticks; and a line `- what: ` for each picture, which is
+//! completed here.
 
-mod list;
-mod page;
-
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use xshell::{Cmd, cmd};
+use xshell::Cmd;
 
 use crate::error::Error;
 use crate::files;
-use crate::host::Host;
+use crate::models::{MPI_PACKAGE, ShallowWater, compile_tracer, tracer};
 use crate::mpi::Mpi;
-use crate::options::Size;
 use crate::pictures::{Pictures, check_picture};
+use crate::report::Table;
 use crate::requirements;
-use crate::shallow_water::{self, ShallowWater};
 use crate::step::{Step, Steps, print_line};
 use crate::system;
-use crate::tracer::Tracer;
 use crate::workspace::Workspace;
-use list::{Entry, GALLERY, Subject};
-use page::{Numbers, Page};
 
 const FOLDER: &str = "examples/gallery";
-const RANKS: usize = 2;
+/// An artificial ocean on a real mesh, which a test writes: no real file is small enough.
+const OCEAN: &str = "ocean.nc";
 
-/// Renders the scenes of the gallery.
+/// A scene of the page.
+struct Section<'a> {
+    /// The scene's file in `examples/scenes`.
+    scene: &'a str,
+    /// The words of the command that draws it.
+    command: Vec<&'a str>,
+    /// The files of its pictures, as they are drawn.
+    pictures: Vec<&'a str>,
+}
+
+impl<'a> Section<'a> {
+    /// Reads the text of a section; `None` if it has no scene.
+    fn parse(text: &'a str) -> Option<Self> {
+        let (scene, rest) = text.split_once("](../scenes/")?.1.split_once("): `")?;
+        let pictures = text.lines().filter_map(|line| Some(picture(line)?.1)).collect();
+        Some(Self { scene, command: rest.split_once('`')?.0.split(' ').collect(), pictures })
+    }
+}
+
+/// The sections of a page that have a scene.
+fn sections(page: &str) -> Vec<Section<'_>> {
+    page.split("\n## ").skip(1).filter_map(Section::parse).collect()
+}
+
+/// The words and the file of a line with a picture.
+fn picture(line: &str) -> Option<(&str, &str)> {
+    line.strip_prefix("![")?.strip_suffix(')')?.split_once("](")
+}
+
+/// The page with other numbers for some files.
+fn with_numbers(page: &str, numbers: &BTreeMap<&str, String>) -> String {
+    let mut files = BTreeMap::new();
+    let mut text = String::new();
+    for line in page.lines() {
+        files.extend(picture(line));
+        let what = line.strip_prefix("- ").and_then(|line| line.rsplit_once(": ")).map(|(what, _)| what);
+        match what.and_then(|what| Some((what, numbers.get(files.get(what)?)?))) {
+            Some((what, numbers)) => text += &format!("- {what}: {numbers}\n"),
+            None => text += &format!("{line}\n"),
+        }
+    }
+    text
+}
+
+/// Errors and cost of one picture, by the text of `report.csv`.
+fn numbers(csv: &str, picture: &str) -> Result<String, Error> {
+    let table = Table::read(csv);
+    let number = |name: &str| {
+        let lacking = || Error::Failed(format!("report.csv has no {name} of {picture}"));
+        table.number("file", picture, name).ok_or_else(lacking)
+    };
+    let seconds = number("prepare_s")? + number("render_s")?;
+    Ok(format!("error ≤ {:.1e}, mean {:.1e}; {seconds:.1} s", number("error_max")?, number("error_mean")?))
+}
+
+/// Draws the scenes of the page.
 struct Gallery<'a> {
     workspace: &'a Workspace,
     profile: &'a str,
-    /// Directory of the data files.
-    data: PathBuf,
-    /// Directory of all pictures; models write more than the page shows.
-    out: PathBuf,
     mpi: Option<Mpi>,
 }
 
-/// Renders the scenes whose files exist, and writes the page. Other scenes keep their pictures and their sections.
+/// Draws the scenes whose files exist, and writes the page. Other scenes keep their pictures and their numbers.
 pub fn run(workspace: &Workspace, profile: &str, install: bool) -> Result<(), Error> {
-    let folder = workspace.root.join(FOLDER);
-    let (data, out) = (workspace.data(), workspace.root.join("out/gallery"));
-    let mut steps = Steps::new(GALLERY.len() + 3);
+    let file = workspace.root.join(FOLDER).join("README.md");
+    let page = workspace.shell.read_file(&file)?;
+    let sections = sections(&page);
+    let mut steps = Steps::new(sections.len() + 2);
     let mpi = steps.run("looking for system packages", |step| {
         system::provide(requirements::FOR_TEST, install, step)?;
         let found = system::provide(requirements::FOR_DEMO_MPI, install, step);
-        let found = found.and_then(|()| Ok(Mpi::find(&Host::here()?)?));
+        let found = found.and_then(|()| Mpi::find().map_err(Error::Failed));
         if let Err(error) = &found {
             step.note(&format!("the shallow-water model is left out: {}", error.brief()));
         }
         Ok(found.ok())
     })?;
-    let gallery = Gallery { workspace, profile, data, out, mpi };
-    steps.run("building icoray", |step| gallery.build(step))?;
-    steps.run("building the models", |step| gallery.build_models(step))?;
-    let mut page = Page::read(&folder.join("README.md"));
-    let mut skipped = Vec::new();
-    for entry in GALLERY {
-        steps.run(&format!("drawing {}", entry.scene), |step| match gallery.lacking(entry) {
-            Some(lacking) => {
-                step.note(&format!("left out: {lacking} is missing"));
-                skipped.push(entry.scene);
-                Ok(())
+    let gallery = Gallery { workspace, profile, mpi };
+    steps.run("building icoray and the models (about 4 minutes)", |step| gallery.build(step))?;
+    let mut numbers = BTreeMap::new();
+    for section in &sections {
+        steps.run(&format!("drawing {}", section.scene), |step| {
+            match gallery.lacking(section) {
+                Some(lacking) => step.note(&format!("left out: {lacking} is missing; the picture is kept")),
+                None => numbers.extend(gallery.draw(section, step)?),
             }
-            None => {
-                page.put(entry, &gallery.draw(entry, &folder, step)?);
-                Ok(())
-            }
+            Ok(())
         })?;
     }
-    page.write(&folder.join("README.md"))?;
-    print_line(&format!("\npage:\n  {}", workspace.shown(&folder.join("README.md"))));
-    if !skipped.is_empty() {
-        print_line(&format!("pictures of an earlier run were kept:\n  {}", skipped.join("\n  ")));
-    }
+    workspace.shell.write_file(&file, with_numbers(&page, &numbers))?;
+    print_line(&format!("\npage:\n  {}", workspace.shown(&file)));
     Ok(())
 }
 
@@ -82,13 +125,11 @@ impl Gallery<'_> {
         let mut cargo = cargo.args(["--package", "icoray-cli", "--package", "icoray-capi"]);
         if let Some(model) = self.shallow_water() {
             model.remove_other_mpi(step)?;
-            cargo = model.with_mpi(cargo.args(["--package", shallow_water::LIBRARY_PACKAGE]), &Host::here()?)?;
+            cargo = model.with_mpi(cargo.args(["--package", MPI_PACKAGE]));
         }
-        step.quiet(cargo)
-    }
-
-    fn tracer(&self) -> Tracer<'_> {
-        Tracer::new(self.workspace, self.profile)
+        step.quiet(cargo)?;
+        step.quiet(compile_tracer(self.workspace, self.profile))?;
+        self.shallow_water().map_or(Ok(()), |model| step.quiet(model.compile()))
     }
 
     /// The model over MPI, if there is an MPI.
@@ -96,94 +137,97 @@ impl Gallery<'_> {
         self.mpi.as_ref().map(|mpi| ShallowWater::new(self.workspace, self.profile, mpi))
     }
 
-    fn build_models(&self, step: &mut Step) -> Result<(), Error> {
-        step.quiet(self.tracer().compile())?;
-        self.shallow_water().map_or(Ok(()), |model| step.quiet(model.compile()))
-    }
-
-    /// The file or software that an entry needs, if it is missing.
-    fn lacking(&self, entry: &Entry) -> Option<String> {
-        let file = match entry.subject {
-            Subject::File { name, .. } => name,
-            Subject::MadeOcean => list::OCEAN_MESH,
-            Subject::ShallowWater if self.mpi.is_none() => return Some("a working MPI with Fortran".into()),
-            Subject::Tracer | Subject::ShallowWater => return None,
-        };
-        let path = self.data.join(file);
-        (!path.is_file()).then(|| self.workspace.shown(&path))
-    }
-
-    /// Draws an entry's pictures into the gallery's folder, and returns what they cost.
-    fn draw(&self, entry: &Entry, folder: &Path, step: &mut Step) -> Result<Vec<Numbers>, Error> {
-        let sh = &self.workspace.shell;
-        let drawn = self.out.join(entry.scene.trim_end_matches(".toml"));
-        Pictures::new(self.workspace, drawn.clone(), "").prepare()?;
-        self.make(entry, &drawn, step)?;
-        sh.create_dir(folder)?;
-        let keep = |picture: &list::Picture| {
-            let from = drawn.join(picture.drawn);
-            check_picture(&from)?;
-            sh.copy_file(&from, folder.join(picture.file))?;
-            // Each directory has its report, that of a Cinema database too.
-            let csv = sh.read_file(from.with_file_name("report.csv"))?;
-            Numbers::of(&csv, &files::name(&from))
-        };
-        entry.pictures.iter().map(keep).collect()
-    }
-
-    fn make(&self, entry: &Entry, out: &Path, step: &mut Step) -> Result<(), Error> {
-        let scene = self.workspace.root.join("examples/scenes").join(entry.scene);
-        match entry.subject {
-            Subject::File { name, time, options } => {
-                let render = self.render(&scene, out).arg(self.data.join(name));
-                step.quiet(render.args(["--time", time]).args(options))
-            }
-            Subject::MadeOcean => {
-                let mesh = self.data.join(list::OCEAN_MESH);
-                step.quiet(self.make_ocean(out))?;
-                step.quiet(self.render(&scene, out).arg(out.join("ocean.nc")).arg("--mesh").arg(mesh))
-            }
-            Subject::Tracer => step.quiet(self.tracer().run(list::TRACER, &scene, out)?),
-            Subject::ShallowWater => match self.shallow_water() {
-                Some(model) => step.quiet(model.run(RANKS, &scene, out)?),
-                None => Err(Error::Failed("there is no MPI".into())),
-            },
+    /// The file or software that a section's command needs, if it is missing.
+    fn lacking(&self, section: &Section) -> Option<String> {
+        if section.command[0] == "mpirun" && self.mpi.is_none() {
+            return Some("a working MPI with Fortran".into());
         }
+        let files = section.command.iter().filter(|word| is_data(word)).map(|word| self.workspace.data().join(word));
+        files.into_iter().find(|file| !file.is_file()).map(|file| self.workspace.shown(&file))
     }
 
-    fn render(&self, scene: &Path, out: &Path) -> Cmd<'_> {
-        let icoray = self.workspace.products(self.profile).join("icoray");
-        cmd!(self.workspace.shell, "{icoray} render --scene {scene} -o {out}")
+    /// Draws a section's pictures into the gallery's folder; returns their numbers.
+    fn draw<'s>(&self, section: &Section<'s>, step: &mut Step) -> Result<Vec<(&'s str, String)>, Error> {
+        let sh = &self.workspace.shell;
+        // Models write more pictures than the page shows.
+        let out = self.workspace.root.join("out/gallery").join(section.scene.trim_end_matches(".toml"));
+        Pictures::new(self.workspace, out.clone(), "").prepare()?;
+        if section.command.contains(&OCEAN) {
+            step.quiet(self.make_ocean(&out))?;
+        }
+        step.quiet(self.command(section, &out)?)?;
+        let keep = |file: &&'s str| {
+            // A Cinema database has a directory and a report of its own.
+            let from = files::fitting(&out, &format!("**/{file}")).pop().unwrap_or_else(|| out.join(file));
+            check_picture(&from)?;
+            sh.copy_file(&from, self.workspace.root.join(FOLDER).join(file))?;
+            let csv = sh.read_file(from.with_file_name("report.csv"))?;
+            Ok((*file, numbers(&csv, file)?))
+        };
+        section.pictures.iter().map(keep).collect()
+    }
+
+    /// The command of the page, by the programs that were built.
+    fn command(&self, section: &Section, out: &Path) -> Result<Cmd<'_>, Error> {
+        let file = |word: &&str| match *word {
+            OCEAN => out.join(OCEAN),
+            word if is_data(word) => self.workspace.data().join(word),
+            word => PathBuf::from(word),
+        };
+        match (&section.command[..], self.shallow_water()) {
+            (["icoray", rest @ ..], _) => {
+                let icoray = self.workspace.shell.cmd(self.workspace.products(self.profile).join("icoray"));
+                Ok(icoray.args(rest.iter().map(file)).arg("-o").arg(out))
+            }
+            (["tracer", rest @ ..], _) => Ok(tracer(self.workspace, self.profile)?.args(rest).arg("--out").arg(out)),
+            (["mpirun", "-n", ranks, "shallow_water", rest @ ..], Some(model)) => {
+                let ranks = ranks.parse().map_err(Error::while_doing("mpirun -n"))?;
+                Ok(model.run(ranks)?.args(rest).arg("--out").arg(out))
+            }
+            _ => Err(Error::Failed(format!("an unknown command: {}", section.command.join(" ")))),
+        }
     }
 
     /// Runs the test of an ocean's pictures, which writes an ocean on a real mesh to the directory.
     fn make_ocean(&self, out: &Path) -> Cmd<'_> {
         let cargo = self.workspace.cargo(["test", "--profile", self.profile, "--package", "icoray-cli"]);
         let cargo = cargo.args(["--test", "cli", "the_ocean_ends"]);
-        cargo.env("ICORAY_TEST_KEEP", out).env("ICORAY_TEST_DATA", &self.data)
+        cargo.env("ICORAY_TEST_KEEP", out).env("ICORAY_TEST_DATA", self.workspace.data())
     }
 }
 
-impl Entry {
-    /// The command that a reader types for the same pictures.
-    fn command(&self) -> String {
-        let scene = format!("examples/scenes/{}", self.scene);
-        match self.subject {
-            Subject::File { name, time, options } => {
-                let more = options.iter().fold(String::new(), |text, word| text + " " + word);
-                format!("icoray render {name} --scene {scene} --time {time}{more}")
-            }
-            Subject::MadeOcean => {
-                format!("icoray render ocean.nc --mesh {} --scene {scene}", list::OCEAN_MESH)
-            }
-            Subject::Tracer => {
-                let Size { level, layers, days } = list::TRACER;
-                format!("tracer --level {level} --layers {layers} --days {days} --scene {scene}")
-            }
-            Subject::ShallowWater => {
-                let size = shallow_water::SIZE.join(" ");
-                format!("mpirun -n {RANKS} shallow_water {size} --scene {scene}")
-            }
+/// Whether a word of a command is a file of the data directory.
+fn is_data(word: &str) -> bool {
+    word.ends_with(".nc") && word != OCEAN
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_scenes_are_on_the_page_with_their_pictures() {
+        let workspace = Workspace::find().unwrap();
+        let page = workspace.shell.read_file(workspace.root.join(FOLDER).join("README.md")).unwrap();
+        let sections = sections(&page);
+        let scenes: Vec<_> = sections.iter().map(|section| section.scene.to_owned()).collect();
+        for file in files::fitting(&workspace.root, "examples/scenes/*.toml") {
+            assert!(scenes.contains(&files::name(&file)), "{}", file.display());
         }
+        let pictures: Vec<_> = sections.iter().flat_map(|section| &section.pictures).copied().collect();
+        assert!(sections.iter().all(|section| !section.pictures.is_empty()));
+        let numbers = pictures.iter().map(|file| (*file, "error ≤ 1, mean 0; 77.0 s".to_owned())).collect();
+        assert_eq!(with_numbers(&page, &numbers).matches("77.0 s").count(), pictures.len());
+        assert_eq!(with_numbers(&page, &BTreeMap::new()), page);
+        let gallery = Gallery { workspace: &workspace, profile: "dev", mpi: None };
+        let unknown = sections.iter().filter(|section| gallery.command(section, Path::new("out")).is_err());
+        assert_eq!(unknown.map(|section| section.scene).collect::<Vec<_>>(), ["shallow_water.toml"]);
+    }
+
+    #[test]
+    fn numbers_are_those_of_the_picture() {
+        let csv = "file,prepare_s,render_s,error_max,error_mean\na.png,1,2,3,4\n\"b, c.png\",1,0.26,3.456e-4,2e-5\n";
+        assert_eq!(numbers(csv, "b, c.png"), Ok("error ≤ 3.5e-4, mean 2.0e-5; 1.3 s".into()));
+        assert_eq!(numbers(csv, "c.png"), Err(Error::Failed("report.csv has no prepare_s of c.png".into())));
     }
 }

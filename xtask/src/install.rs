@@ -10,9 +10,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::disk;
-use crate::elf::{self, Shared};
+use crate::elf;
 use crate::error::Error;
-use crate::host::Host;
 use crate::libclang;
 use crate::options::InstallOptions;
 use crate::requirements;
@@ -55,8 +54,6 @@ pub struct Installed {
     pub files: Vec<(PathBuf, String)>,
     /// The shared library.
     pub shared: PathBuf,
-    /// The properties of the shared library.
-    pub properties: Shared,
 }
 
 /// Builds and installs the library; prints the installed files.
@@ -77,14 +74,15 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     // Before the build, which takes minutes.
     layout.check()?;
     disk::has_space(&workspace.products(PROFILE), SPACE)?;
-    let mut built = steps.run("building the library", |step| build(workspace, mpi, options.gpu, step))?;
+    let title = format!("building the library (about {} minutes)", if options.no_gpu { 3 } else { 5 });
+    let mut built = steps.run(&title, |step| build(workspace, mpi, !options.no_gpu, step))?;
     if let Some(comin) = comin {
         let plugin = steps.run("building the plugin", |step| comin.build(workspace, &built.shared, step))?;
         built.plugin = Some(plugin);
     }
     if options.catalyst {
-        let title = "building the implementation of Catalyst";
-        let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, options.gpu, step))?;
+        let title = "building the implementation of Catalyst (about 2 minutes)";
+        let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, !options.no_gpu, step))?;
         built.catalyst = Some(library);
     }
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
@@ -93,26 +91,25 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     for (path, what) in &installed.files {
         print_line(&format!("{:<width$}  {what:>10}", path.display()));
     }
-    let Shared { soname, needed, .. } = &installed.properties;
-    print_line(&format!("\n{} needs {}", soname.as_deref().unwrap_or_default(), needed.join(", ")));
+    print_line(&format!("\n{SONAME} needs {}", check_shared(workspace, &installed.shared, mpi)?.join(", ")));
+    let lib = layout.prefix.join(&layout.libdir);
     print_line(&format!(
         "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  {} model.c $(pkg-config --cflags --libs icoray)",
-        layout.prefix.join(&layout.libdir).join("pkgconfig").display(),
+        lib.join("pkgconfig").display(),
         if mpi { "mpicc" } else { "cc" }
     ));
     if built.plugin.is_some() {
-        let plugin = layout.prefix.join(&layout.libdir).join(comin::PLUGIN);
         print_line(&format!(
             "\nto draw from ICON, in its namelist comin_nml:\n  plugin_list(1)%plugin_library = \"{}\"\n  \
              plugin_list(1)%options = \"scene.toml\"",
-            plugin.display()
+            lib.join(comin::PLUGIN).display()
         ));
     }
     if built.catalyst.is_some() {
         print_line(&format!(
             "\nto draw from a host of Catalyst 2, with a path to a scene in its catalyst/scripts:\n  \
              export CATALYST_IMPLEMENTATION_NAME=icoray\n  export CATALYST_IMPLEMENTATION_PATHS={}",
-            layout.prefix.join(&layout.libdir).join(catalyst::DIRECTORY).display()
+            lib.join(catalyst::DIRECTORY).display()
         ));
     }
     Ok(())
@@ -138,38 +135,33 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     let without_gpu = ["--no-default-features", "--features=live"];
     cargo = cargo.args(mpi.then_some("--features=mpi")).args(without_gpu.iter().filter(|_| !gpu));
     if mpi {
-        cargo = cargo.envs(libclang::variable(&Host::here()?)?);
+        cargo = cargo.envs(libclang::variable());
     }
     // Not in other profiles: programs find the libraries in target/debug and target/release by their file names.
     step.quiet(cargo.args(["--", "-C"]).arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
     let products = workspace.products(PROFILE);
     let shared = products.join("libicoray.so");
-    let functions = functions(workspace)?;
-    elf::same_names("the shared library exports", &elf::defined(&shared, &["-D"])?, &functions)?;
-    refuse_faults(&shared, &Shared::read(&shared)?, mpi)?;
+    check_shared(workspace, &shared, mpi)?;
     let directory = products.join("reduced");
-    let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions, &directory, step)?;
+    let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions(workspace)?, &directory, step)?;
     Ok(Built { shared, archive, plugin: None, catalyst: None })
 }
 
-/// Fails if a shared library has properties that an installed one must not have.
-pub fn refuse_faults(library: &Path, properties: &Shared, mpi: bool) -> Result<(), Error> {
-    let complaints = properties.complaints(SONAME, mpi);
-    if complaints.is_empty() {
-        return Ok(());
-    }
-    Err(Error::Failed(format!("{}: {}", library.display(), complaints.join("; "))))
+/// Fails unless a shared library exports the functions of the header, and has the properties of an installed one.
+/// Returns the libraries that it needs.
+pub fn check_shared(workspace: &Workspace, library: &Path, mpi: bool) -> Result<Vec<String>, Error> {
+    elf::check_names(library, &["-D"], &functions(workspace)?)?;
+    elf::check_shared(library, SONAME, mpi)
 }
 
 /// The functions that the header declares.
-pub fn functions(workspace: &Workspace) -> Result<Vec<String>, Error> {
+fn functions(workspace: &Workspace) -> Result<Vec<String>, Error> {
     Ok(elf::declared(&workspace.shell.read_file("include/icoray.h")?))
 }
 
 /// Installs the libraries and the files that belong to them.
 pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Installed, Error> {
     let (header, fortran) = (workspace.root.join("include/icoray.h"), workspace.root.join(FORTRAN));
-    let text = |template| Content::Text(template::filled(template, &layout.libdir, VERSION));
     let library = shared_name(VERSION);
     let lib = |name: &str| layout.libdir.join(name);
     let root = layout.root();
@@ -182,30 +174,27 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
         item(lib("libicoray.a"), Content::File(&built.archive), 0o644),
         item(PathBuf::from("include/icoray.h"), Content::File(&header), 0o644),
         item(PathBuf::from(FORTRAN), Content::File(&fortran), 0o644),
-        item(lib("pkgconfig/icoray.pc"), text(template::PKG_CONFIG), 0o644),
-        item(lib("pkgconfig/icoray-static.pc"), text(template::PKG_CONFIG_STATIC), 0o644),
-        item(lib("cmake/icoray/icorayConfig.cmake"), text(template::CMAKE), 0o644),
-        item(lib("cmake/icoray/icorayConfigVersion.cmake"), text(template::CMAKE_VERSION), 0o644),
     ];
-    if let Some(plugin) = &built.plugin {
-        items.push(item(lib(comin::PLUGIN), Content::File(plugin), 0o755));
-    }
-    if let Some(implementation) = &built.catalyst {
-        let path = lib(catalyst::DIRECTORY).join(catalyst::LIBRARY);
-        items.push(item(path, Content::File(implementation), 0o755));
+    items.extend(template::FILES.map(|(path, template)| {
+        item(lib(path), Content::Text(template::filled(template, &layout.libdir, VERSION)), 0o644)
+    }));
+    let catalyst = lib(catalyst::DIRECTORY).join(catalyst::LIBRARY);
+    for (path, file) in [(lib(comin::PLUGIN), &built.plugin), (catalyst, &built.catalyst)] {
+        items.extend(file.as_deref().map(|file| item(path, Content::File(file), 0o755)));
     }
     place::place(&items)?;
     let mut files = Vec::new();
     for Item { path, content, .. } in items {
         let what = match content {
             Content::Link(target) => format!("-> {target}"),
-            _ => kilobytes(fs::metadata(&path).map_err(Error::while_doing(path.display()))?.len()),
+            _ => {
+                let bytes = fs::metadata(&path).map_err(Error::while_doing(path.display()))?.len();
+                format!("{} kB", bytes.div_ceil(1000))
+            }
         };
         files.push((path, what));
     }
-    let shared = root.join(lib(&library));
-    let properties = Shared::read(&shared)?;
-    Ok(Installed { files, shared, properties })
+    Ok(Installed { files, shared: root.join(lib(&library)) })
 }
 
 impl Layout {
@@ -227,10 +216,6 @@ impl Layout {
     }
 }
 
-fn kilobytes(bytes: u64) -> String {
-    format!("{} kB", bytes.div_ceil(1000))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -246,6 +231,5 @@ mod tests {
     #[test]
     fn the_soname_is_the_start_of_the_file_name() {
         assert!(shared_name(VERSION).starts_with(&format!("{SONAME}.")));
-        assert_eq!(kilobytes(2_108_120), "2109 kB");
     }
 }

@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 
 use xshell::cmd;
 
-use crate::elf;
 use crate::error::Error;
 use crate::files;
 use crate::install::{self, Layout, SONAME};
@@ -132,9 +131,7 @@ pub fn check(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     let layout = Layout { prefix: "/opt/icoray".into(), libdir: "lib".into(), destdir: Some(scratch.join("a place")) };
     let built = install::build(workspace, false, true, step)?;
     let installed = install::install(workspace, &built, &layout)?;
-    let exported = elf::defined(&installed.shared, &["-D"])?;
-    elf::same_names("the installed library exports", &exported, &install::functions(workspace)?)?;
-    install::refuse_faults(&installed.shared, &installed.properties, false)?;
+    install::check_shared(workspace, &installed.shared, false)?;
     let binary = |(path, what): &(PathBuf, String)| {
         let is_library = path.parent()?.ends_with("lib") && !what.starts_with("->");
         is_library.then(|| format!("{}: {what}", files::name(path)))

@@ -1,293 +1,175 @@
 //! The command line.
 
-use std::ffi::{OsStr, OsString};
 use std::path::{Component, PathBuf};
-use std::str::FromStr;
 
-use lexopt::{Arg, Parser};
+use clap::{Args, Parser};
 
-use crate::error::Error;
-
-/// The text of `--help`.
-pub const USAGE: &str = include_str!("usage.txt").trim_ascii_end();
-
-/// Values of `--backend`.
-const BACKENDS: [&str; 3] = ["auto", "cpu", "gpu"];
-
-/// Values of `--profile`.
-const PROFILES: [&str; 2] = ["release", "dev"];
-
-/// One call of this program.
-#[derive(Debug, PartialEq)]
-pub struct Invocation {
+/// Builds, shows, tests and installs icoray
+///
+/// All subcommands but package install missing Debian packages with apt-get (as root or by sudo) and missing Rust components with
+/// rustup, and print which.
+#[derive(Debug, Parser)]
+#[command(bin_name = "cargo xtask", disable_help_subcommand = true)]
+pub struct Options {
+    #[command(subcommand)]
     pub subcommand: Subcommand,
-    /// Whether missing packages may be installed.
-    pub install: bool,
+    /// Install no packages; say what is missing instead
+    #[arg(long, global = true)]
+    pub no_install: bool,
 }
 
 /// A subcommand with its options.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, clap::Subcommand)]
 pub enum Subcommand {
-    Help,
+    /// Run two models that draw themselves, and print where the pictures are and what they cost
+    ///
+    /// Builds the C library and the tracer model of examples/c, which needs a C compiler alone. Then the same with the
+    /// shallow-water model of examples/fortran on two ranks of MPI; if that cannot be built or run, it is left out with
+    /// the reason, and the demo still succeeds.
     Demo(DemoOptions),
-    /// With cargo's profile to build with.
+    /// Draw the example scenes into examples/gallery, and write the numbers of its page
+    ///
+    /// Pictures whose file is missing are kept.
+    #[command(
+        after_help = "Environment:\n  ICORAY_TEST_DATA=DIR  Where the files of models are [default: ../shared/data]"
+    )]
     Gallery {
-        profile: &'static str,
+        /// Cargo's profile
+        #[arg(long, value_name = "NAME", default_value = "release", value_parser = ["release", "dev"])]
+        profile: String,
     },
-    /// With the long checks, or without.
+    /// Check formatting, lints and tests
+    ///
+    /// Without --all, everything but GPU and MPI. Fails at the end if any check failed. The last lines say how many
+    /// tests were skipped, by cause, and: N passed, N failed, N skipped.
+    #[command(after_help = TEST_ENVIRONMENT)]
     Test {
+        /// Also GPU and MPI, valgrind, long counts (10,000,000 rays, 60,000 damaged grids, 10,000 frames),
+        /// documentation, and programs in C, C++ and Fortran that link the installed library
+        #[arg(long)]
         all: bool,
     },
+    /// Build the C library and install it
+    ///
+    /// Shared and static library, header, Fortran module's source, files for pkg-config and CMake. Nothing is replaced
+    /// before all is built; running programs keep the files that they opened. The installed tree may be moved as a
+    /// whole.
+    #[command(after_help = INSTALL_ENVIRONMENT)]
     Install(InstallOptions),
+    /// Write the source archive of the commit HEAD, and the recipes of Spack and conda with its checksum
+    ///
+    /// They are in target/package. Needs git, tar, gzip.
     Package,
+    /// List the Debian packages that the checks need
+    Requirements {
+        /// The packages of `test --all`
+        #[arg(long)]
+        all: bool,
+    },
 }
+
+const TEST_ENVIRONMENT: &str = "\
+Environment:
+  ICORAY_REQUIRE=LIST   Fail tests that would be skipped for want of these, separated by commas: all, or some of
+                        long, gpu, mpi, mpich, fortran, c++, make, binutils, sanitizers, valgrind, chromium, python,
+                        counters, mount, glibc, memory, terminal, comin, catalyst, data
+  ICORAY_TEST_DATA=DIR  Where the files of models are [default: ../shared/data]
+  ICORAY_COMIN=DIR      Where ICON's ComIn is installed
+  ICORAY_CATALYST=DIR   Where Kitware's libcatalyst is installed";
+
+const INSTALL_ENVIRONMENT: &str = "\
+Environment:
+  MPICC=PROGRAM  The MPI compiler of --mpi [default: mpicc]
+  DESTDIR=DIR    Put everything below DIR, for packagers";
 
 /// Options of `demo`.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Args)]
 pub struct DemoOptions {
-    /// Directory of the pictures; default: `out/demo` in the workspace.
+    /// Directory of the pictures [default: out/demo in the workspace]
+    #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Scene of the tracer model; default: the example's.
+    /// What the tracer's pictures show [default: examples/scenes/tracer.toml]
+    #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
-    /// Backend that replaces the one of the scenes.
-    pub backend: Option<&'static str>,
-    pub size: Size,
-}
-
-/// Size of a run of the tracer model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Size {
-    /// Refinement level of the geodesic grid.
+    /// What renders; auto takes a GPU if there is one. With auto or gpu the library is built with GPUs
+    #[arg(long, value_name = "WHO", value_parser = ["auto", "cpu", "gpu"])]
+    pub backend: Option<String>,
+    /// Refinement level of the tracer's geodesic grid
+    #[arg(long, value_name = "N", default_value_t = 5)]
     pub level: u32,
-    /// Number of vertical layers.
+    /// Vertical layers of the tracer model
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     pub layers: u32,
-    /// Simulated days.
+    /// Simulated days of the tracer model
+    #[arg(long, value_name = "X", default_value_t = 12.0, value_parser = positive)]
     pub days: f64,
 }
 
-impl Default for Size {
-    fn default() -> Self {
-        Self { level: 5, layers: 30, days: 12.0 }
-    }
-}
-
 /// Options of `install`.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Args)]
 pub struct InstallOptions {
+    /// Where to install
+    #[arg(long, value_name = "DIR", default_value = "/usr/local")]
     pub prefix: PathBuf,
-    /// Directory of the libraries, relative to the prefix.
+    /// The libraries' directory below the prefix, such as lib64
+    #[arg(long, value_name = "DIR", default_value = "lib", value_parser = below_prefix)]
     pub libdir: PathBuf,
-    /// Whether to build with MPI.
+    /// With icoray_open over several ranks, for the MPI of `mpicc`
+    #[arg(long)]
     pub mpi: bool,
-    /// Whether to build with GPUs.
-    pub gpu: bool,
-    /// The prefix of ComIn, to build the plugin for ICON.
+    /// Without GPUs, for a smaller library
+    #[arg(long)]
+    pub no_gpu: bool,
+    /// With the plugin for ICON, for the ComIn that is installed in DIR; turns on --mpi
+    #[arg(long, value_name = "DIR")]
     pub comin: Option<PathBuf>,
-    /// Whether to build the implementation of Catalyst.
+    /// With the implementation of Catalyst 2 for hosts that link Kitware's libcatalyst
+    #[arg(long)]
     pub catalyst: bool,
 }
 
-impl Default for InstallOptions {
-    fn default() -> Self {
-        Self { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, gpu: true, comin: None, catalyst: false }
-    }
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| "expected a positive number".into())
 }
 
-/// Parses the arguments that follow the program's name.
-pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation, Error> {
-    let mut arguments = arguments.into_iter();
-    let Some(name) = arguments.next() else {
-        return Err(Error::Usage("a subcommand is missing".into()));
-    };
-    let subcommand = match name.to_str() {
-        Some("demo") => Subcommand::Demo(DemoOptions::default()),
-        Some("gallery") => Subcommand::Gallery { profile: "release" },
-        Some("test") => Subcommand::Test { all: false },
-        Some("install") => Subcommand::Install(InstallOptions::default()),
-        Some("package") => Subcommand::Package,
-        Some("help" | "--help" | "-h") => Subcommand::Help,
-        _ => return Err(Error::Usage(format!("unknown subcommand {}", quoted(&name)))),
-    };
-    parse_options(subcommand, Parser::from_args(arguments)).map_err(|error| {
-        let no_option = |option: &OsStr| format!("{} has no option {}", name.display(), quoted(option));
-        Error::Usage(match error {
-            lexopt::Error::UnexpectedOption(option) => no_option(option.as_ref()),
-            lexopt::Error::UnexpectedArgument(argument) => no_option(&argument),
-            lexopt::Error::UnexpectedValue { option, .. } => format!("{option} takes no value"),
-            lexopt::Error::MissingValue { option } => needs_value(&option.unwrap_or_default()),
-            other => other.to_string(),
-        })
-    })
-}
-
-fn parse_options(mut subcommand: Subcommand, mut parser: Parser) -> Result<Invocation, lexopt::Error> {
-    use Subcommand::{Demo, Gallery, Help, Install, Test};
-    let mut install = true;
-    while subcommand != Help
-        && let Some(option) = next_option(&mut parser)?
-    {
-        let mut argument = Argument { option: &option, parser: &mut parser };
-        match (&mut subcommand, option.as_str()) {
-            (_, "--help" | "-h") => subcommand = Help,
-            (_, "--no-install") => install = false,
-            (Demo(options), "--out") => options.out = Some(argument.value()?.into()),
-            (Demo(options), "--scene") => options.scene = Some(argument.value()?.into()),
-            (Demo(options), "--backend") => options.backend = Some(argument.one_of(&BACKENDS)?),
-            (Demo(options), "--level") => options.size.level = argument.number()?,
-            (Demo(options), "--layers") => options.size.layers = argument.number()?,
-            (Demo(options), "--days") => options.size.days = argument.number()?,
-            (Gallery { profile }, "--profile") => *profile = argument.one_of(&PROFILES)?,
-            (Test { all }, "--all") => *all = true,
-            (Install(options), "--prefix") => options.prefix = argument.value()?.into(),
-            (Install(options), "--libdir") => options.libdir = argument.value()?.into(),
-            (Install(options), "--mpi") => options.mpi = true,
-            (Install(options), "--no-gpu") => options.gpu = false,
-            (Install(options), "--catalyst") => options.catalyst = true,
-            (Install(options), "--comin") => options.comin = Some(argument.value()?.into()),
-            _ => return Err(lexopt::Error::UnexpectedOption(option)),
-        }
-    }
-    check(&subcommand)?;
-    Ok(Invocation { subcommand, install })
-}
-
-/// The next option, with its hyphens.
-fn next_option(parser: &mut Parser) -> Result<Option<String>, lexopt::Error> {
-    Ok(match parser.next()? {
-        Some(Arg::Long(name)) => Some(format!("--{name}")),
-        Some(Arg::Short(name)) => Some(format!("-{name}")),
-        Some(argument @ Arg::Value(_)) => return Err(argument.unexpected()),
-        None => None,
-    })
-}
-
-/// Checks the ranges of values.
-fn check(subcommand: &Subcommand) -> Result<(), String> {
-    match subcommand {
-        Subcommand::Demo(DemoOptions { size, .. }) if size.layers == 0 => Err("--layers must be at least 1".into()),
-        Subcommand::Demo(DemoOptions { size, .. }) if !(size.days.is_finite() && size.days > 0.0) => {
-            Err("--days must be a positive number".into())
-        }
-        // Installed files refer to each other by relative paths.
-        Subcommand::Install(InstallOptions { libdir, .. })
-            if !libdir.components().all(|part| matches!(part, Component::Normal(_))) =>
-        {
-            Err(format!("--libdir must be a path below the prefix, not {}", quoted(libdir.as_os_str())))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// The argument of an option.
-struct Argument<'a> {
-    option: &'a str,
-    parser: &'a mut Parser,
-}
-
-impl Argument<'_> {
-    fn value(&mut self) -> Result<OsString, lexopt::Error> {
-        let value = self.parser.value()?;
-        if value.is_empty() { Err(needs_value(self.option).into()) } else { Ok(value) }
-    }
-
-    fn one_of(&mut self, known: &[&'static str]) -> Result<&'static str, lexopt::Error> {
-        let value = self.value()?;
-        let found = known.iter().find(|word| value == **word).copied();
-        let (option, known) = (self.option, known.join(", "));
-        Ok(found.ok_or_else(|| format!("{option} must be one of {known}, not {}", quoted(&value)))?)
-    }
-
-    fn number<T: FromStr>(&mut self) -> Result<T, lexopt::Error> {
-        let value = self.value()?;
-        let number = value.to_str().and_then(|text| text.parse().ok());
-        Ok(number.ok_or_else(|| format!("{} cannot be {}", self.option, quoted(&value)))?)
-    }
-}
-
-fn needs_value(option: &str) -> String {
-    format!("{option} needs a value")
-}
-
-fn quoted(text: &OsStr) -> String {
-    format!("'{}'", text.display())
+/// A relative path: installed files refer to each other by relative paths.
+fn below_prefix(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_below = !text.is_empty() && path.components().all(|part| matches!(part, Component::Normal(_)));
+    if is_below { Ok(path) } else { Err("expected a path below the prefix".into()) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::CommandFactory;
 
-    fn parse_words(line: &str) -> Result<Invocation, Error> {
-        parse(line.split_whitespace().map(OsString::from))
+    fn parse(line: &str) -> Result<Options, clap::Error> {
+        Options::try_parse_from(["xtask"].into_iter().chain(line.split_whitespace()))
     }
 
     #[test]
-    fn options_have_defaults_and_take_values_in_either_form() {
-        let demo = DemoOptions {
-            out: Some("pictures".into()),
-            scene: Some("my.toml".into()),
-            backend: Some("gpu"),
-            size: Size { level: 3, layers: 8, days: 0.5 },
-        };
-        let default =
-            DemoOptions { out: None, scene: None, backend: None, size: Size { level: 5, layers: 30, days: 12.0 } };
-        let usual = InstallOptions {
-            prefix: "/usr/local".into(),
-            libdir: "lib".into(),
-            mpi: false,
-            gpu: true,
-            comin: None,
-            catalyst: false,
-        };
-        let comin = Some("icon".into());
-        let prefix = "here".into();
-        let libdir = "lib/x".into();
-        let other = InstallOptions { prefix, libdir, mpi: true, gpu: false, comin, catalyst: true };
-        let demo_line = "demo --out pictures --scene=my.toml --backend gpu --level=3 --layers 8 --days .5 --no-install";
-        let install_line = "install --prefix here --libdir=lib/x --mpi --no-gpu --comin icon --catalyst --no-install";
-        for (line, subcommand, install) in [
-            ("demo", Subcommand::Demo(default), true),
-            (demo_line, Subcommand::Demo(demo), false),
-            ("test", Subcommand::Test { all: false }, true),
-            ("test --all --no-install", Subcommand::Test { all: true }, false),
-            ("gallery", Subcommand::Gallery { profile: "release" }, true),
-            ("gallery --profile=dev --no-install", Subcommand::Gallery { profile: "dev" }, false),
-            ("install", Subcommand::Install(usual), true),
-            ("package", Subcommand::Package, true),
-            (install_line, Subcommand::Install(other), false),
-        ] {
-            assert_eq!(parse_words(line), Ok(Invocation { subcommand, install }), "{line}");
+    fn lines_are_taken_or_refused() {
+        Options::command().debug_assert();
+        for line in ["demo", "gallery --profile=dev", "test --all --no-install", "install --libdir lib/x --comin icon"]
+        {
+            assert!(parse(line).is_ok(), "{line}");
         }
-    }
-
-    #[test]
-    fn help_is_found_wherever_it_stands() {
-        for line in ["--help", "-h", "help", "demo --help", "test --all -h", "install -h"] {
-            let help = Invocation { subcommand: Subcommand::Help, install: true };
-            assert_eq!(parse_words(line), Ok(help), "{line}");
-        }
-    }
-
-    #[test]
-    fn wrong_arguments_are_named() {
-        for (line, message) in [
-            ("", "a subcommand is missing"),
-            ("dmeo", "unknown subcommand 'dmeo'"),
-            ("demo --all", "demo has no option '--all'"),
-            ("test here", "test has no option 'here'"),
-            ("demo --level", "--level needs a value"),
-            ("demo --out=", "--out needs a value"),
-            ("demo --level five", "--level cannot be 'five'"),
-            ("demo --level -1", "--level cannot be '-1'"),
-            ("demo --layers 0", "--layers must be at least 1"),
-            ("demo --days nan", "--days must be a positive number"),
-            ("demo --backend vulkan", "--backend must be one of auto, cpu, gpu, not 'vulkan'"),
-            ("gallery --profile fast", "--profile must be one of release, dev, not 'fast'"),
-            ("install /usr", "install has no option '/usr'"),
-            ("install --libdir /usr/lib", "--libdir must be a path below the prefix, not '/usr/lib'"),
-            ("install --libdir ../lib", "--libdir must be a path below the prefix, not '../lib'"),
-            ("test --all=yes", "--all takes no value"),
+        for (line, code, message) in [
+            ("--help", 0, "requirements"),
+            ("test --help", 0, "ICORAY_REQUIRE"),
+            ("install -h", 0, "DESTDIR"),
+            ("demo --all", 2, "unexpected argument '--all'"),
+            ("demo --layers 0", 2, "0 is not in 1.."),
+            ("demo --days nan", 2, "expected a positive number"),
+            ("demo --out=", 2, "a value is required"),
+            ("demo --backend vulkan", 2, "[possible values: auto, cpu, gpu]"),
+            ("install --libdir /usr/lib", 2, "expected a path below the prefix"),
+            ("install --libdir ../lib", 2, "expected a path below the prefix"),
         ] {
-            assert_eq!(parse_words(line), Err(Error::Usage(message.into())), "{line}");
+            let error = parse(line).unwrap_err();
+            assert!(error.exit_code() == code && error.to_string().contains(message), "{line}: {error}");
         }
     }
 }

@@ -7,7 +7,6 @@ use xshell::Cmd;
 
 use crate::error::Error;
 use crate::files;
-use crate::report::Frames;
 use crate::workspace::Workspace;
 
 /// The package that makes contact sheets.
@@ -38,31 +37,21 @@ impl<'a> Pictures<'a> {
 
     /// Makes the directory, and removes the files that an earlier run left in it. Files of other names are the user's.
     pub fn prepare(&self) -> Result<(), Error> {
-        self.workspace.shell.create_dir(&self.folder)?;
-        let more = [self.report(), self.sheet()].into_iter().filter(|file| file.exists());
-        for file in self.existing().into_iter().chain(more) {
-            fs::remove_file(&file).map_err(Error::while_doing(file.display()))?;
-        }
-        Ok(())
+        let sh = &self.workspace.shell;
+        sh.create_dir(&self.folder)?;
+        let files = self.existing().into_iter().chain([self.report(), self.sheet()]);
+        Ok(files.into_iter().try_for_each(|file| sh.remove_path(file))?)
+    }
+
+    /// The pictures so far, in order. They are complete when they appear under their names.
+    pub fn existing(&self) -> Vec<PathBuf> {
+        files::fitting(&self.folder, &format!("{}*.png", self.prefix))
     }
 
     /// The pictures of a run, in order: at least one.
     pub fn taken(&self) -> Result<Vec<PathBuf>, Error> {
-        let pictures = self.existing();
-        if pictures.is_empty() {
-            return Err(Error::Failed(format!("no pictures in {}", self.folder.display())));
-        }
-        Ok(pictures)
-    }
-
-    /// The report of the pictures.
-    pub fn frames(&self) -> Result<Frames, Error> {
-        Ok(Frames::read(&self.workspace.shell.read_file(self.report())?))
-    }
-
-    /// The first picture, once it exists. Pictures are complete when they appear under their names.
-    pub fn first(&self) -> Option<PathBuf> {
-        self.existing().into_iter().next()
+        let none = || Error::Failed(format!("no pictures in {}", self.folder.display()));
+        Some(self.existing()).filter(|pictures| !pictures.is_empty()).ok_or_else(none)
     }
 
     /// The command that makes the contact sheet, by the program of [`SHEET_PACKAGE`] in a profile's products.
@@ -70,22 +59,17 @@ impl<'a> Pictures<'a> {
         let program = self.workspace.shell.cmd(self.workspace.products(profile).join("contact_sheet"));
         program.arg(&self.folder).arg(self.prefix).arg(self.sheet())
     }
-
-    fn existing(&self) -> Vec<PathBuf> {
-        files::fitting(&self.folder, &format!("{}*.png", self.prefix))
-    }
 }
 
 /// Fails unless the file is a PNG that was written to its end.
 pub fn check_picture(path: &Path) -> Result<(), Error> {
-    let bytes = fs::read(path).map_err(Error::while_doing(path.display()))?;
-    if is_png(&bytes) { Ok(()) } else { Err(Error::Failed(format!("{} is not a complete PNG", path.display()))) }
-}
-
-fn is_png(bytes: &[u8]) -> bool {
     // The last chunk of every PNG: its length 0, its name, its checksum.
     const END: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
-    bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.ends_with(END)
+    let bytes = fs::read(path).map_err(Error::while_doing(path.display()))?;
+    if bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.ends_with(END) {
+        return Ok(());
+    }
+    Err(Error::Failed(format!("{} is not a complete PNG", path.display())))
 }
 
 #[cfg(test)]
@@ -100,23 +84,22 @@ mod tests {
         let pictures = Pictures::new(&workspace, out.clone(), "tracer_");
         pictures.prepare().unwrap();
         assert!(pictures.taken().is_err());
-        let files = ["tracer_0001.png", "tracer_0000.png", "report.csv", "contact_sheet.png", "mine.png"];
-        for name in files {
+        for name in ["tracer_0001.png", "tracer_0000.png", "report.csv", "contact_sheet.png", "mine.png"] {
             fs::write(out.join(name), "").unwrap();
         }
-        assert_eq!(pictures.first(), Some(out.join("tracer_0000.png")));
         assert_eq!(pictures.taken().unwrap(), [out.join("tracer_0000.png"), out.join("tracer_0001.png")]);
         pictures.prepare().unwrap();
-        let left: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-        assert_eq!(left, ["mine.png"]);
+        assert_eq!(files::fitting(&out, "*"), [out.join("mine.png")]);
     }
 
     #[test]
     fn a_picture_must_be_whole() {
+        let scratch = xshell::Shell::new().unwrap().create_temp_dir().unwrap();
+        let file = scratch.path().join("x.png");
         let whole = b"\x89PNG\r\n\x1a\n...\0\0\0\0IEND\xae\x42\x60\x82";
-        assert!(is_png(whole));
-        assert!(!is_png(&whole[..whole.len() - 1]));
-        assert!(!is_png(b"GIF89a"));
-        assert!(!is_png(b""));
+        for (bytes, is_whole) in [(&whole[..], true), (&whole[..whole.len() - 1], false), (b"GIF89a", false)] {
+            fs::write(&file, bytes).unwrap();
+            assert_eq!(check_picture(&file).is_ok(), is_whole);
+        }
     }
 }

@@ -2,14 +2,12 @@
 //!
 //! A terminal also shows the last line that a command printed and the seconds so far.
 
-use std::ffi::OsStr;
-use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
-use std::process::{Command, ExitStatus, Stdio};
+use std::io::{self, BufRead, BufReader, IsTerminal, Write};
+use std::process::{Command, Stdio};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::diagnosis::diagnose;
 use crate::error::{Error, last_lines};
 
 /// Prints a line. A closed pipe (`| head`) is ignored, where `println!` would panic.
@@ -24,32 +22,31 @@ pub fn print_error(line: &str) {
 
 /// A numbered sequence of steps.
 pub struct Steps {
-    done: usize,
     total: usize,
     pub started: Instant,
-    /// The titles of the steps that have ended, and their seconds.
+    /// The titles of the steps so far, with their seconds.
     pub times: Vec<(String, f64)>,
 }
 
 impl Steps {
     /// Begins a sequence of `total` steps.
     pub fn new(total: usize) -> Self {
-        Self { done: 0, total, started: Instant::now(), times: Vec::new() }
+        Self { total, started: Instant::now(), times: Vec::new() }
     }
 
     /// Runs the next step; prints its title before and its time after it.
     pub fn run<T>(&mut self, title: &str, work: impl FnOnce(&mut Step) -> Result<T, Error>) -> Result<T, Error> {
-        self.done += 1;
         let mut step = Step {
-            heading: format!("[{}/{}] {title}", self.done, self.total),
+            heading: format!("[{}/{}] {title}", self.times.len() + 1, self.total),
             started: Instant::now(),
             line_open: true,
             terminal: io::stdout().is_terminal(),
         };
         print(&format!("{} ...", step.heading));
         let result = work(&mut step);
-        step.close(if result.is_ok() { "" } else { "failed after " });
-        self.times.push((title.to_owned(), step.started.elapsed().as_secs_f64()));
+        let seconds = step.started.elapsed().as_secs_f64();
+        step.close(&format!("{}{seconds:.1} s", if result.is_ok() { "" } else { "failed after " }));
+        self.times.push((title.to_owned(), seconds));
         result
     }
 }
@@ -66,59 +63,22 @@ pub struct Step {
 impl Step {
     /// Runs a command without its output, which the error has if the command fails. A terminal shows the latest line.
     pub fn quiet(&mut self, command: impl Into<Command>) -> Result<(), Error> {
-        self.quiet_noting(command, |_| None)
-    }
-
-    /// As [`Step::quiet`]; prints the text that `note` returns for a line of the output.
-    pub fn quiet_noting(
-        &mut self,
-        command: impl Into<Command>,
-        mut note: impl FnMut(&str) -> Option<String>,
-    ) -> Result<(), Error> {
-        let mut command = command.into();
-        let mut output = String::new();
-        let status = lines_of(&mut command, |line| match line {
-            Some(Line::Output(line) | Line::Error(line)) => {
-                if let Some(text) = note(&line) {
-                    self.note(&text);
-                }
-                output += &line;
-                output.push('\n');
-            }
-            None => self.refresh(output.lines().next_back().unwrap_or_default()),
+        let mut latest = String::new();
+        let (outcome, lines) = lines_of(command.into(), |line| match line {
+            Some(line) => line.clone_into(&mut latest),
+            None => self.refresh(&latest),
         })?;
-        if status.success() { Ok(()) } else { Err(failure(&command, status, &output)) }
+        outcome.map_err(|sentence| Error::Detailed { sentence, details: lines.join("\n") })
     }
 
-    /// Runs a command that may use the terminal.
-    pub fn interactive(&mut self, command: &mut Command) -> Result<(), Error> {
-        self.break_line();
-        let status = command.status().map_err(Error::while_doing(name(command)))?;
-        if status.success() { Ok(()) } else { Err(failure(command, status, "")) }
-    }
-
-    /// Runs a command and prints its output as it comes; returns the lines of the standard output. Calls `poll` a few
-    /// times per second and at the end.
+    /// Runs a command, prints its output as it comes, and returns the lines. Calls `poll` a few times per second and at
+    /// the end.
     pub fn echoed(&mut self, command: impl Into<Command>, mut poll: impl FnMut()) -> Result<Vec<String>, Error> {
-        let mut command = command.into();
         self.break_line();
-        let (mut lines, mut errors) = (Vec::new(), Vec::new());
-        let status = lines_of(&mut command, |line| match line {
-            Some(Line::Output(line)) => {
-                print_line(&line);
-                lines.push(line);
-            }
-            Some(Line::Error(line)) => {
-                print_error(&line);
-                errors.push(line);
-            }
-            None => poll(),
-        })?;
+        let (outcome, lines) = lines_of(command.into(), |line| line.map_or_else(&mut poll, print_line))?;
         poll();
-        if status.success() {
-            return Ok(lines);
-        }
-        Err(failure(&command, status, &last_lines(&errors.join("\n"), 5).join("\n")))
+        let details = || last_lines(&lines.join("\n"), 5).join("\n");
+        outcome.map_err(|sentence| Error::Detailed { sentence, details: details() }).map(|()| lines)
     }
 
     /// Prints a line within the step.
@@ -147,9 +107,8 @@ impl Step {
     }
 
     fn close(&self, outcome: &str) {
-        let seconds = self.started.elapsed().as_secs_f64();
         let start = if self.line_open { self.rewound() } else { format!("{} ...", self.heading) };
-        print_line(&format!("{start} {outcome}{seconds:.1} s"));
+        print_line(&format!("{start} {outcome}"));
     }
 
     /// The text that moves a terminal's cursor behind the heading, and removes what follows.
@@ -163,33 +122,37 @@ fn print(text: &str) {
     let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
 }
 
-/// A line that a command prints.
-enum Line {
-    /// To standard output.
-    Output(String),
-    /// To standard error.
-    Error(String),
-}
-
-/// Runs a command; passes each line that it prints to `take`, and `None` a few times per second while it runs.
-fn lines_of(command: &mut Command, mut take: impl FnMut(Option<Line>)) -> Result<ExitStatus, Error> {
-    let mut child = command
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(Error::while_doing(name(command)))?;
+/// Runs a command; passes each line of its output to `take`, and `None` a few times per second while it runs. Returns
+/// the lines, and a sentence on its failure.
+fn lines_of(
+    mut command: Command,
+    mut take: impl FnMut(Option<&str>),
+) -> Result<(Result<(), String>, Vec<String>), Error> {
+    let name = command.get_program().display().to_string();
+    let words = command.get_args().map(|word| format!(" {}", word.display())).collect::<String>();
+    // One pipe for both streams keeps the order of their lines.
+    let spawn = || {
+        let (reader, writer) = io::pipe()?;
+        let child = command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer).spawn()?;
+        // The command holds the ends that the child has too: reading would never end.
+        drop(command);
+        Ok((child, reader))
+    };
+    let (mut child, reader) = spawn().map_err(Error::while_doing::<io::Error>(&name))?;
     let (sender, receiver) = mpsc::channel();
-    if let Some((stdout, stderr)) = child.stdout.take().zip(child.stderr.take()) {
-        send_lines(stdout, Line::Output, sender.clone());
-        // The channel closes when the last reader ends.
-        send_lines(stderr, Line::Error, sender);
-    }
+    thread::spawn(move || {
+        let mut lines = BufReader::new(reader).split(b'\n').map_while(Result::ok);
+        lines.try_for_each(|line| sender.send(String::from_utf8_lossy(&line).trim_end_matches('\r').to_owned()))
+    });
+    let mut lines = Vec::new();
     let pause = Duration::from_millis(250);
     let mut refreshed = Instant::now();
     loop {
         match receiver.recv_timeout(pause) {
-            Ok(line) => take(Some(line)),
+            Ok(line) => {
+                take(Some(&line));
+                lines.push(line);
+            }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
@@ -198,38 +161,9 @@ fn lines_of(command: &mut Command, mut take: impl FnMut(Option<Line>)) -> Result
             refreshed = Instant::now();
         }
     }
-    child.wait().map_err(Error::while_doing(name(command)))
-}
-
-/// Reads a pipe in a thread of its own, so that a command never stalls on a full pipe while the other is read.
-fn send_lines(pipe: impl Read + Send + 'static, kind: fn(String) -> Line, sender: mpsc::Sender<Line>) {
-    thread::spawn(move || {
-        let mut pipe = BufReader::new(pipe);
-        let mut line = Vec::new();
-        while matches!(pipe.read_until(b'\n', &mut line), Ok(1..)) {
-            let text = String::from_utf8_lossy(&line);
-            if sender.send(kind(text.trim_end_matches(['\r', '\n']).to_owned())).is_err() {
-                break;
-            }
-            line.clear();
-        }
-    });
-}
-
-fn name(command: &Command) -> String {
-    command.get_program().display().to_string()
-}
-
-/// The error of a command that failed: its cause if that is known, or else the command and all that it printed.
-fn failure(command: &Command, status: ExitStatus, output: &str) -> Error {
-    if let Some(sentence) = diagnose(output) {
-        let details: Vec<_> = last_lines(output, 5).into_iter().map(|line| format!("    {line}")).collect();
-        return Error::Detailed { sentence: sentence.into(), details: details.join("\n") };
-    }
-    let words: Vec<_> =
-        [command.get_program()].into_iter().chain(command.get_args()).map(OsStr::to_string_lossy).collect();
-    let sentence = format!("`{}` ended with {status}", words.join(" "));
-    Error::Detailed { sentence, details: output.trim_end().to_owned() }
+    let status = child.wait().map_err(Error::while_doing(&name))?;
+    let outcome = if status.success() { Ok(()) } else { Err(format!("`{name}{words}` ended with {status}")) };
+    Ok((outcome, lines))
 }
 
 #[cfg(test)]
@@ -247,42 +181,31 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_has_the_output_or_its_known_cause() {
-        let error = step().quiet(shell("echo one; echo two >&2; exit 3")).unwrap_err();
-        let message = error.to_string();
-        assert!(message.contains("exit status: 3"), "{message}");
-        assert!(message.contains("\none") && message.contains("\ntwo"), "{message}");
-        let script = "{ seq 20; echo 'cc: error: No space left on device'; } >&2; exit 1";
-        let message = step().quiet(shell(script)).unwrap_err().to_string();
-        assert!(message.starts_with("no space is left on the disk: "), "{message}");
-        assert!(message.contains("No space left on device") && message.lines().count() == 6, "{message}");
+    fn a_failure_has_the_command_and_its_output() {
+        let error = step().quiet(shell("echo one; echo two >&2; exit 3")).unwrap_err().to_string();
+        assert!(error.starts_with("`sh -c echo one; ") && error.contains("exit status: 3\n"), "{error}");
+        assert!(error.contains("\none") && error.contains("\ntwo"), "{error}");
+        let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
+        assert!(error.brief().ends_with("exit status: 1\n    one\n    bad"), "{error}");
         let error = step().quiet(Command::new("/nonexistent/program")).unwrap_err();
         assert!(error.to_string().starts_with("/nonexistent/program: "), "{error}");
     }
 
     #[test]
-    fn lines_are_returned_and_noted_as_they_come() {
+    fn lines_are_returned_as_they_come() {
         let mut polls = 0;
-        let lines = step().echoed(shell("echo one; printf two; echo three >&2"), || polls += 1).unwrap();
-        assert_eq!(lines, ["one", "two"]);
+        let lines = step().echoed(shell("echo one; echo two >&2; printf three"), || polls += 1).unwrap();
+        assert_eq!(lines, ["one", "two", "three"]);
         assert!(polls >= 1);
-        let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
-        assert!(error.brief().ends_with("exit status: 1\n    bad"), "{error}");
-        let mut seen = Vec::new();
-        let note = |line: &str| {
-            seen.push(line.to_owned());
-            None
-        };
-        assert_eq!(step().quiet_noting(shell("echo one; echo two"), note), Ok(()));
-        assert_eq!(seen, ["one", "two"]);
     }
 
     #[test]
-    fn a_lot_of_output_on_both_pipes_does_not_stall() {
-        let script = "i=0; while [ $i -lt 5000 ]; do
-            echo aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
-            echo bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb >&2
-            i=$((i + 1)); done";
-        assert_eq!(step().quiet(shell(script)), Ok(()));
+    fn titles_and_seconds_of_all_steps_are_kept() {
+        let mut steps = Steps::new(2);
+        assert_eq!(steps.run("first", |_| Ok(1)), Ok(1));
+        assert!(steps.run("second", |_| Err::<(), _>(Error::Failed("no".into()))).is_err());
+        let titles: Vec<_> = steps.times.iter().map(|(title, _)| title.as_str()).collect();
+        assert_eq!(titles, ["first", "second"]);
+        assert!(steps.times.iter().all(|(_, seconds)| (0.0..60.0).contains(seconds)));
     }
 }

@@ -1,18 +1,17 @@
 //! `cargo xtask demo` on machines without some software: a lack of the second model never fails the demo.
 //!
-//! Cargo, the tracer and MPI are shell scripts here; the C compiler is this machine's.
+//! Cargo, the tracer, MPI and apt-get are shell scripts here; the C compiler is this machine's.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
-use std::sync::Mutex;
+use std::process::Command;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use xshell::{Shell, TempDir, cmd};
+use xshell::{Shell, TempDir};
 
 /// A cargo that pretends to build. FAIL names a package that it fails to build.
 const CARGO: &str = r#"
-echo "cargo $*" >>"$PLACE/log"
 case "$*" in *"$FAIL"*) for i in 1 2 3 4 5 6 7 8 9; do echo "line $i" >&2; done; exit 101;; esac
 mkdir -p "$PLACE/target/release"
 printf '#!/bin/sh\n: >"$3"\n' >"$PLACE/target/release/contact_sheet"
@@ -21,7 +20,6 @@ chmod +x "$PLACE/target/release/contact_sheet"
 
 /// A C compiler that makes a script for the tracer, and programs of other sources.
 const CC: &str = r#"
-echo "cc $*" >>"$PLACE/log"
 case "$*" in *-licoray*) ;; *) exec cc "$@";; esac
 cat >"$PLACE/target/release/tracer" <<'END'
 #!/bin/sh
@@ -29,61 +27,54 @@ PATH=/usr/bin:/bin
 echo "tracer $*" >>"$PLACE/log"
 for out; do :; done
 echo picture >"$out/tracer_000000.png"
-echo "step,total_s" >"$out/report.csv"
-echo "0,1.5" >>"$out/report.csv"
+printf 'step,total_s\n0,1.5\n' >"$out/report.csv"
 echo "summary steps=1 frames=1 simulation_s=0.5 visualization_s=1.5"
 END
 chmod +x "$PLACE/target/release/tracer"
 "#;
 
-/// An MPI compiler, and GNU's Fortran compiler: their programs are scripts.
-const COMPILER: &str = r#"
-echo "compiler $*" >>"$PLACE/log"
-case $1 in -show) echo cc -lmpi; exit;; --version) echo GNU Fortran; exit;; esac
-printf '#!/bin/sh\n[ "$1" ] || echo size ${RANKS:-1}\n[ -z "$1" ] || echo An MPI\n' >"$2"
-chmod +x "$2"
+/// An apt-get that knows packages only after an update, and installs the programs of the second model.
+const APT_GET: &str = r#"
+case $1 in
+    --version) ;;
+    update) : >"$PLACE/updated";;
+    install) [ -e "$PLACE/updated" ] || exit 100
+        for name in gfortran make mpicc mpifort mpirun; do cp "$PLACE/later" "$PLACE/bin/$name"; done
+        : >"$PLACE/libclang.so";;
+esac
 "#;
 
-const MPIRUN: &str = r#"
-for program; do :; done
-export RANKS=2; "$program"; "$program"
-"#;
+/// Stands for the compilers and the launcher of Open MPI, and for make, which builds nothing.
+const OPEN_MPI: &str = "case $1 in --showme:version|--version) echo Open MPI;; esac";
 
-/// Locked while programs are written and started: a program that was just written is busy while another test starts a
-/// process.
-static STARTING: Mutex<()> = Mutex::new(());
+/// Locked by the test that runs: a program that was just written is busy while another test starts a process.
+static ALONE: Mutex<()> = Mutex::new(());
 
 /// A machine in a temporary directory.
 struct Machine {
     directory: TempDir,
     sh: Shell,
+    _alone: MutexGuard<'static, ()>,
 }
 
 impl Machine {
-    /// A machine with cargo and a C compiler only.
-    fn bare() -> Self {
-        let _starting = STARTING.lock();
+    /// A machine with cargo, a C compiler and other programs of [`OPEN_MPI`].
+    fn new(programs: &[&str]) -> Self {
+        let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         let sh = Shell::new().unwrap();
-        let machine = Self { directory: sh.create_temp_dir().unwrap(), sh };
-        let programs = machine.sh.create_dir(machine.file("target/debug")).unwrap();
-        machine.sh.copy_file(env!("CARGO_BIN_EXE_xtask"), programs).unwrap();
-        machine.add("cargo", CARGO);
-        machine.add("cc", CC);
+        let machine = Self { directory: sh.create_temp_dir().unwrap(), sh, _alone };
+        let products = machine.sh.create_dir(machine.file("target/debug")).unwrap();
+        machine.sh.copy_file(env!("CARGO_BIN_EXE_xtask"), products).unwrap();
+        machine.add("bin/cargo", CARGO);
+        machine.add("bin/cc", CC);
+        programs.iter().for_each(|name| machine.add(&format!("bin/{name}"), OPEN_MPI));
         machine
     }
 
-    /// The same with the software that the second model needs.
+    /// A machine with the software that the second model needs.
     fn complete() -> Self {
-        let machine = Self::bare();
-        let _starting = STARTING.lock();
-        for compiler in ["gfortran", "mpicc", "mpifort"] {
-            machine.add(compiler, COMPILER);
-        }
-        machine.add("mpirun", MPIRUN);
-        machine.add("make", "echo \"make $*\" >>\"$PLACE/log\"");
-        let (library, stub) = (machine.file("libclang.so"), "src/probes/libclang_stub.c");
-        machine.sh.change_dir(env!("CARGO_MANIFEST_DIR"));
-        cmd!(machine.sh, "cc -shared -fPIC -o {library} {stub}").quiet().run().unwrap();
+        let machine = Self::new(&["gfortran", "mpicc", "mpifort", "mpirun", "make"]);
+        machine.sh.write_file(machine.file("libclang.so"), "").unwrap();
         machine
     }
 
@@ -91,25 +82,23 @@ impl Machine {
         self.directory.path().join(path)
     }
 
-    fn add(&self, name: &str, script: &str) {
-        let file = self.file("bin").join(name);
-        self.sh.write_file(&file, format!("#!/bin/sh\nPATH=/usr/bin:/bin\n{script}")).unwrap();
+    /// Adds a script that writes its calls to the log.
+    fn add(&self, path: &str, script: &str) {
+        let file = self.file(path);
+        let start = "#!/bin/sh\nPATH=/usr/bin:/bin\necho \"${0##*/} $*\" >>\"$PLACE/log\"";
+        self.sh.write_file(&file, format!("{start}\n{script}\n")).unwrap();
         fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).unwrap();
     }
 
     /// Runs the demo; returns whether it succeeded, its standard output and its standard error.
-    fn demo(&self, fail: &str) -> (bool, String, String) {
+    fn demo(&self, fail: &str, options: &[&str]) -> (bool, String, String) {
         let mut demo = Command::new(self.file("target/debug/xtask"));
-        demo.args(["demo", "--no-install", "--out", "pictures"]).current_dir(self.directory.path());
-        demo.env("PATH", self.file("bin")).env("PLACE", self.directory.path()).env("FAIL", fail);
+        demo.args(["demo", "--out", "pictures"]).args(options).current_dir(self.directory.path());
+        demo.env("PATH", self.file("bin"));
+        demo.env("PLACE", self.directory.path()).env("FAIL", fail);
         demo.env("CARGO", self.file("bin/cargo")).env("LIBCLANG_PATH", self.file("libclang.so"));
         demo.env_remove("MPICC").env_remove("LD_LIBRARY_PATH");
-        demo.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let child = {
-            let _starting = STARTING.lock();
-            demo.spawn().unwrap()
-        };
-        let output = child.wait_with_output().unwrap();
+        let output = demo.output().unwrap();
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         (output.status.success(), text(&output.stdout), text(&output.stderr))
     }
@@ -120,39 +109,55 @@ impl Machine {
     }
 }
 
-/// The lines from the one that says what is left out.
-fn left_out(printed: &str) -> Vec<&str> {
-    printed.lines().skip_while(|line| !line.starts_with("left out: ")).collect()
-}
-
-/// Fails unless the output names the first model's pictures.
-fn assert_first_model(printed: &str) {
-    assert!(printed.contains("first picture after "), "{printed}");
-    assert!(printed.contains(" s: pictures/tracer_000000.png\n"), "{printed}");
+/// Fails unless the demo succeeded with the first model's pictures; returns the lines from the one that says what is
+/// left out.
+fn left_out((succeeded, printed, errors): &(bool, String, String)) -> Vec<&str> {
+    assert!(succeeded, "{printed}{errors}");
+    assert!(
+        printed.contains("first picture after ") && printed.contains(" s: pictures/tracer_000000.png\n"),
+        "{printed}"
+    );
     assert!(printed.contains("\npictures (1):\n") && printed.contains("contact_sheet.png"), "{printed}");
+    printed.lines().skip_while(|line| !line.starts_with("left out: the shallow-water model on 2 ranks")).collect()
 }
 
 #[test]
 fn a_c_compiler_is_enough() {
-    let machine = Machine::bare();
-    let (succeeded, printed, errors) = machine.demo("nothing");
-    assert!(succeeded, "{printed}{errors}");
-    assert_first_model(&printed);
-    let lines = left_out(&printed);
-    let start = "left out: the shallow-water model on 2 ranks of MPI, because gfortran, make, libopenmpi-dev and libclang-dev are \
-                 missing, and --no-install forbids installing: ";
-    assert!(lines[0].starts_with(start), "{printed}");
+    let demo = Machine::new(&[]).demo("nothing", &["--no-install"]);
+    let lines = left_out(&demo);
+    let packages = "gfortran, make, libopenmpi-dev, openmpi-bin, libclang-dev; run `sudo apt-get install ";
+    assert!(lines[0].contains(&format!("--no-install forbids installing: {packages}")), "{lines:#?}");
     assert!(lines.len() == 6 && lines[1..].iter().all(|line| line.starts_with("    ")), "{lines:#?}");
+}
+
+#[test]
+fn what_is_missing_is_installed_at_once() {
+    let machine = Machine::new(&[]);
+    machine.add("bin/apt-get", APT_GET);
+    machine.add("later", OPEN_MPI);
+    for (name, script) in [("id", "echo 0"), ("env", "exec env PATH=\"$PLACE/bin\" \"$@\"")] {
+        machine.add(&format!("bin/{name}"), script);
+    }
+    let demo = machine.demo("nothing", &[]);
+    // make builds nothing, so there is nothing to run.
+    assert!(!left_out(&demo).is_empty() && demo.1.contains("installing gfortran (Fortran compiler"), "{}", demo.1);
+    let log = machine.log();
+    let calls: Vec<_> = log.lines().filter(|line| line.starts_with("apt-get ")).collect();
+    let packages = " gfortran make libopenmpi-dev openmpi-bin libclang-dev";
+    assert!(
+        calls.last().is_some_and(|call| call.starts_with("apt-get install -y ") && call.ends_with(packages)),
+        "{log}"
+    );
+    assert!(calls[calls.len() - 2].starts_with("apt-get update"), "{log}");
+    assert!(log.contains("icoray-capi-mpi"), "{log}");
 }
 
 #[test]
 fn the_first_model_runs_before_anything_of_the_second() {
     let machine = Machine::complete();
-    let (succeeded, printed, errors) = machine.demo("icoray-capi-mpi");
-    assert!(succeeded, "{printed}{errors}");
-    assert_first_model(&printed);
-    let lines = left_out(&printed);
-    assert!(lines[0].contains("MPI, because `") && lines[0].ends_with("ended with exit status: 101"), "{printed}");
+    let demo = machine.demo("icoray-capi-mpi", &["--no-install"]);
+    let lines = left_out(&demo);
+    assert!(lines[0].contains("MPI, because `") && lines[0].ends_with("ended with exit status: 101"), "{lines:#?}");
     assert_eq!(lines[1..], ["    line 5", "    line 6", "    line 7", "    line 8", "    line 9"]);
     let log = machine.log();
     let (before, after) = log.split_once("tracer ").unwrap();
@@ -163,25 +168,12 @@ fn the_first_model_runs_before_anything_of_the_second() {
             "cargo build --profile release --package icoray-capi --package contact-sheet --no-default-features --features icoray-capi/live"
         ]
     );
-    assert!(
-        after.contains("compiler -show") && after.contains("icoray-capi-mpi --no-default-features --features mpi,live")
-    );
-}
-
-#[test]
-fn what_fails_later_is_left_out_too() {
-    let machine = Machine::complete();
-    // make builds nothing, so there is nothing to run.
-    let (succeeded, printed, errors) = machine.demo("nothing");
-    assert!(succeeded, "{printed}{errors}");
-    assert_first_model(&printed);
-    assert!(left_out(&printed)[0].contains("shallow-water model on 2 ranks"), "{printed}");
+    assert!(after.contains("mpicc ") && after.contains("icoray-capi-mpi --no-default-features --features mpi,live"));
 }
 
 #[test]
 fn a_failure_of_the_first_model_is_one() {
-    let machine = Machine::complete();
-    let (succeeded, printed, errors) = machine.demo("contact-sheet");
-    assert!(!succeeded && left_out(&printed).is_empty(), "{printed}");
+    let (succeeded, printed, errors) = Machine::complete().demo("contact-sheet", &["--no-install"]);
+    assert!(!succeeded && !printed.contains("left out"), "{printed}");
     assert!(errors.contains("ended with exit status: 101\nline 1\n"), "{errors}");
 }

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use xshell::cmd;
 
-use crate::elf::{self, Shared};
+use crate::elf;
 use crate::error::Error;
-use crate::host::Host;
 use crate::libclang;
 use crate::step::Step;
 use crate::workspace::{Workspace, variable};
@@ -28,7 +27,7 @@ pub fn build(workspace: &Workspace, profile: &str, mpi: bool, gpu: bool, step: &
     let mut cargo = workspace.cargo(options).args(["--no-default-features", "--features=live"]);
     cargo = cargo.args(gpu.then_some("--features=gpu")).args(mpi.then_some("--features=mpi"));
     if mpi {
-        cargo = cargo.envs(libclang::variable(&Host::here()?)?);
+        cargo = cargo.envs(libclang::variable());
     }
     step.quiet(cargo)?;
     let archive = workspace.products(profile).join("libcatalyst_icoray.a");
@@ -43,12 +42,6 @@ pub fn build(workspace: &Workspace, profile: &str, mpi: bool, gpu: bool, step: &
         "{compiler} -shared -s -o {library} {soname} {exports} -Wl,--gc-sections,-z,relro,-z,now,-u,catalyst_api_impl
          {archive} -lgcc_s -lpthread -lm -ldl -lc"
     ))?;
-    let expected = ["catalyst_api_impl".to_owned()];
-    elf::same_names("the implementation of Catalyst exports", &elf::defined(&library, &["-D"])?, &expected)?;
-    let complaints = Shared::read(&library)?.complaints(LIBRARY, mpi);
-    if complaints.is_empty() {
-        Ok(library)
-    } else {
-        Err(Error::Failed(format!("{LIBRARY}: {}", complaints.join("; "))))
-    }
+    elf::check_names(&library, &["-D"], &["catalyst_api_impl".to_owned()])?;
+    elf::check_shared(&library, LIBRARY, mpi).map(|_| library)
 }

@@ -63,9 +63,7 @@ impl Comin {
             "{compiler} -std=c99 -O2 -Wall -fPIC -shared {sections...} -isystem {include} {own} -o {plugin} {files...} {exports}
              {library} {libraries} -lcomin {rpath} -lm"
         ))?;
-        let expected = ["comin_main".to_owned()];
-        elf::same_names("the plugin exports", &elf::defined(&plugin, &["-D"])?, &expected)?;
-        Ok(plugin)
+        elf::check_names(&plugin, &["-D"], &["comin_main".to_owned()]).map(|()| plugin)
     }
 }
 

@@ -83,55 +83,46 @@ fn temporary(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Read;
-    use xshell::{Shell, TempDir};
+    use xshell::Shell;
 
-    fn scratch() -> TempDir {
-        Shell::new().unwrap().create_temp_dir().unwrap()
-    }
-
-    fn item(path: PathBuf, text: &str, mode: u32) -> Item<'static> {
-        Item { path, content: Content::Text(text.into()), mode }
+    fn item(path: PathBuf, content: Content<'static>, mode: u32) -> Item<'static> {
+        Item { path, content, mode }
     }
 
     #[test]
-    fn an_open_file_keeps_its_content() {
-        let scratch = scratch();
+    fn a_file_in_use_keeps_its_content() {
+        let scratch = Shell::new().unwrap().create_temp_dir().unwrap();
         let directory = scratch.path().join("a/b");
-        let path = directory.join("library");
-        place(&[item(path.clone(), "old", 0o644)]).unwrap();
-        let mut open = fs::File::open(&path).unwrap();
-        place(&[item(path.clone(), "new and longer", 0o755)]).unwrap();
-        let mut kept = String::new();
-        open.read_to_string(&mut kept).unwrap();
-        assert_eq!(kept, "old");
-        assert_eq!(fs::read_to_string(&path).unwrap(), "new and longer");
-        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o755);
-
+        let (path, link) = (directory.join("library"), directory.join("link"));
+        place(&[item(path.clone(), Content::Text("old".into()), 0o644), item(link.clone(), Content::Link("no"), 0)])
+            .unwrap();
+        let open = fs::File::open(&path).unwrap();
         // An existing link is replaced, not followed.
-        let link = |to| [Item { path: directory.join("link"), content: Content::Link(to), mode: 0 }];
-        place(&link("nowhere")).unwrap();
-        place(&link("library")).unwrap();
-        assert_eq!(fs::read_link(directory.join("link")).unwrap(), Path::new("library"));
+        let new = Content::Text("new and longer".into());
+        place(&[item(path.clone(), new, 0o755), item(link.clone(), Content::Link("library"), 0)]).unwrap();
+        assert_eq!(io::read_to_string(open).unwrap(), "old");
+        assert_eq!(fs::read_to_string(link).unwrap(), "new and longer");
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o755);
         assert_eq!(fs::read_dir(&directory).unwrap().count(), 2, "something temporary was left");
     }
 
     #[test]
     fn a_failure_leaves_all_that_was_there() {
-        let scratch = scratch();
-        let directory = scratch.path();
-        place(&[item(directory.join("library"), "old", 0o644)]).unwrap();
-        let refused = |last: Item<'static>| {
-            let name = last.path.display().to_string();
-            let message = place(&[item(directory.join("library"), "new", 0o644), last]).unwrap_err().to_string();
-            assert!(message.starts_with(&name), "{message}");
-            assert_eq!(fs::read_to_string(directory.join("library")).unwrap(), "old");
-        };
-        let absent = Content::File(Path::new("/nonexistent"));
-        refused(Item { path: directory.join("x"), content: absent, mode: 0o644 });
-        fs::create_dir(directory.join("taken")).unwrap();
-        refused(item(directory.join("taken"), "", 0o644));
-        refused(item(directory.join("library/below"), "", 0o644));
-        assert_eq!(fs::read_dir(directory).unwrap().count(), 2, "something temporary was left");
+        let scratch = Shell::new().unwrap().create_temp_dir().unwrap();
+        let library = scratch.path().join("library");
+        let with = |text: &str| item(library.clone(), Content::Text(text.into()), 0o644);
+        place(&[with("old")]).unwrap();
+        fs::create_dir(scratch.path().join("taken")).unwrap();
+        for (name, content) in [
+            ("x", Content::File(Path::new("/nonexistent"))),
+            ("taken", Content::Text(String::new())),
+            ("library/below", Content::Text(String::new())),
+        ] {
+            let path = scratch.path().join(name);
+            let message = place(&[with("new"), item(path.clone(), content, 0o644)]).unwrap_err().to_string();
+            assert!(message.starts_with(&path.display().to_string()), "{message}");
+            assert_eq!(fs::read_to_string(&library).unwrap(), "old");
+        }
+        assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 2, "something temporary was left");
     }
 }

@@ -4,12 +4,17 @@ use std::path::Path;
 
 use crate::install::SONAME;
 
-/// For pkg-config: the shared library, and the static one in an archive of its own name.
-pub const PKG_CONFIG: &str = include_str!("../../../crates/icoray-capi/install/icoray.pc.in");
-pub const PKG_CONFIG_STATIC: &str = include_str!("../../../crates/icoray-capi/install/icoray-static.pc.in");
-/// For CMake's `find_package`.
-pub const CMAKE: &str = include_str!("../../../crates/icoray-capi/install/icorayConfig.cmake.in");
-pub const CMAKE_VERSION: &str = include_str!("../../../crates/icoray-capi/install/icorayConfigVersion.cmake.in");
+/// The paths of the files below the directory of the libraries, and their templates. The static library has an archive
+/// of its own name for pkg-config.
+pub const FILES: [(&str, &str); 4] = [
+    ("pkgconfig/icoray.pc", include_str!("../../../crates/icoray-capi/install/icoray.pc.in")),
+    ("pkgconfig/icoray-static.pc", include_str!("../../../crates/icoray-capi/install/icoray-static.pc.in")),
+    ("cmake/icoray/icorayConfig.cmake", include_str!("../../../crates/icoray-capi/install/icorayConfig.cmake.in")),
+    (
+        "cmake/icoray/icorayConfigVersion.cmake",
+        include_str!("../../../crates/icoray-capi/install/icorayConfigVersion.cmake.in"),
+    ),
+];
 
 /// System libraries that the static library needs. Newer C libraries contain the last two, and have empty ones of these
 /// names. Compilers add the unwinder, libgcc_s or libgcc_eh.
@@ -43,24 +48,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_left_to_fill_in() {
-        for template in [PKG_CONFIG, PKG_CONFIG_STATIC, CMAKE, CMAKE_VERSION] {
+    fn all_is_filled_in_for_any_depth() {
+        for (_, template) in FILES {
             let text = filled(template, Path::new("lib"), "1.2.3");
             let left = text.lines().find(|line| line.split_once('@').is_some_and(|(_, rest)| rest.contains('@')));
             // A makefile's $@ stands alone on its line.
             assert_eq!(left, None);
         }
-    }
-
-    #[test]
-    fn the_prefix_is_found_from_any_depth() {
-        let line = |libdir: &str| {
-            let text = filled(PKG_CONFIG, Path::new(libdir), "1.2.3");
-            text.lines().find(|line| line.starts_with("prefix=")).unwrap().to_owned()
-        };
-        assert_eq!(line("lib"), "prefix=${pcfiledir}/../..");
-        assert_eq!(line("lib/x86_64-linux-gnu"), "prefix=${pcfiledir}/../../..");
-        let cmake = filled(CMAKE, Path::new("lib64"), "1.2.3");
+        for (libdir, up) in [("lib", "/../..\n"), ("lib/x86_64-linux-gnu", "/../../..\n")] {
+            let text = filled(FILES[0].1, Path::new(libdir), "1.2.3");
+            assert!(text.contains(&format!("\nprefix=${{pcfiledir}}{up}")), "{text}");
+        }
+        let cmake = filled(FILES[2].1, Path::new("lib64"), "1.2.3");
         assert!(cmake.contains("${CMAKE_CURRENT_LIST_DIR}/../../..\""), "{cmake}");
         assert!(cmake.contains("/lib64/libicoray.so.1.2.3\""), "{cmake}");
     }

@@ -1,6 +1,5 @@
 //! The software and files that blocks of commands need.
 
-use crate::host::Host;
 use crate::requirements;
 use crate::workspace::Workspace;
 
@@ -32,8 +31,6 @@ pub fn is_met(workspace: &Workspace, need: &str) -> bool {
         return false;
     }
     let packages = NEEDS.iter().find(|(name, _)| *name == need).map_or(&[][..], |(_, packages)| packages);
-    // A package may be required for several purposes, each with its own check.
-    let Ok(host) = Host::here() else { return false };
-    let mut tests = requirements::FOR_TEST_ALL.iter().filter(|known| packages.contains(&known.package));
-    tests.all(|known| known.check(&host).is_ok())
+    let mut needed = requirements::FOR_TEST_ALL.iter().filter(|known| packages.contains(&known.name));
+    needed.all(|known| known.check().is_ok())
 }

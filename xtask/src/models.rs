@@ -1,34 +1,46 @@
-//! Builds and runs the shallow-water model of `examples/fortran` over ranks of MPI.
+//! Builds and runs the models that draw themselves: the tracer of `examples/c`, and the shallow-water model of
+//! `examples/fortran` over ranks of MPI.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread;
 
 use xshell::{Cmd, cmd};
 
 use crate::error::Error;
-use crate::host::Host;
 use crate::libclang;
 use crate::mpi::Mpi;
 use crate::step::Step;
 use crate::workspace::Workspace;
 
+/// The tracer's files, in `examples/c`.
+const TRACER: [&str; 6] = ["tracer.c", "mesh.c", "options.c", "ranks.c", "transport.c", "winds.c"];
+const SHALLOW_WATER: &str = "examples/fortran/shallow_water";
 /// The package of the C library with MPI: the sources of icoray-capi under another name, so that neither library
 /// overwrites the other and cargo compiles the crates below them once.
-pub const LIBRARY_PACKAGE: &str = "icoray-capi-mpi";
-const LIBRARY: &str = "icoray_mpi_test";
-const FOLDER: &str = "examples/fortran/shallow_water";
+pub const MPI_PACKAGE: &str = "icoray-capi-mpi";
+const MPI_LIBRARY: &str = "icoray_mpi_test";
 
-/// The model's scene, below the workspace's root.
-pub const SCENE: &str = "examples/scenes/shallow_water.toml";
+/// The command that compiles the tracer model, linked with the shared library of a build profile. Warnings are errors:
+/// the header must be clean in the strictest builds.
+pub fn compile_tracer<'a>(workspace: &'a Workspace, profile: &str) -> Cmd<'a> {
+    let products = workspace.products(profile);
+    let (program, sources) = (products.join("tracer"), TRACER.map(|source| format!("examples/c/{source}")));
+    let sh = &workspace.shell;
+    cmd!(
+        sh,
+        "cc -std=c99 -O2 -Wall -Wextra -Werror -pedantic -Iinclude {sources...} -o {program}
+         -L{products} -licoray -lm -Wl,-rpath,{products}"
+    )
+}
 
-/// The start of the names of its pictures.
-pub const PREFIX: &str = "vorticity_";
+/// The command that runs the tracer model; its arguments are to be added.
+pub fn tracer<'a>(workspace: &'a Workspace, profile: &str) -> Result<Cmd<'a>, Error> {
+    let products = workspace.products(profile);
+    workspace.linked(products.join("tracer"), &products)
+}
 
-/// A run of about half a minute on two cores: few layers, and a picture after each day of 270 steps.
-pub const SIZE: [&str; 10] = ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
-
-/// The model, linked with the library of a build profile.
+/// The shallow-water model, linked with the library of a build profile.
 pub struct ShallowWater<'a> {
     workspace: &'a Workspace,
     mpi: &'a Mpi,
@@ -49,21 +61,21 @@ impl<'a> ShallowWater<'a> {
     /// The command that builds its library, with GPUs or without; [`ShallowWater::with_mpi`] adds the MPI.
     pub fn library(&self, gpu: bool) -> Cmd<'a> {
         let features = if gpu { "mpi,live,gpu" } else { "mpi,live" };
-        let cargo = self.workspace.cargo(["build", "--profile", self.profile, "--package", LIBRARY_PACKAGE]);
+        let cargo = self.workspace.cargo(["build", "--profile", self.profile, "--package", MPI_PACKAGE]);
         cargo.args(["--no-default-features", "--features", features])
     }
 
     /// A cargo command that builds with this MPI.
-    pub fn with_mpi<'c>(&self, cargo: Cmd<'c>, host: &Host) -> Result<Cmd<'c>, Error> {
+    pub fn with_mpi<'c>(&self, cargo: Cmd<'c>) -> Cmd<'c> {
         // rsmpi prefers these to MPICC.
         let cargo = cargo.env_remove("MPI_PKG_CONFIG").env_remove("CRAY_MPICH_DIR").env("MPICC", &self.mpi.cc);
-        Ok(cargo.envs(libclang::variable(host)?))
+        cargo.envs(libclang::variable())
     }
 
     /// Removes builds with another MPI, which neither cargo nor make notice.
     pub fn remove_other_mpi(&self, step: &mut Step) -> Result<(), Error> {
         let record = self.products.join("shallow_water.mpi");
-        let current = format!("{}\n{}\n", self.mpi.cc.display(), self.mpi.library);
+        let current = self.mpi.identity();
         if fs::read_to_string(&record).is_ok_and(|built| built == current) {
             return Ok(());
         }
@@ -79,19 +91,18 @@ impl<'a> ShallowWater<'a> {
         let sh = &self.workspace.shell;
         let make = cmd!(
             sh,
-            "make -j2 -C {FOLDER} MPI=1 FC={fortran} BUILD={folder} ICORAY_SOURCE={module}
-             'ICORAY_LIB=-L'{products}' -l'{LIBRARY}' -Wl,-rpath,'{products}"
+            "make -j2 -C {SHALLOW_WATER} MPI=1 FC={fortran} BUILD={folder} ICORAY_SOURCE={module}
+             'ICORAY_LIB=-L'{products}' -l'{MPI_LIBRARY}' -Wl,-rpath,'{products}"
         );
         make.env_remove("MAKEFLAGS")
     }
 
-    /// The command that runs it on so many ranks, each with its part of the mesh.
-    pub fn run(&self, ranks: usize, scene: &Path, out: &Path) -> Result<Cmd<'a>, Error> {
+    /// The command that runs it on so many ranks, each with its part of the mesh; its arguments are to be added.
+    pub fn run(&self, ranks: usize) -> Result<Cmd<'a>, Error> {
         let processors = thread::available_parallelism().map_or(1, usize::from);
         let threads = (processors / ranks).max(1).to_string();
         let run = self.workspace.linked(&self.mpi.run, &self.products)?;
         let run = run.args(["-n", &ranks.to_string()]).args(&self.mpi.options);
-        let run = run.arg(self.folder().join("shallow_water")).args(SIZE).args(["--threads", &threads]);
-        Ok(run.arg("--scene").arg(scene).arg("--out").arg(out))
+        Ok(run.arg(self.folder().join("shallow_water")).args(["--threads", &threads]))
     }
 }
