@@ -18,16 +18,23 @@
 //! let field = Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 3), Location::Center, None)?;
 //! let scene = Scene::parse("field = 'wave'
 //!     exaggeration = 40
-//!     camera = { lon = 10, lat = 40, distance = 3 }
-//!     light = { kind = 'sun', lon = -30, lat = 40 }
-//!     transfer = { map = 'vik', range = [-1, 1], opacity = [[-1, 0.9], [0, 0], [1, 0.9]], unit_length = 0.1 }")?;
+//!     core = '#8090a0'
+//!     camera = { lon = 10, lat = 40, distance = 5 }
+//!     light = { kind = 'sun', lon = -20, lat = 45, ambient = 0.5, diffuse = 0.7 }
+//!     [transfer]
+//!     map = 'vik'
+//!     range = [-1.5, 1.5]
+//!     opacity = [[-0.8, 0.9], [-0.3, 0], [0.3, 0], [0.8, 0.9]]
+//!     unit_length = 0.05")?;
 //! let frame = Renderer::new(0)?.render(&scene, &grid, &layers, &field)?; // on all processors
 //! # let folder = std::env::temp_dir().join(format!("icoray-doc-first-{}", std::process::id()));
 //! # std::fs::create_dir_all(&folder).unwrap();
 //! # std::env::set_current_dir(&folder).unwrap();
 //! output::write_picture("first.png".as_ref(), &frame)?;
-//! # let shown = frame.pixels.iter().filter(|pixel| pixel[3] > 0.5).count();
-//! # assert!(shown * 5 > frame.pixels.len() && folder.join("first.png").is_file(), "{shown}");
+//! # let count = |is: fn(&&[f32; 4]) -> bool| frame.pixels.iter().filter(is).count();
+//! # let orange = count(|pixel| pixel[0] > 2.0 * pixel[2]);
+//! # let blue = count(|pixel| pixel[2] > 2.0 * pixel[0]);
+//! # assert!(orange.min(blue) > frame.pixels.len() / 20, "{orange} orange, {blue} blue");
 //! # std::fs::remove_dir_all(&folder).unwrap();
 //! # Ok::<(), icoray::Error>(())
 //! ```
