@@ -1,4 +1,4 @@
-//! The sources of the shaders, and their preprocessor.
+//! The preprocessor of the shaders, whose sources are in the crate `icoray-shaders`.
 //!
 //! A line `#import NAME` includes `shaders/NAME.wgsl` before the rest of the file, once per shader. A line `#each TEXT`
 //! is replaced by one line TEXT per page of the field, with the number of the page in place of PAGE. A line `#scene TEXT`
@@ -6,21 +6,7 @@
 //! elsewhere it is left out. So are the other lines of [`Contents`]. A line `#volume TEXT` is replaced by one line TEXT per
 //! volume, with the number of the volume in place of VOLUME: drivers may bound the turns of all loops together.
 
-macro_rules! sources {
-    ($($name:literal)*) => {
-        [$(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),*]
-    };
-}
-
-/// All files in `shaders/`: name and text.
-pub const SOURCES: [(&str, &str); 35] = sources! {
-    "gradient" "gradients" "grid" "pages" "params" "parts" "picture" "pieces" "scenery" "kernel/column"
-    "kernel/general/blend" "kernel/general/clips" "kernel/general/frustum" "kernel/general/isosurfaces" "kernel/general/maps" "kernel/general/several"
-    "kernel/general/single" "kernel/general/surfaces" "kernel/signature"
-    "kernel/roundoff" "kernel/lit" "kernel/piece" "kernel/plane" "kernel/ray" "kernel/ray/fragment"
-    "kernel/real" "kernel/sample" "kernel/segment" "kernel/shade" "kernel/transfer" "kernel/turn" "kernel/walk"
-    "kernel/wide" "measure/multiply" "measure/stream"
-};
+pub use icoray_shaders::SOURCES;
 
 /// What a scene has that needs code of its own: all other shaders are without it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

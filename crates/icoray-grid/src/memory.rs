@@ -2,7 +2,9 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use bytemuck::Zeroable;
-use sysinfo::{CGroupLimits, MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System};
+use std::fs::read_to_string;
+use std::path::Path;
+use sysinfo::{MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System};
 
 /// Bytes below which available memory is not checked: the check takes longer than such an allocation.
 const SMALL: u64 = 64 << 20;
@@ -16,7 +18,7 @@ const SMALL: u64 = 64 << 20;
 /// ```
 pub fn available() -> Option<u64> {
     let asked = RefreshKind::nothing().with_memory(MemoryRefreshKind::everything());
-    let mut system = System::new_with_specifics(asked).ok()?;
+    let mut system = System::new_with_specifics(asked);
     let machine = system.available_memory().saturating_add(system.free_swap());
     let own = Pid::from_u32(std::process::id());
     system.refresh_processes_specifics(
@@ -24,15 +26,41 @@ pub fn available() -> Option<u64> {
         false,
         ProcessRefreshKind::nothing().with_memory(),
     );
-    let process = system.process(own);
-    let group = process.and_then(sysinfo::Process::cgroup_limits).as_ref().map(left_by);
-    let space = process.and_then(|process| address_space()?.checked_sub(process.virtual_memory()));
+    let virtual_memory = system.process(own).map(sysinfo::Process::virtual_memory);
+    let space = virtual_memory.and_then(|used| address_space()?.checked_sub(used));
+    // sysinfo reads the limits of the root of the hierarchy only, from 0.39 on those of the process, for Rust 1.95.
+    let group = left_by_control_groups(Path::new("/"));
     [Some(machine), group, space].into_iter().flatten().min()
 }
 
-/// What a control group leaves. Its cached files do not count: the system drops them where memory is short.
-fn left_by(group: &CGroupLimits) -> u64 {
-    group.total_memory.saturating_sub(group.rss)
+/// Bytes that the control groups of this process and all groups above them leave, versions 1 and 2; `None` without a
+/// limit. `root` is the folder that has `proc` and `sys`.
+fn left_by_control_groups(root: &Path) -> Option<u64> {
+    let groups = read_to_string(root.join("proc/self/cgroup")).ok()?;
+    let left = groups.lines().filter_map(|line| {
+        // number:controllers:path
+        let [_, controllers, path] = line.splitn(3, ':').collect::<Vec<_>>().try_into().ok()?;
+        let path = path.trim_start_matches('/');
+        match controllers.split(',').find(|controller| matches!(*controller, "" | "memory"))? {
+            "" => left_by_group(&root.join("sys/fs/cgroup"), path, "memory.max", "anon "),
+            _ => left_by_group(&root.join("sys/fs/cgroup/memory"), path, "memory.limit_in_bytes", "total_rss "),
+        }
+    });
+    left.min()
+}
+
+/// The least that a group in the hierarchy `mount` and the groups above it leave. Their cached files do not count: the
+/// system drops them where memory is short.
+fn left_by_group(mount: &Path, path: &str, limit: &str, used: &str) -> Option<u64> {
+    let group = mount.join(path);
+    let folders = group.ancestors().take_while(|folder| folder.starts_with(mount));
+    let left = folders.filter_map(|folder| {
+        let limit: u64 = read_to_string(folder.join(limit)).ok()?.trim().parse().ok()?;
+        let statistics = read_to_string(folder.join("memory.stat")).ok()?;
+        let used: u64 = statistics.lines().find_map(|line| line.strip_prefix(used)?.parse().ok())?;
+        Some(limit.saturating_sub(used))
+    });
+    left.min()
 }
 
 /// The limit of this process' address space (`ulimit -v`).
@@ -124,6 +152,31 @@ mod tests {
         }
         assert_eq!(zeros::<u16>("rows", 3).unwrap(), [0; 3]);
         assert!(room_for::<u16>("rows", 3).unwrap().capacity() >= 3);
+    }
+
+    /// A limit of a batch job is that of a group above the process' own, which has none.
+    #[test]
+    fn control_groups_leave_the_least_of_all_above_them() {
+        let root = std::env::temp_dir().join(format!("icoray-groups-{}", std::process::id()));
+        let write = |path: &str, text: &str| {
+            let path = root.join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        assert_eq!(left_by_control_groups(&root), None);
+        write("proc/self/cgroup", "0::/job/step/user\n");
+        assert_eq!(left_by_control_groups(&root), None);
+        for (group, limit) in [("job/step/user", "max"), ("job/step", "9000"), ("job", "5000")] {
+            write(&format!("sys/fs/cgroup/{group}/memory.max"), &format!("{limit}\n"));
+            write(&format!("sys/fs/cgroup/{group}/memory.stat"), "file 4000\nanon 1000\n");
+        }
+        assert_eq!(left_by_control_groups(&root), Some(4000));
+        // In a container the group's path is that of the host, and its limit is at the root.
+        write("proc/self/cgroup", "5:cpu,memory:/host/id\n1:pids:/host/id\n");
+        write("sys/fs/cgroup/memory/memory.limit_in_bytes", "3000\n");
+        write("sys/fs/cgroup/memory/memory.stat", "rss 1\ntotal_rss 500\n");
+        assert_eq!(left_by_control_groups(&root), Some(2500));
+        std::fs::remove_dir_all(&root).unwrap();
     }
 
     #[cfg(target_os = "linux")]

@@ -1,36 +1,68 @@
-//! In-situ ray casting of geodesic grids: the core library.
+//! In-situ ray casting of geodesic grids: icoray borrows the tables and fields of a climate or ocean model (MPAS, ICON
+//! and other meshes of hexagons and pentagons), renders them on the CPU with an error estimate per pixel, and writes
+//! pictures. The method is that of Xie, Yu and Ma, *Interactive Ray Casting of Geodesic Grids* (2013,
+//! doi:10.1111/cgf.12135), with a walk that cannot lose a ray.
 //!
-//! A model's six connectivity tables become a [`Grid`], its arrays [`Field`]s, both borrowed; a [`Scene`] says what to
-//! draw; a [`Renderer`] makes a [`Frame`] of them, and [`output`] writes it. The method is that of Xie, Yu and Ma,
-//! *Interactive Ray Casting of Geodesic Grids* (2013, doi:10.1111/cgf.12135), with a walk that cannot lose a ray.
+//! # A first picture
+//!
+//! A generated mesh of 2,562 cells in place of a model's tables, and a wave in place of its field:
 //!
 //! ```
-//! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+//! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, output};
 //!
-//! let mesh = IcosahedralMesh::new(3)?;
+//! let mesh = IcosahedralMesh::new(4)?;
 //! let grid = Grid::new(mesh.tables())?;
-//! let layers = Layers::from_heights(&[0.0, 50e3, 100e3], 6.371e6)?;
-//! let values: Vec<f32> = (0..grid.cells() * 3).map(|i| (i % 3) as f32).collect();
+//! let layers = Layers::from_heights(&[0.0, 5e3, 10e3], 6.371e6)?; // metres; the planet's radius
+//! let wave = |(lon, lat): (&f64, &f64)| [(6.0 * lon).cos() * (2.0 * lat).sin(); 3]; // of a cell, on three layers
+//! let values: Vec<f64> = mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad).flat_map(wave).collect();
 //! let field = Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 3), Location::Center, None)?;
-//! let scene = Scene::parse(r##"
-//!     field = "level"
-//!     exaggeration = 10
-//!     [image]
-//!     width = 64
-//!     height = 64
-//!     [camera]
-//!     lon = 10
-//!     lat = 40
-//!     distance = 4
+//! let scene = Scene::parse("field = 'wave'
+//!     exaggeration = 40
+//!     core = '#8090a0'
+//!     camera = { lon = 10, lat = 40, distance = 5 }
+//!     light = { kind = 'sun', lon = -20, lat = 45, ambient = 0.5, diffuse = 0.7 }
 //!     [transfer]
-//!     map = "viridis"
-//!     range = [0, 2]
-//!     opacity = [[0, 0.0], [2, 0.9]]
-//! "##)?;
-//! let frame = Renderer::new(0)?.render(&scene, &grid, &layers, &field)?;
-//! assert_eq!(frame.pixels.len(), 64 * 64);
+//!     map = 'vik'
+//!     range = [-1.5, 1.5]
+//!     opacity = [[-0.8, 0.9], [-0.3, 0], [0.3, 0], [0.8, 0.9]]
+//!     unit_length = 0.05")?;
+//! let frame = Renderer::new(0)?.render(&scene, &grid, &layers, &field)?; // on all processors
+//! # let folder = std::env::temp_dir().join(format!("icoray-doc-first-{}", std::process::id()));
+//! # std::fs::create_dir_all(&folder).unwrap();
+//! # std::env::set_current_dir(&folder).unwrap();
+//! output::write_picture("first.png".as_ref(), &frame)?;
+//! # let count = |is: fn(&&[f32; 4]) -> bool| frame.pixels.iter().filter(is).count();
+//! # let orange = count(|pixel| pixel[0] > 2.0 * pixel[2]);
+//! # let blue = count(|pixel| pixel[2] > 2.0 * pixel[0]);
+//! # assert!(orange.min(blue) > frame.pixels.len() / 20, "{orange} orange, {blue} blue");
+//! # std::fs::remove_dir_all(&folder).unwrap();
 //! # Ok::<(), icoray::Error>(())
 //! ```
+//!
+//! The same with coasts, a colour bar and comments is
+//! [examples/rust](https://github.com/icoray/icoray/tree/main/examples/rust).
+//!
+//! # Where to go from here
+//!
+//! - **Grid**: [`GridTables`] are a model's six index tables in 32 or 64 bits, [`Grid`] checks and borrows them.
+//! - **Field**: [`Field`] borrows values in the memory layout that a [`Shape`] describes; [`Layers`] are their heights.
+//! - **Scene**: [`Scene`] is what to show: [`Camera`], [`TransferFunction`], [`Lighting`], [`Surface`]s, [`Clip`]s;
+//!   [`Script`] has several views and a schedule. Both are TOML, whose keys are listed by [`keys`].
+//! - **Plan**: [`Plan`] is what a scene needs of a grid (layers, blocks, gradients, bytes), before it is rendered.
+//! - **Render**: [`Renderer`] makes a [`Frame`] with its [`FrameReport`]; [`Background`] renders copies of fields while
+//!   the model computes on; [`ranks`] share a picture; [`device`]s render in place of the CPU.
+//! - **Output**: [`output`] writes frames as PNG and EXR, with labels and `report.csv`, in place or on a thread.
+//!
+//! # Features and further crates
+//!
+//! This crate has no features: all that needs a library of the system or a large dependency is a crate of its own.
+//! `icoray-gpu` is a [`device`] (Vulkan, by wgpu), `icoray-mpi` a [`Team`] of [`ranks`], `icoray-netcdf` reads model
+//! files, `icoray-live` serves a page that shows and steers a program, and `icoray-cli` is the command `icoray`.
+//!
+//! # Supported Rust versions
+//!
+//! Rust 1.89 and later. Only a minor version of icoray may require a later Rust, which is then at least four releases
+//! (six months) old.
 #![forbid(unsafe_code)]
 
 mod background;
@@ -91,40 +123,20 @@ pub use snapshot::Snapshot;
 /// #      camera = { lon = 0, lat = 0, distance = 3 }
 /// #      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
 /// # )?;
-/// let frame = Renderer::new(1)?.render(&scene, &grid, &layers, &field)?;
-/// let folder = std::env::temp_dir().join(format!("icoray-doc-{}", std::process::id()));
-/// std::fs::create_dir_all(&folder).unwrap();
-/// icoray::output::write_picture(&folder.join("picture.png"), &frame)?;
-/// icoray::output::write_picture(&folder.join("picture.exr"), &frame)?;
-/// assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
-/// # std::fs::remove_dir_all(&folder).unwrap();
-/// # Ok::<(), icoray::Error>(())
-/// ```
-///
-/// With a writer of its own:
-///
-/// ```
-/// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
-/// # let mesh = IcosahedralMesh::new(2)?;
-/// # let grid = Grid::new(mesh.tables())?;
-/// # let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
-/// # let values = vec![1.0f32; 2 * grid.cells()];
-/// # let shape = Shape::cell_fastest(grid.cells(), 2);
-/// # let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
-/// # let scene = Scene::parse(
-/// #     "field = 'one'
-/// #      image = { width = 8, height = 8 }
-/// #      camera = { lon = 0, lat = 0, distance = 3 }
-/// #      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
-/// # )?;
-/// use icoray::output::{Stamp, Writer, WriterOptions};
+/// # let folder = std::env::temp_dir().join(format!("icoray-doc-{}", std::process::id()));
+/// # std::fs::create_dir_all(&folder).unwrap();
+/// use icoray::output::{Stamp, Writer, WriterOptions, write_picture};
 ///
 /// let frame = Renderer::new(1)?.render(&scene, &grid, &layers, &field)?;
-/// let folder = std::env::temp_dir().join(format!("icoray-doc-writer-{}", std::process::id()));
+/// write_picture(&folder.join("picture.png"), &frame)?;
+/// write_picture(&folder.join("picture.exr"), &frame)?;
+///
 /// let writer = Writer::new(WriterOptions::new(&folder))?;
 /// writer.submit(frame, scene.output.clone(), Stamp { step: 7, ..Stamp::default() });
 /// writer.wait();
-/// assert!(folder.join("one_000007.png").is_file() && folder.join("report.csv").is_file());
+/// for name in ["picture.png", "picture.exr", "one_000007.png", "report.csv"] {
+///     assert!(folder.join(name).is_file(), "{name}");
+/// }
 /// # std::fs::remove_dir_all(&folder).unwrap();
 /// # Ok::<(), icoray::Error>(())
 /// ```
