@@ -253,14 +253,14 @@ impl Key {
     /// The bounds in words: `from 0 to 1`, `above 0 and at most 1`; empty where there are none.
     pub fn bounds_text(&self) -> String {
         let low = match self.bounds.0 {
-            Bound::Included(low) => format!("from {}", numbers::text(low)),
-            Bound::Excluded(low) => format!("above {}", numbers::text(low)),
+            Bound::Included(low) => format!("from {}", short(low)),
+            Bound::Excluded(low) => format!("above {}", short(low)),
             Bound::Unbounded => return String::new(),
         };
         match self.bounds {
-            (Bound::Excluded(_), Bound::Included(high)) => format!("{low} and at most {}", numbers::text(high)),
-            (_, Bound::Included(high)) => format!("{low} to {}", numbers::text(high)),
-            (_, Bound::Excluded(high)) => format!("{low} to below {}", numbers::text(high)),
+            (Bound::Excluded(_), Bound::Included(high)) => format!("{low} and at most {}", short(high)),
+            (_, Bound::Included(high)) => format!("{low} to {}", short(high)),
+            (_, Bound::Excluded(high)) => format!("{low} to below {}", short(high)),
             (_, Bound::Unbounded) => low,
         }
     }
@@ -318,6 +318,12 @@ pub fn section_at(path: &str) -> Option<Section> {
 /// The key at a path such as `volumes.transfer.range.union`, without indices of lists.
 pub fn find(path: &str) -> Option<&'static Key> {
     path.split('.').try_fold(&FILE, |table, name| table.keys().find(|key| key.name == name))
+}
+
+/// A bound as a text, with an exponent where that is much shorter: `1e6`.
+fn short(bound: f64) -> String {
+    let [plain, scientific] = [numbers::text(bound), format!("{bound:e}")];
+    if scientific.len() + 2 < plain.len() { scientific } else { plain }
 }
 
 /// A string in Markdown.

@@ -41,16 +41,17 @@ keys! {
 const POSITION: Key = of(Kind::Vector(&["x", "y", "z"]));
 
 pub(super) fn camera(source: &Text, raw: Option<&Spanned<RawCamera>>) -> Result<Camera> {
+    let source = &source.within("camera.");
     let absent = RawCamera::default();
     let (span, raw) = raw.map_or((0..0, &absent), |raw| (raw.span(), raw.get_ref()));
-    let fov = source.number(raw.fov.as_ref(), "camera.fov")?;
+    let fov = source.number(raw.fov.as_ref(), "fov")?;
     let camera = match &raw.eye {
         Some(eye) => from_eye(source, raw, *eye.get_ref(), fov)?,
         None => above(source, raw, fov)?,
     };
     camera.ok_or_else(|| {
         let what = "eye and target coincide, up points along the view, or a number is not finite";
-        source.bad(span, "camera", what)
+        source.bad(span, "", what)
     })
 }
 
@@ -58,7 +59,7 @@ fn from_eye(source: &Text, raw: &RawCamera, eye: [f64; 3], fov: f64) -> Result<O
     let strays = [&raw.lon, &raw.lat, &raw.distance, &raw.altitude];
     if let Some(stray) = strays.into_iter().flatten().next() {
         let what = "lon, lat, distance and altitude are valid only without eye";
-        return Err(source.bad(stray.span(), "camera", what));
+        return Err(source.bad(stray.span(), "", what));
     }
     let target = raw.target.as_ref().map_or([0.0; 3], |t| *t.get_ref());
     let up = raw.up.as_ref().map_or([0.0, 0.0, 1.0], |u| *u.get_ref());
@@ -67,25 +68,23 @@ fn from_eye(source: &Text, raw: &RawCamera, eye: [f64; 3], fov: f64) -> Result<O
 
 fn above(source: &Text, raw: &RawCamera, fov: f64) -> Result<Option<Camera>> {
     if let Some(stray) = raw.target.as_ref().or(raw.up.as_ref()) {
-        return Err(source.bad(stray.span(), "camera", "target and up are valid only with eye"));
+        return Err(source.bad(stray.span(), "", "target and up are valid only with eye"));
     }
-    let lon = source.number(raw.lon.as_ref(), "camera.lon")?;
-    let lat = source.number(raw.lat.as_ref(), "camera.lat")?;
+    let lon = source.number(raw.lon.as_ref(), "lon")?;
+    let lat = source.number(raw.lat.as_ref(), "lat")?;
     if let (Some(_), Some(altitude)) = (&raw.distance, &raw.altitude) {
-        return Err(source.bad(altitude.span(), "camera", "expected either distance or altitude"));
+        return Err(source.bad(altitude.span(), "", "expected either distance or altitude"));
     }
-    let distance = distance(source, "camera", raw.distance.as_ref(), raw.altitude.as_ref())?;
+    let distance = distance(source, raw.distance.as_ref(), raw.altitude.as_ref())?;
     Ok(Camera::above(lon, lat, distance.unwrap_or_else(|| whole_planet(fov)), fov))
 }
 
-/// The distance from the planet's centre by either key of the table `of`; `None` where neither is given.
+/// The distance from the planet's centre by either key of the source's section; `None` where neither is given.
 pub(super) fn distance(
     source: &Text,
-    of: &str,
     distance: Option<&Spanned<f64>>,
     altitude: Option<&Spanned<f64>>,
 ) -> Result<Option<f64>> {
-    let distance = source.optional_number(distance, &format!("{of}.distance"))?;
-    let altitude = source.optional_number(altitude, &format!("{of}.altitude"))?;
-    Ok(distance.or(altitude.map(|altitude| 1.0 + altitude)))
+    let altitude = source.optional_number(altitude, "altitude")?;
+    Ok(source.optional_number(distance, "distance")?.or(altitude.map(|altitude| 1.0 + altitude)))
 }

@@ -74,7 +74,6 @@ fn bad_derivations_are_named() {
         (a("anomaly = \"\"\nfrom = \"first\""), "line 11 | key derive.anomaly: | empty"),
         (a("anomaly = \"t\"\nfrom = \"last\""), "line 12 | last | zonal mean"),
         (a("anomaly = \"t\"\nfrom = \"first\"\nband = 2"), "line 13 | key derive.band: | zonal mean"),
-        (a("anomaly = \"t\"\nfrom = \"zonal mean\"\nband = 0"), "line 13 | key derive.band: 0"),
         (a("mean = \"t\""), "line 11 | mean | unknown field"),
         (a("sum = { a = 2 }"), "line 10 | key derive.name: \"a\" | what it is made of"),
         (

@@ -65,18 +65,18 @@ pub fn motion(source: &Text, root: &mut DeTable) -> Result<Motion> {
 }
 
 fn orbit(source: &Text, raw: &Spanned<RawOrbit>) -> Result<Orbit> {
-    let (span, raw) = (raw.span(), raw.get_ref());
-    let number =
-        |raw: &Option<Spanned<f64>>, key: &str| source.optional_number(raw.as_ref(), &format!("camera.orbit.{key}"));
-    let [per_step, turn] = [number(&raw.degrees_per_step, "degrees_per_step")?, number(&raw.turn, "turn")?];
-    let [steps, seconds] = [number(&raw.steps, "steps")?, number(&raw.seconds, "seconds")?];
+    let (source, span, raw) = (source.within("camera.orbit."), raw.span(), raw.get_ref());
+    let per_step = source.optional_number(raw.degrees_per_step.as_ref(), "degrees_per_step")?;
+    let turn = source.optional_number(raw.turn.as_ref(), "turn")?;
+    let steps = source.optional_number(raw.steps.as_ref(), "steps")?;
+    let seconds = source.optional_number(raw.seconds.as_ref(), "seconds")?;
     let (clock, turn_deg, period) = match (per_step, turn, steps, seconds) {
         (Some(turn), None, None, None) => (Clock::Step, turn, 1.0),
         (None, Some(turn), Some(steps), None) => (Clock::Step, turn, steps),
         (None, Some(turn), None, Some(seconds)) => (Clock::Time, turn, seconds),
         _ => {
             let wish = "expected degrees_per_step, or turn and steps, or turn and seconds";
-            return Err(source.bad(span, "camera.orbit", wish));
+            return Err(source.bad(span, "", wish));
         }
     };
     Ok(Orbit { clock, turn_deg, period })
@@ -94,16 +94,11 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         return Err(source.bad(stray.span(), KEY, "its keys have the places, expected no other one"));
     }
     let first = camera.get("path").and_then(|path| path.get_ref().get(0)).map(Spanned::get_ref).cloned();
-    let number =
-        |camera: &DeTable, key: &str| -> Result<Option<Spanned<f64>>> { take(source, &mut camera.clone(), key) };
+    let of_camera = &source.within("camera.");
+    let number = |camera: &DeTable, key: &str| take::<f64>(of_camera, &mut camera.clone(), key);
     let defaults = KeyDefaults {
-        distance: distance(
-            source,
-            "camera",
-            number(camera, "distance")?.as_ref(),
-            number(camera, "altitude")?.as_ref(),
-        )?,
-        fov_deg: source.number(number(camera, "fov")?.as_ref(), "camera.fov")?,
+        distance: distance(of_camera, number(camera, "distance")?.as_ref(), number(camera, "altitude")?.as_ref())?,
+        fov_deg: of_camera.number(number(camera, "fov")?.as_ref(), "fov")?,
     };
     let raw = take::<Vec<Spanned<RawKey>>>(source, camera, "path")?.map(Spanned::into_inner).unwrap_or_default();
     let clock = raw.first().map_or(Clock::Step, |key| match key.get_ref().time {
@@ -128,22 +123,22 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
 }
 
 fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, defaults: &KeyDefaults) -> Result<Key> {
-    let (span, raw) = (raw.span(), raw.get_ref());
-    let bad = |what: &str| source.bad(span.clone(), "camera.path", what);
+    let (source, span, raw) = (&source.within("camera.path."), raw.span(), raw.get_ref());
+    let bad = |what: &str| source.bad(span.clone(), "", what);
     let at = match (clock, &raw.step, &raw.time) {
         (Clock::Step, Some(step), None) => *step.get_ref() as f64,
-        (Clock::Time, None, Some(time)) => source.number(Some(time), "camera.path.time")?,
+        (Clock::Time, None, Some(time)) => source.number(Some(time), "time")?,
         _ => return Err(bad("expected each key to have a step, or each a time in seconds")),
     };
     if raw.distance.is_some() && raw.altitude.is_some() {
         return Err(bad("expected either distance or altitude"));
     }
-    let fov_deg = source.optional_number(raw.fov.as_ref(), "camera.path.fov")?.unwrap_or(defaults.fov_deg);
-    let own = distance(source, "camera.path", raw.distance.as_ref(), raw.altitude.as_ref())?;
+    let fov_deg = source.optional_number(raw.fov.as_ref(), "fov")?.unwrap_or(defaults.fov_deg);
+    let own = distance(source, raw.distance.as_ref(), raw.altitude.as_ref())?;
     Ok(Key {
         at,
-        lon_deg: source.number(raw.lon.as_ref(), "camera.path.lon")?,
-        lat_deg: source.number(raw.lat.as_ref(), "camera.path.lat")?,
+        lon_deg: source.number(raw.lon.as_ref(), "lon")?,
+        lat_deg: source.number(raw.lat.as_ref(), "lat")?,
         distance: own.or(defaults.distance).unwrap_or_else(|| whole_planet(fov_deg)),
         fov_deg,
     })

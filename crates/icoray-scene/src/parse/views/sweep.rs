@@ -122,12 +122,13 @@ fn axis(source: &Text, name: &str, list: Spanned<DeValue>) -> Result<Axis> {
 /// The camera's place as the scene gives it.
 fn place(source: &Text, root: &mut DeTable) -> Result<CameraPlace> {
     let mut camera = section(root, "camera").map_or_else(DeTable::new, |camera| camera.clone());
+    let source = &source.within("camera.");
     let mut raw = |key: &str| take::<f64>(source, &mut camera, key);
-    let fov_deg = source.number(raw("fov")?.as_ref(), "camera.fov")?;
-    let distance = distance(source, "camera", raw("distance")?.as_ref(), raw("altitude")?.as_ref())?;
+    let fov_deg = source.number(raw("fov")?.as_ref(), "fov")?;
+    let distance = distance(source, raw("distance")?.as_ref(), raw("altitude")?.as_ref())?;
     Ok(CameraPlace {
-        lon_deg: source.number(raw("lon")?.as_ref(), "camera.lon")?,
-        lat_deg: source.number(raw("lat")?.as_ref(), "camera.lat")?,
+        lon_deg: source.number(raw("lon")?.as_ref(), "lon")?,
+        lat_deg: source.number(raw("lat")?.as_ref(), "lat")?,
         distance: distance.unwrap_or_else(|| whole_planet(fov_deg)),
         fov_deg,
     })
