@@ -1,8 +1,9 @@
 //! The description of fields, keys and colour maps that the page reads.
 
-use icoray::keys::{Section, sections};
+use icoray::keys::{ListedKey, Section, sections};
 use icoray::{color_map_stops, color_maps};
 use serde::Serialize;
+use std::ops::Bound;
 
 /// Colours of a swatch.
 const SWATCH: usize = 16;
@@ -50,20 +51,20 @@ pub(crate) struct DescribeAnswer<'d> {
 
 #[derive(Serialize)]
 struct SectionAnswer {
-    name: &'static str,
+    name: String,
     is_list: bool,
-    about: String,
+    about: &'static str,
     keys: Vec<KeyAnswer>,
 }
 
 #[derive(Serialize)]
 struct KeyAnswer {
-    name: &'static str,
+    name: String,
     #[serde(rename = "type")]
     kind: String,
-    choices: Vec<&'static str>,
-    default: &'static str,
-    range: &'static str,
+    choices: &'static [&'static str],
+    default: String,
+    range: String,
     min: Option<f64>,
     max: Option<f64>,
     meaning: &'static str,
@@ -99,21 +100,26 @@ pub(crate) fn hex([r, g, b]: [u8; 3]) -> String {
 
 impl From<Section> for SectionAnswer {
     fn from(section: Section) -> Self {
-        let keys = section.keys.iter().map(|key| {
-            let [min, max] = key.bounds();
-            KeyAnswer {
-                name: key.name,
-                kind: key.kind.replace('`', ""),
-                choices: key.choices(),
-                default: key.default,
-                range: key.range,
-                min,
-                max,
-                meaning: key.meaning,
-            }
+        let keys = section.keys.into_iter().map(|ListedKey { name, key }| KeyAnswer {
+            name,
+            kind: key.kind.to_string().replace('`', ""),
+            choices: key.choices(),
+            default: key.default.to_string(),
+            range: key.range_text(),
+            min: number(key.bounds.0),
+            max: number(key.bounds.1),
+            meaning: key.meaning,
         });
         let keys = keys.collect();
         SectionAnswer { name: section.name, is_list: section.is_list, about: section.about, keys }
+    }
+}
+
+/// The number of a bound.
+fn number(bound: Bound<f64>) -> Option<f64> {
+    match bound {
+        Bound::Included(number) | Bound::Excluded(number) => Some(number),
+        Bound::Unbounded => None,
     }
 }
 
@@ -132,5 +138,8 @@ mod tests {
         let text = serde_json::to_value(&answer).unwrap();
         assert_eq!(text["title"], "a.nc");
         assert_eq!(text["sections"][0]["keys"][0]["name"], "field");
+        let opacity = text["sections"][6]["keys"].as_array().unwrap().last().unwrap();
+        assert_eq!((&opacity["name"], &opacity["type"]), (&"opacity".into(), &"number".into()));
+        assert_eq!((opacity["min"].as_f64(), opacity["max"].as_f64()), (Some(0.0), Some(1.0)));
     }
 }

@@ -19,6 +19,7 @@ pub(crate) mod views;
 mod volume;
 
 use crate::backend::{Adapter, Backend};
+use crate::keys::{Key, Kind, flag, integer, keys, number, of, section, sections_of, word};
 use crate::method::Method;
 use crate::scene::{Precision, Scene, Scheme};
 use crate::scenery::{Ground, Heights, Scenery};
@@ -28,57 +29,93 @@ use text::Text;
 use toml::Spanned;
 use toml::de::DeTable;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawScene {
-    field: Option<Spanned<String>>,
-    every: Option<Spanned<i64>>,
-    exaggeration: Option<Spanned<f64>>,
-    background: Option<Spanned<String>>,
-    core: Option<Spanned<String>>,
-    #[serde(default)]
-    method: Method,
-    tolerance: Option<Spanned<f64>>,
-    antialias: Option<bool>,
-    samples: Option<Spanned<i64>>,
-    time_budget_ms: Option<Spanned<f64>>,
-    #[serde(default)]
-    precision: Precision,
-    #[serde(default)]
-    ranks: Scheme,
-    #[serde(default)]
-    backend: Backend,
-    device: Option<Spanned<toml::Value>>,
-    image: Option<RawImage>,
-    camera: Option<Spanned<camera::RawCamera>>,
-    transfer: Option<Spanned<transfer::RawTransfer>>,
-    opacity: Option<Spanned<volume::RawOpacity>>,
-    #[serde(default)]
-    volumes: Vec<Spanned<volume::RawVolume>>,
-    #[serde(default)]
-    surfaces: Vec<Spanned<surface::RawSurface>>,
-    #[serde(default)]
-    isosurfaces: Vec<Spanned<isosurface::RawIsosurface>>,
-    #[serde(default)]
-    lines: Vec<Spanned<lines::RawLines>>,
-    ground: Option<Spanned<ground::RawGround>>,
-    #[serde(default)]
-    clip: Vec<Spanned<clip::RawClip>>,
-    #[serde(default)]
-    derive: Vec<Spanned<derive::RawDerivation>>,
-    #[serde(default)]
-    heights: Heights,
-    light: Option<Spanned<light::RawLight>>,
-    labels: Option<labels::RawLabels>,
-    output: Option<output::RawOutput>,
+keys! {
+    struct RawScene {
+        /// Field of the volume. Without a volume: the field whose layers count. The first field is that of a file which
+        /// `icoray render` takes by itself, or that which a model has set first.
+        field: Option<Spanned<String>> = of(Kind::Text).or_else("the first field"),
+        /// Draws the steps that are multiples of this number.
+        every: Option<Spanned<i64>> = integer(1..=1_000_000_000).or(1.0),
+        /// Factor on heights above the planet's surface; 1 is true to scale.
+        exaggeration: Option<Spanned<f64>> = number(1e-6..=1e6).or(1.0),
+        /// What is behind everything.
+        background: Option<Spanned<String>> = of(COLOR_OR_NONE).or_word("black"),
+        /// The planet below the innermost layer; `"transparent"` is hollow, and rays continue on the far side.
+        core: Option<Spanned<String>> = of(COLOR_OR_NONE).or_else("dark grey"),
+        /// Integration: to the tolerance, or the paper's piecewise linear scheme.
+        method: Method = word(&["exact", "paper"]).or_word("exact"),
+        /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1.
+        tolerance: Option<Spanned<f64>> = number(Scene::TOLERANCE).or(Scene::DEFAULT_TOLERANCE),
+        /// Pixels with the edge of a surface in them show the mean of 8 rays; `false` traces one ray per pixel
+        /// ([edges](accuracy.md#edges)).
+        antialias: Option<bool> = flag(true),
+        /// Most rays per pixel. 1 traces the ray through the pixel's middle; more rays are averaged where the estimated
+        /// error of their mean is above the tolerance ([samples](accuracy.md#samples)).
+        samples: Option<Spanned<i64>> = integer(1..=Scene::MAX_SAMPLES).or(1.0),
+        /// Milliseconds that a frame may take; the quality is reduced to stay within it.
+        time_budget_ms: Option<Spanned<f64>> = number(1.0..=1e9),
+        /// Precision of the inner loop; positions are in f64 either way.
+        precision: Precision = word(&["f32", "f64"]).or_word("f32"),
+        /// How several ranks share a picture ([MPI](mpi.md)).
+        ranks: Scheme = word(&["auto", "tiles", "fragments"]).or_word("auto"),
+        /// What renders ([GPU](gpu.md)).
+        backend: Backend = word(&["auto", "cpu", "gpu"]).or_word("auto"),
+        /// GPU by number, or by part of its name.
+        device: Option<Spanned<toml::Value>> = of(Kind::Either(&Kind::Integer, &Kind::Text))
+            .or_else("one of the fastest kind")
+            .note("from 0"),
+        /// Layers at their mean heights, or at the heights of each column where these are given, at cells or at corners.
+        heights: Heights = word(&["mean", "native"]).or_word("mean"),
+        image: Option<RawImage> = section(&[RawImage::KEYS]),
+        /// Either `lon`, `lat` and one of `distance` and `altitude` (looking at the centre, north up), or `eye` with
+        /// `target` and `up`. The x axis goes through 0°E 0°N, the z axis through the north pole.
+        camera: Option<Spanned<camera::RawCamera>> = section(&[camera::RawCamera::KEYS, views::motion::KEYS]),
+        /// Either `knots`, or a colour map with `range` and `opacity`. Without the section a volume has a colour map with
+        /// all defaults, unless the scene has no `[opacity]` and shows surfaces, isosurfaces, lines or `[ground]`: then
+        /// it has no volume.
+        transfer: Option<Spanned<transfer::RawTransfer>> = section(transfer::KEYS),
+        /// The opacity of the volume comes from another field than its colours.
+        opacity: Option<Spanned<volume::RawOpacity>> = section(&[volume::RawOpacity::KEYS]),
+        /// In place of `field`, `[transfer]` and `[opacity]`: several volumes. Extinctions add up, colours mix by
+        /// extinction.
+        volumes: Vec<Spanned<volume::RawVolume>> = sections_of(&[volume::RawVolume::KEYS]),
+        /// Layers as coloured surfaces. Either `color`, or `field` with `transfer`. Fields of files without layers
+        /// (`icoray render`) are shown in this way where the scene gives no opacity.
+        surfaces: Vec<Spanned<surface::RawSurface>> = sections_of(&[surface::RawSurface::KEYS]),
+        /// Surfaces on which a field has one value. A section may have several values.
+        isosurfaces: Vec<Spanned<isosurface::RawIsosurface>> = sections_of(&[isosurface::RawIsosurface::KEYS]),
+        lines: Vec<Spanned<lines::RawLines>> = sections_of(&[lines::RawLines::KEYS]),
+        /// Colours of the opaque core.
+        ground: Option<Spanned<ground::RawGround>> = section(&[ground::RawGround::KEYS]),
+        /// Cuts away the places where all of the keys given hold (`cut = "inside"`), or all other places (`"outside"`).
+        /// At least one key beside `cut` is given.
+        clip: Vec<Spanned<clip::RawClip>> = sections_of(&[clip::RawClip::KEYS]),
+        /// Fields that are computed from the model's, or from those derived above. Each has one of `magnitude`, `sum` and
+        /// `anomaly`.
+        derive: Vec<Spanned<derive::RawDerivation>> = sections_of(&[derive::RawDerivation::KEYS]),
+        /// Blinn-Phong light with the field's gradient as normal. Without the section, or with `kind = "none"`, colours
+        /// are those of the transfer function.
+        light: Option<Spanned<light::RawLight>> = section(&[light::RawLight::KEYS]),
+        /// Labels in PNGs. The section alone switches them on.
+        labels: Option<labels::RawLabels> = section(&[labels::RawLabels::KEYS]),
+        output: Option<output::RawOutput> = section(&[output::RawOutput::KEYS, views::extras::OUTPUT_KEYS]),
+    }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawImage {
-    width: Option<Spanned<i64>>,
-    height: Option<Spanned<i64>>,
+keys! {
+    struct RawImage {
+        /// Width in pixels.
+        width: Option<Spanned<i64>> = integer(1..=16384).or(512.0),
+        /// Height in pixels.
+        height: Option<Spanned<i64>> = integer(1..=16384).or(512.0),
+    }
 }
+
+const COLOR_OR_NONE: Kind = Kind::Color(&["transparent"]);
+/// The keys of a scene, as those of a table.
+pub(super) static SCENE: Key = section(&[RawScene::KEYS]);
+/// The keys of a scene file: those of its scene and those of scripts.
+pub(super) static FILE: Key = section(&[RawScene::KEYS, views::extras::KEYS]);
 
 impl Scene {
     /// Parses a scene from the text of a scene file.
@@ -154,8 +191,6 @@ fn expect_keys(table: &DeTable) -> Result<()> {
 /// Checks the keys of a scene.
 fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
     let raw = RawScene::deserialize(toml::Deserializer::from(table)).map_err(|e| source.refused(&e))?;
-    let side = |raw, key| source.count(raw, key, 16384, " pixels", 512);
-    let [tolerance_min, tolerance_max] = [*Scene::TOLERANCE.start(), *Scene::TOLERANCE.end()];
     let core = source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?;
     let mut volumes = volume::volumes(*source, &raw)?;
     let scenery = scenery(*source, &raw, core.is_some())?;
@@ -163,31 +198,21 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
         volumes.push(volume::none(*source, &raw, &scenery)?);
     }
     let mut scene = Scene {
-        every: source.count(raw.every.as_ref(), "every", 1_000_000_000, "", 1)?,
-        width: side(raw.image.as_ref().and_then(|i| i.width.as_ref()), "image.width")?,
-        height: side(raw.image.as_ref().and_then(|i| i.height.as_ref()), "image.height")?,
+        every: source.count(raw.every.as_ref(), "every")?,
+        width: source.count(raw.image.as_ref().and_then(|i| i.width.as_ref()), "image.width")?,
+        height: source.count(raw.image.as_ref().and_then(|i| i.height.as_ref()), "image.height")?,
         background: source.color_or_none(raw.background.as_ref(), "background", Some([0.0; 3]))?,
-        exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration", 1e-6, 1e6, 1.0)?,
+        exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration")?,
         core,
         camera: camera::camera(source, raw.camera.as_ref())?,
         volumes,
         scenery,
         lighting: raw.light.as_ref().map(|light| light::lighting(source, light)).transpose()?.flatten(),
         method: raw.method,
-        tolerance: source.number(
-            raw.tolerance.as_ref(),
-            "tolerance",
-            tolerance_min,
-            tolerance_max,
-            Scene::DEFAULT_TOLERANCE,
-        )?,
+        tolerance: source.number(raw.tolerance.as_ref(), "tolerance")?,
         antialias: raw.antialias.unwrap_or(true),
-        samples: source.count(raw.samples.as_ref(), "samples", Scene::MAX_SAMPLES, " rays per pixel", 1)?,
-        time_budget_ms: raw
-            .time_budget_ms
-            .as_ref()
-            .map(|ms| source.number(Some(ms), "time_budget_ms", 1.0, 1e9, 0.0))
-            .transpose()?,
+        samples: source.count(raw.samples.as_ref(), "samples")?,
+        time_budget_ms: source.optional_number(raw.time_budget_ms.as_ref(), "time_budget_ms")?,
         precision: raw.precision,
         ranks: raw.ranks,
         backend: raw.backend,

@@ -8,17 +8,17 @@ use std::ops::RangeInclusive;
 /// Magnitudes that values other than 0 may have.
 #[derive(Debug)]
 pub(super) struct Magnitudes {
-    range: RangeInclusive<f64>,
-    /// The expected values, for error messages.
-    pub wish: &'static str,
+    pub range: RangeInclusive<f64>,
+    /// Valid values in words.
+    pub text: &'static str,
 }
 
 /// Those of the transfer function of a plain scene's one volume: differences and their inverses are normal numbers.
 pub(super) const PLAIN: Magnitudes =
-    Magnitudes { range: 1e-290..=1e290, wish: "expected 0 or a magnitude from 1e-290 to 1e290" };
+    Magnitudes { range: 1e-290..=1e290, text: "0 or a magnitude from 1e-290 to 1e290" };
 /// Those of all other scenes: squares, and squares of differences in the last digit, are normal numbers.
 pub(super) const SQUARED: Magnitudes =
-    Magnitudes { range: 1e-130..=1e150, wish: "expected 0 or a magnitude from 1e-130 to 1e150" };
+    Magnitudes { range: 1e-130..=1e150, text: "0 or a magnitude from 1e-130 to 1e150" };
 
 impl Magnitudes {
     /// Whether kernels can find the places where a field takes this value.
@@ -35,7 +35,7 @@ impl Scene {
     pub fn check_values(&self) -> Result<()> {
         let magnitudes = if self.is_plain() { PLAIN } else { SQUARED };
         let refuse = |value: f64, field: &str, what: &str| {
-            let message = format!("{what} {} of {field:?}, {}", numbers::text(value), magnitudes.wish);
+            let message = format!("{what} {} of {field:?}, expected {}", numbers::text(value), magnitudes.text);
             Err(Error::new(ErrorKind::Scene, message))
         };
         let opacities = self.volumes.iter().filter_map(|volume| volume.opacity.as_ref());
@@ -93,13 +93,13 @@ mod tests {
                 ("transfer.opacity", parsed(&stops, "")),
             ] {
                 let text = scene.unwrap_err().to_string();
-                assert!(text.contains(&format!("key {key}")) && text.contains(PLAIN.wish), "{value}: {text}");
+                assert!(text.contains(&format!("key {key}")) && text.contains(PLAIN.text), "{value}: {text}");
             }
         }
         for value in ["1e151", "-1e151", "1.7e308", "1e-131", "-5e-324"] {
             let text = parsed(&knots(["0.0", "1.0"]), &isosurface(value)).unwrap_err().to_string();
             let key = text.contains("key isosurfaces.value");
-            assert!(key && text.contains(SQUARED.wish), "{value}: {text}");
+            assert!(key && text.contains(SQUARED.text), "{value}: {text}");
         }
     }
 
@@ -121,7 +121,7 @@ mod tests {
         ] {
             let error = scene.check_values().unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Scene);
-            assert!(error.context().contains(value) && error.context().contains(magnitudes.wish), "{error}");
+            assert!(error.context().contains(value) && error.context().contains(magnitudes.text), "{error}");
         }
     }
 }

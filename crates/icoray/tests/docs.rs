@@ -1,8 +1,6 @@
-//! The scenes in the README and the book: each is parsed, and the reference has every key that the parser knows.
+//! The scenes in the README and the book are scenes.
 
 use icoray::Script;
-use icoray::keys::{self, Section};
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use toml::Table;
@@ -59,54 +57,4 @@ fn scenes_of_the_pages_are_scenes() {
         }
     }
     assert!(count > 15, "{count}");
-}
-
-/// The keys of a section as the reference has them; of tables within, the table's own.
-fn documented(section: &Section) -> BTreeSet<&'static str> {
-    section.keys.iter().map(|key| key.name.split('.').next().unwrap_or_default()).collect()
-}
-
-/// The keys that the parser expects where it finds `zzz`.
-fn expected(section: &str) -> BTreeSet<String> {
-    let scene = completed(section).to_string();
-    let error = Script::parse(&scene).expect_err(section).to_string();
-    let (found, list) = error.split_once("expected").unwrap_or_else(|| panic!("{error}"));
-    assert!(found.contains("zzz"), "{error}");
-    list.split('`').skip(1).step_by(2).map(str::to_owned).collect()
-}
-
-#[test]
-fn the_reference_has_all_keys_of_each_section_and_no_others() {
-    let whole = "transfer = { map = 'vik', range = [0, 1], opacity = [[0, 0.5]] }\n";
-    let reference = fs::read_to_string(root().join("docs/src/scene-reference.md")).unwrap();
-    let sections = keys::sections();
-    for section in &sections {
-        let scene = match section.name {
-            "" => "zzz = 1".to_owned(),
-            "image" => "image = { width = 9, height = 9, zzz = 1 }".to_owned(),
-            "camera" => "camera = { lon = 0, lat = 0, distance = 3, zzz = 1 }".to_owned(),
-            "transfer" => "transfer = { map = 'vik', zzz = 1 }".to_owned(),
-            "opacity" => "opacity = { field = 'a', values = [[0, 0.5]], zzz = 1 }".to_owned(),
-            "volumes" => format!("[[volumes]]\nfield = 'a'\nzzz = 1\n{whole}"),
-            "surfaces" => "surfaces = [{ layer = 0, color = 'red', zzz = 1 }]".to_owned(),
-            "isosurfaces" => "isosurfaces = [{ field = 'a', value = 0, color = 'red', zzz = 1 }]".to_owned(),
-            "lines" => "lines = [{ pattern = 'coast', zzz = 1 }]".to_owned(),
-            "clip" => "clip = [{ cut = 'inside', lon = [0, 9], zzz = 1 }]".to_owned(),
-            "derive" => "derive = [{ name = 'a', zzz = 1 }]".to_owned(),
-            "light" => "light = { kind = 'none', zzz = 1 }".to_owned(),
-            name => format!("{name} = {{ zzz = 1 }}"),
-        };
-        let mut found: BTreeSet<&str> = documented(section);
-        if section.name.is_empty() {
-            found.extend(sections.iter().map(|section| section.name).filter(|name| !name.is_empty()));
-            // Keys of scripts, which the reference has in sections of their own.
-            let of_scripts = ["at_steps", "at_times", "when", "views", "sweep", "live"];
-            found.extend(of_scripts.into_iter().filter(|key| {
-                let headings = [format!("\n| `{key}` |"), format!("\n## `[{key}]`"), format!("\n## `[[{key}]]`")];
-                headings.iter().any(|heading| reference.contains(heading))
-            }));
-        }
-        let expected = expected(&scene);
-        assert_eq!(found, expected.iter().map(String::as_str).collect(), "[{}]", section.name);
-    }
 }

@@ -1,24 +1,32 @@
 //! Keys of `[[clips]]`.
 
-use super::place::{layers, lon_lat_box};
+use super::place::{LATITUDES, LONGITUDES, layers, lon_lat_box};
 use super::text::Text;
+use crate::keys::{Kind, keys, number, of, table, word};
 use crate::scenery::{Clip, HalfSpace};
 use icoray_grid::Result;
 use icoray_grid::numbers;
 use serde::Deserialize;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawClip {
-    #[serde(default)]
-    cut: ClipSide,
-    lon: Option<Spanned<[f64; 2]>>,
-    lat: Option<Spanned<[f64; 2]>>,
-    layers: Option<Spanned<[i64; 2]>>,
-    height_m: Option<Spanned<[f64; 2]>>,
-    half_space: Option<Spanned<RawHalfSpace>>,
+keys! {
+    pub(super) struct RawClip {
+        /// Which side is removed.
+        cut: ClipSide = word(&["inside", "outside"]).or_word("inside"),
+        /// Longitudes, degrees.
+        lon: Option<Spanned<[f64; 2]>> = LONGITUDES,
+        /// Latitudes, degrees.
+        lat: Option<Spanned<[f64; 2]>> = LATITUDES,
+        /// Layers, both included.
+        layers: Option<Spanned<[i64; 2]>> = of(LOW_HIGH).or_else("all").note("from 0, the innermost"),
+        /// Heights above the planet's surface, metres.
+        height_m: Option<Spanned<[f64; 2]>> = of(LOW_HIGH).or_else("all").note("finite"),
+        /// The space beyond a plane: `towards` and `distance`.
+        half_space: Option<Spanned<RawHalfSpace>> = table(&[RawHalfSpace::KEYS]),
+    }
 }
+
+const LOW_HIGH: Kind = Kind::Vector(&["low", "high"]);
 
 #[derive(Deserialize, Clone, Copy, PartialEq, Default)]
 #[serde(rename_all = "lowercase")]
@@ -28,11 +36,14 @@ enum ClipSide {
     Outside,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawHalfSpace {
-    towards: Option<Spanned<[f64; 2]>>,
-    distance: Option<Spanned<f64>>,
+keys! {
+    struct RawHalfSpace {
+        /// Direction of the plane's normal.
+        towards: Option<Spanned<[f64; 2]>> =
+            of(Kind::Vector(&["lon", "lat"])).required().note("-360 to 360, -90 to 90"),
+        /// Distance of the plane from the centre, planet radii.
+        distance: Option<Spanned<f64>> = number(-1e6..=1e6).or(0.0),
+    }
 }
 
 pub(super) fn clip(source: &Text, raw: &Spanned<RawClip>) -> Result<Clip> {
@@ -63,6 +74,6 @@ fn half_space(source: &Text, raw: &Spanned<RawHalfSpace>) -> Result<HalfSpace> {
         let what = format!("{found}, expected longitude and latitude, from -360 to 360 and from -90 to 90");
         return Err(source.bad(towards.span(), "half_space.towards", what));
     }
-    let distance = source.number(raw.distance.as_ref(), "half_space.distance", -1e6, 1e6, 0.0)?;
+    let distance = source.number(raw.distance.as_ref(), "half_space.distance")?;
     Ok(HalfSpace { towards_deg: [lon, lat], distance })
 }

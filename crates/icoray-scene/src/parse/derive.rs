@@ -1,21 +1,28 @@
 //! Fields that are made of others.
 
 use super::text::Text;
+use crate::keys::{Kind, keys, number, of, word};
 use crate::scenery::{Derivation, How};
 use icoray_grid::Result;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawDerivation {
-    name: Option<Spanned<String>>,
-    magnitude: Option<Spanned<Vec<Spanned<String>>>>,
-    sum: Option<Spanned<BTreeMap<String, Spanned<f64>>>>,
-    anomaly: Option<Spanned<String>>,
-    from: Option<Spanned<Reference>>,
-    band: Option<Spanned<f64>>,
+keys! {
+    pub(super) struct RawDerivation {
+        /// Name of the new field.
+        name: Option<Spanned<String>> = of(Kind::Text).required().note("not derived before"),
+        /// Length of the vector with these components.
+        magnitude: Option<Spanned<Vec<Spanned<String>>>> = of(Kind::List(&Kind::Text)).count(2, 3),
+        /// Sum of fields times factors.
+        sum: Option<Spanned<BTreeMap<String, Spanned<f64>>>> = of(Kind::NumbersByName).note("finite factors"),
+        /// Field from which a reference is subtracted.
+        anomaly: Option<Spanned<String>> = of(Kind::Text),
+        /// The mean along latitude bands, or the first step that is drawn.
+        from: Option<Spanned<Reference>> = word(&["zonal mean", "first"]).or_else("required with `anomaly`"),
+        /// With `"zonal mean"`: degrees of latitude per band.
+        band: Option<Spanned<f64>> = number(1e-3..=180.0).or(2.0),
+    }
 }
 
 #[derive(Deserialize, Clone, Copy, PartialEq)]
@@ -70,10 +77,7 @@ fn derivation(source: &Text, name: &Spanned<String>, raw: &Spanned<RawDerivation
 fn magnitude(source: &Text, raw: &Spanned<Vec<Spanned<String>>>) -> Result<How> {
     let fields = raw.get_ref().iter().map(|field| source.name(field, "magnitude"));
     let fields = fields.collect::<Result<Vec<String>>>()?;
-    if !(2..=3).contains(&fields.len()) {
-        let what = format!("{} fields, expected two or three", fields.len());
-        return Err(source.bad(raw.span(), "magnitude", what));
-    }
+    source.expect_count(fields.len(), raw.span(), "magnitude")?;
     Ok(How::Magnitude(fields))
 }
 
@@ -100,7 +104,7 @@ fn anomaly(source: &Text, raw: &RawDerivation, field: &Spanned<String>) -> Resul
     };
     match (from.get_ref(), &raw.band) {
         (Reference::ZonalMean, band) => {
-            let band_deg = source.number(band.as_ref(), "band", 1e-3, 180.0, 2.0)?;
+            let band_deg = source.number(band.as_ref(), "band")?;
             Ok(How::FromZonalMean { field: name, band_deg })
         }
         (Reference::First, None) => Ok(How::FromFirst(name)),

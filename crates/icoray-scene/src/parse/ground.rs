@@ -1,16 +1,18 @@
 //! Land and sea.
 
 use super::text::Text;
+use crate::keys::{Kind, keys, of};
 use crate::scenery::Ground;
 use icoray_grid::Result;
-use serde::Deserialize;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawGround {
-    land: Option<Spanned<String>>,
-    ocean: Option<Spanned<String>>,
+keys! {
+    pub(super) struct RawGround {
+        /// Land.
+        land: Option<Spanned<String>> = of(Kind::Color(&[])).or_else("`core`"),
+        /// Sea.
+        ocean: Option<Spanned<String>> = of(Kind::Color(&[])).or_else("`core`"),
+    }
 }
 
 pub(super) fn ground(source: Text, raw: &Spanned<RawGround>, has_core: bool) -> Result<Ground> {

@@ -2,25 +2,35 @@
 
 use super::paint::{PaintKeys, paint};
 use super::text::Text;
-use super::transfer::RawTransfer;
+use super::transfer::{self, RawTransfer};
+use crate::keys::{Kind, keys, number, of, section};
 use crate::scenery::{Isosurface, Paint};
 use crate::values::SQUARED;
 use icoray_grid::Result;
-use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawIsosurface {
-    field: Option<Spanned<String>>,
-    value: Option<Spanned<f64>>,
-    values: Option<Spanned<Vec<Spanned<f64>>>>,
-    color: Option<Spanned<String>>,
-    colors: Option<Spanned<Vec<Spanned<String>>>>,
-    color_by: Option<Spanned<String>>,
-    transfer: Option<Spanned<RawTransfer>>,
-    opacity: Option<Spanned<f64>>,
+keys! {
+    pub(super) struct RawIsosurface {
+        /// Field.
+        field: Option<Spanned<String>> = of(Kind::Text).or_else("the scene's first"),
+        /// Its value.
+        value: Option<Spanned<f64>> = of(Kind::Number).or_else("required, or `values`").note(SQUARED.text),
+        /// Several values.
+        values: Option<Spanned<Vec<Spanned<f64>>>> =
+            of(Kind::List(&Kind::Number)).or_else("required, or `value`").note("as `value`, at least one"),
+        /// One colour for all values.
+        color: Option<Spanned<String>> = of(Kind::Color(&[])),
+        /// A colour for each value.
+        colors: Option<Spanned<Vec<Spanned<String>>>> =
+            of(Kind::List(&Kind::Color(&[]))).note("as many as `values`"),
+        /// Field that colours the surfaces, with `transfer`.
+        color_by: Option<Spanned<String>> = of(Kind::Text).or_else("the surface's `field`"),
+        /// As `[transfer]`, of colours only.
+        transfer: Option<Spanned<RawTransfer>> = section(transfer::KEYS).or_else("a map with all defaults"),
+        /// Part of the light that a surface absorbs.
+        opacity: Option<Spanned<f64>> = number(0.0..=1.0).above(0.0).or(1.0),
+    }
 }
 
 /// One for each value.
@@ -29,7 +39,7 @@ pub(super) fn isosurfaces(source: &Text, raw: &Spanned<RawIsosurface>) -> Result
     let field = source.name_or_first(raw.field.as_ref(), "field")?;
     let values = values(source, raw, span.clone())?;
     let paints = paints(source, raw, (span, &field), values.len())?;
-    let opacity = source.opacity(raw.opacity.as_ref())?;
+    let opacity = source.number(raw.opacity.as_ref(), "opacity")?;
     let isosurface = |(value, paint)| Isosurface { field: field.clone(), value, paint, opacity };
     Ok(values.into_iter().zip(paints).map(isosurface).collect())
 }

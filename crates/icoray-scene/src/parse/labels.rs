@@ -1,25 +1,35 @@
 //! Keys of `[labels]`.
 
 use super::text::Text;
+use crate::keys::{Kind, flag, keys, number, of, word};
 use crate::labels::{LabelPlace, Labels};
 use icoray_grid::Result;
-use serde::Deserialize;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawLabels {
-    on: Option<bool>,
-    title: Option<Spanned<String>>,
-    name: Option<String>,
-    units: Option<String>,
-    #[serde(default)]
-    place: LabelPlace,
-    size: Option<Spanned<f64>>,
-    color: Option<Spanned<String>>,
-    bar: Option<bool>,
-    scale: Option<bool>,
-    error: Option<bool>,
+keys! {
+    pub(super) struct RawLabels {
+        /// `false` switches labels off.
+        on: Option<bool> = flag(true),
+        /// Title; see [placeholders](#placeholders).
+        title: Option<Spanned<String>> = of(Kind::Text).or_word("{time}"),
+        /// Name beside the colour bar.
+        name: Option<String> = of(Kind::Text).or_else("the field's"),
+        /// Units beside the colour bar.
+        units: Option<String> = of(Kind::Text).or_else("the field's"),
+        /// Place of the colour bar; `"below"` adds rows below the picture.
+        place: LabelPlace = word(&["auto", "right", "bottom", "left", "below"]).or_word("auto"),
+        /// Factor on the size of text.
+        size: Option<Spanned<f64>> = number(0.25..=4.0).or(1.0),
+        /// Colour of text; by itself light on dark and dark on light.
+        color: Option<Spanned<String>> = of(Kind::Color(&["auto"])).or_word("auto"),
+        /// Colour bar.
+        bar: Option<bool> = flag(true),
+        /// Note on exaggeration.
+        scale: Option<bool> = flag(true),
+        /// Note on the error; in orange (red on bright backgrounds) where pixels have an error above the tolerance,
+        /// with their number.
+        error: Option<bool> = flag(true),
+    }
 }
 
 /// The labels, unless they are switched off.
@@ -36,7 +46,7 @@ pub(super) fn labels(source: &Text, raw: &RawLabels) -> Result<Option<Labels>> {
         name: raw.name.clone(),
         units: raw.units.clone(),
         place: raw.place,
-        size: source.number(raw.size.as_ref(), "labels.size", 0.25, 4.0, 1.0)?,
+        size: source.number(raw.size.as_ref(), "labels.size")?,
         color,
         bar: raw.bar.unwrap_or(true),
         scale_note: raw.scale.unwrap_or(true),

@@ -1,30 +1,35 @@
 //! The light.
 
 use super::text::Text;
+use crate::keys::{keys, number, word};
 use crate::scene::{Lighting, Source};
 use icoray_grid::Result;
-use serde::Deserialize;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawLight {
-    kind: Option<Spanned<String>>,
-    lon: Option<Spanned<f64>>,
-    lat: Option<Spanned<f64>>,
-    ambient: Option<Spanned<f64>>,
-    diffuse: Option<Spanned<f64>>,
-    specular: Option<Spanned<f64>>,
-    shininess: Option<Spanned<f64>>,
+keys! {
+    pub(super) struct RawLight {
+        /// From the camera, from infinity above a place, or no light.
+        kind: Option<Spanned<String>> = word(&["headlight", "sun", "none"]).or_word("headlight"),
+        /// Longitude below the sun.
+        lon: Option<Spanned<f64>> = number(-360.0..=360.0).or_else("required with `\"sun\"`"),
+        /// Latitude below the sun.
+        lat: Option<Spanned<f64>> = number(-90.0..=90.0).or_else("required with `\"sun\"`"),
+        /// Part of the colour that needs no light.
+        ambient: Option<Spanned<f64>> = number(0.0..=1.0).or(0.35),
+        /// Part of the colour that depends on the angle to the light.
+        diffuse: Option<Spanned<f64>> = number(0.0..=1.0).or(0.65),
+        /// Strength of the white highlight.
+        specular: Option<Spanned<f64>> = number(0.0..=1.0).or(0.2),
+        /// Exponent of the highlight; larger is smaller and sharper.
+        shininess: Option<Spanned<f64>> = number(1.0..=1000.0).or(32.0),
+    }
 }
 
 pub(super) fn lighting(source: &Text, raw: &Spanned<RawLight>) -> Result<Option<Lighting>> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let place = match (&raw.lon, &raw.lat) {
-        (Some(lon), Some(lat)) => Some((
-            source.number(Some(lon), "light.lon", -360.0, 360.0, 0.0)?,
-            source.number(Some(lat), "light.lat", -90.0, 90.0, 0.0)?,
-        )),
+    let lon = source.optional_number(raw.lon.as_ref(), "light.lon")?;
+    let place = match (lon, source.optional_number(raw.lat.as_ref(), "light.lat")?) {
+        (Some(lon), Some(lat)) => Some((lon, lat)),
         (None, None) => None,
         _ => return Err(source.bad(span, "light", "expected both lon and lat, or neither")),
     };
@@ -40,13 +45,13 @@ pub(super) fn lighting(source: &Text, raw: &Spanned<RawLight>) -> Result<Option<
         ("none" | "headlight", Some(_)) => {
             return Err(source.bad(span, "light", "lon and lat go with kind = \"sun\""));
         }
-        _ => return Err(source.unknown_word(word, "light.kind", &["headlight", "sun", "none"])),
+        _ => return Err(source.unknown_word(word, "light.kind")),
     };
     Ok(Some(Lighting {
         source: kind,
-        ambient: source.number(raw.ambient.as_ref(), "light.ambient", 0.0, 1.0, 0.35)?,
-        diffuse: source.number(raw.diffuse.as_ref(), "light.diffuse", 0.0, 1.0, 0.65)?,
-        specular: source.number(raw.specular.as_ref(), "light.specular", 0.0, 1.0, 0.2)?,
-        shininess: source.number(raw.shininess.as_ref(), "light.shininess", 1.0, 1000.0, 32.0)?,
+        ambient: source.number(raw.ambient.as_ref(), "light.ambient")?,
+        diffuse: source.number(raw.diffuse.as_ref(), "light.diffuse")?,
+        specular: source.number(raw.specular.as_ref(), "light.specular")?,
+        shininess: source.number(raw.shininess.as_ref(), "light.shininess")?,
     }))
 }

@@ -1,24 +1,32 @@
 //! Lines on the ground or on a level.
 
-use super::place::{RawLayer, RawRegion, level, region};
+use super::place::{HEIGHT_M, RawLayer, RawRegion, level, region};
 use super::text::Text;
+use crate::keys::{Kind, keys, layer, number, of, table, word};
 use crate::scenery::{Level, Lines, Pattern};
 use icoray_grid::Result;
 use serde::Deserialize;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawLines {
-    #[serde(default)]
-    pattern: PatternName,
-    on: Option<Spanned<RawLayer>>,
-    height_m: Option<Spanned<f64>>,
-    color: Option<Spanned<String>>,
-    width: Option<Spanned<f64>>,
-    opacity: Option<Spanned<f64>>,
-    spacing: Option<Spanned<f64>>,
-    region: Option<Spanned<RawRegion>>,
+keys! {
+    pub(super) struct RawLines {
+        /// Outlines of cells, of dual triangles, meridians and parallels, or coasts (Natural Earth 1:110m).
+        pattern: PatternName = word(&["cells", "triangles", "graticule", "coast"]).or_word("graticule"),
+        /// Where the lines are; `"ground"` needs an opaque core.
+        on: Option<Spanned<RawLayer>> = layer(&["ground", "top", "bottom"]).or_word("ground"),
+        /// In place of `on`: height in metres.
+        height_m: Option<Spanned<f64>> = HEIGHT_M,
+        /// Colour.
+        color: Option<Spanned<String>> = of(Kind::Color(&[])).or_word("white"),
+        /// Width in pixels.
+        width: Option<Spanned<f64>> = number(0.1..=50.0).or(1.0),
+        /// Part of the light that a line absorbs.
+        opacity: Option<Spanned<f64>> = number(0.0..=1.0).above(0.0).or(1.0),
+        /// With `"graticule"`: degrees between lines.
+        spacing: Option<Spanned<f64>> = number(0.1..=90.0).or(30.0),
+        /// Box to which lines are limited: `lon`, `lat` or both.
+        region: Option<Spanned<RawRegion>> = table(&[RawRegion::KEYS]).or_else("everywhere"),
+    }
 }
 
 #[derive(Deserialize, Clone, Copy, Default)]
@@ -43,9 +51,7 @@ pub(super) fn lines(source: &Text, raw: &Spanned<RawLines>, has_core: bool) -> R
         PatternName::Cells => Pattern::Cells,
         PatternName::Triangles => Pattern::Triangles,
         PatternName::Coast => Pattern::Coast,
-        PatternName::Graticule => {
-            Pattern::Graticule { spacing_deg: source.number(raw.spacing.as_ref(), "spacing", 0.1, 90.0, 30.0)? }
-        }
+        PatternName::Graticule => Pattern::Graticule { spacing_deg: source.number(raw.spacing.as_ref(), "spacing")? },
     };
     if let (Some(stray), false) = (&raw.spacing, matches!(pattern, Pattern::Graticule { .. })) {
         return Err(source.bad(stray.span(), "spacing", "is valid only with pattern = \"graticule\""));
@@ -54,8 +60,8 @@ pub(super) fn lines(source: &Text, raw: &Spanned<RawLines>, has_core: bool) -> R
         pattern,
         on,
         color: raw.color.as_ref().map_or(Ok([1.0; 3]), |color| source.color(color, "color"))?,
-        width_px: source.number(raw.width.as_ref(), "width", 0.1, 50.0, 1.0)?,
-        opacity: source.opacity(raw.opacity.as_ref())?,
+        width_px: source.number(raw.width.as_ref(), "width")?,
+        opacity: source.number(raw.opacity.as_ref(), "opacity")?,
         region: raw.region.as_ref().map(|raw| region(source, raw)).transpose()?,
     })
 }

@@ -1,16 +1,20 @@
 //! The names of the pictures and of the maps of their errors.
 
 use super::text::Text;
+use crate::keys::{Kind, keys, of};
 use crate::name::{NameTemplate, Output};
 use icoray_grid::Result;
-use serde::Deserialize;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawOutput {
-    file: Option<Spanned<String>>,
-    error: Option<Spanned<String>>,
+keys! {
+    pub(super) struct RawOutput {
+        /// Name of the picture. Of a view `{view}_` stands before it, and swept keys after it.
+        file: Option<Spanned<String>> = of(Kind::Text)
+            .or_else("`\"{field}_{step:06}.png\"`, in a model `\"{field}_{when}.png\"`")
+            .note("ends in `.png` or `.exr`"),
+        /// Name of a map of errors.
+        error: Option<Spanned<String>> = of(Kind::Text).note("ends in `.png`"),
+    }
 }
 
 fn template(source: &Text, raw: &Spanned<String>, key: &str) -> Result<NameTemplate> {

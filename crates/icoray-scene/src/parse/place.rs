@@ -1,14 +1,19 @@
 //! Where things lie: levels, and boxes in longitude and latitude.
 
 use super::text::Text;
+use crate::keys::{Key, Kind, keys, number, of};
 use crate::scenery::{Level, LonLatBox};
 use icoray_grid::Result;
 use icoray_grid::numbers;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// Heights above the planet's surface that a scene may name, to either side, metres.
-const HIGHEST_M: f64 = 1e9;
+/// A height above the planet's surface, metres.
+pub(super) const HEIGHT_M: Key = number(-1e9..=1e9);
+/// The ends of a box.
+pub(super) const LONGITUDES: Key =
+    of(Kind::Vector(&["west", "east"])).within(-360.0..=720.0).or_else("all").note("at most 360 apart");
+pub(super) const LATITUDES: Key = of(Kind::Vector(&["south", "north"])).within(-90.0..=90.0).or_else("all");
 
 /// A layer, by its number or a word.
 #[derive(Deserialize)]
@@ -25,11 +30,7 @@ pub(super) fn level(
     height_m: Option<&Spanned<f64>>,
 ) -> Result<Option<Level>> {
     match (layer, height_m) {
-        (None, None) => Ok(None),
-        (None, Some(raw)) => {
-            let height_m = source.number(Some(raw), "height_m", -HIGHEST_M, HIGHEST_M, 0.0)?;
-            Ok(Some(Level::Height(height_m)))
-        }
+        (None, height_m) => Ok(source.optional_number(height_m, "height_m")?.map(Level::Height)),
         (Some(layer), Some(_)) => Err(source.bad(layer.span(), key, format!("expected either {key} or height_m"))),
         (Some(layer), None) => self::layer(source, key, layer).map(Some),
     }
@@ -66,12 +67,13 @@ pub(super) fn layers(source: &Text, raw: &Spanned<[i64; 2]>, key: &str) -> Resul
     }
 }
 
-/// A box in longitude and latitude.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawRegion {
-    lon: Option<Spanned<[f64; 2]>>,
-    lat: Option<Spanned<[f64; 2]>>,
+keys! {
+    pub(super) struct RawRegion {
+        /// `[170, -170]` crosses the date line.
+        lon: Option<Spanned<[f64; 2]>> = LONGITUDES,
+        /// Southern end first.
+        lat: Option<Spanned<[f64; 2]>> = LATITUDES,
+    }
 }
 
 pub(super) fn region(source: &Text, raw: &Spanned<RawRegion>) -> Result<LonLatBox> {
@@ -95,22 +97,23 @@ pub(super) fn lon_lat_box(source: &Text, [lon, lat]: [Ends; 2]) -> Result<Option
 /// From west to east: [170, -170] goes over the date line, as [170, 190] does.
 fn longitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
     let [west, east] = *raw.get_ref();
-    let is_in = |lon: f64| (-360.0..=720.0).contains(&lon);
+    let schema = source.schema(key);
     let turns = if east < west { ((west - east) / 360.0).floor() + 1.0 } else { 0.0 };
     let end = east + 360.0 * turns;
-    if is_in(west) && is_in(east) && west < end && end - west <= 360.0 {
+    if schema.holds(west) && schema.holds(east) && west < end && end - west <= 360.0 {
         return Ok([west, end]);
     }
-    let wish = "expected western and eastern end, from -360 to 720 and at most 360 apart";
+    let wish = format!("expected western and eastern end, {}", schema.range_text());
     Err(source.bad(raw.span(), key, format!("{}, {wish}", numbers::list(&[west, east]))))
 }
 
 fn latitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
     let [south, north] = *raw.get_ref();
-    if -90.0 <= south && south < north && north <= 90.0 {
+    let schema = source.schema(key);
+    if schema.holds(south) && schema.holds(north) && south < north {
         return Ok([south, north]);
     }
     let found = numbers::list(&[south, north]);
-    let what = format!("{found}, expected southern and northern end, from -90 to 90");
+    let what = format!("{found}, expected southern and northern end, {}", schema.range_text());
     Err(source.bad(raw.span(), key, what))
 }

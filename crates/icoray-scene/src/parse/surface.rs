@@ -1,24 +1,32 @@
 //! Coloured layers.
 
 use super::paint::{PaintKeys, paint};
-use super::place::{RawLayer, level};
+use super::place::{HEIGHT_M, RawLayer, level};
 use super::text::Text;
-use super::transfer::RawTransfer;
+use super::transfer::{self, RawTransfer};
+use crate::keys::{Kind, keys, layer, number, of, section, word};
 use crate::scenery::{Level, Surface};
 use icoray_grid::Result;
 use serde::Deserialize;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawSurface {
-    layer: Option<Spanned<RawLayer>>,
-    height_m: Option<Spanned<f64>>,
-    color: Option<Spanned<String>>,
-    field: Option<Spanned<String>>,
-    transfer: Option<Spanned<RawTransfer>>,
-    shading: Option<Spanned<Shading>>,
-    opacity: Option<Spanned<f64>>,
+keys! {
+    pub(super) struct RawSurface {
+        /// The layer; either this or `height_m`.
+        layer: Option<Spanned<RawLayer>> = layer(&["top", "bottom"]).or_word("bottom"),
+        /// Height above the planet's surface, metres; shown inside the shell only.
+        height_m: Option<Spanned<f64>> = HEIGHT_M,
+        /// One colour.
+        color: Option<Spanned<String>> = of(Kind::Color(&[])),
+        /// Field that colours the surface.
+        field: Option<Spanned<String>> = of(Kind::Text).or_else("the scene's first"),
+        /// As `[transfer]`, of colours only.
+        transfer: Option<Spanned<RawTransfer>> = section(transfer::KEYS).or_else("a map with all defaults"),
+        /// With `field`: interpolated, or one colour for each cell.
+        shading: Option<Spanned<Shading>> = word(&["smooth", "cells"]).or_word("smooth"),
+        /// Part of the light that the surface absorbs.
+        opacity: Option<Spanned<f64>> = number(0.0..=1.0).above(0.0).or(1.0),
+    }
 }
 
 #[derive(Deserialize, Clone, Copy, PartialEq)]
@@ -41,5 +49,5 @@ pub(super) fn surface(source: &Text, raw: &Spanned<RawSurface>) -> Result<Surfac
         transfer: raw.transfer.as_ref(),
         by_cell: raw.shading.as_ref().is_some_and(|shading| *shading.get_ref() == Shading::Cells),
     };
-    Ok(Surface { at, paint: paint(source, span, &keys)?, opacity: source.opacity(raw.opacity.as_ref())? })
+    Ok(Surface { at, paint: paint(source, span, &keys)?, opacity: source.number(raw.opacity.as_ref(), "opacity")? })
 }

@@ -2,6 +2,7 @@
 
 use super::hint;
 use crate::color;
+use crate::keys::{self, Key, Kind};
 use crate::values::Magnitudes;
 use icoray_grid::numbers;
 use icoray_grid::{Error, ErrorKind, Result};
@@ -69,24 +70,46 @@ impl<'t> Text<'t> {
         Error::new(ErrorKind::Scene, format!("line {}, key {key}: {what}", self.line(&span)))
     }
 
-    /// A number between `low` and `high`, or `default` where the key is absent.
-    pub fn number(&self, raw: Option<&Spanned<f64>>, key: &str, low: f64, high: f64, default: f64) -> Result<f64> {
-        let Some(raw) = raw else { return Ok(default) };
-        let value = *raw.get_ref();
-        if value >= low && value <= high {
-            return Ok(value);
-        }
-        Err(self.bad(raw.span(), key, {
-            let [value, low, high] = [value, low, high].map(numbers::text);
-            format!("{value}, expected a number from {low} to {high}")
-        }))
+    /// The schema's entry of a key.
+    ///
+    /// # Panics
+    /// If the schema has no such key.
+    pub fn schema(&self, key: &str) -> &'static Key {
+        let path = format!("{}{key}", self.section);
+        keys::find(&path).unwrap_or_else(|| panic!("{path} is not in the schema"))
     }
 
-    /// A whole number from 1 to `most`, or `default` where the key is absent; `unit` is put after `most` in an error.
-    pub fn count(&self, raw: Option<&Spanned<i64>>, key: &str, most: u32, unit: &str, default: u32) -> Result<u32> {
-        let Some(raw) = raw else { return Ok(default) };
-        let count = u32::try_from(*raw.get_ref()).ok().filter(|count| (1..=most).contains(count));
-        count.ok_or_else(|| self.bad(raw.span(), key, format!("{}, expected 1 to {most}{unit}", raw.get_ref())))
+    /// A number within the key's bounds, or the key's default where it is absent.
+    ///
+    /// # Panics
+    /// If the schema has no number as the default.
+    pub fn number(&self, raw: Option<&Spanned<f64>>, key: &str) -> Result<f64> {
+        Ok(self.optional_number(raw, key)?.unwrap_or_else(|| self.schema(key).default_number()))
+    }
+
+    /// A number within the key's bounds, or `None` where it is absent.
+    pub fn optional_number(&self, raw: Option<&Spanned<f64>>, key: &str) -> Result<Option<f64>> {
+        let Some(raw) = raw else { return Ok(None) };
+        let (value, schema) = (*raw.get_ref(), self.schema(key));
+        if schema.holds(value) {
+            return Ok(Some(value));
+        }
+        let kind = if schema.kind == Kind::Integer { "an integer" } else { "a number" };
+        let what = format!("{}, expected {kind} {}", numbers::text(value), schema.bounds_text());
+        Err(self.bad(raw.span(), key, what))
+    }
+
+    /// An integer within the key's bounds, which are those of a `u32` at most, or the key's default where it is absent.
+    pub fn count(&self, raw: Option<&Spanned<i64>>, key: &str) -> Result<u32> {
+        let as_number = raw.map(|raw| Spanned::new(raw.span(), *raw.get_ref() as f64));
+        self.number(as_number.as_ref(), key).map(|count| count as u32)
+    }
+
+    /// Refuses a list at `span` whose number of entries is outside of the key's bounds.
+    pub fn expect_count(&self, found: usize, span: Range<usize>, key: &str) -> Result<()> {
+        let [least, most] = self.schema(key).count;
+        let what = || format!("{found} entries, expected {least} to {most}");
+        if (least..=most).contains(&found) { Ok(()) } else { Err(self.bad(span, key, what())) }
     }
 
     /// A number that is neither infinite nor NaN.
@@ -104,7 +127,7 @@ impl<'t> Text<'t> {
 
     /// The value, if it is of a magnitude that kernels hold.
     pub fn held(&self, value: f64, span: Range<usize>, key: &str, magnitudes: &Magnitudes) -> Result<f64> {
-        let bad = || self.bad(span, key, format!("{}, {}", numbers::text(value), magnitudes.wish));
+        let bad = || self.bad(span, key, format!("{}, expected {}", numbers::text(value), magnitudes.text));
         if magnitudes.hold(value) { Ok(value) } else { Err(bad()) }
     }
 
@@ -116,16 +139,6 @@ impl<'t> Text<'t> {
             return Ok([low, high]);
         }
         Err(self.bad(raw.span(), key, what()))
-    }
-
-    /// The part of the light that something absorbs, or 1 where the key is absent.
-    pub fn opacity(&self, raw: Option<&Spanned<f64>>) -> Result<f64> {
-        let Some(raw) = raw else { return Ok(1.0) };
-        let value = *raw.get_ref();
-        if value > 0.0 && value <= 1.0 {
-            return Ok(value);
-        }
-        Err(self.bad(raw.span(), "opacity", format!("{}, expected above 0 and at most 1", numbers::text(value))))
     }
 
     /// The name of a field.
@@ -165,13 +178,12 @@ impl<'t> Text<'t> {
         given.map(|raw| self.color_or_word(raw, key, "auto")).transpose()
     }
 
-    /// The error of a word that is not one of `words`.
-    pub fn unknown_word(&self, raw: &Spanned<String>, key: &str, words: &[&str]) -> Error {
-        let found = raw.get_ref();
+    /// The error of a word that is not one of the key's choices.
+    pub fn unknown_word(&self, raw: &Spanned<String>, key: &str) -> Error {
+        let (found, words) = (raw.get_ref(), self.schema(key).choices());
         let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
-        let (last, others) = quoted.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
-        let hint = hint::meant(found, words);
-        self.bad(raw.span(), key, format!("{found:?}, expected {} or {last}{hint}", others.join(", ")))
+        let (hint, words) = (hint::meant(found, words), keys::alternatives(&quoted));
+        self.bad(raw.span(), key, format!("{found:?}, expected {words}{hint}"))
     }
 
     /// A colour, or `None` for the word "transparent".

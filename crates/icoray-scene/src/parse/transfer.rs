@@ -3,41 +3,64 @@
 use super::text::Text;
 use crate::coloring::Coloring;
 use crate::coloring::MEANINGLESS;
+use crate::keys::{Key, Kind, flag, keys, number, of, sections_of, word};
 use crate::transfer;
 use crate::transfer::{Knot, TransferFunction};
 use crate::values::PLAIN;
 use icoray_grid::Result;
 use icoray_grid::numbers;
-use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
 
 mod map;
 
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawTransfer {
-    unit_length: Option<Spanned<f64>>,
-    knots: Option<Spanned<Vec<Spanned<RawKnot>>>>,
-    map: Option<Spanned<String>>,
-    #[serde(default)]
-    reverse: bool,
-    range: Option<Spanned<toml::Value>>,
-    scale: Option<Spanned<String>>,
-    threshold: Option<Spanned<f64>>,
-    center: Option<Spanned<f64>>,
-    opacity: Option<Spanned<Vec<Spanned<[f64; 2]>>>>,
-    opacity_in: Option<Spanned<String>>,
+keys! {
+    pub(super) struct RawTransfer {
+        /// Path length, planet radii after exaggeration, that has the opacities stated.
+        unit_length: Option<Spanned<f64>> = UNIT_LENGTH,
+        /// Colour and opacity at values, linear in between; see [knots](#knots).
+        knots: Option<Spanned<Vec<Spanned<RawKnot>>>> = sections_of(&[RawKnot::KEYS]).count(1, 4096),
+        /// Colour map, any case; `_r` at the end reverses it.
+        map: Option<Spanned<String>> =
+            of(Kind::Text).or_else("`\"viridis\"`; `\"vik\"` with `center`").note("105 names"),
+        /// Reverses the map.
+        reverse: bool = flag(false),
+        /// Values at the ends of the map, or how they follow the data.
+        range: Option<Spanned<toml::Value>> = map::RANGE,
+        /// Scale along which the map runs.
+        scale: Option<Spanned<String>> = word(&["linear", "log", "symlog"]).or_word("linear"),
+        /// The value on either side of 0 up to which the scale is linear.
+        threshold: Option<Spanned<f64>> = number(PLAIN.range).or_else("required with `\"symlog\"`"),
+        /// The value at the map's middle; the range is widened to be even about it.
+        center: Option<Spanned<f64>> = of(Kind::Number).note("positive with `\"log\"`"),
+        /// Opacity at values, linear in extinction in between.
+        opacity: Option<Spanned<Vec<Spanned<[f64; 2]>>>> = OPACITIES
+            .or_else("`[[0, 0], [1, 0.9]]`, with `center` `[[0, 0.9], [0.5, 0], [1, 0.9]]`, in parts of the range"),
+        /// Whether the first number of each pair of `opacity` is a value or a part of the range, 0 to 1.
+        opacity_in: Option<Spanned<String>> =
+            word(&["values", "range"]).or_else("`\"values\"` for a fixed range, else `\"range\"`"),
+    }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawKnot {
-    value: Option<Spanned<f64>>,
-    color: Option<Spanned<String>>,
-    opacity: Option<Spanned<f64>>,
-    extinction: Option<Spanned<f64>>,
+keys! {
+    struct RawKnot {
+        /// Value of the field; two knots may have the same, which makes a step.
+        value: Option<Spanned<f64>> = of(Kind::Number).required().note("rising"),
+        /// Colour.
+        color: Option<Spanned<String>> = of(Kind::Color(&[])).required(),
+        /// Opacity of a `unit_length`; either this or `extinction`.
+        opacity: Option<Spanned<f64>> = number(0.0..=1.0).below(1.0),
+        /// Extinction per `unit_length`.
+        extinction: Option<Spanned<f64>> = number(0.0..=1e12),
+    }
 }
+
+/// The keys of a transfer function.
+pub(super) const KEYS: &[&[Key]] = &[RawTransfer::KEYS];
+pub(super) const UNIT_LENGTH: Key = number(1e-12..=1e6).or_else("the shell's thickness");
+pub(super) const OPACITIES: Key = of(Kind::List(&Kind::Vector(&["value", "opacity"])))
+    .count(1, 4096)
+    .note("values rising, opacities from 0 to below 1");
 
 /// The properties that a transfer function defines.
 #[derive(Clone, Copy, PartialEq)]
@@ -58,11 +81,7 @@ pub(super) fn transfer_function(
     if let Gives::Colors(elsewhere) = gives {
         refuse_opacity(source, raw, elsewhere)?;
     }
-    let unit_length = raw
-        .unit_length
-        .as_ref()
-        .map(|u| source.number(Some(u), "transfer.unit_length", 1e-12, 1e6, 0.0))
-        .transpose()?;
+    let unit_length = source.optional_number(raw.unit_length.as_ref(), "transfer.unit_length")?;
     let Some(knots) = &raw.knots else {
         let coloring = map::coloring(source, raw, span, unit_length, gives)?;
         // Over a placeholder range until a renderer resolves it.
@@ -122,9 +141,7 @@ fn check_rising(
     key: &str,
 ) -> Result<()> {
     let values: Vec<_> = values.collect();
-    if values.is_empty() || values.len() > 4096 {
-        return Err(source.bad(whole, key, format!("{} knots, expected 1 to 4096", values.len())));
-    }
+    source.expect_count(values.len(), whole, key)?;
     if let Some((v, span)) = values.iter().find(|(v, _)| !v.is_finite()) {
         return Err(source.bad(span.clone(), key, format!("value {}, expected a finite number", numbers::text(*v))));
     }
@@ -155,7 +172,7 @@ fn knot(source: &Text, raw: &Spanned<RawKnot>, gives: Gives) -> Result<Knot> {
         (Some(opacity), None) => {
             opacity_to_extinction(source, *opacity.get_ref(), opacity.span(), "transfer.knots.opacity")?
         }
-        (None, Some(e)) => source.number(Some(e), "transfer.knots.extinction", 0.0, 1e12, 0.0)?,
+        (None, Some(e)) => source.number(Some(e), "transfer.knots.extinction")?,
         (None, None) if gives != Gives::All => MEANINGLESS,
         _ => {
             return Err(source.bad(span, "transfer.knots", "expected either opacity or extinction in each knot"));
@@ -165,9 +182,11 @@ fn knot(source: &Text, raw: &Spanned<RawKnot>, gives: Gives) -> Result<Knot> {
 }
 
 fn opacity_to_extinction(source: &Text, opacity: f64, span: Range<usize>, key: &str) -> Result<f64> {
-    if (0.0..1.0).contains(&opacity) {
+    let schema = source.schema("transfer.knots.opacity");
+    if schema.holds(opacity) {
         return Ok(transfer::extinction_of(opacity));
     }
-    let wish = "expected 0 or more and less than 1 (1 would need endless extinction; knots take extinction instead)";
-    Err(source.bad(span, key, format!("opacity {}, {wish}", numbers::text(opacity))))
+    let why = "1 would need endless extinction; knots take extinction instead";
+    let what = format!("opacity {}, expected a number {} ({why})", numbers::text(opacity), schema.bounds_text());
+    Err(source.bad(span, key, what))
 }

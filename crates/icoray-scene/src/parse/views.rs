@@ -4,16 +4,19 @@
 //! Views are merged as TOML, before anything is checked, so that a view may override every key of a scene. Values keep
 //! their places in the text on the way.
 
-mod extras;
+pub(super) mod extras;
 mod merge;
-mod motion;
+pub(super) mod motion;
 mod rewrite;
 mod section;
 mod sweep;
 
+use super::camera::RawCamera;
 use super::hint::with_hint;
+use super::output::RawOutput;
 use super::text::Text;
-use super::{checked, expect_keys};
+use super::{RawScene, checked, expect_keys};
+use crate::keys::Key;
 use crate::name::{NameTemplate, Stamp};
 use crate::scene::Scene;
 use crate::script::{Live, Script, View};
@@ -24,24 +27,20 @@ use std::collections::HashMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Lists of keys in the sentence about an unknown one, and the same with the keys that are taken before those of a
-/// scene.
-const LISTS: [[&str; 2]; 3] = [
-    [
-        "one of `field`, `every`, ",
-        "one of `views`, `live`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, ",
-    ],
-    [
-        "one of `lon`, `lat`, `distance`, `altitude`, `eye`, ",
-        "one of `orbit`, `path`, `lon`, `lat`, `distance`, `altitude`, `eye`, ",
-    ],
-    ["expected `file` or `error`", "expected one of `file`, `error`, `cinema`, `concat`, `fps`"],
-];
-
 /// The error about a scene's keys, with all keys that might stand there.
 fn with_all_keys(error: &Error) -> Error {
-    let context = LISTS.iter().fold(error.context().to_owned(), |text, [from, to]| text.replacen(from, to, 1));
+    let tables =
+        [[RawScene::KEYS, extras::KEYS], [RawCamera::KEYS, motion::KEYS], [RawOutput::KEYS, extras::OUTPUT_KEYS]];
+    let context = tables.iter().fold(error.context().to_owned(), |text, tables| {
+        text.replacen(&expected(tables[0]), &expected(&tables.concat()), 1)
+    });
     Error::new(error.kind(), context)
+}
+
+/// The keys of a table in the words of serde's error about an unknown one.
+fn expected(keys: &[Key]) -> String {
+    let names: Vec<String> = keys.iter().map(|key| format!("`{}`", key.name)).collect();
+    if names.len() == 2 { names.join(" or ") } else { format!("one of {}", names.join(", ")) }
 }
 
 impl Script {

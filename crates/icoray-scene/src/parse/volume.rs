@@ -2,28 +2,34 @@
 
 use super::RawScene;
 use super::text::Text;
-use super::transfer::{Gives, RawTransfer, stops, transfer_function};
+use super::transfer::{self, Gives, OPACITIES, RawTransfer, UNIT_LENGTH, stops, transfer_function};
+use crate::keys::{Kind, keys, of, section};
 use crate::scenery::{Opacity, Scenery, Volume};
 use crate::transfer::{Knot, TransferFunction};
 use icoray_grid::Result;
-use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawVolume {
-    field: Option<Spanned<String>>,
-    transfer: Option<Spanned<RawTransfer>>,
-    opacity: Option<Spanned<RawOpacity>>,
+keys! {
+    pub(super) struct RawVolume {
+        /// Field of the volume.
+        field: Option<Spanned<String>> = of(Kind::Text).or_else("the first volume's; of that the first field"),
+        /// As `[transfer]`.
+        transfer: Option<Spanned<RawTransfer>> = section(transfer::KEYS).or_else("a map with all defaults"),
+        /// As `[opacity]`.
+        opacity: Option<Spanned<RawOpacity>> = section(&[RawOpacity::KEYS]),
+    }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawOpacity {
-    field: Option<Spanned<String>>,
-    values: Option<Spanned<Vec<Spanned<[f64; 2]>>>>,
-    unit_length: Option<Spanned<f64>>,
+keys! {
+    pub(super) struct RawOpacity {
+        /// Field of the opacity.
+        field: Option<Spanned<String>> = of(Kind::Text).or_else("the volume's"),
+        /// Opacity at values of that field.
+        values: Option<Spanned<Vec<Spanned<[f64; 2]>>>> = OPACITIES.required(),
+        /// As in `[transfer]`.
+        unit_length: Option<Spanned<f64>> = UNIT_LENGTH,
+    }
 }
 
 /// The volumes, in the scene's order; there may be none.
@@ -74,9 +80,7 @@ fn volume(source: &Text, span: Range<usize>, (field, transfer, opacity): VolumeK
 /// The opacity of a volume of `field`, which is the opacity's too where it names none.
 fn opacity(source: &Text, raw: &Spanned<RawOpacity>, field: &str) -> Result<Opacity> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let unit_length = raw.unit_length.as_ref();
-    let unit_length =
-        unit_length.map(|u| source.number(Some(u), "opacity.unit_length", 1e-12, 1e6, 0.0)).transpose()?;
+    let unit_length = source.optional_number(raw.unit_length.as_ref(), "opacity.unit_length")?;
     let Some(values) = &raw.values else {
         return Err(source.bad(span, "opacity.values", "is absent, expected pairs [value, opacity]"));
     };

@@ -105,7 +105,7 @@ fn what_lacks_or_is_too_much_is_named() {
         ),
         (format!("{CAMERA}{}", knots("")), "line 8 | key volumes.transfer.knots: | either opacity"),
         (changed("[2, 0.5]", "[-2, 0.5]"), "line 12 | key volumes.opacity.values: | -2 after 0 | rise"),
-        (changed("[2, 0.5]", "[2, 1.0]"), "line 12 | key volumes.opacity.values: | opacity 1 | less than 1"),
+        (changed("[2, 0.5]", "[2, 1.0]"), "line 12 | key volumes.opacity.values: | opacity 1 | below 1"),
         (changed("[2, 0.5]", "[nan, 0.5]"), "line 12 | key volumes.opacity.values: | NaN"),
         (format!("{CAMERA}{colors}{by}unit_length = 0\n"), "line 13 | key volumes.opacity.unit_length: | 0, expected"),
         (changed("\"w\"", "\"\""), "line 11 | opacity.field: | empty"),

@@ -4,6 +4,7 @@ use super::{Gives, RawTransfer, stops};
 use crate::color::{ColorMap, MAPS};
 use crate::coloring::{ColorRange, Coloring};
 use crate::coloring::{MEANINGLESS, default_extinction};
+use crate::keys::{self, Key, Kind, keys, of};
 use crate::parse::hint;
 use crate::parse::text::Text;
 use crate::parse::text::shown;
@@ -16,11 +17,22 @@ use toml::{Spanned, Value};
 
 /// The map where none is named, for people of any sight: the second where values lie about a centre.
 const DEFAULT_MAPS: [&str; 2] = ["viridis", "vik"];
-/// The hysteresis of a union that names none.
-const HYSTERESIS: f64 = 0.1;
-
 /// The percentiles of the first frame that are the ends of a range where none is given.
 const PERCENTILES: [f64; 2] = [1.0, 99.0];
+
+/// The key `range`.
+pub(super) const RANGE: Key = Key {
+    parts: &[keys! {
+        /// Percentiles of the first frame that has values.
+        percentile = of(ENDS).within(0.0..=100.0),
+        /// Percentiles of all frames so far.
+        union = of(ENDS).within(0.0..=100.0),
+        /// With `union`: part of the range by which an end moves further than a frame needs.
+        hysteresis = keys::number(0.0..=10.0).or(0.1),
+    }],
+    ..of(Kind::Either(&ENDS, &Kind::Table)).or_toml("{ percentile = [1, 99] }").note("low < high")
+};
+const ENDS: Kind = Kind::Vector(&["low", "high"]);
 
 pub(super) fn coloring(
     source: &Text,
@@ -88,15 +100,7 @@ fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
                 let what = "\"symlog\" needs threshold, the value on either side of 0 up to which it is linear";
                 return Err(source.bad(span, "transfer.scale", what));
             };
-            let value = source.value(threshold, key, &PLAIN)?;
-            if value <= 0.0 {
-                return Err(source.bad(
-                    threshold.span(),
-                    key,
-                    format!("{}, expected a number above 0", numbers::text(value)),
-                ));
-            }
-            Ok(Scale::SymLog { threshold: value })
+            Ok(Scale::SymLog { threshold: source.number(Some(threshold), key)? })
         }
         (_, Some(stray)) => Err(source.bad(stray.span(), key, "is valid only with scale = \"symlog\"")),
         (None | Some("linear"), None) => Ok(Scale::Linear),
@@ -104,7 +108,7 @@ fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
         (Some(other), None) => {
             let span = raw.scale.as_ref().map_or(0..0, Spanned::span);
             let other = Spanned::new(span, other.to_owned());
-            Err(source.unknown_word(&other, "transfer.scale", &["linear", "log", "symlog"]))
+            Err(source.unknown_word(&other, "transfer.scale"))
         }
     }
 }
@@ -128,7 +132,7 @@ fn is_relative(source: &Text, raw: &RawTransfer, range: ColorRange) -> Result<bo
     match word.get_ref().as_str() {
         "values" => Ok(false),
         "range" => Ok(true),
-        _ => Err(source.unknown_word(word, "transfer.opacity_in", &["values", "range"])),
+        _ => Err(source.unknown_word(word, "transfer.opacity_in")),
     }
 }
 
@@ -157,26 +161,30 @@ fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
         }
         return Ok(ColorRange::Fixed(ends));
     };
+    let part = |key: &str| source.schema(&format!("transfer.range.{key}"));
     let percentile = |key: &str| {
-        let value = table.get(key);
-        let ends = value.and_then(pair).filter(|[low, high]| 0.0 <= *low && low < high && *high <= 100.0);
+        let (value, schema) = (table.get(key), part(key));
+        let ends = value.and_then(pair).filter(|[low, high]| schema.holds(*low) && low < high && schema.holds(*high));
         let found = value.map_or_else(String::new, |value| format!("{key} = {}, ", shown(value)));
-        ends.ok_or_else(|| bad(format!("{found}expected two percentiles from 0 to 100, the lower first")))
+        let wish = format!("expected two percentiles {}, the lower first", schema.bounds_text());
+        ends.ok_or_else(|| bad(format!("{found}{wish}")))
     };
-    let mut keys: Vec<&str> = table.keys().map(String::as_str).collect();
-    keys.sort_unstable();
-    match keys[..] {
+    let mut given: Vec<&str> = table.keys().map(String::as_str).collect();
+    given.sort_unstable();
+    match given[..] {
         ["percentile"] => Ok(ColorRange::Percentile(percentile("percentile")?)),
-        ["union"] => Ok(ColorRange::Union { percentile: percentile("union")?, hysteresis: HYSTERESIS }),
-        ["hysteresis", "union"] => {
-            let part = number(&table["hysteresis"]).filter(|part| (0.0..=10.0).contains(part));
-            let wrong = || bad(format!("hysteresis = {}, expected 0 to 10", shown(&table["hysteresis"])));
-            let hysteresis = part.ok_or_else(wrong)?;
+        ["union"] | ["hysteresis", "union"] => {
+            let given = table.get("hysteresis").map(|value| {
+                let valid = number(value).filter(|value| part("hysteresis").holds(*value));
+                let wish = || format!("expected {}", part("hysteresis").bounds_text());
+                valid.ok_or_else(|| bad(format!("hysteresis = {}, {}", shown(value), wish())))
+            });
+            let hysteresis = given.transpose()?.unwrap_or_else(|| part("hysteresis").default_number());
             Ok(ColorRange::Union { percentile: percentile("union")?, hysteresis })
         }
         _ => {
             let wish = "expected percentile, or union with or without hysteresis";
-            Err(bad(format!("keys {}: {wish}", keys.join(", "))))
+            Err(bad(format!("keys {}: {wish}", given.join(", "))))
         }
     }
 }

@@ -1,6 +1,8 @@
 //! The keys of a view that no scene has: its schedule, its conditions and its series of pictures.
 
 use super::section::{section, take};
+use super::sweep;
+use crate::keys::{Key, Kind, integer, keys, number, of, section as table, sections_of};
 use crate::parse::text::Text;
 use crate::scene::Scene;
 use crate::script::{Condition, Live, Schedule};
@@ -10,6 +12,37 @@ use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeTable;
+
+/// Keys at the top of a file, beside those of a scene.
+pub const KEYS: &[Key] = keys! {
+    /// Draws these steps ([when a view is drawn](#when-a-view-is-drawn)).
+    at_steps = of(Kind::List(&Kind::Integer)),
+    /// Draws the first step at or after each of these times, seconds.
+    at_times = of(Kind::List(&Kind::Number)).note("finite"),
+    /// Conditions that must all hold: `min`, `max` or `mean` of a field, then `<`, `<=`, `>` or `>=`, then a number.
+    when = of(Kind::Either(&Kind::Text, &Kind::List(&Kind::Text))),
+    /// Each view has a `name` and any keys of a scene, which override those at the top of the file. Tables are merged
+    /// key by key; a key that excludes others (`knots` and `map`, `eye` and `lon`) removes those of the file.
+    views = sections_of(&[keys! {
+        /// Name of the view.
+        name = of(Kind::Text).required().note("distinct"),
+    }]),
+    /// Asks a running model to serve a page on which its pictures are watched and the scene is changed by hand ([the
+    /// live view](view.md#in-the-running-model)). It stands at the top of a file. Commands that read files ignore it.
+    live = table(&[RawLive::KEYS]),
+    /// Lists whose combinations are all drawn, at most 100,000 pictures of a step.
+    sweep = table(&[sweep::KEYS]),
+};
+
+/// Keys of `[output]`, beside those that it has in a scene.
+pub const OUTPUT_KEYS: &[Key] = keys! {
+    /// Folder of a Cinema database of all pictures.
+    cinema = of(Kind::Text).note("ends in `.cdb`, without step or date"),
+    /// List of pictures for ffmpeg.
+    concat = of(Kind::Text).note("ends in `.ffconcat`, without step or date"),
+    /// With `concat`: pictures per second.
+    fps = number(1e-3..=1e3).or(25.0),
+};
 
 /// The schedule but for `every`, which is a key of scenes.
 pub struct ListedSteps {
@@ -46,19 +79,18 @@ pub fn schedule(source: &Text, root: &mut DeTable) -> Result<ListedSteps> {
     })
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawLive {
-    port: Option<Spanned<i64>>,
+keys! {
+    struct RawLive {
+        /// Port of the page on the machine of the first rank; another one if it is taken.
+        port: Option<Spanned<i64>> = integer(1..=65535).or_else("8750 or the next that is free"),
+    }
 }
 
 /// `[live]`, which is of the file and not of its views.
 pub fn live(source: &Text, root: &mut DeTable) -> Result<Option<Live>> {
     let Some(raw) = take::<RawLive>(source, root, "live")? else { return Ok(None) };
-    let Some(port) = raw.into_inner().port else { return Ok(Some(Live::default())) };
-    let number = u16::try_from(*port.get_ref()).ok().filter(|number| *number > 0);
-    let bad = || source.bad(port.span(), "live.port", format!("{}, expected 1 to 65535", port.get_ref()));
-    Ok(Some(Live { port: Some(number.ok_or_else(bad)?) }))
+    let port = raw.into_inner().port.map(|port| source.count(Some(&port), "live.port")).transpose()?;
+    Ok(Some(Live { port: port.map(|port| port as u16) }))
 }
 
 #[derive(Deserialize)]
@@ -91,7 +123,7 @@ pub fn series(source: &Text, root: &mut DeTable) -> Result<SeriesTemplates> {
     };
     let (cinema, concat) = (named("cinema", ".cdb")?, named("concat", ".ffconcat")?);
     let fps = take::<f64>(source, output, "fps")?;
-    let rate = source.number(fps.as_ref(), "output.fps", 1e-3, 1e3, 25.0)?;
+    let rate = source.number(fps.as_ref(), "output.fps")?;
     match (fps, concat) {
         (Some(fps), None) => Err(source.bad(fps.span(), "output.fps", "is valid only with output.concat")),
         (_, concat) => Ok((cinema, concat.map(|template| (template, rate)))),

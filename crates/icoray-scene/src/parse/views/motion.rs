@@ -1,34 +1,53 @@
 //! Cameras that move: `camera.orbit` and `camera.path`.
 
 use super::section::{section, take};
-use crate::parse::camera::{FOV_DEG, PLACE_DEG, whole_planet};
+use crate::keys::{Key as Entry, Kind, keys, number, of, section as table, sections_of};
+use crate::parse::camera::{distance, whole_planet};
 use crate::parse::text::Text;
 use crate::script::{Clock, Key, Motion, Orbit, Path};
 use icoray_grid::Result;
-use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawOrbit {
-    degrees_per_step: Option<Spanned<f64>>,
-    turn: Option<Spanned<f64>>,
-    steps: Option<Spanned<f64>>,
-    seconds: Option<Spanned<f64>>,
+/// Keys of the camera, beside those that it has in a scene.
+pub const KEYS: &[Entry] = keys! {
+    /// Moves the camera around the axis: see [moving cameras](#moving-cameras).
+    orbit = table(&[RawOrbit::KEYS]),
+    /// Moves the camera along places: see [moving cameras](#moving-cameras).
+    path = sections_of(&[RawKey::KEYS]),
+};
+
+keys! {
+    struct RawOrbit {
+        /// Degrees per step.
+        degrees_per_step: Option<Spanned<f64>> = number(-1e9..=1e9),
+        /// Degrees per period.
+        turn: Option<Spanned<f64>> = number(-1e9..=1e9),
+        /// Period in steps.
+        steps: Option<Spanned<f64>> = number(1e-9..=1e12),
+        /// Period in seconds of model time.
+        seconds: Option<Spanned<f64>> = number(1e-9..=1e12),
+    }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawKey {
-    step: Option<Spanned<i64>>,
-    time: Option<Spanned<f64>>,
-    lon: Option<Spanned<f64>>,
-    lat: Option<Spanned<f64>>,
-    distance: Option<Spanned<f64>>,
-    altitude: Option<Spanned<f64>>,
-    fov: Option<Spanned<f64>>,
+keys! {
+    struct RawKey {
+        /// Step of the place; either all places have steps or all have times.
+        step: Option<Spanned<i64>> = of(Kind::Integer).note("rising"),
+        /// Model time of the place, seconds.
+        time: Option<Spanned<f64>> = number(-1e15..=1e15).note("rising"),
+        /// Longitude.
+        lon: Option<Spanned<f64>> = number(-360.0..=360.0).or(0.0),
+        /// Latitude.
+        lat: Option<Spanned<f64>> = number(-90.0..=90.0).or(25.0),
+        /// Distance from the planet's centre, planet radii.
+        distance: Option<Spanned<f64>> = number(1e-6..=1e6).or_else("the camera's"),
+        /// Distance from the surface, planet radii.
+        altitude: Option<Spanned<f64>> = number(-0.999_999..=1e6),
+        /// Full vertical field of view, degrees.
+        fov: Option<Spanned<f64>> = number(1e-3..=179.0).or_else("the camera's"),
+    }
 }
 
 /// How the camera moves. A path gives the scene's own camera its first key's place.
@@ -46,16 +65,18 @@ pub fn motion(source: &Text, root: &mut DeTable) -> Result<Motion> {
 }
 
 fn orbit(source: &Text, raw: &Spanned<RawOrbit>) -> Result<Orbit> {
-    let (span, raw) = (raw.span(), raw.get_ref());
-    let turn = |turn| source.number(Some(turn), "camera.orbit", -1e9, 1e9, 0.0);
-    let period = |period| source.number(Some(period), "camera.orbit", 1e-9, 1e12, 1.0);
-    let (clock, turn_deg, period) = match (&raw.degrees_per_step, &raw.turn, &raw.steps, &raw.seconds) {
-        (Some(degrees), None, None, None) => (Clock::Step, turn(degrees)?, 1.0),
-        (None, Some(degrees), Some(steps), None) => (Clock::Step, turn(degrees)?, period(steps)?),
-        (None, Some(degrees), None, Some(seconds)) => (Clock::Time, turn(degrees)?, period(seconds)?),
+    let (source, span, raw) = (source.within("camera.orbit."), raw.span(), raw.get_ref());
+    let per_step = source.optional_number(raw.degrees_per_step.as_ref(), "degrees_per_step")?;
+    let turn = source.optional_number(raw.turn.as_ref(), "turn")?;
+    let steps = source.optional_number(raw.steps.as_ref(), "steps")?;
+    let seconds = source.optional_number(raw.seconds.as_ref(), "seconds")?;
+    let (clock, turn_deg, period) = match (per_step, turn, steps, seconds) {
+        (Some(turn), None, None, None) => (Clock::Step, turn, 1.0),
+        (None, Some(turn), Some(steps), None) => (Clock::Step, turn, steps),
+        (None, Some(turn), None, Some(seconds)) => (Clock::Time, turn, seconds),
         _ => {
             let wish = "expected degrees_per_step, or turn and steps, or turn and seconds";
-            return Err(source.bad(span, "camera.orbit", wish));
+            return Err(source.bad(span, "", wish));
         }
     };
     Ok(Orbit { clock, turn_deg, period })
@@ -73,11 +94,11 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         return Err(source.bad(stray.span(), KEY, "its keys have the places, expected no other one"));
     }
     let first = camera.get("path").and_then(|path| path.get_ref().get(0)).map(Spanned::get_ref).cloned();
-    let number =
-        |camera: &DeTable, key: &str| -> Result<Option<Spanned<f64>>> { take(source, &mut camera.clone(), key) };
+    let of_camera = &source.within("camera.");
+    let number = |camera: &DeTable, key: &str| take::<f64>(of_camera, &mut camera.clone(), key);
     let defaults = KeyDefaults {
-        distance: distance(source, number(camera, "distance")?.as_ref(), number(camera, "altitude")?.as_ref())?,
-        fov_deg: source.number(number(camera, "fov")?.as_ref(), "camera.fov", 1e-3, 179.0, FOV_DEG)?,
+        distance: distance(of_camera, number(camera, "distance")?.as_ref(), number(camera, "altitude")?.as_ref())?,
+        fov_deg: of_camera.number(number(camera, "fov")?.as_ref(), "fov")?,
     };
     let raw = take::<Vec<Spanned<RawKey>>>(source, camera, "path")?.map(Spanned::into_inner).unwrap_or_default();
     let clock = raw.first().map_or(Clock::Step, |key| match key.get_ref().time {
@@ -101,31 +122,23 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
     Ok(Path::new(clock, keys))
 }
 
-fn distance(source: &Text, distance: Option<&Spanned<f64>>, altitude: Option<&Spanned<f64>>) -> Result<Option<f64>> {
-    Ok(match (distance, altitude) {
-        (None, None) => None,
-        (None, altitude) => Some(1.0 + source.number(altitude, "camera.altitude", -0.999_999, 1e6, 0.0)?),
-        (distance, _) => Some(source.number(distance, "camera.distance", 1e-6, 1e6, 0.0)?),
-    })
-}
-
 fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, defaults: &KeyDefaults) -> Result<Key> {
-    let (span, raw) = (raw.span(), raw.get_ref());
-    let bad = |what: &str| source.bad(span.clone(), "camera.path", what);
+    let (source, span, raw) = (&source.within("camera.path."), raw.span(), raw.get_ref());
+    let bad = |what: &str| source.bad(span.clone(), "", what);
     let at = match (clock, &raw.step, &raw.time) {
         (Clock::Step, Some(step), None) => *step.get_ref() as f64,
-        (Clock::Time, None, Some(time)) => source.number(Some(time), "camera.path", -1e15, 1e15, 0.0)?,
+        (Clock::Time, None, Some(time)) => source.number(Some(time), "time")?,
         _ => return Err(bad("expected each key to have a step, or each a time in seconds")),
     };
     if raw.distance.is_some() && raw.altitude.is_some() {
         return Err(bad("expected either distance or altitude"));
     }
-    let fov_deg = source.number(raw.fov.as_ref(), "camera.path", 1e-3, 179.0, defaults.fov_deg)?;
+    let fov_deg = source.optional_number(raw.fov.as_ref(), "fov")?.unwrap_or(defaults.fov_deg);
     let own = distance(source, raw.distance.as_ref(), raw.altitude.as_ref())?;
     Ok(Key {
         at,
-        lon_deg: source.number(raw.lon.as_ref(), "camera.path", -360.0, 360.0, PLACE_DEG[0])?,
-        lat_deg: source.number(raw.lat.as_ref(), "camera.path", -90.0, 90.0, PLACE_DEG[1])?,
+        lon_deg: source.number(raw.lon.as_ref(), "lon")?,
+        lat_deg: source.number(raw.lat.as_ref(), "lat")?,
         distance: own.or(defaults.distance).unwrap_or_else(|| whole_planet(fov_deg)),
         fov_deg,
     })

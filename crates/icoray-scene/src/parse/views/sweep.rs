@@ -1,13 +1,30 @@
 //! Lists whose product is drawn: `[sweep]`.
 
 use super::section::{MAX_PICTURES, section, take};
-use crate::parse::camera::{FOV_DEG, PLACE_DEG, whole_planet};
+use crate::keys::{Key, Kind, keys, of};
+use crate::parse::camera::{distance, whole_planet};
 use crate::parse::text::Text;
 use crate::script::{Axis, CameraPlace, Motion, Sweep};
 use icoray_grid::Result;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+/// Keys of the section.
+pub const KEYS: &[Key] = keys! {
+    /// Longitudes of the camera.
+    lon = of(NUMBERS).within(-360.0..=360.0),
+    /// Latitudes of the camera.
+    lat = of(NUMBERS).within(-90.0..=90.0),
+    /// Distances of the camera.
+    distance = of(NUMBERS).within(1e-6..=1e6),
+    /// Exaggerations.
+    exaggeration = of(NUMBERS).within(1e-6..=1e6),
+    /// Fields of the volume; not with `[[volumes]]`.
+    field = of(Kind::List(&Kind::Text)),
+};
+
+const NUMBERS: Kind = Kind::List(&Kind::Number);
 
 /// The sweep of a view. The scene's own camera, exaggeration and field get the first values of lists where they are not
 /// given.
@@ -86,11 +103,11 @@ fn axis(source: &Text, name: &str, list: Spanned<DeValue>) -> Result<Axis> {
         }
         return Ok(Axis::Field(names.into_iter().map(Spanned::into_inner).collect()));
     }
-    let (low, high, of): (f64, f64, fn(Vec<f64>) -> Axis) = match name {
-        "lon" => (-360.0, 360.0, Axis::Lon),
-        "lat" => (-90.0, 90.0, Axis::Lat),
-        "distance" => (1e-6, 1e6, Axis::Distance),
-        "exaggeration" => (1e-6, 1e6, Axis::Exaggeration),
+    let axis: fn(Vec<f64>) -> Axis = match name {
+        "lon" => Axis::Lon,
+        "lat" => Axis::Lat,
+        "distance" => Axis::Distance,
+        "exaggeration" => Axis::Exaggeration,
         _ => {
             let wish = "an unknown key, expected lon, lat, distance, exaggeration or field";
             return Err(source.bad(span, &key, wish));
@@ -98,23 +115,21 @@ fn axis(source: &Text, name: &str, list: Spanned<DeValue>) -> Result<Axis> {
     };
     let numbers = Vec::<Spanned<f64>>::deserialize(ValueDeserializer::from(list)).map_err(refused)?;
     expect_some(numbers.len())?;
-    let checked = numbers.iter().map(|number| source.number(Some(number), &key, low, high, 0.0));
-    checked.collect::<Result<Vec<f64>>>().map(of)
+    let checked = numbers.iter().map(|number| source.number(Some(number), &key));
+    checked.collect::<Result<Vec<f64>>>().map(axis)
 }
 
 /// The camera's place as the scene gives it.
 fn place(source: &Text, root: &mut DeTable) -> Result<CameraPlace> {
     let mut camera = section(root, "camera").map_or_else(DeTable::new, |camera| camera.clone());
-    let mut number = |key: &str, low: f64, high: f64| -> Result<Option<f64>> {
-        let raw = take::<Spanned<f64>>(source, &mut camera, key)?.map(Spanned::into_inner);
-        raw.map(|raw| source.number(Some(&raw), &format!("camera.{key}"), low, high, 0.0)).transpose()
-    };
-    let (distance, altitude) = (number("distance", 1e-6, 1e6)?, number("altitude", -0.999_999, 1e6)?);
-    let fov_deg = number("fov", 1e-3, 179.0)?.unwrap_or(FOV_DEG);
+    let source = &source.within("camera.");
+    let mut raw = |key: &str| take::<f64>(source, &mut camera, key);
+    let fov_deg = source.number(raw("fov")?.as_ref(), "fov")?;
+    let distance = distance(source, raw("distance")?.as_ref(), raw("altitude")?.as_ref())?;
     Ok(CameraPlace {
-        lon_deg: number("lon", -360.0, 360.0)?.unwrap_or(PLACE_DEG[0]),
-        lat_deg: number("lat", -90.0, 90.0)?.unwrap_or(PLACE_DEG[1]),
-        distance: distance.or(altitude.map(|a| 1.0 + a)).unwrap_or_else(|| whole_planet(fov_deg)),
+        lon_deg: source.number(raw("lon")?.as_ref(), "lon")?,
+        lat_deg: source.number(raw("lat")?.as_ref(), "lat")?,
+        distance: distance.unwrap_or_else(|| whole_planet(fov_deg)),
         fov_deg,
     })
 }

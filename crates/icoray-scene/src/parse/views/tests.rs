@@ -161,25 +161,6 @@ fn what_goes_instead_of_other_keys_takes_their_place() {
     assert_eq!(schedule("when = []"), (vec![6, 7, 12], 0));
 }
 
-#[test]
-fn unknown_keys_are_told_all_that_there_are() {
-    let before = |key: &str, stray: &str| BASE.replacen(key, &format!("{stray}\n{key}"), 1);
-    for (text, keys) in [
-        (before("every", "evry = 2"), "`views` `at_steps` `at_times` `when` `sweep` `heights`"),
-        (before("fov", "orbits = 2"), "`orbit` `path` `lon` `up`"),
-        (format!("{BASE}[output]\nmovie = 2\n"), "`file` `error` `cinema` `concat` `fps`"),
-        (format!("{BASE}[[volumes]]\nname = 2\n"), "`field` `transfer`"),
-    ] {
-        let error = script(&text).unwrap_err();
-        let (unknown, list) = error.context().split_once("expected ").unwrap();
-        // The last sentence is the hint.
-        let list = list.split("; did you mean").next().unwrap_or_default();
-        assert!(unknown.contains("unknown field"), "{error}");
-        assert!(keys.split(' ').all(|key| list.matches(key).count() == 1), "{error}");
-        assert_eq!(list.contains("`when`"), keys.contains("`when`"), "{error}");
-    }
-}
-
 /// Lines after the base, whose last one is 19, are refused with an error that has all of these words.
 fn refused(lines: &str, words: &str) {
     let error = script(&format!("{BASE}{lines}\n")).expect_err(lines);
@@ -201,13 +182,13 @@ fn errors_name_view_line_and_key() {
         ("when = 3", "line 22 | max(theta) > 300"),
         ("camera.orbit = 2", "line 22 (camera.orbit = 2)"),
         ("camera.orbit = { turn = 360 }", "line 22, key camera.orbit | degrees_per_step, or turn and steps"),
-        ("camera.orbit = { turn = 360, steps = 0 }", "line 22, key camera.orbit: 0,"),
+        ("camera.orbit = { turn = 360, steps = 0 }", "line 22, key camera.orbit.steps: 0,"),
         (&path(""), "line 22, key camera.path: 1 keys, expected at least 2"),
         (&path(",\n{ step = 0, lon = 5, lat = 2 }"), "line 23, key camera.path: 0 after 0"),
         (&path(",\n{ time = 5, lon = 5, lat = 2 }"), "line 23, key camera.path: expected each key"),
         (
             "camera.path = [{ step = 0, lon = 1, lat = 92 }]",
-            "line 22, key camera.path: 92, expected a number from -90 to 90",
+            "line 22, key camera.path.lat: 92, expected a number from -90 to 90",
         ),
         ("camera.eye = [0, 0, 3]\nsweep.lon = [1]", "view \"a\": line 23, key sweep.lon | not with eye"),
         ("camera.orbit.degrees_per_step = 1\nsweep.lon = [1]", "line 23, key sweep.lon | orbit"),
@@ -374,8 +355,7 @@ fn a_model_is_asked_for_a_page_by_its_file_alone() {
     let script = parse(&format!("{BASE}[live]\nport = 9000\n[[views]]\nname = 'a'\n[[views]]\nname = 'b'\n"));
     assert_eq!((script.live(), script.views().len()), (Some(Live { port: Some(9000) }), 2));
     for (text, wanted) in [
-        ("[live]\nport = 0\n", "key live.port: 0, expected 1 to 65535"),
-        ("[live]\nport = 65536\n", "expected 1 to 65535"),
+        ("[live]\nport = 0\n", "key live.port: 0, expected an integer from 1 to 65535"),
         ("[live]\nhost = 'a'\n", "host"),
         ("[[views]]\nname = 'a'\nlive = {}\n", "live"),
     ] {
