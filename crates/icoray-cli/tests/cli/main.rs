@@ -1,8 +1,8 @@
 //! Runs the built binary on small files that the tests write, and on real ones where the test data are there.
 
-#[path = "../../../icoray-netcdf/tests/files/made.rs"]
+#[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;
-#[path = "../../../icoray-netcdf/tests/files/made_icon.rs"]
+#[path = "../../../icoray-dataset/tests/dataset/made_icon.rs"]
 mod made_icon;
 
 mod files;
@@ -23,3 +23,5 @@ mod view;
 mod viewer;
 mod views;
 mod watch;
+#[path = "../../../icoray-netcdf/tests/files/written.rs"]
+mod written;

@@ -1,7 +1,8 @@
 //! Files as a model writes them: record by record, and in pieces.
 
 use super::PATIENCE;
-use crate::made::{Char, Made, RECORDS, Values};
+use crate::made::{Made, RECORDS, Values};
+use crate::written::Char;
 use netcdf::{Extents, FileMut, Options};
 use std::fs;
 use std::ops::Range;
