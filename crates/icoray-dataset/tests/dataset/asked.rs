@@ -36,7 +36,7 @@ fn layers_of_an_ocean_have_its_floor() {
 
 #[test]
 fn dates_are_those_of_the_file() {
-    let dates = |made: &Made| open(&made).times().to_vec();
+    let dates = |made: &Made| open(made).times().to_vec();
     let mut made = Made::history();
     made.remove("xtime");
     assert_eq!(dates(&made), vec![None; RECORDS]);

@@ -133,11 +133,10 @@ fn corners_of_cells_tell_where_holes_are() {
     let whole = |corner: &&usize| (0..3).all(|k| mesh.corner_cell[3 * **corner + k] % 7 != 0);
     let expected = corners.iter().filter(whole).count();
     let at = |angles: &[f64], of: &[usize]| Values::F64(of.iter().map(|i| angles[*i]).collect());
-    let mut made = Made {
-        dimensions: vec![("nCells", kept.len()), ("nVertices", corners.len()), ("maxEdges", 6)],
-        attributes: vec![("sphere_radius", 6_371_229.0.into())],
-        variables: Vec::new(),
-    };
+    let mut made = Made::of(
+        [("nCells", kept.len()), ("nVertices", corners.len()), ("maxEdges", 6)],
+        [("sphere_radius", 6_371_229.0.into())],
+    );
     made.add("lonCell", &["nCells"], at(&mesh.lon_center_rad, &kept));
     made.add("latCell", &["nCells"], at(&mesh.lat_center_rad, &kept));
     made.add("lonVertex", &["nVertices"], at(&mesh.lon_corner_rad, &corners));
@@ -219,7 +218,7 @@ fn polygons_that_are_none_are_named() {
     let error = open_error(&made);
     expect(&error, ErrorKind::Grid, &["the bounds of cell 2 are", "NaN", "three different points"]);
     // Squares meet four at a point.
-    let mut made = Made { dimensions: vec![("cell", 4), ("nv", 4)], attributes: Vec::new(), variables: Vec::new() };
+    let mut made = Made::of([("cell", 4), ("nv", 4)], []);
     let corner = |c: i32| [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| (x + c % 2, y + c / 2));
     let squares: Vec<(i32, i32)> = (0..4).flat_map(corner).collect();
     let (lon, lat) = squares.iter().map(|(x, y)| (f64::from(20 * x), f64::from(20 * y))).unzip();

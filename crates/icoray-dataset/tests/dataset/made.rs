@@ -76,6 +76,14 @@ fn single(values: &[f64]) -> Values {
 }
 
 impl Made {
+    /// A dataset without variables.
+    pub fn of<const D: usize, const A: usize>(
+        dimensions: [(&'static str, usize); D],
+        attributes: [(&'static str, Values); A],
+    ) -> Self {
+        Made { dimensions: dimensions.into(), attributes: attributes.into(), variables: Vec::new() }
+    }
+
     /// A bisected icosahedron without fields; coordinates in single precision when `single`.
     pub fn mesh(in_single: bool) -> Self {
         let mesh = IcosahedralMesh::new(1).unwrap();
@@ -90,8 +98,8 @@ impl Made {
             (row[5], *count) = (0, 5);
         }
         let (cells, vertices) = (mesh.cells(), mesh.lon_corner_rad.len());
-        let mut made = Made {
-            dimensions: vec![
+        let mut made = Made::of(
+            [
                 ("nCells", cells),
                 ("nVertices", vertices),
                 ("nEdges", mesh.edge_corner.len() / 2),
@@ -99,9 +107,8 @@ impl Made {
                 ("vertexDegree", 3),
                 ("TWO", 2),
             ],
-            attributes: vec![("on_a_sphere", "YES             ".into()), ("sphere_radius", RADIUS_M.into())],
-            variables: Vec::new(),
-        };
+            [("on_a_sphere", "YES             ".into()), ("sphere_radius", RADIUS_M.into())],
+        );
         made.add("latCell", &["nCells"], real(&mesh.lat_center_rad));
         made.add("lonCell", &["nCells"], real(&mesh.lon_center_rad));
         made.add("latVertex", &["nVertices"], real(&mesh.lat_corner_rad));

@@ -1,6 +1,6 @@
 //! Datasets in memory, of what [`Made`] declares, and the errors that are expected of them.
 
-use crate::made::{Made, Values};
+use crate::made::{Made, MadeVariable, Values};
 use icoray::{Error, ErrorKind, OwnedReals, Result};
 use icoray_dataset::{Attribute, Dataset, Dimension, Kind, Source, Variable};
 use std::path::Path;
@@ -15,7 +15,7 @@ struct MemorySource {
 impl MemorySource {
     fn new(made: &Made) -> Self {
         let dimension = |name: &&str| Dimension { name: (*name).to_owned(), len: made.dimension(name) };
-        let describe = |variable: &crate::made::MadeVariable| Variable {
+        let describe = |variable: &MadeVariable| Variable {
             name: variable.name.to_owned(),
             kind: match variable.values {
                 Values::F32(_) => Kind::F32,
@@ -28,18 +28,8 @@ impl MemorySource {
         MemorySource { made: made.clone(), variables: made.variables.iter().map(describe).collect() }
     }
 
-    fn values_of(&self, name: &str) -> &Values {
-        &self
-            .made
-            .variables
-            .iter()
-            .find(|variable| variable.name == name)
-            .expect("the variable is of this source")
-            .values
-    }
-
-    fn error(&self, kind: ErrorKind, variable: &Variable) -> Error {
-        (self as &dyn Source).error(kind, format_args!("{variable} is not of this type"))
+    fn made(&self, name: &str) -> &MadeVariable {
+        self.made.variables.iter().find(|variable| variable.name == name).expect("a variable of this source")
     }
 }
 
@@ -57,40 +47,31 @@ impl Source for MemorySource {
     }
 
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
-        let attributes = match variable {
-            None => &self.made.attributes,
-            Some(variable) => match self.made.variables.iter().find(|its| its.name == variable) {
-                Some(variable) => &variable.attributes,
-                None => return Err(Error::new(ErrorKind::Io, format!("made.nc: no such variable: {variable}"))),
-            },
-        };
-        Ok(attributes.iter().find(|(its, _)| *its == name).map(|(_, value)| match value {
+        let attributes = variable.map_or(&self.made.attributes, |variable| &self.made(variable).attributes);
+        let found = attributes.iter().find(|(its, _)| *its == name);
+        Ok(found.map(|(_, value)| match value {
             Values::Text(text) => Attribute::Text(trimmed(text)),
             numbers => Attribute::Numbers { values: widened(numbers), is_real: !matches!(numbers, Values::I32(_)) },
         }))
     }
 
     fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
-        match self.values_of(&variable.name) {
-            Values::F32(values) => Ok(OwnedReals::F32(block(values, variable, start, count))),
-            Values::Text(_) => Err(self.error(ErrorKind::Field, variable)),
-            numbers => Ok(OwnedReals::F64(block(&widened(numbers), variable, start, count))),
-        }
+        Ok(match &self.made(&variable.name).values {
+            Values::F32(values) => OwnedReals::F32(block(values, variable, start, count)),
+            numbers => OwnedReals::F64(block(&widened(numbers), variable, start, count)),
+        })
     }
 
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        match self.values_of(&variable.name) {
-            Values::I32(values) => Ok(values.clone()),
-            _ => Err(self.error(ErrorKind::Io, variable)),
-        }
+        Ok(self.numbers(variable)?.into_iter().map(|number| number as i32).collect())
     }
 
     fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        Ok(widened(self.values_of(&variable.name)))
+        Ok(widened(&self.made(&variable.name).values))
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
-        let Values::Text(text) = self.values_of(&variable.name) else { return vec![None; rows] };
+        let Values::Text(text) = &self.made(&variable.name).values else { panic!("{variable} is no text") };
         let mut texts: Vec<_> = text.chunks(variable.dimensions[1].len).map(|row| Some(trimmed(row))).collect();
         texts.resize(rows, None);
         texts
@@ -106,7 +87,7 @@ fn widened(values: &Values) -> Vec<f64> {
         Values::F32(values) => values.iter().map(|value| f64::from(*value)).collect(),
         Values::F64(values) => values.clone(),
         Values::I32(values) => values.iter().map(|value| f64::from(*value)).collect(),
-        Values::Text(_) => panic!("numbers were expected"),
+        Values::Text(text) => panic!("{text:?} is text, expected numbers"),
     }
 }
 

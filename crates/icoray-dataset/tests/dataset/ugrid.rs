@@ -18,8 +18,7 @@ fn degrees(rad: &[f64]) -> Values {
 impl Made {
     /// A file as other tools write them: names are in the attributes of a variable, tables start at 1.
     fn ugrid(faces: usize, nodes: usize, row: usize, table: Vec<i32>) -> Self {
-        let dimensions = vec![("nf", faces), ("nn", nodes), ("row", row), ("height", LAYERS)];
-        let mut made = Made { dimensions, attributes: Vec::new(), variables: Vec::new() };
+        let mut made = Made::of([("nf", faces), ("nn", nodes), ("row", row), ("height", LAYERS)], []);
         made.add("Mesh2", &[], Values::I32(vec![0]));
         made.last().attributes = vec![
             ("cf_role", "mesh_topology".into()),

@@ -119,11 +119,10 @@ fn a_part_of_the_oceans_tables_is_enough() {
     let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
     let file = icoray_netcdf::open(path).unwrap();
     let tables = file.mesh().tables();
-    let mut made = Made {
-        dimensions: vec![("nCells", tables.cells()), ("nVertices", tables.corners()), ("maxEdges", 8)],
-        attributes: vec![("sphere_radius", 1.0.into())],
-        variables: Vec::new(),
-    };
+    let mut made = Made::of(
+        [("nCells", tables.cells()), ("nVertices", tables.corners()), ("maxEdges", 8)],
+        [("sphere_radius", 1.0.into())],
+    );
     let angles = |reals: icoray::Reals| Values::F64((0..reals.len()).map(|i| reals.get(i)).collect());
     let index = |indices: icoray::Indices| Values::I32(indices.iter().map(|i| i as i32).collect());
     made.add("lonCell", &["nCells"], angles(tables.center.lon_rad));
