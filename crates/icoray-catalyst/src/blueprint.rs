@@ -4,14 +4,10 @@
 
 use crate::conduit::{Array, Node};
 use crate::elements::Elements;
-use icoray::{Error, ErrorKind, Result};
+use icoray::{Error, Result};
 
 /// Names of fields that mark elements or points which other ranks have too.
 const GHOSTS: [&str; 2] = ["vtkGhostType", "ascent_ghosts"];
-
-pub fn bad(what: impl Into<String>) -> Error {
-    Error::new(ErrorKind::Grid, what)
-}
 
 /// A topology of a channel's mesh.
 #[derive(Clone, Copy)]
@@ -46,17 +42,17 @@ pub struct BlueprintField<'a> {
 /// The mesh of a channel; `None` where its node is empty, as it may be on a rank without elements.
 ///
 /// # Errors
-/// [`ErrorKind::Grid`] says what the channel has instead of one.
+/// [`icoray::ErrorKind::Grid`] says what the channel has instead of one.
 pub fn mesh_of(channel: Node) -> Result<Option<Node>> {
     let kind = channel.text_at("type").unwrap_or_else(|| "mesh".into());
     if kind != "mesh" {
-        return Err(bad(format!("type {kind:?}, expected \"mesh\": one mesh of columns")));
+        return Err(Error::grid(format!("type {kind:?}, expected \"mesh\": one mesh of columns")));
     }
-    let mesh = channel.at("data").ok_or_else(|| bad("no node data"))?;
+    let mesh = channel.at("data").ok_or_else(|| Error::grid("no node data"))?;
     match mesh.at("topologies") {
         Some(_) => Ok(Some(mesh)),
         None if mesh.is_empty() => Ok(None),
-        None => Err(bad(format!("data is {}, expected a mesh with topologies", mesh.described()))),
+        None => Err(Error::grid(format!("data is {}, expected a mesh with topologies", mesh.described()))),
     }
 }
 
@@ -88,27 +84,27 @@ impl<'a> Topology<'a> {
     /// The topology of that name.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] lists those that there are.
+    /// [`icoray::ErrorKind::Grid`] lists those that there are.
     pub fn of(mesh: Node<'a>, name: &'a str) -> Result<Self> {
         let all = mesh.at("topologies").map(Node::children).unwrap_or_default();
         if let Some((_, node)) = all.iter().find(|(other, _)| other == name) {
             return Ok(Topology { mesh, node: *node, name });
         }
         let names: Vec<_> = all.into_iter().map(|(name, _)| name).collect();
-        Err(bad(format!("no topology {name:?}, found {}", names.join(", "))))
+        Err(Error::grid(format!("no topology {name:?}, found {}", names.join(", "))))
     }
 
     /// Its arrays.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] names what is no mesh of wedges or prisms in Cartesian coordinates, or marks ghosts.
+    /// [`icoray::ErrorKind::Grid`] names what is no mesh of wedges or prisms in Cartesian coordinates, or marks ghosts.
     pub fn geometry(self) -> Result<Geometry<'a>> {
         self.refuse_ghosts()?;
         let name = self.name;
         let within = |e: Error| e.within(format_args!("topology {name}"));
         let kind = self.node.text_at("type").unwrap_or_default();
         if kind != "unstructured" {
-            return Err(within(bad(format!("type {kind:?}, expected \"unstructured\""))));
+            return Err(within(Error::grid(format!("type {kind:?}, expected \"unstructured\""))));
         }
         let points = self.points().map_err(within)?;
         let elements = Elements::of(self.node, points[0].len()).map_err(within)?;
@@ -116,22 +112,22 @@ impl<'a> Topology<'a> {
     }
 
     fn points(self) -> Result<[Array<'a>; 3]> {
-        let name = self.node.text_at("coordset").ok_or_else(|| bad("no coordset"))?;
+        let name = self.node.text_at("coordset").ok_or_else(|| Error::grid("no coordset"))?;
         let within = |e: Error| e.within(format_args!("coordset {name}"));
         let coordset = self.mesh.at("coordsets").and_then(|all| all.at(&name));
-        let coordset = coordset.ok_or_else(|| within(bad("it is missing")))?;
+        let coordset = coordset.ok_or_else(|| within(Error::grid("it is missing")))?;
         let kind = coordset.text_at("type").unwrap_or_default();
         if kind != "explicit" {
-            return Err(within(bad(format!("type {kind:?}, expected \"explicit\""))));
+            return Err(within(Error::grid(format!("type {kind:?}, expected \"explicit\""))));
         }
-        let values = coordset.at("values").ok_or_else(|| within(bad("no values")))?;
+        let values = coordset.at("values").ok_or_else(|| within(Error::grid("no values")))?;
         let axis = |axis: &str| values.at(axis).and_then(Node::array);
         let [Some(x), Some(y), Some(z)] = ["x", "y", "z"].map(axis) else {
-            return Err(within(bad(format!("values are {}, expected arrays x, y and z", values.described()))));
+            return Err(within(Error::grid(format!("values are {}, expected arrays x, y and z", values.described()))));
         };
         if x.len() != y.len() || x.len() != z.len() {
             let what = format!("x has {} values, y {}, z {}, expected as many", x.len(), y.len(), z.len());
-            return Err(within(bad(what)));
+            return Err(within(Error::grid(what)));
         }
         Ok([x, y, z])
     }
@@ -147,7 +143,7 @@ impl<'a> Topology<'a> {
             };
             let ghosts = (0..values.len()).filter(|&i| values.real(i) != 0.0).count();
             if ghosts > 0 {
-                return Err(bad(format!(
+                return Err(Error::grid(format!(
                     "field {name} marks {ghosts} of {} elements or points as ghosts; expected each element on one rank only",
                     values.len()
                 )));

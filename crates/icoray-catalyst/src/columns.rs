@@ -3,9 +3,8 @@
 //! A vertical edge joins a point with the one above it in the same column, whatever the order of points and elements is
 //! and however thin layers are: nothing is rounded. Which end of a column is inner is seen from the radii of its ends.
 
-use crate::blueprint::bad;
 use crate::elements::Elements;
-use icoray::Result;
+use icoray::{Error, Result};
 use std::collections::HashMap;
 
 const NONE: u32 = u32::MAX;
@@ -30,7 +29,7 @@ impl Columns {
     /// [`icoray::ErrorKind::Grid`] names point or element where elements are not in columns of one length.
     pub fn find(elements: &Elements, place: impl Fn(u32) -> [f64; 3]) -> Result<Self> {
         if elements.len() >= NONE as usize {
-            return Err(bad(format!("{} elements on one rank, expected fewer than {NONE}", elements.len())));
+            return Err(Error::grid(format!("{} elements on one rank, expected fewer than {NONE}", elements.len())));
         }
         let links = Links::of(elements, &place)?;
         let (levels, points) = links.chains(&place)?;
@@ -48,7 +47,7 @@ impl Links {
         for element in 0..elements.len() {
             for [a, b] in elements.vertical_edges(element, place)? {
                 if a == b {
-                    return Err(bad(format!("element {element} has point {a} twice, one above the other")));
+                    return Err(Error::grid(format!("element {element} has point {a} twice, one above the other")));
                 }
                 links.join(a, b)?;
                 links.join(b, a)?;
@@ -66,7 +65,7 @@ impl Links {
             Some(place) => *place = to,
             None => {
                 let [a, b] = *places;
-                return Err(bad(format!(
+                return Err(Error::grid(format!(
                     "point {from} has vertical edges to the points {a}, {b} and {to}: elements are in no columns"
                 )));
             }
@@ -96,13 +95,15 @@ impl Links {
             chain.iter().for_each(|point| is_seen[*point as usize] = true);
             let [first, last] = [chain[0], chain[chain.len() - 1]].map(|point| radius(place(point)));
             if first == last {
-                return Err(bad(format!("the column of point {end} has no height: its ends are at radius {first}")));
+                return Err(Error::grid(format!(
+                    "the column of point {end} has no height: its ends are at radius {first}"
+                )));
             }
             if first > last {
                 chain.reverse();
             }
             if let Some(other) = chains.first().filter(|other| other.len() != chain.len()) {
-                return Err(bad(format!(
+                return Err(Error::grid(format!(
                     "the column of point {end} has {} points, that of point {} has {}; expected as many in all columns",
                     chain.len(),
                     other[0],
@@ -113,7 +114,7 @@ impl Links {
         }
         let left = (0..self.0.len()).find(|&point| self.0[point][0] != NONE && !is_seen[point]);
         if let Some(point) = left {
-            return Err(bad(format!("the vertical edges of point {point} form a ring")));
+            return Err(Error::grid(format!("the vertical edges of point {point} form a ring")));
         }
         chains.sort_unstable_by_key(|chain| chain[0]);
         let levels = chains.first().map_or(0, Vec::len);
@@ -140,7 +141,7 @@ fn stacks(
         let lower = edges.iter().map(|[a, b]| at[*a as usize].1.min(at[*b as usize].1)).collect::<Vec<_>>();
         if let Some(other) = lower.iter().position(|level| *level != lower[0]) {
             let [one, other] = [0, other].map(|k| (edges[k][0], lower[k]));
-            return Err(bad(format!(
+            return Err(Error::grid(format!(
                 "element {element} is in level {} at point {} and in level {} at point {}",
                 one.1, one.0, other.1, other.0
             )));
@@ -155,14 +156,14 @@ fn stacks(
         });
         let place = &mut stacks[stack][lower[0] as usize];
         if *place != NONE {
-            return Err(bad(format!("elements {} and {element} are in the same place", *place)));
+            return Err(Error::grid(format!("elements {} and {element} are in the same place", *place)));
         }
         *place = element as u32;
     }
     for stack in &stacks {
         if let Some(level) = stack.iter().position(|element| *element == NONE) {
             let other = stack.iter().find(|element| **element != NONE).unwrap_or(&NONE);
-            return Err(bad(format!("the column of element {other} has no element in level {level}")));
+            return Err(Error::grid(format!("the column of element {other} has no element in level {level}")));
         }
     }
     let mut order: Vec<usize> = (0..stacks.len()).collect();

@@ -1,8 +1,7 @@
 //! Elements of a topology as prisms: pairs of points, one above the other.
 
-use crate::blueprint::bad;
 use crate::conduit::{Array, Node};
-use icoray::Result;
+use icoray::{Error, Result};
 use xxhash_rust::xxh3::Xxh3;
 
 /// The elements of a topology. Their points are below `points`.
@@ -31,7 +30,7 @@ impl<'a> Elements<'a> {
     /// # Errors
     /// [`icoray::ErrorKind::Grid`] for shapes that are no prisms, and for arrays that are missing or too short.
     pub fn of(topology: Node<'a>, points: usize) -> Result<Self> {
-        let elements = topology.at("elements").ok_or_else(|| bad("no elements"))?;
+        let elements = topology.at("elements").ok_or_else(|| Error::grid("no elements"))?;
         let shape = elements.text_at("shape").unwrap_or_default();
         match shape.as_str() {
             "wedge" => {
@@ -39,17 +38,17 @@ impl<'a> Elements<'a> {
                 if !connectivity.len().is_multiple_of(6) {
                     let what =
                         format!("elements/connectivity has {} numbers, expected 6 per wedge", connectivity.len());
-                    return Err(bad(what));
+                    return Err(Error::grid(what));
                 }
                 Ok(Elements::Wedges { connectivity, points })
             }
             "polyhedral" => {
-                let faces = topology.at("subelements").ok_or_else(|| bad("no subelements"))?;
+                let faces = topology.at("subelements").ok_or_else(|| Error::grid("no subelements"))?;
                 let face_points = Lists::of(faces, "subelements/connectivity", points)?;
                 let faces = Lists::of(elements, "elements/connectivity", face_points.len())?;
                 Ok(Elements::Polyhedra { faces: Box::new(faces), face_points: Box::new(face_points), points })
             }
-            _ => Err(bad(format!(
+            _ => Err(Error::grid(format!(
                 "elements of shape {shape:?}, expected \"wedge\" (a triangle of three columns) or \"polyhedral\" (prisms)"
             ))),
         }
@@ -87,7 +86,7 @@ impl<'a> Elements<'a> {
                 let faces = faces.collect::<Result<Vec<_>>>()?;
                 prism(&faces, place).ok_or_else(|| {
                     let sizes: Vec<_> = faces.iter().map(|face| face.len().to_string()).collect();
-                    bad(format!("element {element} is no prism: its faces have {} points", sizes.join(", ")))
+                    Error::grid(format!("element {element} is no prism: its faces have {} points", sizes.join(", ")))
                 })
             }
         }
@@ -114,7 +113,7 @@ impl<'a> Lists<'a> {
         let sizes = integers(node, what, "sizes")?;
         let offsets = node.at("offsets").and_then(Node::array).filter(|offsets| !offsets.is_empty());
         if let Some(offsets) = offsets.filter(|offsets| offsets.len() != sizes.len()) {
-            return Err(bad(format!("{what}: {} offsets for {} sizes", offsets.len(), sizes.len())));
+            return Err(Error::grid(format!("{what}: {} offsets for {} sizes", offsets.len(), sizes.len())));
         }
         let sums = if offsets.is_none() { sums(&sizes) } else { Vec::new() };
         Ok(Lists { what, numbers, sizes, offsets, sums, end })
@@ -130,7 +129,7 @@ impl<'a> Lists<'a> {
         let all = self.numbers.len() as i64;
         if size < 0 || start < 0 || start.checked_add(size).is_none_or(|end| end > all) {
             let what = format!("{}: list {i} of {size} numbers at {start}, and there are {all}", self.what);
-            return Err(bad(what));
+            return Err(Error::grid(what));
         }
         (start..start + size).map(|k| point(self.numbers.integer(k as usize), self.end, i)).collect()
     }
@@ -152,7 +151,7 @@ fn integers<'a>(node: Node<'a>, what: &str, name: &str) -> Result<Array<'a>> {
     let array = found.and_then(Node::array).filter(|array| array.kind().is_integer() || array.is_empty());
     array.ok_or_else(|| {
         let found = found.map_or_else(|| "nothing".into(), Node::described);
-        bad(format!("{what}: {name} is {found}, expected integers"))
+        Error::grid(format!("{what}: {name} is {found}, expected integers"))
     })
 }
 
@@ -161,7 +160,7 @@ fn point(number: i64, end: usize, element: usize) -> Result<u32> {
     if fits {
         return Ok(number as u32);
     }
-    Err(bad(format!("element {element} has {number}, expected 0 to {}", end as i64 - 1)))
+    Err(Error::grid(format!("element {element} has {number}, expected 0 to {}", end as i64 - 1)))
 }
 
 /// The vertical edges of a prism with these faces, in the order of one of its two caps. The caps of a hexahedron are the

@@ -1,6 +1,6 @@
 //! A topology of the host as a grid of the context, kept as long as topology and coordinates stay.
 
-use crate::blueprint::{Geometry, bad};
+use crate::blueprint::Geometry;
 use crate::columns::{Columns, radius};
 use crate::context::{Context, Values};
 use crate::order::Layout;
@@ -139,13 +139,13 @@ impl HostGrid {
         let columns = columns.unwrap_or_default();
         let levels = pieces.iter().map(|piece| piece.levels).max().unwrap_or(0);
         if let Some(other) = pieces.iter().find(|piece| piece.levels != 0 && piece.levels != levels) {
-            return Err(bad(format!(
+            return Err(Error::grid(format!(
                 "columns of {} and of {levels} points, expected as many on all ranks",
                 other.levels
             )));
         }
         if levels == 0 {
-            return Err(bad("no elements on any rank"));
+            return Err(Error::grid("no elements on any rank"));
         }
         let rank = peers.rank();
         let Surface { mesh, nodes, faces, has_triangles } = peers.agree(|| Surface::of(&pieces, rank, name))?;

@@ -3,9 +3,8 @@
 //! Each rank sends the directions of its columns of points and the polygons of its columns of elements; all ranks put the
 //! same whole mesh together. Columns of different ranks in one place are one node of the mesh.
 
-use crate::blueprint::bad;
 use crate::columns::{Columns, radius};
-use icoray::Result;
+use icoray::{Error, Result};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -69,7 +68,7 @@ pub fn direction_of(column: &[u32], place: impl Fn(u32) -> [f64; 3]) -> Result<[
         // Not a number either.
         if apart.is_nan() || apart > STRAIGHT {
             let [x, y, z] = place(point);
-            return Err(bad(format!(
+            return Err(Error::grid(format!(
                 "point {point} at ({x}, {y}, {z}) is not below the outermost one of its column, as seen from the origin: \
                  expected columns of a sphere around it"
             )));
@@ -104,7 +103,7 @@ impl Surface {
             key.sort_unstable();
             if let Some(other) = known.insert(key, i) {
                 let [a, b] = [other, i].map(|face| (face - starts[rank_of(face)], rank_of(face)));
-                return Err(bad(format!(
+                return Err(Error::grid(format!(
                     "the column of elements {} of rank {} is also that of {} of rank {}; expected each on one rank, without \
                      ghosts",
                     b.0, b.1, a.0, a.1
@@ -145,7 +144,7 @@ impl Nodes {
                 let same = known.copied().find(|&node| apart(nodes.directions[node], *direction) <= within);
                 if let Some(node) = same.filter(|node| *node >= first) {
                     let other = number.iter().position(|n| *n == node).unwrap_or(0);
-                    return Err(bad(format!(
+                    return Err(Error::grid(format!(
                         "columns {other} and {} of rank {rank} are in one place: points are duplicated, expected shared ones",
                         number.len()
                     )));

@@ -8,7 +8,7 @@ use crate::mesh::DeviceMesh;
 use crate::pipelines::{Constants, Pipelines};
 use crate::pool::PooledBuffer;
 use crate::ray_entry_cache::RayEntries;
-use crate::scenery::{scenery_spans, volume_steps};
+use crate::scenery::{SceneTables, scenery_spans, volume_steps};
 use icoray::device::{BudgetTable, ENDLESS, FallbackReason, Job};
 use icoray::{Lights, Method};
 use std::sync::Arc;
@@ -16,6 +16,13 @@ use std::sync::Arc;
 /// Largest number of bisections of a piece of a ray for the accuracy of its light: `MAX_CUTS` of
 /// `shaders/kernel/lit.wgsl`.
 const MAX_CUTS: u32 = 20;
+
+/// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
+/// are submitted.
+pub(crate) struct SceneGroup {
+    pub group: wgpu::BindGroup,
+    _buffers: Vec<PooledBuffer>,
+}
 
 /// A picture and what its rays read on the device besides the field.
 pub(crate) struct Picture<'p> {
@@ -68,6 +75,21 @@ impl<'p> Picture<'p> {
         let others: [&wgpu::Buffer; 6] = [spans, steps, places, shell, pieces, output];
         let layout = &self.pipelines.tables;
         bindings::group(self.ctx, layout, std::iter::once(params).chain(&self.mesh.buffers).chain(others))
+    }
+
+    /// Uploads light and scenery, and binds group 2.
+    pub fn scene_group(&self) -> Result<SceneGroup, FallbackReason> {
+        let (ctx, pipelines) = (self.ctx, self.pipelines);
+        let mut buffers = vec![self.light()?];
+        let mut layout = &pipelines.picture;
+        if let Some(scenery) = self.job.scenery() {
+            let tables = SceneTables::new(self.job, scenery);
+            buffers.push(ctx.pooled_uniform("scenery", &tables.scenery)?);
+            buffers.push(ctx.pooled_storage("values of surfaces", &tables.values)?);
+            layout = &pipelines.scene;
+        }
+        let group = bindings::group(ctx, layout, buffers.iter().map(|buffer| &**buffer))?;
+        Ok(SceneGroup { group, _buffers: buffers })
     }
 
     /// Bytes of the tables.

@@ -1,37 +1,8 @@
 //! Surfaces, isosurfaces, cuts and further volumes of a scene, as shaders read them.
 
-use crate::bindings;
 use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, VolumeMap, halves, halves3};
-use crate::picture::Picture;
-use crate::pool::PooledBuffer;
 use crate::shader::Contents;
-use icoray::device::{
-    self, ClipRegion, ColorByField, FallbackReason, FieldId, IsosurfacePaint, Job, Paint, SurfacePlace,
-};
-
-/// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
-/// are submitted.
-pub(crate) struct SceneGroup {
-    pub group: wgpu::BindGroup,
-    _buffers: Vec<PooledBuffer>,
-}
-
-impl SceneGroup {
-    /// Uploads light and scenery of a picture.
-    pub fn new(picture: &Picture) -> Result<Self, FallbackReason> {
-        let (ctx, pipelines) = (picture.ctx, picture.pipelines);
-        let mut buffers = vec![picture.light()?];
-        let mut layout = &pipelines.picture;
-        if let Some(scenery) = picture.job.scenery() {
-            let tables = SceneTables::new(picture.job, scenery);
-            buffers.push(ctx.pooled_uniform("scenery", &tables.scenery)?);
-            buffers.push(ctx.pooled_storage("values of surfaces", &tables.values)?);
-            layout = &pipelines.scene;
-        }
-        let group = bindings::group(ctx, layout, buffers.iter().map(|buffer| &**buffer))?;
-        Ok(SceneGroup { group, _buffers: buffers })
-    }
-}
+use icoray::device::{self, ClipRegion, ColorByField, FieldId, IsosurfacePaint, Job, Paint, SurfacePlace};
 
 /// What the shader of a job's picture has code for.
 pub(crate) fn contents(job: &Job) -> Contents {
@@ -64,13 +35,13 @@ pub(crate) fn scenery_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device
 }
 
 /// The scenery of a job and the values of its surfaces.
-struct SceneTables {
-    scenery: Scenery,
-    values: Vec<f32>,
+pub(crate) struct SceneTables {
+    pub scenery: Scenery,
+    pub values: Vec<f32>,
 }
 
 impl SceneTables {
-    fn new(job: &Job, shown: &device::Scenery) -> Self {
+    pub fn new(job: &Job, shown: &device::Scenery) -> Self {
         let mut scenery = Scenery {
             clip_count: shown.clips.len() as u32,
             surface_layer_count: shown.surface_layers.len() as u32,

@@ -3,9 +3,8 @@
 use crate::bands::{Bands, Tile};
 use crate::device_field::DeviceField;
 use crate::layout::Pixel;
-use crate::picture::Picture;
+use crate::picture::{Picture, SceneGroup};
 use crate::readback::Readback;
-use crate::scenery::SceneGroup;
 use icoray::device::{Band, FallbackReason, Traced};
 use std::ops::Range;
 use std::time::Instant;
@@ -21,7 +20,7 @@ impl<'t> PixelTrace<'t> {
     /// Prepares tiles of a picture of `field`.
     pub fn new(picture: &Picture<'t>, field: &DeviceField, tiles: &'t [Tile]) -> Result<Self, FallbackReason> {
         let bands = Bands::new(picture, field, tiles, false)?;
-        Ok(PixelTrace { bands, scene: SceneGroup::new(picture)? })
+        Ok(PixelTrace { bands, scene: picture.scene_group()? })
     }
 
     /// Bytes that were uploaded.

@@ -103,6 +103,11 @@ impl Error {
         Error { kind, context: context.into() }
     }
 
+    /// An error of kind [`ErrorKind::Grid`].
+    pub fn grid(context: impl Into<String>) -> Self {
+        Error::new(ErrorKind::Grid, context)
+    }
+
     /// The broad kind.
     pub fn kind(&self) -> ErrorKind {
         self.kind

@@ -13,7 +13,8 @@
 use crate::error::Result;
 use crate::grid::Grid;
 use crate::occupancy::OccupancyMask;
-use crate::sample::{Sample, Samples};
+use crate::sample::Sample;
+use crate::samples::Samples;
 use crate::visible_cells::VisibleCells;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;

@@ -21,6 +21,7 @@ pub mod occupancy;
 pub mod real;
 mod reals;
 pub mod sample;
+pub mod samples;
 pub mod shape;
 pub mod threads;
 pub mod visible_cells;

@@ -10,7 +10,7 @@ use icoray_grid::Grid;
 use icoray_grid::gradient::Gradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
-use icoray_grid::sample::AnySamples;
+use icoray_grid::samples::AnySamples;
 use icoray_scene::Method;
 
 /// The kernel for one field: everything that is the same for all rays of a frame.

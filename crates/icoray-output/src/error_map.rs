@@ -1,26 +1,26 @@
 //! A picture of the error of each pixel: colours over decades, with a labelled bar.
 
-use super::{digits, png_file};
 use crate::atomic::Existing;
 use crate::frame::Frame;
+use crate::label::{self, Canvas};
+use crate::png_file;
 use colorgrad::{Gradient, preset};
 use icoray_grid::{Error, ErrorKind, Result};
+use icoray_scene::{Knot, Scale, TransferFunction};
 use std::path::Path;
 
 /// Powers of ten of the first and the last colour. Fixed, so that pictures can be compared.
 const DECADES: [i32; 2] = [-8, -1];
 /// Shades of the map.
 const SHADES: usize = 512;
-/// Rows of the bar below the picture: a gap, colours, ticks, a gap, labels, a gap.
-const ROWS: [usize; 6] = [4, 10, 4, 2, 2 * digits::HEIGHT, 4];
 /// The narrowest picture that has room for the bar.
-const MIN_WIDTH: usize = 160;
+const MIN_WIDTH: u32 = 160;
 
 type Rgba = [u8; 4];
 
 const CLEAR: Rgba = [0; 4];
-const BACK: Rgba = [0, 0, 0, 255];
-const INK: Rgba = [255; 4];
+const INK: [u8; 3] = [255; 3];
+const PAPER: [u8; 3] = [0; 3];
 
 /// Writes the error of each pixel of `frame` to the PNG file at `path`.
 ///
@@ -47,13 +47,13 @@ pub fn write_error_map_with(path: &Path, frame: &Frame, existing: Existing) -> R
     }
     let shades = shades();
     let errors = frame.error.iter().chain(&frame.sampling_error);
-    let mut pixels: Vec<Rgba> = errors.map(|error| color(&shades, *error)).collect();
-    let width = frame.width as usize;
-    if width >= MIN_WIDTH {
-        pixels.extend(bar(&shades, width));
+    let rgba: Vec<u8> = errors.flat_map(|error| color(&shades, *error)).collect();
+    let height = (rgba.len() / 4) as u32 / frame.width;
+    let mut canvas = Canvas { width: frame.width, height, rgba };
+    if canvas.width >= MIN_WIDTH {
+        label::draw_bar(&mut canvas, Scale::Log, &transfer(), "error of each pixel", [INK, PAPER]);
     }
-    let rows = (pixels.len() / width) as u32;
-    png_file::write_rgba(path, [frame.width, rows], pixels.as_flattened(), &texts(frame), existing)
+    png_file::write_rgba(path, [canvas.width, canvas.height], &canvas.rgba, &texts(frame), existing)
 }
 
 /// The text entries of the file.
@@ -89,37 +89,16 @@ fn color(shades: &[Rgba], error: f32) -> Rgba {
     shades[(part.clamp(0.0, 1.0) * (SHADES - 1) as f32).round() as usize]
 }
 
-/// The rows of the bar.
-fn bar(shades: &[Rgba], width: usize) -> Vec<Rgba> {
-    let [gap, colors, ticks, space, ..] = ROWS;
-    let mut rows = vec![BACK; width * ROWS.iter().sum::<usize>()];
-    let decades = (DECADES[0]..=DECADES[1]).map(|d| format!("1e{d}"));
-    let labels: Vec<String> = decades.collect();
-    // Half a label sticks out on either side.
-    let scale = if width >= 2 * MIN_WIDTH { 2 } else { 1 };
-    let label_width = scale * (4 * digits::ADVANCE - 1);
-    let margin = label_width / 2 + scale;
-    let length = width - 2 * margin;
-    for x in 0..length {
-        let shade = shades[x * (SHADES - 1) / (length - 1)];
-        for y in gap..gap + colors {
-            rows[y * width + margin + x] = shade;
-        }
-    }
-    for (i, label) in labels.iter().enumerate() {
-        let x = margin + i * (length - 1) / (labels.len() - 1);
-        for y in gap + colors..gap + colors + ticks {
-            rows[y * width + x] = INK;
-        }
-        for (dot_x, dot_y) in digits::dots(label) {
-            for place in 0..scale * scale {
-                let x = x - label_width / 2 + dot_x * scale + place % scale;
-                let y = gap + colors + ticks + space + dot_y * scale + place / scale;
-                rows[y * width + x] = INK;
-            }
-        }
-    }
-    rows
+/// The colours by errors, for the bar.
+fn transfer() -> TransferFunction {
+    let (map, [low, high]) = (preset::viridis(), DECADES.map(f64::from));
+    let knot = |i: usize| {
+        let part = i as f32 / (SHADES - 1) as f32;
+        let [r, g, b, _] = map.at(part).to_linear_rgba().map(f64::from);
+        let value = 10f64.powf(low + (high - low) * f64::from(part));
+        Knot { value, color: [r, g, b], extinction: 1.0 }
+    };
+    TransferFunction { knots: (0..SHADES).map(knot).collect(), unit_length: None }
 }
 
 #[cfg(test)]
@@ -160,18 +139,29 @@ mod tests {
         for width in [160, 319, 320, 900] {
             let frame = wide_frame(width);
             let map = read(&frame);
-            assert_eq!(map.dimensions(), (width, 2 + ROWS.iter().sum::<usize>() as u32));
             let shades = shades();
             for x in 0..width {
                 assert_eq!(map.get_pixel(x, 0).0, CLEAR);
                 assert_eq!(map.get_pixel(x, 1).0, color(&shades, frame.error[(width + x) as usize]));
             }
-            let row = |y| (0..width).filter(|x| map.get_pixel(*x, y).0 == INK).count();
-            let ticks = 2 + (ROWS[0] + ROWS[1]) as u32;
-            assert_eq!(row(ticks), 8);
-            // The label's middle has the bars of the e and the minus: more dots than that.
-            assert!(row(ticks + 6 + 2) > 8 * 6);
-            assert_eq!((row(2), row(map.height() - 1)), (0, 0));
+            let is_paper = |x, y| map.get_pixel(x, y).0[..3] == PAPER;
+            assert!((0..width).all(|x| is_paper(x, 2) && is_paper(x, map.height() - 1)), "{width}");
+            // The bar, between its outlines, has the colours of the map in their order.
+            let inked = |y| (0..width).filter(|x| map.get_pixel(*x, y).0[..3] == INK).collect::<Vec<_>>();
+            let top = (2..map.height()).find(|y| inked(*y).len() as u32 > width / 2).unwrap();
+            let [left, right] = [0, inked(top).len() - 1].map(|i| inked(top)[i]);
+            let length = right - left - 1;
+            assert!(length >= width * 3 / 4, "{width}: {length}");
+            for x in 0..length {
+                let error = 10f32.powf(-8.0 + 7.0 * (x as f32 + 0.5) / length as f32);
+                let (found, expected) = (map.get_pixel(left + 1 + x, top + 3).0, color(&shades, error));
+                assert!((0..4).all(|k| found[k].abs_diff(expected[k]) <= 2), "{width} {x}: {found:?} {expected:?}");
+            }
+            // Ticks of decades, and labels and a caption below them.
+            let bottom = (top + 4..map.height()).find(|y| inked(*y).len() as u32 > width / 2).unwrap();
+            assert!(inked(bottom + 1).len() >= 8, "{width}");
+            let lit = |y| (0..width).filter(|x| map.get_pixel(*x, y).0[0] > 128).count();
+            assert!((bottom + 5..map.height()).map(lit).sum::<usize>() > 60, "{width}");
         }
     }
 

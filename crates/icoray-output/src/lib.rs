@@ -5,7 +5,6 @@
 mod animation;
 mod atomic;
 mod csv_cell;
-mod digits;
 mod error_map;
 mod exr_file;
 mod folder;
@@ -27,7 +26,7 @@ pub use frame::{
     CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,
     SamplingError, SamplingReport, Sharing, Timing,
 };
-pub use label::printed_units;
+pub use label::{Mask, printed_units};
 pub use outcomes::{Outcome, Outcomes};
 pub use write::{exr_bytes, png_bytes, rgba8, write_frame, write_frame_with, write_picture, write_picture_with};
 pub use writer::{Submitted, WhenFull, Writer, WriterOptions, Written};

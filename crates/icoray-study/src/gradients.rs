@@ -11,7 +11,7 @@ use crate::speed::{self, Size};
 use crate::sphere::{self, Sphere};
 use icoray::{Grid, IcosahedralMesh, Reals, Renderer, Result};
 use icoray_grid::gradient::{GradientOptions, Gradients, gradients};
-use icoray_grid::sample::Samples;
+use icoray_grid::samples::Samples;
 use rayon::prelude::*;
 use std::hint::black_box;
 use std::io::Write;

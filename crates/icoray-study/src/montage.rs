@@ -1,23 +1,20 @@
 //! Pictures side by side with labels, as one picture.
 
-use font8x8::legacy::BASIC_LEGACY;
-use icoray::output::{Stamp, write_picture};
+use icoray::output::{Mask, Stamp, write_picture};
 use icoray::{Description, Frame, FrameReport, Result};
 use std::path::Path;
 
-/// Width of a letter and height of a line, pixels: the font's 8 × 8 drawn twice as high.
-const LETTER: usize = 8;
+/// Size of text and height of a line, pixels.
+const EM: f32 = 14.0;
 const LINE: usize = 18;
 const GAP: usize = 8;
 const PAPER: [f32; 4] = [1.0, 1.0, 1.0, 1.0];
-const INK: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// A picture of a montage with its label, a line for each line of text.
 #[derive(Debug, Clone)]
 pub struct Tile {
     /// Premultiplied linear RGBA, of the montage's tile size.
     pub pixels: Vec<[f32; 4]>,
-    /// ASCII.
     pub label: String,
 }
 
@@ -51,7 +48,7 @@ impl Montage {
             for (i, tile) in row.iter().enumerate() {
                 let x = GAP + i * (width + GAP);
                 for (line, words) in tile.label.lines().enumerate() {
-                    sheet.write(words, x, y + line * LINE, width / LETTER);
+                    sheet.write(words, x, y + line * LINE, width);
                 }
                 sheet.paste(&tile.pixels, width, x, y + text);
             }
@@ -101,12 +98,15 @@ impl Sheet {
         }
     }
 
-    fn write(&mut self, words: &str, x: usize, y: usize, letters: usize) {
-        for (n, c) in words.chars().take(letters).enumerate() {
-            let glyph = BASIC_LEGACY.get(c as usize).unwrap_or(&BASIC_LEGACY[usize::from(b'?')]);
-            let dots = (0..16 * LETTER).filter(|dot| glyph[dot / LETTER / 2] >> (dot % LETTER) & 1 == 1);
-            for dot in dots {
-                self.pixels[(y + dot / LETTER) * self.width + x + n * LETTER + dot % LETTER] = INK;
+    /// A line of black text, cut off at `most` pixels.
+    fn write(&mut self, words: &str, x: usize, y: usize, most: usize) {
+        let mask = Mask::of_text(words, EM, most as i64);
+        for (row, inks) in mask.ink.chunks_exact(mask.width.max(1) as usize).enumerate() {
+            let start = (y + row) * self.width + x;
+            for (pixel, ink) in self.pixels[start..].iter_mut().zip(inks).take(most) {
+                // Mixed in about sRGB, as labels are.
+                let light = (1.0 - ink).powf(2.2);
+                *pixel = [light, light, light, 1.0];
             }
         }
     }
@@ -127,9 +127,9 @@ mod tests {
         montage.write(&path).unwrap();
         assert!(std::fs::metadata(&path).unwrap().len() > 200);
         let mut sheet = Sheet { width: 40, pixels: vec![PAPER; 40 * 20] };
-        sheet.write("I", 1, 2, 4);
-        let ink: Vec<usize> = (0..800).filter(|i| sheet.pixels[*i] == INK).collect();
-        // The letter is drawn from its upper edge, and stays in its box.
-        assert!(ink[0] / 40 == 2 && ink.iter().all(|i| (1..9).contains(&(i % 40)) && i / 40 < 18));
+        sheet.write("HHHHHHHHHHHHHHHHHHHH", 1, 2, 30);
+        let ink: Vec<usize> = (0..800).filter(|i| sheet.pixels[*i][0] < 0.9).collect();
+        // There are letters, and they stay in their box.
+        assert!(ink.len() > 40 && ink.iter().all(|i| (1..31).contains(&(i % 40)) && i / 40 < 20), "{ink:?}");
     }
 }

@@ -2,7 +2,7 @@
 //! `target/browser`.
 
 #[allow(dead_code, reason = "the tests of the command use the rest")]
-#[path = "../../../icoray-netcdf/tests/files/made.rs"]
+#[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;
 #[allow(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../cli/run.rs"]
@@ -21,3 +21,6 @@ mod looks;
 mod page;
 mod saving;
 mod together;
+#[allow(dead_code, reason = "the tests of the command use the rest")]
+#[path = "../../../icoray-netcdf/tests/files/written.rs"]
+mod written;

@@ -1,8 +1,9 @@
 //! Runs the built binary on small files that the tests write, and on real ones where the test data are there.
 
-#[path = "../../../icoray-netcdf/tests/files/made.rs"]
+#[allow(dead_code, reason = "the tests of datasets in memory use the rest")]
+#[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;
-#[path = "../../../icoray-netcdf/tests/files/made_icon.rs"]
+#[path = "../../../icoray-dataset/tests/dataset/made_icon.rs"]
 mod made_icon;
 
 mod files;
@@ -23,3 +24,6 @@ mod view;
 mod viewer;
 mod views;
 mod watch;
+#[allow(dead_code, reason = "the tests of files use the rest")]
+#[path = "../../../icoray-netcdf/tests/files/written.rs"]
+mod written;

@@ -30,11 +30,10 @@ fn history(mesh: &Path) -> Made {
             if layer < last { (1.5 + (surface - 1.5) * below) as f32 } else { -1e34 }
         }));
     }
-    let mut made = Made {
-        dimensions: vec![("nCells", levels.len()), ("nVertLevels", layers), ("StrLen", 64), ("Time", 0)],
-        attributes: vec![("on_a_sphere", "YES".into()), ("sphere_radius", 6_371_220.0.into())],
-        variables: Vec::new(),
-    };
+    let mut made = Made::of(
+        [("nCells", levels.len()), ("nVertLevels", layers), ("StrLen", 64), ("Time", 0)],
+        [("on_a_sphere", "YES".into()), ("sphere_radius", 6_371_220.0.into())],
+    );
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(DEPTH_M.to_vec()));
     made.add("maxLevelCell", &["nCells"], Values::I32(levels));
     made.add("xtime", &["Time", "StrLen"], Values::Text(format!("{:<64}", "0010-07-01_00:00:00").into_bytes()));

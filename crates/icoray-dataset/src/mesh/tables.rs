@@ -1,6 +1,5 @@
 //! The tables of a mesh, owned.
 
-use super::angles::of_directions;
 use super::polygons::Polygons;
 use crate::source::{Kind, Source, Variable};
 use icoray::{Error, ErrorKind, Grid, GridTables, LonLat, OwnedReals, Result};
@@ -73,26 +72,6 @@ impl Positions {
 }
 
 impl Mesh {
-    /// The tables of a mesh of faces, numbered from 0: `nodes` are directions of any length, of which `faces` has a row of
-    /// `row` for each face, in order around it, with -1 after the last one. Where all faces are triangles they are the
-    /// corners of cells around the nodes, as ICON's ([`Convention::Icon`]); otherwise faces are cells and nodes their
-    /// corners ([`Convention::Cf`]). `middles` are directions of the faces' middles; without them triangles have the middles
-    /// of their circles, and others the means of their nodes. `path` is what messages name.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Grid`] and [`ErrorKind::Unsupported`] name a face or node that fits no mesh of cells whose corners each
-    /// join three of them.
-    pub fn of_faces(
-        path: &Path,
-        nodes: &[[f64; 3]],
-        middles: Option<&[[f64; 3]]>,
-        faces: Vec<i32>,
-        row: usize,
-    ) -> Result<Self> {
-        let positions = |of: &[[f64; 3]]| of_directions(of.iter().copied());
-        super::ugrid::of_faces(path, positions(nodes), middles.map(positions), faces, row)
-    }
-
     /// The tables, borrowed. Their MPAS names stand at [`GridTables`].
     pub fn tables(&self) -> GridTables<'_> {
         GridTables {

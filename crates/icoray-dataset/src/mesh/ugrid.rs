@@ -135,15 +135,31 @@ fn mesh(sources: &Sources, topology: &Topology) -> Result<Mesh> {
     Ok(if is_mpas { mesh.into_mpas() } else { mesh })
 }
 
+impl Mesh {
+    /// The tables of a mesh of faces, numbered from 0: `nodes` are directions of any length, of which `faces` has a row of
+    /// `row` for each face, in order around it, with -1 after the last one. Where all faces are triangles they are the
+    /// corners of cells around the nodes, as ICON's ([`Convention::Icon`]); otherwise faces are cells and nodes their
+    /// corners ([`Convention::Cf`]). `middles` are directions of the faces' middles; without them triangles have the middles
+    /// of their circles, and others the means of their nodes. `path` is what messages name.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Grid`] and [`ErrorKind::Unsupported`] name a face or node that fits no mesh of cells whose corners each
+    /// join three of them.
+    pub fn of_faces(
+        path: &Path,
+        nodes: &[[f64; 3]],
+        middles: Option<&[[f64; 3]]>,
+        faces: Vec<i32>,
+        row: usize,
+    ) -> Result<Self> {
+        let positions = |of: &[[f64; 3]]| of_directions(of.iter().copied());
+        of_faces(path, positions(nodes), middles.map(positions), faces, row)
+    }
+}
+
 /// The tables of a mesh of faces; `rows` has the nodes of each, numbered from 0, and marks after the last of them. Where
 /// `given` has no middles of faces, triangles have the middles of their circles, and others the means of their nodes.
-pub(super) fn of_faces(
-    path: &Path,
-    nodes: Positions,
-    given: Option<Positions>,
-    rows: Vec<i32>,
-    row: usize,
-) -> Result<Mesh> {
+fn of_faces(path: &Path, nodes: Positions, given: Option<Positions>, rows: Vec<i32>, row: usize) -> Result<Mesh> {
     let count = nodes.lon.as_reals().len();
     let node = |i: i32| {
         let i = i as usize;

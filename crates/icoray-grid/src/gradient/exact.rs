@@ -2,7 +2,8 @@
 
 use crate::array::MapInline;
 use crate::grid::Grid;
-use crate::sample::{Sample, Samples};
+use crate::sample::Sample;
+use crate::samples::Samples;
 use glam::DVec3;
 use std::ops::Range;
 

@@ -9,7 +9,8 @@ use crate::array::MapInline;
 use crate::error::Result;
 use crate::grid::Grid;
 use crate::heights::Heights;
-use crate::sample::{Sample, Samples};
+use crate::sample::Sample;
+use crate::samples::Samples;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -3,7 +3,8 @@
 use super::{GradientInput, GradientOptions, Gradients, MissingCells};
 use crate::error::Result;
 use crate::grid::Grid;
-use crate::sample::{Sample, Samples};
+use crate::sample::Sample;
+use crate::samples::Samples;
 use crate::visible_cells::VisibleCells;
 
 /// Gradients at the vertices of a whole grid, of which those over some cells may not be computed yet.

@@ -15,7 +15,8 @@ use super::ring::{MAX_NEIGHBORS, RingWeights};
 use super::storage::GradientFormat;
 use crate::array::MapInline;
 use crate::grid::Grid;
-use crate::sample::{Sample, Samples, VECTOR};
+use crate::sample::{Sample, VECTOR};
+use crate::samples::Samples;
 use fearless_simd::{Simd, f32x16, mask32x16, prelude::*};
 use std::ops::Range;
 

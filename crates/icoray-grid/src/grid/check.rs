@@ -25,17 +25,13 @@ const BLOCK: usize = 4096;
 /// The spherical areas must sum to 4π within this relative error. Without folds the sum is a whole multiple of 4π.
 const COVER: f64 = 1e-6;
 
-fn bad(context: String) -> Error {
-    Error::new(ErrorKind::Grid, context)
-}
-
 fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
     // Wider than any table's length, so that no length of a row wraps round to the right one.
     let expected = rows as u128 * row as u128;
     if len as u128 == expected {
         return Ok(());
     }
-    Err(bad(format!("{}: {len} entries, expected {expected} ({rows} rows of {row})", named(table))))
+    Err(Error::grid(format!("{}: {len} entries, expected {expected} ({rows} rows of {row})", named(table))))
 }
 
 /// Every table has the length that the numbers of cells, corners and edges ask for, and V - E + F = 2 where nothing is
@@ -49,7 +45,7 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     expect_len("corner latitude", t.corner.lat_rad.len(), corners, 1)?;
     if t.cell_corner_row < 3 {
         let table = named("cell_corner");
-        return Err(bad(format!("{table}: row length {}, expected at least 3", t.cell_corner_row)));
+        return Err(Error::grid(format!("{table}: row length {}, expected at least 3", t.cell_corner_row)));
     }
     expect_len("cell_corner", t.cell_corner.len(), cells, t.cell_corner_row)?;
     if let Some(count) = t.cell_corner_count {
@@ -59,7 +55,7 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     expect_len("corner_edge", t.corner_edge.len(), corners, 3)?;
     expect_len("edge_corner", t.edge_corner.len(), edges, 2)?;
     if i32::try_from(edges + 1).is_err() {
-        return Err(bad(format!("{}: {edges} edges, expected fewer than 2^31", named("edge_corner"))));
+        return Err(Error::grid(format!("{}: {edges} edges, expected fewer than 2^31", named("edge_corner"))));
     }
     let misses = |table: Indices, limit: usize| {
         let all = (0..table.len()).into_par_iter().with_min_len(1 << 16);
@@ -70,7 +66,7 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     // Rows of halos and padding in a model's arrays are cells without corners, and not of the sphere.
     let of_sphere = || (0..cells).into_par_iter().with_min_len(BLOCK).filter(|&r| !is_lone(t, r)).count();
     if !has_hole && cells + corners != edges + 2 && of_sphere() + corners != edges + 2 {
-        return Err(bad(format!(
+        return Err(Error::grid(format!(
             "{cells} cells - {edges} edges + {corners} corners = {}, expected 2 (a closed sphere: no cell and no corner is \
              marked as missing)",
             cells as i64 - edges as i64 + corners as i64
@@ -96,11 +92,6 @@ fn is_triangle(t: &GridTables, r: usize) -> bool {
     t.corner_cell.row::<3>(r).into_iter().all(|cell| !is_mark(cell, t.cells(), t.index_base))
 }
 
-/// The number that the tables have for a row that is counted from 0.
-pub(super) fn number_of(t: &GridTables, row: u32) -> i64 {
-    i64::from(row) + i64::from(t.index_base)
-}
-
 fn first_error<E: Send>(rows: usize, check: impl Fn(usize) -> Option<E> + Sync + Send) -> std::result::Result<(), E> {
     let blocks = (0..rows.div_ceil(BLOCK)).into_par_iter();
     // A loop for each block: an iterator that looks at each row whether it is to go on takes twice the time.
@@ -116,7 +107,7 @@ fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<
     // A little slack: π/2 and 2π rounded to f32 lie above the real ones.
     let fine = lon.abs() <= TAU + 1e-6 && lat.abs() <= FRAC_PI_2 + 1e-6;
     (!fine).then(|| {
-        bad(format!(
+        Error::grid(format!(
             "{}: longitude {lon}, latitude {lat}, expected radians in [-2π, 2π] and [-π/2, π/2]",
             item(t, table, i)
         ))
@@ -161,7 +152,7 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
                 !(range.contains(&number) || is_mark(number, limit, t.index_base) && may_miss(r))
             };
             let column = (0..used(r)).find(is_wrong)?;
-            Some(bad(format!(
+            Some(Error::grid(format!(
                 "{}: {}, expected {} to {}",
                 named_entry(t, name, r, column),
                 table.get(r * row + column),
@@ -174,7 +165,7 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
         let range = 3..=t.cell_corner_row as i64;
         first_error(count.len(), |r| {
             (!range.contains(&count.get(r))).then(|| {
-                bad(format!(
+                Error::grid(format!(
                     "{}: {}, expected 3 to {}",
                     item(t, "cell_corner_count", r),
                     count.get(r),
@@ -221,7 +212,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
     let number = |i: usize| i as i64 + i64::from(t.index_base);
     let cells: [usize; 3] = row(t, t.corner_cell, r);
     if cells[0] == cells[1] || cells[1] == cells[2] || cells[2] == cells[0] {
-        return Err(bad(format!(
+        return Err(Error::grid(format!(
             "{}: {:?}, expected three different cells",
             named_row(t, "corner_cell", r),
             cells.map(number)
@@ -231,7 +222,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
     for (column, edge) in row::<3>(t, t.corner_edge, r).into_iter().enumerate() {
         let ends: [i64; 2] = t.edge_corner.row(edge);
         if ends[0] == ends[1] || !ends.contains(&number(r)) {
-            return Err(bad(format!(
+            return Err(Error::grid(format!(
                 "{}: {ends:?}, expected two corners, one of them {} ({} names this edge)",
                 named_row(t, "edge_corner", edge),
                 number(r),
@@ -247,7 +238,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
         let beyond: [i64; 3] = t.corner_cell.row(other);
         let is_apart = cells.map_inline(|cell| !beyond.contains(&number(cell)));
         let Some(k) = only(is_apart) else {
-            return Err(bad(format!(
+            return Err(Error::grid(format!(
                 "{}: {:?} and {beyond:?}, {} cells in common, expected 2 (edge {} joins these corners)",
                 rows(t, "corner_cell", r, other),
                 cells.map(number),
@@ -257,7 +248,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
         };
         let place = if !has_hole || is_triangle(t, other) { column } else { TriangleOrientation::RIM };
         if place == column && !t.corner_edge.row::<3>(other).contains(&number(edge)) {
-            return Err(bad(format!(
+            return Err(Error::grid(format!(
                 "{}: {:?}, expected edge {} too, which leads there from corner {}",
                 named_row(t, "corner_edge", other),
                 t.corner_edge.row::<3>(other),
@@ -266,7 +257,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
             )));
         }
         if opposite[k].replace(place).is_some() {
-            return Err(bad(format!(
+            return Err(Error::grid(format!(
                 "{}: this edge and one before it lie opposite cell {}, expected one side per cell",
                 named_entry(t, "corner_edge", r, column),
                 number(cells[k])
@@ -277,7 +268,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
     let det = a.dot((b - a).cross(c - a));
     let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
     if det.abs() <= SLIVER * longest {
-        return Err(bad(format!(
+        return Err(Error::grid(format!(
             "{}: the centres of cells {:?} span no area",
             named_row(t, "corner_cell", r),
             cells.map(number)
@@ -312,7 +303,7 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
         let cells_at = |column: usize| t.corner_cell.row::<3>((corner(column) - i64::from(t.index_base)) as usize);
         let is_apart = |column: &usize| is_there(column) && !cells_at(*column).contains(&number(r));
         if let Some(column) = (0..used).find(is_apart) {
-            return Some(bad(format!(
+            return Some(Error::grid(format!(
                 "{}: corner {}, where {} is {:?}, expected one that names cell {}",
                 named_entry(t, "cell_corner", r, column),
                 corner(column),
@@ -324,7 +315,7 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
         let is_new = |&i: &usize| is_there(&i) && (0..i).all(|j| corner(j) != corner(i));
         let distinct = (0..used).filter(is_new).count();
         (distinct != around[r] as usize).then(|| {
-            bad(format!(
+            Error::grid(format!(
                 "{}: {distinct} different corners, expected the {} whose corner_cell rows name the cell",
                 named_row(t, "cell_corner", r),
                 around[r]
@@ -362,7 +353,7 @@ pub(super) fn folds(t: &GridTables, orientations: &[TriangleOrientation]) -> Res
             let [a, b] = row(t, t.edge_corner, edge);
             let other = if a == r { b } else { a };
             shares_a_way(v, wound(t, orientations, other)).then(|| {
-                bad(format!(
+                Error::grid(format!(
                     "{}: the triangles lie on the same side of edge {}, expected a surface without folds",
                     rows(t, "corner_cell", r, other),
                     number(edge)
@@ -387,7 +378,7 @@ pub(super) fn covers(
     let void = hole_filling.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
     let area: f64 = areas.into_iter().chain(void).sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {
-        return Err(bad(format!(
+        return Err(Error::grid(format!(
             "corner_cell: the triangles' areas sum to {:.9} of the sphere{}, expected 1",
             area / (4.0 * PI),
             if hole_filling.void().is_empty() { "" } else { " with those that fill the holes" }

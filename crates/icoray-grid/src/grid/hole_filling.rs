@@ -16,9 +16,8 @@
 //! Synthetic points keep void triangles from reaching across the sphere. Those under data go with the faces that data
 //! replace; where one lies on a rim side or a cell, all are turned a little and it is done again.
 
-use super::check::number_of;
 use super::constrained_delaunay::{ConstrainedDelaunay, ConstraintError};
-use super::table_names::{named_row, rows};
+use super::table_names::{named_row, number_of, rows};
 use super::tables::GridTables;
 use super::triangle_orientation::TriangleOrientation;
 use crate::error::{Error, ErrorKind, Result};

@@ -26,6 +26,11 @@ pub(super) fn named(table: &str) -> String {
     format!("{table}{}", models(table))
 }
 
+/// The number that the tables have for a row that is counted from 0.
+pub(super) fn number_of(t: &GridTables, row: u32) -> i64 {
+    i64::from(row) + i64::from(t.index_base)
+}
+
 /// Row `r`, from 0, of a table of one column, and what models call it: `center[7]`, or `center(8)` from 1.
 pub(super) fn item(t: &GridTables, table: &str, r: usize) -> String {
     let text = if t.index_base == 0 { format!("[{r}]") } else { format!("({})", r + 1) };

@@ -1,6 +1,6 @@
 //! A mesh's tables of corners and edges, made of its triangles alone.
 
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, Result};
 
 /// Entry for a missing neighbour, in tables that number from 0.
 const NONE: i32 = -1;
@@ -27,7 +27,7 @@ impl Connectivity {
     /// a triangle beyond is the rim of a mesh with holes.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] names a row that has not three different cells from 0 to `cells` - 1, and a side that more
+    /// [`crate::ErrorKind::Grid`] names a row that has not three different cells from 0 to `cells` - 1, and a side that more
     /// than two triangles have.
     pub fn new(corner_cell: &[i32], cells: usize) -> Result<Self> {
         connect(corner_cell, cells)
@@ -48,7 +48,7 @@ fn connect(corner_cell: &[i32], cells: usize) -> Result<Connectivity> {
                 let mut sharing = around.of(cell).iter().filter(|c| row(corner_cell, **c).contains(&other));
                 let (first, second) = (sharing.next(), sharing.next());
                 if sharing.next().is_some() {
-                    return Err(bad(format!(
+                    return Err(Error::grid(format!(
                         "more than two triangles have a side between the points {cell} and {other}"
                     )));
                 }
@@ -71,10 +71,6 @@ fn row(corner_cell: &[i32], corner: i32) -> [i32; 3] {
     std::array::from_fn(|k| corner_cell[3 * corner as usize + k])
 }
 
-fn bad(context: String) -> Error {
-    Error::new(ErrorKind::Grid, context)
-}
-
 /// The triangles around each cell.
 struct Around {
     start: Vec<usize>,
@@ -87,13 +83,13 @@ impl Around {
         for (corner, triangle) in corner_cell.chunks_exact(3).enumerate() {
             let [a, b, c] = [0, 1, 2].map(|k| triangle[k]);
             if a == b || b == c || c == a {
-                return Err(bad(format!(
+                return Err(Error::grid(format!(
                     "triangle {corner} has the points {triangle:?}, expected three different ones"
                 )));
             }
             for &cell in triangle {
                 let Some(count) = usize::try_from(cell).ok().and_then(|cell| start[1..].get_mut(cell)) else {
-                    return Err(bad(format!(
+                    return Err(Error::grid(format!(
                         "triangle {corner} has the points {triangle:?}, expected 0 to {}",
                         cells as i64 - 1
                     )));

@@ -4,7 +4,7 @@ use crate::transfer::{KernelKnot, Span, Spans};
 use icoray_grid::Field;
 use icoray_grid::array::{MapInline, partition_point};
 use icoray_grid::gradient::PartialGradients;
-use icoray_grid::sample::AnySamples;
+use icoray_grid::samples::AnySamples;
 
 /// A field's values and, where the field is lit, its gradients.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use crate::column::Shell;
 use crate::general::{KernelScene, SurfaceHeight, TransferMap};
 use crate::transfer::{KernelKnot, Spans};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::sample::AnySamples;
+use icoray_grid::samples::AnySamples;
 
 /// A scene as packets of rays read it, the same for all rays of a frame.
 pub struct PacketScene<'f> {

@@ -7,7 +7,7 @@ use super::part::all;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
-use icoray_grid::sample::AnySamples;
+use icoray_grid::samples::AnySamples;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide};
 
 /// The field's array.

@@ -1,8 +1,8 @@
 //! Files that were cut off or spoilt give errors, and never values that were not stored.
 
-use crate::changed::formats;
 use crate::made::{Made, RECORDS, value};
-use crate::refused::expect;
+use crate::memory::expect;
+use crate::written::formats;
 use icoray::{ErrorKind, Result};
 use netcdf::Options;
 use std::path::Path;

@@ -1,19 +1,18 @@
-//! Reads MPAS files: small ones that the tests write themselves, and real ones where the test data are there.
+//! Reads NetCDF files: small ones that the tests write themselves, and real ones where the test data are there.
 
 mod asked;
-mod changed;
-mod completed;
 mod damaged;
-mod icon;
-mod icon_sea;
+mod formats;
+#[allow(dead_code, reason = "the tests of datasets in memory use the rest")]
+#[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;
+#[path = "../../../icoray-dataset/tests/dataset/made_icon.rs"]
 mod made_icon;
+#[path = "../../../icoray-dataset/tests/dataset/made_ocean.rs"]
 mod made_ocean;
-mod mesh;
-mod native;
-mod ocean;
+#[allow(dead_code, reason = "the tests of datasets in memory use the rest")]
+#[path = "../../../icoray-dataset/tests/dataset/memory.rs"]
+mod memory;
 mod real;
 mod refused;
-mod two_d;
-mod ugrid;
-mod valid;
+mod written;

@@ -1,7 +1,7 @@
 //! Real files, where the test data are there.
 
 use crate::made::{Made, Values};
-use crate::refused::expect;
+use crate::memory::expect;
 use icoray::{CenterField, ErrorKind, Location};
 use icoray_dataset::Precision;
 use icoray_test_support::data_file;
@@ -49,6 +49,25 @@ fn jablonowski_williamson_wave() {
     let vorticity = file.read_field("vorticity", 1).unwrap();
     let center = CenterField::average(&grid, &vorticity.field().unwrap()).unwrap();
     assert_eq!(center.field().range().1, 0);
+}
+
+/// A model's own file, whose columns differ by some hundred metres.
+#[test]
+fn heights_of_the_jablonowski_williamson_wave() {
+    let Some(path) = data_file("mpas_jw_10242.nc") else { return };
+    let file = icoray_netcdf::open(path).unwrap();
+    let means = file.layer_heights("theta").unwrap();
+    let grid = file.mesh().grid().unwrap();
+    let heights = file.native_heights(&grid, "theta", 2).unwrap().unwrap();
+    let own = heights.over(file.field_info("theta").unwrap(), 0..26).unwrap();
+    assert_eq!((own.shape().columns, own.shape().layers), (10242, 27));
+    let mut off = 0.0f64;
+    for cell in 0..10242 {
+        let column: Vec<f64> = (0..27).map(|layer| own.value(cell, layer)).collect();
+        assert!(column.windows(2).all(|pair| pair[0] < pair[1]), "cell {cell}: {column:?}");
+        off = column.iter().zip(&means.height_m).fold(off, |off, (own, mean)| off.max((own - mean).abs()));
+    }
+    assert!(off > 300.0 && (off - means.deviation_m.unwrap()).abs() < 1e-9, "{off} {:?}", means.deviation_m);
 }
 
 #[test]
@@ -100,11 +119,10 @@ fn a_part_of_the_oceans_tables_is_enough() {
     let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
     let file = icoray_netcdf::open(path).unwrap();
     let tables = file.mesh().tables();
-    let mut made = Made {
-        dimensions: vec![("nCells", tables.cells()), ("nVertices", tables.corners()), ("maxEdges", 8)],
-        attributes: vec![("sphere_radius", 1.0.into())],
-        variables: Vec::new(),
-    };
+    let mut made = Made::of(
+        [("nCells", tables.cells()), ("nVertices", tables.corners()), ("maxEdges", 8)],
+        [("sphere_radius", 1.0.into())],
+    );
     let angles = |reals: icoray::Reals| Values::F64((0..reals.len()).map(|i| reals.get(i)).collect());
     let index = |indices: icoray::Indices| Values::I32(indices.iter().map(|i| i as i32).collect());
     made.add("lonCell", &["nCells"], angles(tables.center.lon_rad));

@@ -3,9 +3,9 @@
 //! Files are read in a process of their own, which a damaged NetCDF-4 file may end: HDF5's library is not proof against
 //! all of them. That is counted, and a panic, or a process that does not end, is never fine.
 
-use crate::changed::formats;
 use crate::made::{Made, RECORDS};
 use crate::made_icon::Angles;
+use crate::written::formats;
 use icoray_test_support::count;
 use std::fs::File;
 use std::io::Write;

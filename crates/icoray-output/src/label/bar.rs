@@ -44,7 +44,27 @@ pub(super) struct Sizes {
     pub line: i64,
 }
 
+impl Sizes {
+    /// Sizes beside a caption of `em` pixels per em.
+    pub fn of(em: f64) -> Self {
+        let pixels = |ems: f64| ((em * ems).round() as i64).max(1);
+        Sizes {
+            text: Size((0.9 * em) as f32),
+            caption: Size(em as f32),
+            breadth: pixels(1.2),
+            tick: pixels(0.3),
+            gap: pixels(0.3),
+            line: pixels(0.07),
+        }
+    }
+}
+
 impl<'s> Bar<'s> {
+    /// A bar of all colours of a transfer function, opaque.
+    pub fn opaque(scale: Scale, transfer: &'s TransferFunction) -> Self {
+        Bar { field: "", opacity_by: None, scale, range: transfer.range(), transfer, shows_opacity: false }
+    }
+
     /// The bars of a scene: one for each distinct colouring by values.
     pub fn all(scene: &'s Scene) -> Vec<Self> {
         let mut shown: Vec<Painting> = Vec::new();

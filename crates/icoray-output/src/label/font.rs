@@ -11,10 +11,12 @@ static FONT: LazyLock<FontRef<'static>> = LazyLock::new(|| {
 /// Height of the middle of a digit above the baseline, in em.
 const MIDDLE: f32 = 0.365;
 
-/// Coverage of each pixel by ink.
+/// Coverage of each pixel by the ink of a text.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Mask {
+pub struct Mask {
+    /// Pixels in a row.
     pub width: i64,
+    /// Number of rows.
     pub height: i64,
     /// Rows from the top, 0 to 1.
     pub ink: Vec<f32>,
@@ -91,8 +93,14 @@ impl Size {
 }
 
 impl Mask {
+    /// A line of text in the font of labels, `em` pixels per em; set smaller, but legible, where it would be wider than
+    /// `most` pixels.
+    pub fn of_text(text: &str, em: f32, most: i64) -> Self {
+        Size(em).fitting(text, most).line(text)
+    }
+
     /// Centred lines below each other.
-    pub fn below_each_other(lines: &[Mask]) -> Self {
+    pub(super) fn below_each_other(lines: &[Mask]) -> Self {
         let width = lines.iter().map(|line| line.width).max().unwrap_or(0);
         let row = |line: &Mask, y: i64| {
             let (before, start) = ((width - line.width) / 2, (y * line.width) as usize);
@@ -106,7 +114,7 @@ impl Mask {
     }
 
     /// The mask rotated by 90 degrees, reading upwards.
-    pub fn upwards(&self) -> Self {
+    pub(super) fn upwards(&self) -> Self {
         let (width, height) = (self.height, self.width);
         let from = |x: i64, y: i64| self.ink[(x * self.width + self.width - 1 - y) as usize];
         let ink = (0..height).flat_map(|y| (0..width).map(move |x| from(x, y))).collect();

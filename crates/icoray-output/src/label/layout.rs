@@ -73,6 +73,21 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
     }
 }
 
+/// Adds rows of `paper` below a picture, with a bar in them.
+pub(super) fn draw_bar(canvas: &mut Canvas, bar: &Bar, caption: &str, [ink, paper]: [[u8; 3]; 2]) {
+    let [width, height] = [canvas.width, canvas.height].map(i64::from);
+    let sizes = Sizes::of(em(width, height));
+    let margin = sizes.breadth / 2;
+    let block = bar.lying(share(0.8, width), width - 2 * margin, sizes, |_| vec![caption.to_owned()]);
+    canvas.extend((block.height + 2 * margin) as u32, [paper[0], paper[1], paper[2], 255]);
+    block.draw(canvas, (width - block.width) / 2, height + margin, ink);
+}
+
+/// One em in pixels.
+fn em(width: i64, height: i64) -> f64 {
+    (width.min(height) as f64 * EM).max(LEAST_EM)
+}
+
 /// The length of a bar along a side; pictures that are too small for it are drawn all the same.
 fn share(part: f64, side: i64) -> i64 {
     ((part * side as f64) as i64).max(8)
@@ -86,17 +101,9 @@ fn several(part: f64, count: usize) -> f64 {
 impl<'f> Page<'f> {
     fn new(canvas: &Canvas, frame: &'f Frame, legend: &'f Legend) -> Self {
         let [width, height] = [canvas.width, canvas.height].map(i64::from);
-        let em = (width.min(height) as f64 * EM).max(LEAST_EM) * legend.labels.size;
+        let em = em(width, height) * legend.labels.size;
         let pixels = |ems: f64| ((em * ems).round() as i64).max(1);
         let size = |ems: f64| Size((em * ems) as f32);
-        let sizes = Sizes {
-            text: size(0.9),
-            caption: size(1.0),
-            breadth: pixels(1.2),
-            tick: pixels(0.3),
-            gap: pixels(0.3),
-            line: pixels(0.07),
-        };
         // A transparent picture is labelled as on white paper.
         let back = legend.scene.background.unwrap_or([1.0; 3]);
         let is_dark = 0.2126 * back[0] + 0.7152 * back[1] + 0.0722 * back[2] < EVEN;
@@ -105,6 +112,7 @@ impl<'f> Page<'f> {
         // Orange, or red where the text is dark.
         let warning = if is_dark { [255, 150, 0] } else { [190, 0, 0] };
         let (title, notes, margin) = (size(1.15), size(0.8), pixels(0.8));
+        let sizes = Sizes::of(em);
         Page { frame, legend, sizes, title, notes, margin, width, height, ink, warning, paper }
     }
 

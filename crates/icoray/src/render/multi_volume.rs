@@ -16,7 +16,7 @@ use fearless_simd::Level;
 use icoray_grid::Reals;
 use icoray_grid::Result;
 use icoray_grid::gradient::Gradients;
-use icoray_grid::sample::Samples;
+use icoray_grid::samples::Samples;
 use icoray_kernel::general::{Clips, KernelScene, Levels, MultiVolumeTracer};
 use icoray_kernel::ground::{Core, Ground};
 use icoray_kernel::ray::{PacketScene, SceneTracer, Tracer};

@@ -13,7 +13,7 @@ use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::sample::AnySamples;
+use icoray_grid::samples::AnySamples;
 use icoray_kernel::Counts;
 use icoray_kernel::column::Shell;
 use icoray_kernel::ground::{Core, Ground};

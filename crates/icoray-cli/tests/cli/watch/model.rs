@@ -1,6 +1,7 @@
 //! Files as a model writes them: record by record, and in pieces.
 
-use crate::made::{Char, Made, RECORDS, Values};
+use crate::made::{Made, RECORDS, Values};
+use crate::written::Char;
 use icoray_test_support::PATIENCE;
 use netcdf::{Extents, FileMut, Options};
 use std::fs;

@@ -15,7 +15,7 @@ use fearless_simd::Level;
 use glam::DVec3;
 use icoray_grid::gradient::{GradientOptions, Gradients, gradients};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::sample::{AnySamples, Samples};
+use icoray_grid::samples::{AnySamples, Samples};
 use icoray_grid::{Field, Grid, IcosahedralMesh, Location, Shape};
 use icoray_scene::Method;
 use icoray_test_support::{Random, count};

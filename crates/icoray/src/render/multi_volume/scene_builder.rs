@@ -11,7 +11,8 @@ use icoray_grid::Result;
 use icoray_grid::gradient;
 use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::sample::{Sample, Samples};
+use icoray_grid::sample::Sample;
+use icoray_grid::samples::Samples;
 use icoray_kernel::general::{
     FieldSource, Isosurface, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,
 };

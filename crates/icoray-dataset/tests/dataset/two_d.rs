@@ -1,44 +1,39 @@
 //! Fields of one value per column.
 
-use crate::changed::formats;
 use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
 use crate::made_ocean::levels;
-use crate::refused::{expect, open};
+use crate::memory::{expect, open};
 use icoray::{ErrorKind, Location};
-use netcdf::Options;
 
 #[test]
 fn a_2d_field_has_the_same_values_on_any_layers() {
-    for (format, options) in formats() {
-        let (_folder, file) = open(&Made::history(), options);
-        let info = file.field_info("surface_pressure").unwrap();
-        assert!(info.is_2d() && info.time_dependent && info.layer_dimension.is_empty(), "{format}");
-        assert_eq!((info.location, info.columns, info.layers), (Location::Center, 42, 1));
-        for time in 0..RECORDS {
-            for layers in [0..2, 3..9] {
-                let owned = file.read_layers("surface_pressure", time, layers.clone()).unwrap();
-                let field = owned.field().unwrap();
-                assert_eq!((field.shape().columns, field.shape().layers), (42, layers.len()));
-                assert_eq!(owned.bytes(), 42 * 4, "the values are in memory once");
-                for (column, layer) in (0..42).flat_map(|c| (0..layers.len()).map(move |l| (c, l))) {
-                    assert_eq!(field.value(column, layer), value(time, column, 0), "{format}");
-                }
+    let file = open(&Made::history());
+    let info = file.field_info("surface_pressure").unwrap();
+    assert!(info.is_2d() && info.time_dependent && info.layer_dimension.is_empty());
+    assert_eq!((info.location, info.columns, info.layers), (Location::Center, 42, 1));
+    for time in 0..RECORDS {
+        for layers in [0..2, 3..9] {
+            let owned = file.read_layers("surface_pressure", time, layers.clone()).unwrap();
+            let field = owned.field().unwrap();
+            assert_eq!((field.shape().columns, field.shape().layers), (42, layers.len()));
+            assert_eq!(owned.bytes(), 42 * 4, "the values are in memory once");
+            for (column, layer) in (0..42).flat_map(|c| (0..layers.len()).map(move |l| (c, l))) {
+                assert_eq!(field.value(column, layer), value(time, column, 0));
             }
         }
-        let whole = file.read_field("surface_pressure", 0).unwrap();
-        assert_eq!(whole.field().unwrap().shape().layers, file.layers("surface_pressure").unwrap().count());
-        let error = file.read_layers("surface_pressure", 0, 1..1).unwrap_err();
-        expect(&error, ErrorKind::Field, &["surface_pressure: layers 1..1"]);
-        let error = file.read_field("surface_pressure", 3).unwrap_err();
-        expect(&error, ErrorKind::Field, &["time index 3", "expected 0 to 2"]);
     }
+    let whole = file.read_field("surface_pressure", 0).unwrap();
+    assert_eq!(whole.field().unwrap().shape().layers, file.layers("surface_pressure").unwrap().count());
+    let error = file.read_layers("surface_pressure", 0, 1..1).unwrap_err();
+    expect(&error, ErrorKind::Field, &["surface_pressure: layers 1..1"]);
+    let error = file.read_field("surface_pressure", 3).unwrap_err();
+    expect(&error, ErrorKind::Field, &["time index 3", "expected 0 to 2"]);
 }
 
 #[test]
 fn a_2d_field_lies_on_the_sphere() {
-    let (_folder, path) = Made::history().write(Options::NETCDF4);
-    let file = icoray_netcdf::open(&path).unwrap();
+    let file = open(&Made::history());
     let heights = file.layer_heights("surface_pressure").unwrap();
     assert_eq!((heights.variable.as_str(), heights.height_m[0]), ("sphere", 0.0));
     assert_eq!(heights.layers.radius_m()[0], RADIUS_M);
@@ -49,14 +44,14 @@ fn a_2d_field_lies_on_the_sphere() {
     let mut made = Made::history();
     made.remove("zgrid");
     made.set("sphere_radius", 1.0);
-    let layers = open(&made, Options::NETCDF4).1.layers("surface_pressure").unwrap();
+    let layers = open(&made).layers("surface_pressure").unwrap();
     assert_eq!(layers.radius_m(), [1.0, 1.001]);
 }
 
 #[test]
 fn fields_with_layers_are_likelier() {
     let likely = |made: &Made| {
-        let (_folder, file) = open(made, Options::NETCDF4);
+        let file = open(made);
         file.likely_fields().iter().map(|info| info.name.clone()).collect::<Vec<_>>()
     };
     let mut made = Made::history();
@@ -69,7 +64,7 @@ fn fields_with_layers_are_likelier() {
         made.remove(name);
     }
     assert_eq!(likely(&made), ["surface_pressure", "ter"]);
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
     assert_eq!(names, ["surface_pressure", "ter", "areaCell"], "positions are no fields");
 }
@@ -81,8 +76,7 @@ fn one_layer_is_2d_too() {
     made.dimensions.extend([("nVertLevels", 1), ("Time", 0)]);
     let h: Vec<f64> = (0..2 * 42).map(f64::from).collect();
     made.add("h", &["Time", "nCells", "nVertLevels"], Values::F64(h));
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = icoray_netcdf::open(&path).unwrap();
+    let file = open(&made);
     let h = file.read_field("h", 1).unwrap();
     assert_eq!((h.field().unwrap().value(3, 0), h.field().unwrap().value(3, 1)), (45.0, 45.0));
     // ICON's temperature 2 m above the ground, whose height is one number, and a pressure without one.
@@ -91,7 +85,7 @@ fn one_layer_is_2d_too() {
     let values: Vec<f32> = (0..RECORDS * 80).map(|i| i as f32).collect();
     made.add("t_2m", &["time", "height", "ncells"], Values::F32(values.clone()));
     made.add("pres_sfc", &["time", "ncells"], Values::F32(values));
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     for name in ["t_2m", "pres_sfc"] {
         let info = file.field_info(name).unwrap();
         assert!(info.is_2d() && info.location == Location::Corner, "{name}");
@@ -103,7 +97,7 @@ fn one_layer_is_2d_too() {
 /// Where there is no water at all there is no sea surface; elsewhere there is, however shallow.
 #[test]
 fn a_sea_surface_lies_on_water() {
-    let (_folder, file) = open(&Made::ocean(), Options::NETCDF4);
+    let file = open(&Made::ocean());
     let owned = file.read_layers("surface_pressure", 0, 0..LAYERS).unwrap();
     let field = owned.field().unwrap();
     for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {

@@ -1,39 +1,35 @@
 //! MPAS-Ocean's files: layers from depths or thicknesses, and a sea floor.
 
-use crate::changed::formats;
 use crate::made::{LAYERS, Made, Values};
 use crate::made_ocean::{DEPTH_M, levels};
-use crate::refused::{expect, open};
+use crate::memory::{expect, open};
 use icoray::{CenterField, ErrorKind};
-use netcdf::Options;
 
 #[test]
 fn values_below_the_sea_floor_are_missing() {
-    for (format, options) in formats() {
-        let (_folder, file) = open(&Made::ocean(), options);
-        let grid = file.mesh().grid().unwrap();
-        for (name, more) in [("theta", 0), ("rho", 0), ("w", 1)] {
-            let owned = file.read_field(name, 1.min(file.times().len() - 1)).unwrap();
-            let field = owned.field().unwrap();
-            for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS + more).map(move |l| (c, l))) {
-                let is_wet = levels(cell) > 0 && layer < levels(cell) + more;
-                assert_eq!(field.value(cell, layer).is_finite(), is_wet, "{format} {name} {cell} {layer}");
-            }
-            assert!(field.range().0.unwrap()[0] >= 0.0, "{format} {name}");
+    let file = open(&Made::ocean());
+    let grid = file.mesh().grid().unwrap();
+    for (name, more) in [("theta", 0), ("rho", 0), ("w", 1)] {
+        let owned = file.read_field(name, 1.min(file.times().len() - 1)).unwrap();
+        let field = owned.field().unwrap();
+        for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS + more).map(move |l| (c, l))) {
+            let is_wet = levels(cell) > 0 && layer < levels(cell) + more;
+            assert_eq!(field.value(cell, layer).is_finite(), is_wet, "{name} {cell} {layer}");
         }
-        // Corners have numbers everywhere, and yet no cell has an average below its floor.
-        let owned = file.read_field("vorticity", 0).unwrap();
-        let center = CenterField::average(&grid, &owned.field().unwrap()).unwrap();
-        for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
-            let is_there = center.field().value(cell, layer).is_finite();
-            assert!(!is_there || layer < levels(cell), "{format} {cell} {layer}");
-        }
-        for corner in 0..grid.triangles() as u32 {
-            for layer in 0..LAYERS {
-                let cells = grid.triangle(corner).map(|cell| cell as usize);
-                if cells.iter().all(|&cell| layer < levels(cell)) {
-                    assert!(cells.iter().all(|&cell| center.field().value(cell, layer).is_finite()));
-                }
+        assert!(field.range().0.unwrap()[0] >= 0.0, "{name}");
+    }
+    // Corners have numbers everywhere, and yet no cell has an average below its floor.
+    let owned = file.read_field("vorticity", 0).unwrap();
+    let center = CenterField::average(&grid, &owned.field().unwrap()).unwrap();
+    for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
+        let is_there = center.field().value(cell, layer).is_finite();
+        assert!(!is_there || layer < levels(cell), "{cell} {layer}");
+    }
+    for corner in 0..grid.triangles() as u32 {
+        for layer in 0..LAYERS {
+            let cells = grid.triangle(corner).map(|cell| cell as usize);
+            if cells.iter().all(|&cell| layer < levels(cell)) {
+                assert!(cells.iter().all(|&cell| center.field().value(cell, layer).is_finite()));
             }
         }
     }
@@ -45,8 +41,7 @@ fn ice_shelves_lie_on_top() {
     let mut first = vec![1; 42];
     first[3] = 2;
     made.add("minLevelCell", &["nCells"], Values::I32(first));
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let owned = icoray_netcdf::open(&path).unwrap().read_field("theta", 0).unwrap();
+    let owned = open(&made).read_field("theta", 0).unwrap();
     let field = owned.field().unwrap();
     let is_there = |cell| [0, 1, 2, 3].map(|layer| field.value(cell, layer).is_finite());
     assert_eq!((is_there(3), is_there(4)), ([false, true, true, true], [true; 4]));
@@ -57,10 +52,7 @@ fn thicknesses_add_up_to_interfaces() {
     for (name, dimensions) in
         [("restingThickness", &["nCells", "nVertLevels"][..]), ("layerThickness", &["Time", "nCells", "nVertLevels"])]
     {
-        let heights = open(&Made::ocean().with_thickness(name, dimensions), Options::_64BIT_DATA)
-            .1
-            .layer_heights("theta")
-            .unwrap();
+        let heights = open(&Made::ocean().with_thickness(name, dimensions)).layer_heights("theta").unwrap();
         assert_eq!(heights.variable, name);
         // Of 41 cells with two layers 8 are 1 m shallower.
         let shallow = (0..42).filter(|&cell| levels(cell) == 2).count() as f64;
@@ -79,7 +71,7 @@ fn thicknesses_add_up_to_interfaces() {
 fn depths_come_before_thicknesses() {
     let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(DEPTH_M.to_vec()));
-    let heights = open(&made, Options::NETCDF4).1.layer_heights("theta").unwrap();
+    let heights = open(&made).layer_heights("theta").unwrap();
     assert_eq!((heights.variable.as_str(), heights.deviation_m), ("refBottomDepth", None));
     assert_eq!(heights.height_m, [0.0, -10.0, -30.0, -100.0, -500.0]);
 }
@@ -87,7 +79,7 @@ fn depths_come_before_thicknesses() {
 #[test]
 fn floors_and_thicknesses_that_are_none_are_named() {
     let spoilt = |made: &Made| {
-        let (_folder, file) = open(made, Options::NETCDF4);
+        let file = open(made);
         (file.read_field("theta", 0).err(), file.layers("theta").err())
     };
     let mut made = Made::ocean();
@@ -112,7 +104,7 @@ fn corners_of_cells_that_there_are_not_have_no_water() {
     let mut made = Made::ocean();
     let cells = made.i32s("cellsOnVertex");
     (cells[0], cells[4], cells[8]) = (i32::MIN, i32::MAX, 0);
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     file.mesh().grid().unwrap_err();
     let owned = file.read_field("vorticity", 0).unwrap();
     assert!((0..3).all(|corner| owned.field().unwrap().value(corner, 0).is_nan()));

@@ -2,10 +2,9 @@
 
 use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::refused::expect;
+use crate::memory::{expect, open, open_error, opened};
 use icoray::{ErrorKind, Grid, IcosahedralMesh, Location};
-use icoray_dataset::{Convention, Dataset};
-use netcdf::Options;
+use icoray_dataset::Convention;
 
 /// The cells of each triangle, sorted, by the triangle's number.
 fn triangles(grid: &Grid) -> Vec<[u32; 3]> {
@@ -15,11 +14,6 @@ fn triangles(grid: &Grid) -> Vec<[u32; 3]> {
         cells
     };
     (0..grid.triangles() as u32).map(of).collect()
-}
-
-fn open(made: &Made) -> icoray::Result<Dataset> {
-    let (_folder, path) = made.write(Options::NETCDF4);
-    icoray_netcdf::open(&path)
 }
 
 /// A mesh with the cells on either side of each edge, too.
@@ -36,7 +30,7 @@ fn mesh() -> Made {
 
 #[test]
 fn tables_that_others_determine_are_made() {
-    let whole = open(&mesh()).unwrap();
+    let whole = open(&mesh());
     let expected = triangles(&whole.mesh().grid().unwrap());
     for lacking in [
         &["cellsOnVertex"][..],
@@ -53,7 +47,7 @@ fn tables_that_others_determine_are_made() {
     ] {
         let mut made = mesh();
         lacking.iter().for_each(|name| made.remove(name));
-        let file = open(&made).unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
+        let file = opened(&made, &[]).unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
         let grid = file.mesh().grid().unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
         assert_eq!(triangles(&grid), expected, "{lacking:?}");
         assert_eq!((grid.void_triangles(), file.mesh().edges()), (0, 120), "{lacking:?}");
@@ -68,22 +62,22 @@ fn tables_that_nothing_determines_are_named() {
     ] {
         let mut made = mesh();
         lacking.iter().for_each(|name| made.remove(name));
-        let error = open(&made).unwrap_err();
+        let error = open_error(&made);
         expect(&error, ErrorKind::Grid, &["made.nc", "cellsOnVertex is missing", "another file"]);
     }
     let mut made = mesh();
     made.remove("cellsOnVertex");
     made.i32s("verticesOnCell")[9] = 81;
-    expect(&open(&made).unwrap_err(), ErrorKind::Grid, &["cell 1: corner 80, expected 0 to 79"]);
+    expect(&open_error(&made), ErrorKind::Grid, &["cell 1: corner 80, expected 0 to 79"]);
     let mut made = mesh();
     made.remove("verticesOnEdge");
     made.i32s("edgesOnVertex")[9] = i32::MAX;
-    expect(&open(&made).unwrap_err(), ErrorKind::Grid, &["made.nc", "edge 2147483646, expected 0 to 239"]);
+    expect(&open_error(&made), ErrorKind::Grid, &["made.nc", "edge 2147483646, expected 0 to 239"]);
 }
 
 #[test]
 fn positions_may_be_cartesian() {
-    let expected = open(&mesh()).unwrap();
+    let expected = open(&mesh());
     let mut made = mesh();
     let of = |made: &mut Made, name: &str| match &made.variable(name).values {
         Values::F64(values) => values.clone(),
@@ -104,7 +98,7 @@ fn positions_may_be_cartesian() {
         names.into_iter().zip(places).for_each(|(name, x)| made.add(name, &[dimension], Values::F64(x)));
         of_cells.iter().for_each(|name| made.remove(name));
     }
-    let file = open(&made).unwrap();
+    let file = open(&made);
     file.mesh().grid().unwrap();
     let [found, expected] = [&file, &expected].map(|file| file.mesh().tables().corner);
     for i in 0..80 {
@@ -139,18 +133,17 @@ fn corners_of_cells_tell_where_holes_are() {
     let whole = |corner: &&usize| (0..3).all(|k| mesh.corner_cell[3 * **corner + k] % 7 != 0);
     let expected = corners.iter().filter(whole).count();
     let at = |angles: &[f64], of: &[usize]| Values::F64(of.iter().map(|i| angles[*i]).collect());
-    let mut made = Made {
-        dimensions: vec![("nCells", kept.len()), ("nVertices", corners.len()), ("maxEdges", 6)],
-        attributes: vec![("sphere_radius", 6_371_229.0.into())],
-        variables: Vec::new(),
-    };
+    let mut made = Made::of(
+        [("nCells", kept.len()), ("nVertices", corners.len()), ("maxEdges", 6)],
+        [("sphere_radius", 6_371_229.0.into())],
+    );
     made.add("lonCell", &["nCells"], at(&mesh.lon_center_rad, &kept));
     made.add("latCell", &["nCells"], at(&mesh.lat_center_rad, &kept));
     made.add("lonVertex", &["nVertices"], at(&mesh.lon_corner_rad, &corners));
     made.add("latVertex", &["nVertices"], at(&mesh.lat_corner_rad, &corners));
     made.add("nEdgesOnCell", &["nCells"], Values::I32(count));
     made.add("verticesOnCell", &["nCells", "maxEdges"], Values::I32(rows));
-    let file = open(&made).unwrap();
+    let file = open(&made);
     let grid = file.mesh().grid().unwrap();
     let there = (0..grid.triangles() as u32).filter(|t| grid.is_triangle(*t)).count();
     assert_eq!((grid.cells(), grid.triangles(), there), (kept.len(), corners.len(), expected));
@@ -160,7 +153,7 @@ fn corners_of_cells_tell_where_holes_are() {
 /// extpar's files have points of triangles and no middles.
 #[test]
 fn points_of_triangles_are_enough() {
-    let whole = open(&Made::icon_data(Angles::Radians)).unwrap();
+    let whole = open(&Made::icon_data(Angles::Radians));
     let mut made = Made::icon_data(Angles::Radians);
     for name in ["clon", "clat"] {
         made.remove(name);
@@ -171,7 +164,7 @@ fn points_of_triangles_are_enough() {
     }
     made.dimensions.push(("cell", 80));
     made.add("topography_c", &["ncells"], Values::F32((0..80).map(|i| i as f32).collect()));
-    let file = open(&made).unwrap();
+    let file = open(&made);
     let (grid, expected) = (file.mesh().grid().unwrap(), whole.mesh().grid().unwrap());
     assert_eq!((triangles(&grid), file.mesh().convention()), (triangles(&expected), Convention::Icon));
     assert_eq!(file.likely_fields()[0].name, "ta");
@@ -201,7 +194,7 @@ fn hexagons_with_bounds_are_a_mesh() {
                 made.remove("lon");
                 made.remove("lat");
             }
-            let (_folder, file) = crate::refused::open(&made, Options::NETCDF4);
+            let file = open(&made);
             assert_eq!(file.mesh().convention(), Convention::Cf);
             let grid = file.mesh().grid().unwrap();
             assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (162, 320, 480));
@@ -222,15 +215,15 @@ fn polygons_that_are_none_are_named() {
     let mut made = Made::dynamico(Angles::Degrees);
     let bounds = made.f64s("lat_bnds");
     bounds[13] = f64::NAN;
-    let error = open(&made).unwrap_err();
+    let error = open_error(&made);
     expect(&error, ErrorKind::Grid, &["the bounds of cell 2 are", "NaN", "three different points"]);
     // Squares meet four at a point.
-    let mut made = Made { dimensions: vec![("cell", 4), ("nv", 4)], attributes: Vec::new(), variables: Vec::new() };
+    let mut made = Made::of([("cell", 4), ("nv", 4)], []);
     let corner = |c: i32| [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| (x + c % 2, y + c / 2));
     let squares: Vec<(i32, i32)> = (0..4).flat_map(corner).collect();
     let (lon, lat) = squares.iter().map(|(x, y)| (f64::from(20 * x), f64::from(20 * y))).unzip();
     made.add("lon_bnds", &["cell", "nv"], Values::F64(lon));
     made.add("lat_bnds", &["cell", "nv"], Values::F64(lat));
     let parts = ["has more than 3 cells", "only meshes whose corners each join 3 cells"];
-    expect(&open(&made).unwrap_err(), ErrorKind::Unsupported, &parts);
+    expect(&open_error(&made), ErrorKind::Unsupported, &parts);
 }

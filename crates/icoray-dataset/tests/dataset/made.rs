@@ -1,10 +1,6 @@
-//! Small MPAS files, declared as data so that a test can spoil one part.
+//! Small datasets of MPAS, declared as data so that a test can spoil one part.
 
 use icoray::IcosahedralMesh;
-use netcdf::types::NcVariableType;
-use netcdf::{AttributeValue, Extents, FileMut, NcTypeDescriptor, Options, Variable};
-use std::path::{Path, PathBuf};
-use tempfile::TempDir;
 
 pub const LAYERS: usize = 4;
 pub const RECORDS: usize = 3;
@@ -12,7 +8,7 @@ pub const RADIUS_M: f64 = 6_371_229.0;
 /// Heights of the interfaces, any spacing.
 pub const HEIGHT_M: [f64; LAYERS + 1] = [0.0, 100.0, 400.0, 1500.0, 9000.0];
 
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub enum Values {
     F32(Vec<f32>),
     F64(Vec<f64>),
@@ -21,41 +17,48 @@ pub enum Values {
 }
 
 impl Values {
-    fn is_empty(&self) -> bool {
+    pub fn len(&self) -> usize {
         match self {
-            Values::F32(values) => values.is_empty(),
-            Values::F64(values) => values.is_empty(),
-            Values::I32(values) => values.is_empty(),
-            Values::Text(values) => values.is_empty(),
+            Values::F32(values) => values.len(),
+            Values::F64(values) => values.len(),
+            Values::I32(values) => values.len(),
+            Values::Text(values) => values.len(),
         }
     }
 }
 
-#[derive(Clone)]
+macro_rules! from {
+    ($($type:ty, $value:ident => $values:expr;)*) => {
+        $(impl From<$type> for Values {
+            fn from($value: $type) -> Self {
+                $values
+            }
+        })*
+    };
+}
+
+// Of attributes.
+from! {
+    f32, value => Values::F32(vec![value]);
+    f64, value => Values::F64(vec![value]);
+    i32, value => Values::I32(vec![value]);
+    &str, value => Values::Text(value.as_bytes().to_vec());
+}
+
+#[derive(Debug, Clone)]
 pub struct Made {
     /// Length 0 makes the record dimension.
     pub dimensions: Vec<(&'static str, usize)>,
-    pub attributes: Vec<(&'static str, AttributeValue)>,
+    pub attributes: Vec<(&'static str, Values)>,
     pub variables: Vec<MadeVariable>,
 }
 
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct MadeVariable {
     pub name: &'static str,
     pub dimensions: Vec<&'static str>,
     pub values: Values,
-    pub attributes: Vec<(&'static str, AttributeValue)>,
-}
-
-#[repr(transparent)]
-#[derive(Clone, Copy)]
-pub struct Char(pub u8);
-
-// SAFETY: NC_CHAR is one byte.
-unsafe impl NcTypeDescriptor for Char {
-    fn type_descriptor() -> NcVariableType {
-        NcVariableType::Char
-    }
+    pub attributes: Vec<(&'static str, Values)>,
 }
 
 /// What the fields hold: different at every record, column and layer.
@@ -73,6 +76,14 @@ fn single(values: &[f64]) -> Values {
 }
 
 impl Made {
+    /// A dataset without variables.
+    pub fn of<const D: usize, const A: usize>(
+        dimensions: [(&'static str, usize); D],
+        attributes: [(&'static str, Values); A],
+    ) -> Self {
+        Made { dimensions: dimensions.into(), attributes: attributes.into(), variables: Vec::new() }
+    }
+
     /// A bisected icosahedron without fields; coordinates in single precision when `single`.
     pub fn mesh(in_single: bool) -> Self {
         let mesh = IcosahedralMesh::new(1).unwrap();
@@ -87,8 +98,8 @@ impl Made {
             (row[5], *count) = (0, 5);
         }
         let (cells, vertices) = (mesh.cells(), mesh.lon_corner_rad.len());
-        let mut made = Made {
-            dimensions: vec![
+        let mut made = Made::of(
+            [
                 ("nCells", cells),
                 ("nVertices", vertices),
                 ("nEdges", mesh.edge_corner.len() / 2),
@@ -96,9 +107,8 @@ impl Made {
                 ("vertexDegree", 3),
                 ("TWO", 2),
             ],
-            attributes: vec![("on_a_sphere", "YES             ".into()), ("sphere_radius", RADIUS_M.into())],
-            variables: Vec::new(),
-        };
+            [("on_a_sphere", "YES             ".into()), ("sphere_radius", RADIUS_M.into())],
+        );
         made.add("latCell", &["nCells"], real(&mesh.lat_center_rad));
         made.add("lonCell", &["nCells"], real(&mesh.lon_center_rad));
         made.add("latVertex", &["nVertices"], real(&mesh.lat_corner_rad));
@@ -167,71 +177,25 @@ impl Made {
         values
     }
 
+    pub fn remove(&mut self, name: &str) {
+        self.variables.retain(|v| v.name != name);
+        self.attributes.retain(|(n, _)| *n != name);
+    }
+
+    pub fn set(&mut self, attribute: &'static str, value: impl Into<Values>) {
+        self.remove(attribute);
+        self.attributes.push((attribute, value.into()));
+    }
+
+    /// Length of a dimension; of the record dimension, the most records that a variable has.
     pub fn dimension(&self, name: &str) -> usize {
-        self.dimensions.iter().find(|(n, _)| *n == name).unwrap().1
+        let len = self.dimensions.iter().find(|(n, _)| *n == name).unwrap().1;
+        if len > 0 {
+            return len;
+        }
+        let variables = self.variables.iter().filter(|variable| variable.dimensions.first() == Some(&name));
+        let records =
+            variables.map(|v| v.values.len() / v.dimensions[1..].iter().map(|d| self.dimension(d)).product::<usize>());
+        records.max().unwrap_or(0)
     }
-
-    /// Writes the file into a folder of its own, which is removed when dropped.
-    pub fn write(&self, options: Options) -> (TempDir, PathBuf) {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("made.nc");
-        self.write_to(&path, options);
-        (folder, path)
-    }
-
-    pub fn write_to(&self, path: &Path, options: Options) {
-        let mut file = netcdf::create_with(path, options).unwrap();
-        for (name, len) in &self.dimensions {
-            file.add_dimension(name, *len).unwrap();
-        }
-        for (name, value) in &self.attributes {
-            file.add_attribute(name, value.clone()).unwrap();
-        }
-        for variable in &self.variables {
-            variable.declare(&mut file);
-        }
-        file.enddef().unwrap();
-        for variable in self.variables.iter().filter(|variable| !variable.values.is_empty()) {
-            variable.put(&mut file);
-        }
-        file.close().unwrap();
-    }
-}
-
-impl MadeVariable {
-    fn declare(&self, file: &mut FileMut) {
-        let mut variable = match self.values {
-            Values::F32(_) => file.add_variable::<f32>(self.name, &self.dimensions),
-            Values::F64(_) => file.add_variable::<f64>(self.name, &self.dimensions),
-            Values::I32(_) => file.add_variable::<i32>(self.name, &self.dimensions),
-            Values::Text(_) => file.add_variable::<Char>(self.name, &self.dimensions),
-        }
-        .unwrap();
-        for (name, value) in &self.attributes {
-            variable.put_attribute(name, value.clone()).unwrap();
-        }
-    }
-
-    fn put(&self, file: &mut FileMut) {
-        let mut variable = file.variable_mut(self.name).unwrap();
-        match &self.values {
-            Values::F32(v) => variable.put_values(v, extents(&variable, v.len())),
-            Values::F64(v) => variable.put_values(v, extents(&variable, v.len())),
-            Values::I32(v) => variable.put_values(v, extents(&variable, v.len())),
-            Values::Text(v) => {
-                let v: Vec<Char> = v.iter().map(|c| Char(*c)).collect();
-                variable.put_values(&v, extents(&variable, v.len()))
-            }
-        }
-        .unwrap();
-    }
-}
-
-/// The whole variable, with as many records as `len` values make.
-fn extents(variable: &Variable<'_>, len: usize) -> Extents {
-    let mut count: Vec<usize> = variable.dimensions().iter().map(|d| d.len()).collect();
-    if variable.dimensions().first().is_some_and(netcdf::Dimension::is_unlimited) {
-        count[0] = len / count[1..].iter().product::<usize>();
-    }
-    Extents::try_from((vec![0; count.len()], count)).unwrap()
 }

@@ -1,29 +1,25 @@
 //! Correct meshes are read correctly.
 
-use crate::changed::formats;
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
-use crate::refused::open;
+use crate::memory::{open, open_error, opened};
 use icoray::{Location, Reals};
 use icoray_dataset::Precision;
-use netcdf::Options;
 
 #[test]
-fn every_format_gives_the_same_grid_and_fields() {
-    for (format, options) in formats() {
-        let (_folder, file) = open(&Made::history(), options);
-        let grid = file.mesh().grid().unwrap();
-        assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (42, 80, 120), "{format}");
-        assert_eq!(file.sphere_radius_m(), RADIUS_M);
-        let times: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
-        assert_eq!(times, ["2013-10-25_00:00:00", "2013-10-26_00:00:00", "2013-10-27_00:00:00"], "{format}");
-        for (name, columns, layers) in [("theta", 42, LAYERS), ("w", 42, LAYERS + 1), ("vorticity", 80, LAYERS)] {
-            for time in 0..RECORDS {
-                let owned = file.read_field(name, time).unwrap();
-                let field = owned.field().unwrap();
-                assert_eq!((field.shape().columns, field.shape().layers), (columns, layers), "{format} {name}");
-                for (column, layer) in [(0, 0), (1, 2), (columns - 1, layers - 1)] {
-                    assert_eq!(field.value(column, layer), value(time, column, layer), "{format} {name}");
-                }
+fn a_history_has_its_grid_times_and_fields() {
+    let file = open(&Made::history());
+    let grid = file.mesh().grid().unwrap();
+    assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (42, 80, 120));
+    assert_eq!(file.sphere_radius_m(), RADIUS_M);
+    let times: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
+    assert_eq!(times, ["2013-10-25_00:00:00", "2013-10-26_00:00:00", "2013-10-27_00:00:00"]);
+    for (name, columns, layers) in [("theta", 42, LAYERS), ("w", 42, LAYERS + 1), ("vorticity", 80, LAYERS)] {
+        for time in 0..RECORDS {
+            let owned = file.read_field(name, time).unwrap();
+            let field = owned.field().unwrap();
+            assert_eq!((field.shape().columns, field.shape().layers), (columns, layers), "{name}");
+            for (column, layer) in [(0, 0), (1, 2), (columns - 1, layers - 1)] {
+                assert_eq!(field.value(column, layer), value(time, column, layer), "{name}");
             }
         }
     }
@@ -31,7 +27,7 @@ fn every_format_gives_the_same_grid_and_fields() {
 
 #[test]
 fn fields_are_listed_with_what_a_user_asks_first() {
-    let (_folder, file) = open(&Made::history(), Options::NETCDF4);
+    let file = open(&Made::history());
     let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
     assert_eq!(names, ["zgrid", "theta", "w", "vorticity", "rho", "surface_pressure"]);
     let theta = file.field_info("theta").unwrap();
@@ -52,11 +48,11 @@ fn fields_are_listed_with_what_a_user_asks_first() {
 #[test]
 fn precision_stays_as_stored() {
     for single in [true, false] {
-        let (_folder, file) = open(&Made::mesh(single), Options::NETCDF4);
+        let file = open(&Made::mesh(single));
         assert_eq!(matches!(file.mesh().tables().center.lon_rad, Reals::F32(_)), single);
         file.mesh().grid().unwrap();
     }
-    let (_folder, file) = open(&Made::history(), Options::NETCDF4);
+    let file = open(&Made::history());
     assert!(matches!(file.read_field("theta", 1).unwrap().values(), Reals::F32(_)));
     assert!(matches!(file.read_field("w", 1).unwrap().values(), Reals::F64(_)));
 }
@@ -64,7 +60,7 @@ fn precision_stays_as_stored() {
 #[test]
 fn interfaces_are_the_mean_heights() {
     let mut made = Made::history();
-    let heights = open(&made, Options::NETCDF4).1.layer_heights("theta").unwrap();
+    let heights = open(&made).layer_heights("theta").unwrap();
     assert_eq!((heights.variable.as_str(), heights.deviation_m), ("zgrid", Some(0.0)));
     assert_eq!(heights.height_m, HEIGHT_M);
     assert_eq!(heights.layers.radius_m()[4], RADIUS_M + 9000.0);
@@ -72,7 +68,7 @@ fn interfaces_are_the_mean_heights() {
 
     // A mountain of 42 m in one of 42 cells lifts the mean by 1 m.
     made.f32s("zgrid")[0] = 42.0;
-    let heights = open(&made, Options::NETCDF4).1.layer_heights("theta").unwrap();
+    let heights = open(&made).layer_heights("theta").unwrap();
     assert_eq!((heights.height_m[0], heights.deviation_m), (1.0, Some(41.0)));
 }
 
@@ -81,7 +77,7 @@ fn ocean_layers_fall_from_the_surface() {
     let mut made = Made::history();
     made.remove("zgrid");
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(vec![10.0, 30.0, 100.0, 5500.0]));
-    let heights = open(&made, Options::_64BIT_DATA).1.layer_heights("theta").unwrap();
+    let heights = open(&made).layer_heights("theta").unwrap();
     let height_m = vec![0.0, -10.0, -30.0, -100.0, -5500.0];
     assert_eq!((heights.variable.as_str(), heights.height_m), ("refBottomDepth", height_m));
     assert!(heights.layers.is_falling());
@@ -96,7 +92,7 @@ fn missing_values_are_missing() {
     values[1] = 1e20;
     rho.attributes = vec![("_FillValue", (-9e33f32).into()), ("missing_value", 1e20f64.into())];
     made.f64s("w")[3] = 9.969209968386869e36;
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     let rho = file.read_field("rho", 0).unwrap();
     assert_eq!(rho.fill(), f64::from(-9e33f32));
     assert_eq!(rho.field().unwrap().range(), (Some([value(0, 0, 2), value(0, 41, 3)]), 2));
@@ -107,17 +103,15 @@ fn missing_values_are_missing() {
 fn the_mesh_may_be_in_another_file() {
     let mut mesh = Made::mesh(false);
     mesh.set("sphere_radius", 1.0);
-    let (_mesh_folder, mesh_path) = mesh.write(Options::_64BIT_OFFSET);
     let mut fields = Made::history();
     for variable in Made::mesh(true).variables {
         fields.remove(variable.name);
     }
-    let (_folder, path) = fields.write(Options::NETCDF4);
-    let file = icoray_netcdf::open_with(&path, &[&mesh_path]).unwrap();
+    let file = opened(&fields, &[&mesh]).unwrap();
     assert_eq!(file.sphere_radius_m(), RADIUS_M, "the fields' file comes first");
     assert_eq!(file.mesh().grid().unwrap().cells(), file.field_info("theta").unwrap().columns);
     assert_eq!(file.layers("theta").unwrap().count(), LAYERS);
-    let error = icoray_netcdf::open(&path).unwrap_err().to_string();
+    let error = open_error(&fields).to_string();
     assert!(error.contains("lonCell is missing") && error.contains("another file"), "{error}");
 }
 
@@ -127,7 +121,7 @@ fn a_file_without_records_still_gives_fields_without_time() {
     made.dimensions.extend([("nVertLevels", 2), ("Time", 0)]);
     made.add("rho", &["nCells", "nVertLevels"], Values::F64(vec![1.0; 84]));
     made.add("theta", &["Time", "nCells", "nVertLevels"], Values::F64(Vec::new()));
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     assert_eq!(file.times(), [None]);
     file.read_field("rho", 0).unwrap();
     let error = file.read_field("theta", 0).unwrap_err().to_string();

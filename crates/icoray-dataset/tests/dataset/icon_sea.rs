@@ -2,10 +2,9 @@
 
 use crate::made::{Made, RECORDS, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::refused::{expect, open};
+use crate::memory::{expect, open, opened};
 use icoray::{CenterField, ErrorKind};
 use icoray_dataset::Dataset;
-use netcdf::Options;
 
 /// Whether a triangle's layer is water: every fourth triangle is land, every third is shallow.
 fn is_wet(triangle: usize, layer: usize) -> bool {
@@ -31,7 +30,7 @@ fn sea() -> Made {
 
 #[test]
 fn land_is_missing() {
-    let (_folder, file) = open(&sea(), Options::NETCDF4);
+    let file = open(&sea());
     for (name, layers) in [("to", LAYERS), ("w", LAYERS + 1), ("zos", 2)] {
         let owned = file.read_field(name, 1).unwrap();
         let field = owned.field().unwrap();
@@ -55,7 +54,7 @@ fn land_is_missing() {
 /// A coast has the temperature of the water beside it, not a mean with the zeros of the land.
 #[test]
 fn coasts_are_as_warm_as_their_water() {
-    let (_folder, file) = open(&sea(), Options::NETCDF4);
+    let file = open(&sea());
     let grid = file.mesh().grid().unwrap();
     let owned = file.read_field("to", 0).unwrap();
     let average = CenterField::average(&grid, &owned.field().unwrap()).unwrap();
@@ -70,15 +69,12 @@ fn the_mask_may_be_in_another_file_and_must_fit() {
     data.remove("wet_c");
     let mut mask = Made { dimensions: data.dimensions.clone(), attributes: Vec::new(), variables: vec![wet] };
     mask.dimensions.retain(|(name, _)| *name != "time");
-    let (_folder, path) = data.write(Options::NETCDF4);
-    let (_mask_folder, mask_path) = mask.write(Options::NETCDF4);
     let missing = |file: Dataset| file.read_field("to", 0).unwrap().field().unwrap().range().1;
-    assert_eq!(missing(icoray_netcdf::open(&path).unwrap()), 0);
-    assert!(missing(icoray_netcdf::open_with(&path, &[&mask_path]).unwrap()) > 60);
+    assert_eq!(missing(open(&data)), 0);
+    assert!(missing(opened(&data, &[&mask]).unwrap()) > 60);
     let mut data = sea();
     data.variable("wet_c").dimensions = vec!["lev"];
     data.variable("wet_c").values = Values::F32(vec![1.0; LAYERS]);
-    let (_folder, path) = data.write(Options::NETCDF4);
-    let error = icoray_netcdf::open(&path).unwrap().read_field("to", 0).unwrap_err();
+    let error = open(&data).read_field("to", 0).unwrap_err();
     expect(&error, ErrorKind::Field, &["wet_c(lev = 3)", "expected wet_c over layers and 80 triangles"]);
 }

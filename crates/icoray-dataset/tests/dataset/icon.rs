@@ -1,12 +1,10 @@
 //! ICON's files: with tables, or with nothing but each triangle's bounds.
 
-use crate::changed::formats;
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
-use crate::refused::{expect, open};
+use crate::memory::{expect, open, open_error, opened};
 use icoray::{ErrorKind, Location};
 use icoray_dataset::{Convention, Dataset};
-use netcdf::Options;
 
 /// The places of each triangle's points, sorted.
 fn triangles(file: &Dataset) -> Vec<Vec<[i64; 3]>> {
@@ -27,45 +25,40 @@ fn triangles(file: &Dataset) -> Vec<Vec<[i64; 3]>> {
 
 #[test]
 fn bounds_give_the_triangles_that_the_tables_give() {
-    let (_grid_folder, grid_path) = Made::icon_grid().write(Options::NETCDF4);
-    let with_tables = icoray_netcdf::open(&grid_path).unwrap();
+    let with_tables = open(&Made::icon_grid());
     assert_eq!(with_tables.mesh().convention(), Convention::Icon);
     let expected = triangles(&with_tables);
     assert_eq!((with_tables.mesh().cells(), expected.len(), with_tables.mesh().edges()), (42, 80, 120));
     for angles in [Angles::Radians, Angles::Degrees, Angles::Degrees32] {
-        for (format, options) in formats() {
-            let (_folder, file) = open(&Made::icon_data(angles), options);
-            assert_eq!(triangles(&file), expected, "{format}");
-        }
+        let file = open(&Made::icon_data(angles));
+        assert_eq!(triangles(&file), expected);
     }
 }
 
 #[test]
 fn fields_lie_on_triangles_and_layers_on_the_standard_atmosphere() {
-    for (format, options) in formats() {
-        let (_folder, file) = open(&Made::icon_data(Angles::Radians), options);
-        let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
-        assert_eq!(names, ["ta"], "{format}: bounds are no field");
-        let dates: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
-        assert_eq!(dates, ["1979-01-31_18:00:00", "1979-02-01_00:00:00", "1979-02-01_06:00:00"], "{format}");
-        let info = file.field_info("ta").unwrap();
-        assert_eq!((info.location, info.columns, info.layers), (Location::Corner, 80, LAYERS));
-        assert_eq!(info.description.units.as_deref(), Some("K"));
-        for time in 0..RECORDS {
-            let owned = file.read_field("ta", time).unwrap();
-            let field = owned.field().unwrap();
-            for (column, layer) in [(0, 0), (1, 2), (79, 1)] {
-                assert_eq!(field.value(column, layer), value(time, column, layer), "{format}");
-            }
+    let file = open(&Made::icon_data(Angles::Radians));
+    let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
+    assert_eq!(names, ["ta"], "bounds are no field");
+    let dates: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
+    assert_eq!(dates, ["1979-01-31_18:00:00", "1979-02-01_00:00:00", "1979-02-01_06:00:00"]);
+    let info = file.field_info("ta").unwrap();
+    assert_eq!((info.location, info.columns, info.layers), (Location::Corner, 80, LAYERS));
+    assert_eq!(info.description.units.as_deref(), Some("K"));
+    for time in 0..RECORDS {
+        let owned = file.read_field("ta", time).unwrap();
+        let field = owned.field().unwrap();
+        for (column, layer) in [(0, 0), (1, 2), (79, 1)] {
+            assert_eq!(field.value(column, layer), value(time, column, layer));
         }
-        let heights = file.layer_heights("ta").unwrap();
-        assert!(heights.is_of_pressure && heights.variable == "lev");
-        let tabled = [110.9, 1457.3, 5574.4];
-        for (height, tabled) in heights.height_m.iter().zip(tabled) {
-            assert!((height - tabled).abs() < 6.0, "{:?}", heights.height_m);
-        }
-        assert_eq!(file.layers("ta").unwrap().count(), LAYERS);
     }
+    let heights = file.layer_heights("ta").unwrap();
+    assert!(heights.is_of_pressure && heights.variable == "lev");
+    let tabled = [110.9, 1457.3, 5574.4];
+    for (height, tabled) in heights.height_m.iter().zip(tabled) {
+        assert!((height - tabled).abs() < 6.0, "{:?}", heights.height_m);
+    }
+    assert_eq!(file.layers("ta").unwrap().count(), LAYERS);
 }
 
 #[test]
@@ -82,9 +75,8 @@ fn grid_and_heights_may_be_in_files_of_their_own() {
         .rev()
         .flat_map(|l| (0..80).map(move |c| 1e3 * l as f32 + if c == 0 && l == 0 { 80.0 } else { 0.0 }));
     heights.add("z_ifc", &["height_2", "ncells"], Values::F32(z.collect()));
-    let folders = [data, Made::icon_grid(), heights].map(|made| made.write(Options::NETCDF4));
-    let [data, grid, vertical] = [0, 1, 2].map(|i| &folders[i].1);
-    let file = icoray_netcdf::open_with(data, &[grid, vertical]).unwrap();
+    let grid = Made::icon_grid();
+    let file = opened(&data, &[&grid, &heights]).unwrap();
     assert_eq!(file.mesh().grid().unwrap().triangles(), file.field_info("ta").unwrap().columns);
     let found = file.layer_heights("ta").unwrap();
     assert_eq!((found.variable.as_str(), found.deviation_m), ("z_ifc", Some(79.0)));
@@ -92,9 +84,9 @@ fn grid_and_heights_may_be_in_files_of_their_own() {
     let layers = file.layers("ta").unwrap();
     assert!(layers.is_falling() && layers.count() == LAYERS);
 
-    let error = icoray_netcdf::open(data).unwrap_err();
+    let error = open_error(&data);
     expect(&error, ErrorKind::Grid, &["made.nc", "no mesh is known", "vertex_of_cell", "another file"]);
-    let error = icoray_netcdf::open_with(data, &[grid]).unwrap().layers("ta").unwrap_err();
+    let error = opened(&data, &[&grid]).unwrap().layers("ta").unwrap_err();
     expect(&error, ErrorKind::Layers, &["no heights for the 3 layers of ta", "lev(lev)", "z_ifc", "another file"]);
 }
 
@@ -104,7 +96,7 @@ fn depths_lie_below_the_surface() {
     let lev = made.variable("lev");
     lev.values = Values::F32(vec![0.01, 0.1, 4.0]);
     lev.attributes = vec![("units", "km".into()), ("positive", "down".into())];
-    let heights = open(&made, Options::NETCDF4).1.layer_heights("ta").unwrap();
+    let heights = open(&made).layer_heights("ta").unwrap();
     assert!((heights.height_m[2] + 4000.0).abs() < 1e-3 && !heights.is_of_pressure, "{heights:?}");
 }
 
@@ -126,7 +118,7 @@ fn a_limited_area_has_holes() {
             _ => {}
         }
     }
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     let grid = file.mesh().grid().unwrap();
     assert_eq!(grid.triangles(), kept.len());
     assert!(grid.void_triangles() >= 16, "{}", grid.void_triangles());
@@ -138,8 +130,7 @@ fn triangles_that_are_none_are_named() {
     let spoilt = |spoil: &dyn Fn(&mut Made)| {
         let mut made = Made::icon_data(Angles::Degrees);
         spoil(&mut made);
-        let (_folder, path) = made.write(Options::NETCDF4);
-        icoray_netcdf::open(&path).unwrap_err()
+        open_error(&made)
     };
     let error = spoilt(&|made| {
         made.remove("clat_bnds");
@@ -164,12 +155,10 @@ fn triangles_that_are_none_are_named() {
     expect(&error, ErrorKind::Grid, &["clon_bnds(fewer = 79, vertices = 3)", "expected the same dimensions"]);
     let mut plane = Made::icon_grid();
     plane.set("grid_geometry", 2);
-    let (_folder, path) = plane.write(Options::NETCDF4);
-    let error = icoray_netcdf::open(&path).unwrap_err();
+    let error = open_error(&plane);
     expect(&error, ErrorKind::Unsupported, &["grid_geometry is 2", "only meshes on a sphere"]);
     let mut grid = Made::icon_grid();
     grid.i32s("vertex_of_cell")[5] = 43;
-    let (_folder, path) = grid.write(Options::NETCDF4);
-    let error = icoray_netcdf::open(&path).unwrap_err();
+    let error = open_error(&grid);
     expect(&error, ErrorKind::Grid, &["made.nc", "triangle 5 has the points", "expected 0 to 41"]);
 }

@@ -52,11 +52,10 @@ impl Made {
     pub fn icon_grid() -> Self {
         let mesh = mesh(1);
         let triangles = mesh.corner_cell.len() / 3;
-        let mut made = Made {
-            dimensions: vec![("cell", triangles), ("vertex", mesh.cells()), ("nv", 3)],
-            attributes: vec![("sphere_radius", 6_371_229.0.into()), ("grid_geometry", 1.into())],
-            variables: Vec::new(),
-        };
+        let mut made = Made::of(
+            [("cell", triangles), ("vertex", mesh.cells()), ("nv", 3)],
+            [("sphere_radius", 6_371_229.0.into()), ("grid_geometry", 1.into())],
+        );
         made.icon_centres(&mesh, Angles::Radians, "cell");
         made.angles("vlon", &["vertex"], Angles::Radians, &mesh.lon_center_rad);
         made.angles("vlat", &["vertex"], Angles::Radians, &mesh.lat_center_rad);
@@ -70,11 +69,10 @@ impl Made {
     pub fn icon_data(angles: Angles) -> Self {
         let mesh = mesh(1);
         let triangles = mesh.corner_cell.len() / 3;
-        let mut made = Made {
-            dimensions: vec![("ncells", triangles), ("vertices", 3), ("lev", LAYERS), ("time", 0)],
-            attributes: vec![("CDI", "Climate Data Interface".into())],
-            variables: Vec::new(),
-        };
+        let mut made = Made::of(
+            [("ncells", triangles), ("vertices", 3), ("lev", LAYERS), ("time", 0)],
+            [("CDI", "Climate Data Interface".into())],
+        );
         made.icon_centres(&mesh, angles, "ncells");
         made.variable("clon").attributes.push(("bounds", "clon_bnds".into()));
         for (name, of) in [("clon_bnds", &mesh.lon_center_rad), ("clat_bnds", &mesh.lat_center_rad)] {
@@ -102,11 +100,10 @@ impl Made {
     /// A file of DYNAMICO: hexagons and pentagons with their points, `ta` on pressures and `ps`.
     pub fn dynamico(angles: Angles) -> Self {
         let mesh = mesh(2);
-        let mut made = Made {
-            dimensions: vec![("cell", mesh.cells()), ("nvertex", 6), ("lev", LAYERS), ("time", 0)],
-            attributes: vec![("Conventions", "CF-1.6".into())],
-            variables: Vec::new(),
-        };
+        let mut made = Made::of(
+            [("cell", mesh.cells()), ("nvertex", 6), ("lev", LAYERS), ("time", 0)],
+            [("Conventions", "CF-1.6".into())],
+        );
         made.angles("lon", &["cell"], angles, &mesh.lon_center_rad);
         made.angles("lat", &["cell"], angles, &mesh.lat_center_rad);
         for (name, of) in [("lon", &mesh.lon_corner_rad), ("lat", &mesh.lat_corner_rad)] {

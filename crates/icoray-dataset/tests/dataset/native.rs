@@ -3,11 +3,9 @@
 use crate::made::{LAYERS, Made, RECORDS, Values};
 use crate::made_icon::{self, Angles};
 use crate::made_ocean::levels;
-use crate::refused::{expect, open};
+use crate::memory::{expect, open, opened};
 use icoray::{CenterField, ErrorKind, Field, Location, Reals, Shape};
 use icoray_dataset::{Dataset, NativeHeights};
-use icoray_test_support::data_file;
-use netcdf::Options;
 
 fn read(file: &Dataset, field: &str, time: usize) -> NativeHeights {
     let grid = file.mesh().grid().unwrap();
@@ -24,7 +22,7 @@ fn heights_of_mpas_are_those_of_zgrid() {
     let mut made = Made::history();
     made.f32s("zgrid").iter_mut().enumerate().for_each(|(i, z)| *z += (i / (LAYERS + 1)) as f32);
     let zgrid = made.f32s("zgrid").clone();
-    let (_folder, file) = open(&made, Options::_64BIT_DATA);
+    let file = open(&made);
     let words = file.native_heights_in_words("theta").unwrap();
     assert_eq!(words.as_deref(), Some("zgrid of each column"));
     let info = file.native_info("theta").unwrap();
@@ -78,7 +76,7 @@ fn expect_columns(file: &Dataset, time: usize, tops: impl Fn(usize) -> f64) {
 fn heights_of_the_ocean_are_its_thicknesses_added_up() {
     let over_times = &["Time", "nCells", "nVertLevels"][..];
     let mut made = Made::ocean().with_thickness("layerThickness", over_times);
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     let words = file.native_heights_in_words("theta").unwrap().unwrap();
     assert_eq!(words, "layerThickness of each column added up from the sea floor (bottomDepth), those of each time");
     expect_columns(&file, 1, |_| 0.0);
@@ -89,7 +87,7 @@ fn heights_of_the_ocean_are_its_thicknesses_added_up() {
     // What is at rest does not count.
     made.remove("bottomDepth");
     made = made.with_thickness("restingThickness", &["nCells", "nVertLevels"]);
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     expect_columns(&file, 1, |_| 0.0);
     let heights = read(&file, "theta", RECORDS - 1);
     assert_eq!(column(&heights.all().unwrap(), 5), [2.5, -10.0, -29.0, -29.0, -29.0]);
@@ -103,24 +101,24 @@ fn without_a_depth_heights_are_counted_from_the_sea_surface() {
     let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
     made.remove("bottomDepth");
     let words = |made: &Made| {
-        let (folder, file) = open(made, Options::NETCDF4);
-        (file.native_heights_in_words("theta").unwrap().unwrap(), file, folder)
+        let file = open(made);
+        (file.native_heights_in_words("theta").unwrap().unwrap(), file)
     };
-    let (told, file, _folder) = words(&made);
+    let (told, file) = words(&made);
     assert_eq!(told, "restingThickness of each column added up down from the sphere");
     expect_columns(&file, 0, |_| 0.0);
     let ssh = (0..RECORDS * 42).map(|i| (i / 42) as f64 + 0.01 * (i % 42) as f64);
     made.add("ssh", &["Time", "nCells"], Values::F64(ssh.collect()));
-    let (told, file, _folder) = words(&made);
+    let (told, file) = words(&made);
     assert!(told.ends_with("down from the sea surface (ssh), those of each time"), "{told}");
     expect_columns(&file, 2, |cell| 2.0 + 0.01 * cell as f64);
     // Without a sea floor columns end where layers have no thickness; below an ice shelf the first ones have none.
     made.remove("maxLevelCell");
-    let (_, file, _folder) = words(&made);
+    let (_, file) = words(&made);
     expect_columns(&file, 1, |cell| 1.0 + 0.01 * cell as f64);
     made.add("maxLevelCell", &["nCells"], Values::I32((0..42).map(|c| levels(c) as i32).collect()));
     made.add("minLevelCell", &["nCells"], Values::I32((0..42).map(|c| if c == 3 { 2 } else { 1 }).collect()));
-    let (_, file, _folder) = words(&made);
+    let (_, file) = words(&made);
     let below_ice = column(&read(&file, "theta", 0).all().unwrap(), 3);
     let expected = [0.03, 0.03, -19.97, -89.97, -489.97];
     assert!(below_ice.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{below_ice:?}");
@@ -132,15 +130,14 @@ fn thicknesses_that_are_none_are_named() {
     let thickness = made.f64s("layerThickness");
     // Layer 2 of cell 12 (from 1) at the second time.
     thickness[42 * LAYERS + 11 * LAYERS + 2] = -3.0;
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     let grid = file.mesh().grid().unwrap();
     let error = file.native_heights(&grid, "theta", 1).unwrap_err();
     expect(&error, ErrorKind::Layers, &["made.nc: layerThickness of cell 12, layer 2: -3, expected a thickness"]);
     assert!(file.native_heights(&grid, "theta", 0).is_ok());
     made.add("ssh", &["nCells", "nVertLevels"], Values::F64(vec![0.0; 42 * LAYERS]));
     made.remove("bottomDepth");
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let error = icoray_netcdf::open(&path).unwrap().native_heights(&grid, "theta", 0).unwrap_err();
+    let error = open(&made).native_heights(&grid, "theta", 0).unwrap_err();
     expect(&error, ErrorKind::Layers, &["variable ssh(nCells = 42, nVertLevels = 4)", "expected a height"]);
 }
 
@@ -148,7 +145,7 @@ fn thicknesses_that_are_none_are_named() {
 fn heights_over_triangles_are_averaged() {
     let mut made = Made::icon_data(Angles::Degrees);
     // Of pressures all columns have the same heights.
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     let grid = file.mesh().grid().unwrap();
     assert_eq!(file.native_heights_in_words("ta").unwrap(), None);
     let error = file.native_info("ta").unwrap_err();
@@ -162,7 +159,7 @@ fn heights_over_triangles_are_averaged() {
         .flat_map(|l| (0..80).map(move |c| 3e3 - 1e3 * l as f64 + (c * 7 % 50) as f64))
         .collect();
     made.add("z_ifc", &["height_2", "ncells"], Values::F64(z.clone()));
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     let heights = read(&file, "ta", 0);
     assert_eq!(heights.description(), "z_ifc of each triangle, averaged to cells");
     let shape = Shape::cell_fastest(80, made_icon::LAYERS + 1);
@@ -177,33 +174,13 @@ fn heights_over_triangles_are_averaged() {
     assert_eq!(file.layer_heights("ta").unwrap().layers_over(info, 1..3).unwrap().count(), 3);
 }
 
-/// A model's own file, whose columns differ by some hundred metres.
-#[test]
-fn heights_of_the_jablonowski_williamson_wave() {
-    let Some(path) = data_file("mpas_jw_10242.nc") else { return };
-    let file = icoray_netcdf::open(path).unwrap();
-    let means = file.layer_heights("theta").unwrap();
-    let heights = read(&file, "theta", 2);
-    let own = heights.over(file.field_info("theta").unwrap(), 0..26).unwrap();
-    assert_eq!((own.shape().columns, own.shape().layers), (10242, 27));
-    let mut off = 0.0f64;
-    for cell in 0..10242 {
-        let column = column(&own, cell);
-        assert!(column.windows(2).all(|pair| pair[0] < pair[1]), "cell {cell}: {column:?}");
-        off = column.iter().zip(&means.height_m).fold(off, |off, (own, mean)| off.max((own - mean).abs()));
-    }
-    assert!(off > 300.0 && (off - means.deviation_m.unwrap()).abs() < 1e-9, "{off} {:?}", means.deviation_m);
-}
-
 /// Thicknesses of another run, of fewer layers than the floor counts.
 #[test]
 fn thicknesses_of_other_layers_do_not_fit() {
-    let (_folder, path) = Made::ocean().write(Options::NETCDF4);
     let mut other = Made { dimensions: vec![("nCells", 42), ("nVertLevels", 2)], ..Made::mesh(true) };
     other.variables.clear();
     other.add("restingThickness", &["nCells", "nVertLevels"], Values::F32(vec![10.0; 84]));
-    let (_other_folder, other_path) = other.write(Options::NETCDF4);
-    let file = icoray_netcdf::open_with(&path, &[&other_path]).unwrap();
+    let file = opened(&Made::ocean(), &[&other]).unwrap();
     let heights = read(&file, "theta", 1);
     assert_eq!(column(&heights.all().unwrap(), 1), [0.0, -10.0, -20.0]);
     let error = heights.over(file.field_info("theta").unwrap(), 0..LAYERS).unwrap_err();

@@ -1,10 +1,9 @@
 //! UGRID's files: polygons, triangles, marks for entries that are missing, and names in attributes.
 
 use crate::made::{Made, Values, value};
-use crate::refused::open;
+use crate::memory::{open, open_error};
 use icoray::{IcosahedralMesh, Location};
 use icoray_dataset::Convention;
-use netcdf::Options;
 
 const LAYERS: usize = 3;
 
@@ -19,8 +18,7 @@ fn degrees(rad: &[f64]) -> Values {
 impl Made {
     /// A file as other tools write them: names are in the attributes of a variable, tables start at 1.
     fn ugrid(faces: usize, nodes: usize, row: usize, table: Vec<i32>) -> Self {
-        let dimensions = vec![("nf", faces), ("nn", nodes), ("row", row), ("height", LAYERS)];
-        let mut made = Made { dimensions, attributes: Vec::new(), variables: Vec::new() };
+        let mut made = Made::of([("nf", faces), ("nn", nodes), ("row", row), ("height", LAYERS)], []);
         made.add("Mesh2", &[], Values::I32(vec![0]));
         made.last().attributes = vec![
             ("cf_role", "mesh_topology".into()),
@@ -62,7 +60,7 @@ fn polygons_are_cells_and_nodes_are_corners() {
     made.nodes([&mesh.lon_corner_rad, &mesh.lat_corner_rad]);
     made.field("theta", "nf", mesh.cells());
     made.field("vorticity", "nn", mesh.lon_corner_rad.len());
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     let grid = file.mesh().grid().unwrap();
     assert_eq!(
         (file.mesh().convention(), grid.cells(), grid.triangles(), file.mesh().edges()),
@@ -88,15 +86,14 @@ fn triangles_are_corners_and_nodes_are_cells() {
     let mut made = Made::ugrid(80, mesh.cells(), 3, table);
     made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
     made.field("ta", "nf", 80);
-    let (_folder, file) = open(&made, Options::NETCDF4);
+    let file = open(&made);
     assert_eq!((file.mesh().convention(), file.mesh().cells(), file.mesh().corners()), (Convention::Icon, 42, 80));
-    let (icon_folder, icon) = open(&Made::icon_grid(), Options::NETCDF4);
+    let icon = open(&Made::icon_grid());
     let tables = |file: &icoray_dataset::Dataset| {
         let grid = file.mesh().grid().unwrap();
         (grid.cells(), grid.triangles(), file.mesh().edges())
     };
     assert_eq!(tables(&file), tables(&icon));
-    drop(icon_folder);
     assert_eq!(file.field_info("ta").unwrap().location, Location::Corner);
 }
 
@@ -107,7 +104,6 @@ fn a_node_that_is_not_there_is_named() {
     table[7] = 43;
     let mut made = Made::ugrid(80, mesh.cells(), 3, table);
     made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let error = icoray_netcdf::open(&path).unwrap_err().to_string();
+    let error = open_error(&made).to_string();
     assert!(error.contains("nodes_of_face of face 2 is 43, expected 1 to 42"), "{error}");
 }

@@ -1,7 +1,8 @@
 //! Which layers of which columns hold values that are not clear, read as fast as memory gives them.
 
-use super::{Sample, Samples, VECTOR};
+use super::Samples;
 use crate::real::Real;
+use crate::sample::{Sample, VECTOR};
 use fearless_simd::{Level, Simd, dispatch, prelude::*, u32x16};
 
 /// Columns that are read side by side where layers lie apart.

@@ -1,0 +1,17 @@
+//! Datasets of all conventions, from sources in memory.
+
+mod asked;
+mod completed;
+mod icon;
+mod icon_sea;
+mod made;
+mod made_icon;
+mod made_ocean;
+mod memory;
+mod mesh;
+mod native;
+mod ocean;
+mod refused;
+mod two_d;
+mod ugrid;
+mod valid;

@@ -1,0 +1,128 @@
+//! Datasets in memory, of what [`Made`] declares, and the errors that are expected of them.
+
+use crate::made::{Made, MadeVariable, Values};
+use icoray::{Error, ErrorKind, OwnedReals, Result};
+use icoray_dataset::{Attribute, Dataset, Dimension, Kind, Source, Variable};
+use std::path::Path;
+
+/// A source of variables in memory.
+#[derive(Debug)]
+struct MemorySource {
+    made: Made,
+    variables: Vec<Variable>,
+}
+
+impl MemorySource {
+    fn new(made: &Made) -> Self {
+        let dimension = |name: &&str| Dimension { name: (*name).to_owned(), len: made.dimension(name) };
+        let describe = |variable: &MadeVariable| Variable {
+            name: variable.name.to_owned(),
+            kind: match variable.values {
+                Values::F32(_) => Kind::F32,
+                Values::F64(_) => Kind::F64,
+                Values::I32(_) => Kind::Integer,
+                Values::Text(_) => Kind::Text,
+            },
+            dimensions: variable.dimensions.iter().map(dimension).collect(),
+        };
+        MemorySource { made: made.clone(), variables: made.variables.iter().map(describe).collect() }
+    }
+
+    fn made(&self, name: &str) -> &MadeVariable {
+        self.made.variables.iter().find(|variable| variable.name == name).expect("a variable of this source")
+    }
+}
+
+impl Source for MemorySource {
+    fn path(&self) -> &Path {
+        Path::new("made.nc")
+    }
+
+    fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        Ok(self.made.dimensions.iter().any(|(its, _)| *its == name).then(|| self.made.dimension(name)))
+    }
+
+    fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
+        let attributes = variable.map_or(&self.made.attributes, |variable| &self.made(variable).attributes);
+        let found = attributes.iter().find(|(its, _)| *its == name);
+        Ok(found.map(|(_, value)| match value {
+            Values::Text(text) => Attribute::Text(trimmed(text)),
+            numbers => Attribute::Numbers { values: widened(numbers), is_real: !matches!(numbers, Values::I32(_)) },
+        }))
+    }
+
+    fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
+        Ok(match &self.made(&variable.name).values {
+            Values::F32(values) => OwnedReals::F32(block(values, variable, start, count)),
+            numbers => OwnedReals::F64(block(&widened(numbers), variable, start, count)),
+        })
+    }
+
+    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
+        Ok(self.numbers(variable)?.into_iter().map(|number| number as i32).collect())
+    }
+
+    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
+        Ok(widened(&self.made(&variable.name).values))
+    }
+
+    fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
+        let Values::Text(text) = &self.made(&variable.name).values else { panic!("{variable} is no text") };
+        let mut texts: Vec<_> = text.chunks(variable.dimensions[1].len).map(|row| Some(trimmed(row))).collect();
+        texts.resize(rows, None);
+        texts
+    }
+}
+
+fn trimmed(text: &[u8]) -> String {
+    String::from_utf8_lossy(text).trim().to_owned()
+}
+
+fn widened(values: &Values) -> Vec<f64> {
+    match values {
+        Values::F32(values) => values.iter().map(|value| f64::from(*value)).collect(),
+        Values::F64(values) => values.clone(),
+        Values::I32(values) => values.iter().map(|value| f64::from(*value)).collect(),
+        Values::Text(text) => panic!("{text:?} is text, expected numbers"),
+    }
+}
+
+/// The entries of a block of a variable.
+fn block<T: Copy>(values: &[T], variable: &Variable, start: &[usize], count: &[usize]) -> Vec<T> {
+    let entry = |mut i: usize| {
+        let (mut at, mut stride) = (0, 1);
+        for (k, dimension) in variable.dimensions.iter().enumerate().rev() {
+            at += (start[k] + i % count[k]) * stride;
+            i /= count[k];
+            stride *= dimension.len;
+        }
+        values[at]
+    };
+    (0..count.iter().product()).map(entry).collect()
+}
+
+/// The dataset of a source with fields and of others with what it lacks.
+pub fn opened(fields: &Made, others: &[&Made]) -> Result<Dataset> {
+    let source = |made: &Made| -> Box<dyn Source> { Box::new(MemorySource::new(made)) };
+    Dataset::new(source(fields), others.iter().map(|made| source(made)).collect())
+}
+
+pub fn open(made: &Made) -> Dataset {
+    opened(made, &[]).unwrap()
+}
+
+pub fn open_error(made: &Made) -> Error {
+    opened(made, &[]).unwrap_err()
+}
+
+/// Asserts the kind and that the sentence holds all `parts`.
+pub fn expect(error: &Error, kind: ErrorKind, parts: &[&str]) {
+    assert_eq!(error.kind(), kind, "{error}");
+    for part in parts {
+        assert!(error.to_string().contains(part), "{error}\nlacks: {part}");
+    }
+}

@@ -1,0 +1,234 @@
+//! Reading the model's array: its layout, normalisation to the transfer function's range, missing values.
+
+use crate::array::MapInline;
+use crate::field::Field;
+use crate::real::Real;
+use crate::reals::Reals;
+use crate::sample::Sample;
+use crate::shape::ElementIndexer;
+
+mod clear;
+pub use clear::Stored;
+
+/// Where the values of a field lie in its array, and how they become normalised values on layers that rise.
+#[derive(Debug, Clone, Copy)]
+struct SampleMapping {
+    elements: ElementIndexer,
+    has_fill: bool,
+    fill: f64,
+    shift: f64,
+    scale: f64,
+}
+
+impl SampleMapping {
+    fn new(field: &Field, falling: bool, range: [f64; 2]) -> Self {
+        let elements = if falling { field.elements().upside_down() } else { *field.elements() };
+        let (has_fill, fill) = (field.fill().is_some(), field.fill().unwrap_or(f64::NAN));
+        SampleMapping { elements, has_fill, fill, shift: 0.0, scale: 1.0 }.normalised_to(range)
+    }
+
+    #[inline]
+    fn normalised_to(self, range: [f64; 2]) -> Self {
+        SampleMapping { shift: range[0], scale: 1.0 / (range[1] - range[0]), ..self }
+    }
+
+    /// A value, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel. NaN where it is
+    /// missing.
+    #[inline(always)]
+    fn normal<T: Real>(&self, value: f64) -> T {
+        let (normal, is_usual) = self.usual(value);
+        if is_usual { normal } else { T::of(self.rare(value, T::LARGEST)) }
+    }
+
+    /// [`Self::normal`] without a branch, and whether the result is valid: the value is neither missing nor beyond the
+    /// largest normalised value.
+    #[inline(always)]
+    fn usual<T: Real>(&self, value: f64) -> (T, bool) {
+        let normalised = (value - self.shift) * self.scale;
+        let is_fill = self.has_fill & (value == self.fill);
+        (T::of(normalised), (normalised.abs() <= T::LARGEST) & !is_fill)
+    }
+
+    #[cold]
+    fn rare(&self, value: f64, largest: f64) -> f64 {
+        if value == self.fill || !value.is_finite() {
+            return f64::NAN;
+        }
+        ((value - self.shift) * self.scale).clamp(-largest, largest)
+    }
+}
+
+/// A field in the model's memory, seen as normalised values on layers that rise.
+#[derive(Debug, Clone, Copy)]
+pub struct Samples<'a, S> {
+    data: &'a [S],
+    reading: SampleMapping,
+}
+
+impl<'a, S: Sample> Samples<'a, S> {
+    /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. Where `falling` is set,
+    /// the field's first layer is the outermost, and layers are read in reverse.
+    pub fn new(data: &'a [S], field: &Field, falling: bool, range: [f64; 2]) -> Self {
+        Samples { data, reading: SampleMapping::new(field, falling, range) }
+    }
+
+    /// The base of the column over `cell`, for [`Self::get`].
+    #[inline(always)]
+    pub fn base(&self, cell: u32) -> isize {
+        self.reading.elements.base(cell as usize)
+    }
+
+    /// The element of the sample at `layer`, for [`Self::at`].
+    #[inline(always)]
+    pub fn element(&self, base: isize, layer: usize) -> usize {
+        self.reading.elements.at(base, layer)
+    }
+
+    /// The sample of that element.
+    #[inline(always)]
+    pub fn at(&self, element: usize) -> S {
+        self.data[element]
+    }
+
+    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
+    #[inline(always)]
+    pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
+        self.normal(self.at(self.element(base, layer)))
+    }
+
+    /// Elements from one layer to the next.
+    #[inline(always)]
+    pub fn layer_stride(&self) -> isize {
+        self.reading.elements.layer_stride()
+    }
+
+    /// The `layers` samples over `cell` as the array has them, from its lowest element on: outermost layer first where
+    /// [`Self::layer_stride`] is -1. It must be that or 1.
+    #[inline(always)]
+    pub fn column(&self, cell: u32, layers: usize) -> &'a [S] {
+        let first = if self.layer_stride() < 0 { layers - 1 } else { 0 };
+        let start = self.element(self.base(cell), first);
+        &self.data[start..start + layers]
+    }
+
+    /// The mark of missing values, if the array can hold it.
+    pub fn fill(&self) -> Option<S> {
+        S::exact(self.reading.fill).filter(|_| self.reading.has_fill)
+    }
+
+    /// The factor of normalisation.
+    pub fn scale(&self) -> f64 {
+        self.reading.scale
+    }
+
+    /// A sample, normalised; NaN where it is missing.
+    #[inline(always)]
+    pub fn normal<T: Real>(&self, sample: S) -> T {
+        self.reading.normal(sample.wide())
+    }
+}
+
+/// An array of f32 values, for code that reads several at a time: `(value - shift) * scale` is normalised.
+#[derive(Debug, Clone, Copy)]
+pub struct PlainSamples<'a> {
+    /// The model's array.
+    pub data: &'a [f32],
+    /// The base of cell 0 and the stride from cell to cell; `None` where cells lie in blocks.
+    pub column: Option<[isize; 2]>,
+    /// Elements from one layer to the next above it.
+    pub layer_stride: isize,
+    /// The value that stands for a missing one.
+    pub fill: Option<f32>,
+    /// The value that is normalised to 0.
+    pub shift: f64,
+    /// Inverse of the range.
+    pub scale: f64,
+}
+
+/// [`Samples`] of either type. Rays read through it, so that their large kernel is compiled once for both types.
+#[derive(Debug, Clone, Copy)]
+pub struct AnySamples<'a> {
+    data: Reals<'a>,
+    reading: SampleMapping,
+}
+
+impl<'a> AnySamples<'a> {
+    /// As [`Samples::new`], of the array of `field`.
+    pub fn new(field: &Field<'a>, falling: bool, range: [f64; 2]) -> Self {
+        AnySamples { data: field.samples(), reading: SampleMapping::new(field, falling, range) }
+    }
+
+    /// The same samples, normalised to another range.
+    #[inline]
+    pub fn normalised_to(&self, range: [f64; 2]) -> Self {
+        AnySamples { data: self.data, reading: self.reading.normalised_to(range) }
+    }
+
+    /// The array and how it is read, where it has f32 values.
+    #[inline]
+    pub fn plain(&self) -> Option<PlainSamples<'a>> {
+        let Reals::F32(data) = self.data else { return None };
+        let SampleMapping { elements, has_fill, fill, shift, scale } = self.reading;
+        let fill = has_fill.then(|| f32::exact(fill)).flatten();
+        Some(PlainSamples {
+            data,
+            column: elements.plain_column(),
+            layer_stride: elements.layer_stride(),
+            fill,
+            shift,
+            scale,
+        })
+    }
+
+    /// The base of the column over `cell`, for [`Self::get`].
+    #[inline(always)]
+    pub fn base(&self, cell: u32) -> isize {
+        self.reading.elements.base(cell as usize)
+    }
+
+    /// The bases of the columns over three cells, for [`Self::get`].
+    #[inline(always)]
+    pub fn bases(&self, cells: [u32; 3]) -> [isize; 3] {
+        self.reading.elements.bases(cells.map_inline(|cell| cell as usize))
+    }
+
+    /// The element of the sample at `layer`, for [`Self::at`].
+    #[inline(always)]
+    pub fn element(&self, base: isize, layer: usize) -> usize {
+        self.reading.elements.at(base, layer)
+    }
+
+    /// Elements from one layer to the next.
+    #[inline(always)]
+    pub fn layer_stride(&self) -> isize {
+        self.reading.elements.layer_stride()
+    }
+
+    /// The value of that element.
+    #[inline(always)]
+    pub fn at(&self, element: usize) -> f64 {
+        match self.data {
+            Reals::F32(data) => data[element].into(),
+            Reals::F64(data) => data[element],
+        }
+    }
+
+    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
+    #[inline(always)]
+    pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
+        self.normal(self.at(self.element(base, layer)))
+    }
+
+    /// A value, normalised; NaN where it is missing.
+    #[inline(always)]
+    pub fn normal<T: Real>(&self, value: f64) -> T {
+        self.reading.normal(value)
+    }
+
+    /// [`Self::normal`] without a branch, and whether the result is valid: the value is neither missing nor beyond the
+    /// largest normalised value.
+    #[inline(always)]
+    pub fn usual<T: Real>(&self, value: f64) -> (T, bool) {
+        self.reading.usual(value)
+    }
+}
