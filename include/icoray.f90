@@ -22,7 +22,7 @@
 !> are not on disk by then are lost. After icoray_close the copies of an icoray_context must not be used.
 !>
 !> One call at a time is made on a context (else ICORAY_ERR_BUSY); different contexts are independent.
-!> Fortran 2018 without extensions. Apache-2.0 OR MIT.
+!> Fortran 2018 without extensions. Generated from crates/icoray-capi/icoray.f90.jinja. Apache-2.0 OR MIT.
 module icoray
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_float, c_funloc, c_funptr, &
     c_int32_t, c_int64_t, c_intptr_t, c_loc, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t, c_sizeof
@@ -219,15 +219,14 @@ module icoray
   !> Opens a context over the ranks of an MPI communicator, which render each picture together.
   !>   call icoray_open(ctx, comm, [ierr], keywords)   or   call icoray_open(ctx, comm, icoray_config, [ierr])
   !>   comm      an integer: MPI_COMM_WORLD%MPI_VAL of mpi_f08, MPI_COMM_WORLD of mpi. It is duplicated, and the
-  !> duplicate
-  !>             is freed by icoray_close
+  !>             duplicate is freed by icoray_close
   !>   keywords  those of icoray_open_serial; output_dir, existing and disable_after are used at rank 0
   !> Each rank has the whole grid and field, or its part of them, or the whole grid and columns of its own cells
   !> (icoray_part_set). The picture is written at rank 0. icoray_open, icoray_part_set, icoray_scene_load,
   !> icoray_scene_text, icoray_execute, icoray_wait and icoray_close are collective: all ranks call them in the same
   !> order, whatever calls have failed before, and get the same ierr. All other calls are local. MPI is initialised
-  !> before and finalised after. ICORAY_ERR_UNSUPPORTED if the library was built without MPI. With async_render each call
-  !> on ctx moves messages between ranks on, and icoray_grid_set is collective too.
+  !> before and finalised after. ICORAY_ERR_UNSUPPORTED if the library was built without MPI. With async_render each
+  !> call on ctx moves messages between ranks on, and icoray_grid_set is collective too.
   interface icoray_open
     procedure :: open_i4, open_i8, open_config_i4, open_config_i8
   end interface icoray_open
@@ -248,7 +247,7 @@ module icoray
   !>                                             without it a cell with fewer corners repeats one of them
   !>   cells, corners, edges                     numbers of cells, corners and edges; default: the sizes of lon_center,
   !>                                             lon_corner and edge_corner. Required where arrays are longer, as in
-  !> MPAS
+  !>                                             MPAS
   !>   name                                      name of the grid, for contexts with several grids
   !> Or (ctx, icoray_mesh, [ierr], name), or (ctx, icoray_grid, [ierr]).
   interface icoray_grid_set
@@ -271,8 +270,8 @@ module icoray
   !> cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
   !> marked as missing. Fields at centres have a column for each of these cells, of which own ones are read; fields at
   !> corners have a column for each corner, and those whose first cell in corner_cell is own are read: halos of fields
-  !> need no exchange before. Columns: otherwise the tables are the whole grid's on all ranks, and cell_global holds rows
-  !> of them. Fields at centres have a column for each row of cell_global, those at corners for each row of
+  !> need no exchange before. Columns: otherwise the tables are the whole grid's on all ranks, and cell_global holds
+  !> rows of them. Fields at centres have a column for each row of cell_global, those at corners for each row of
   !> corner_global (of the kind of cell_global; ICON: the global index of a triangle), and are set after this call; only
   !> own columns are read, and each cell and corner has one owner. Without corner_global on any rank, fields at corners
   !> have a column for each corner of the grid, of which those whose first cell in corner_cell is own are read. Each
@@ -285,8 +284,8 @@ module icoray
 
   !> Sets the radii of layers, which are copied: call icoray_layers_set(ctx, radius_m, planet_radius_m, [ierr], name)
   !>   radius_m(:)      metres from the planet's centre, at least 2, positive, strictly rising or falling, in the order
-  !> of
-  !>                    the fields' layers (else ICORAY_ERR_LAYERS); a field with one layer fewer is midway between them
+  !>                    of the fields' layers (else ICORAY_ERR_LAYERS); a field with one layer fewer is midway
+  !>                    between them
   !>   planet_radius_m  radius of the planet's surface in metres; exaggeration stretches heights above it
   !> Or (ctx, icoray_layers, [ierr]).
   interface icoray_layers_set
@@ -333,8 +332,8 @@ module icoray
   !> communication; on all ranks that give the same step and time_s the answer is the same, whatever calls have failed
   !> on some of them, so that all call icoray_execute or none. If time_s is not finite, the step alone decides
   !> (ICORAY_ERR_ARGUMENT); wants is .false. after other failures. time_s has 32 or 64 bits.
-  !>   call icoray_wants(ctx, step, time_s, wants, [ierr])   call icoray_wants_field(ctx, name, step, time_s, wants,
-  !> [ierr])
+  !>   call icoray_wants(ctx, step, time_s, wants, [ierr])
+  !>   call icoray_wants_field(ctx, name, step, time_s, wants, [ierr])
   interface icoray_wants
     procedure :: wants_i4, wants_i8, wants_i4_r4, wants_i8_r4
   end interface icoray_wants
@@ -368,8 +367,8 @@ module icoray
   public :: icoray_field_set_ndarray, icoray_field_describe, icoray_heights_set, icoray_heights_set_ndarray
   public :: icoray_scene_load, icoray_scene_text, icoray_scene_field
   public :: icoray_wants, icoray_wants_field
-  public :: icoray_execute, icoray_wait, icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
-  public :: icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
+  public :: icoray_execute, icoray_wait, icoray_report, icoray_last_error, icoray_close, icoray_version
+  public :: icoray_log_stderr, icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
 
   ! The functions of icoray.h: strings end in c_null_char, and the caller sets struct_size.
   interface
@@ -548,11 +547,12 @@ module icoray
       integer(c_size_t) :: length
     end function c_strlen
   end interface
-  public :: icoray_open_c, icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c, icoray_grid_set_c
-  public :: icoray_part_set_c, icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c, icoray_scene_load_c
-  public :: icoray_field_describe_c, icoray_heights_set_c, icoray_heights_set_ndarray_c
-  public :: icoray_scene_text_c, icoray_scene_field_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
-  public :: icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c, icoray_mesh_free_c
+  public :: icoray_open_c, icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c
+  public :: icoray_grid_set_c, icoray_part_set_c, icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c
+  public :: icoray_scene_load_c, icoray_field_describe_c, icoray_heights_set_c, icoray_heights_set_ndarray_c
+  public :: icoray_scene_text_c, icoray_scene_field_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c
+  public :: icoray_wait_c, icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c
+  public :: icoray_mesh_free_c
 
   !> Layout of an array: what a descriptor contains, found from the addresses of its elements.
   type :: view
@@ -830,8 +830,8 @@ contains
     call c_f_pointer(grid%edge_corner, tables%edge_corner, [2_c_int64_t, grid%edges])
   end subroutine icoray_mesh_tables
 
-  subroutine grid_r4_i4(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, corner_edge, &
-      edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
+  subroutine grid_r4_i4(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, &
+      corner_cell, corner_edge, edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)
     integer(c_int32_t), pointer, intent(in) :: cell_corner(:, :), corner_cell(:, :), corner_edge(:, :)
@@ -846,8 +846,9 @@ contains
       view_of(cell_corner), view_of(corner_cell), view_of(corner_edge), view_of(edge_corner), count], &
       ICORAY_F32, ICORAY_I32, ierr, index_base, cells, corners, edges, name)
   end subroutine grid_r4_i4
-  subroutine grid_r4_i8(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, corner_edge, &
-      edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
+
+  subroutine grid_r4_i8(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, &
+      corner_cell, corner_edge, edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)
     integer(c_int64_t), pointer, intent(in) :: cell_corner(:, :), corner_cell(:, :), corner_edge(:, :)
@@ -862,8 +863,9 @@ contains
       view_of(cell_corner), view_of(corner_cell), view_of(corner_edge), view_of(edge_corner), count], &
       ICORAY_F32, ICORAY_I64, ierr, index_base, cells, corners, edges, name)
   end subroutine grid_r4_i8
-  subroutine grid_r8_i4(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, corner_edge, &
-      edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
+
+  subroutine grid_r8_i4(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, &
+      corner_cell, corner_edge, edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)
     integer(c_int32_t), pointer, intent(in) :: cell_corner(:, :), corner_cell(:, :), corner_edge(:, :)
@@ -878,8 +880,9 @@ contains
       view_of(cell_corner), view_of(corner_cell), view_of(corner_edge), view_of(edge_corner), count], &
       ICORAY_F64, ICORAY_I32, ierr, index_base, cells, corners, edges, name)
   end subroutine grid_r8_i4
-  subroutine grid_r8_i8(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, corner_edge, &
-      edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
+
+  subroutine grid_r8_i8(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, &
+      corner_cell, corner_edge, edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)
     integer(c_int64_t), pointer, intent(in) :: cell_corner(:, :), corner_cell(:, :), corner_edge(:, :)
@@ -948,7 +951,8 @@ contains
     do i = 1, 9
       if (v(i)%rank == 0 .or. .not. c_associated(ctx%handle)) cycle
       if (.not. v(i)%is_set) then
-        call refuse(ctx, 'icoray_grid_set', given_name(name), ICORAY_ERR_NULL, trim(table(i))//' is not associated', ierr)
+        call refuse(ctx, 'icoray_grid_set', given_name(name), ICORAY_ERR_NULL, trim(table(i)) &
+          //' is not associated', ierr)
         return
       end if
       if (rows(i) /= 0 .and. v(i)%extent(1) /= rows(i)) then
@@ -1007,18 +1011,7 @@ contains
     if (present(corner_global)) corners = view_of(corner_global)
     call part_first(ctx, ICORAY_I32, view_of(cell_global), owned, ierr, grid, corners, owned_corners)
   end subroutine part_first_i4
-  subroutine part_first_i8(ctx, cell_global, ierr, owned, grid, corner_global, owned_corners)
-    type(icoray_context), intent(in) :: ctx
-    integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
-    integer, intent(out), optional :: ierr
-    integer, intent(in) :: owned
-    character(len=*), intent(in), optional :: grid
-    integer(c_int64_t), intent(in), contiguous, target, optional :: corner_global(:)
-    integer, intent(in), optional :: owned_corners
-    type(view) :: corners
-    if (present(corner_global)) corners = view_of(corner_global)
-    call part_first(ctx, ICORAY_I64, view_of(cell_global), owned, ierr, grid, corners, owned_corners)
-  end subroutine part_first_i8
+
   subroutine part_mask_i4(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in), contiguous, target :: cell_global(:)
@@ -1031,24 +1024,10 @@ contains
     integer(c_int32_t), allocatable :: corner_marks(:)   ! absent where it is not allocated
     if (present(corner_global)) corners = view_of(corner_global)
     if (present(is_corner_owned)) corner_marks = merge(1_c_int32_t, 0_c_int32_t, is_corner_owned)
-    call part_marks(ctx, ICORAY_I32, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, grid, &
-      corners, corner_marks)
+    call part_marks(ctx, ICORAY_I32, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, &
+      grid, corners, corner_marks)
   end subroutine part_mask_i4
-  subroutine part_mask_i8(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
-    type(icoray_context), intent(in) :: ctx
-    integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
-    integer, intent(out), optional :: ierr
-    logical, intent(in) :: is_owned(:)
-    character(len=*), intent(in), optional :: grid
-    integer(c_int64_t), intent(in), contiguous, target, optional :: corner_global(:)
-    logical, intent(in), optional :: is_corner_owned(:)
-    type(view) :: corners
-    integer(c_int32_t), allocatable :: corner_marks(:)   ! absent where it is not allocated
-    if (present(corner_global)) corners = view_of(corner_global)
-    if (present(is_corner_owned)) corner_marks = merge(1_c_int32_t, 0_c_int32_t, is_corner_owned)
-    call part_marks(ctx, ICORAY_I64, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, grid, &
-      corners, corner_marks)
-  end subroutine part_mask_i8
+
   subroutine part_marks_i4(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in), contiguous, target :: cell_global(:)
@@ -1061,6 +1040,36 @@ contains
     if (present(corner_global)) corners = view_of(corner_global)
     call part_marks(ctx, ICORAY_I32, view_of(cell_global), is_owned, ierr, grid, corners, is_corner_owned)
   end subroutine part_marks_i4
+
+  subroutine part_first_i8(ctx, cell_global, ierr, owned, grid, corner_global, owned_corners)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
+    integer, intent(out), optional :: ierr
+    integer, intent(in) :: owned
+    character(len=*), intent(in), optional :: grid
+    integer(c_int64_t), intent(in), contiguous, target, optional :: corner_global(:)
+    integer, intent(in), optional :: owned_corners
+    type(view) :: corners
+    if (present(corner_global)) corners = view_of(corner_global)
+    call part_first(ctx, ICORAY_I64, view_of(cell_global), owned, ierr, grid, corners, owned_corners)
+  end subroutine part_first_i8
+
+  subroutine part_mask_i8(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
+    integer, intent(out), optional :: ierr
+    logical, intent(in) :: is_owned(:)
+    character(len=*), intent(in), optional :: grid
+    integer(c_int64_t), intent(in), contiguous, target, optional :: corner_global(:)
+    logical, intent(in), optional :: is_corner_owned(:)
+    type(view) :: corners
+    integer(c_int32_t), allocatable :: corner_marks(:)   ! absent where it is not allocated
+    if (present(corner_global)) corners = view_of(corner_global)
+    if (present(is_corner_owned)) corner_marks = merge(1_c_int32_t, 0_c_int32_t, is_corner_owned)
+    call part_marks(ctx, ICORAY_I64, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, &
+      grid, corners, corner_marks)
+  end subroutine part_mask_i8
+
   subroutine part_marks_i8(ctx, cell_global, ierr, is_owned, grid, corner_global, is_corner_owned)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
@@ -1183,6 +1192,7 @@ contains
     if (present(fill_value)) fill = real(fill_value, c_double)
     call field_view(ctx, name, view_of(values), ICORAY_F32, ierr, location, fill, grid_name, layers_name)
   end subroutine field_r4_1
+
   subroutine field_r4_2(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1195,6 +1205,7 @@ contains
     if (present(fill_value)) fill = real(fill_value, c_double)
     call field_view(ctx, name, view_of(values), ICORAY_F32, ierr, location, fill, grid_name, layers_name)
   end subroutine field_r4_2
+
   subroutine field_r4_3(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1207,6 +1218,7 @@ contains
     if (present(fill_value)) fill = real(fill_value, c_double)
     call field_view(ctx, name, view_of(values), ICORAY_F32, ierr, location, fill, grid_name, layers_name)
   end subroutine field_r4_3
+
   subroutine field_r4_4(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1219,6 +1231,7 @@ contains
     if (present(fill_value)) fill = real(fill_value, c_double)
     call field_view(ctx, name, view_of(values), ICORAY_F32, ierr, location, fill, grid_name, layers_name)
   end subroutine field_r4_4
+
   subroutine field_r8_1(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1229,6 +1242,7 @@ contains
     character(len=*), intent(in), optional :: grid_name, layers_name
     call field_view(ctx, name, view_of(values), ICORAY_F64, ierr, location, fill_value, grid_name, layers_name)
   end subroutine field_r8_1
+
   subroutine field_r8_2(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1239,6 +1253,7 @@ contains
     character(len=*), intent(in), optional :: grid_name, layers_name
     call field_view(ctx, name, view_of(values), ICORAY_F64, ierr, location, fill_value, grid_name, layers_name)
   end subroutine field_r8_2
+
   subroutine field_r8_3(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1249,6 +1264,7 @@ contains
     character(len=*), intent(in), optional :: grid_name, layers_name
     call field_view(ctx, name, view_of(values), ICORAY_F64, ierr, location, fill_value, grid_name, layers_name)
   end subroutine field_r8_3
+
   subroutine field_r8_4(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1352,6 +1368,7 @@ contains
     if (present(fill_value)) fill = real(fill_value, c_double)
     call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name, location)
   end subroutine heights_r4_1
+
   subroutine heights_r4_2(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: values(:, :)
@@ -1363,6 +1380,7 @@ contains
     if (present(fill_value)) fill = real(fill_value, c_double)
     call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name, location)
   end subroutine heights_r4_2
+
   subroutine heights_r4_3(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: values(:, :, :)
@@ -1374,6 +1392,7 @@ contains
     if (present(fill_value)) fill = real(fill_value, c_double)
     call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name, location)
   end subroutine heights_r4_3
+
   subroutine heights_r4_4(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_float), pointer, intent(in) :: values(:, :, :, :)
@@ -1385,6 +1404,7 @@ contains
     if (present(fill_value)) fill = real(fill_value, c_double)
     call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name, location)
   end subroutine heights_r4_4
+
   subroutine heights_r8_1(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: values(:)
@@ -1394,6 +1414,7 @@ contains
     integer, intent(in), optional :: location
     call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name, location)
   end subroutine heights_r8_1
+
   subroutine heights_r8_2(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: values(:, :)
@@ -1403,6 +1424,7 @@ contains
     integer, intent(in), optional :: location
     call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name, location)
   end subroutine heights_r8_2
+
   subroutine heights_r8_3(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: values(:, :, :)
@@ -1412,6 +1434,7 @@ contains
     integer, intent(in), optional :: location
     call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name, location)
   end subroutine heights_r8_3
+
   subroutine heights_r8_4(ctx, values, ierr, fill_value, grid_name, layers_name, location)
     type(icoray_context), intent(in) :: ctx
     real(c_double), pointer, intent(in) :: values(:, :, :, :)
@@ -1421,6 +1444,7 @@ contains
     integer, intent(in), optional :: location
     call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name, location)
   end subroutine heights_r8_4
+
   subroutine heights_struct(ctx, array, ierr)
     type(icoray_context), intent(in) :: ctx
     type(icoray_array), intent(in) :: array
@@ -1507,14 +1531,6 @@ contains
     if (present(ierr)) ierr = int(status)
   end subroutine icoray_scene_field
 
-  subroutine wants_i4(ctx, step, time_s, wants, ierr)
-    type(icoray_context), intent(in) :: ctx
-    integer(c_int32_t), intent(in) :: step
-    real(c_double), intent(in) :: time_s
-    logical, intent(out) :: wants
-    integer, intent(out), optional :: ierr
-    call wants_i8(ctx, int(step, c_int64_t), time_s, wants, ierr)
-  end subroutine wants_i4
   subroutine wants_i8(ctx, step, time_s, wants, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in) :: step
@@ -1526,6 +1542,16 @@ contains
     wants = yes /= 0
     call done(status, ierr)
   end subroutine wants_i8
+
+  subroutine wants_i4(ctx, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    call wants_i8(ctx, int(step, c_int64_t), time_s, wants, ierr)
+  end subroutine wants_i4
+
   subroutine wants_i4_r4(ctx, step, time_s, wants, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in) :: step
@@ -1534,6 +1560,7 @@ contains
     integer, intent(out), optional :: ierr
     call wants_i8(ctx, int(step, c_int64_t), real(time_s, c_double), wants, ierr)
   end subroutine wants_i4_r4
+
   subroutine wants_i8_r4(ctx, step, time_s, wants, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in) :: step
@@ -1542,15 +1569,7 @@ contains
     integer, intent(out), optional :: ierr
     call wants_i8(ctx, int(step, c_int64_t), real(time_s, c_double), wants, ierr)
   end subroutine wants_i8_r4
-  subroutine wants_field_i4(ctx, name, step, time_s, wants, ierr)
-    type(icoray_context), intent(in) :: ctx
-    character(len=*), intent(in) :: name
-    integer(c_int32_t), intent(in) :: step
-    real(c_double), intent(in) :: time_s
-    logical, intent(out) :: wants
-    integer, intent(out), optional :: ierr
-    call wants_field_i8(ctx, name, int(step, c_int64_t), time_s, wants, ierr)
-  end subroutine wants_field_i4
+
   subroutine wants_field_i8(ctx, name, step, time_s, wants, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1563,6 +1582,17 @@ contains
     wants = yes /= 0
     call done(status, ierr)
   end subroutine wants_field_i8
+
+  subroutine wants_field_i4(ctx, name, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    integer(c_int32_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    call wants_field_i8(ctx, name, int(step, c_int64_t), time_s, wants, ierr)
+  end subroutine wants_field_i4
+
   subroutine wants_field_i4_r4(ctx, name, step, time_s, wants, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1572,6 +1602,7 @@ contains
     integer, intent(out), optional :: ierr
     call wants_field_i8(ctx, name, int(step, c_int64_t), real(time_s, c_double), wants, ierr)
   end subroutine wants_field_i4_r4
+
   subroutine wants_field_i8_r4(ctx, name, step, time_s, wants, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1582,13 +1613,6 @@ contains
     call wants_field_i8(ctx, name, int(step, c_int64_t), real(time_s, c_double), wants, ierr)
   end subroutine wants_field_i8_r4
 
-  subroutine execute_i4(ctx, step, time_s, ierr)
-    type(icoray_context), intent(in) :: ctx
-    integer(c_int32_t), intent(in) :: step
-    real(c_double), intent(in) :: time_s
-    integer, intent(out), optional :: ierr
-    call execute_i8(ctx, int(step, c_int64_t), time_s, ierr)
-  end subroutine execute_i4
   subroutine execute_i8(ctx, step, time_s, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in) :: step
@@ -1596,6 +1620,15 @@ contains
     integer, intent(out), optional :: ierr
     call done(icoray_execute_c(ctx%handle, step, time_s, c_null_ptr), ierr)
   end subroutine execute_i8
+
+  subroutine execute_i4(ctx, step, time_s, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    integer, intent(out), optional :: ierr
+    call execute_i8(ctx, int(step, c_int64_t), time_s, ierr)
+  end subroutine execute_i4
+
   subroutine execute_i4_r4(ctx, step, time_s, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in) :: step
@@ -1603,6 +1636,7 @@ contains
     integer, intent(out), optional :: ierr
     call execute_i8(ctx, int(step, c_int64_t), real(time_s, c_double), ierr)
   end subroutine execute_i4_r4
+
   subroutine execute_i8_r4(ctx, step, time_s, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in) :: step
@@ -1610,14 +1644,7 @@ contains
     integer, intent(out), optional :: ierr
     call execute_i8(ctx, int(step, c_int64_t), real(time_s, c_double), ierr)
   end subroutine execute_i8_r4
-  subroutine execute_date_i4(ctx, step, time_s, date, ierr)
-    type(icoray_context), intent(in) :: ctx
-    integer(c_int32_t), intent(in) :: step
-    real(c_double), intent(in) :: time_s
-    character(len=*), intent(in) :: date
-    integer, intent(out), optional :: ierr
-    call execute_date_i8(ctx, int(step, c_int64_t), time_s, date, ierr)
-  end subroutine execute_date_i4
+
   subroutine execute_date_i8(ctx, step, time_s, date, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in) :: step
@@ -1628,6 +1655,16 @@ contains
     text = c_text(date)
     call done(icoray_execute_c(ctx%handle, step, time_s, c_loc(text)), ierr)
   end subroutine execute_date_i8
+
+  subroutine execute_date_i4(ctx, step, time_s, date, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    character(len=*), intent(in) :: date
+    integer, intent(out), optional :: ierr
+    call execute_date_i8(ctx, int(step, c_int64_t), time_s, date, ierr)
+  end subroutine execute_date_i4
+
   subroutine execute_date_i4_r4(ctx, step, time_s, date, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in) :: step
@@ -1636,6 +1673,7 @@ contains
     integer, intent(out), optional :: ierr
     call execute_date_i8(ctx, int(step, c_int64_t), real(time_s, c_double), date, ierr)
   end subroutine execute_date_i4_r4
+
   subroutine execute_date_i8_r4(ctx, step, time_s, date, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int64_t), intent(in) :: step
@@ -1765,8 +1803,11 @@ contains
     v%rank = 1
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1))), c_loc(p(u(1)))])
+    call locate(v, [ &
+      c_loc(p(l(1))), &
+      c_loc(p(u(1)))])
   end function view_r4_1
+
   function view_r4_2(p) result(v)
     real(c_float), pointer, intent(in) :: p(:, :)
     type(view) :: v
@@ -1774,8 +1815,12 @@ contains
     v%rank = 2
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1), l(2))), c_loc(p(u(1), l(2))), c_loc(p(l(1), u(2)))])
+    call locate(v, [ &
+      c_loc(p(l(1), l(2))), &
+      c_loc(p(u(1), l(2))), &
+      c_loc(p(l(1), u(2)))])
   end function view_r4_2
+
   function view_r4_3(p) result(v)
     real(c_float), pointer, intent(in) :: p(:, :, :)
     type(view) :: v
@@ -1783,9 +1828,13 @@ contains
     v%rank = 3
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1), l(2), l(3))), c_loc(p(u(1), l(2), l(3))), c_loc(p(l(1), u(2), l(3))), &
+    call locate(v, [ &
+      c_loc(p(l(1), l(2), l(3))), &
+      c_loc(p(u(1), l(2), l(3))), &
+      c_loc(p(l(1), u(2), l(3))), &
       c_loc(p(l(1), l(2), u(3)))])
   end function view_r4_3
+
   function view_r4_4(p) result(v)
     real(c_float), pointer, intent(in) :: p(:, :, :, :)
     type(view) :: v
@@ -1793,9 +1842,14 @@ contains
     v%rank = 4
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1), l(2), l(3), l(4))), c_loc(p(u(1), l(2), l(3), l(4))), c_loc(p(l(1), u(2), l(3), l(4))), &
-      c_loc(p(l(1), l(2), u(3), l(4))), c_loc(p(l(1), l(2), l(3), u(4)))])
+    call locate(v, [ &
+      c_loc(p(l(1), l(2), l(3), l(4))), &
+      c_loc(p(u(1), l(2), l(3), l(4))), &
+      c_loc(p(l(1), u(2), l(3), l(4))), &
+      c_loc(p(l(1), l(2), u(3), l(4))), &
+      c_loc(p(l(1), l(2), l(3), u(4)))])
   end function view_r4_4
+
   function view_r8_1(p) result(v)
     real(c_double), pointer, intent(in) :: p(:)
     type(view) :: v
@@ -1803,8 +1857,11 @@ contains
     v%rank = 1
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1))), c_loc(p(u(1)))])
+    call locate(v, [ &
+      c_loc(p(l(1))), &
+      c_loc(p(u(1)))])
   end function view_r8_1
+
   function view_r8_2(p) result(v)
     real(c_double), pointer, intent(in) :: p(:, :)
     type(view) :: v
@@ -1812,8 +1869,12 @@ contains
     v%rank = 2
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1), l(2))), c_loc(p(u(1), l(2))), c_loc(p(l(1), u(2)))])
+    call locate(v, [ &
+      c_loc(p(l(1), l(2))), &
+      c_loc(p(u(1), l(2))), &
+      c_loc(p(l(1), u(2)))])
   end function view_r8_2
+
   function view_r8_3(p) result(v)
     real(c_double), pointer, intent(in) :: p(:, :, :)
     type(view) :: v
@@ -1821,9 +1882,13 @@ contains
     v%rank = 3
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1), l(2), l(3))), c_loc(p(u(1), l(2), l(3))), c_loc(p(l(1), u(2), l(3))), &
+    call locate(v, [ &
+      c_loc(p(l(1), l(2), l(3))), &
+      c_loc(p(u(1), l(2), l(3))), &
+      c_loc(p(l(1), u(2), l(3))), &
       c_loc(p(l(1), l(2), u(3)))])
   end function view_r8_3
+
   function view_r8_4(p) result(v)
     real(c_double), pointer, intent(in) :: p(:, :, :, :)
     type(view) :: v
@@ -1831,9 +1896,14 @@ contains
     v%rank = 4
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1), l(2), l(3), l(4))), c_loc(p(u(1), l(2), l(3), l(4))), c_loc(p(l(1), u(2), l(3), l(4))), &
-      c_loc(p(l(1), l(2), u(3), l(4))), c_loc(p(l(1), l(2), l(3), u(4)))])
+    call locate(v, [ &
+      c_loc(p(l(1), l(2), l(3), l(4))), &
+      c_loc(p(u(1), l(2), l(3), l(4))), &
+      c_loc(p(l(1), u(2), l(3), l(4))), &
+      c_loc(p(l(1), l(2), u(3), l(4))), &
+      c_loc(p(l(1), l(2), l(3), u(4)))])
   end function view_r8_4
+
   function view_i4_1(p) result(v)
     integer(c_int32_t), pointer, intent(in) :: p(:)
     type(view) :: v
@@ -1841,8 +1911,11 @@ contains
     v%rank = 1
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1))), c_loc(p(u(1)))])
+    call locate(v, [ &
+      c_loc(p(l(1))), &
+      c_loc(p(u(1)))])
   end function view_i4_1
+
   function view_i4_2(p) result(v)
     integer(c_int32_t), pointer, intent(in) :: p(:, :)
     type(view) :: v
@@ -1850,8 +1923,12 @@ contains
     v%rank = 2
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1), l(2))), c_loc(p(u(1), l(2))), c_loc(p(l(1), u(2)))])
+    call locate(v, [ &
+      c_loc(p(l(1), l(2))), &
+      c_loc(p(u(1), l(2))), &
+      c_loc(p(l(1), u(2)))])
   end function view_i4_2
+
   function view_i8_1(p) result(v)
     integer(c_int64_t), pointer, intent(in) :: p(:)
     type(view) :: v
@@ -1859,8 +1936,11 @@ contains
     v%rank = 1
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1))), c_loc(p(u(1)))])
+    call locate(v, [ &
+      c_loc(p(l(1))), &
+      c_loc(p(u(1)))])
   end function view_i8_1
+
   function view_i8_2(p) result(v)
     integer(c_int64_t), pointer, intent(in) :: p(:, :)
     type(view) :: v
@@ -1868,7 +1948,10 @@ contains
     v%rank = 2
     if (.not. associated(p)) return
     if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
-    call locate(v, [c_loc(p(l(1), l(2))), c_loc(p(u(1), l(2))), c_loc(p(l(1), u(2)))])
+    call locate(v, [ &
+      c_loc(p(l(1), l(2))), &
+      c_loc(p(u(1), l(2))), &
+      c_loc(p(l(1), u(2)))])
   end function view_i8_2
 
 end module icoray
