@@ -22,7 +22,6 @@ use crate::workspace::Workspace;
 
 /// Up to so many pictures are all listed; of more, the first and the last.
 const LISTED: usize = 30;
-const PROFILE: &str = "release";
 /// Steps of each model.
 const STEPS: usize = 5;
 const RANKS: usize = 2;
@@ -70,7 +69,7 @@ impl<'a> Demo<'a> {
         let text = fs::read_to_string(&scene)
             .map_err(Error::while_doing(format!("cannot read the scene file {}", scene.display())))?;
         let gpu = wants_gpu(options.backend.as_deref(), &text);
-        let products = workspace.products(PROFILE);
+        let products = workspace.products(&options.profile);
         disk::writable(&out, "--out DIR takes another directory for the pictures")?;
         disk::writable(&products, "let CARGO_TARGET_DIR name a directory that can be written")?;
         disk::has_space(&products, SPACE)?;
@@ -79,19 +78,19 @@ impl<'a> Demo<'a> {
 
     /// The first model.
     fn tracer(&self, steps: &mut Steps) -> Result<(), Error> {
-        let workspace = self.workspace;
+        let (workspace, profile) = (self.workspace, &self.options.profile);
         let pictures = Pictures::new(workspace, self.out.clone(), "tracer_");
         steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_DEMO, self.install, step))?;
         let title = format!("building the library (about {} minutes)", if self.gpu { 4 } else { 2 });
         steps.run(&title, |step| step.quiet(self.library()))?;
-        steps.run("building the tracer model", |step| step.quiet(models::compile_tracer(workspace, PROFILE)))?;
+        steps.run("building the tracer model", |step| step.quiet(models::compile_tracer(workspace, profile)))?;
         let start = steps.started;
         let lines = steps.run("running the tracer model (about half a minute)", |step| {
             let scene = self.with_backend(&self.scene)?;
             pictures.prepare()?;
             let mut first = None;
             let DemoOptions { level, layers, days, .. } = self.options;
-            let run = models::tracer(workspace, PROFILE)?.arg("--level").arg(level.to_string());
+            let run = models::tracer(workspace, profile)?.arg("--level").arg(level.to_string());
             let run = run.arg("--layers").arg(layers.to_string()).arg("--days").arg(days.to_string());
             let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
             step.echoed(run, || {
@@ -104,18 +103,18 @@ impl<'a> Demo<'a> {
                 }
             })
         })?;
-        show(workspace, steps, &pictures, &lines)
+        self.show(steps, &pictures, &lines)
     }
 
     /// The second model, from its packages on.
     fn shallow_water(&self, steps: &mut Steps) -> Result<(), Error> {
-        let workspace = self.workspace;
+        let (workspace, profile) = (self.workspace, &self.options.profile);
         let title = format!("looking for Fortran and MPI, for a model on {RANKS} ranks");
         let mpi = steps.run(&title, |step| {
             system::provide(requirements::FOR_DEMO_MPI, self.install, step)?;
             Mpi::find().map_err(Error::Failed)
         })?;
-        let model = ShallowWater::new(workspace, PROFILE, &mpi);
+        let model = ShallowWater::new(workspace, profile, &mpi);
         let pictures = Pictures::new(workspace, self.out.join("shallow_water"), "vorticity_");
         steps.run("building the library with MPI", |step| {
             model.remove_other_mpi(step)?;
@@ -129,7 +128,25 @@ impl<'a> Demo<'a> {
             let run = model.run(RANKS)?.args(SHALLOW_WATER).arg("--scene").arg(scene);
             step.echoed(run.arg("--out").arg(&pictures.folder), || {})
         })?;
-        show(workspace, steps, &pictures, &lines)
+        self.show(steps, &pictures, &lines)
+    }
+
+    /// Makes the contact sheet; prints the paths of the pictures, their cost and their errors.
+    fn show(&self, steps: &mut Steps, pictures: &Pictures, lines: &[String]) -> Result<(), Error> {
+        let workspace = self.workspace;
+        let taken = pictures.taken()?;
+        steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(&self.options.profile)))?;
+        let csv = workspace.shell.read_file(pictures.report())?;
+        print_line(&format!("\npictures ({}):", taken.len()));
+        let mut listed: Vec<_> = taken.iter().map(|picture| workspace.shown(picture)).collect();
+        if listed.len() > LISTED {
+            listed.splice(1..listed.len() - 1, ["...".to_owned()]);
+        }
+        listed.iter().for_each(|picture| print_line(&format!("  {picture}")));
+        print_line(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
+        print_line(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
+        print_line(&format!("\n{}", report::describe(lines, &csv)));
+        Ok(())
     }
 
     /// The C library, and the program that makes contact sheets.
@@ -137,7 +154,7 @@ impl<'a> Demo<'a> {
     /// The second model's library shares the core with this one. Cargo compiles the core once if its dependencies have
     /// the same features in both calls; see `contact_sheet/Cargo.toml` and the test below.
     fn library(&self) -> Cmd<'a> {
-        let cargo = self.workspace.cargo(["build", "--profile", PROFILE, "--package", "icoray-capi"]);
+        let cargo = self.workspace.cargo(["build", "--profile", &self.options.profile, "--package", "icoray-capi"]);
         let features = if self.gpu { "icoray-capi/live,icoray-capi/gpu" } else { "icoray-capi/live" };
         cargo.args(["--package", SHEET_PACKAGE, "--no-default-features", "--features", features])
     }
@@ -147,7 +164,7 @@ impl<'a> Demo<'a> {
         let (Some(backend), Some(name)) = (self.options.backend.as_deref(), scene.file_name()) else {
             return Ok(scene.to_owned());
         };
-        let copy = self.workspace.products(PROFILE).join(name);
+        let copy = self.workspace.products(&self.options.profile).join(name);
         let text = self.workspace.shell.read_file(scene)?;
         self.workspace.shell.write_file(&copy, replaced(&text, backend))?;
         Ok(copy)
@@ -171,23 +188,6 @@ fn wants_gpu(backend: Option<&str>, scene: &str) -> bool {
 fn replaced(scene: &str, backend: &str) -> String {
     let rest: Vec<&str> = scene.lines().filter(|line| !sets_backend(line)).collect();
     format!("backend = \"{backend}\"\n{}\n", rest.join("\n"))
-}
-
-/// Makes the contact sheet; prints the paths of the pictures, their cost and their errors.
-fn show(workspace: &Workspace, steps: &mut Steps, pictures: &Pictures, lines: &[String]) -> Result<(), Error> {
-    let taken = pictures.taken()?;
-    steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(PROFILE)))?;
-    let csv = workspace.shell.read_file(pictures.report())?;
-    print_line(&format!("\npictures ({}):", taken.len()));
-    let mut listed: Vec<_> = taken.iter().map(|picture| workspace.shown(picture)).collect();
-    if listed.len() > LISTED {
-        listed.splice(1..listed.len() - 1, ["...".to_owned()]);
-    }
-    listed.iter().for_each(|picture| print_line(&format!("  {picture}")));
-    print_line(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
-    print_line(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
-    print_line(&format!("\n{}", report::describe(lines, &csv)));
-    Ok(())
 }
 
 #[cfg(test)]
@@ -219,7 +219,7 @@ mod tests {
         tree.args(["tree", "--locked", "--edges", "normal", "--prefix", "none", "--format", "{p} {f}"]);
         // `cargo tree` has no profiles.
         let words: Vec<_> =
-            command.get_args().skip(1).filter(|word| *word != "--profile" && *word != PROFILE).collect();
+            command.get_args().skip(1).filter(|word| *word != "--profile" && *word != "release").collect();
         let output = tree.args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8(output.stdout).unwrap();
@@ -229,7 +229,8 @@ mod tests {
     #[test]
     fn both_libraries_are_built_with_one_core() {
         let workspace = Workspace::find().unwrap();
-        let options = DemoOptions { out: None, scene: None, backend: None, level: 5, layers: 30, days: 12.0 };
+        let profile = "release".to_owned();
+        let options = DemoOptions { out: None, scene: None, backend: None, level: 5, layers: 30, days: 12.0, profile };
         let (out, scene) = ("".into(), "".into());
         let mut demo = Demo { workspace: &workspace, options: &options, install: false, out, scene, gpu: false };
         let (cc, fortran, run) = ("mpicc".into(), "mpifort".into(), "mpirun".into());
@@ -237,7 +238,7 @@ mod tests {
         for gpu in [false, true] {
             demo.gpu = gpu;
             let first = packages(&demo.library().into());
-            let second = packages(&ShallowWater::new(&workspace, PROFILE, &mpi).library(gpu).into());
+            let second = packages(&ShallowWater::new(&workspace, "release", &mpi).library(gpu).into());
             let name = |line: &str| line.split_once(' ').map(|(name, _)| name.to_owned());
             let names: BTreeSet<_> = first.iter().map(|line| name(line)).collect();
             let both: BTreeSet<_> = second.into_iter().filter(|line| names.contains(&name(line))).collect();

@@ -44,8 +44,8 @@ pub enum Subcommand {
     /// tests were skipped, by cause, and: N passed, N failed, N skipped.
     #[command(after_help = TEST_ENVIRONMENT)]
     Test {
-        /// Also GPU and MPI, valgrind, long counts (10,000,000 rays, 60,000 damaged grids, 10,000 frames),
-        /// documentation, and programs in C, C++ and Fortran that link the installed library
+        /// Also GPU and MPI, valgrind, long counts (10,000,000 rays, 60,000 damaged grids, 10,000 frames), the Python
+        /// package, each feature alone, documentation, and programs in C, C++ and Fortran that link the installed library
         #[arg(long)]
         all: bool,
     },
@@ -103,6 +103,9 @@ pub struct DemoOptions {
     /// Simulated days of the tracer model
     #[arg(long, value_name = "X", default_value_t = 12.0, value_parser = positive)]
     pub days: f64,
+    /// Cargo's profile
+    #[arg(long, value_name = "NAME", default_value = "release", value_parser = ["release", "dev"])]
+    pub profile: String,
 }
 
 /// Options of `install`.
@@ -152,8 +155,12 @@ mod tests {
     #[test]
     fn lines_are_taken_or_refused() {
         Options::command().debug_assert();
-        for line in ["demo", "gallery --profile=dev", "test --all --no-install", "install --libdir lib/x --comin icon"]
-        {
+        for line in [
+            "demo --profile dev",
+            "gallery --profile=dev",
+            "test --all --no-install",
+            "install --libdir lib/x --comin icon",
+        ] {
             assert!(parse(line).is_ok(), "{line}");
         }
         for (line, code, message) in [

@@ -104,8 +104,6 @@ pub static FOR_INSTALL_MPI: &[&Package] = &[&CC, &C_HEADERS, &MPI_C, &CLANG];
 pub static FOR_TEST: &[&Package] = &[&CC, &C_HEADERS, &RUSTFMT, &CLIPPY];
 /// For reading files of models; without it the default checks leave out the packages that read files.
 pub static FOR_FILES: &[&Package] = &[&PKG_CONFIG, &NETCDF];
-/// For the tests of the Python package; without it the default checks leave them out.
-pub static FOR_PYTHON: &[&Package] = &[&PYTHON];
 /// For `test --all`: it builds the whole workspace, and programs as users of the installed library do.
 #[rustfmt::skip]
 pub static FOR_TEST_ALL: &[&Package] = &[
@@ -115,7 +113,7 @@ pub static FOR_TEST_ALL: &[&Package] = &[
 
 /// The packages of Debian for the default checks, or for all; each once.
 pub fn listed(all: bool) -> Vec<&'static str> {
-    let packages = if all { FOR_TEST_ALL.to_vec() } else { [FOR_TEST, FOR_FILES, FOR_PYTHON].concat() };
+    let packages = if all { FOR_TEST_ALL.to_vec() } else { [FOR_TEST, FOR_FILES].concat() };
     packages.into_iter().filter(|package| !package.is_component).map(|package| package.name).collect()
 }
 
@@ -136,7 +134,7 @@ mod tests {
         let components = FOR_TEST_ALL.iter().filter(|package| package.is_component);
         assert!(components.clone().count() > 0 && components.into_iter().all(|package| file.contains(package.name)));
         // The long run has all that the others have.
-        let needs = [FOR_DEMO, FOR_DEMO_MPI, FOR_INSTALL_MPI, FOR_TEST, FOR_FILES, FOR_PYTHON].concat();
+        let needs = [FOR_DEMO, FOR_DEMO_MPI, FOR_INSTALL_MPI, FOR_TEST, FOR_FILES].concat();
         let names: Vec<_> = FOR_TEST_ALL.iter().map(|package| package.name).collect();
         assert!(needs.iter().all(|package| names.contains(&package.name)));
     }

@@ -27,13 +27,14 @@ const SCRIPT: &str = "commands.sh";
 /// The start of every script.
 ///
 /// `cargo xtask test` does not run itself; its options are still checked. The programs that a page builds are there, as the
-/// tests have built them, and the demo is built in their profile: the release profile would compile everything again.
+/// tests have built them, and the demo is short and built in their profile: the release profile would compile everything
+/// again.
 const PRELUDE: &str = r#"set -euo pipefail
 trap 'echo "the command that failed is in the block at $block" >&2' ERR
 cargo() {
     case "$*" in
     "xtask test"*) command cargo "$@" --help >/dev/null ;;
-    "xtask demo"*) command cargo "$@" --profile dev ;;
+    "xtask demo"*) command cargo "$@" --profile dev --days 2 ;;
     "build --release -p icoray-cli") command -v icoray >/dev/null ;;
     "run --release -p icoray-study -- "*) shift 5; icoray-study "$@" ;;
     *) command cargo "$@" ;;
