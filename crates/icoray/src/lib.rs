@@ -7,7 +7,7 @@
 //!
 //! A generated mesh of 2,562 cells in place of a model's tables, and a wave in place of its field:
 //!
-//! ```
+//! ```standalone_crate
 //! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, output};
 //!
 //! let mesh = IcosahedralMesh::new(4)?;
