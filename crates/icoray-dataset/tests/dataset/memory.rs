@@ -28,8 +28,9 @@ impl MemorySource {
         MemorySource { made: made.clone(), variables: made.variables.iter().map(describe).collect() }
     }
 
-    fn made(&self, name: &str) -> &MadeVariable {
-        self.made.variables.iter().find(|variable| variable.name == name).expect("a variable of this source")
+    fn made(&self, name: &str) -> Result<&MadeVariable> {
+        let found = self.made.variables.iter().find(|variable| variable.name == name);
+        found.ok_or_else(|| (self as &dyn Source).error(ErrorKind::Io, format_args!("no such variable: {name}")))
     }
 }
 
@@ -47,7 +48,10 @@ impl Source for MemorySource {
     }
 
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
-        let attributes = variable.map_or(&self.made.attributes, |variable| &self.made(variable).attributes);
+        let attributes = match variable {
+            Some(variable) => &self.made(variable)?.attributes,
+            None => &self.made.attributes,
+        };
         let found = attributes.iter().find(|(its, _)| *its == name);
         Ok(found.map(|(_, value)| match value {
             Values::Text(text) => Attribute::Text(trimmed(text)),
@@ -56,7 +60,7 @@ impl Source for MemorySource {
     }
 
     fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
-        Ok(match &self.made(&variable.name).values {
+        Ok(match &self.made(&variable.name)?.values {
             Values::F32(values) => OwnedReals::F32(block(values, variable, start, count)),
             numbers => OwnedReals::F64(block(&widened(numbers), variable, start, count)),
         })
@@ -67,11 +71,13 @@ impl Source for MemorySource {
     }
 
     fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        Ok(widened(&self.made(&variable.name).values))
+        Ok(widened(&self.made(&variable.name)?.values))
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
-        let Values::Text(text) = &self.made(&variable.name).values else { panic!("{variable} is no text") };
+        let Ok(MadeVariable { values: Values::Text(text), .. }) = self.made(&variable.name) else {
+            panic!("{variable}, expected text")
+        };
         let mut texts: Vec<_> = text.chunks(variable.dimensions[1].len).map(|row| Some(trimmed(row))).collect();
         texts.resize(rows, None);
         texts

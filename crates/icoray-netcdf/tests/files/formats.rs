@@ -38,6 +38,11 @@ fn with_attributes() -> Made {
         ("valid_range", Values::I32(vec![0, 8])),
         ("units", "  K ".into()),
     ];
+    // Real ends are of unpacked values.
+    let mut other = made.variable("levels").clone();
+    other.name = "other_levels";
+    other.attributes[3].1 = Values::F64(vec![273.0, 274.0]);
+    made.variables.push(other);
     made.add("crs", &[], Values::I32(vec![0]));
     made.last().attributes = vec![("cf_role", "none".into())];
     made.remove("xtime");
