@@ -29,8 +29,14 @@ fn short_word(word: &str) -> String {
 
 /// At most `head` bytes of the beginning and as many of the end as make at most `total`, with `gap` between them.
 fn cut(text: &str, head: usize, total: usize, gap: &str) -> String {
-    let tail = text.ceil_char_boundary(text.len() - (total - head - gap.len()));
-    format!("{}{gap}{}", &text[..text.floor_char_boundary(head)], &text[tail..])
+    let tail = text.len() - (total - head - gap.len());
+    let tail = (tail..text.len()).find(|index| text.is_char_boundary(*index)).unwrap_or(text.len());
+    format!("{}{gap}{}", &text[..floor_char_boundary(text, head)], &text[tail..])
+}
+
+/// The last boundary between characters up to `index`: `str::floor_char_boundary` of Rust 1.91.
+pub(crate) fn floor_char_boundary(text: &str, index: usize) -> usize {
+    (0..=index.min(text.len())).rev().find(|index| text.is_char_boundary(*index)).unwrap_or(0)
 }
 
 /// Names as a list that stays short: the first six, and how many more there are.

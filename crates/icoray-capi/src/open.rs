@@ -4,6 +4,7 @@ use crate::borrow::{sized, text};
 use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_by, status};
 use crate::context::Context;
 use crate::handle::icoray_ctx;
+use crate::message::floor_char_boundary;
 use crate::types::{icoray_config, icoray_status};
 use crate::{launcher, processors, ranks};
 use icoray_core::{Ranks, Team};
@@ -162,7 +163,7 @@ pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_c
     }
     // SAFETY: the caller promises NULL or an open context.
     let message = unsafe { ctx.as_ref() }.map_or_else(last_message, icoray_ctx::message);
-    let cut = message.floor_char_boundary(len - 1);
+    let cut = floor_char_boundary(&message, len - 1);
     // SAFETY: cut + 1 <= len bytes fit; the message is ours and does not overlap.
     unsafe {
         ptr::copy_nonoverlapping(message.as_ptr(), buf.cast(), cut);
