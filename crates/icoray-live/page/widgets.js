@@ -145,8 +145,7 @@ function number(section, key, send) {
 }
 
 function colour(key, send) {
-  const other = [...(key.choices ?? []), ...(key.type.match(/"(\w+)"/g) ?? []).map((word) => word.slice(1, -1))];
-  const words = [...new Set(other)];
+  const words = key.choices ?? [];
   const read = (typed) => {
     if (words.includes(typed) || hexOf(typed)) return typed;
     throw new Error('Expected a colour such as #ff8800 or steelblue.');
@@ -269,8 +268,6 @@ export function makeWidget(section, key, path, send) {
   if (/integer/.test(type)) return mixed(key, send);
   if (key.choices?.length > 0 && !/table|list/.test(type)) return choice(() => key.choices, key, send);
   if (type === 'string') return text(key, send, (typed) => typed, String);
-  const count = /^(\d+) numbers$/.exec(type);
-  if (count) return vector(['x', 'y', 'z', 'w'].slice(0, Number(count[1])), key, send);
   const named = /^\[([\w ]+(?:, [\w ]+)*)\]$/.exec(type);
   if (named) return vector(named[1].split(', '), key, send);
   if (/^list of numbers/.test(type)) return list(key, send, false);

@@ -61,7 +61,7 @@
 //!
 //! # Supported Rust versions
 //!
-//! Rust 1.91 and later. Only a minor version of icoray may require a later Rust, which is then at least four releases
+//! Rust 1.89 and later. Only a minor version of icoray may require a later Rust, which is then at least four releases
 //! (six months) old.
 #![forbid(unsafe_code)]
 
