@@ -361,15 +361,8 @@ fn code(map: &CubeMap, corners: &[DVec3; 3]) -> u32 {
 mod tests {
     use super::*;
     use crate::IcosahedralMesh;
+    use icoray_test_support::Random;
     use std::collections::HashSet;
-
-    /// Numbers from 0 to 1, the same in each run.
-    fn numbers(mut state: u64) -> impl FnMut() -> f64 {
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        }
-    }
 
     /// Places in all triangles, at their vertices and sides too.
     #[test]
@@ -377,14 +370,15 @@ mod tests {
         for level in [1, 3, 5, 6] {
             let mesh = IcosahedralMesh::new(level).unwrap();
             let grid = Grid::new(mesh.tables()).unwrap();
-            let (cells, mut number) = (grid.macrocells(), numbers(7));
+            let cells = grid.macrocells();
+            let mut random = Random::new(7);
             let mut joined = JoinedBits::default();
             for triangle in 0..grid.triangles() as u32 {
                 let mut own = HashSet::new();
                 cells.each(&grid, triangle, |cell| assert!(own.insert(cell), "once each"));
                 let [a, b, c] = corners(&grid, triangle);
                 for k in 0..12 {
-                    let (u, v) = (number(), number());
+                    let (u, v) = (random.unit(), random.unit());
                     let [u, v] = if k < 3 { [f64::from(k & 1), f64::from(k >> 1)] } else { [u, v * (1.0 - u)] };
                     let cell = cells.map.number(cells.map.find(a + u * (b - a) + v * (c - a)));
                     assert!(own.contains(&cell), "level {level}, triangle {triangle}: {cell} of {own:?}");
@@ -415,8 +409,9 @@ mod tests {
     /// Lines through the sphere: up to its exit a macrocell is that of all places on them.
     #[test]
     fn lines_leave_macrocells_at_their_exits() {
-        let (fine, mut number) = (CubeMap::new(50_000), numbers(3));
-        let mut vector = || DVec3::from_array([(); 3].map(|()| 2.0 * number() - 1.0));
+        let fine = CubeMap::new(50_000);
+        let mut random = Random::new(3);
+        let mut vector = || DVec3::from_array([(); 3].map(|()| 2.0 * random.unit() - 1.0));
         let mut passed = [0; 2];
         for k in 0..600 {
             let (from, along) = (vector(), vector().normalize());

@@ -192,6 +192,17 @@ mod tests {
     }
 
     #[test]
+    fn a_failure_names_the_seed_of_its_numbers() {
+        if is_child() {
+            let _random = Random::new(35);
+            panic!("a failure");
+        }
+        let output = in_child("a_failure_names_the_seed_of_its_numbers", &[]);
+        assert!(!output.status.success());
+        assert!(text(&output.stdout).contains("random numbers of seed 35\n"), "{}", text(&output.stdout));
+    }
+
+    #[test]
     fn counts_are_long_only_in_the_long_run() {
         if is_child() {
             return println!("count {}", count(1, 100));

@@ -42,20 +42,17 @@ pub(crate) fn number(points: impl Iterator<Item = [f64; 3]>, tolerance: f64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icoray_test_support::Random;
 
     #[test]
     fn points_are_the_same_within_the_tolerance_wherever_buckets_end() {
         let tolerance = 1e-3;
-        let mut state = 1u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
+        let mut random = Random::new(1);
+        let mut moved = |x: f64| x + 0.5 * tolerance * (random.unit() - 0.5);
         // Points of a lattice 0.04 wide, moved by less than half the tolerance.
         let lattice: Vec<[f64; 3]> =
             (0..8000).map(|i| [i % 20, i / 20 % 20, i / 400].map(|k| 0.04 * f64::from(k) - 0.4)).collect();
-        let all: Vec<[f64; 3]> =
-            (0..3).flat_map(|_| lattice.clone()).map(|point| point.map(|x| x + 0.5 * tolerance * random())).collect();
+        let all: Vec<[f64; 3]> = (0..3).flat_map(|_| lattice.clone()).map(|point| point.map(&mut moved)).collect();
         let (numbers, first) = number(all.into_iter(), tolerance);
         assert_eq!(first, (0..8000).collect::<Vec<_>>());
         for (i, number) in numbers.iter().enumerate() {

@@ -5,6 +5,7 @@ use crate::field::{Field, Location};
 use crate::grid::{GridTables, IcosahedralMesh};
 use crate::reals::Reals;
 use crate::shape::Shape;
+use icoray_test_support::Random;
 
 fn radii(layers: usize) -> Vec<f64> {
     (0..layers).map(|l| 1.0 + 0.002 * l as f64 + 1e-4 * ((l * l) % 7) as f64).collect()
@@ -111,11 +112,7 @@ type Values<'v> = &'v dyn Fn(usize, usize) -> f64;
 
 /// Numbers without order in -1 to 1.
 fn random(cell: usize, layer: usize) -> f64 {
-    let mut state = (cell as u64 * 1_000_003 + layer as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    state ^= state >> 29;
-    state = state.wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    state ^= state >> 32;
-    state as f64 / u64::MAX as f64 * 2.0 - 1.0
+    2.0 * Random::at(cell * 1_000_003 + layer).unit() - 1.0
 }
 
 const LAYERS: [usize; 6] = [2, 5, 16, 17, 33, 50];

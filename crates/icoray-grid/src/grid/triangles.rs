@@ -150,6 +150,7 @@ fn turn(corner_cell: &[i32], cell: i32, around: &[i32], place: &mut [i32]) {
 mod tests {
     use super::*;
     use crate::grid::{Grid, GridTables, IcosahedralMesh};
+    use icoray_test_support::Random;
 
     fn grid_of<'a>(mesh: &'a IcosahedralMesh, corner_cell: &'a [i32], of: &'a Connectivity) -> GridTables<'a> {
         GridTables {
@@ -189,12 +190,12 @@ mod tests {
     #[test]
     fn a_sphere_with_holes_passes_the_check() {
         let mesh = IcosahedralMesh::new(2).unwrap();
-        let mut state = 9u64;
+        let mut random = Random::new(9);
         for keep in [95, 70, 40] {
-            let kept = mesh.corner_cell.chunks_exact(3).flat_map(|triangle| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                if (state >> 33) % 100 < keep { triangle.to_vec() } else { vec![NONE; 3] }
-            });
+            let kept = mesh
+                .corner_cell
+                .chunks_exact(3)
+                .flat_map(|triangle| if random.below(100) < keep { triangle.to_vec() } else { vec![NONE; 3] });
             let kept: Vec<i32> = kept.collect();
             let there: Vec<i32> = kept.iter().copied().filter(|cell| *cell != NONE).collect();
             let of = connect(&there, mesh.cells()).unwrap();

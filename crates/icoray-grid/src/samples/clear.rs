@@ -171,6 +171,7 @@ mod tests {
     use crate::field::{Field, Location};
     use crate::reals::Reals;
     use crate::shape::Shape;
+    use icoray_test_support::Random;
 
     const COLUMNS: usize = 2500;
 
@@ -228,19 +229,15 @@ mod tests {
     #[test]
     fn vectors_find_what_single_values_do() {
         fn compare<S: Sample>(special: &[S], test: ClearTest<S>) {
-            let mut state = 1u64;
-            let mut random = move || {
-                state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-                (state >> 33) as usize
-            };
+            let mut random = Random::new(1);
             for length in (0..80).cycle().take(4000) {
                 let value = |number: usize| match number % 5 {
                     // Long stretches of clear values, so that a single other one is found.
                     0 => special[number / 5 % special.len()],
                     _ => S::near(0.5),
                 };
-                let row: Vec<S> = (0..length).map(|_| value(random())).collect();
-                let bits: Vec<u32> = (0..length).map(|_| 1 << (random() % 32) | 1 << (random() % 32)).collect();
+                let row: Vec<S> = (0..length).map(|_| value(random.bits() as usize)).collect();
+                let bits: Vec<u32> = (0..length).map(|_| 1 << random.below(32) | 1 << random.below(32)).collect();
                 let expected = row.iter().zip(&bits).fold(0, |all, (value, bit)| all | test.bit(*value, *bit));
                 for level in [Level::new(), Level::baseline()] {
                     let found = dispatch!(level, simd => test.joined(simd, &row, &bits));

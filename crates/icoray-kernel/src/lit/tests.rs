@@ -132,7 +132,7 @@ fn largest_difference(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 
 #[test]
 fn one_shade_is_no_farther_off_than_it_says() {
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let cases = icoray_test_support::count(3_000, 200_000);
     let mut told_little = 0;
     for number in 0..cases {
@@ -149,7 +149,7 @@ fn one_shade_is_no_farther_off_than_it_says() {
 
 #[test]
 fn pieces_are_cut_until_they_can_be_afforded() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     for number in 0..icoray_test_support::count(10_000, 50_000) {
         let case = case(&mut random, number);
         for color_tolerance in [5e-3, 5e-4, 5e-5] {
@@ -166,7 +166,7 @@ fn pieces_are_cut_until_they_can_be_afforded() {
 
 #[test]
 fn a_missing_normal_has_ambient_light() {
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let mut case = case(&mut random, 0);
     (case.interpolant.from, case.interpolant.to, case.interpolant.kappa) = ([0.0; 4], [0.0; 4], [0.0; 4]);
     case.shading.ambient = 0.0;
@@ -244,7 +244,7 @@ fn in_single(case: &Case) -> Radiance<f32> {
 
 #[test]
 fn single_precision_adds_no_more_than_rounding() {
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     for number in 0..icoray_test_support::count(10_000, 500_000) {
         let case = case(&mut random, number);
         let (wide, narrow) = (case.lit(1e-6, 0), in_single(&case).wide());

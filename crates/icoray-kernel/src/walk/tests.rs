@@ -65,7 +65,7 @@ fn must_walk(grid: &Grid, eye: DVec3, dir: DVec3, hint: u32) -> usize {
 fn uneven(level: u32) -> (IcosahedralMesh, Vec<f32>, Vec<f32>) {
     let mut mesh = IcosahedralMesh::new(level).unwrap();
     let spacing = 1.1 / f64::from(1u32 << level);
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let (mut lon, mut lat) = (Vec::new(), Vec::new());
     for cell in 0..mesh.cells() {
         let at = icoray_grid::grid::unit_vector(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
@@ -95,7 +95,7 @@ fn random_rays_are_walked_to_their_end() {
             let grid = if block % 8 == 0 { &fine } else { &uneven };
             let mut columns = 0;
             for ray in 0..BLOCK {
-                let mut random = Random(block * BLOCK + ray);
+                let mut random = Random::new(block * BLOCK + ray);
                 // Eyes from the centre out to 1e4 radii; aims around the shell, many of them grazing it.
                 let far = [0.3, 1.0, 1.05, 1.5, 3.0, 1e4][(ray % 6) as usize];
                 let eye = DVec3::from_array(random.direction()) * far * random.unit().max(0.01);
@@ -132,7 +132,7 @@ fn random_rays_are_walked_over_holes() {
         let walked: usize = (0..each)
             .into_par_iter()
             .map(|ray| {
-                let mut random = Random(ray);
+                let mut random = Random::new(ray);
                 let far = [0.3, 1.0, 1.05, 1.5, 3.0, 1e4][(ray % 6) as usize];
                 let eye = DVec3::from_array(random.direction()) * far * random.unit().max(0.01);
                 let aim = DVec3::from_array(random.direction())

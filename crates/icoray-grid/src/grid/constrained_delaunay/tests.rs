@@ -27,7 +27,7 @@ fn plain() -> ConstrainedDelaunay {
 #[test]
 fn points_anywhere_are_worked_in() {
     let mut triangulation = plain();
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     for _ in 0..400 {
         // Far from each other, and in clusters as fine as a rounding.
         let center = DVec3::from_array(random.direction());
@@ -56,7 +56,7 @@ fn points_on_sides_split_them_and_points_on_vertices_clash() {
 
 #[test]
 fn sides_are_cleared_and_stay() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let (mut fixed, mut crossing) = (0, 0);
     for _ in 0..40 {
         let mut triangulation = plain();

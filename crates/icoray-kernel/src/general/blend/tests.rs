@@ -1,6 +1,7 @@
 use super::*;
 use crate::transfer::KernelKnot;
 use glam::DVec3;
+use icoray_test_support::{Random, count};
 
 fn knot(value: f64, color: [f64; 3], extinction: f64) -> KernelKnot {
     KernelKnot { value, color, extinction }
@@ -121,18 +122,13 @@ fn light_follows_the_gradient_of_what_absorbs() {
 }
 
 /// A random gradient as along a frustum: it turns a little, or round and round.
-fn random_gradient(next: &mut impl FnMut() -> f64, eps: f64) -> [Segment<f64>; 3] {
-    let turn = 10f64.powf(-2.5 + 3.5 * next());
+fn random_gradient(random: &mut Random, eps: f64) -> [Segment<f64>; 3] {
+    let turn = 10f64.powf(-2.5 + 3.5 * random.unit());
     [(); 3].map(|()| {
-        let base = 2.0 * next() - 1.0;
-        let mut swing = || turn * (2.0 * next() - 1.0);
+        let base = 2.0 * random.unit() - 1.0;
+        let mut swing = || turn * (2.0 * random.unit() - 1.0);
         segment(base + swing(), base + swing(), swing(), eps, 1.0)
     })
-}
-
-fn direction(next: &mut impl FnMut() -> f64) -> DVec3 {
-    let mut axis = || 2.0 * next() - 1.0;
-    DVec3::new(axis(), axis(), axis()).normalize()
 }
 
 /// The light of lit parts by midpoints.
@@ -163,28 +159,22 @@ fn lit_by_brute_force(
 fn light_on_normals_that_turn_is_that_of_fine_steps() {
     let red = medium(0, &[knot(0.0, [1.0, 0.1, 0.0], 0.3), knot(1.0, [0.4, 0.0, 0.2], 3.0)]);
     let blue = medium(1, &[knot(10.0, [0.0, 0.2, 1.0], 5.0), knot(20.0, [0.0, 0.9, 0.3], 1.0)]);
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut next = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = Random::new(1);
     let mut beyond = Vec::new();
-    let cases = icoray_test_support::count(600, 20_000);
+    let cases = count(600, 20_000);
     for case in 0..cases {
         let eps = [0.0, 0.01, -0.3, 0.8][case % 4];
         let length = [0.05, 0.5, 3.0][case / 4 % 3];
-        let interpolants = [random_gradient(&mut next, eps), random_gradient(&mut next, eps)];
+        let interpolants = [random_gradient(&mut random, eps), random_gradient(&mut random, eps)];
         let shading = crate::shade::Shading {
             ambient: 0.3,
             diffuse: 0.7,
             specular: [0.0, 0.3, 1.0][case / 12 % 3],
             shininess: [1.0, 8.0, 32.0, 100.0][case / 36 % 4],
-            towards_light: (case / 144 % 3 > 0).then(|| direction(&mut next)),
+            towards_light: (case / 144 % 3 > 0).then(|| DVec3::from_array(random.direction())),
             is_packed: false,
         };
-        let shading = shading.along::<f64>(direction(&mut next));
+        let shading = shading.along::<f64>(DVec3::from_array(random.direction()));
         let gradient = |slot: usize, u: f64| interpolants[slot].map(|axis| axis.value(u));
         let (f, g) = (segment(0.1, 0.9, 0.2, eps, length), segment(19.0, 11.0, -0.5, eps, length));
         let both = [MediumPiece::new(&red, [f, f], 0.5, 0).unwrap(), MediumPiece::new(&blue, [g, g], 0.5, 1).unwrap()];

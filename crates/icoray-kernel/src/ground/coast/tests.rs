@@ -1,15 +1,7 @@
 use super::*;
 use crate::ground::screen_jacobian::{SurfaceHit, View};
 use icoray_scene::Camera;
-
-/// Numbers in [0, 1) that are the same in each run.
-fn numbers() -> impl FnMut() -> f64 {
-    let mut state = 1u64;
-    move || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
+use icoray_test_support::Random;
 
 #[test]
 fn places_are_where_they_are() {
@@ -55,12 +47,12 @@ fn places_are_where_they_are() {
 #[test]
 fn a_way_that_crosses_an_odd_number_of_coasts_leads_from_land_to_sea() {
     let (coast, all) = (Coast::get(), segments());
-    let mut number = numbers();
+    let mut random = Random::new(1);
     let cross =
         |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0;
     let mut found = [0; 2];
     for _ in 0..2000 {
-        let mut place = || [360.0 * number() - 180.0, 180.0 * number() - 90.0];
+        let mut place = || [360.0 * random.unit() - 180.0, 180.0 * random.unit() - 90.0];
         let (from, to) = (place(), place());
         let crosses =
             |[a, b]: &&Segment| cross(from, to, *a) != cross(from, to, *b) && cross(*a, *b, from) != cross(*a, *b, to);
@@ -75,10 +67,10 @@ fn a_way_that_crosses_an_odd_number_of_coasts_leads_from_land_to_sea() {
 #[test]
 fn a_part_of_the_earth_is_land() {
     let coast = Coast::get();
-    let mut number = numbers();
+    let mut random = Random::new(1);
     let count = 40_000;
     let is_land = |_: &i32| {
-        let (lon, z) = (360.0 * number() - 180.0, 2.0 * number() - 1.0);
+        let (lon, z) = (360.0 * random.unit() - 180.0, 2.0 * random.unit() - 1.0);
         coast.is_land(lon, z.asin().to_degrees())
     };
     let part = (0..count).filter(is_land).count() as f64 / f64::from(count);
@@ -103,13 +95,13 @@ fn brute(place: DVec3, all: &[Segment]) -> f64 {
 #[test]
 fn distances_are_those_to_the_nearest_of_all_coasts() {
     let (coast, all) = (Coast::get(), segments());
-    let mut number = numbers();
+    let mut random = Random::new(1);
     let mut near = 0;
     let poles = [[0.0, -90.0], [10.0, 90.0], [180.0, -84.5], [-180.0, -16.2], [179.99, 68.9], [-179.99, 65.0]];
     let coasts = (0..40).map(|i| {
         // Beside a coast somewhere.
         let [lon, lat] = all[i * 127][0];
-        [lon + 4.0 * number() - 2.0, lat + 4.0 * number() - 2.0]
+        [lon + 4.0 * random.unit() - 2.0, lat + 4.0 * random.unit() - 2.0]
     });
     for [lon, lat] in coasts.chain(poles).collect::<Vec<_>>() {
         let (lat, height) = (lat.clamp(-90.0, 90.0), 1000);

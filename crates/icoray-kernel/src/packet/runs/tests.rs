@@ -170,7 +170,7 @@ fn fragments_of_packets_are_those_of_single_rays() {
     let culled = Culled::new(&mesh, &holes[holes.len() / 2].1, Style::Corners, Mark::BeforeFirst, 1);
     let with_holes = culled.grid();
     let patch = |p: DVec3, _: u32| p.dot(DVec3::new(0.6, 0.5, 0.3)) > 0.2;
-    let scattered = |_: DVec3, t: u32| t.wrapping_mul(0x9e37_79b9) >> 30 == 0;
+    let scattered = |_: DVec3, t: u32| Random::at(t as usize).below(4) == 0;
     let models = [
         ("patch", Model::new(&whole, patch, 8.0)),
         ("scattered", Model::new(&whole, scattered, 40.0)),
@@ -178,7 +178,7 @@ fn fragments_of_packets_are_those_of_single_rays() {
         ("holes", Model::new(&with_holes, patch, 8.0)),
         ("holes, dense and scattered", Model::new(&with_holes, scattered, 200.0).masked()),
     ];
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let (mut fragments, mut ended) = (0, 0);
     for eye in [DVec3::new(2.1, 1.4, 0.9), DVec3::new(0.7, 0.75, 0.4)] {
         let rays = rays(eye, &mut random);

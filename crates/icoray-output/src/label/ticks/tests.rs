@@ -1,6 +1,7 @@
 //! Labels that people would write, and what holds of all ticks.
 
 use super::*;
+use icoray_test_support::Random;
 
 const SYMLOG: Scale = Scale::SymLog { threshold: 1e-5 };
 
@@ -44,15 +45,6 @@ fn ticks_are_what_people_would_write() {
     }
 }
 
-/// Numbers from 0 to 1 that look like chance, the same each time.
-fn chance() -> impl FnMut() -> f64 {
-    let mut state = 0x9e37_79b9_7f4a_7c15u64;
-    move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 /// The number that a label stands for.
 fn meant(label: &str, exponent: i32) -> f64 {
     let plain = label.replace('−', "-");
@@ -71,19 +63,19 @@ fn meant(label: &str, exponent: i32) -> f64 {
 
 #[test]
 fn ticks_rise_within_the_range_and_say_their_values() {
-    let mut chance = chance();
+    let mut random = Random::new(1);
     for case in 0..20_000 {
-        let threshold = 10f64.powf(8.0 * chance() - 6.0);
+        let threshold = 10f64.powf(8.0 * random.unit() - 6.0);
         let scale = [Scale::Linear, Scale::Log, Scale::SymLog { threshold }][case % 3];
         let mut end = || {
-            let size = 10f64.powf(24.0 * chance() - 12.0);
-            if scale != Scale::Log && chance() < 0.5 { -size } else { size }
+            let size = 10f64.powf(24.0 * random.unit() - 12.0);
+            if scale != Scale::Log && random.unit() < 0.5 { -size } else { size }
         };
         let (a, b) = (end(), end());
         // Also narrow ranges far from 0.
         let b = if case % 5 == 0 { a * 1.001 } else { b };
         let range = [a.min(b), a.max(b)];
-        let most = 2 + (9.0 * chance()) as usize;
+        let most = 2 + (9.0 * random.unit()) as usize;
         let Ticks { major, minor, exponent } = ticks(scale, range, most);
         let told = format!("{scale:?} {range:?} at most {most}: {major:?}");
         assert!(!major.is_empty() && major.len() <= most.max(3), "{told}");
@@ -105,11 +97,11 @@ fn ticks_rise_within_the_range_and_say_their_values() {
 /// Steps are 1, 2 or 5 times a power of ten, and the next finer ones would be too many.
 #[test]
 fn linear_steps_are_the_finest_that_fit() {
-    let mut chance = chance();
+    let mut random = Random::new(1);
     for _ in 0..5000 {
-        let low = 200.0 * chance() - 100.0;
-        let span = 10f64.powf(6.0 * chance() - 4.0);
-        let most = 5 + (8.0 * chance()) as usize;
+        let low = 200.0 * random.unit() - 100.0;
+        let span = 10f64.powf(6.0 * random.unit() - 4.0);
+        let most = 5 + (8.0 * random.unit()) as usize;
         let values: Vec<f64> = ticks(Scale::Linear, [low, low + span], most).major.iter().map(|t| t.0).collect();
         let [first, second] = values[..2] else { panic!("{values:?}") };
         let step = second - first;

@@ -6,6 +6,7 @@
 
 use super::{Grid, GridTables, IcosahedralMesh, LonLat};
 use glam::DVec3;
+use icoray_test_support::Random;
 
 /// How a table says that something is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,14 +125,6 @@ pub fn towards(lon_deg: f64, lat_deg: f64) -> DVec3 {
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
 }
 
-/// A number in [0, 1) for a cell (SplitMix64's mixing).
-fn chance(cell: usize, seed: u64) -> f64 {
-    let z = (cell as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ seed.wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-}
-
 /// A name and which cells stay.
 pub type Hole = (&'static str, Vec<bool>);
 
@@ -155,9 +148,9 @@ pub fn holes(mesh: &IcosahedralMesh) -> Vec<Hole> {
         ("half of the sphere", by(&|_, p| p.x > 0.0)),
         ("a belt", by(&|_, p| p.z.abs() < 0.35)),
         ("patches", by(&|_, p| continents(p) || near(p, 60.0, 60.0, 12.0))),
-        ("every third cell missing", by(&|cell, _| chance(cell, 1) > 0.33)),
-        ("half of the cells missing", by(&|cell, _| chance(cell, 2) > 0.5)),
-        ("nearly all cells missing", by(&|cell, _| chance(cell, 3) > 0.8)),
+        ("every third cell missing", by(&|cell, _| Random::at(cell).unit() > 0.33)),
+        ("half of the cells missing", by(&|cell, _| Random::at(cell).unit() > 0.5)),
+        ("nearly all cells missing", by(&|cell, _| Random::at(cell).unit() > 0.8)),
         ("islands of one cell", by(&|cell, _| cell % 37 == 5)),
     ]
 }
