@@ -50,7 +50,9 @@ impl Mpi {
         let mut command = command("timeout", directory);
         command.args(["--kill-after=5", &PATIENCE.as_secs().to_string(), self.run, "-n", &ranks.to_string()]);
         if self.is_open_mpi() {
-            let options = "--oversubscribe --bind-to none --mca btl_vader_single_copy_mechanism none";
+            // Ranks that wait leave their processor to other tests.
+            let options = "--oversubscribe --bind-to none --mca btl_vader_single_copy_mechanism none \
+                           --mca mpi_yield_when_idle 1";
             command.args(options.split(' '));
             if text(&succeeded(Command::new("id").arg("-u")).stdout).trim() == "0" {
                 command.arg("--allow-run-as-root");

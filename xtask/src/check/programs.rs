@@ -1,13 +1,13 @@
 //! Test programs: built by one cargo command, and run side by side, as many at a time as there are processors.
 //!
 //! `cargo test` runs one program after the other: processors idle while the last tests of a program run, or wait for
-//! ranks, for a browser or for files. The programs that took longest in the last run start first.
+//! ranks, for a browser or for files.
 
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::Instant;
 
@@ -20,9 +20,16 @@ use crate::error::Error;
 use crate::step::{Step, print_error};
 use crate::workspace::Workspace;
 
-/// Programs whose tests start many processes (ranks of MPI, valgrind, browsers): one of them runs at a time.
-const CROWDED: [&str; 4] =
-    ["icoray-cli browser", "icoray-tests interface", "icoray-tests models", "icoray-tests ranks"];
+/// The programs that take longest, in this order: they start first, so that none of them runs alone at the end.
+const LONGEST: [&str; 7] = [
+    "icoray-tests ranks",
+    "icoray-tests interface",
+    "icoray-tests accuracy",
+    "icoray suite",
+    "icoray-gpu suite",
+    "icoray-tests models",
+    "icoray ranks",
+];
 
 /// A test program that cargo has built.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,24 +75,22 @@ pub fn run<'a>(
     let messages = cargo().args(["--no-run", "--message-format=json"]).quiet().ignore_stderr().read()?;
     step.note(&format!("  built, {:.1} s", started.elapsed().as_secs_f64()));
     let mut programs = listed(&messages);
-    // Programs that never ran are taken for long ones.
-    let seconds = |program: &Program| record.times.of_last_run(&program.name).unwrap_or(f64::INFINITY);
-    programs.sort_by(|a, b| seconds(b).total_cmp(&seconds(a)));
+    let rank = |name: &str| LONGEST.iter().position(|long| *long == name).unwrap_or(LONGEST.len());
+    programs.sort_by_key(|program| rank(&program.name));
     let libraries = libraries(workspace)?;
-    let queue = Queue::new(programs);
+    let queue = Mutex::new(programs.into_iter());
     let (sender, ended) = mpsc::channel();
     let mut failed = Vec::new();
     thread::scope(|scope| {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
             let (sender, queue, libraries) = (sender.clone(), &queue, &libraries);
             scope.spawn(move || {
-                while let Some(program) = queue.next() {
+                while let Some(program) = next(queue) {
                     let mut command = Command::new(&program.file);
                     command.current_dir(&program.directory).env("CARGO_MANIFEST_DIR", &program.directory);
                     command.env("LD_LIBRARY_PATH", libraries).envs(run.variables.iter().cloned());
                     command.args(Some(run.filter).filter(|filter| !filter.is_empty()));
                     let ended = execute(&program, command);
-                    queue.end(&program);
                     // The receiver lives as long as this scope.
                     let _ = sender.send(ended);
                 }
@@ -152,51 +157,9 @@ fn libraries(workspace: &Workspace) -> Result<OsString, Error> {
     env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))
 }
 
-/// The programs that wait, and whether a crowded one runs.
-struct Queue {
-    state: Mutex<(Vec<Program>, bool)>,
-    ended: Condvar,
-}
-
-impl Queue {
-    fn new(programs: Vec<Program>) -> Self {
-        Self { state: Mutex::new((programs, false)), ended: Condvar::new() }
-    }
-
-    fn state(&self) -> MutexGuard<'_, (Vec<Program>, bool)> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The first program that may run now; waits while only crowded ones are left and one of these runs.
-    fn next(&self) -> Option<Program> {
-        let mut state = self.state();
-        loop {
-            let (waiting, is_crowded) = &mut *state;
-            let place = waiting.iter().position(|program| !(*is_crowded && program.is_crowded()));
-            if let Some(place) = place {
-                let program = waiting.remove(place);
-                *is_crowded |= program.is_crowded();
-                return Some(program);
-            }
-            if waiting.is_empty() {
-                return None;
-            }
-            state = self.ended.wait(state).unwrap_or_else(PoisonError::into_inner);
-        }
-    }
-
-    fn end(&self, program: &Program) {
-        if program.is_crowded() {
-            self.state().1 = false;
-            self.ended.notify_all();
-        }
-    }
-}
-
-impl Program {
-    fn is_crowded(&self) -> bool {
-        CROWDED.contains(&self.name.as_str())
-    }
+/// The next program that waits.
+fn next(queue: &Mutex<impl Iterator<Item = Program>>) -> Option<Program> {
+    queue.lock().unwrap_or_else(PoisonError::into_inner).next()
 }
 
 #[cfg(test)]
@@ -223,17 +186,6 @@ mod tests {
             |name: &str, file: &str| Program { name: name.into(), file: file.into(), directory: "/w/x".into() };
         let expected = [program("icoray suite", "/t/suite-1"), program("icoray-tests ranks", "/t/ranks-2")];
         assert_eq!(listed(&messages.join("\n")), expected);
-    }
-
-    #[test]
-    fn crowded_programs_run_one_at_a_time_and_hold_up_no_other() {
-        let program = |name: &str| Program { name: name.into(), file: "".into(), directory: "".into() };
-        let queue = Queue::new([CROWDED[0], CROWDED[1], "icoray suite"].map(program).into());
-        let first = queue.next().unwrap();
-        assert_eq!((first.name.as_str(), queue.next().unwrap().name.as_str()), (CROWDED[0], "icoray suite"));
-        queue.end(&first);
-        assert_eq!(queue.next().unwrap().name, CROWDED[1]);
-        assert_eq!(queue.next(), None);
     }
 
     #[test]

@@ -31,11 +31,6 @@ impl Times {
         Self { file, last, now: Vec::new() }
     }
 
-    /// The seconds that a step or program took in the last run.
-    pub fn of_last_run(&self, what: &str) -> Option<f64> {
-        self.last.get(what).copied()
-    }
-
     /// Adds a step or program of this run.
     pub fn add(&mut self, what: &str, seconds: f64) {
         self.now.push((what.to_owned(), seconds));
@@ -86,7 +81,6 @@ mod tests {
         fs::create_dir_all(&directory).unwrap();
         let last = parsed("what,seconds\nlints,80.0\nicoray suite,40.5\nlinks, of pages,0.1\nno number,x\n");
         let mut times = Times { file: directory.join(FILE), last, now: Vec::new() };
-        assert_eq!(times.of_last_run("icoray suite"), Some(40.5));
         times.add("formatting", 1.0);
         times.add("icoray suite", 30.0);
         times.write().unwrap();

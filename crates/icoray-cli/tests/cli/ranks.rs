@@ -23,6 +23,7 @@ fn on_ranks(ranks: usize, folder: &Path, more: &[&str]) -> Option<Output> {
         ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
         ("OMPI_MCA_hwloc_base_binding_policy", "none"),
         ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+        ("OMPI_MCA_mpi_yield_when_idle", "1"),
         ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
         ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
         ("HDF5_USE_FILE_LOCKING", "FALSE"),
