@@ -52,6 +52,7 @@ static CHECKS: &[(&str, When, Run)] = &[
     ("features", WithAll, Whole(features::check)),
     ("Python package", WithAll, Counted(python::tests)),
     ("documentation", WithAll, Whole(suite::documentation)),
+    ("crates as they are published", WithAll, Whole(suite::published)),
     ("install and link", WithAll, Whole(|suite, step| link::check(suite.workspace, step))),
     ("links of the pages", Always, Whole(|suite, step| book::check_links(suite.workspace, step))),
     ("commands of the pages", Always, Counted(commands)),

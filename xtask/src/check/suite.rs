@@ -87,6 +87,11 @@ pub fn documentation(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     step.quiet(suite.cargo_all("doc", FEATURES_OF_RANKS).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
+/// That crates can be published, all but their compilation: packages are complete and depend on published ones alone.
+pub fn published(suite: &Suite, step: &mut Step) -> Result<(), Error> {
+    step.quiet(suite.workspace.cargo(["publish", "--workspace", "--dry-run", "--no-verify", "--allow-dirty"]))
+}
+
 pub fn tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
     let mut variables = suite.variables();
     if suite.all {
