@@ -2,7 +2,7 @@
 //!
 //! [`check_links`] checks relative links and anchors, and compares code with the files that it is taken from.
 //! [`build`] builds the book with mdBook. [`run_commands`] runs the blocks marked `sh`, from the text of the pages.
-//! Scenes in the pages are parsed by `crates/icoray/tests/docs.rs`.
+//! Scenes in the pages are parsed by `crates/icoray-scene/tests/pages.rs`.
 
 mod commands;
 mod html;

@@ -1,6 +1,6 @@
 //! The scenes in the README and the book are scenes.
 
-use icoray::Script;
+use icoray_scene::Script;
 use std::fs;
 use std::path::{Path, PathBuf};
 use toml::Table;
