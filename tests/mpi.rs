@@ -295,7 +295,7 @@ fn mpich_does_the_same() {
     if MPICH.is_there() {
         pictures(&MPICH, &[2, 3]);
         refusals(&MPICH, &[2]);
-        parts(&MPICH, &[(2, ""), (2, "1")]);
+        parts(&MPICH, &[(2, ""), (3, "1")]);
         wrong_parts(&MPICH, &[2]);
         failures(&MPICH, &[2]);
         columns(&MPICH, &[(2, ""), (3, "2")]);
