@@ -21,14 +21,15 @@ use crate::step::{Step, print_error};
 use crate::workspace::Workspace;
 
 /// The programs that take longest, in this order: they start first, so that none of them runs alone at the end.
-const LONGEST: [&str; 7] = [
-    "icoray-tests ranks",
-    "icoray-tests interface",
-    "icoray-tests accuracy",
-    "icoray suite",
+const LONGEST: [&str; 8] = [
     "icoray-gpu suite",
+    "icoray-tests ranks",
+    "icoray-tests accuracy",
+    "icoray-tests interface",
+    "icoray suite",
     "icoray-tests models",
     "icoray ranks",
+    "icoray-cli browser",
 ];
 
 /// A test program that cargo has built.
