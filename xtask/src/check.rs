@@ -66,8 +66,12 @@ const ADDED: &str = "GPU and MPI with their tests, valgrind, long counts of rays
 
 /// Runs all checks, even if some fail, so that one run shows all faults. The last line is `N passed, N failed, N
 /// skipped`; the exit code says whether all passed.
-pub fn run(workspace: &Workspace, all: bool, install: bool) -> Result<ExitCode, Error> {
-    let checks: Vec<_> = CHECKS.iter().filter(|(_, when, _)| all || *when == Always).collect();
+pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Result<ExitCode, Error> {
+    let checks: Vec<_> =
+        CHECKS.iter().filter(|(title, when, _)| (all || *when == Always) && title.contains(only)).collect();
+    if checks.is_empty() {
+        return Err(Error::Failed(format!("no check has {only:?} in its title; they are: {}", titles(all))));
+    }
     print_line(&if all { format!("--all adds {ADDED}") } else { format!("only with --all: {ADDED}") });
     let mut steps = Steps::new(checks.len() + 1);
     let mut record = Record { tally: Tally::default(), times: Times::read(workspace) };
@@ -108,6 +112,12 @@ pub fn run(workspace: &Workspace, all: bool, install: bool) -> Result<ExitCode, 
     print_line(&format!("\nlongest, of {} s:", steps.started.elapsed().as_secs()));
     record.times.lines().iter().chain(&record.tally.lines()).for_each(|line| print_line(line));
     Ok(if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The titles of the checks of a run.
+fn titles(all: bool) -> String {
+    let checks = CHECKS.iter().filter(|(_, when, _)| all || *when == Always);
+    checks.map(|(title, ..)| *title).collect::<Vec<_>>().join(", ")
 }
 
 /// The commands of the pages: counted as one check, and each skipped block as one.

@@ -50,7 +50,7 @@ fn run(Options { subcommand, no_install }: Options) -> Result<ExitCode, Error> {
         Subcommand::Install(options) => install::run(&workspace, &options, install)?,
         Subcommand::Package => package::run(&workspace)?,
         Subcommand::Requirements { all } => requirements::listed(all).iter().for_each(|package| print_line(package)),
-        Subcommand::Test { all } => return check::run(&workspace, all, install),
+        Subcommand::Test { all, only } => return check::run(&workspace, all, &only, install),
     }
     Ok(ExitCode::SUCCESS)
 }

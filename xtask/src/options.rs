@@ -48,6 +48,9 @@ pub enum Subcommand {
         /// package, each feature alone, documentation, and programs in C, C++ and Fortran that link the installed library
         #[arg(long)]
         all: bool,
+        /// Only the checks with this in their titles, such as "lints" or "install and link"
+        #[arg(long, value_name = "PART", default_value = "", hide_default_value = true)]
+        only: String,
     },
     /// Build the C library and install it
     ///
