@@ -35,8 +35,8 @@ cargo() {
     case "$*" in
     "xtask test"*) command cargo "$@" --help >/dev/null ;;
     "xtask demo"*) command cargo "$@" --profile dev --days 2 ;;
-    "build --release -p icoray-cli") command -v icoray >/dev/null ;;
-    "run --release -p icoray-study -- "*) shift 5; icoray-study "$@" ;;
+    "build --release -p icoray-cli") "$PROGRAMS/icoray" --version >/dev/null ;;
+    "run --release -p icoray-study -- "*) shift 5; "$PROGRAMS/icoray-study" "$@" ;;
     *) command cargo "$@" ;;
     esac
 }

@@ -63,7 +63,10 @@ impl<'w> Scratch<'w> {
         }
         command.env("HOME", self.root.join("home"));
         let inherited = env::var_os("PATH").unwrap_or_default();
-        let built = [self.workspace.products("dev")].into_iter();
+        let programs = self.workspace.products("dev");
+        // Pages put target/release first, where a test has left a program with fewer features.
+        command.env("PROGRAMS", &programs);
+        let built = [programs].into_iter();
         if let Ok(path) = env::join_paths(built.chain(env::split_paths(&inherited))) {
             command.env("PATH", path);
         }
