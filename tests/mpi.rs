@@ -298,8 +298,8 @@ fn mpich_does_the_same() {
         parts(&MPICH, &[(2, ""), (3, "1")]);
         wrong_parts(&MPICH, &[2]);
         failures(&MPICH, &[2]);
-        columns(&MPICH, &[(2, ""), (3, "2")]);
-        background(&MPICH, &[(2, ""), (2, "1")]);
+        columns(&MPICH, &[(3, ""), (4, "2")]);
+        background(&MPICH, &[(2, ""), (4, "2")]);
         columns_without_shared_memory(&MPICH);
     }
 }
