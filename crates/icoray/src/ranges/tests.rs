@@ -5,6 +5,7 @@ use crate::ranks::tests::on_ranks;
 use icoray_grid::Location;
 use icoray_grid::Shape;
 use icoray_grid::{Grid, IcosahedralMesh};
+use icoray_test_support::Random;
 
 fn scene(range: &str, more: &str) -> Scene {
     let text = format!(
@@ -141,15 +142,12 @@ fn a_union_moves_seldom_and_never_back() {
 /// Whatever frames come, a frame passes the range by no more than the hysteresis, and no end ever comes back.
 #[test]
 fn unions_hold_all_frames() {
-    let (mut state, hysteresis) = (7u64, 0.1);
-    let mut chance = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let hysteresis = 0.1;
+    let mut random = Random::new(7);
     let mut known = [0.0, 1.0];
     for step in 0..1000 {
-        let middle = (f64::from(step) / 50.0) * (chance() - 0.5);
-        let seen = [middle - chance(), middle + chance()];
+        let middle = (f64::from(step) / 50.0) * (random.unit() - 0.5);
+        let seen = [middle - random.unit(), middle + random.unit()];
         let next = widened(Scale::Linear, known, seen, hysteresis);
         assert!(next[0] <= known[0] && next[1] >= known[1], "{known:?} {seen:?} {next:?}");
         let slack = hysteresis * (next[1] - next[0]);

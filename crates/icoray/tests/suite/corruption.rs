@@ -9,24 +9,8 @@ use icoray::{
     ErrorKind, Field, Frame, Grid, GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, Renderer, Scene,
     Shape,
 };
-use icoray_test_support::count;
+use icoray_test_support::{Random, count};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-
-/// Steele, Lea and Flood's SplitMix64 (2014, doi:10.1145/2714064.2660195).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, limit: usize) -> usize {
-        (self.next() % limit.max(1) as u64) as usize
-    }
-}
 
 /// A grid's tables, to be damaged.
 #[derive(Clone)]
@@ -214,7 +198,7 @@ fn damaged_tables_are_refused_or_drawn() {
     let (mut taken, mut refused) = (0, 0);
     // Panics are reported with their seed; the hook would only be in the way.
     for seed in 0..count {
-        let mut random = Random(seed);
+        let mut random = Random::new(seed);
         let mesh = &meshes[random.below(3)];
         let [base, wide, counted] = [0, 1, 2].map(|_| random.below(2));
         let mut tables = if seed % 2 == 0 {

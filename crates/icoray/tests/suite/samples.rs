@@ -2,6 +2,7 @@
 
 use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture};
 use icoray::{Frame, FrameReport, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, Scene};
+use icoray_test_support::Random;
 
 const LAYERS: usize = 4;
 const SIDE: u32 = 36;
@@ -26,7 +27,7 @@ impl Data {
     }
 
     fn noise(level: u32) -> Self {
-        Data::new(level, |cell, _, _| f64::from((cell as u32).wrapping_mul(0x9E37_79B1) >> 8) / f64::from(1 << 24))
+        Data::new(level, |cell, _, _| Random::at(cell).unit())
     }
 
     fn smooth(level: u32) -> Self {

@@ -2,28 +2,13 @@
 
 use glam::DVec3;
 use icoray::{ErrorKind, Frustum, Grid, IcosahedralMesh, Stretch, Traversal};
+use icoray_test_support::Random;
 use std::ops::ControlFlow;
 
 const RADIUS: [f64; 6] = [0.8, 0.85, 1.0, 1.01, 1.2, 1.5];
 
-/// Numbers in [0, 1), always the same.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// A random direction.
-    fn direction(&mut self) -> DVec3 {
-        loop {
-            let v = DVec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0;
-            if (0.01..=1.0).contains(&v.length_squared()) {
-                return v.normalize();
-            }
-        }
-    }
+fn direction(random: &mut Random) -> DVec3 {
+    DVec3::from_array(random.direction())
 }
 
 fn stretches(traversal: &Traversal, eye: DVec3, dir: DVec3) -> Vec<Stretch> {
@@ -72,14 +57,14 @@ fn stretches_join_and_lie_on_the_ray() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let traversal = Traversal::new(&grid, &RADIUS).unwrap();
-    let mut numbers = Numbers(7);
+    let mut random = Random::new(7);
     let (mut frusta, mut cores, mut inside) = (0, 0, 0);
     for i in 0..6000 {
         // From far away, inside the shell, inside the hollow core.
-        let distance = [3.5, 0.8 + 0.7 * numbers.next(), 0.8 * numbers.next()][i % 3];
-        let eye = numbers.direction() * distance;
-        let aim = numbers.direction() * 1.5;
-        let dir = if i % 3 == 0 { (aim - eye).normalize() } else { numbers.direction() };
+        let distance = [3.5, 0.8 + 0.7 * random.unit(), 0.8 * random.unit()][i % 3];
+        let eye = direction(&mut random) * distance;
+        let aim = direction(&mut random) * 1.5;
+        let dir = if i % 3 == 0 { (aim - eye).normalize() } else { direction(&mut random) };
         let (mut end, mut length): (Option<f64>, f64) = (None, 0.0);
         let list = stretches(&traversal, eye, dir);
         for (n, stretch) in list.iter().enumerate() {
@@ -145,10 +130,10 @@ fn any_hint_leads_to_the_same_stretches() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let traversal = Traversal::new(&grid, &RADIUS).unwrap();
-    let mut numbers = Numbers(11);
+    let mut random = Random::new(11);
     for i in 0..200 {
-        let eye = numbers.direction() * 2.5;
-        let dir = (numbers.direction() - eye).normalize();
+        let eye = direction(&mut random) * 2.5;
+        let dir = (direction(&mut random) - eye).normalize();
         let plain = stretches(&traversal, eye, dir);
         let mut hint = i * 6;
         let mut list = Vec::new();

@@ -16,9 +16,9 @@ struct LocalCorners {
 impl LocalCorners {
     /// Columns of its own, in an order of its own, some in a halo; ownership has nothing to do with that of cells.
     fn numbered(corners: usize, rank: usize, owner: &[usize]) -> Self {
-        let is_here = |corner: &usize| owner[*corner] == rank || (rank % 2 == 1 && chance(*corner, 7) == 0);
+        let is_here = |corner: &usize| owner[*corner] == rank || (rank % 2 == 1 && Random::at(*corner).below(7) == 0);
         let mut rows: Vec<usize> = (0..corners).filter(is_here).collect();
-        rows.sort_by_key(|corner| chance(*corner + rank, 1 << 30));
+        rows.sort_by_key(|corner| Random::at(*corner + rank).bits());
         let is_own: Vec<bool> = rows.iter().map(|corner| owner[*corner] == rank).collect();
         let global = rows.iter().map(|corner| *corner as i64).collect();
         let numbers = Some((global, is_own.iter().map(|is_own| i32::from(*is_own)).collect()));
@@ -53,7 +53,7 @@ impl LocalCorners {
 /// Some columns have none.
 fn height(corner: usize, layer: usize) -> f64 {
     let column = 6e3 * layer as f64 + 2e3 * (0.3 * corner as f64).sin();
-    if chance(corner, 13) == 2 { FILL } else { column }
+    if Random::at(corner).below(13) == 2 { FILL } else { column }
 }
 
 fn fields<'f>(q: &'f [f64], (t, heights): &'f (Vec<f32>, Vec<f64>), shapes: [Shape; 3]) -> Fields<'f> {

@@ -6,6 +6,7 @@ use icoray::{
     Decomposition, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers, Location, Owned,
     OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
+use icoray_test_support::Random;
 
 mod corners;
 mod fields;
@@ -23,13 +24,6 @@ struct Local {
     owned: Vec<i32>,
 }
 
-/// Evenly spread numbers below `most`, the same in each run.
-fn chance(i: usize, most: usize) -> usize {
-    let z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    ((z ^ (z >> 27)) >> 20) as usize % most
-}
-
 /// Each rank's columns; those of odd ranks have a halo, mixed with their own, those of even ones begin with their own.
 fn locals(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize]) -> Vec<Local> {
     let local = |rank: usize| {
@@ -40,7 +34,7 @@ fn locals(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize]) -> Vec<Local> {
             }
         }
         let mut cells: Vec<usize> = (0..owner.len()).filter(|cell| has[*cell]).collect();
-        cells.sort_by_key(|cell| chance(*cell, 1 << 30));
+        cells.sort_by_key(|cell| Random::at(*cell).bits());
         let owned = cells.iter().map(|cell| i32::from(owner[*cell] == rank)).collect();
         let global = cells.iter().map(|cell| *cell as i64).collect();
         Local { cells, global, owned }
@@ -51,7 +45,7 @@ fn locals(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize]) -> Vec<Local> {
 fn partitions(cells: usize, ranks: usize) -> [Vec<usize>; 3] {
     [
         (0..cells).map(|cell| cell * ranks / cells).collect(),
-        (0..cells).map(|cell| chance(cell, ranks)).collect(),
+        (0..cells).map(|cell| Random::at(cell).below(ranks)).collect(),
         // The first has nothing where there are others, the last a single cell.
         (0..cells).map(|cell| if cell == 77 { ranks - 1 } else { (ranks - 1).min(1 + cell % ranks / 2) }).collect(),
     ]
@@ -92,7 +86,7 @@ impl Layout {
 }
 
 fn value(cell: usize, layer: usize, step: usize) -> f64 {
-    if chance(cell, 31) == step { FILL } else { (0.37 * (cell + 50 * step) as f64).sin() + layer as f64 }
+    if Random::at(cell).below(31) == step { FILL } else { (0.37 * (cell + 50 * step) as f64).sin() + layer as f64 }
 }
 
 fn layers() -> Layers {
@@ -295,13 +289,14 @@ fn fields_that_do_not_fit_are_refused_on_all_ranks() {
     let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);
     let (narrow, wide) = (vec![0.5f32; 4000], vec![0.5; 4000]);
     let (field, mpi) = (ErrorKind::Field, ErrorKind::Mpi);
+    let at_corners = format!("\"q\": {} columns, expected 320, one per corner", locals[1].cells.len());
     // Of the odd rank: more columns, of how many layers, wide, where, and how missing values are marked.
     let cases = [
         (1, 4, true, Location::Center, None, field, "\"q\": "),
         (0, 3, true, Location::Center, None, mpi, "has \"q\" of 3 layers of 64 bits, but \"q\" of 4 "),
         (0, 4, false, Location::Center, None, mpi, "has \"q\" of 4 layers of 32 bits"),
         (0, 4, true, Location::Center, Some(7.0), mpi, "has \"q\" with missing values marked by Some(7.0)"),
-        (0, 4, true, Location::Corner, None, field, "\"q\": 155 columns, expected 320, one per corner"),
+        (0, 4, true, Location::Corner, None, field, at_corners.as_str()),
     ];
     for (more, layers, is_wide, location, fill, kind, words) in cases {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {

@@ -3,8 +3,9 @@
 use super::*;
 use crate::common::{assert_same_refusal, at_centers, level_fastest, on_ranks, picture, refusal};
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{Spread, chance, partitions, without_holes};
+use crate::spread::{Spread, partitions, without_holes};
 use icoray::{Decomposition, Error, ErrorKind, Owned, Part, PartCells, Precision, Ranks, Rendered};
+use icoray_test_support::Random;
 
 /// The second of two frames on this rank.
 pub(super) fn second(mut render: impl FnMut(usize) -> Result<Rendered, Error>) -> Rendered {
@@ -42,7 +43,8 @@ fn columns_are_bitwise_those_of_one_process() {
         for count in [2, 3] {
             let drawn = on_ranks(count, |ranks| {
                 let grid = Grid::new(mesh.tables()).unwrap();
-                let mine: Vec<usize> = (0..mesh.cells()).filter(|cell| chance(*cell, count) == ranks.rank()).collect();
+                let mine: Vec<usize> =
+                    (0..mesh.cells()).filter(|cell| Random::at(*cell).below(count) == ranks.rank()).collect();
                 let global: Vec<i64> = mine.iter().map(|cell| *cell as i64).collect();
                 let owned = vec![1; mine.len()];
                 let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };

@@ -8,6 +8,7 @@ use super::common::{on_nodes, on_ranks};
 use super::culled::{Culled, Mark, Style, towards};
 use glam::DVec3;
 use icoray::{Decomposition, Grid, IcosahedralMesh, Owned, Part, PartCells, Ranks};
+use icoray_test_support::Random;
 
 /// A mesh of which each cell has an owner.
 pub struct Spread {
@@ -88,19 +89,11 @@ pub fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<DVec3> {
     lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees())).collect()
 }
 
-/// A number below `most` for a cell (SplitMix64's mixing).
-pub fn chance(cell: usize, most: usize) -> usize {
-    let z = (cell as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (z ^ (z >> 31)) as usize % most
-}
-
 /// Partitions with their names: who owns each cell.
 pub fn partitions(mesh: &IcosahedralMesh, ranks: usize) -> Vec<(&'static str, Vec<usize>)> {
     let at = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
     // Patches around some places, as graph partitioners make them.
-    let seeds: Vec<DVec3> = (0..ranks).map(|rank| at[chance(rank, at.len())]).collect();
+    let seeds: Vec<DVec3> = (0..ranks).map(|rank| at[Random::at(rank).below(at.len())]).collect();
     let nearest = |p: &DVec3| {
         let closer = |a: &usize, b: &usize| seeds[*a].dot(*p).total_cmp(&seeds[*b].dot(*p));
         (0..ranks).max_by(closer).unwrap()
@@ -110,7 +103,7 @@ pub fn partitions(mesh: &IcosahedralMesh, ranks: usize) -> Vec<(&'static str, Ve
     vec![
         ("contiguous rows", (0..count).map(|cell| cell * ranks / count).collect()),
         ("patches", at.iter().map(nearest).collect()),
-        ("random cells", (0..count).map(|cell| chance(cell, ranks)).collect()),
+        ("random cells", (0..count).map(|cell| Random::at(cell).below(ranks)).collect()),
         ("a single cell", (0..count).map(single).collect()),
     ]
 }
