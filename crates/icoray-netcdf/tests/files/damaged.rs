@@ -4,6 +4,7 @@ use crate::made::{Made, RECORDS, value};
 use crate::memory::expect;
 use crate::written::formats;
 use icoray::{ErrorKind, Result};
+use icoray_test_support::Random;
 use netcdf::Options;
 use std::path::Path;
 
@@ -83,18 +84,12 @@ fn spoilt_headers_end_in_a_result() {
         let (_folder, path) = Made::history().write(options);
         let whole = std::fs::read(&path).unwrap();
         let header = 2600;
-        let mut state = 88_172_645_463_325_252u64;
-        let mut random = || {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            state as usize
-        };
+        let mut random = Random::new(1);
         let mut refused = 0;
         for _ in 0..400 {
             let mut bytes = whole.clone();
-            for _ in 0..=random() % 3 {
-                bytes[random() % header] = [0, 1, 128, 255, random() as u8][random() % 5];
+            for _ in 0..=random.below(3) {
+                bytes[random.below(header)] = [0, 1, 128, 255, random.bits() as u8][random.below(5)];
             }
             std::fs::write(&path, &bytes).unwrap();
             refused += usize::from(read_what_is_there(&path).is_err());
