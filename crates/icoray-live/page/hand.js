@@ -157,6 +157,8 @@ export function start() {
   canvas.addEventListener('pointermove', moved);
   canvas.addEventListener('pointerup', up);
   canvas.addEventListener('pointercancel', up);
+  // Fingers lifted in motion would set off a scroll, and the next touch would stop that instead of being a click.
+  canvas.addEventListener('touchmove', (event) => event.preventDefault(), { passive: false });
   canvas.addEventListener('wheel', wheel, { passive: false });
   on('scene', (scene) => {
     if (!store.isMoving) camera = cameraOf(scene);
