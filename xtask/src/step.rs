@@ -206,6 +206,6 @@ mod tests {
         assert!(steps.run("second", |_| Err::<(), _>(Error::Failed("no".into()))).is_err());
         let titles: Vec<_> = steps.times.iter().map(|(title, _)| title.as_str()).collect();
         assert_eq!(titles, ["first", "second"]);
-        assert!(steps.times.iter().all(|(_, seconds)| (0.0..60.0).contains(seconds)));
+        assert!(steps.times.iter().all(|(_, seconds)| *seconds >= 0.0));
     }
 }

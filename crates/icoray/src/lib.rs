@@ -61,8 +61,8 @@
 //!
 //! # Supported Rust versions
 //!
-//! Rust 1.89 and later. Only a minor version of icoray may require a later Rust, which is then at least four releases
-//! (six months) old.
+//! Rust 1.89 and later. Only a minor version of icoray may require a later Rust, which is then at least six months
+//! old.
 #![forbid(unsafe_code)]
 
 mod background;

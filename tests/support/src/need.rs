@@ -27,6 +27,8 @@ pub enum Need {
     Chromium,
     /// Python 3.10 with environments of its own: `cargo xtask test` runs the tests of the Python package there.
     Python,
+    /// mdBook: `cargo xtask test --all` builds the book with it.
+    Mdbook,
     /// Counted instructions, by perf or valgrind.
     Counters,
     /// The right to mount a small file system in a namespace of one's own.
@@ -46,7 +48,7 @@ pub enum Need {
 }
 
 /// Each need with its name in `ICORAY_REQUIRE`, and what the last lines of `cargo xtask test` say.
-const NEEDS: [(Need, &str, &str); 20] = [
+const NEEDS: [(Need, &str, &str); 21] = [
     (Need::Long, "long", "only with --all"),
     (Need::Gpu, "gpu", "no Vulkan adapter"),
     (Need::Mpi, "mpi", "no MPI"),
@@ -59,6 +61,7 @@ const NEEDS: [(Need, &str, &str); 20] = [
     (Need::Valgrind, "valgrind", "no valgrind"),
     (Need::Chromium, "chromium", "no Chromium"),
     (Need::Python, "python", "no Python"),
+    (Need::Mdbook, "mdbook", "no mdbook"),
     (Need::Counters, "counters", "instructions cannot be counted"),
     (Need::Mount, "mount", "no right to mount a file system"),
     (Need::Glibc, "glibc", "not the GNU C library"),

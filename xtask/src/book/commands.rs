@@ -82,7 +82,8 @@ pub fn run(workspace: &Workspace, step: &mut Step, all: bool, mut skip: impl FnM
     counts.lacking.iter().for_each(|(need, count)| skip(need, *count));
     // The tests, which run before, have built the command; another selection of features would compile it again.
     for (program, package) in [("icoray", "icoray-cli"), ("icoray-study", "icoray-study")] {
-        if !scripts.is_empty() && !workspace.products("dev").join(program).is_file() {
+        let is_used = scripts.iter().any(|(_, script)| script.contains(&format!("{program} ")));
+        if is_used && !workspace.products("dev").join(program).is_file() {
             step.quiet(workspace.cargo(["build", "--package", package, "--no-default-features"]))?;
         }
     }

@@ -46,7 +46,7 @@ fn sets(metadata: &str) -> Result<Vec<(String, Option<String>)>, Error> {
             sets.extend(features.into_iter().map(|feature| (name.to_owned(), Some(feature.clone()))));
         }
     }
-    Ok(sets)
+    if sets.is_empty() { Err(Error::Failed("cargo metadata names no feature".into())) } else { Ok(sets) }
 }
 
 #[cfg(test)]
@@ -59,6 +59,6 @@ mod tests {
             {"name": "c", "features": {"default": ["gpu"], "gpu": [], "mpi": [], "static": []}}]}"#;
         let set = |feature: Option<&str>| ("c".to_owned(), feature.map(str::to_owned));
         assert_eq!(sets(metadata), Ok(vec![set(None), set(Some("gpu")), set(Some("mpi"))]));
-        assert!(sets("no JSON").is_err());
+        assert!(sets("no JSON").is_err() && sets(r#"{"packages": []}"#).is_err());
     }
 }

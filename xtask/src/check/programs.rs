@@ -26,9 +26,9 @@ const LONGEST: [&str; 8] = [
     "icoray-tests ranks",
     "icoray-tests accuracy",
     "icoray-tests interface",
+    "icoray ranks",
     "icoray suite",
     "icoray-tests models",
-    "icoray ranks",
     "icoray-cli browser",
 ];
 
@@ -81,7 +81,7 @@ pub fn run<'a>(
     let libraries = libraries(workspace)?;
     let queue = Mutex::new(programs.into_iter());
     let (sender, ended) = mpsc::channel();
-    let mut failed = Vec::new();
+    let (mut failed, mut count) = (Vec::new(), 0);
     thread::scope(|scope| {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
             let (sender, queue, libraries) = (sender.clone(), &queue, &libraries);
@@ -101,6 +101,7 @@ pub fn run<'a>(
         for Ended { name, seconds, has_succeeded, output, errors } in ended {
             let [passed, failures, _] = results(&output);
             record.tally.add_tests(&output, has_succeeded);
+            count += passed + failures;
             record.times.add(&name, seconds);
             step.note(&format!("  {name}: {passed} passed, {failures} failed, {seconds:.1} s"));
             if !has_succeeded {
@@ -109,7 +110,11 @@ pub fn run<'a>(
             }
         }
     });
-    if failed.is_empty() { Ok(()) } else { Err(Error::Failed(format!("tests failed: {}", failed.join(", ")))) }
+    if !failed.is_empty() {
+        return Err(Error::Failed(format!("tests failed: {}", failed.join(", "))));
+    }
+    // Messages that cannot be read, or a filter that fits no test, would pass otherwise.
+    if count == 0 { Err(Error::Failed("no test was run".into())) } else { Ok(()) }
 }
 
 /// Runs a program to its end.

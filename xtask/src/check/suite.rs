@@ -17,22 +17,26 @@ use crate::step::{Step, print_line};
 use crate::system::succeeds;
 use crate::workspace::Workspace;
 
-/// The packages of the default run: everything but GPU and MPI.
-const DEFAULT: [&str; 10] = [
+/// The packages of the default run: everything but GPU, MPI and the study.
+const DEFAULT: [&str; 14] = [
     "icoray-grid",
     "icoray-scene",
+    "icoray-simd",
     "icoray-kernel",
     "icoray-output",
     "icoray",
     "icoray-capi",
+    "icoray-live",
+    "icoray-dataset",
     "icoray-progress",
+    "first-picture",
     "icoray-test-support",
     "xtask",
     "contact-sheet",
 ];
 
 /// Further packages of the default run, which read model files and need the NetCDF library.
-pub const READING_FILES: [&str; 4] = ["icoray-netcdf", "icoray-study", "icoray-cli", "icoray-tests"];
+pub const READING_FILES: [&str; 3] = ["icoray-netcdf", "icoray-cli", "icoray-tests"];
 
 /// The features of `--all` besides the default ones.
 const FEATURES: &str = "icoray-tests/mpi";
@@ -87,9 +91,9 @@ pub fn documentation(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     step.quiet(suite.cargo_all("doc", FEATURES_OF_RANKS).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-/// That crates can be published, all but their compilation: packages are complete and depend on published ones alone.
+/// Packages the crates that are to be published, and compiles each from its own files.
 pub fn published(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    step.quiet(suite.workspace.cargo(["publish", "--workspace", "--dry-run", "--no-verify", "--allow-dirty"]))
+    step.quiet(suite.workspace.shell.cmd("bash").arg(".ci/packages"))
 }
 
 pub fn tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {

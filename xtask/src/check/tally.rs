@@ -64,6 +64,11 @@ impl Tally {
         }
     }
 
+    /// Number of failed tests.
+    pub fn failed(&self) -> usize {
+        self.failed
+    }
+
     /// A line per cause, the most frequent first, and the totals: `N passed, N failed, N skipped`.
     pub fn lines(&self) -> Vec<String> {
         let mut causes: Vec<_> = self.skipped.iter().collect();
