@@ -64,12 +64,12 @@ pub fn gradients<S: Sample>(
     memory: Gradients,
 ) -> Result<Gradients> {
     let mut gradients = memory.with_room(cells.len() * radius.len(), wanted.packed)?;
-    GradientInput::new(grid, radius, samples, cells, wanted).fill_all(&mut gradients, None);
+    S::fill_gradients(&GradientInput::new(grid, radius, samples, cells, wanted), &mut gradients, None);
     Ok(gradients)
 }
 
 /// The inputs of gradients.
-struct GradientInput<'a, S> {
+pub struct GradientInput<'a, S> {
     grid: &'a Grid<'a>,
     radius: &'a [f64],
     samples: &'a Samples<'a, S>,
@@ -82,7 +82,7 @@ struct GradientInput<'a, S> {
 }
 
 /// The cells whose gradients are computed, of those for which they are not yet.
-struct MissingCells<'m> {
+pub struct MissingCells<'m> {
     seen: &'m VisibleCells,
     is_computed: &'m mut [bool],
 }
@@ -103,7 +103,8 @@ impl<'a, S: Sample> GradientInput<'a, S> {
         GradientInput { grid, radius, samples, first, cells, visible: wanted.visible, stencil }
     }
 
-    fn fill_all(&self, gradients: &mut Gradients, missing: Option<MissingCells>) {
+    /// All gradients, or those of the missing cells.
+    pub(crate) fn fill_all(&self, gradients: &mut Gradients, missing: Option<MissingCells>) {
         match gradients {
             Gradients::Whole(all) => self.fill(all, missing),
             Gradients::Packed(all) => self.fill(all, missing),

@@ -47,7 +47,7 @@ impl PartialGradients {
             MissingCells { seen, is_computed: &mut is_computed }
         });
         let is_complete = missing.is_none();
-        GradientInput::new(grid, radius, samples, 0..grid.cells(), wanted).fill_all(&mut values, missing);
+        S::fill_gradients(&GradientInput::new(grid, radius, samples, 0..grid.cells(), wanted), &mut values, missing);
         Ok(PartialGradients { values, is_computed, is_complete })
     }
 

@@ -11,19 +11,35 @@ const SIDE: usize = 1024;
 /// Values of the array's own type, from the least to the greatest of them.
 pub type Stored<S> = [S; 2];
 
+/// A search for the layers whose values are missing or outside of ranges.
+pub struct Outside<'o, S> {
+    /// The processor's vectors.
+    pub level: Level,
+    /// 1 to 3 of them.
+    pub ranges: &'o [Stored<S>],
+    /// For each layer.
+    pub bits: &'o [u32],
+    /// The first column.
+    pub first: usize,
+    /// For each column from the first on and each range: the bits of all layers that are found, joined.
+    pub found: &'o mut [u32],
+}
+
 impl<S: Sample> Samples<'_, S> {
-    /// For each of `ranges` and each of the `cells.len()` columns from `first` on: the `bits` of all layers whose value
-    /// is missing or outside, joined.
-    #[inline]
-    pub fn outside<const R: usize>(
-        &self,
-        level: Level,
-        ranges: &[Stored<S>; R],
-        bits: &[u32],
-        first: usize,
-        cells: &mut [[u32; R]],
-    ) {
-        dispatch!(level, simd => self.outside_of(simd, ranges, bits, first, cells));
+    /// Finds the values outside of ranges.
+    pub fn outside(&self, outside: Outside<S>) {
+        S::find_outside(self, outside);
+    }
+
+    pub(crate) fn find(&self, Outside { level, ranges, bits, first, found }: Outside<S>) {
+        match *ranges {
+            [a] => dispatch!(level, simd => self.outside_of(simd, &[a], bits, first, found.as_chunks_mut().0)),
+            [a, b] => dispatch!(level, simd => self.outside_of(simd, &[a, b], bits, first, found.as_chunks_mut().0)),
+            [a, b, c] => {
+                dispatch!(level, simd => self.outside_of(simd, &[a, b, c], bits, first, found.as_chunks_mut().0));
+            }
+            _ => unreachable!("{} ranges, expected 1 to 3", ranges.len()),
+        }
     }
 
     #[inline(always)]
@@ -193,9 +209,10 @@ mod tests {
             let samples = Samples::new(values, &field, falling, [-1.0, 3.0]);
             let ranges = [[0.1, 0.45], [f64::NEG_INFINITY, 0.2]];
             let stored = ranges.map(|range| samples.stored(range).unwrap());
-            let mut found = vec![[9; 2]; COLUMNS - 7];
-            samples.outside(Level::new(), &stored, &bits, 7, &mut found);
-            for (column, found) in (7..).zip(found) {
+            let mut found = vec![9; 2 * (COLUMNS - 7)];
+            let level = Level::new();
+            samples.outside(Outside { level, ranges: &stored, bits: &bits, first: 7, found: &mut found });
+            for (column, &found) in (7..).zip(found.as_chunks().0) {
                 let expected = ranges.map(|[low, high]| {
                     let base = samples.base(column as u32);
                     let is_clear =

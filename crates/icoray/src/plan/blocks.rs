@@ -6,7 +6,7 @@ use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
 use icoray_grid::sample::Sample;
-use icoray_grid::samples::{Samples, Stored};
+use icoray_grid::samples::{Outside, Samples, Stored};
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
 use icoray_kernel::transfer::Spans;
 use rayon::prelude::*;
@@ -56,9 +56,9 @@ impl<S: Sample> OccupancyTest<'_, S> {
         let clear = self.frequent();
         match clear.len() {
             0 => memory.full(self.layers),
-            1 => self.blocks_outside(&[clear[0]], memory),
-            2 => self.blocks_outside(&[clear[0], clear[1]], memory),
-            _ => self.blocks_outside(&[clear[0], clear[1], clear[2]], memory),
+            1 => self.blocks_outside::<1>(&clear, memory),
+            2 => self.blocks_outside::<2>(&clear, memory),
+            _ => self.blocks_outside::<3>(&clear[..3], memory),
         }
     }
 
@@ -72,14 +72,15 @@ impl<S: Sample> OccupancyTest<'_, S> {
 
     /// The clear ranges that are frequent in a sample of columns, the most frequent first.
     fn frequent(&self) -> Vec<Stored<S>> {
-        let (bits, cells) = (self.bits(), self.grid.cells());
+        let (level, bits, cells) = (Level::new(), self.bits(), self.grid.cells());
         let (stride, count) = if cells > 8 * PROBE[0] { (PROBE[0], PROBE[1]) } else { (CHUNK, CHUNK) };
         let blocks = joined(&bits).count_ones() as usize;
         let part = |clear: &Stored<S>| {
             let probes = (0..cells).into_par_iter().step_by(stride).map(|first| {
-                let mut found = vec![[0]; count.min(cells - first)];
-                self.samples.outside(Level::new(), &[*clear], &bits, first, &mut found);
-                let seen: u32 = found.iter().map(|[blocks]| blocks.count_ones()).sum();
+                let mut found = vec![0; count.min(cells - first)];
+                let ranges = std::slice::from_ref(clear);
+                self.samples.outside(Outside { level, ranges, bits: &bits, first, found: &mut found });
+                let seen: u32 = found.iter().map(|blocks| blocks.count_ones()).sum();
                 [blocks * found.len() - seen as usize, blocks * found.len()]
             });
             let [clear, all] = probes.reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
@@ -91,17 +92,18 @@ impl<S: Sample> OccupancyTest<'_, S> {
         found.into_iter().map(|(_, clear)| clear).collect()
     }
 
-    /// The blocks with values outside `clear`.
-    fn blocks_outside<const R: usize>(&self, clear: &[Stored<S>; R], memory: OccupancyMask) -> OccupancyMask {
+    /// The blocks with values outside of R ranges that are clear.
+    fn blocks_outside<const R: usize>(&self, ranges: &[Stored<S>], memory: OccupancyMask) -> OccupancyMask {
         let (grid, bits) = (self.grid, self.bits());
         let mut visible = memory.full(self.layers);
         resize(&mut visible.columns, R * grid.cells());
         resize(&mut visible.blocks, grid.triangles());
-        let (columns, _) = visible.columns.as_chunks_mut::<R>();
-        let chunks = columns.par_chunks_mut(CHUNK).enumerate();
-        let level = Level::new();
-        chunks.for_each(|(i, cells)| self.samples.outside(level, clear, &bits, i * CHUNK, cells));
-        let columns = &*columns;
+        let chunks = visible.columns.par_chunks_mut(R * CHUNK).enumerate();
+        let (level, bits) = (Level::new(), &bits[..]);
+        chunks.for_each(|(i, found)| {
+            self.samples.outside(Outside { level, ranges, bits, first: i * CHUNK, found });
+        });
+        let (columns, _) = visible.columns.as_chunks::<R>();
         let seen = visible.blocks.par_chunks_mut(CHUNK).enumerate().map(|(i, chunk)| {
             let (mut count, mut all) = (0, 0);
             for (triangle, blocks) in (i * CHUNK..).zip(chunk) {
@@ -112,7 +114,7 @@ impl<S: Sample> OccupancyTest<'_, S> {
             (count, all)
         });
         let (seen, all) = seen.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 | b.1));
-        let blocks = u64::from(joined(&bits).count_ones());
+        let blocks = u64::from(joined(bits).count_ones());
         let is_clear =
             |seen: u64, among: usize, part: f64| seen as f64 <= (1.0 - part) * (blocks * among as u64) as f64;
         if !is_clear(seen, grid.triangles(), MIN_CLEAR) {

@@ -6,6 +6,7 @@ use icoray::{
     Clip, Derivation, Field, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot, Layers,
     Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Surface, TransferFunction, Volume,
 };
+use icoray_test_support::count;
 
 mod modes;
 mod nodes;
@@ -120,8 +121,9 @@ fn warm() -> TransferFunction {
 /// Two volumes, an isosurface, a coloured top with lines, a cut, land and sea; f lies at corners or centres, g and h on
 /// one layer more.
 fn scene(camera: &str, keys: &str, tables: &str) -> Scene {
+    let image = count("width = 40\nheight = 34", "width = 56\nheight = 48");
     let mut scene = Scene::parse(&format!(
-        "field = \"f\"\nexaggeration = 60\nprecision = \"f64\"\n{keys}\n[image]\nwidth = 56\nheight = 48\n[camera]\n{camera}\n\
+        "field = \"f\"\nexaggeration = 60\nprecision = \"f64\"\n{keys}\n[image]\n{image}\n[camera]\n{camera}\n\
          [transfer]\nmap = \"viridis\"\nrange = [-1.5, 1]\nopacity = [[-1.5, 0.5], [-0.5, 0.0], [0, 0.05], [1, 0.4]]\n{tables}\n"
     ))
     .unwrap();

@@ -6,7 +6,7 @@ use crate::common::picture;
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
 use icoray::{Decomposition, FrameReport};
-use icoray_test_support::{count, is_long};
+use icoray_test_support::is_long;
 
 /// Every other one of `all`, from the first or the second on in turn; in the long run all.
 fn some<T>(all: Vec<T>, turn: usize) -> impl Iterator<Item = T> {
