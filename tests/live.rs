@@ -192,7 +192,12 @@ fn watch(run: impl Fn(&Path, &Path) -> Command, has_whole_grid: bool) {
     assert!(kept.contains("# A scene.") && kept.contains("lon = -70") && kept.contains("# from here"), "{kept}");
 
     // What is the model's is not a viewer's, nor what it cannot draw.
+    let deep = format!(r#"{{"path":[{}],"value":1}}"#, [r#""a""#; 3000].join(","));
     for (change, wanted) in [
+        (deep.as_str(), "a key 3000 steps from the top, expected at most 16"),
+        (r#"{"path":["output","cinema"],"value":"/tmp/viewer.cdb"}"#, "output.cinema is the model's"),
+        (r#"{"path":["every"],"value":1000000000}"#, "every is the model's"),
+        (r#"{"path":["samples"],"value":64}"#, "samples is the model's"),
         (r#"{"path":["output","file"],"value":"../b.png"}"#, "output"),
         (r#"{"path":["output","file"],"value":"b_{step}.png"}"#, "the model's, which a viewer cannot change"),
         (r#"{"path":["image","width"],"value":9000}"#, "the model's, which a viewer cannot change"),

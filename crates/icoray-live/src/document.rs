@@ -4,6 +4,10 @@ use serde::Deserialize;
 use serde_json::Value as Json;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
 
+/// The deepest key that a change names, in steps from the top: no scene has one that is deeper. What is set there is
+/// JSON, whose depth its parser bounds, as TOML's does that of texts.
+const DEEPEST: usize = 16;
+
 /// A change of one key.
 #[derive(Debug, Clone, Deserialize, PartialEq)]
 pub(crate) struct Change {
@@ -36,6 +40,9 @@ enum Step {
 pub(crate) fn changed(text: &str, changes: &[Change], view: Option<usize>) -> Result<String, String> {
     let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| e.to_string())?;
     for Change { path, value } in changes {
+        if path.len() > DEEPEST {
+            return Err(format!("a key {} steps from the top, expected at most {DEEPEST}", path.len()));
+        }
         let of_view = view.filter(|view| is_in_view(document.as_table(), *view, path));
         let place = of_view.map(|view| vec![Step::Key("views".to_owned()), Step::Entry(view)]);
         let whole = [&place.unwrap_or_default()[..], path].concat();
@@ -360,6 +367,23 @@ mod tests {
             assert!(error.contains(wanted), "{path}: {error}");
         }
         assert!(changed("a = ", &[], None).is_err());
+    }
+
+    /// Whatever comes from outside is walked to a depth that any stack holds.
+    #[test]
+    fn depth_has_a_bound() {
+        for (steps, is_taken) in [(DEEPEST, true), (DEEPEST + 1, false), (100_000, false)] {
+            let change = json!([{ "path": vec!["a"; steps], "value": 1 }]);
+            assert_eq!(after("", change).is_ok(), is_taken, "{steps}");
+        }
+        let deep = |steps: usize| format!("{}1{}", "{\"a\":".repeat(steps), "}".repeat(steps));
+        let request = |steps: usize| format!("[{{ \"path\": [\"b\"], \"value\": {} }}]", deep(steps));
+        assert!(serde_json::from_str::<Vec<Change>>(&request(100_000)).is_err());
+        let text = changed("", &serde_json::from_str::<Vec<Change>>(&request(100)).unwrap(), None).unwrap();
+        assert!(changed(&text, &[], None).is_err(), "deeper than texts are");
+        for deep in ["a.".repeat(100_000) + "a = 1", format!("a = {}", "[".repeat(100_000))] {
+            assert!(changed(&deep, &[], None).is_err());
+        }
     }
 
     #[test]

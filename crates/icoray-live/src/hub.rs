@@ -4,9 +4,9 @@ use crate::answers::{Histogram, Probe};
 use crate::document;
 use crate::picture::Picture;
 use crate::session::Session;
-use icoray::{Error, ErrorKind, Frame, Scene};
+use icoray::output::write_text;
+use icoray::{Error, Frame, Scene};
 use std::collections::VecDeque;
-use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -91,11 +91,7 @@ impl Change {
     /// # Errors
     /// [`ErrorKind::Io`] names the file.
     pub fn keep(&self, directory: &Path) -> icoray::Result<()> {
-        let path = directory.join(Self::FILE);
-        let partial = path.with_extension("toml.part");
-        let written = fs::create_dir_all(directory).and_then(|()| fs::write(&partial, &self.text));
-        let done = written.and_then(|()| fs::rename(&partial, &path));
-        done.map_err(|e| Error::new(ErrorKind::Io, format!("{}: cannot be written: {e}", path.display())))
+        write_text(&directory.join(Self::FILE), "the viewers' scene", &self.text)
     }
 
     /// The keys in which the texts differ, as `camera.lon`.

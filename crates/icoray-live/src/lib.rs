@@ -42,7 +42,7 @@ pub use answers::{Histogram, Percentiles, Probe};
 pub use describe::{Description, FieldDescription};
 pub use hub::{Change, DrawRequest, Question, Reply, Request, Taken};
 pub use session::{NamedScene, PictureSize, SceneReader};
-pub use steering::{FieldNames, steering_reader};
+pub use steering::{SharedSteered, Steered, steering_reader};
 
 use api::Api;
 use hub::Hub;

@@ -39,6 +39,17 @@ impl Existing {
     }
 }
 
+/// Writes a text to the file at `path`, whole or not at all, in place of one that is there. Makes the folder.
+///
+/// # Errors
+/// [`ErrorKind::Io`] names the file.
+pub fn write_text(path: &Path, what: &str, text: &str) -> Result<()> {
+    crate::path::made_folder(path)?;
+    write(path, Existing::Overwrite, what, |out| {
+        out.write_all(text.as_bytes()).map_err(|e| io_error(path, &format!("cannot write {what}"), cause(&e)))
+    })
+}
+
 /// Writes the file at `path` with `encode`, which gets a buffered writer that can seek. `what` is being written, in
 /// words for an error ("the picture").
 ///

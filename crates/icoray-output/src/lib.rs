@@ -20,7 +20,7 @@ mod write;
 pub mod writer;
 
 pub use animation::{Animated, write_animation};
-pub use atomic::Existing;
+pub use atomic::{Existing, write_text};
 pub use error_map::{write_error_map, write_error_map_with};
 pub use frame::{
     CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,

@@ -27,8 +27,8 @@ pub(super) struct Viewers {
 impl Context {
     /// Opens or closes the page as the scene asks, and takes what viewers have sent. Of rank 0; a failure is logged.
     pub(super) fn hear_viewers(&mut self) -> ViewerMessage {
-        let (script, live) = match &self.scene {
-            SceneChoice::Script(script) if self.ranks.is_root() => (self.named(script), script.live()),
+        let live = match &self.scene {
+            SceneChoice::Script(script) if self.ranks.is_root() => script.live(),
             _ => return ViewerMessage::default(),
         };
         let Some(live) = live else {
@@ -36,7 +36,7 @@ impl Context {
             return ViewerMessage::default();
         };
         if self.viewers.page.is_none() && !self.viewers.has_failed {
-            match caught(|| Page::open(live, &self.scene_text, &script, &self.inputs, &self.drawing)) {
+            match caught(|| Page::open(live, &self.scene_text, &self.inputs, &self.drawing)) {
                 Ok(page) => self.viewers.page = Some(page),
                 Err(failure) => {
                     self.viewers.has_failed = true;

@@ -3,7 +3,8 @@
 use super::plan::Moment;
 use icoray::{Frame, Result, Script};
 use icoray_live::{
-    Change, Description, FieldDescription, FieldNames, LiveView, Options, PictureSize, Question, steering_reader,
+    Change, Description, FieldDescription, LiveView, Options, PictureSize, Question, SharedSteered, Steered,
+    steering_reader,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,7 +16,7 @@ use std::time::Duration;
 pub struct Page {
     view: Arc<LiveView>,
     title: String,
-    fields: FieldNames,
+    steered: SharedSteered,
     /// The revision of the scene that is drawn.
     revision: Arc<AtomicU64>,
     questions: Vec<Question>,
@@ -29,14 +30,14 @@ impl Page {
     /// Serves the page for a directory.
     pub fn open(directory: &Path, port: Option<u16>, text: String, script: &Script) -> Result<Self> {
         let options = Options { port, size: PictureSize::Scene, is_framed: false };
-        let fields = FieldNames::default();
-        fields.lock().unwrap_or_else(PoisonError::into_inner).extend(script.model_fields());
+        let fields = script.model_fields().into_iter().collect();
+        let steered = SharedSteered::new(Steered { text: text.clone(), fields }.into());
         let title = directory.display().to_string();
         let description = describe(&title, script.model_fields());
-        let reader = steering_reader(script, None, fields.clone());
+        let reader = steering_reader(None, steered.clone());
         let view = Arc::new(LiveView::open(&options, description, (text, 0), reader)?);
         let revision = Arc::new(AtomicU64::new(1));
-        Ok(Page { view, title, fields, revision, questions: Vec::new(), change: None, last: None })
+        Ok(Page { view, title, steered, revision, questions: Vec::new(), change: None, last: None })
     }
 
     /// Its address.
@@ -61,12 +62,13 @@ impl Page {
 
     /// Takes what viewers have set and asked; whether the last time is to be drawn for them again.
     pub fn hear(&mut self, fields: BTreeSet<String>) -> bool {
-        let mut known = self.fields.lock().unwrap_or_else(PoisonError::into_inner);
-        if fields.iter().any(|name| !known.contains(name)) {
-            known.extend(fields);
-            self.view.describe(describe(&self.title, known.iter().cloned()));
+        let mut steered = self.steered.lock().unwrap_or_else(PoisonError::into_inner);
+        if fields.iter().any(|name| !steered.fields.contains(name)) {
+            steered.fields.extend(fields);
+            self.view.describe(describe(&self.title, steered.fields.iter().cloned()));
         }
-        drop(known);
+        // The page's thread holds its session while it reads what is locked here.
+        drop(steered);
         let taken = self.view.take();
         self.questions.extend(taken.questions);
         if let Some(new) = taken.change {

@@ -8,14 +8,14 @@ use crate::host::without_signals;
 use icoray_core::output::{Stamp, printed_units};
 use icoray_core::{Error, ErrorKind, Frame, Live, Result, Script};
 use icoray_live::{
-    Change, Description, FieldDescription, FieldNames, Histogram, LiveView, Options, PictureSize, Probe, Question,
-    Reply, steering_reader,
+    Change, Description, FieldDescription, Histogram, LiveView, Options, PictureSize, Probe, Question, Reply,
+    SharedSteered, Steered, steering_reader,
 };
 use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, MutexGuard, PoisonError};
 
 /// Name of the file with the page's address, in the output directory.
 const ADDRESS: &str = "live.url";
@@ -26,7 +26,7 @@ const NOTE: &str = "live scene";
 pub(super) struct Page {
     view: Arc<LiveView>,
     address: PathBuf,
-    fields: FieldNames,
+    steered: SharedSteered,
     /// What was taken and is not done yet: a call in which the ranks do not agree does nothing.
     change: Option<Change>,
     histograms: Vec<(String, Reply<Histogram>)>,
@@ -35,12 +35,12 @@ pub(super) struct Page {
 
 impl Page {
     /// Serves the page and writes its address to a file that only the user can read.
-    pub fn open(live: Live, text: &str, script: &Script, inputs: &Inputs, drawing: &Drawing) -> Outcome<Self> {
+    pub fn open(live: Live, text: &str, inputs: &Inputs, drawing: &Drawing) -> Outcome<Self> {
         let options = Options { port: live.port, size: PictureSize::Scene, is_framed: false };
-        let (description, fields) = (describe(inputs), FieldNames::default());
-        fields.lock().unwrap_or_else(PoisonError::into_inner).extend(inputs.fields.keys().cloned());
-        let reader = steering_reader(script, inputs.first.clone(), fields.clone());
-        let view = without_signals(|| LiveView::open(&options, description, (text.to_owned(), 0), reader))?;
+        let fields = inputs.fields.keys().cloned().collect();
+        let steered = SharedSteered::new(Steered { text: text.to_owned(), fields }.into());
+        let reader = steering_reader(inputs.first.clone(), steered.clone());
+        let view = without_signals(|| LiveView::open(&options, describe(inputs), (text.to_owned(), 0), reader))?;
         let address = drawing.directory().join(ADDRESS);
         written(&address, &view.address())?;
         let whole = view.address();
@@ -55,17 +55,21 @@ impl Page {
             }
         }));
         let (change, histograms, probes) = (None, Vec::new(), Vec::new());
-        Ok(Page { view, address, fields, change, histograms, probes })
+        Ok(Page { view, address, steered, change, histograms, probes })
+    }
+
+    fn steered(&self) -> MutexGuard<'_, Steered> {
+        self.steered.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What viewers have sent and is not done yet.
     pub fn take(&mut self, inputs: &Inputs) -> ViewerMessage {
-        let mut fields = self.fields.lock().unwrap_or_else(PoisonError::into_inner);
-        if fields.len() != inputs.fields.len() {
-            fields.extend(inputs.fields.keys().cloned());
+        let mut steered = self.steered();
+        if steered.fields.len() != inputs.fields.len() {
+            steered.fields.extend(inputs.fields.keys().cloned());
             self.view.describe(describe(inputs));
         }
-        drop(fields);
+        drop(steered);
         let taken = self.view.take();
         if let Some(new) = taken.change {
             let before = self.change.take().map_or(new.before, |known| known.before);
@@ -145,6 +149,7 @@ impl Page {
 
     /// Shows a scene that the model has set in place of what viewers have.
     pub fn load(&mut self, text: &str) {
+        text.clone_into(&mut self.steered().text);
         // The reader refuses what a page cannot show; the scene is drawn all the same.
         let _ = self.view.load(text);
         let taken = self.view.take();
