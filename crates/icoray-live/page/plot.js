@@ -13,11 +13,13 @@ export function ticks(low, high, count) {
   if (!(raw > 0) || !Number.isFinite(raw)) return [];
   const power = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 2.5, 5, 10].map((m) => m * power).find((m) => m >= raw * 0.999);
-  const found = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; i += 1) {
-    found.push(Number((i * step).toPrecision(12)));
+  const first = Math.ceil(low / step - 1e-9);
+  const found = new Set();
+  // A step may be less than the last digit of the ends: then it leads nowhere.
+  for (let k = 0; k <= 2 * count + 2 && (first + k) * step <= high + step * 1e-9; k += 1) {
+    found.add(Number(((first + k) * step).toPrecision(12)));
   }
-  return found;
+  return [...found];
 }
 
 /** As many digits as tell the ticks of an axis apart, at least `least`. */

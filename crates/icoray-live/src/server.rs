@@ -1,6 +1,9 @@
 //! The server: one thread, which has nothing to do with the renderer's.
 
 use crate::api::Api;
+use crate::guard::has_token;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -8,9 +11,11 @@ use icoray::{Error, ErrorKind, Result};
 use std::convert::Infallible;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::thread::JoinHandle;
 use std::time::Duration;
-use tokio::sync::{Semaphore, oneshot};
+use tokio::sync::oneshot;
+use tokio::task::AbortHandle;
 use tokio::time::timeout;
 
 /// Most connections at a time: some viewers, each with a few requests.
@@ -70,23 +75,87 @@ fn listen(port: Option<u16>) -> std::io::Result<TcpListener> {
 /// Serves connections until it is dropped.
 async fn accept(listener: TcpListener, api: Arc<Api>) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
-    let places = Arc::new(Semaphore::new(MAX_CONNECTIONS));
+    let mut connections = Connections::default();
     loop {
-        let Ok(place) = places.clone().acquire_owned().await else { return };
         let Ok((stream, _)) = listener.accept().await else {
             // Out of files, say: others may close.
             tokio::time::sleep(Duration::from_millis(100)).await;
             continue;
         };
         let api = api.clone();
-        tokio::spawn(async move {
-            let _place = place;
-            let service = service_fn(|request| async { Ok::<_, Infallible>(api.answer(request).await) });
+        connections.add(|is_known| async move {
+            let service = service_fn(|request: Request<Incoming>| async {
+                if has_token(request.headers(), &api.token) {
+                    is_known.store(true, Relaxed);
+                }
+                Ok::<_, Infallible>(api.answer(request).await)
+            });
             let mut connection = http1::Builder::new();
             connection.timer(TokioTimer::new()).header_read_timeout(HEAD_ARRIVES).max_buf_size(32 << 10);
             let served = connection.serve_connection(TokioIo::new(stream), service);
             // What a client does wrong ends its connection and nothing else.
             let _ = timeout(CONNECTION_LIVES, served).await;
+        });
+    }
+}
+
+/// The open connections, the oldest first, and whether each has had a request with the token.
+#[derive(Default)]
+struct Connections(Vec<(AbortHandle, Arc<AtomicBool>)>);
+
+impl Connections {
+    /// Serves another one. If there are too many, the oldest of those without a token ends, or else the oldest: a page
+    /// opens another.
+    fn add<F: Future<Output = ()> + Send + 'static>(&mut self, serve: impl FnOnce(Arc<AtomicBool>) -> F) {
+        self.0.retain(|(task, _)| !task.is_finished());
+        if self.0.len() >= MAX_CONNECTIONS {
+            let unknown = self.0.iter().position(|(_, is_known)| !is_known.load(Relaxed));
+            self.0.remove(unknown.unwrap_or(0)).0.abort();
+        }
+        let is_known = Arc::new(AtomicBool::new(false));
+        let task = tokio::spawn(serve(is_known.clone())).abort_handle();
+        self.0.push((task, is_known));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::future::pending;
+    use tokio::sync::mpsc;
+
+    /// A connection that tells when it ends.
+    struct Open(usize, mpsc::UnboundedSender<usize>);
+
+    impl Drop for Open {
+        fn drop(&mut self) {
+            self.1.send(self.0).unwrap();
+        }
+    }
+
+    #[test]
+    fn connections_without_a_token_make_room() {
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        runtime.block_on(async {
+            let (sender, mut ended) = mpsc::unbounded_channel();
+            let mut connections = Connections::default();
+            let mut add = |number: usize, has_token: bool| {
+                let open = Open(number, sender.clone());
+                connections.add(|is_known| {
+                    is_known.store(has_token, Relaxed);
+                    async move {
+                        let _open = open;
+                        pending::<()>().await;
+                    }
+                });
+            };
+            for number in 0..MAX_CONNECTIONS {
+                add(number, number != 7 && number != 9);
+            }
+            for (number, expected) in [(100, 7), (101, 9), (102, 0)] {
+                add(number, true);
+                assert_eq!(ended.recv().await, Some(expected));
+            }
         });
     }
 }

@@ -248,4 +248,16 @@ mod tests {
         assert_eq!(fs::read_to_string(std::env::current_dir().unwrap().join(&name)).unwrap(), "here");
         fs::remove_file(name).unwrap();
     }
+
+    #[cfg(unix)]
+    #[test]
+    fn texts_replace_what_is_there_and_follow_no_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, partial, other] = ["a.toml", "a.toml.part", "other"].map(|name| folder.path().join(name));
+        fs::write(&other, "another's").unwrap();
+        [&path, &partial].into_iter().for_each(|link| std::os::unix::fs::symlink(&other, link).unwrap());
+        super::write_text(&path, "the scene", "new").unwrap();
+        assert_eq!([&path, &other].map(|file| fs::read_to_string(file).unwrap()), ["new", "another's"]);
+        assert!(super::write_text(&path.join("within"), "the scene", "new").is_err());
+    }
 }

@@ -178,7 +178,7 @@ pub(crate) fn read(source: &Bound<PyAny>) -> PyResult<(String, String)> {
 /// Keys of a scene as TOML.
 fn table(size: Option<(u32, u32)>, keys: Option<&Bound<PyDict>>) -> PyResult<toml::Table> {
     let mut table = match keys {
-        Some(keys) => entries(keys, "")?,
+        Some(keys) => entries(keys, "", 0)?,
         None => toml::Table::new(),
     };
     if let Some((width, height)) = size {
@@ -191,20 +191,28 @@ fn table(size: Option<(u32, u32)>, keys: Option<&Bound<PyDict>>) -> PyResult<tom
     Ok(table)
 }
 
-/// Keys of a scene, within a table, as TOML.
-pub(crate) fn entries(keys: &Bound<PyDict>, within: &str) -> PyResult<toml::Table> {
+/// Tables and lists within each other, and items of a list: no scene has more. An object may hold itself, or never end.
+const DEEPEST: usize = 16;
+const LONGEST: usize = 100_000;
+
+/// Keys of a scene, within `depth` tables and lists, as TOML.
+pub(crate) fn entries(keys: &Bound<PyDict>, within: &str, depth: usize) -> PyResult<toml::Table> {
     let entry = |(key, value): (Bound<PyAny>, Bound<PyAny>)| {
         let key: String = key.extract()?;
-        let value = toml_value(&value, &format!("{within}{key}"))?;
+        let value = toml_value(&value, &format!("{within}{key}"), depth + 1)?;
         Ok((key, value))
     };
     keys.iter().map(entry).collect()
 }
 
 /// A value of a scene; numpy's numbers and arrays are numbers and lists.
-fn toml_value(value: &Bound<PyAny>, key: &str) -> PyResult<toml::Value> {
+fn toml_value(value: &Bound<PyAny>, key: &str, depth: usize) -> PyResult<toml::Value> {
+    if depth > DEEPEST {
+        let key: String = key.chars().take(60).collect();
+        return Err(raised(bad(format!("key {key}: dicts and lists within each other, expected at most {DEEPEST}"))));
+    }
     if let Ok(table) = value.cast::<PyDict>() {
-        return Ok(entries(table, &format!("{key}."))?.into());
+        return Ok(entries(table, &format!("{key}."), depth)?.into());
     }
     if value.is_instance_of::<PyBool>() {
         return Ok(value.is_truthy()?.into());
@@ -219,14 +227,19 @@ fn toml_value(value: &Bound<PyAny>, key: &str) -> PyResult<toml::Value> {
         return Ok(value.extract::<i64>()?.into());
     }
     if value.hasattr("tolist")? {
-        return toml_value(&value.call_method0("tolist")?, key);
+        return toml_value(&value.call_method0("tolist")?, key, depth + 1);
     }
     if let Ok(path) = value.call_method0("__fspath__") {
-        return toml_value(&path, key);
+        return toml_value(&path, key, depth + 1);
     }
     let items = value.try_iter().map_err(|_| {
         let message = format!("key {key}: {value}, expected a number, a text, a list or a dict");
         raised(bad(message))
     })?;
-    items.map(|item| toml_value(&item?, key)).collect::<PyResult<Vec<_>>>().map(Into::into)
+    let items = items.take(LONGEST + 1).map(|item| toml_value(&item?, key, depth + 1));
+    let items: Vec<toml::Value> = items.collect::<PyResult<_>>()?;
+    match items.len() <= LONGEST {
+        true => Ok(items.into()),
+        false => Err(raised(bad(format!("key {key}: more than {LONGEST} items")))),
+    }
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import pathlib
 
 import numpy as np
@@ -77,3 +78,25 @@ def test_wrong_scenes_are_refused(tmp_path: pathlib.Path):
 def test_a_renderer_takes_texts(renderer, grid, layers, wave, scene):
     one, other = (renderer.render(s, grid, layers, wave) for s in (SCENE, scene))
     np.testing.assert_array_equal(one.pixels, other.pixels)
+
+
+class Itself:
+    """An array that is its own list."""
+
+    def tolist(self) -> "Itself":
+        return self
+
+
+def test_values_without_end_are_refused() -> None:
+    table: dict = {"lon": 1}
+    table["within"] = table
+    items: list = []
+    items.append(items)
+    deep: dict = {}
+    for _ in range(100_000):
+        deep = {"within": deep}
+    for value in (table, items, Itself(), deep):
+        with pytest.raises(icoray.SceneError, match="key camera.*within each other, expected at most 16"):
+            icoray.Scene(camera=value)
+    with pytest.raises(icoray.SceneError, match="key field: more than 100000 items"):
+        icoray.Scene(field=itertools.count())

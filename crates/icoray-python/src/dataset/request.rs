@@ -47,7 +47,7 @@ impl<'py> Request<'py> {
     /// The scene: as given, or suggested for the field's values at a time; with other keys in place of its own.
     pub fn scene(&self, py: Python, opened: &Opened, renderer: &Renderer, time: usize) -> PyResult<Scene> {
         let keys = match self.given.get_item("keys")? {
-            Some(keys) => scene::entries(keys.cast::<PyDict>()?, "")?,
+            Some(keys) => scene::entries(keys.cast::<PyDict>()?, "", 0)?,
             None => Default::default(),
         };
         let view: Option<String> = self.get("view")?;
