@@ -128,7 +128,8 @@ fn titles(all: bool) -> String {
 /// The commands of the pages: counted as one check, and each skipped block as one.
 fn commands(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
     let skip = |need: &str, count: usize| record.tally.add_skipped(&format!("no {need}"), count);
-    let outcome = book::run_commands(suite.workspace, step, suite.all, skip);
+    let took = |page: &str, seconds: f64| record.times.add(&format!("commands of {page}"), seconds);
+    let outcome = book::run_commands(suite.workspace, step, suite.all, skip, took);
     record.tally.add_whole(outcome.is_ok());
     outcome
 }

@@ -11,6 +11,7 @@ mod scratch;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::time::Instant;
 
 use super::markdown::{Fence, Page};
 use crate::error::Error;
@@ -65,12 +66,18 @@ pub fn attribute_fault(fence: &Fence) -> Option<String> {
 }
 
 /// Runs the commands: all of them, or those that are not marked as slow. `skip` is told of needs that are not met, and
-/// of how many blocks have them.
+/// of how many blocks have them; `took` of each page and its seconds.
 ///
 /// # Errors
 /// The failures of all pages, with the output of the commands; a need that `ICORAY_REQUIRE` names and the machine
 /// lacks.
-pub fn run(workspace: &Workspace, step: &mut Step, all: bool, mut skip: impl FnMut(&str, usize)) -> Result<(), Error> {
+pub fn run(
+    workspace: &Workspace,
+    step: &mut Step,
+    all: bool,
+    mut skip: impl FnMut(&str, usize),
+    mut took: impl FnMut(&str, f64),
+) -> Result<(), Error> {
     let mut counts = BlockCounts::default();
     let mut scripts = Vec::new();
     for page in &super::book(&workspace.root)? {
@@ -92,9 +99,11 @@ pub fn run(workspace: &Workspace, step: &mut Step, all: bool, mut skip: impl FnM
     for (path, script) in &scripts {
         let folder = scratch.page(Path::new(path))?;
         workspace.shell.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
+        let started = Instant::now();
         if let Err(failure) = step.quiet(scratch.bash(&folder, SCRIPT)) {
             failures.push(format!("{path}: {failure}"));
         }
+        took(path, started.elapsed().as_secs_f64());
     }
     step.note(&counts.summary());
     if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }

@@ -38,6 +38,9 @@ const DEFAULT: [&str; 14] = [
 /// Further packages of the default run, which read model files and need the NetCDF library.
 pub const READING_FILES: [&str; 3] = ["icoray-netcdf", "icoray-cli", "icoray-tests"];
 
+/// Of `--all`: long counts, and valgrind, take longer in `icoray` without optimisation than its compilation with some.
+const OPTIMISED: &str = "profile.dev.package.icoray.opt-level=1";
+
 /// The features of `--all` besides the default ones.
 const FEATURES: &str = "icoray-tests/mpi";
 /// The same with the command `icoray` over ranks, which replaces the plain one.
@@ -62,7 +65,7 @@ impl Suite<'_> {
 
     /// A cargo command on all packages.
     fn cargo_all(&self, subcommand: &str, features: &str) -> Cmd<'_> {
-        self.workspace.cargo([subcommand, "--workspace", "--features", features])
+        self.workspace.cargo([subcommand, "--workspace", "--features", features, "--config", OPTIMISED])
     }
 
     /// A cargo command on the packages of this run.
