@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::grid::Grid;
 use crate::occupancy::OccupancyMask;
 use crate::sample::Sample;
-use crate::samples::Samples;
+use crate::samples::{Samples, SearchedSample};
 use crate::visible_cells::VisibleCells;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;
@@ -55,7 +55,7 @@ const BLOCK: usize = 64;
 ///
 /// # Errors
 /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
-pub fn gradients<S: Sample>(
+pub fn gradients<S: PreparedSample>(
     grid: &Grid,
     radius: &[f64],
     samples: &Samples<S>,
@@ -66,6 +66,25 @@ pub fn gradients<S: Sample>(
     let mut gradients = memory.with_room(cells.len() * radius.len(), wanted.packed)?;
     S::fill_gradients(&GradientInput::new(grid, radius, samples, cells, wanted), &mut gradients, None);
     Ok(gradients)
+}
+
+/// A type of samples that are prepared for rays. As functions of the type these passes are compiled in this crate, and not
+/// again, with other optimisations, in those that have fields.
+pub trait PreparedSample: SearchedSample {
+    /// Computes gradients.
+    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>);
+}
+
+impl PreparedSample for f32 {
+    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>) {
+        input.fill_all(gradients, missing);
+    }
+}
+
+impl PreparedSample for f64 {
+    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>) {
+        input.fill_all(gradients, missing);
+    }
 }
 
 /// The inputs of gradients.
@@ -104,7 +123,7 @@ impl<'a, S: Sample> GradientInput<'a, S> {
     }
 
     /// All gradients, or those of the missing cells.
-    pub(crate) fn fill_all(&self, gradients: &mut Gradients, missing: Option<MissingCells>) {
+    fn fill_all(&self, gradients: &mut Gradients, missing: Option<MissingCells>) {
         match gradients {
             Gradients::Whole(all) => self.fill(all, missing),
             Gradients::Packed(all) => self.fill(all, missing),

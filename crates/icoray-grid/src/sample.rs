@@ -1,8 +1,5 @@
 //! The types of samples that models store.
 
-use crate::gradient::{GradientInput, Gradients, MissingCells};
-use crate::samples::{Outside, Samples};
-
 mod vector;
 pub use vector::{SampleVectors, VECTOR};
 
@@ -21,11 +18,6 @@ pub trait Sample: Copy + Default + PartialOrd + Send + Sync + SampleVectors + 's
     fn next_up(self) -> Self;
     /// The next smaller number.
     fn next_down(self) -> Self;
-    /// Computes gradients of samples of this type. As a function of the type this is compiled in this crate, and not
-    /// again, with other optimisations, in those that have fields.
-    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>);
-    /// Finds samples of this type outside of ranges, and is compiled in this crate, too.
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>);
 }
 
 impl Sample for f32 {
@@ -48,14 +40,6 @@ impl Sample for f32 {
     fn next_down(self) -> Self {
         self.next_down()
     }
-
-    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>) {
-        input.fill_all(gradients, missing);
-    }
-
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>) {
-        samples.find(outside);
-    }
 }
 
 impl Sample for f64 {
@@ -77,13 +61,5 @@ impl Sample for f64 {
     #[inline]
     fn next_down(self) -> Self {
         self.next_down()
-    }
-
-    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>) {
-        input.fill_all(gradients, missing);
-    }
-
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>) {
-        samples.find(outside);
     }
 }

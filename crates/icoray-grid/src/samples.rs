@@ -8,7 +8,7 @@ use crate::sample::Sample;
 use crate::shape::ElementIndexer;
 
 mod clear;
-pub use clear::{Outside, Stored};
+pub use clear::{Outside, SearchedSample, Stored};
 
 /// Where the values of a field lie in its array, and how they become normalised values on layers that rise.
 #[derive(Debug, Clone, Copy)]

@@ -57,11 +57,8 @@ pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<Sce
         if let Some(path) = not_steered("", &own, &given) {
             return refused(format!("{path} is the model's, which a viewer cannot change"));
         }
-        if *text != *steered.text {
-            let own = Script::parse(&steered.text)?;
-            if let Some(what) = too_many(&own, &script) {
-                return refused(what);
-            }
+        if let Some(what) = too_many(&Script::parse(&steered.text)?, &script) {
+            return refused(what);
         }
         script.name_by_date()?;
         if let (true, Some(first)) = (script.lacks_field(), &first) {
@@ -201,6 +198,10 @@ mod tests {
             (format!("{TEXT}[[derive]]\nname = 'a'\nmagnitude = ['q', 'w']\n"), "derive is the model's"),
             (TEXT.replace("'q'", "'z'"), "field \"z\", expected one of q, w"),
             (many("[[isosurfaces]]\nfield = 'q'\nvalue = 1\ncolor = 'red'\n"), "9 isosurfaces, expected at most 8"),
+            (
+                format!("{TEXT}[[isosurfaces]]\nfield = 'q'\nvalues = [1, 2, 3, 4, 5, 6, 7, 8, 9]\ncolor = 'red'\n"),
+                "9 isosurfaces, expected at most 8",
+            ),
             (many("[[clip]]\nlat = [0, 1]\n"), "9 clip, expected at most 8"),
             ("field = ".to_owned(), "line 1"),
         ] {

@@ -8,9 +8,8 @@ use crate::ranges::FieldValues;
 use crate::ranks::{Part, Ranks};
 use icoray_grid::Field;
 use icoray_grid::Layers;
-use icoray_grid::gradient::PartialGradients;
+use icoray_grid::gradient::{PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::sample::Sample;
 use icoray_grid::samples::{AnySamples, Samples};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Grid, Reals};
@@ -227,7 +226,11 @@ fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
     }
 }
 
-fn draw_plain<T: KernelReal, S: Sample>(context: &FrameContext, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
+fn draw_plain<T: KernelReal, S: PreparedSample>(
+    context: &FrameContext,
+    ranks: &mut Ranks,
+    data: &[S],
+) -> Result<Rendered> {
     let FrameContext { renderer, scene, plan, .. } = *context;
     let field = &context.fields[0].field();
     let spans = Spans::<T>::new(&plan.knots);

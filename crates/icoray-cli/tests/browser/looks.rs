@@ -104,6 +104,9 @@ fn everything_is_in_reach_on_a_phone() {
     let turned = browser.camera();
     assert!((turned[1] - start[1]).abs() > 1.0 && (turned[0] - start[0]).abs() < 1e-9, "{start:?} {turned:?}");
     assert_ne!(browser.canvas_hash(), picture);
+    // Else fingers lifted in motion set off a scroll, and the next touch is lost on it.
+    let is_scroll = "return canvas.dispatchEvent(new TouchEvent('touchmove', { bubbles: true, cancelable: true }));";
+    assert_eq!(browser.ask(is_scroll), false);
     let fingers = [[[0.4, 0.5], [0.25, 0.5]], [[0.6, 0.5], [0.75, 0.5]]];
     let fingers = fingers.map(|ends| ends.map(|place| browser.place(place)));
     browser.changed_by(|| browser.touch(&fingers));

@@ -1,13 +1,13 @@
 //! The page of `icoray view` in Chromium without a window, which WebDriver steers as hands do. Screenshots are left in
 //! `target/browser`.
 
-#[allow(dead_code, reason = "the tests of the command use the rest")]
+#[expect(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;
-#[allow(dead_code, reason = "the tests of the command use the rest")]
+#[expect(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../cli/run.rs"]
 mod run;
-#[allow(dead_code, reason = "the tests of the command use the rest")]
+#[expect(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../cli/viewer.rs"]
 mod viewer;
 
@@ -21,6 +21,6 @@ mod looks;
 mod page;
 mod saving;
 mod together;
-#[allow(dead_code, reason = "the tests of the command use the rest")]
+#[expect(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../../../icoray-netcdf/tests/files/written.rs"]
 mod written;

@@ -1,6 +1,6 @@
 //! Runs the built binary on small files that the tests write, and on real ones where the test data are there.
 
-#[allow(dead_code, reason = "the tests of datasets in memory use the rest")]
+#[expect(dead_code, reason = "the tests of datasets in memory use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;
 #[path = "../../../icoray-dataset/tests/dataset/made_icon.rs"]
@@ -24,6 +24,6 @@ mod view;
 mod viewer;
 mod views;
 mod watch;
-#[allow(dead_code, reason = "the tests of files use the rest")]
+#[expect(dead_code, reason = "the tests of files use the rest")]
 #[path = "../../../icoray-netcdf/tests/files/written.rs"]
 mod written;

@@ -1,9 +1,8 @@
 //! Gradients of those cells that pictures of a field can read, completed from picture to picture.
 
-use super::{GradientInput, GradientOptions, Gradients, MissingCells};
+use super::{GradientInput, GradientOptions, Gradients, MissingCells, PreparedSample};
 use crate::error::Result;
 use crate::grid::Grid;
-use crate::sample::Sample;
 use crate::samples::Samples;
 use crate::visible_cells::VisibleCells;
 
@@ -29,7 +28,7 @@ impl PartialGradients {
     ///
     /// # Errors
     /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
-    pub fn with_cells<S: Sample>(
+    pub fn with_cells<S: PreparedSample>(
         self,
         grid: &Grid,
         radius: &[f64],

@@ -44,7 +44,13 @@ impl Model<'_> {
         array
     }
 
-    fn gradients<S: Sample>(&self, array: &[S], reals: Reals, of: (Shape, bool), wanted: GradientOptions) -> Gradients {
+    fn gradients<S: PreparedSample>(
+        &self,
+        array: &[S],
+        reals: Reals,
+        of: (Shape, bool),
+        wanted: GradientOptions,
+    ) -> Gradients {
         let field = Field::new(reals, of.0, Location::Center, self.fill).unwrap();
         let samples = Samples::new(array, &field, of.1, self.range);
         let cells = 0..self.grid.cells();

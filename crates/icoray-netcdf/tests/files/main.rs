@@ -3,14 +3,14 @@
 mod asked;
 mod damaged;
 mod formats;
-#[allow(dead_code, reason = "the tests of datasets in memory use the rest")]
+#[expect(dead_code, reason = "the tests of datasets in memory use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;
 #[path = "../../../icoray-dataset/tests/dataset/made_icon.rs"]
 mod made_icon;
 #[path = "../../../icoray-dataset/tests/dataset/made_ocean.rs"]
 mod made_ocean;
-#[allow(dead_code, reason = "the tests of datasets in memory use the rest")]
+#[expect(dead_code, reason = "the tests of datasets in memory use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/memory.rs"]
 mod memory;
 mod real;

@@ -2,15 +2,14 @@
 //! have open, and HDF5's locks on them.
 
 mod hostile;
-#[allow(dead_code, reason = "the tests of whole files use the rest")]
+#[expect(dead_code, reason = "the tests of whole files use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;
-#[allow(dead_code, reason = "the tests of whole files use the rest")]
+#[expect(dead_code, reason = "the tests of whole files use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made_icon.rs"]
 mod made_icon;
-#[allow(dead_code, reason = "the tests of whole files use the rest")]
+#[expect(dead_code, reason = "the tests of whole files use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made_ocean.rs"]
 mod made_ocean;
-#[allow(dead_code, reason = "the tests of whole files use the rest")]
 #[path = "../files/written.rs"]
 mod written;

@@ -5,8 +5,7 @@ use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
-use icoray_grid::sample::Sample;
-use icoray_grid::samples::{Outside, Samples, Stored};
+use icoray_grid::samples::{Outside, Samples, SearchedSample, Stored};
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
 use icoray_kernel::transfer::Spans;
 use rayon::prelude::*;
@@ -36,7 +35,7 @@ pub(crate) struct OccupancyTest<'a, S> {
 }
 
 /// The values of a field in `range` that are clear.
-pub(crate) fn clear_values<T: Real, S: Sample>(
+pub(crate) fn clear_values<T: Real, S: SearchedSample>(
     spans: &Spans<T>,
     samples: &Samples<S>,
     range: Option<[f64; 2]>,
@@ -50,7 +49,7 @@ pub(crate) fn clear_values<T: Real, S: Sample>(
     ranges.chain(knots).collect()
 }
 
-impl<S: Sample> OccupancyTest<'_, S> {
+impl<S: SearchedSample> OccupancyTest<'_, S> {
     /// The visible blocks; reuses `memory`.
     pub fn visible(&self, memory: OccupancyMask) -> OccupancyMask {
         let clear = self.frequent();
@@ -79,7 +78,7 @@ impl<S: Sample> OccupancyTest<'_, S> {
             let probes = (0..cells).into_par_iter().step_by(stride).map(|first| {
                 let mut found = vec![0; count.min(cells - first)];
                 let ranges = std::slice::from_ref(clear);
-                self.samples.outside(Outside { level, ranges, bits: &bits, first, found: &mut found });
+                S::find_outside(&self.samples, Outside { level, ranges, bits: &bits, first, found: &mut found });
                 let seen: u32 = found.iter().map(|blocks| blocks.count_ones()).sum();
                 [blocks * found.len() - seen as usize, blocks * found.len()]
             });
@@ -101,7 +100,7 @@ impl<S: Sample> OccupancyTest<'_, S> {
         let chunks = visible.columns.par_chunks_mut(R * CHUNK).enumerate();
         let (level, bits) = (Level::new(), &bits[..]);
         chunks.for_each(|(i, found)| {
-            self.samples.outside(Outside { level, ranges, bits, first: i * CHUNK, found });
+            S::find_outside(&self.samples, Outside { level, ranges, bits, first: i * CHUNK, found });
         });
         let (columns, _) = visible.columns.as_chunks::<R>();
         let seen = visible.blocks.par_chunks_mut(CHUNK).enumerate().map(|(i, chunk)| {

@@ -9,10 +9,9 @@ use crate::ranks::{Part, Ranks};
 use crate::time_budget::Deadline;
 use icoray_grid::Result;
 use icoray_grid::gradient;
-use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients};
+use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::sample::Sample;
-use icoray_grid::samples::Samples;
+use icoray_grid::samples::{Samples, SearchedSample};
 use icoray_kernel::ray::KernelReal;
 use icoray_kernel::transfer::Spans;
 use icoray_scene::{Lights, Quality};
@@ -28,7 +27,7 @@ pub(super) struct FieldSummary {
 
 impl FieldSummary {
     /// Of the first field. Collective.
-    pub fn of<S: Sample>(context: &FrameContext, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Self> {
+    pub fn of<S: PreparedSample>(context: &FrameContext, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Self> {
         let FrameContext { renderer, scene, plan, grid, part, start, .. } = *context;
         let range = ranks.attempt(|| {
             renderer.run(|| {
@@ -74,7 +73,7 @@ impl FieldSummary {
 }
 
 /// The visible blocks of the field, with their cache key.
-pub(super) fn occupancy<'f, T: KernelReal, S: Sample>(
+pub(super) fn occupancy<'f, T: KernelReal, S: SearchedSample>(
     context: &'f FrameContext,
     field_summary: &FieldSummary,
     spans: &Spans<T>,
@@ -100,7 +99,7 @@ pub(super) fn occupancy<'f, T: KernelReal, S: Sample>(
 ///
 /// They are computed in visible blocks only, over cells that rays can pass, and may be packed, unless other ranks need
 /// those of halo cells or the picture is drawn by a device, which may leave tiles anywhere.
-pub(super) fn gradients<'f, S: Sample>(
+pub(super) fn gradients<'f, S: PreparedSample>(
     context: &'f FrameContext,
     field_summary: &FieldSummary,
     samples: Samples<'f, S>,

@@ -9,10 +9,9 @@ use icoray_grid::Field;
 use icoray_grid::Reals;
 use icoray_grid::Result;
 use icoray_grid::gradient;
-use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients};
+use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::sample::Sample;
-use icoray_grid::samples::Samples;
+use icoray_grid::samples::{Samples, SearchedSample};
 use icoray_kernel::general::{
     FieldSource, Isosurface, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,
 };
@@ -138,7 +137,12 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         all.unzip()
     }
 
-    fn visible_of<S: Sample>(&self, data: &[S], source: usize, knots: &[KernelKnot]) -> (OccupancyKey, OccupancyMask) {
+    fn visible_of<S: SearchedSample>(
+        &self,
+        data: &[S],
+        source: usize,
+        knots: &[KernelKnot],
+    ) -> (OccupancyKey, OccupancyMask) {
         let FrameContext { renderer, plan, grid, .. } = *self.context;
         let field = &self.context.fields[source];
         let spans = Spans::<f64>::new(knots);
@@ -219,7 +223,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     }
 
     /// The gradients that are known by `key`, and those that the picture needs besides.
-    fn gradients_of<S: Sample>(
+    fn gradients_of<S: PreparedSample>(
         &self,
         data: &[S],
         field: &Field,
