@@ -51,6 +51,17 @@ impl Steps {
     }
 }
 
+/// Runs a command without its output, which the error has if the command fails.
+pub fn silent(command: impl Into<Command>) -> Result<(), Error> {
+    silent_but(command.into(), |_| {})
+}
+
+/// The same, with a function that is called as [`lines_of`] does.
+fn silent_but(command: Command, take: impl FnMut(Option<&str>)) -> Result<(), Error> {
+    let (outcome, lines) = lines_of(command, take)?;
+    outcome.map_err(|sentence| Error::Detailed { sentence, details: lines.join("\n") })
+}
+
 /// A step under way.
 pub struct Step {
     heading: String,
@@ -64,11 +75,10 @@ impl Step {
     /// Runs a command without its output, which the error has if the command fails. A terminal shows the latest line.
     pub fn quiet(&mut self, command: impl Into<Command>) -> Result<(), Error> {
         let mut latest = String::new();
-        let (outcome, lines) = lines_of(command.into(), |line| match line {
+        silent_but(command.into(), |line| match line {
             Some(line) => line.clone_into(&mut latest),
             None => self.refresh(&latest),
-        })?;
-        outcome.map_err(|sentence| Error::Detailed { sentence, details: lines.join("\n") })
+        })
     }
 
     /// Runs a command, prints its output as it comes, and returns the lines. Calls `poll` a few times per second and at

@@ -89,7 +89,7 @@ impl Change {
     /// Writes the text to [`Self::FILE`] in a directory, in place of the one before.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`] names the file.
+    /// [`Io`](icoray::ErrorKind::Io) names the file.
     pub fn keep(&self, directory: &Path) -> icoray::Result<()> {
         write_text(&directory.join(Self::FILE), "the viewers' scene", &self.text)
     }

@@ -1,8 +1,8 @@
 //! Runs the commands of the README and the book, from the text of their `sh` blocks.
 //!
-//! The blocks of a page are one script of bash, in a folder of their own with copies of `examples`, links to the data
-//! files, and a home of its own. The folder is inside the workspace, so that cargo finds the workspace and its builds
-//! from there. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
+//! The blocks of a page are one script of bash, in a folder of its own with copies of `examples`, links to the data
+//! files, and a home. The folder is inside the workspace, so that cargo finds the workspace and its builds from there.
+//! Pages that install the library run one after the other, beside the others in turn. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
 //! has a and b.
 
 mod needs;
@@ -10,17 +10,23 @@ mod scratch;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::panic;
 use std::path::Path;
+use std::process::Command;
+use std::thread;
 use std::time::Instant;
 
 use super::markdown::{Fence, Page};
 use crate::error::Error;
-use crate::step::Step;
+use crate::step::{Step, silent};
 use crate::workspace::{Workspace, is_required};
 use scratch::Scratch;
 
 /// The word of blocks that are run in the long run only.
 const SLOW: &str = "slow";
+
+/// What a page calls that builds and installs the library: all such pages write the same files below `target`.
+const INSTALLING: &str = "cargo xtask install";
 
 /// The script of a page, in the page's folder.
 const SCRIPT: &str = "commands.sh";
@@ -95,18 +101,35 @@ pub fn run(
         }
     }
     let scratch = Scratch::new(workspace)?;
-    let mut failures = Vec::new();
-    for (path, script) in &scripts {
-        let folder = scratch.page(Path::new(path))?;
+    let (mut installing, mut others) = (Vec::new(), Vec::new());
+    for (path, script) in scripts {
+        let folder = scratch.page(Path::new(&path))?;
         workspace.shell.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
-        let started = Instant::now();
-        if let Err(failure) = step.quiet(scratch.bash(&folder, SCRIPT)) {
-            failures.push(format!("{path}: {failure}"));
-        }
-        took(path, started.elapsed().as_secs_f64());
+        let pages = if script.contains(INSTALLING) { &mut installing } else { &mut others };
+        pages.push((path, scratch.bash(&folder, SCRIPT)));
     }
+    let mut failures = Vec::new();
+    thread::scope(|scope| {
+        let beside = scope.spawn(|| in_turn(others));
+        let mut ended = in_turn(installing);
+        ended.extend(beside.join().unwrap_or_else(|panic| panic::resume_unwind(panic)));
+        for (path, seconds, outcome) in ended {
+            took(&path, seconds);
+            failures.extend(outcome.err().map(|failure| format!("{path}: {failure}")));
+        }
+    });
     step.note(&counts.summary());
     if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
+}
+
+/// Runs the commands of pages one after the other; returns each page's path, seconds and outcome.
+fn in_turn(pages: Vec<(String, Command)>) -> Vec<(String, f64, Result<(), Error>)> {
+    let run = |(path, command)| {
+        let started = Instant::now();
+        let outcome = silent(command);
+        (path, started.elapsed().as_secs_f64(), outcome)
+    };
+    pages.into_iter().map(run).collect()
 }
 
 /// Numbers of blocks that are run, and of those that are not.
@@ -179,7 +202,7 @@ mod tests {
     #[test]
     fn a_failing_command_is_named_by_its_block() {
         let script = format!("{PRELUDE}block=p.md:7\nfalse | true\necho not reached\n");
-        let output = std::process::Command::new("bash").args(["-c", &script]).output().unwrap();
+        let output = Command::new("bash").args(["-c", &script]).output().unwrap();
         assert!(!output.status.success() && output.stdout.is_empty(), "{output:?}");
         assert!(String::from_utf8_lossy(&output.stderr).contains("p.md:7"), "{output:?}");
     }

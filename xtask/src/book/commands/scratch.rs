@@ -28,7 +28,7 @@ impl<'w> Scratch<'w> {
     pub fn new(workspace: &'w Workspace) -> Result<Self, Error> {
         let root = workspace.root.join(PLACE);
         workspace.shell.remove_path(&root)?;
-        workspace.shell.create_dir(root.join("home"))?;
+        workspace.shell.create_dir(&root)?;
         Ok(Self { workspace, root })
     }
 
@@ -36,6 +36,7 @@ impl<'w> Scratch<'w> {
     pub fn page(&self, path: &Path) -> Result<PathBuf, Error> {
         let sh = &self.workspace.shell;
         let folder = sh.create_dir(self.root.join(path.with_extension("").file_name().unwrap_or_default()))?;
+        sh.create_dir(home(&folder))?;
         cmd!(sh, "cp -R examples {folder}").quiet().run()?;
         self.link(&folder).map_err(Error::while_doing(folder.display()))?;
         Ok(folder)
@@ -56,12 +57,12 @@ impl<'w> Scratch<'w> {
         command.current_dir(folder);
         // Programs of the pages must find libraries by themselves; cargo adds its own directories to this variable.
         command.env_remove("LD_LIBRARY_PATH");
-        let home = env::var_os("HOME").map(PathBuf::from).unwrap_or_default();
+        let users = env::var_os("HOME").map(PathBuf::from).unwrap_or_default();
         for (name, place) in [("CARGO_HOME", ".cargo"), ("RUSTUP_HOME", ".rustup")] {
-            let place = env::var_os(name).map_or_else(|| home.join(place), PathBuf::from);
+            let place = env::var_os(name).map_or_else(|| users.join(place), PathBuf::from);
             command.env(name, place);
         }
-        command.env("HOME", self.root.join("home"));
+        command.env("HOME", home(folder));
         let inherited = env::var_os("PATH").unwrap_or_default();
         let programs = self.workspace.products("dev");
         // Pages put target/release first, where a test has left a program with fewer features.
@@ -78,4 +79,9 @@ impl<'w> Scratch<'w> {
         ]);
         command
     }
+}
+
+/// The home of a page: hidden, since commands of the pages list and watch the folder.
+fn home(folder: &Path) -> PathBuf {
+    folder.join(".home")
 }
