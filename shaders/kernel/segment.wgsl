@@ -20,6 +20,12 @@ fn segment_value(s: Segment, u: f32) -> f32 {
     return s.f0 + (s.f1 - s.f0) * u + s.kappa * u * (1.0 - u) / (1.0 + s.eps * u);
 }
 
+// Slopes at the start and the end.
+fn segment_end_slopes(s: Segment) -> vec2f {
+    let rise = s.f1 - s.f0;
+    return vec2f(rise + s.kappa, rise - s.kappa / (1.0 + s.eps));
+}
+
 fn segment_reach(s: Segment) -> f32 {
     return 0.5 * ROUNDING * (1.0 + abs(s.f0) + abs(s.f1));
 }

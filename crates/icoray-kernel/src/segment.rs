@@ -35,6 +35,14 @@ impl<T: Real> Segment<T> {
         self.f0 + (self.f1 - self.f0) * u + self.kappa * u * (one - u) / (one + self.eps * u)
     }
 
+    /// Slope at `u`.
+    #[inline]
+    pub fn slope(&self, u: T) -> T {
+        let one = T::one();
+        let r = one + self.eps * u;
+        self.f1 - self.f0 + self.kappa * (one - u - u * r) / (r * r)
+    }
+
     /// Whether a missing value makes it void.
     #[inline(always)]
     pub fn is_void(&self) -> bool {
@@ -166,6 +174,16 @@ mod tests {
                     let u = part.solve(v);
                     assert!((part.value(u) - v).abs() < 1e-13, "{part:?} at {v}: u = {u}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_values() {
+        for s in cases() {
+            for u in [0.0, 0.3, 1.0] {
+                let rise = (s.value(u + 1e-6) - s.value(u - 1e-6)) / 2e-6;
+                assert!((s.slope(u) - rise).abs() < 1e-7 * (1.0 + rise.abs()), "{s:?} at {u}");
             }
         }
     }

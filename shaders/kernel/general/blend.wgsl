@@ -1,5 +1,6 @@
 // Mirrors kernel/packet/blend.rs: several volumes on one piece of a ray. Extinctions add up, colours mix by extinction;
-// Simpson's rule over the start, the middle and the end of the piece gives the mean colour of the light that is absorbed.
+// the start, the middle and the end of the piece give the mean colour of the light that is absorbed, by the rule of
+// kernel/general/mean_color.rs.
 #import params
 #import scenery
 #import kernel/lit
@@ -12,9 +13,11 @@ struct VolumePiece {
     color_span: u32,
 }
 
-// Extinctions at the start, in the middle and at the end of a piece, and optical depths of all and of the first half.
+// Extinctions at the start, in the middle and at the end of a piece, their slopes at the start and the end, and optical
+// depths of all and of the first half.
 struct VolumeDepths {
     extinction: vec3f,
+    thickening: vec2f,
     whole: f32,
     front: f32,
 }
@@ -25,7 +28,8 @@ fn volume_depths(piece: VolumePiece) -> VolumeDepths {
     let middle = segment_value(s, 0.5);
     let at = vec3f(span_extinction(span, s.f0), span_extinction(span, middle), span_extinction(span, s.f1));
     let first = segment_part(s, vec2f(0.0, s.f0), vec2f(0.5, middle));
-    return VolumeDepths(at, depth_of(s, span, at.x, at.z), depth_of(first, span, at.x, at.y));
+    let thickening = span.extinction_slope * segment_end_slopes(s);
+    return VolumeDepths(at, thickening, depth_of(s, span, at.x, at.z), depth_of(first, span, at.x, at.y));
 }
 
 // Optical depth of a part with these extinctions at its ends.
@@ -34,21 +38,29 @@ fn depth_of(part: Segment, span: Span, from_: f32, to: f32) -> f32 {
     return max(part.length * (0.5 * (from_ + to) + span.extinction_slope * bend * (1.0 / 6.0)), 0.0);
 }
 
-// The colours at the three places, none below black.
-fn volume_colors(piece: VolumePiece) -> mat3x3f {
+// Colours at the three places, and their slopes at the start and the end.
+struct VolumeColors {
+    at: mat3x3f,
+    tints: mat2x3f,
+}
+
+// Those of a volume, none below black.
+fn volume_colors(piece: VolumePiece) -> VolumeColors {
     let s = piece.color;
     let span = spans[piece.color_span];
     let none = vec3f(0.0);
-    return mat3x3f(
+    let at = mat3x3f(
         max(span_color(span, s.f0), none),
         max(span_color(span, segment_value(s, 0.5)), none),
         max(span_color(span, s.f1), none),
     );
+    let slopes = segment_end_slopes(s);
+    return VolumeColors(at, mat2x3f(span.color_slope * slopes.x, span.color_slope * slopes.y));
 }
 
 // Colours under the mean shade of their volume, the light that it absorbs, and the error of the shade.
 struct ShadedColors {
-    color: mat3x3f,
+    color: VolumeColors,
     absorbed: f32,
     off: f32,
 }
@@ -58,10 +70,11 @@ fn volume_shade(
     shading: RayShading,
     piece: VolumePiece,
     extinction: vec3f,
-    colors: mat3x3f,
+    own: VolumeColors,
     through: vec2f,
     at: mat3x3f,
 ) -> ShadedColors {
+    let colors = own.at;
     let a = extinction.x;
     let m = extinction.y * through.x;
     let b = extinction.z * through.y;
@@ -78,69 +91,153 @@ fn volume_shade(
     let shade = ray_shading_mean(shading, turn, ColorChange(spans[piece.color_span].brightest, change, bend, eps));
     let added = rise * shade.tilt + vec3f(shade.shade.highlight);
     let body = shade.shade.body;
-    return ShadedColors(
-        mat3x3f(colors[0] * body + added, colors[1] * body + added, colors[2] * body + added), absorbed, shade.off,
+    let lit = mat3x3f(colors[0] * body + added, colors[1] * body + added, colors[2] * body + added);
+    return ShadedColors(VolumeColors(lit, own.tints * body), absorbed, shade.off);
+}
+
+// All volumes at the three places of a piece: extinction, and colour times extinction; their slopes at its start and end;
+// its length, and relative change of height along it.
+struct Mixture {
+    rates: vec3f,
+    thickening: vec2f,
+    colors: mat3x3f,
+    tints: mat2x3f,
+    length: f32,
+    eps: f32,
+}
+
+fn mixture_none() -> Mixture {
+    return Mixture(vec3f(0.0), vec2f(0.0), mat3x3f(), mat2x3f(), 0.0, 0.0);
+}
+
+// With a volume more.
+fn mixture_and(mixture: Mixture, depths: VolumeDepths, color: VolumeColors, piece: Segment) -> Mixture {
+    let rates = depths.extinction;
+    let thickening = depths.thickening;
+    let colors = mat3x3f(color.at[0] * rates.x, color.at[1] * rates.y, color.at[2] * rates.z);
+    let tints = mat2x3f(
+        color.at[0] * thickening.x + color.tints[0] * rates.x,
+        color.at[2] * thickening.y + color.tints[1] * rates.z,
+    );
+    return Mixture(
+        mixture.rates + rates,
+        mixture.thickening + thickening,
+        mixture.colors + colors,
+        mixture.tints + tints,
+        piece.length,
+        abs(piece.eps),
     );
 }
 
-// All volumes at the three places of a piece: extinction, and colour times extinction.
-struct Mixture {
-    rates: vec3f,
-    colors: mat3x3f,
-}
-
-// The mean colour by Simpson's rule, how far that of the ends alone is from it, and how far colours are apart.
+// The mean colour of what is absorbed, how far it may be off, and how far colours are apart.
 struct MeanColor {
     color: vec3f,
-    rule: f32,
+    off: f32,
     spread: f32,
 }
 
-fn mean_color(mixture: Mixture, through: vec2f) -> MeanColor {
-    let at_ends = mixture.rates.x + through.y * mixture.rates.z;
-    let sum = at_ends + 4.0 * through.x * mixture.rates.y;
-    let ends = mixture.colors[0] + through.y * mixture.colors[2];
-    let color = (ends + 4.0 * through.x * mixture.colors[1]) / max(sum, LEAST);
-    let off = abs(color - ends / max(at_ends, LEAST));
+fn largest(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+// The mean of functions of these values at three places and these slopes at the first and the last, exact to the fifth
+// degree.
+fn fifth_degree(values: mat3x4f, slopes: mat2x4f) -> vec4f {
+    return (7.0 * (values[0] + values[2]) + 16.0 * values[1]) / 30.0 + (slopes[0] - slopes[1]) / 60.0;
+}
+
+fn mixture_mean(mixture: Mixture, through: vec2f, depth: f32, absorbed: f32) -> MeanColor {
+    let rates = mixture.rates;
+    // Colours times extinction, and extinction, weighted by the light that comes there.
+    let entry = vec4f(mixture.colors[0], rates.x);
+    let middle = vec4f(mixture.colors[1], rates.y) * through.x;
+    let exit = vec4f(mixture.colors[2], rates.z);
+    let rise_in = vec4f(mixture.tints[0], mixture.thickening.x) - mixture.length * rates.x * entry;
+    let rise_out = (vec4f(mixture.tints[1], mixture.thickening.y) - mixture.length * rates.z * exit) * through.y;
+    let values = mat3x4f(entry, middle, exit * through.y);
+    let whole = fifth_degree(values, mat2x4f(rise_in, rise_out));
+    let color = whole.xyz / whole.w;
+    let a = values[0].xyz - color * values[0].w;
+    let m = values[1].xyz - color * values[1].w;
+    let b = values[2].xyz - color * values[2].w;
+    let from_ = rise_in.xyz - color * rise_in.w;
+    let to = rise_out.xyz - color * rise_out.w;
+    let rise = b - a;
+    let bend = a - m - m + b;
+    let a1 = largest(abs(0.5 * rise));
+    let a2 = largest(abs(0.5 * bend));
+    let a3 = largest(abs(0.25 * (rise - 0.5 * (from_ + to))));
+    let a4 = largest(abs(0.5 * (bend - 0.25 * (to - from_))));
+    let tilt = 0.25 * mixture.length * max(abs(rates.y - rates.x), abs(rates.z - rates.y));
+    let uneven = mixture.eps / (1.0 - 0.5 * mixture.eps);
+    let bent = mixture.length * abs(rates.x - rates.y - rates.y + rates.z) * (1.0 / 12.0);
+    let e2 = 0.05 * depth * depth + tilt + 0.75 * uneven * uneven;
+    let e3 = bent + e2 * sqrt(e2);
+    let e4 = bent * (0.25 * depth + uneven) + e2 * e2;
+    let missed = e2 * (a4 + a1 * e3) + a3 * e3 + a2 * e4;
+    let spread = mixture_spread(mixture);
+    let longer = mixture.length / max(absorbed, LEAST);
+    let off = missed * longer * (24.0 / 105.0) + spread * abs(longer * whole.w - 1.0);
+    if whole.w > 0.0 && off <= spread {
+        return MeanColor(color, off, spread);
+    }
+    // Simpson's rule: a mean of the colours that are there.
+    let simpson = values[0] + 4.0 * values[1] + values[2];
+    return MeanColor(simpson.xyz / max(simpson.w, LEAST), spread, spread);
+}
+
+// How far colours are apart on a piece, by those at the places and by their slopes.
+fn mixture_spread(mixture: Mixture) -> f32 {
     let has = mixture.rates > vec3f(0.0);
     let inverse = 1.0 / max(mixture.rates, vec3f(LEAST));
-    let a = mixture.colors[0] * inverse.x;
+    var a = mixture.colors[0] * inverse.x;
     let b = mixture.colors[1] * inverse.y;
-    let c = mixture.colors[2] * inverse.z;
+    var c = mixture.colors[2] * inverse.z;
+    let slope_in = abs(mixture.tints[0] - a * mixture.thickening.x) * inverse.x;
+    let slope_out = abs(mixture.tints[1] - c * mixture.thickening.y) * inverse.z;
+    let steepest = max(select(vec3f(0.0), slope_in, has.x), select(vec3f(0.0), slope_out, has.z));
+    // Where nothing absorbs, the colour is that of what begins to absorb there.
+    let begins = mixture.thickening != vec2f(0.0);
+    if !has.x && begins.x {
+        a = mixture.tints[0] / mixture.thickening.x;
+    }
+    if !has.z && begins.y {
+        c = mixture.tints[1] / mixture.thickening.y;
+    }
     let none = vec3f(ENDLESS);
-    let low = min(select(none, a, has.x), min(select(none, b, has.y), select(none, c, has.z)));
-    let high = max(select(-none, a, has.x), max(select(-none, b, has.y), select(-none, c, has.z)));
-    let apart = max(high - low, vec3f(0.0));
-    let spread = max(apart.x, max(apart.y, apart.z));
-    let rule = select(spread, min(max(off.x, max(off.y, off.z)), spread), at_ends > 0.0);
-    return MeanColor(color, rule, spread);
+    let has_a = has.x || begins.x;
+    let has_c = has.z || begins.y;
+    let low = min(select(none, a, has_a), min(select(none, b, has.y), select(none, c, has_c)));
+    let high = max(select(-none, a, has_a), max(select(-none, b, has.y), select(-none, c, has_c)));
+    return largest(max(high - low, vec3f(0.0))) + 0.25 * largest(steepest);
 }
 
 // The light of all volumes on a piece, and the error of the colour per absorbed light for which the piece is halved.
 struct Blend {
     light: Radiance,
     off: f32,
+    // Whether that is no more than what rounding gives to it.
+    is_rounding: bool,
 }
 
-// `rounded` is what rounding does to the colours, `thickened` to the optical depth `depth`, and `shade_off` the error of
-// shades per absorbed light.
-fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounded: f32, thickened: f32, shade_off: f32, sharpness: f32) -> Blend {
-    let mean = mean_color(mixture, through);
+// `rounds` is what rounding does to the colours and to the optical depth `depth`, and `shade_off` the error of shades per
+// absorbed light.
+fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade_off: f32, sharpness: f32) -> Blend {
     let absorbed = absorbed_by(depth);
-    var off = mean.spread;
-    var weight = 3.0;
-    if depth <= THIN {
-        off = mean.rule;
-        weight = 1.0;
-    }
-    let told = off + weight * shade_off;
+    let mean = mixture_mean(mixture, through, depth, absorbed);
+    // Extinctions that are off mix colours otherwise.
+    let rounded = rounds.x + mean.spread * min(rounds.y / max(depth, LEAST), 1.0);
+    // Where light is centred in dense pieces is known less well.
+    let told = mean.off + select(3.0, 1.0, depth <= THIN) * shade_off;
     // Coarse light is taken as it is.
+    var off = mean.off;
     if !IS_LIT || lighting.max_cuts > 0u {
         off = told;
     }
-    let off_by = min(rounded + thickened * through.y + absorbed * ROUNDING, 1.0);
+    let off_by = min(rounds.y * through.y + absorbed * (rounded + ROUNDING), 1.0);
     let shaded = absorbed * 0.5 * ROUNDING * sharpness;
-    return Blend(Radiance(mean.color * absorbed, absorbed, absorbed * told, off_by * off_by + shaded * shaded), off);
+    let light = Radiance(mean.color * absorbed, absorbed, absorbed * told, off_by * off_by + shaded * shaded);
+    return Blend(light, off, off <= rounded);
 }
 
 // Rounding in single precision leaves no smaller differences of colours.
@@ -156,5 +253,5 @@ fn blend_is_far(blend: Blend, light: Radiance) -> bool {
     color_tolerance = max(color_tolerance, LEAST_TOLERANCE);
     let earned = max((light.alpha + ADVANCE) * color_tolerance - light.error, 0.0);
     let through = max(1.0 - light.alpha, LEAST);
-    return (blend.off - color_tolerance) * blend.light.alpha * through > earned;
+    return !blend.is_rounding && (blend.off - color_tolerance) * blend.light.alpha * through > earned;
 }

@@ -115,8 +115,7 @@ struct VolumeSums {
     depth: f32,
     front: f32,
     // What rounding does to colours and to the optical depth.
-    rounded: f32,
-    thickened: f32,
+    rounds: vec2f,
     // Light that is absorbed, and the error of shades times that.
     absorbed: f32,
     shade_off: f32,
@@ -124,7 +123,7 @@ struct VolumeSums {
 
 // The light of all volumes on their pieces, which are `range` of the frustum.
 fn volumes_blend(shading: RayShading, range: vec2f) -> Blend {
-    var sums = VolumeSums(Mixture(vec3f(0.0), mat3x3f()), 0.0, 0.0, 0.0, 0.0, LEAST, 0.0);
+    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec2f(0.0), LEAST, 0.0);
 #volume     volume_add(VOLUMEu, &sums);
     let through = 1.0 - vec2f(absorbed_by(sums.front), absorbed_by(sums.depth));
     var sharpness = 0.0;
@@ -133,7 +132,7 @@ fn volumes_blend(shading: RayShading, range: vec2f) -> Blend {
 #volume         volume_add_lit(VOLUMEu, &sums, shading, through, range);
     }
     let off = sums.shade_off / sums.absorbed;
-    return blend_of(sums.mixture, sums.depth, through, sums.rounded, sums.thickened, off, sharpness);
+    return blend_of(sums.mixture, sums.depth, through, sums.rounds, off, sharpness);
 }
 
 fn volume_add(volume: u32, sums: ptr<function, VolumeSums>) {
@@ -145,10 +144,10 @@ fn volume_add(volume: u32, sums: ptr<function, VolumeSums>) {
     (*sums).depth += depths.whole;
     (*sums).front += depths.front;
     let slope = abs(spans[piece.extinction_span].extinction_slope);
-    (*sums).thickened += piece.extinction.length * slope * segment_reach(piece.extinction);
-    (*sums).rounded = max((*sums).rounded, spans[piece.color_span].steepest * segment_reach(piece.color));
+    (*sums).rounds.y += piece.extinction.length * slope * segment_reach(piece.extinction);
+    (*sums).rounds.x = max((*sums).rounds.x, spans[piece.color_span].steepest * segment_reach(piece.color));
     if !IS_LIT {
-        mixture_add(sums, depths.extinction, volume_colors(piece));
+        (*sums).mixture = mixture_and((*sums).mixture, depths, volume_colors(piece), piece.extinction);
     }
 }
 
@@ -157,23 +156,17 @@ fn volume_add_lit(volume: u32, sums: ptr<function, VolumeSums>, shading: RayShad
         return;
     }
     let piece = volume_piece(volume);
-    let extinction = volume_depths(piece).extinction;
+    let depths = volume_depths(piece);
     let course = volume_interpolants[volume];
     let at = mat3x3f(
         frustum_interpolant_gradient(course, range.x),
         frustum_interpolant_gradient(course, 0.5 * (range.x + range.y)),
         frustum_interpolant_gradient(course, range.y),
     );
-    let lit = volume_shade(shading, piece, extinction, volume_colors(piece), through, at);
+    let lit = volume_shade(shading, piece, depths.extinction, volume_colors(piece), through, at);
     (*sums).shade_off += lit.absorbed * lit.off;
     (*sums).absorbed += lit.absorbed;
-    mixture_add(sums, extinction, lit.color);
-}
-
-fn mixture_add(sums: ptr<function, VolumeSums>, extinction: vec3f, color: mat3x3f) {
-    (*sums).mixture.rates += extinction;
-    (*sums).mixture.colors +=
-        mat3x3f(color[0] * extinction.x, color[1] * extinction.y, color[2] * extinction.z);
+    (*sums).mixture = mixture_and((*sums).mixture, depths, lit.color, piece.extinction);
 }
 
 // A piece that is no longer than this part of what is left, or of its frustum, is taken as it is.

@@ -1,14 +1,15 @@
 //! Several media along one piece of a ray: extinctions add up, colours mix by extinction.
 //!
-//! On a piece each field is monotone and stays in one span of each of its transfer functions, so that the optical depth
-//! from the piece's start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the
-//! absorbed light, `∫ Σσc e^-T / ∫ Σσ e^-T`: a ratio, so that a constant colour is exact. Both integrals are taken by
-//! Simpson's rule. In a thin panel the difference from the rule of the ends alone is the error; where the panel is not
-//! thin or the error too large, the panel is halved, front half first, until the ray ends. With lighting, each medium
-//! has one shade in a panel, that of its mean normal, as in the kernel of one field ([`RayShading::mean`]); where its
-//! light is centred is known from what it absorbs at the three places. The error is an estimate, not a bound: three
-//! places may miss how the colours of several fields mix.
+//! On a piece each field stays in one span of each of its transfer functions, so that the optical depth from the piece's
+//! start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the light that is absorbed
+//! (`mean_color.rs`). Where that may be farther off than the ray can afford, the panel is halved, front half first, until
+//! the ray ends. With lighting, each medium has one shade in a panel, that of its mean normal, as in the kernel of one
+//! field ([`RayShading::mean`]); where its light is centred is known from what it absorbs at the three places.
+//!
+//! The work is bounded: a piece has at most [`MAX_PANELS`] panels, and what rounding does to values is not halved. The
+//! error of the panels that are left is told.
 
+use super::mean_color::{MeanColor, Mixture, Panel};
 use super::source::TransferMap;
 use crate::lit::LightSpread;
 use crate::piece::{Radiance, bend_factor};
@@ -36,6 +37,8 @@ pub(super) struct MediumPiece<'w> {
     segments: [Segment<f64>; 2],
     /// Where the gradients of the extinction's field are.
     pub slot: usize,
+    /// What rounding of values does to the colour, and to the extinction.
+    rounding: [f64; 2],
 }
 
 impl<'w> MediumPiece<'w> {
@@ -48,18 +51,33 @@ impl<'w> MediumPiece<'w> {
             return None;
         }
         let color = medium.color.span(segments[0].value(middle));
-        Some(MediumPiece { medium, spans: [color, extinction], segments, slot })
+        let reach = segments.map_inline(|segment| 0.5 * f64::EPSILON * segment.f0.abs().max(segment.f1.abs()));
+        let rounding = [
+            color.steepest() * medium.color.scale() * reach[0],
+            extinction.extinction_slope().abs() * medium.extinction.scale() * reach[1],
+        ];
+        Some(MediumPiece { medium, spans: [color, extinction], segments, slot, rounding })
     }
 
-    /// Extinction and colour.
+    /// Extinction and colour, each with its slope.
     #[inline]
-    fn at(&self, u: f64) -> (f64, [f64; 3]) {
+    fn at(&self, u: f64) -> MediumNode {
         let Medium { color, extinction } = self.medium;
-        let value = self.segments[1].value(u);
-        let other = if color.source == extinction.source { value } else { self.segments[0].value(u) };
+        let [of_color, of_extinction] = &self.segments;
+        let (value, slope) = (of_extinction.value(u), of_extinction.slope(u));
+        let (other, other_slope) = match color.source == extinction.source {
+            true => (value, slope),
+            false => (of_color.value(u), of_color.slope(u)),
+        };
+        let [in_color, in_extinction] = self.spans;
         // Rounding at a knot may reach a little beyond the colours of the span.
-        let color = self.spans[0].color(color.normal(other)).map_inline(|c| c.max(0.0));
-        (self.spans[1].extinction(extinction.normal(value)), color)
+        let tone = in_color.color(color.normal(other)).map_inline(|c| c.max(0.0));
+        MediumNode {
+            extinction: in_extinction.extinction(extinction.normal(value)),
+            thickening: in_extinction.extinction_slope() * extinction.scale() * slope,
+            color: tone,
+            tint: in_color.color_slope().map_inline(|c| c * color.scale() * other_slope),
+        }
     }
 
     #[inline]
@@ -78,49 +96,53 @@ impl<'w> MediumPiece<'w> {
     }
 }
 
-/// The media at a node of the quadrature.
+/// A medium at a place: extinction and colour, and their slopes along the frustum.
+#[derive(Debug, Clone, Copy)]
+struct MediumNode {
+    extinction: f64,
+    thickening: f64,
+    color: [f64; 3],
+    tint: [f64; 3],
+}
+
+/// The media at a place.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     u: f64,
-    /// Extinction, and colour times extinction.
-    rate: f64,
-    color: [f64; 3],
+    mixture: Mixture,
     /// Optical depth from the piece's start.
     depth: f64,
-    /// Index of the node's first [`LitPart`] in [`BlendBuffers`], under light.
+    /// Index of the place's first [`LitNode`] in [`BlendBuffers`], under light.
     lit: usize,
 }
 
-impl Node {
-    /// Its colour, black where nothing absorbs.
-    #[inline]
-    fn mean(&self) -> [f64; 3] {
-        if self.rate > 0.0 { self.color.map_inline(|c| c / self.rate) } else { [0.0; 3] }
-    }
-}
-
-/// A part at a node.
+/// A medium at a place, with its gradient.
 #[derive(Debug, Clone, Copy)]
-struct LitPart {
-    extinction: f64,
-    color: [f64; 3],
+struct LitNode {
+    medium: MediumNode,
     gradient: [f64; 3],
 }
 
-/// A part of a piece between two places, and how often the piece was halved for it.
-#[derive(Debug, Clone, Copy)]
-struct Panel {
-    first: Node,
-    last: Node,
-    halves: u32,
+impl Mixture {
+    /// Adds a medium, in this colour of this slope.
+    #[inline]
+    fn add(&mut self, medium: &MediumNode, [color, tint]: [[f64; 3]; 2]) {
+        let MediumNode { extinction, thickening, .. } = *medium;
+        self.rate = [self.rate[0] + extinction, self.rate[1] + thickening];
+        self.color = [
+            [0, 1, 2].map_inline(|k| self.color[0][k] + extinction * color[k]),
+            [0, 1, 2].map_inline(|k| self.color[1][k] + thickening * color[k] + extinction * tint[k]),
+        ];
+    }
 }
 
 /// Buffers that are reused for the next piece.
 #[derive(Debug, Default)]
 pub(super) struct BlendBuffers {
-    panels: Vec<Panel>,
-    /// The parts of each node.
-    lit: Vec<LitPart>,
+    /// Starts and ends of panels that are to come, the next one last.
+    panels: Vec<[Node; 2]>,
+    /// The media of each place.
+    lit: Vec<LitNode>,
 }
 
 /// A piece of a ray in several media.
@@ -135,9 +157,10 @@ pub(super) struct Blend<'p, 'w, G> {
     pub min_transmittance: f64,
 }
 
-/// A panel is halved no more often: a part in 10¹² of its length.
-const MAX_HALVINGS: u32 = 40;
-/// Optical depth up to which the rules' difference estimates the error.
+/// A piece has no more panels than this. Where extinction goes to zero, colours differ in any part of a panel; and a
+/// shade may change without end.
+const MAX_PANELS: usize = 200;
+/// Optical depth up to which panels are thin.
 const THIN: f64 = 1.5;
 
 impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
@@ -147,70 +170,102 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         let BlendBuffers { panels, lit } = memory;
         panels.clear();
         lit.clear();
-        let (first, last) = (self.node(from, from, lit), self.node(from, to, lit));
-        panels.push(Panel { first, last, halves: 0 });
-        while let Some(Panel { first, last, halves }) = panels.pop() {
+        panels.push([self.node(from, from, lit), self.node(from, to, lit)]);
+        let mut count = 1;
+        while let Some([first, last]) = panels.pop() {
             let middle = self.node(from, 0.5 * (first.u + last.u), lit);
             let depth = last.depth - first.depth;
             // A NaN depth would never converge.
             if depth.is_nan() || depth <= 0.0 {
                 continue;
             }
+            let absorbed = -(-depth).exp_m1();
             let mut nodes = [first, middle, last];
             let shade_off = self.shade(lit, &mut nodes);
-            let (color, [rule, spread]) = mean(nodes.each_ref());
-            // Between their places colours may be farther apart than at these, by what a chord misses: 81/32 of what
-            // the rule does, and half a kink.
-            let off = if depth <= THIN { rule + shade_off } else { spread + 3.0 * shade_off };
-            let absorbed = -(-depth).exp_m1();
+            let mean = self.mean(&nodes, absorbed);
+            let rounded = self.rounding(&nodes, mean.spread);
+            // Where light is centred in dense panels is known less well.
+            let off = mean.off + if depth <= THIN { shade_off } else { 3.0 * shade_off };
             // What the pieces before have left of theirs.
             let earned = if self.shading.is_some() { self.color_tolerance * light.alpha - light.error } else { 0.0 };
             let spare = earned.max(0.0) / light.transmittance().max(f64::MIN_POSITIVE);
-            if (off - self.color_tolerance) * absorbed <= spare || halves == MAX_HALVINGS {
-                light.over(&Radiance { error: absorbed * off, ..Radiance::plain(color, absorbed) });
+            let is_near = (off - self.color_tolerance) * absorbed <= spare || off <= rounded;
+            if is_near || count == MAX_PANELS {
+                let off_by = absorbed * rounded;
+                let error = absorbed * off;
+                light.over(&Radiance { error, variance: off_by * off_by, ..Radiance::plain(mean.color, absorbed) });
                 if light.transmittance() <= self.min_transmittance {
                     return;
                 }
             } else {
-                panels.push(Panel { first: middle, last, halves: halves + 1 });
-                panels.push(Panel { first, last: middle, halves: halves + 1 });
+                panels.push([middle, last]);
+                panels.push([first, middle]);
+                count += 1;
             }
         }
     }
 
     #[inline]
-    fn node(&self, from: f64, u: f64, lit: &mut Vec<LitPart>) -> Node {
-        let mut node = Node { u, rate: 0.0, color: [0.0; 3], depth: 0.0, lit: lit.len() };
+    fn node(&self, from: f64, u: f64, lit: &mut Vec<LitNode>) -> Node {
+        let mut node = Node { u, mixture: Mixture::default(), depth: 0.0, lit: lit.len() };
         for part in self.parts {
-            let (rate, color) = part.at(u);
+            let medium = part.at(u);
             if self.shading.is_some() {
-                lit.push(LitPart { extinction: rate, color, gradient: (self.gradient)(part.slot, u) });
+                lit.push(LitNode { medium, gradient: (self.gradient)(part.slot, u) });
             }
-            node.rate += rate;
-            node.color = [0, 1, 2].map_inline(|k| node.color[k] + rate * color[k]);
+            node.mixture.add(&medium, [medium.color, medium.tint]);
             node.depth += if u > from { part.depth(from, u) } else { 0.0 };
         }
         node
     }
 
+    /// The mean colour of what a panel absorbs.
+    #[inline]
+    fn mean(&self, nodes: &[Node; 3], absorbed: f64) -> MeanColor {
+        let [first, _, last] = nodes;
+        let width = last.u - first.u;
+        // All fields have the path's length and change of height.
+        let Segment { eps, length, .. } = self.parts[0].segments[1];
+        let panel = Panel {
+            at: nodes.each_ref().map_inline(|node| &node.mixture),
+            depth: nodes.each_ref().map_inline(|node| node.depth - first.depth),
+            width,
+            length: length * width,
+            eps: eps * width / (1.0 + eps * first.u),
+        };
+        MeanColor::of(&panel, absorbed)
+    }
+
+    /// What rounding of values does to the mean colour of a panel in which colours are so far apart.
+    #[inline]
+    fn rounding(&self, nodes: &[Node; 3], spread: f64) -> f64 {
+        let (mut tinted, mut thickened) = (0.0f64, 0.0);
+        for part in self.parts {
+            tinted = tinted.max(part.rounding[0]);
+            thickened += part.rounding[1];
+        }
+        let [a, m, b] = nodes.each_ref().map_inline(|node| node.mixture.rate[0]);
+        tinted + spread * (thickened / a.max(m).max(b)).min(1.0)
+    }
+
     /// Puts the colours at the start, middle and end of a panel under light, each medium under its mean shade there.
     /// Gives the error of the shades per absorbed light.
     #[inline]
-    fn shade(&self, lit: &[LitPart], nodes: &mut [Node; 3]) -> f64 {
+    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3]) -> f64 {
         let Some(shading) = self.shading else { return 0.0 };
         let through = nodes.each_ref().map_inline(|node| (nodes[0].depth - node.depth).exp());
         let (mut off, mut sum) = (0.0, 0.0);
         for node in nodes.iter_mut() {
-            node.color = [0.0; 3];
+            node.mixture = Mixture::default();
         }
         for (k, part) in self.parts.iter().enumerate() {
             let parts = nodes.each_ref().map_inline(|node| &lit[node.lit + k]);
-            let absorbs = [0, 1, 2].map_inline(|i| through[i] * parts[i].extinction);
+            let absorbs = [0, 1, 2].map_inline(|i| through[i] * parts[i].medium.extinction);
             let MeanShade { shade, tilt, off: part_off } = part.mean_shade(shading, parts, absorbs);
-            let rise = [0, 1, 2].map_inline(|k| parts[2].color[k] - parts[0].color[k]);
-            for (node, part) in nodes.iter_mut().zip(parts) {
-                let lit = |k: usize| part.color[k] * shade.body + shade.highlight + tilt * rise[k];
-                node.color = [0, 1, 2].map_inline(|k| node.color[k] + part.extinction * lit(k));
+            let rise = [0, 1, 2].map_inline(|k| parts[2].medium.color[k] - parts[0].medium.color[k]);
+            for (node, LitNode { medium, .. }) in nodes.iter_mut().zip(parts) {
+                let lit = |k: usize| medium.color[k] * shade.body + shade.highlight + tilt * rise[k];
+                node.mixture.add(medium, [[0, 1, 2].map_inline(lit), medium.tint.map_inline(|c| c * shade.body)]);
             }
             let absorbed = simpson(absorbs);
             off += absorbed * part_off;
@@ -223,14 +278,14 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
 impl MediumPiece<'_> {
     /// The shade of the medium between three places, in which it absorbs so much of the light.
     #[inline]
-    fn mean_shade(&self, shading: &RayShading<f64>, parts: [&LitPart; 3], absorbs: [f64; 3]) -> MeanShade<f64> {
+    fn mean_shade(&self, shading: &RayShading<f64>, parts: [&LitNode; 3], absorbs: [f64; 3]) -> MeanShade<f64> {
         let [a, m, b] = absorbs;
         let mean = simpson(absorbs) + f64::MIN_POSITIVE;
         let bent = (a - m - m + b).abs() / mean;
         let spread = LightSpread { centre: (b - a) / (12.0 * mean), error_bound: (0.2 * bent).min(0.5) };
         let eps = self.segments[1].eps;
         let turn = NormalTurn::of(&parts.map_inline(|part| part.gradient), eps, spread);
-        let [start, middle, end] = parts.map_inline(|part| &part.color);
+        let [start, middle, end] = parts.map_inline(|part| &part.medium.color);
         let most = |of: &dyn Fn(usize) -> f64| of(0).abs().max(of(1).abs()).max(of(2).abs());
         let bend = 2.0 * most(&|k| start[k] - 2.0 * middle[k] + end[k]);
         let change = most(&|k| end[k] - start[k]) + bend;
@@ -242,43 +297,6 @@ impl MediumPiece<'_> {
 #[inline]
 fn simpson([a, m, b]: [f64; 3]) -> f64 {
     (a + 4.0 * m + b) / 6.0
-}
-
-/// The mean colour of the light that is absorbed between places of these weights.
-#[inline]
-fn weighed(nodes: &[&Node], weights: &[f64]) -> Option<[f64; 3]> {
-    let (mut sum, mut color) = (0.0, [0.0; 3]);
-    for (node, weight) in nodes.iter().zip(weights) {
-        let weight = weight * (nodes[0].depth - node.depth).exp();
-        sum += weight * node.rate;
-        color = [0, 1, 2].map_inline(|k| color[k] + weight * node.color[k]);
-    }
-    (sum > 0.0).then(|| color.map_inline(|c| c / sum))
-}
-
-/// The largest difference of two colours' channels.
-#[inline]
-fn color_difference(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    let [r, g, b] = [0, 1, 2].map_inline(|k| (a[k] - b[k]).abs());
-    r.max(g).max(b)
-}
-
-/// The mean colour of a panel, how far it is from that of its ends alone, and how far colours are apart.
-#[inline]
-fn mean(nodes: [&Node; 3]) -> ([f64; 3], [f64; 2]) {
-    let (mut low, mut high) = ([f64::MAX; 3], [f64::MIN; 3]);
-    for node in nodes {
-        if node.rate > 0.0 {
-            let color = node.mean();
-            low = [0, 1, 2].map_inline(|k| low[k].min(color[k]));
-            high = [0, 1, 2].map_inline(|k| high[k].max(color[k]));
-        }
-    }
-    let [r, g, b] = [0, 1, 2].map_inline(|k| high[k] - low[k]);
-    let spread = r.max(g).max(b).max(0.0);
-    let Some(color) = weighed(&nodes, &[1.0, 4.0, 1.0]) else { return ([0.0; 3], [f64::INFINITY; 2]) };
-    let off = weighed(&nodes, &[1.0, 0.0, 1.0]).map_or(spread, |ends| color_difference(&color, &ends));
-    (color, [off.min(spread), spread])
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod blend;
 mod clips;
 mod frustum;
 mod levels;
+mod mean_color;
 mod source;
 mod step;
 mod surfaces;

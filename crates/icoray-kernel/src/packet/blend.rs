@@ -1,7 +1,8 @@
 //! Several volumes on one piece of each lane's ray: the rules of [`general::blend`](crate::general) in vectors.
 //!
-//! Extinctions add up, colours mix by extinction; Simpson's rule over the start, the middle and the end of a piece gives
-//! the mean colour of the light that is absorbed. Where that is not near enough, the lane takes half of the piece.
+//! Extinctions add up, colours mix by extinction; the start, the middle and the end of a piece give the mean colour of the
+//! light that is absorbed, by the rule of `general/mean_color.rs`. Where that is not near enough, the lane takes half of
+//! the piece.
 
 use super::integral::{Light, absorbed_by, bend_factor};
 use super::lanes::Lanes;
@@ -30,6 +31,12 @@ pub(super) struct VolumeNodes<V: Machine> {
     number: usize,
     extinction: [Floats<V>; 3],
     color: [[Floats<V>; 3]; 3],
+    /// Slopes of the extinction and of the colour along the piece, at its start and end.
+    thickening: [Floats<V>; 2],
+    tint: [[Floats<V>; 3]; 2],
+    /// Length of the piece, and relative change of height along it.
+    length: Floats<V>,
+    eps: Floats<V>,
     /// Optical depth of the whole piece, and of its first half.
     depth: [Floats<V>; 2],
     /// Largest error that rounding gives to the colour of the light and to the optical depth.
@@ -56,10 +63,15 @@ impl<V: Machine> VolumeNodes<V> {
         let color_at =
             [colors(simd, color, color_part.f0), colors(simd, color, at), colors(simd, color, color_part.f1)];
         let thickened = part.length * medium.slope.abs() * part.reach();
+        let tints = color_part.end_slopes();
         VolumeNodes {
             number,
             extinction,
             color: color_at,
+            thickening: part.end_slopes().map_inline(|slope| shown(medium.slope * slope)),
+            tint: tints.map_inline(|slope| color.color_slope.map_inline(|c| c * slope)),
+            length: shown(part.length),
+            eps: shown(part.eps),
             depth: [shown(whole), shown(front)],
             rounding: [shown(color.steepest * color_part.reach()), shown(thickened)],
             change: changes(simd, &color_at, color.brightest, part.eps),
@@ -88,6 +100,9 @@ impl<V: Machine> VolumeNodes<V> {
             let added = (self.color[2][k] - self.color[0][k]).mul_add(tilt, highlight);
             for place in 0..3 {
                 self.color[place][k] = self.color[place][k].mul_add(body, added);
+            }
+            for end in 0..2 {
+                self.tint[end][k] *= body;
             }
         }
         [absorbed, off]
@@ -127,6 +142,8 @@ pub(super) struct Blend<V: Machine> {
     pub light: Light<V>,
     /// Error of the colour per absorbed light.
     off: Floats<V>,
+    /// Lanes in which that is no more than what rounding gives to it.
+    is_rounding: Mask<V>,
     /// Lanes in which anything is absorbed.
     pub absorbs: Mask<V>,
 }
@@ -158,26 +175,21 @@ impl<V: Machine> Blend<V> {
             }
             (shade_off, sharpness) = (off / sum, shading.sharpness);
         }
-        let mut rates = [zero; 3];
-        let mut mixed = [[zero; 3]; 3];
+        let mut mixture = Mixture::none(simd);
         let (mut rounded, mut thickened) = (zero, zero);
         for volume in &*volumes {
-            for place in 0..3 {
-                let rate = volume.extinction[place];
-                rates[place] += rate;
-                for (channel, color) in mixed[place].iter_mut().zip(volume.color[place]) {
-                    *channel = rate.mul_add(color, *channel);
-                }
-            }
+            mixture.add(volume);
             rounded = rounded.max(volume.rounding[0]);
             thickened += volume.rounding[1];
         }
-        let Means { color, rule, spread } = Means::of(simd, &rates, &mixed, through);
+        let MeanColor { color, off, spread } = mixture.mean(simd, through, [depth, absorbed]);
+        // Extinctions that are off mix colours otherwise.
+        let rounded = spread.mul_add((thickened / depth.max(f32::MIN_POSITIVE)).min(one), rounded);
         let cut_for = if is_coarse { zero } else { shade_off };
-        let is_thin = depth.simd_le(THIN as f32);
-        let off = is_thin.select(rule + cut_for, spread + cut_for * 3.0);
-        let told = is_thin.select(rule + shade_off, spread + shade_off * 3.0);
-        let off_by = (rounded + thickened * through[1] + absorbed * (0.5 * f32::EPSILON)).min(one);
+        // Where light is centred in dense pieces is known less well.
+        let unsure = depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
+        let (told, off) = (unsure.mul_add(shade_off, off), unsure.mul_add(cut_for, off));
+        let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
         let shaded = absorbed * (0.25 * f32::EPSILON * sharpness);
         let light = Light {
             color: color.map_inline(|c| c * absorbed),
@@ -185,8 +197,8 @@ impl<V: Machine> Blend<V> {
             error: absorbed * told,
             variance: off_by.mul_add(off_by, shaded * shaded),
         };
-        // No number is no depth.
-        Blend { light, off, absorbs: depth.simd_gt(0.0) }
+        // No number is no depth, and shorter pieces do not mend what rounding does.
+        Blend { light, off, is_rounding: off.simd_le(rounded), absorbs: depth.simd_gt(0.0) }
     }
 
     /// Lanes whose rays cannot afford the error of their pieces, from what pieces before have left of theirs and an
@@ -197,41 +209,174 @@ impl<V: Machine> Blend<V> {
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
         let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
         let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
-        ((self.off - color_tolerance) * self.light.alpha * through).simd_gt(earned) & self.absorbs
+        let is_dear = ((self.off - color_tolerance) * self.light.alpha * through).simd_gt(earned);
+        is_dear & !self.is_rounding & self.absorbs
     }
 }
 
-/// The mean colour by Simpson's rule, how far that of the ends alone is from it, and how far colours are apart.
-struct Means<V: Machine> {
+/// All volumes at the start, in the middle and at the end of the pieces, with slopes along these at the ends.
+struct Mixture<V: Machine> {
+    /// Extinction.
+    rates: [Floats<V>; 3],
+    thickening: [Floats<V>; 2],
+    /// Colour times extinction.
+    colors: [[Floats<V>; 3]; 3],
+    tints: [[Floats<V>; 3]; 2],
+    length: Floats<V>,
+    eps: Floats<V>,
+}
+
+/// The mean colour of what is absorbed, how far it may be off, and how far colours are apart.
+struct MeanColor<V: Machine> {
     color: [Floats<V>; 3],
-    rule: Floats<V>,
+    off: Floats<V>,
     spread: Floats<V>,
 }
 
-impl<V: Machine> Means<V> {
+impl<V: Machine> Mixture<V> {
     #[inline(always)]
-    fn of(simd: V, rates: &[Floats<V>; 3], mixed: &[[Floats<V>; 3]; 3], [front, through]: [Floats<V>; 2]) -> Self {
+    fn none(simd: V) -> Self {
         let zero = all(simd, 0.0);
-        let (least, most) = (all(simd, f32::MIN_POSITIVE), all(simd, f32::MAX));
-        let has = [rates[0].simd_gt(zero), rates[1].simd_gt(zero), rates[2].simd_gt(zero)];
-        let inverse = [all(simd, 1.0) / rates[0], all(simd, 1.0) / rates[1], all(simd, 1.0) / rates[2]];
-        let weights = [all(simd, 1.0), front * 4.0, through];
-        let ends = through.mul_add(rates[2], rates[0]);
-        let sum = weights[1].mul_add(rates[1], ends);
-        let (of_sum, of_ends) = (all(simd, 1.0) / sum.max(least), all(simd, 1.0) / ends.max(least));
-        let (mut color, mut rule, mut spread) = ([zero; 3], zero, zero);
+        Mixture {
+            rates: [zero; 3],
+            thickening: [zero; 2],
+            colors: [[zero; 3]; 3],
+            tints: [[zero; 3]; 2],
+            length: zero,
+            eps: zero,
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, volume: &VolumeNodes<V>) {
+        for place in 0..3 {
+            let rate = volume.extinction[place];
+            self.rates[place] += rate;
+            for (channel, color) in self.colors[place].iter_mut().zip(volume.color[place]) {
+                *channel = rate.mul_add(color, *channel);
+            }
+        }
+        for (end, place) in [0, 2].into_iter().enumerate() {
+            let (rate, thickening) = (volume.extinction[place], volume.thickening[end]);
+            self.thickening[end] += thickening;
+            for k in 0..3 {
+                let (color, tint) = (volume.color[place][k], volume.tint[end][k]);
+                self.tints[end][k] += thickening.mul_add(color, rate * tint);
+            }
+        }
+        // Those of all volumes that are seen are the same.
+        self.length = self.length.max(volume.length);
+        self.eps = self.eps.max(volume.eps.abs());
+    }
+
+    /// Of pieces with these optical depths, that absorb so much; `through` is the transmittance in the middle and at the
+    /// end.
+    #[inline(always)]
+    fn mean(&self, simd: V, through: [Floats<V>; 2], [depth, absorbed]: [Floats<V>; 2]) -> MeanColor<V> {
+        let zero = all(simd, 0.0);
+        let fades = [self.rates[0] * self.length, self.rates[2] * self.length];
+        let weighted = |values: [Floats<V>; 3], slopes: [Floats<V>; 2]| Nodes::<V> {
+            values: [values[0], values[1] * through[0], values[2] * through[1]],
+            slopes: [slopes[0] - fades[0] * values[0], (slopes[1] - fades[1] * values[2]) * through[1]],
+        };
+        let rates = weighted(self.rates, self.thickening);
+        let whole = rates.mean();
+        let inverse = all(simd, 1.0) / whole;
+        let (mut color, mut sizes) = ([zero; 3], [zero; 4]);
         for k in 0..3 {
-            let at_ends = through.mul_add(mixed[2][k], mixed[0][k]);
-            color[k] = weights[1].mul_add(mixed[1][k], at_ends) * of_sum;
-            rule = rule.max((color[k] - at_ends * of_ends).abs());
+            let channel = weighted(self.colors.map_inline(|color| color[k]), self.tints.map_inline(|tint| tint[k]));
+            color[k] = channel.mean() * inverse;
+            let found = channel.less(color[k], &rates).coefficients();
+            sizes = [0, 1, 2, 3].map_inline(|i: usize| sizes[i].max(found[i]));
+        }
+        let [a1, a2, a3, a4] = sizes;
+        let [s0, s1, s2] = self.rates;
+        let tilt = self.length * 0.25 * (s1 - s0).abs().max((s2 - s1).abs());
+        let uneven = self.eps / (self.eps * -0.5 + 1.0);
+        let bent = self.length * (s0 - s1 - s1 + s2).abs() * (1.0 / 12.0);
+        let e2 = (depth * depth).mul_add(0.05, tilt) + uneven * uneven * 0.75;
+        let e3 = e2.mul_add(e2.sqrt(), bent);
+        let e4 = e2.mul_add(e2, bent * depth.mul_add(0.25, uneven));
+        let missed = e2 * a1.mul_add(e3, a4) + a3 * e3 + a2 * e4;
+        let spread = self.spread(simd);
+        let longer = self.length / absorbed.max(f32::MIN_POSITIVE);
+        let off = missed * longer * (24.0 / 105.0) + spread * (longer * whole - 1.0).abs();
+        let is_near = whole.simd_gt(zero) & off.simd_le(spread);
+        if !is_near.all_true() {
+            // Simpson's rule: a mean of the colours that are there.
+            let weights = [all(simd, 1.0), through[0] * 4.0, through[1]];
+            let sum = |values: [Floats<V>; 3]| {
+                weights[0].mul_add(values[0], weights[1].mul_add(values[1], weights[2] * values[2]))
+            };
+            let inverse = all(simd, 1.0) / sum(self.rates).max(f32::MIN_POSITIVE);
+            for (k, channel) in color.iter_mut().enumerate() {
+                *channel = is_near.select(*channel, sum(self.colors.map_inline(|color| color[k])) * inverse);
+            }
+        }
+        MeanColor { color, off: is_near.select(off, spread), spread }
+    }
+
+    /// How far colours are apart on the pieces, by those at the places and by their slopes.
+    #[inline(always)]
+    fn spread(&self, simd: V) -> Floats<V> {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let most = all(simd, f32::MAX);
+        let has = self.rates.map_inline(|rate| rate.simd_gt(zero));
+        let inverse = self.rates.map_inline(|rate| one / rate);
+        // Where nothing absorbs, the colour is that of what begins to absorb there.
+        let begins = self.thickening.map_inline(|thickening| one / thickening);
+        let [enters, leaves] = self.thickening.map_inline(|thickening| !thickening.simd_eq(zero));
+        let is_there = [has[0] | enters, has[1], has[2] | leaves];
+        let (mut spread, mut steepest) = (zero, zero);
+        for k in 0..3 {
             let (mut low, mut high) = (most, zero - most);
+            let mut here = [0, 1, 2].map_inline(|place: usize| self.colors[place][k] * inverse[place]);
+            for (end, place) in [0, 2].into_iter().enumerate() {
+                let slope = (self.tints[end][k] - here[place] * self.thickening[end]) * inverse[place];
+                steepest = has[place].select(steepest.max(slope.abs()), steepest);
+                here[place] = has[place].select(here[place], self.tints[end][k] * begins[end]);
+            }
             for place in 0..3 {
-                let here = mixed[place][k] * inverse[place];
-                low = has[place].select(low.min(here), low);
-                high = has[place].select(high.max(here), high);
+                low = is_there[place].select(low.min(here[place]), low);
+                high = is_there[place].select(high.max(here[place]), high);
             }
             spread = spread.max(high - low);
         }
-        Means { color, rule: ends.simd_gt(zero).select(rule.min(spread), spread), spread }
+        steepest.mul_add(0.25, spread)
+    }
+}
+
+/// A function at the three places, and its slopes at the ends, as the rule of `general/mean_color.rs` takes it.
+#[derive(Clone, Copy)]
+struct Nodes<V: Machine> {
+    values: [Floats<V>; 3],
+    slopes: [Floats<V>; 2],
+}
+
+impl<V: Machine> Nodes<V> {
+    /// Its mean, exact to the fifth degree.
+    #[inline(always)]
+    fn mean(&self) -> Floats<V> {
+        let [a, m, b] = self.values;
+        let ends = (a + b).mul_add(7.0 / 30.0, m * (16.0 / 30.0));
+        (self.slopes[0] - self.slopes[1]).mul_add(1.0 / 60.0, ends)
+    }
+
+    #[inline(always)]
+    fn less(&self, factor: Floats<V>, other: &Self) -> Self {
+        Nodes {
+            values: [0, 1, 2].map_inline(|i: usize| self.values[i] - factor * other.values[i]),
+            slopes: [0, 1].map_inline(|i: usize| self.slopes[i] - factor * other.slopes[i]),
+        }
+    }
+
+    /// The sizes of its coefficients of x, x², x³ and x⁴, for x from -1 to 1.
+    #[inline(always)]
+    fn coefficients(&self) -> [Floats<V>; 4] {
+        let ([a, m, b], [from, to]) = (self.values, self.slopes);
+        let (rise, bend) = (b - a, a - m - m + b);
+        let cubic = ((from + to) * -0.5 + rise) * 0.25;
+        let quartic = ((from - to) * 0.25 + bend) * 0.5;
+        [(rise * 0.5).abs(), (bend * 0.5).abs(), cubic.abs(), quartic.abs()]
     }
 }

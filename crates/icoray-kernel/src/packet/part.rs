@@ -90,6 +90,13 @@ impl<V: Machine> Part<V> {
         Extremum { exists, place: (u, self.value(simd, u)) }
     }
 
+    /// Slopes at the start and the end, over the part.
+    #[inline(always)]
+    pub fn end_slopes(&self) -> [Floats<V>; 2] {
+        let rise = self.f1 - self.f0;
+        [rise + self.kappa, rise - self.kappa / (self.eps + 1.0)]
+    }
+
     /// Where the scalar, which is monotone, takes the value `v`, as [`Segment::solve`](crate::segment::Segment::solve).
     #[inline(always)]
     pub fn solve(&self, simd: V, v: Floats<V>) -> Floats<V> {

@@ -108,7 +108,9 @@ impl Work<'_> {
             if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
                 vec![background_blend(scene, tracer.budget().brightest, None); places.len()]
             } else {
-                pixels(scene, &*tracer, places, counts)
+                let rays = primary_rays(scene, places);
+                // A ray may be long.
+                pixels(scene, &*tracer, places.len(), &mut rays.take_while(|_| !renderer.is_stopped()), counts)
             }
         };
         raster::trace(tiling, &left, || renderer.is_stopped(), draw).for_each(give);
@@ -199,11 +201,16 @@ const DEVIATIONS: f64 = 4.0;
 const GEOMETRY: f64 = 1e-9;
 
 /// The light of pixels, over the background.
-fn pixels(scene: &Scene, tracer: &dyn Tracer, places: &[SamplePoint], counts: &mut Counts) -> Vec<Pixel> {
-    let mut pixels = vec![Pixel::default(); places.len()];
-    let mut rays = primary_rays(scene, places);
+fn pixels(
+    scene: &Scene,
+    tracer: &dyn Tracer,
+    count: usize,
+    rays: &mut dyn Iterator<Item = PrimaryRay>,
+    counts: &mut Counts,
+) -> Vec<Pixel> {
+    let mut pixels = vec![Pixel::default(); count];
     let brightest = tracer.budget().brightest;
-    tracer.trace(&mut rays, counts, &mut |number, light, surfaces| {
+    tracer.trace(rays, counts, &mut |number, light, surfaces| {
         pixels[number] = Pixel { surfaces, ..background_blend(scene, brightest, light) };
     });
     pixels

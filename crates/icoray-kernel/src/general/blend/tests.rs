@@ -28,7 +28,7 @@ fn by_brute_force(parts: &[MediumPiece], length: f64) -> ([f64; 3], f64) {
         }
         let absorbed = (-depth).exp() * -(-step).exp_m1();
         for part in parts {
-            let (share, c) = (part.extinction(u) / rate, part.at(u).1);
+            let (share, c) = (part.extinction(u) / rate, part.at(u).color);
             color = [0, 1, 2].map(|k| color[k] + absorbed * share * c[k]);
         }
         depth += step;
@@ -68,6 +68,128 @@ fn mixed_media_are_those_of_a_million_steps() {
                 assert!(light.error <= share * light.alpha * 1.0001, "{length}: {}", light.error);
             }
         }
+    }
+}
+
+/// The light of parts by Gauss's rule on many intervals, with optical depths in closed form.
+fn by_gauss(parts: &[MediumPiece], length: f64) -> [f64; 3] {
+    const INTERVALS: usize = 300;
+    let mut color = [0.0; 3];
+    for i in 0..INTERVALS {
+        for (place, weight) in [(-0.6f64.sqrt(), 5.0 / 18.0), (0.0, 8.0 / 18.0), (0.6f64.sqrt(), 5.0 / 18.0)] {
+            let u = (i as f64 + 0.5 + 0.5 * place) / INTERVALS as f64;
+            let depth: f64 = parts.iter().map(|part| part.depth(0.0, u)).sum();
+            let step = weight * length / INTERVALS as f64 * (-depth).exp();
+            for MediumNode { extinction, color: own, .. } in parts.iter().map(|part| part.at(u)) {
+                color = [0, 1, 2].map(|k| color[k] + step * extinction * own[k]);
+            }
+        }
+    }
+    color
+}
+
+/// Transfer functions of random colours and extinctions from -10 to 10, some of which end in nothing.
+fn random_medium(random: &mut Random, source: usize) -> Medium {
+    let mut end = |value: f64| {
+        let clear = random.below(3) == 0;
+        let color = [(); 3].map(|()| random.unit());
+        knot(value, color, if clear { 0.0 } else { 10f64.powf(3.0 * random.unit() - 2.0) })
+    };
+    let knots = [end(-10.0), knot(10.0, [0.2, 0.5, 0.9], 3.0)];
+    medium(source, &knots)
+}
+
+#[test]
+fn one_panel_tells_its_error() {
+    let mut random = Random::new(7);
+    let mut ratios = Vec::new();
+    for case in 0..count(500, 50_000) {
+        let media: Vec<Medium> = (0..1 + case % 3).map(|source| random_medium(&mut random, source)).collect();
+        let eps = [0.0, 0.02, -0.3, 0.5][case % 4];
+        let length = 10f64.powf(3.0 * random.unit() - 3.0);
+        let fields: Vec<_> = media
+            .iter()
+            .map(|_| {
+                let swing = 10f64.powf(1.0 - 3.0 * random.unit());
+                let base = (10.0 - 1.5 * swing.min(6.0)) * (2.0 * random.unit() - 1.0);
+                let mut near = || base + 0.5 * swing.min(6.0) * (2.0 * random.unit() - 1.0);
+                let (f0, f1) = (near(), near());
+                segment(f0, f1, 2.0 * (near() - base), eps, length)
+            })
+            .collect();
+        let pieces = media.iter().zip(&fields).map(|(medium, field)| MediumPiece::new(medium, [*field; 2], 0.5, 0));
+        let parts: Vec<MediumPiece> = pieces.flatten().collect();
+        // Whatever its error, one panel.
+        let light = blended(&parts, 100.0);
+        if light.alpha > 0.9999 {
+            continue;
+        }
+        let exact = by_gauss(&parts, length);
+        let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+        assert!(off <= light.error + 1e-12, "case {case}: {off} off, {} told", light.error);
+        if off > 1e-11 {
+            ratios.push(light.error / off);
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    let median = ratios[ratios.len() / 2];
+    assert!(ratios.len() > 200 && median < 40.0, "told {median} times the truth in the median of {}", ratios.len());
+}
+
+/// A field that rises above a value without extinction and falls back, beside another: nothing absorbs at either end.
+#[test]
+fn what_absorbs_between_two_clear_ends_is_seen() {
+    let hill = medium(0, &[knot(1.0, [1.0, 0.0, 0.0], 0.0), knot(2.0, [0.0, 1.0, 0.2], 400.0)]);
+    let other = medium(0, &[knot(1.0, [0.0, 0.3, 1.0], 0.0), knot(2.0, [0.9, 0.6, 0.0], 150.0)]);
+    for (length, eps) in [(0.01, 0.0), (0.1, 0.05), (1.0, -0.2)] {
+        let f = segment(1.0, 1.0, 2.0, eps, length);
+        let parts = [&hill, &other].map(|medium| MediumPiece::new(medium, [f, f], 0.5, 0).unwrap());
+        let exact = by_gauss(&parts, length);
+        for share in [1e-3, 1e-5, 1e-7] {
+            let light = blended(&parts, share);
+            let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+            assert!(off <= light.error + 1e-12, "{length} {share}: {off} and {}", light.error);
+            assert!(light.error <= share * light.alpha * 1.0001, "{length} {share}: {}", light.error);
+        }
+    }
+}
+
+/// Values that differ in their last digits, between knots that do so too, with gradients that are those of rounding.
+#[test]
+fn the_panels_of_a_piece_are_bounded() {
+    let unit = f64::EPSILON;
+    let noise =
+        medium(0, &[knot(1.0 - 3.0 * unit, [1.0, 0.1, 0.0], 0.0), knot(1.0 + 3.0 * unit, [0.1, 0.9, 0.4], 9.0)]);
+    let shading = crate::shade::Shading {
+        ambient: 0.3,
+        diffuse: 0.7,
+        specular: 0.3,
+        shininess: 30.0,
+        towards_light: None,
+        is_packed: false,
+    };
+    let shading = shading.along::<f64>(DVec3::NEG_X);
+    let mut random = Random::new(3);
+    for _ in 0..count(50, 2000) {
+        let mut ulps = || (random.below(7) as f64 - 3.0) * unit;
+        let f = segment(1.0 + ulps(), 1.0 + ulps(), ulps(), 0.01, 0.3);
+        let Some(part) = MediumPiece::new(&noise, [f, f], 0.5, 0) else { continue };
+        let turning = random_gradient(&mut random, 0.01);
+        let places = std::cell::Cell::new(0);
+        let gradient = |_: usize, u: f64| {
+            places.set(places.get() + 1);
+            turning.map(|axis| axis.value(u))
+        };
+        let mut light = Radiance::none();
+        let (parts, shading) = (&[part], Some(&shading));
+        Blend { parts, gradient, shading, color_tolerance: 1e-9, min_transmittance: 0.0 }.add(
+            &mut light,
+            0.0,
+            1.0,
+            &mut BlendBuffers::default(),
+        );
+        assert!(places.get() <= 2 * MAX_PANELS + 2, "{} places", places.get());
+        assert!(light.alpha.is_finite() && light.error.is_finite(), "{light:?}");
     }
 }
 
@@ -146,7 +268,7 @@ fn lit_by_brute_force(
         let step = rate * length / STEPS as f64;
         let absorbed = (-depth).exp() * -(-step).exp_m1();
         for part in parts {
-            let (share, c) = (part.extinction(u) / rate, part.at(u).1);
+            let (share, c) = (part.extinction(u) / rate, part.at(u).color);
             let shade = shading.shade(gradient(part.slot, u));
             color = [0, 1, 2].map(|k| color[k] + absorbed * share * (c[k] * shade.body + shade.highlight));
         }
