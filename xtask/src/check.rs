@@ -14,7 +14,9 @@ use crate::requirements;
 use crate::step::{Step, Steps, print_error, print_line};
 use crate::system;
 use crate::workspace::{Workspace, is_required};
+use std::panic;
 use std::process::ExitCode;
+use std::thread::{self, ScopedJoinHandle};
 use suite::Suite;
 use tally::Tally;
 use times::Times;
@@ -31,15 +33,51 @@ use When::{Always, WithAll};
 enum Run {
     /// It passes or fails as a whole.
     Whole(fn(&Suite, &mut Step) -> Result<(), Error>),
+    /// The same, beside the check that follows it: either leaves processors idle.
+    Beside(fn(&Workspace, &mut Step) -> Result<(), Error>),
     /// It counts its tests and those that it skips itself.
     Counted(fn(&Suite, &mut Step, &mut Record) -> Result<(), Error>),
 }
-use Run::{Counted, Whole};
+use Run::{Beside, Counted, Whole};
+
+/// What comes of a check that runs beside another.
+type Aside = (Result<(), Error>, Step);
 
 /// The results of the checks that have run.
 pub struct Record {
     tally: Tally,
     times: Times,
+}
+
+impl Record {
+    /// The title of a check that has failed, which is counted and printed.
+    fn failure(
+        &mut self,
+        title: &'static str,
+        outcome: Result<(), Error>,
+        failed_before: usize,
+    ) -> Option<&'static str> {
+        let error = outcome.err()?;
+        // Tests that do not compile have none that failed.
+        if self.tally.failed() == failed_before {
+            self.tally.add_whole(false);
+        }
+        print_error(&error.to_string());
+        Some(title)
+    }
+
+    /// Waits for a check that runs beside others; its title if it has failed.
+    fn joined(
+        &mut self,
+        title: &'static str,
+        work: ScopedJoinHandle<Aside>,
+        steps: &mut Steps,
+    ) -> Option<&'static str> {
+        let (outcome, step) = work.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
+        steps.end(step, title, outcome.is_ok());
+        let outcome = outcome.inspect(|()| self.tally.add_whole(true));
+        self.failure(title, outcome, self.tally.failed())
+    }
 }
 
 /// The titles of the checks, the runs that include them, and how they are run.
@@ -50,10 +88,10 @@ static CHECKS: &[(&str, When, Run)] = &[
     ("examples in the documentation", Always, Counted(suite::examples)),
     ("tests of the command over ranks", WithAll, Counted(suite::rank_tests)),
     ("features", WithAll, Whole(features::check)),
+    ("install and link", WithAll, Beside(link::check)),
     ("Python package", WithAll, Counted(python::tests)),
     ("documentation", WithAll, Whole(suite::documentation)),
     ("crates as they are published", WithAll, Whole(suite::published)),
-    ("install and link", WithAll, Whole(|suite, step| link::check(suite.workspace, step))),
     ("links of the pages", Always, Whole(|suite, step| book::check_links(suite.workspace, step))),
     ("commands of the pages", Always, Counted(commands)),
     ("the book", WithAll, Counted(the_book)),
@@ -88,25 +126,30 @@ pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Resul
     })?;
     let suite = Suite { workspace, all, reads_files };
     let mut failed = Vec::new();
-    for (title, _, run) in checks {
-        let failed_before = record.tally.failed();
-        let outcome = steps.run(title, |step| match run {
-            Counted(run) => run(&suite, step, &mut record),
-            Whole(run) => {
-                let outcome = run(&suite, step);
-                record.tally.add_whole(outcome.is_ok());
-                outcome
+    thread::scope(|scope| {
+        let mut beside = None;
+        for (title, _, run) in checks {
+            let failed_before = record.tally.failed();
+            let outcome = match run {
+                Beside(run) => {
+                    let mut step = steps.begin(title).stand_aside();
+                    // A shell is one thread's.
+                    let work = move || (Workspace::find().and_then(|workspace| run(&workspace, &mut step)), step);
+                    beside = Some((*title, scope.spawn(work)));
+                    continue;
+                }
+                Counted(run) => steps.run(title, |step| run(&suite, step, &mut record)),
+                Whole(run) => steps.run(title, |step| run(&suite, step).inspect(|()| record.tally.add_whole(true))),
+            };
+            failed.extend(record.failure(title, outcome, failed_before));
+            if let Some((title, work)) = beside.take() {
+                failed.extend(record.joined(title, work, &mut steps));
             }
-        });
-        if let Err(error) = outcome {
-            // Tests that do not compile have none that failed.
-            if record.tally.failed() == failed_before {
-                record.tally.add_whole(false);
-            }
-            print_error(&error.to_string());
-            failed.push(*title);
         }
-    }
+        if let Some((title, work)) = beside {
+            failed.extend(record.joined(title, work, &mut steps));
+        }
+    });
     if !failed.is_empty() {
         print_error(&format!("steps that failed:\n  {}", failed.join("\n  ")));
     }

@@ -21,6 +21,7 @@ mod package;
 mod pictures;
 mod report;
 mod requirements;
+mod side_by_side;
 mod step;
 mod system;
 mod workspace;

@@ -23,6 +23,7 @@ pub fn print_error(line: &str) {
 /// A numbered sequence of steps.
 pub struct Steps {
     total: usize,
+    begun: usize,
     pub started: Instant,
     /// The titles of the steps so far, with their seconds.
     pub times: Vec<(String, f64)>,
@@ -31,23 +32,30 @@ pub struct Steps {
 impl Steps {
     /// Begins a sequence of `total` steps.
     pub fn new(total: usize) -> Self {
-        Self { total, started: Instant::now(), times: Vec::new() }
+        Self { total, begun: 0, started: Instant::now(), times: Vec::new() }
     }
 
     /// Runs the next step; prints its title before and its time after it.
     pub fn run<T>(&mut self, title: &str, work: impl FnOnce(&mut Step) -> Result<T, Error>) -> Result<T, Error> {
-        let mut step = Step {
-            heading: format!("[{}/{}] {title}", self.times.len() + 1, self.total),
-            started: Instant::now(),
-            line_open: true,
-            terminal: io::stdout().is_terminal(),
-        };
-        print(&format!("{} ...", step.heading));
+        let mut step = self.begin(title);
         let result = work(&mut step);
-        let seconds = step.started.elapsed().as_secs_f64();
-        step.close(&format!("{}{seconds:.1} s", if result.is_ok() { "" } else { "failed after " }));
-        self.times.push((title.to_owned(), seconds));
+        self.end(step, title, result.is_ok());
         result
+    }
+
+    /// Begins the next step, and prints its title.
+    pub fn begin(&mut self, title: &str) -> Step {
+        self.begun += 1;
+        let heading = format!("[{}/{}] {title}", self.begun, self.total);
+        print(&format!("{heading} ..."));
+        Step { heading, started: Instant::now(), line_open: true, terminal: io::stdout().is_terminal() }
+    }
+
+    /// Ends a step, and prints its time.
+    pub fn end(&mut self, step: Step, title: &str, has_succeeded: bool) {
+        let seconds = step.started.elapsed().as_secs_f64();
+        step.close(&format!("{}{seconds:.1} s", if has_succeeded { "" } else { "failed after " }));
+        self.times.push((title.to_owned(), seconds));
     }
 }
 
@@ -95,6 +103,13 @@ impl Step {
     pub fn note(&mut self, line: &str) {
         self.break_line();
         print_line(line);
+    }
+
+    /// Leaves the terminal's line to other steps, beside which this one goes on.
+    pub fn stand_aside(mut self) -> Self {
+        self.break_line();
+        self.terminal = false;
+        self
     }
 
     /// Rewrites the line of the heading with the time so far and the latest line of the command.

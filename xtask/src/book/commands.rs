@@ -2,7 +2,7 @@
 //!
 //! The blocks of a page are one script of bash, in a folder of its own with copies of `examples`, links to the data
 //! files, and a home. The folder is inside the workspace, so that cargo finds the workspace and its builds from there.
-//! Pages that install the library run one after the other, beside the others in turn. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
+//! Pages run side by side. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
 //! has a and b.
 
 mod needs;
@@ -10,14 +10,13 @@ mod scratch;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::panic;
 use std::path::Path;
 use std::process::Command;
-use std::thread;
 use std::time::Instant;
 
 use super::markdown::{Fence, Page};
 use crate::error::Error;
+use crate::side_by_side::side_by_side;
 use crate::step::{Step, silent};
 use crate::workspace::{Workspace, is_required};
 use scratch::Scratch;
@@ -25,7 +24,7 @@ use scratch::Scratch;
 /// The word of blocks that are run in the long run only.
 const SLOW: &str = "slow";
 
-/// What a page calls that builds and installs the library: all such pages write the same files below `target`.
+/// What a page calls that builds and installs the library.
 const INSTALLING: &str = "cargo xtask install";
 
 /// The script of a page, in the page's folder.
@@ -35,13 +34,14 @@ const SCRIPT: &str = "commands.sh";
 ///
 /// `cargo xtask test` does not run itself; its options are still checked. The programs that a page builds are there, as the
 /// tests have built them, and the demo is short and built in their profile: the release profile would compile everything
-/// again.
+/// again. Installations are made one after the other: they build other libraries in the same place.
 const PRELUDE: &str = r#"set -euo pipefail
 trap 'echo "the command that failed is in the block at $block" >&2' ERR
 cargo() {
     case "$*" in
     "xtask test"*) command cargo "$@" --help >/dev/null ;;
     "xtask demo"*) command cargo "$@" --profile dev --days 2 ;;
+    "xtask install"*) flock "$PROGRAMS/.install-lock" cargo "$@" ;;
     "build --release -p icoray-cli") "$PROGRAMS/icoray" --version >/dev/null ;;
     "run --release -p icoray-study -- "*) shift 5; "$PROGRAMS/icoray-study" "$@" ;;
     *) command cargo "$@" ;;
@@ -101,35 +101,26 @@ pub fn run(
         }
     }
     let scratch = Scratch::new(workspace)?;
-    let (mut installing, mut others) = (Vec::new(), Vec::new());
+    // Pages that install take longest.
+    scripts.sort_by_key(|(_, script)| !script.contains(INSTALLING));
+    let mut pages = Vec::new();
     for (path, script) in scripts {
         let folder = scratch.page(Path::new(&path))?;
         workspace.shell.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
-        let pages = if script.contains(INSTALLING) { &mut installing } else { &mut others };
         pages.push((path, scratch.bash(&folder, SCRIPT)));
     }
-    let mut failures = Vec::new();
-    thread::scope(|scope| {
-        let beside = scope.spawn(|| in_turn(others));
-        let mut ended = in_turn(installing);
-        ended.extend(beside.join().unwrap_or_else(|panic| panic::resume_unwind(panic)));
-        for (path, seconds, outcome) in ended {
-            took(&path, seconds);
-            failures.extend(outcome.err().map(|failure| format!("{path}: {failure}")));
-        }
-    });
-    step.note(&counts.summary());
-    if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
-}
-
-/// Runs the commands of pages one after the other; returns each page's path, seconds and outcome.
-fn in_turn(pages: Vec<(String, Command)>) -> Vec<(String, f64, Result<(), Error>)> {
-    let run = |(path, command)| {
+    let work = |(path, command): (String, Command)| {
         let started = Instant::now();
         let outcome = silent(command);
         (path, started.elapsed().as_secs_f64(), outcome)
     };
-    pages.into_iter().map(run).collect()
+    let mut failures = Vec::new();
+    side_by_side(pages, work, |(path, seconds, outcome)| {
+        took(&path, seconds);
+        failures.extend(outcome.err().map(|failure| format!("{path}: {failure}")));
+    });
+    step.note(&counts.summary());
+    if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
 }
 
 /// Numbers of blocks that are run, and of those that are not.

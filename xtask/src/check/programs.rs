@@ -7,8 +7,6 @@ use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, PoisonError, mpsc};
-use std::thread;
 use std::time::Instant;
 
 use serde_json::Value;
@@ -17,6 +15,7 @@ use xshell::Cmd;
 use super::Record;
 use super::tally::results;
 use crate::error::Error;
+use crate::side_by_side::side_by_side;
 use crate::step::{Step, print_error};
 use crate::workspace::Workspace;
 
@@ -79,35 +78,23 @@ pub fn run<'a>(
     let rank = |name: &str| LONGEST.iter().position(|long| *long == name).unwrap_or(LONGEST.len());
     programs.sort_by_key(|program| rank(&program.name));
     let libraries = libraries(workspace)?;
-    let queue = Mutex::new(programs.into_iter());
-    let (sender, ended) = mpsc::channel();
+    let work = |program: Program| {
+        let mut command = Command::new(&program.file);
+        command.current_dir(&program.directory).env("CARGO_MANIFEST_DIR", &program.directory);
+        command.env("LD_LIBRARY_PATH", &libraries).envs(run.variables.iter().cloned());
+        command.args(Some(run.filter).filter(|filter| !filter.is_empty()));
+        execute(&program, command)
+    };
     let (mut failed, mut count) = (Vec::new(), 0);
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            let (sender, queue, libraries) = (sender.clone(), &queue, &libraries);
-            scope.spawn(move || {
-                while let Some(program) = next(queue) {
-                    let mut command = Command::new(&program.file);
-                    command.current_dir(&program.directory).env("CARGO_MANIFEST_DIR", &program.directory);
-                    command.env("LD_LIBRARY_PATH", libraries).envs(run.variables.iter().cloned());
-                    command.args(Some(run.filter).filter(|filter| !filter.is_empty()));
-                    let ended = execute(&program, command);
-                    // The receiver lives as long as this scope.
-                    let _ = sender.send(ended);
-                }
-            });
-        }
-        drop(sender);
-        for Ended { name, seconds, has_succeeded, output, errors } in ended {
-            let [passed, failures, _] = results(&output);
-            record.tally.add_tests(&output, has_succeeded);
-            count += passed + failures;
-            record.times.add(&name, seconds);
-            step.note(&format!("  {name}: {passed} passed, {failures} failed, {seconds:.1} s"));
-            if !has_succeeded {
-                print_error(&format!("{output}{errors}"));
-                failed.push(name);
-            }
+    side_by_side(programs, work, |Ended { name, seconds, has_succeeded, output, errors }| {
+        let [passed, failures, _] = results(&output);
+        record.tally.add_tests(&output, has_succeeded);
+        count += passed + failures;
+        record.times.add(&name, seconds);
+        step.note(&format!("  {name}: {passed} passed, {failures} failed, {seconds:.1} s"));
+        if !has_succeeded {
+            print_error(&format!("{output}{errors}"));
+            failed.push(name);
         }
     });
     if !failed.is_empty() {
@@ -161,11 +148,6 @@ fn libraries(workspace: &Workspace) -> Result<OsString, Error> {
     let inherited = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
     let paths = [products.join("deps"), products].into_iter().chain(env::split_paths(&inherited));
     env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))
-}
-
-/// The next program that waits.
-fn next(queue: &Mutex<impl Iterator<Item = Program>>) -> Option<Program> {
-    queue.lock().unwrap_or_else(PoisonError::into_inner).next()
 }
 
 #[cfg(test)]

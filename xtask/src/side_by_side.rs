@@ -1,0 +1,37 @@
+//! Work done side by side, as much at a time as there are processors.
+
+use std::sync::{Mutex, PoisonError, mpsc};
+use std::thread;
+
+/// Does `work` with each of the items, begun in their order; `take` has the outcomes as they come.
+pub fn side_by_side<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync, take: impl FnMut(R)) {
+    let (queue, work) = (Mutex::new(items.into_iter()), &work);
+    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let (sender, outcomes) = mpsc::channel();
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            let sender = sender.clone();
+            scope.spawn(move || {
+                while let Some(item) = next() {
+                    // The receiver lives as long as this scope.
+                    let _ = sender.send(work(item));
+                }
+            });
+        }
+        drop(sender);
+        outcomes.iter().for_each(take);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_items_have_an_outcome() {
+        let mut squares = Vec::new();
+        side_by_side((0..100).collect(), |number: u32| number * number, |square| squares.push(square));
+        squares.sort_unstable();
+        assert_eq!(squares, (0..100).map(|number| number * number).collect::<Vec<_>>());
+    }
+}
