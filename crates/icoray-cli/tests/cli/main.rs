@@ -10,6 +10,7 @@ mod files;
 mod gpu;
 mod heights;
 mod icon;
+mod isolated;
 mod ocean;
 mod progress;
 #[cfg(feature = "mpi")]
