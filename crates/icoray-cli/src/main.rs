@@ -15,6 +15,7 @@ mod input;
 mod isolated;
 mod overrides;
 mod plan;
+mod printed;
 mod ranks;
 mod render;
 mod scene_options;
@@ -91,7 +92,7 @@ fn main() -> ExitCode {
             Err(error) => return complain(&error.into()),
         }
     }
-    let mut out = io::stdout().lock();
+    let mut out = printed::Printed(io::stdout().lock());
     let done = match command {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Animate(args) => animate::run(&args, &mut out),

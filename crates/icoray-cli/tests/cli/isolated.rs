@@ -12,13 +12,11 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// The child of a command, once it has one.
-#[cfg(target_os = "linux")]
 fn child_of(command: u32) -> String {
     let children = format!("/proc/{command}/task/{command}/children");
     fs::read_to_string(children).unwrap().trim().to_owned()
 }
 
-#[cfg(target_os = "linux")]
 fn wait_until(what: &str, holds: impl Fn() -> bool) {
     let start = Instant::now();
     while !holds() {
@@ -28,7 +26,6 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) {
 }
 
 /// HDF5 ends a process by these signals, whatever damage that takes in its version.
-#[cfg(target_os = "linux")]
 #[test]
 fn the_end_of_the_reading_process_is_an_error() {
     let (folder, _) = Made::history().write(Options::NETCDF4);
@@ -44,7 +41,6 @@ fn the_end_of_the_reading_process_is_an_error() {
     }
 }
 
-#[cfg(target_os = "linux")]
 #[test]
 fn the_reading_process_ends_with_its_parent() {
     let (folder, _) = Made::history().write(Options::NETCDF4);
@@ -57,7 +53,6 @@ fn the_reading_process_ends_with_its_parent() {
 }
 
 /// Classic files are read in the command's own process: damage of them is an error.
-#[cfg(target_os = "linux")]
 #[test]
 fn classic_files_need_no_other_process() {
     let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
