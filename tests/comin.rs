@@ -180,6 +180,11 @@ fn icon_draws_what_whole_arrays_show() {
             host
         });
         assert_same(&run, &expected, 1);
+        // Rendered while the host goes on.
+        let run = prepared(directory, &format!("{version}_async"), |scene| format!("async_render = true\n{scene}"));
+        double.run(3, &run, &["scene.toml", "1", "0", "3"]);
+        assert_same(&run, &expected, 1);
+        assert!(reported(&run, "bytes_copied").iter().all(|bytes| bytes != "0"));
         // A restart goes on with steps and names, and only what the scene reads is requested.
         let run = prepared(directory, &format!("{version}_again"), |scene| {
             scene[..scene.match_indices("[[views]]").nth(2).unwrap().0].to_owned()

@@ -4,6 +4,7 @@
 //! views: a script has no state, and the statistics of conditions are equal on all ranks.
 
 use super::inputs::ConditionField;
+use super::levels::Pattern;
 use super::{Context, SceneChoice, levels, missing};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::frame_inputs::FrameInputs;
@@ -76,13 +77,18 @@ impl Context {
             Some((name, levels::hash(&field)?))
         };
         let hashes: Vec<_> = read.collect::<BTreeSet<_>>().into_iter().filter_map(hash).collect();
-        for (name, levels) in self.levels.step(stamp.step, &hashes) {
-            self.drawing.warn(&format!(
-                "step {}: the values of field {name:?} change only at every {} step; a model that swaps time levels calls \
-                 icoray_field_set before each icoray_execute",
-                stamp.step,
-                if levels == 2 { "second" } else { "third" }
-            ));
+        for (name, pattern) in self.levels.step(stamp.step, &hashes) {
+            let what = match pattern {
+                Pattern::TimeLevel(levels) => format!(
+                    "change only at every {} step; a model that swaps time levels calls icoray_field_set before each \
+                     icoray_execute",
+                    if levels == 2 { "second" } else { "third" }
+                ),
+                Pattern::Unchanged => "are those of the picture before: the model computes it at some steps only, as ICON \
+                                       does with u, v and vor at those of its output"
+                    .into(),
+            };
+            self.drawing.warn(&format!("step {}: the values of field {name:?} {what}", stamp.step));
         }
     }
 

@@ -53,7 +53,11 @@ impl Context {
         let (source, _) = agreed?;
         let mine = caught(|| self.parsed(&root_message.0).map_err(|failure| source.failure(failure)));
         let (agreed, _) = self.agree(mine, call, Vec::new(), &[]);
-        self.scene = agreed?;
+        let scene = agreed?;
+        if matches!(&scene, SceneChoice::Script(script) if script.is_async()) {
+            self.drawing.render_in_background(&mut self.ranks)?;
+        }
+        self.scene = scene;
         self.scene_text = String::from_utf8_lossy(&root_message.0).into_owned();
         self.show_new_scene();
         Ok(())
