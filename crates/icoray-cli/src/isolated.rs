@@ -10,14 +10,17 @@
 
 use crate::input::Input;
 use icoray::{Error, ErrorKind, Result};
-use icoray_netcdf::{CALL_LIMIT, Outline, end_process, watch_calls};
+use icoray_netcdf::{Outline, end_process, watch_calls};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus, Output, Stdio};
 use std::thread;
+use std::time::Duration;
 
 /// The variable that HDF5 asks whether to lock files.
 const LOCKING: &str = "HDF5_USE_FILE_LOCKING";
+/// Processor time that a call may take of the smallest file.
+const CALL_TIME: Duration = Duration::from_secs(60);
 
 /// Arguments of a child that reads a file and keeps nothing.
 #[derive(clap::Args)]
@@ -40,7 +43,7 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// Begins the work of a child: it ends when a call of HDF5 hangs, and when its parent does.
 pub fn begin() {
-    watch_calls(CALL_LIMIT, |error| {
+    watch_calls(CALL_TIME, |error| {
         crate::complain(&error.into());
         end_process(1)
     });

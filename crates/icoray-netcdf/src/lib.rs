@@ -23,7 +23,7 @@ mod hdf5_errors;
 mod nc_file;
 mod outline;
 
-pub use guard::{CALL_LIMIT, end_process, watch_calls};
+pub use guard::{end_process, watch_calls};
 pub use icoray_dataset::Dataset;
 pub use outline::Outline;
 
