@@ -50,7 +50,7 @@ pub fn begin() {
     thread::spawn(|| {
         // The parent never writes to it, and has it open until it ends, in whatever way.
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
-        end_process(1)
+        end_process(1);
     });
 }
 

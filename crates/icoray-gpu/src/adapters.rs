@@ -168,6 +168,7 @@ mod tests {
     }
 
     /// Set in the process that looks for a GPU where there is none.
+    #[cfg(target_os = "linux")]
     const CHILD: &str = "ICORAY_TEST_DEVICE_NODES";
 
     /// In a process of its own, as other tests load drivers.

@@ -44,7 +44,7 @@ use icoray_grid::{Error, ErrorKind, Result};
 pub struct Script {
     views: Vec<View>,
     live: Option<Live>,
-    pub(crate) is_async: bool,
+    is_async: bool,
 }
 
 /// `[live]`: a page, served by the model's first rank, that shows its pictures and changes the script.
@@ -88,6 +88,10 @@ impl Script {
     /// The page that a running model is asked for.
     pub fn live(&self) -> Option<Live> {
         self.live
+    }
+
+    pub(crate) fn rendered_in_background(self, is_async: bool) -> Self {
+        Script { is_async, ..self }
     }
 
     /// Whether a running model is to render in the background (`async_render`).

@@ -64,7 +64,7 @@ impl Watch<'_> {
 
     /// Reads the time, and `more` fields than the scene needs, in a child first, where that is needed.
     fn try_reading(&self, moment: &Moment, more: &[String]) -> Result<()> {
-        let fields = [&self.needed, more].concat();
+        let fields = [&self.needed[..], more].concat();
         moment.sources.iter().try_for_each(|source| isolated::try_record(&source.path, source.record, &fields))
     }
 
