@@ -222,7 +222,8 @@ pub struct icoray_part {
     /// Type of cell_global: ICORAY_I32 or ICORAY_I64.
     pub index_type: i32,
     /// Global number of each cell (MPAS indexToCellID), counted from the grid's index_base. For parts, numbers may
-    /// have gaps.
+    /// have gaps. index_base - 1 is that of a column that is no cell here, such as the copies of cells in NICAM's
+    /// halos: it is not own, no corner has it, and it is not read.
     pub cell_global: *const c_void,
     /// Number of own cells, which come first (MPAS nCellsSolve). Ignored if is_owned is not NULL.
     pub owned_cells: i64,
