@@ -23,7 +23,8 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 }
 
 fn acts(character: char) -> bool {
-    let is_format = matches!(character, '\u{61c}' | '\u{200e}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let is_format =
+        matches!(character, '\u{61c}' | '\u{200e}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     is_format || character.is_control()
 }
 

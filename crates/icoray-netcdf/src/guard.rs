@@ -81,7 +81,8 @@ pub fn watch_calls(least: Duration, on_hang: impl Fn(Error) + Send + 'static) {
                 let used = now.saturating_sub(*call.begin.get_or_insert(now));
                 if used > least + Duration::from_secs(length / BYTES_PER_SECOND) {
                     let (path, what, used) = (call.path.display(), &call.what, used.as_secs());
-                    let context = format!("{path}: {what}: no end after {used} s of processor time: not whole, or damaged");
+                    let context =
+                        format!("{path}: {what}: no end after {used} s of processor time: not whole, or damaged");
                     on_hang(Error::new(ErrorKind::Io, context));
                 }
             }

@@ -94,9 +94,9 @@ impl Context {
                      icoray_execute",
                     if levels == 2 { "second" } else { "third" }
                 ),
-                Pattern::Unchanged => "are those of the picture before: the model computes it at some steps only, as ICON \
-                                       does with u, v and vor at those of its output"
-                    .into(),
+                Pattern::Unchanged => {
+                    "are those of the picture before; ICON, for one, computes u, v and vor at output steps only".into()
+                }
             };
             self.drawing.warn(&format!("step {}: the values of field {name:?} {what}", stamp.step));
         }

@@ -75,7 +75,8 @@ impl Context {
         read.retain(|name| !name.is_empty() && !known.contains(name.as_str()));
         if self.ranks.is_root() && !known.is_empty() && !read.is_empty() {
             let (read, known) = (listed(read.iter().map(String::as_str)), listed(known.into_iter()));
-            let message = format!("the scene reads {read}, which the model has not set or described so far; it has {known}");
+            let message =
+                format!("the scene reads {read}, which the model has not set or described so far; it has {known}");
             self.drawing.warn(&message);
         }
     }

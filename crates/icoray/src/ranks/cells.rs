@@ -170,11 +170,10 @@ impl Numbered {
             }
             read.push((number - base) as u64);
         }
-        let mut order: Vec<u32> = (0..rows as u32).collect();
+        let mut order: Vec<u32> = (0..rows as u32).filter(|at| read[*at as usize] != NONE).collect();
         order.sort_unstable_by_key(|at| (read[*at as usize], *at));
-        let mut pairs = order.windows(2).map(|pair| [pair[0], pair[1]]);
-        let twice = pairs.find(|pair| read[pair[0] as usize] == read[pair[1] as usize] && read[pair[0] as usize] != NONE);
-        if let Some([a, b]) = twice {
+        let twice = order.windows(2).find(|pair| read[pair[0] as usize] == read[pair[1] as usize]);
+        if let Some(&[a, b]) = twice {
             return Err(bad(format!(
                 "{numbers} rows {} and {}: both {}, expected different numbers",
                 row(a as usize),
