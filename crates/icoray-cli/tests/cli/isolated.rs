@@ -25,11 +25,11 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) {
     }
 }
 
-/// HDF5 ends a process by these signals, whatever damage that takes in its version.
+/// By signals of which HDF5 ends a process, whatever damage that takes in its version.
 #[test]
 fn the_end_of_the_reading_process_is_an_error() {
     let (folder, _) = Made::history().write(Options::NETCDF4);
-    for signal in ["SEGV", "ABRT", "FPE"] {
+    for signal in ["ABRT", "FPE"] {
         let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
         let child = child_of(view.id());
         assert!(Command::new("kill").args(["-s", signal, &child]).status().unwrap().success());
