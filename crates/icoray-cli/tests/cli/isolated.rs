@@ -3,7 +3,7 @@
 use crate::made::Made;
 use crate::run::icoray;
 use crate::viewer::Viewer;
-use icoray_test_support::PATIENCE;
+use icoray_test_support::{PATIENCE, Random};
 use netcdf::Options;
 use std::fs;
 use std::io::Read;
@@ -58,4 +58,33 @@ fn classic_files_need_no_other_process() {
     let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
     let view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
     assert_eq!(child_of(view.id()), "");
+}
+
+/// A file with some bytes of its structure overwritten.
+fn damaged(whole: &[u8], seed: u64) -> Vec<u8> {
+    let (mut bytes, mut random) = (whole.to_vec(), Random::new(seed));
+    for _ in 0..=random.below(4) {
+        let at = random.below(bytes.len());
+        bytes[at] = [0, 1, 0x7f, 0x80, 0xff][random.below(5)];
+    }
+    bytes
+}
+
+/// The first four end the process that reads them inside HDF5 1.10.8.
+#[test]
+fn damaged_files_end_in_one_line() {
+    let (folder, path) = Made::history().write(Options::NETCDF4);
+    let whole = fs::read(&path).unwrap();
+    for seed in [112, 163, 185, 206, 1, 2, 3, 4] {
+        fs::write(&path, damaged(&whole, seed)).unwrap();
+        for words in [&["info", "made.nc", "--ranges"][..], &["plan", "made.nc"], &["render", "made.nc", "-o", "a.png"]]
+        {
+            let output = icoray(folder.path()).args(words).output().unwrap();
+            let complaint = String::from_utf8(output.stderr).unwrap();
+            let is_error = complaint.starts_with("icoray: error: ") && complaint.lines().count() == 1;
+            let is_expected =
+                output.status.success() && complaint.is_empty() || output.status.code() == Some(1) && is_error;
+            assert!(is_expected, "{seed}: {words:?}: {}: {complaint}", output.status);
+        }
+    }
 }
