@@ -312,11 +312,12 @@ fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     let (_, owner) = partitions(&mesh, 3).swap_remove(0);
     type Damage = fn(&mut Spread);
     // Owned twice or by nobody; a number twice or too low; too few numbers and too many marks.
-    let cases: [(Damage, &[&str]); 6] = [
+    let cases: [(Damage, &[&str]); 7] = [
         (|s| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
         (|s| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),
         (|s| s.global[1][5] = s.global[1][9], &["rank 1: cell_global rows 6 and 10: both "]),
-        (|s| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected 1 or more"]),
+        (|s| s.global[2][7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
+        (|s| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"]),
         (|s| s.global[0].truncate(9), &["rank 0: cell_global: ", "one per cell"]),
         (|s| s.owned[0].push(1), &["rank 0: is_owned: ", "one per cell"]),
     ];
