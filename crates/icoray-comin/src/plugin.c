@@ -221,10 +221,10 @@ static void set_field(const field *of)
     int has_room = values.nproma == nproma && values.blocks >= needed;
     if (fault != NULL || !has_room || (!at_vertices && values.blocks > grid->domain.cell_blocks)) {
         if (fault != NULL) {
-            snprintf(message, sizeof message, "%s: %s", of->name, fault);
+            snprintf(message, sizeof message, "%s", fault);
         } else {
-            snprintf(message, sizeof message, "%s: %d blocks of %d values, expected %d of %d as ICON's %s have", of->name,
-                     values.blocks, values.nproma, needed, nproma, at_vertices ? "vertices" : "triangles");
+            snprintf(message, sizeof message, "%d blocks of %d values, expected %d of %d as ICON's %s have", values.blocks,
+                     values.nproma, needed, nproma, at_vertices ? "vertices" : "triangles");
         }
         icoray_refuse(context, "icoray_field_set", of->name, ICORAY_ERR_ARGUMENT, message);
         return;
