@@ -186,8 +186,8 @@ fn icon_draws_what_whole_arrays_show() {
             let run = prepared(directory, &name, |scene| format!("async_render = true\n{scene}"));
             double.run(ranks, &run, &["scene.toml", "1", "0", "3"]);
             assert_same(&run, &expected, 1);
-            // Over ranks averages are assembled, which are no copies.
-            assert!(ranks > 1 || reported(&run, "bytes_copied").iter().all(|bytes| bytes != "0"));
+            // The first picture of a step has the copies of all; over ranks averages are assembled, which are none.
+            assert!(ranks > 1 || reported(&run, "bytes_copied").iter().any(|bytes| bytes != "0"));
         }
         // A restart goes on with steps and names, and only what the scene reads is requested.
         let run = prepared(directory, &format!("{version}_again"), |scene| {
