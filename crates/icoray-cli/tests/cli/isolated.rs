@@ -57,8 +57,11 @@ fn the_reading_process_ends_with_its_parent() {
 #[test]
 fn classic_files_need_no_other_process() {
     let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
-    let view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
-    assert_eq!(child_of(view.id()), "");
+    let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+    let child = child_of(view.id());
+    view.kill().unwrap();
+    view.wait().unwrap();
+    assert_eq!(child, "");
 }
 
 /// A file with some bytes of its structure overwritten.
