@@ -612,7 +612,8 @@ typedef struct icoray_part {
   int32_t index_type;
   /**
    * Global number of each cell (MPAS indexToCellID), counted from the grid's index_base. For parts, numbers may
-   * have gaps.
+   * have gaps. index_base - 1 is that of a column that is no cell here, such as the copies of cells in NICAM's
+   * halos: it is not own, no corner has it, and it is not read.
    */
   const void *cell_global;
   /**
@@ -851,7 +852,8 @@ typedef struct icoray_config {
   /**
    * Nonzero: icoray_execute copies the fields that the step's pictures need, each once, and returns; a thread
    * renders from the copies. Only one step is in progress: icoray_execute first waits for the frames of the step
-   * before. Over several ranks it must be the same on all; icoray_open says how their messages are moved on.
+   * before. Over several ranks it must be the same on all; icoray_open says how their messages are moved on. A scene
+   * with async_render = true switches it on when it is loaded, until the context is closed.
    */
   int32_t async_render;
   /**

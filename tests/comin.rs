@@ -129,10 +129,7 @@ fn assert_same_pictures(
 
 /// What whole arrays in one process show, over the steps 0 to 3.
 fn direct(directory: &Path) -> Vec<(String, image::RgbaImage)> {
-    let (program, run) = (directory.join("direct"), prepared(directory, "whole", |scene| scene));
-    compiler("cc", &program, &[], &sources(["direct.c", "icon.c"]), &[]);
-    succeeded(command(&program, &run).args(["scene.toml", "0", "3"]));
-    let expected = pictures(&run);
+    let expected = direct_with(directory, |scene| scene);
     assert_eq!(expected.len(), 8);
     for (i, (name, picture)) in expected.iter().enumerate() {
         let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
@@ -140,6 +137,14 @@ fn direct(directory: &Path) -> Vec<(String, image::RgbaImage)> {
         assert!(expected[..i].iter().all(|(_, other)| other != picture), "{name}");
     }
     expected
+}
+
+/// As [`direct`], with another scene.
+fn direct_with(directory: &Path, change: impl FnOnce(String) -> String) -> Vec<(String, image::RgbaImage)> {
+    let (program, run) = (directory.join("direct"), prepared(directory, "whole", change));
+    compiler("cc", &program, &[], &sources(["direct.c", "icon.c"]), &[]);
+    succeeded(command(&program, &run).args(["scene.toml", "0", "3"]));
+    pictures(&run)
 }
 
 /// The values of a column of report.csv.
@@ -175,6 +180,15 @@ fn icon_draws_what_whole_arrays_show() {
             host
         });
         assert_same(&run, &expected, 1);
+        // Rendered while the host goes on.
+        for ranks in [1, 3] {
+            let name = format!("{version}_{ranks}_async");
+            let run = prepared(directory, &name, |scene| format!("async_render = true\n{scene}"));
+            double.run(ranks, &run, &["scene.toml", "1", "0", "3"]);
+            assert_same(&run, &expected, 1);
+            // The first picture of a step has the copies of all; over ranks averages are assembled, which are none.
+            assert!(ranks > 1 || reported(&run, "bytes_copied").iter().any(|bytes| bytes != "0"));
+        }
         // A restart goes on with steps and names, and only what the scene reads is requested.
         let run = prepared(directory, &format!("{version}_again"), |scene| {
             scene[..scene.match_indices("[[views]]").nth(2).unwrap().0].to_owned()
@@ -218,6 +232,25 @@ fn a_nest_is_a_grid_of_its_own() {
     assert_same(&three, &expected, 1);
 }
 
+/// Vertices are icoray's cells; over several processes they are refused, as what one draws may be another's.
+#[test]
+fn one_process_draws_values_at_vertices() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let of_vertices = |scene: String| scene.replace("field = \"w\"", "field = \"omega_z\"");
+    let expected = direct_with(directory, of_vertices);
+    assert_eq!(expected.iter().filter(|(name, _)| name.starts_with("w_omega_z")).count(), 2, "{expected:?}");
+    for version in [2, 3] {
+        let run = prepared(directory, &version.to_string(), of_vertices);
+        let told = Double::new(directory, version).run(1, &run, &["scene.toml", "1", "0", "3"]);
+        assert!(!told.contains("icoray:"), "{told}");
+        assert_same(&run, &expected, 1);
+    }
+}
+
 /// What goes wrong is a line in ICON's log, and ICON ends well.
 #[test]
 fn no_failure_ends_icon() {
@@ -227,27 +260,31 @@ fn no_failure_ends_icon() {
     let directory = TempDir::new().unwrap();
     let directory = directory.path();
     let [old, new] = [2, 3].map(|version| Double::new(directory, version));
-    let cases: [(&str, &[&str], &str); 5] = [
+    let cases: [(&str, &[&str], &str); 8] = [
         ("no scene", &["", "1", "0", "1"], "options in comin_nml have no scene"),
         ("missing", &["nowhere.toml", "1", "0", "1"], "nowhere.toml: cannot read the scene"),
         ("field", &["scene.toml", "1", "0", "4"], "the scene reads vorticity, and ICON has no such variable"),
         ("rank", &["scene.toml", "1", "0", "1", "table"], "warning: rank 1: "),
         ("nest", &["scene.toml", "1", "0", "1"], "the scene reads temp_DOM02, and ICON has no such variable"),
+        ("vn", &["scene.toml", "1", "0", "1"], "the scene reads vn, and ICON has it at edges"),
+        ("omega_z", &["scene.toml", "1", "0", "1"], "the scene reads omega_z, and ICON has it at vertices"),
+        ("few", &["scene.toml", "1", "0", "1"], "field \"few\": "),
     ];
     for (name, arguments, said) in cases {
         for (version, double) in [(2, &old), (3, &new)] {
             let run = prepared(directory, &format!("{name} {version}"), |scene| match name {
                 "field" => scene.replace("field = \"w\"", "field = \"vorticity\""),
                 "nest" => scene.replace("field = \"w\"", "field = \"temp_DOM02\""),
+                "vn" | "omega_z" | "few" => scene.replace("field = \"w\"", &format!("field = \"{name}\"")),
                 _ => scene,
             });
             let told = double.run(3, &run, arguments);
             assert!(told.contains("icoray: warning: ") && told.contains(said), "{name}: {told}");
             assert!(told.lines().all(|line| line.len() < 480), "{told}");
             // Once, not once per rank.
-            assert!(name == "rank" || told.matches(said).count() == 1, "{name}: {told}");
+            assert!(["rank", "few"].contains(&name) || told.matches(said).count() == 1, "{name}: {told}");
             // Other views are drawn.
-            let count = if ["field", "nest"].contains(&name) { 1 } else { 0 };
+            let count = if ["field", "nest", "vn", "omega_z", "few"].contains(&name) { 1 } else { 0 };
             assert_eq!(pictures_of(&run, "temp_").min(1), count, "{name}: {told}");
         }
     }

@@ -43,8 +43,8 @@ impl Log {
         if !self.takes(level) {
             return;
         }
-        // A NUL inside would cut the line; messages quote user data, which may hold one.
-        let line = CString::new(fitted(&message.replace('\0', "\u{fffd}")).as_bytes()).unwrap_or_default();
+        // Without a NUL inside, as control characters are escaped.
+        let line = CString::new(fitted(message).as_bytes()).unwrap_or_default();
         if let Some(callback) = self.callback {
             // SAFETY: the host promises a callback that takes a string for the time of the call.
             as_caller(|| unsafe { callback(self.user, level as i32, line.as_ptr()) });

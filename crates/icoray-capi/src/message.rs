@@ -1,5 +1,7 @@
-//! Shortens messages: models print them into lines of their own, some of which have 512 characters.
+//! Shortens messages: models print them into lines of their own, some of which have 512 characters. They quote user data,
+//! whose control characters are escaped.
 
+use icoray_core::printable;
 use std::borrow::Cow;
 
 /// Maximum bytes of the message of a status or of a log line.
@@ -10,11 +12,12 @@ const MAX_WORD: usize = 80;
 const HEAD: usize = 230;
 const GAP: &str = " ... ";
 
-/// The message, shortened where it is too long: in the middle of long words first, then between its head and its end,
+/// The message on one line, shortened where it is too long: in the middle of long words first, then between its head and its end,
 /// where table, row and value and what was expected stand.
 pub(crate) fn fitted(message: &str) -> Cow<'_, str> {
+    let message = printable(message);
     if message.len() <= MAX_BYTES {
-        return message.into();
+        return message;
     }
     let words: String = message.split_inclusive(' ').map(short_word).collect();
     if words.len() <= MAX_BYTES {
@@ -54,6 +57,7 @@ mod tests {
 
     #[test]
     fn a_message_keeps_its_head_and_its_end() {
+        assert_eq!(fitted("units \u{1b}[31m\n"), r"units \u{1b}[31m\n");
         assert_eq!(fitted("field \"q\" is missing"), "field \"q\" is missing");
         let exact = "x".repeat(MAX_BYTES);
         assert_eq!(fitted(&exact), exact);

@@ -126,7 +126,8 @@ pub struct icoray_config {
     pub disable_after: i32,
     /// Nonzero: icoray_execute copies the fields that the step's pictures need, each once, and returns; a thread
     /// renders from the copies. Only one step is in progress: icoray_execute first waits for the frames of the step
-    /// before. Over several ranks it must be the same on all; icoray_open says how their messages are moved on.
+    /// before. Over several ranks it must be the same on all; icoray_open says how their messages are moved on. A scene
+    /// with async_render = true switches it on when it is loaded, until the context is closed.
     pub async_render: i32,
     /// Number of frames that may wait for the writing thread, 1 to 1024; 0 is 2.
     pub writer_queue: i32,
@@ -221,7 +222,8 @@ pub struct icoray_part {
     /// Type of cell_global: ICORAY_I32 or ICORAY_I64.
     pub index_type: i32,
     /// Global number of each cell (MPAS indexToCellID), counted from the grid's index_base. For parts, numbers may
-    /// have gaps.
+    /// have gaps. index_base - 1 is that of a column that is no cell here, such as the copies of cells in NICAM's
+    /// halos: it is not own, no corner has it, and it is not read.
     pub cell_global: *const c_void,
     /// Number of own cells, which come first (MPAS nCellsSolve). Ignored if is_owned is not NULL.
     pub owned_cells: i64,

@@ -15,7 +15,7 @@ const MAX_TIMES: usize = 12;
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    input: Input,
+    pub input: Input,
     /// Also read every field at the last time, for its least and greatest value
     #[arg(long)]
     ranges: bool,

@@ -17,6 +17,11 @@ pub struct Input {
 }
 
 impl Input {
+    /// All files.
+    pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        std::iter::once(&self.file).chain(&self.mesh)
+    }
+
     /// Opens all files.
     pub fn open(&self) -> Result<Dataset> {
         icoray_netcdf::open_with(&self.file, &self.mesh)

@@ -3,7 +3,8 @@
 //! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes them,
 //! `icoray animate` makes a picture that moves, `icoray info` says what a file holds, `icoray plan` what a scene reads and
 //! leaves out, `icoray devices` which GPUs can draw. Results go to stdout, progress to stderr
-//! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2.
+//! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2. A command that
+//! reads NetCDF-4 files runs in a child process, as damage of such a file may end it.
 #![forbid(unsafe_code)]
 
 mod animate;
@@ -11,8 +12,10 @@ mod failure;
 mod gpu;
 mod info;
 mod input;
+mod isolated;
 mod overrides;
 mod plan;
+mod printed;
 mod ranks;
 mod render;
 mod scene_options;
@@ -29,6 +32,9 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "icoray", version)]
 struct Cli {
+    /// Be the child of a process that waits for it
+    #[arg(long = "isolated", hide = true)]
+    is_isolated: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -54,7 +60,7 @@ enum Command {
     Devices,
     /// Read a file that may end this process, and keep nothing
     #[command(hide = true)]
-    TryReading(watch::isolated::Args),
+    TryReading(isolated::Args),
     /// A program of its own
     #[command(hide = true)]
     Study {
@@ -63,14 +69,36 @@ enum Command {
     },
 }
 
+impl Command {
+    /// The files that the command reads in its own process.
+    fn input(&self) -> Option<&input::Input> {
+        match self {
+            Command::Render(args) | Command::Plan(args) => Some(&args.selection.input),
+            Command::View(args) => Some(&args.selection.input),
+            Command::Info(args) => Some(&args.input),
+            _ => None,
+        }
+    }
+}
+
 fn main() -> ExitCode {
-    let mut out = io::stdout().lock();
-    let done = match Cli::parse().command {
+    let Cli { is_isolated, command } = Cli::parse();
+    if is_isolated {
+        isolated::begin();
+    } else if let Some(input) = command.input() {
+        match isolated::run_apart(input) {
+            Ok(None) => (),
+            Ok(Some(code)) => return code,
+            Err(error) => return complain(&error.into()),
+        }
+    }
+    let mut out = printed::Printed(io::stdout().lock());
+    let done = match command {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Animate(args) => animate::run(&args, &mut out),
         Command::View(args) => view::run(&args, &mut out),
         Command::Watch(args) => watch::run(&args, &mut out),
-        Command::TryReading(args) => watch::isolated::run(&args).map_err(failure::Failure::from),
+        Command::TryReading(args) => isolated::run(&args).map_err(failure::Failure::from),
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
         Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),
@@ -82,12 +110,15 @@ fn main() -> ExitCode {
         // A launcher ends all ranks as soon as one has failed, so only the rank that prints the error returns a
         // failure.
         Err(failure::Failure::ReportedByRoot) => ExitCode::SUCCESS,
-        Err(failure) => {
-            // Nothing is left to be done where stderr is closed too.
-            let _ = writeln!(io::stderr(), "icoray: error: {failure}");
-            ExitCode::FAILURE
-        }
+        Err(failure) => complain(&failure),
     }
+}
+
+/// Prints an error; the exit code of one.
+fn complain(failure: &failure::Failure) -> ExitCode {
+    // Nothing is left to be done where stderr is closed too.
+    let _ = writeln!(io::stderr(), "icoray: error: {failure}");
+    ExitCode::FAILURE
 }
 
 /// Says which program has the studies.

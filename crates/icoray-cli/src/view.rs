@@ -14,7 +14,7 @@ use std::io::Write;
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    selection: Selection,
+    pub selection: Selection,
     /// Port on this machine's loopback address; another one if it is taken [default: 8750 or the next that is free]
     #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
     port: Option<u16>,

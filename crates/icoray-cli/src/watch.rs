@@ -4,7 +4,6 @@
 //! that is started again goes on where the one before ended.
 
 mod folder;
-pub mod isolated;
 mod page;
 mod plan;
 mod session;
@@ -13,6 +12,7 @@ mod viewers;
 use crate::failure::CommandResult;
 use crate::gpu;
 use crate::input::{self, LayerOption};
+use crate::isolated;
 use crate::overrides::Overrides;
 use crate::ranks::RankTeam;
 use crate::render::Target;
@@ -117,6 +117,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let Some(script) = args.script()? else {
         return Ok(writeln!(out, "note      nothing is drawn: {} has no keys", args.scene.display())?);
     };
+    args.mesh.iter().try_for_each(|path| isolated::try_record(path, 0, &[]))?;
     let progress = Progress::new();
     let renderer = gpu::renderer(args.threads)?.with_progress(progress.tiles());
     let target = Target::directory(&args.output)?;

@@ -181,7 +181,26 @@ static int is_there(const struct t_comin_var_descriptor *wanted)
     return found;
 }
 
-void *host_request(const char *name, int domain)
+/* ICON tells the place of each of its variables; those of plugins, without it, are at triangles. The key is looked for
+ * first, as asking for one that is not there leaves an error too. */
+static host_place place_of(struct t_comin_var_descriptor of)
+{
+    int place = COMIN_HGRID_UNSTRUCTURED_CELL, is_told = 0;
+    void *at = comin_metadata_get_iterator_begin(of), *end = comin_metadata_get_iterator_end(of);
+    for (; !comin_metadata_iterator_compare(at, end); comin_metadata_iterator_next(at)) {
+        is_told |= strcmp(comin_metadata_iterator_get_key(at), "hgrid_id") == 0;
+    }
+    comin_metadata_iterator_delete(at);
+    comin_metadata_iterator_delete(end);
+    if (is_told) {
+        comin_metadata_get_integer(of, "hgrid_id", &place);
+    }
+    return place == COMIN_HGRID_UNSTRUCTURED_CELL     ? HOST_TRIANGLES
+           : place == COMIN_HGRID_UNSTRUCTURED_VERTEX ? HOST_VERTICES
+                                                      : HOST_EDGES;
+}
+
+void *host_request(const char *name, int domain, host_place *place)
 {
     struct t_comin_var_descriptor wanted;
 #if IS_0_2
@@ -190,12 +209,17 @@ void *host_request(const char *name, int domain)
     t_comin_entry_point places[] = {EP_ATM_WRITE_OUTPUT_BEFORE};
 #endif
     memset(&wanted, 0, sizeof wanted);
+    *place = HOST_NOWHERE;
     if (strlen(name) >= sizeof wanted.name) {
         return NULL;
     }
     strcpy(wanted.name, name);
     wanted.id = domain;
-    return is_there(&wanted) ? comin_var_get(1, places, wanted, COMIN_FLAG_READ) : NULL;
+    if (!is_there(&wanted)) {
+        return NULL;
+    }
+    *place = place_of(wanted);
+    return *place != HOST_EDGES ? comin_var_get(1, places, wanted, COMIN_FLAG_READ) : NULL;
 }
 
 /* The positions of the dimensions nproma, levels (negative if there is none) and blocks. */

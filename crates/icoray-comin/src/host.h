@@ -20,7 +20,10 @@ typedef struct {
     const double *heights; /* of half levels, metres, from the top (nproma, levels + 1, cell_blocks) */
 } host_domain;
 
-/* Values at triangles as ICON has them at this time. */
+/* Where ICON has the values of a variable. */
+typedef enum { HOST_NOWHERE, HOST_TRIANGLES, HOST_EDGES, HOST_VERTICES } host_place;
+
+/* Values at triangles or vertices as ICON has them at this time. */
 typedef struct {
     const void *data;
     int is_float;
@@ -59,9 +62,9 @@ double host_step_seconds(int domain);
 const double *host_half_levels(int *count);
 void host_read_domain(int id, host_domain *domain);
 
-/* Requests a variable for the calls before output; NULL if ICON has none of that name. In the secondary constructor
- * only. */
-void *host_request(const char *name, int domain);
+/* Requests a variable for the calls before output, and writes its place; NULL if ICON has none of that name, or has it at
+ * edges. In the secondary constructor only. */
+void *host_request(const char *name, int domain, host_place *place);
 
 /* Where the values of a variable are now: ICON exchanges time levels. Returns NULL or why they cannot be read. */
 const char *host_values_of(void *variable, host_values *values);

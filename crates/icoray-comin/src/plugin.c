@@ -11,7 +11,8 @@
 typedef struct {
     char name[80]; /* as the scene has it */
     int domain;
-    void *handle;  /* NULL if ICON has none */
+    host_place place;
+    void *handle; /* NULL if it is not drawn */
 } field;
 
 static icoray_ctx *context;
@@ -79,9 +80,11 @@ static int request_fields(void)
         field_count = i + 1;
         memcpy(fields[i].name, name, sizeof name);
         fields[i].domain = domain_of(name, variable, sizeof variable);
-        fields[i].handle = fields[i].domain > 0 ? host_request(variable, fields[i].domain) : NULL;
+        fields[i].place = HOST_NOWHERE;
+        fields[i].handle = fields[i].domain > 0 ? host_request(variable, fields[i].domain, &fields[i].place) : NULL;
         if (fields[i].handle == NULL) {
-            snprintf(line, sizeof line, "the scene reads %s, and ICON has no such variable", name);
+            snprintf(line, sizeof line, "the scene reads %s, and ICON has %s", name,
+                     fields[i].place == HOST_EDGES ? "it at edges: expected a variable at triangles" : "no such variable");
             host_warn_once(line);
         }
     }
@@ -142,6 +145,23 @@ static icoray_status set_domain(int domain, int has_heights)
     return ICORAY_OK;
 }
 
+/* Leaves out the fields at vertices of a domain where these are not the cells of this process alone: a process draws
+ * vertices whose values ICON computes on another one. */
+static void check_vertices(int domain)
+{
+    const grid_tables *grid = &grids[domain - 1];
+    int are_cells = grid->cells == grid->domain.vertices && grid->own_corners == grid->domain.cells_of_all_ranks;
+    char line[200];
+    for (int64_t i = 0; i < field_count; i++) {
+        if (fields[i].domain == domain && fields[i].place == HOST_VERTICES && !are_cells && fields[i].handle != NULL) {
+            fields[i].handle = NULL;
+            snprintf(line, sizeof line, "the scene reads %s, and ICON has it at vertices, which are drawn by one process only: "
+                     "expected a variable at triangles", fields[i].name);
+            host_warn_once(line);
+        }
+    }
+}
+
 /* The secondary constructor, where variables can be requested and the domains are known. */
 static void set_up(void)
 {
@@ -178,6 +198,7 @@ static void set_up(void)
                 status = icoray_part_set(context, NULL);
             } else if (is_read) {
                 status = set_domain(domain, !has_heights);
+                check_vertices(domain);
                 has_heights = 1;
             }
         }
@@ -194,16 +215,25 @@ static void set_field(const field *of)
     char message[160];
     const grid_tables *grid = &grids[of->domain - 1];
     const char *fault = host_values_of(of->handle, &values);
-    if (fault != NULL) {
-        snprintf(message, sizeof message, "%s: %s", of->name, fault);
+    int at_vertices = of->place == HOST_VERTICES, nproma = grid->domain.nproma;
+    int columns = at_vertices ? grid->domain.vertices : grid->domain.cells;
+    int needed = columns / nproma + (columns % nproma > 0);
+    int has_room = values.nproma == nproma && values.blocks >= needed;
+    if (fault != NULL || !has_room || (!at_vertices && values.blocks > grid->domain.cell_blocks)) {
+        if (fault != NULL) {
+            snprintf(message, sizeof message, "%s", fault);
+        } else {
+            snprintf(message, sizeof message, "%d blocks of %d values, expected %d of %d as ICON's %s have", values.blocks,
+                     values.nproma, needed, nproma, at_vertices ? "vertices" : "triangles");
+        }
         icoray_refuse(context, "icoray_field_set", of->name, ICORAY_ERR_ARGUMENT, message);
         return;
     }
     icoray_array array = {.struct_size = sizeof array};
     array.data = values.data;
     array.type = values.is_float ? ICORAY_F32 : ICORAY_F64;
-    array.location = ICORAY_CORNER;
-    array.columns = grid->domain.cells;
+    array.location = at_vertices ? ICORAY_CENTER : ICORAY_CORNER;
+    array.columns = columns;
     /* A value per column is the same in all layers. */
     array.layers = values.levels > 0 ? values.levels : grid->domain.levels;
     array.column_stride = 1;

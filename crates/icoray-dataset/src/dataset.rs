@@ -66,7 +66,8 @@ impl Dataset {
         let sphere_radius_m = radius(&sources, mesh.convention())?;
         let source = sources.fields();
         let times = Times::read(source)?;
-        let fields = source.variables().iter();
+        // NetCDF forbids control characters in names, and a name is printed as it is.
+        let fields = source.variables().iter().filter(|variable| !variable.name.contains(char::is_control));
         let fields: Vec<FieldInfo> =
             fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
         let (own_fields, sea, heights, joined) = (fields.len(), OnceLock::new(), Mutex::default(), Vec::new());

@@ -1,7 +1,7 @@
 //! Where variables come from: a file, or a dataset in memory.
 
 use crate::values::Values;
-use icoray::{Error, ErrorKind, OwnedReals, Result};
+use icoray::{Error, ErrorKind, OwnedReals, Result, printable};
 use std::fmt;
 use std::path::Path;
 
@@ -202,9 +202,10 @@ impl dyn Source + '_ {
     }
 }
 
+/// Text of an attribute on one line, for whatever prints it.
 fn text(value: Option<Attribute>) -> Option<String> {
     match value {
-        Some(Attribute::Text(text)) => Some(text),
+        Some(Attribute::Text(text)) => Some(printable(&text).into_owned()),
         _ => None,
     }
 }

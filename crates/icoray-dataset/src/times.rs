@@ -2,7 +2,7 @@
 
 use crate::calendar::{Clock, seconds_of};
 use crate::source::{Kind, Source, Variable};
-use icoray::{ErrorKind, Result};
+use icoray::{ErrorKind, Result, printable};
 
 /// Limit of the number of time records; a century has fewer hours.
 const MAX_RECORDS: usize = 1 << 20;
@@ -64,7 +64,8 @@ fn has_dates(source: &dyn Source) -> bool {
 fn dates(source: &dyn Source, count: usize) -> Vec<Option<String>> {
     if let Some(variable) = text(source) {
         let rows = source.text_rows(variable, count);
-        return rows.into_iter().map(|text| text.filter(|text| !text.is_empty())).collect();
+        let date = |text: String| (!text.is_empty()).then(|| printable(&text).into_owned());
+        return rows.into_iter().map(|text| text.and_then(date)).collect();
     }
     let counted = source.variables().iter().find_map(|v| Some((v, clock(source, v)?)));
     // Of a file that is cut off, the numbers before its end.

@@ -4,7 +4,12 @@ use crate::instance::instance;
 use icoray::Adapter;
 use icoray::device::{DeviceRequest, FallbackReason};
 use std::fmt;
+use std::fs;
+use std::path::Path;
 use std::sync::OnceLock;
+
+/// How the names of nodes of GPUs begin: NVIDIA's own driver, Windows' below Linux, Adreno, Mali.
+const NODES: [&str; 4] = ["nvidia", "dxg", "kgsl", "mali"];
 
 /// The kind of an adapter. Faster kinds compare as less.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -99,8 +104,25 @@ fn choose(all: &[Listed], wanted: &DeviceRequest) -> Result<usize, FallbackReaso
     Ok(number)
 }
 
-/// Finds the adapter that is wanted.
-pub(crate) fn find(wanted: &DeviceRequest) -> Result<wgpu::Adapter, FallbackReason> {
+/// Whether there is any GPU, by the nodes that Linux's drivers make for them in `dev`; elsewhere there may be.
+fn may_have_gpu(dev: &Path) -> bool {
+    let has_node = |folder: &Path, names: &[&str]| {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut nodes = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        nodes.any(|node| names.iter().any(|name| node.starts_with(name)))
+    };
+    cfg!(not(target_os = "linux")) || has_node(&dev.join("dri"), &["renderD"]) || has_node(dev, &NODES)
+}
+
+/// Finds the adapter that is wanted. `dev` is the folder of device nodes.
+///
+/// The loader of Vulkan loads all drivers, and with that of a processor a compiler, which takes 50 MB of the model's
+/// memory. So no driver is loaded where a GPU alone is wanted and there is none.
+pub(crate) fn find(wanted: &DeviceRequest, dev: &Path) -> Result<wgpu::Adapter, FallbackReason> {
+    if wanted.adapter.is_none() && !wanted.or_processor && !may_have_gpu(dev) {
+        let reason = "no GPU was found; backend = \"gpu\" uses a processor that acts as one";
+        return Err(FallbackReason::new(reason));
+    }
     let listed = list()?;
     let number = choose(listed, wanted)?;
     let adapter = adapters()?.into_iter().nth(number).filter(|adapter| Listed::of(adapter) == listed[number]);
@@ -143,6 +165,37 @@ mod tests {
         let reason = choose(&node, &wanted(None, 0)).unwrap_err().to_string();
         assert!(reason.contains("llvmpipe is a processor"), "{reason}");
         assert_eq!(choose(&node, &DeviceRequest { or_processor: true, ..wanted(None, 3) }), Ok(0));
+    }
+
+    /// Set in the process that looks for a GPU where there is none.
+    #[cfg(target_os = "linux")]
+    const CHILD: &str = "ICORAY_TEST_DEVICE_NODES";
+
+    /// In a process of its own, as other tests load drivers.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn no_driver_is_loaded_where_there_is_no_gpu() {
+        if let Some(dev) = std::env::var_os(CHILD) {
+            let reason = find(&wanted(None, 0), Path::new(&dev)).unwrap_err().to_string();
+            assert!(reason.starts_with("no GPU was found"), "{reason}");
+            let loaded = fs::read_to_string("/proc/self/maps").unwrap();
+            assert!(!loaded.contains("vulkan") && !loaded.contains("LLVM"), "{loaded}");
+            return;
+        }
+        let dev = tempfile::tempdir().unwrap();
+        fs::create_dir(dev.path().join("dri")).unwrap();
+        // A graphics card without rendering, as servers have for their consoles.
+        fs::write(dev.path().join("dri/card0"), "").unwrap();
+        let test = "adapters::tests::no_driver_is_loaded_where_there_is_no_gpu";
+        let mut command = std::process::Command::new(std::env::current_exe().unwrap());
+        let output = command.args(["--exact", test, "--test-threads=1"]).env(CHILD, dev.path()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+        for node in ["dri/renderD128", "nvidia0", "dxg"] {
+            assert!(!may_have_gpu(dev.path()), "{node}");
+            fs::write(dev.path().join(node), "").unwrap();
+            assert!(may_have_gpu(dev.path()), "{node}");
+            fs::remove_file(dev.path().join(node)).unwrap();
+        }
     }
 
     #[test]

@@ -14,6 +14,7 @@ use crate::ray_entry_cache::RayEntryCache;
 use crate::trace_fragments::FragmentTrace;
 use icoray::Adapter;
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Fragments, Job, OwnedColumns};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -65,7 +66,7 @@ impl Gpu {
     }
 
     fn open(wanted: &DeviceRequest, limits: MemoryLimits) -> Result<Self, FallbackReason> {
-        let ctx = Context::open(&find(wanted)?, limits.binding)?;
+        let ctx = Context::open(&find(wanted, Path::new("/dev"))?, limits.binding)?;
         Ok(Gpu {
             pipelines: Pipelines::new(&ctx),
             ctx,

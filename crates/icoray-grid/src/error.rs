@@ -4,6 +4,7 @@
 //! expected. A broken invariant of icoray itself panics instead; the C boundary turns that into
 //! [`ErrorKind::Internal`].
 
+use crate::printable;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -86,7 +87,8 @@ impl fmt::Display for ErrorKind {
     }
 }
 
-/// An error: its kind and a sentence that names the place, the value and what was expected.
+/// An error: its kind and a sentence that names the place, the value and what was expected, in one line: control
+/// characters are escaped ([`printable`]).
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{kind}: {context}")]
 pub struct Error {
@@ -100,7 +102,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// Makes an error of `kind` with the sentence `context`.
     pub fn new(kind: ErrorKind, context: impl Into<String>) -> Self {
-        Error { kind, context: context.into() }
+        Error { kind, context: printable(&context.into()).into_owned() }
     }
 
     /// An error of kind [`ErrorKind::Grid`].
@@ -120,9 +122,8 @@ impl Error {
 
     /// Puts `prefix: ` before the sentence, for a caller that knows the file or the name.
     #[must_use]
-    pub fn within(mut self, prefix: impl fmt::Display) -> Self {
-        self.context = format!("{prefix}: {}", self.context);
-        self
+    pub fn within(self, prefix: impl fmt::Display) -> Self {
+        Error::new(self.kind, format!("{prefix}: {}", self.context))
     }
 
     /// Puts the rank whose error it is before the sentence, where there are several.
@@ -133,9 +134,8 @@ impl Error {
 
     /// Puts ` (note)` after the sentence.
     #[must_use]
-    pub fn after(mut self, note: impl fmt::Display) -> Self {
-        self.context = format!("{} ({note})", self.context);
-        self
+    pub fn after(self, note: impl fmt::Display) -> Self {
+        Error::new(self.kind, format!("{} ({note})", self.context))
     }
 
     /// Does `work`; a panic in it becomes an error of kind [`ErrorKind::Internal`] with the panic's words, so that a
@@ -149,5 +149,16 @@ impl Error {
             let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
             Err(Error::new(ErrorKind::Internal, text.unwrap_or_else(|| "a panic without a message".into())))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_is_one_line() {
+        let error = Error::grid("a\nb").within("dir\u{1b}[31m").after("c\r");
+        assert_eq!(error.to_string(), r"bad grid: dir\u{1b}[31m: a\nb (c\r)");
     }
 }

@@ -1,7 +1,8 @@
 //! NetCDF files of models as [`Dataset`]s: classic ones (CDF-1, CDF-2, CDF-5) and NetCDF-4.
 //!
 //! The NetCDF library accepts one call at a time in the whole process; reading from several threads gains nothing.
-//! Damaged classic files give errors; for damaged NetCDF-4 files that depends on the HDF5 library.
+//! Damaged classic files give errors. A damaged NetCDF-4 file may end the process inside the HDF5 library, or keep it
+//! there for ever: [`watch_calls`] finds the latter. The command `icoray` therefore reads such files in a child process.
 //!
 //! ```no_run
 //! # fn main() -> icoray::Result<()> {
@@ -17,10 +18,12 @@
 //! ```
 
 mod classic;
+mod guard;
 mod hdf5_errors;
 mod nc_file;
 mod outline;
 
+pub use guard::{end_process, watch_calls};
 pub use icoray_dataset::Dataset;
 pub use outline::Outline;
 

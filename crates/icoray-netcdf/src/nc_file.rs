@@ -1,13 +1,13 @@
-//! One NetCDF file: its list of variables, attributes and typed reads. Only this module calls the NetCDF binding.
+//! One NetCDF file: its list of variables, attributes and typed reads. Only this module calls the NetCDF binding,
+//! through `guarded`.
 
 use crate::classic::ClassicLayout;
-use crate::hdf5_errors;
+use crate::guard::guarded;
 use icoray::{Error, ErrorKind, OwnedReals, Result};
 use icoray_dataset::{Attribute, Dimension, Kind, Source, Variable};
 use netcdf::types::{FloatType, NcVariableType};
 use netcdf::{AttributeValue, Extents, NcTypeDescriptor};
 use std::fmt;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 /// Maximum bytes of values per byte of a file: deflate packs up to 1032, and numbers may be widened when read.
@@ -193,18 +193,6 @@ fn describe(variable: &netcdf::Variable<'_>) -> Variable {
     };
     let dimensions = variable.dimensions().iter().map(|d| Dimension { name: d.name(), len: d.len() }).collect();
     Variable { name: variable.name(), kind, dimensions }
-}
-
-/// Runs a call of the binding. It unwraps what the library reports in places where it cannot return an error; a damaged
-/// file must not end the process, so such a panic becomes an error too.
-fn guarded<T>(path: &Path, what: impl fmt::Display, call: impl FnOnce() -> netcdf::Result<T>) -> Result<T> {
-    hdf5_errors::silence();
-    let cause = match catch_unwind(AssertUnwindSafe(call)) {
-        Ok(Ok(value)) => return Ok(value),
-        Ok(Err(error)) => error.to_string(),
-        Err(_) => "the file is damaged".to_owned(),
-    };
-    Err(Error::new(ErrorKind::Io, format!("{}: {what}: {cause}", path.display())))
 }
 
 fn trimmed(text: &str) -> String {

@@ -1,6 +1,6 @@
 //! A rendered picture with what it cost.
 
-use icoray_grid::Description;
+use icoray_grid::{Description, printable};
 use icoray_scene::name::Stamp;
 use icoray_scene::{Coloring, Scene};
 use std::fmt;
@@ -160,7 +160,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Keys and texts that a picture file carries: step, time, field, range, error, camera, version.
+    /// Keys and texts that a picture file carries, without control characters: step, time, field, range, error, camera, version.
     pub fn describe(&self) -> Vec<(String, String)> {
         let range =
             self.report.value_range.map_or_else(|| "no values".into(), |[low, high]| format!("{low} to {high}"));
@@ -192,7 +192,7 @@ impl Frame {
         }
         lines.extend(self.stamp.date.iter().map(|date| ("date".into(), date.clone())));
         lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
-        lines
+        lines.into_iter().map(|(key, text)| (key, printable(&text).into_owned())).collect()
     }
 
     /// The result of `text` for each colour map, with field names if there are several.

@@ -3,8 +3,8 @@
 //! A [`Progress`] is the line of a command that goes through stages; [`steps`] is a bar over a known number of steps.
 #![forbid(unsafe_code)]
 
+use icoray_grid::printable;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -57,14 +57,14 @@ impl Progress {
     }
 
     /// Shows what is being done.
-    pub fn stage(&self, what: impl Into<Cow<'static, str>>) {
-        self.bar.set_message(what);
+    pub fn stage(&self, what: impl AsRef<str>) {
+        self.bar.set_message(printable(what.as_ref()).into_owned());
     }
 
     /// Shows what is waited for, without a bar.
-    pub fn wait(&self, what: impl Into<Cow<'static, str>>) {
+    pub fn wait(&self, what: impl AsRef<str>) {
         self.bar.set_style(style(STAGE));
-        self.bar.set_message(what);
+        self.stage(what);
     }
 
     /// Goes on with a bar over so many pictures.
@@ -142,6 +142,15 @@ mod tests {
         assert_eq!((progress.bar.position(), progress.bar.length()), (2000, Some(3000)));
         progress.fewer_pictures(1);
         assert_eq!(progress.bar.length(), Some(2000));
+    }
+
+    #[test]
+    fn a_stage_has_no_control_characters() {
+        let progress = Progress::hidden();
+        progress.stage("reading a\u{1b}[2J.nc");
+        assert_eq!(progress.bar.message(), r"reading a\u{1b}[2J.nc");
+        progress.wait(String::from("watching b\n"));
+        assert_eq!(progress.bar.message(), r"watching b\n");
     }
 
     #[test]

@@ -128,10 +128,10 @@ impl Context {
     #[pyo3(signature = (grid, name = ""))]
     fn grid_set(&self, py: Python, grid: &Bound<Grid>, name: &str) -> PyResult<()> {
         let inner = grid.get().inner.clone();
-        // SAFETY: an open context; the tables are kept below, and the previous ones until the call has replaced them.
-        self.handle.call(py, move |ctx| unsafe { set_checked_grid(ctx, name, inner) })?;
-        // Dropped without the lock, as all that the context has kept: arrays may have destructors.
-        let _replaced = self.handle.kept().grids.insert(name.to_owned(), grid.clone().unbind());
+        let tables = grid.clone().unbind();
+        // SAFETY: an open context; the tables are kept, and the previous ones until the call has replaced them.
+        let set = move |ctx| unsafe { set_checked_grid(ctx, name, inner) };
+        let _replaced = self.handle.give(py, set, |kept| kept.grids.insert(name.to_owned(), tables))?;
         Ok(())
     }
 
@@ -196,8 +196,8 @@ impl Context {
         };
         let given = handle::Sent(&raw const given);
         // SAFETY: an open context; a struct, radii and a name that live until the call returns.
-        self.handle.call(py, move |ctx| unsafe { icoray_layers_set(ctx, given.get()) })?;
-        self.handle.kept().layers.insert(name.to_owned(), inner.count());
+        let set = move |ctx| unsafe { icoray_layers_set(ctx, given.get()) };
+        self.handle.give(py, set, |kept| kept.layers.insert(name.to_owned(), inner.count()))?;
         Ok(())
     }
 
@@ -223,16 +223,15 @@ impl Context {
     ) -> PyResult<()> {
         let Some(values) = values else {
             // SAFETY: an open context.
-            self.handle.call(py, |ctx| unsafe { icoray_heights_set(ctx, ptr::null()) })?;
-            let _replaced = self.handle.kept().heights.take();
+            let unset = |ctx| unsafe { icoray_heights_set(ctx, ptr::null()) };
+            let _replaced = self.handle.give(py, unset, |kept| kept.heights.take())?;
             return Ok(());
         };
         let names = ArrayNames::new(grid, layers)?;
         let given = arrays::given(values, location, fill, layer_axis);
         let field = given.map_err(|error| self.handle.refuse(py, c"icoray_heights_set", c"", error))?;
         let array = CArray::new(field.get(), &names, &self.handle.kept())?;
-        self.handle.call(py, move |ctx| array.set_heights(ctx))?;
-        let _replaced = self.handle.kept().keep_heights(field);
+        let _replaced = self.handle.give(py, move |ctx| array.set_heights(ctx), |kept| kept.keep_heights(field))?;
         Ok(())
     }
 
@@ -267,9 +266,9 @@ impl Context {
         let given = arrays::given(values, location, fill, layer_axis);
         let field = given.map_err(|error| self.handle.refuse(py, c"icoray_field_set", &c_name, error))?;
         let array = CArray::new(field.get(), &names, &self.handle.kept())?;
-        self.handle.call(py, move |ctx| array.set_field(ctx, &c_name))?;
         let description = field.get().description.clone();
-        let _replaced = self.handle.kept().keep_field(name, field);
+        let set = move |ctx| array.set_field(ctx, &c_name);
+        let _replaced = self.handle.give(py, set, |kept| kept.keep_field(name, field))?;
         if description.long_name.is_some() || description.units.is_some() {
             self.field_describe(py, name, description.long_name.as_deref(), description.units.as_deref())?;
         }

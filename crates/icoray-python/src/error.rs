@@ -1,6 +1,6 @@
 //! Python's classes of errors, which `_errors.py` defines.
 
-use icoray::{Error, ErrorKind};
+use icoray::{Error, ErrorKind, printable};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
@@ -23,8 +23,9 @@ fn class(kind: ErrorKind) -> &'static str {
     }
 }
 
-/// An error of the class `name` with a message.
+/// An error of the class `name` with a message, whose control characters are escaped.
 pub(crate) fn of_class(name: &str, message: String) -> PyErr {
+    let message = printable(&message).into_owned();
     static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
     Python::attach(|py| {
         let module = MODULE.get_or_try_init(py, || py.import("icoray._errors").map(Bound::unbind));

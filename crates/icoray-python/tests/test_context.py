@@ -93,6 +93,36 @@ def test_copies_are_counted_with_their_frame(context, wave):
     assert context.report()["bytes_copied"] == wave.nbytes
 
 
+def test_a_scene_asks_for_rendering_in_the_background(context, tmp_path, renderer, grid, layers, wave):
+    array = wave.copy()
+    context.field_set("q", array)
+    # Another scene does not switch it off.
+    for step, scene in enumerate(("async_render = true\n" + FILE, FILE)):
+        context.scene_text(scene)
+        context.execute(step)
+        array *= 0.5
+        context.wait()
+        assert context.report()["bytes_copied"] == array.nbytes
+    for step, factor in enumerate((1.0, 0.5)):
+        expected = renderer.render(FILE, grid, layers, wave * factor).to_rgba8()
+        np.testing.assert_array_equal(png_pixels(tmp_path / f"q_{step}.png"), expected)
+
+
+def test_fields_that_the_model_lacks_are_named_once(context, caplog, wave):
+    views = "".join(f'[[views]]\nname = "v{number}"\n' for number in range(5))
+    context.field_set("q", wave)
+    with caplog.at_level(logging.WARNING, "icoray"):
+        context.scene_text(FILE.replace('field = "q"', 'field = "qq"').replace("{field}", "{view}") + views)
+        assert len(caplog.records) == 1
+        assert all(part in caplog.text for part in ('the scene reads ["qq"]', 'it has ["q"]'))
+        caplog.clear()
+        with pytest.raises(icoray.FieldError):
+            context.execute(0)
+    messages = [record.getMessage() for record in caplog.records]
+    assert sum("was not given" in message for message in messages) == 1, messages
+    assert sum("4 more pictures failed for the same reason" in message for message in messages) == 1, messages
+
+
 def test_every_kind_of_array_is_understood(context, tmp_path, renderer, grid, layers, wave):
     column = np.ascontiguousarray(wave[:, 0])
     corner = np.cos(grid.lat_corner_rad)[:, None] * np.ones(LAYERS, np.float32)

@@ -49,6 +49,18 @@ def same(one: icoray.Image, other: icoray.Image) -> bool:
     return bool((one.pixels == other.pixels).all())
 
 
+def test_control_characters_of_a_dataset_are_escaped(mpas: Any):
+    mpas.theta.attrs.update(units="\x1b[31m\nK", long_name="\x9b2J")
+    mpas.encoding["source"] = "a\x1b[2J.nc"
+    dataset = icoray.open(mpas)
+    notes = icoray.render(mpas, "theta", **LOOK).notes
+    assert (notes["units"], notes["long name"]) == (r"\u{1b}[31m\nK", r"\u{9b}2J")
+    with pytest.raises(icoray.Error) as raised:
+        icoray.render(mpas, "\x1b[31m", **LOOK)
+    assert r"\u{1b}[31m" in str(raised.value)
+    assert all(text.isprintable() for text in (repr(dataset), str(raised.value), *notes.values()))
+
+
 def test_a_picture_is_that_of_the_grid_layers_and_field(mpas: Any, mesh: icoray.Grid):
     image = icoray.render(mpas, "theta", time=1, **LOOK)
     scene = icoray.open(mpas).scene("theta", time=1, **LOOK)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import pathlib
 import subprocess
 import sys
 import textwrap
 import threading
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -43,6 +46,34 @@ def test_the_lock_is_released_while_rays_are_traced(without_preemption, grid, la
     # This thread runs as the other one has released the lock, which nothing else makes it do before it has drawn.
     assert not done.is_set()
     thread.join()
+
+
+def test_of_two_arrays_that_threads_set_the_one_that_is_kept_is_drawn(tmp_path: pathlib.Path, grid, layers, wave):
+    begin = threading.Barrier(2)
+    arrays: dict[float, weakref.ref] = {}
+
+    def set_one(context: icoray.Context, value: float) -> None:
+        array = np.full_like(wave, value)
+        arrays[value] = weakref.ref(array)
+        begin.wait()
+        try:
+            context.field_set("q", array)
+        except icoray.BusyError:
+            pass
+
+    with icoray.Context(tmp_path, SCENE, threads=1) as context:
+        context.grid_set(grid)
+        context.layers_set(layers)
+        for step in range(200):
+            threads = [threading.Thread(target=set_one, args=(context, 2.0 * step + one)) for one in range(2)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            context.execute(step)
+            gc.collect()
+            kept = [value for value, array in arrays.items() if array() is not None]
+            assert kept == [context.report()["value_max"]], step
 
 
 INTERRUPT = """

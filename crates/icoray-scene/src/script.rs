@@ -38,11 +38,13 @@ use icoray_grid::{Error, ErrorKind, Result};
 /// - `[sweep]` has lists of `lon`, `lat`, `distance`, `exaggeration` and `field`, and draws their product each time,
 ///   the last list the fastest.
 /// - `output.cinema` and `output.concat` name a Cinema database and a list of pictures for ffmpeg, at `output.fps`.
+/// - `async_render` asks a running model to render in the background.
 /// - `[live]` asks a running model for a page on which its pictures are watched ([`Live`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
     views: Vec<View>,
     live: Option<Live>,
+    is_async: bool,
 }
 
 /// `[live]`: a page, served by the model's first rank, that shows its pictures and changes the script.
@@ -80,12 +82,21 @@ pub struct Shot {
 
 impl Script {
     pub(crate) fn new(views: Vec<View>, live: Option<Live>) -> Self {
-        Script { views, live }
+        Script { views, live, is_async: false }
     }
 
     /// The page that a running model is asked for.
     pub fn live(&self) -> Option<Live> {
         self.live
+    }
+
+    pub(crate) fn rendered_in_background(self, is_async: bool) -> Self {
+        Script { is_async, ..self }
+    }
+
+    /// Whether a running model is to render in the background (`async_render`).
+    pub fn is_async(&self) -> bool {
+        self.is_async
     }
 
     /// Puts the date, where a stamp has one, before the step into the names of pictures that the scene file leaves to

@@ -88,7 +88,7 @@ pub use fields::Fields;
 pub use icoray_grid::memory;
 pub use icoray_grid::{
     CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
-    IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result, Shape,
+    IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result, Shape, printable,
 };
 pub use icoray_kernel::{Counts, Frustum, Stretch, Traversal};
 pub use icoray_output::{

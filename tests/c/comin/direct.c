@@ -14,14 +14,15 @@ static void check(icoray_ctx *ctx, icoray_status status)
     }
 }
 
-static double *array(icoray_ctx *ctx, const icoray_grid *grid, const char *name, int levels)
+static double *array(icoray_ctx *ctx, const icoray_grid *grid, const char *name, int levels, int place)
 {
-    double *values = malloc((size_t)grid->corners * (size_t)levels * sizeof *values);
+    int64_t columns = place == AT_VERTICES ? grid->cells : grid->corners;
+    double *values = malloc((size_t)columns * (size_t)levels * sizeof *values);
     icoray_array to = {sizeof to};
     to.data = values;
     to.type = ICORAY_F64;
-    to.location = ICORAY_CORNER;
-    to.columns = grid->corners;
+    to.location = place == AT_VERTICES ? ICORAY_CENTER : ICORAY_CORNER;
+    to.columns = columns;
     to.layers = to.column_stride = levels;
     to.layer_stride = 1;
     check(ctx, name != NULL ? icoray_field_set(ctx, name, &to) : icoray_heights_set(ctx, &to));
@@ -35,7 +36,7 @@ int main(int argc, char **argv)
     icoray_config config = {sizeof config};
     icoray_layers layers = {sizeof layers};
     icoray_ctx *ctx = NULL;
-    double radii[LEVELS + 1], *values[VARIABLES];
+    double radii[LEVELS + 1], *values[ALL_VARIABLES];
     config.output_dir = "pictures";
     check(NULL, icoray_mesh_create(2, &mesh));
     check(NULL, icoray_mesh_grid(mesh, &grid));
@@ -49,22 +50,28 @@ int main(int argc, char **argv)
     layers.planet_radius_m = 6.371229e6;
     check(ctx, icoray_layers_set(ctx, &layers));
     const double *lon = grid.lon_corner_rad, *lat = grid.lat_corner_rad;
-    double *heights = array(ctx, &grid, NULL, LEVELS + 1);
+    const double *lon_cell = grid.lon_center_rad, *lat_cell = grid.lat_center_rad;
+    double *heights = array(ctx, &grid, NULL, LEVELS + 1, AT_TRIANGLES);
     for (int64_t i = 0; i < grid.corners * (LEVELS + 1); i++) {
         heights[i] = icon_height(lon[i / (LEVELS + 1)], lat[i / (LEVELS + 1)], (int)(i % (LEVELS + 1)));
     }
-    for (int i = 0; i < VARIABLES; i++) {
-        int levels = icon_variables[i].levels;
-        values[i] = array(ctx, &grid, icon_variables[i].name, levels > 0 ? levels : LEVELS);
+    for (int i = 0; i < ALL_VARIABLES; i++) {
+        const icon_variable *of = &icon_variables[i];
+        if (of->place != AT_EDGES) {
+            values[i] = array(ctx, &grid, of->name, of->levels > 0 ? of->levels : LEVELS, of->place);
+        }
     }
     check(ctx, icoray_scene_load(ctx, argv[1]));
     for (int step = atoi(argv[2]); argc > 3 && step <= atoi(argv[3]); step++) {
         char date[48];
-        for (int v = 0; v < VARIABLES; v++) {
-            int levels = icon_variables[v].levels, rows = levels > 0 ? levels : LEVELS;
-            for (int64_t i = 0; i < grid.corners * rows; i++) {
+        for (int v = 0; v < ALL_VARIABLES; v++) {
+            int levels = icon_variables[v].levels, rows = levels > 0 ? levels : LEVELS, place = icon_variables[v].place;
+            int64_t columns = place == AT_EDGES ? 0 : place == AT_VERTICES ? grid.cells : grid.corners;
+            for (int64_t i = 0; i < columns * rows; i++) {
+                int64_t at = i / rows;
                 int level = levels > 0 ? (int)(i % rows) : 0;
-                values[v][i] = icon_value(v, lon[i / rows], lat[i / rows], level, step);
+                values[v][i] = place == AT_VERTICES ? icon_value(v, lon_cell[at], lat_cell[at], level, step)
+                                                    : icon_value(v, lon[at], lat[at], level, step);
             }
         }
         icon_date(step, date);

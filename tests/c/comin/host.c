@@ -13,11 +13,11 @@
  */
 static void set_variables(int step)
 {
-    static double *levels[2 * VARIABLES][2];
+    static double *levels[2 * ALL_VARIABLES][2];
     for (int i = 0; i < double_icon.variables; i++) {
         double_variable *variable = &double_icon.variable[i];
         const icon_domain *domain = &double_icon.domain[variable->domain];
-        int number = i % VARIABLES, count = icon_values(domain, number);
+        int number = i % ALL_VARIABLES, count = icon_values(domain, number);
         for (int level = 0; level < 2; level++) {
             size_t size = ((size_t)count + 1) * sizeof(double);
             levels[i][level] = levels[i][level] ? levels[i][level] : malloc(size);
@@ -46,7 +46,7 @@ int main(int argc, char **argv)
     double_icon.start = "2026-02-28T12:00:00.000";
     for (int number = 1; number <= double_icon.domains; number++) {
         double_icon.domain[number] = icon_make(number, rank, ranks);
-        for (int i = 0; i < VARIABLES; i++) {
+        for (int i = 0; i < ALL_VARIABLES; i++) {
             double_variable variable = {&icon_variables[i], number, 0, NULL};
             double_icon.variable[double_icon.variables++] = variable;
         }

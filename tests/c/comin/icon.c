@@ -4,7 +4,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-const icon_variable icon_variables[VARIABLES] = {{"temp", LEVELS}, {"w", LEVELS + 1}, {"ps", 0}, {"qv", LEVELS}};
+const icon_variable icon_variables[ALL_VARIABLES] = {
+    {"temp", LEVELS, AT_TRIANGLES}, {"w", LEVELS + 1, AT_TRIANGLES}, {"ps", 0, AT_TRIANGLES},
+    {"qv", LEVELS, AT_TRIANGLES},   {"vn", LEVELS, AT_EDGES},        {"omega_z", LEVELS, AT_VERTICES},
+    {"few", LEVELS, AT_TRIANGLES}};
 const double icon_half_levels[LEVELS + 1] = {24e3, 16e3, 10e3, 5e3, 2e3, 0.0};
 
 double icon_height(double lon, double lat, int level)
@@ -127,20 +130,31 @@ icon_domain icon_make(int number, int rank, int ranks)
     return to;
 }
 
+int icon_blocks(const icon_domain *domain, const icon_variable *variable)
+{
+    int edges = 3 * domain->triangles / 2, is_few = variable == &icon_variables[ALL_VARIABLES - 1];
+    return variable->place == AT_EDGES      ? edges / NPROMA + 1
+           : variable->place == AT_VERTICES ? domain->vertex_blocks
+                                            : domain->blocks - is_few;
+}
+
 int icon_values(const icon_domain *domain, int variable)
 {
     int levels = icon_variables[variable].levels;
-    return domain->blocks * NPROMA * (levels > 0 ? levels : 1);
+    return icon_blocks(domain, &icon_variables[variable]) * NPROMA * (levels > 0 ? levels : 1);
 }
 
 void icon_fill(const icon_domain *domain, int variable, int step, double *values)
 {
-    int levels = icon_variables[variable].levels > 0 ? icon_variables[variable].levels : 1;
-    for (int i = 0; i < domain->blocks * NPROMA; i++) {
+    const icon_variable *of = &icon_variables[variable];
+    int levels = of->levels > 0 ? of->levels : 1, at_vertices = of->place == AT_VERTICES;
+    int count = at_vertices ? domain->vertices : of->place == AT_EDGES ? 0 : domain->triangles;
+    const double *lon = at_vertices ? domain->lon_vertex : domain->lon_triangle;
+    const double *lat = at_vertices ? domain->lat_vertex : domain->lat_triangle;
+    for (int i = 0; i < icon_blocks(domain, of) * NPROMA; i++) {
         for (int level = 0; level < levels; level++) {
-            int is_own = i < domain->triangles && domain->decomposition[i] == 0;
-            double lon = domain->lon_triangle[i], lat = domain->lat_triangle[i];
-            double value = is_own ? icon_value(variable, lon, lat, level, step) : NAN;
+            int is_own = i < count && (at_vertices || domain->decomposition[i] == 0);
+            double value = is_own ? icon_value(variable, lon[i], lat[i], level, step) : NAN;
             values[i % NPROMA + NPROMA * (level + levels * (i / NPROMA))] = value;
         }
     }

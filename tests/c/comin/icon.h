@@ -4,7 +4,10 @@
 
 #include "icoray.h"
 
-enum { NPROMA = 7, LEVELS = 5, VARIABLES = 4 };
+enum { NPROMA = 7, LEVELS = 5, VARIABLES = 4, ALL_VARIABLES = 7 };
+
+/* Where values are; the numbers are ComIn's. */
+enum { AT_TRIANGLES = 1, AT_EDGES, AT_VERTICES };
 
 /* A domain on one rank. Tables are in blocks of NPROMA; values of halo triangles and of padding are NaN. */
 typedef struct {
@@ -15,12 +18,14 @@ typedef struct {
     double *heights; /* (NPROMA, LEVELS + 1, blocks) */
 } icon_domain;
 
-/* A variable: temp on full levels, w on half levels, ps with one value per column, and qv on full levels. */
+/* A variable: temp on full levels, w on half levels, ps with one value per column, and qv on full levels. Behind these
+ * VARIABLES are vn at edges, omega_z at vertices, and few, which has a block less than there are of triangles. */
 typedef struct {
     const char *name;
     int levels; /* 0: none */
+    int place;
 } icon_variable;
-extern const icon_variable icon_variables[VARIABLES];
+extern const icon_variable icon_variables[ALL_VARIABLES];
 
 /* Heights of half levels over flat ground, from the top. */
 extern const double icon_half_levels[LEVELS + 1];
@@ -30,9 +35,10 @@ icon_domain icon_make(int number, int rank, int ranks);
 double icon_height(double lon, double lat, int level);
 double icon_value(int variable, double lon, double lat, int level, int step);
 
-/* The values of a variable as ICON has them: those of `step` at own triangles. */
+/* The values of a variable as ICON has them: those of `step` at own triangles or at vertices. */
 void icon_fill(const icon_domain *domain, int variable, int step, double *values);
 int icon_values(const icon_domain *domain, int variable);
+int icon_blocks(const icon_domain *domain, const icon_variable *variable);
 
 /* The date of a step of half an hour since 2026-02-28T12:00. */
 void icon_date(int step, char date[48]);

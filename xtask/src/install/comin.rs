@@ -28,7 +28,8 @@ impl Comin {
         let include = prefix.join("include");
         let lack = |what: &str| {
             Error::Failed(format!(
-                "--comin {}: {what}; expected the prefix where ComIn was installed (CMAKE_INSTALL_PREFIX)",
+                "--comin {}: {what}; expected the prefix where ComIn was installed (CMAKE_INSTALL_PREFIX). That of ICON's \
+                 externals/comin is static and not installed: docs/src/comin.md has the commands that build a shared one",
                 prefix.display()
             ))
         };

@@ -4,6 +4,7 @@
 //! views: a script has no state, and the statistics of conditions are equal on all ranks.
 
 use super::inputs::ConditionField;
+use super::levels::Pattern;
 use super::{Context, SceneChoice, levels, missing};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::frame_inputs::FrameInputs;
@@ -16,6 +17,16 @@ use std::time::Instant;
 
 /// Statistics of fields in this step, by field name.
 type Summaries = BTreeMap<String, Summary>;
+
+/// What has failed in a step.
+#[derive(Default)]
+struct Failures {
+    first: Option<Failure>,
+    /// The messages, without the names of views.
+    reasons: BTreeSet<String>,
+    /// Pictures that failed for a reason that is among them already.
+    repeated: usize,
+}
 
 impl Context {
     /// Renders the pictures that are scheduled for the step, with the other ranks if there are any.
@@ -76,13 +87,18 @@ impl Context {
             Some((name, levels::hash(&field)?))
         };
         let hashes: Vec<_> = read.collect::<BTreeSet<_>>().into_iter().filter_map(hash).collect();
-        for (name, levels) in self.levels.step(stamp.step, &hashes) {
-            self.drawing.warn(&format!(
-                "step {}: the values of field {name:?} change only at every {} step; a model that swaps time levels calls \
-                 icoray_field_set before each icoray_execute",
-                stamp.step,
-                if levels == 2 { "second" } else { "third" }
-            ));
+        for (name, pattern) in self.levels.step(stamp.step, &hashes) {
+            let what = match pattern {
+                Pattern::TimeLevel(levels) => format!(
+                    "change only at every {} step; a model that swaps time levels calls icoray_field_set before each \
+                     icoray_execute",
+                    if levels == 2 { "second" } else { "third" }
+                ),
+                Pattern::Unchanged => {
+                    "are those of the picture before; ICON, for one, computes u, v and vor at output steps only".into()
+                }
+            };
+            self.drawing.warn(&format!("step {}: the values of field {name:?} {what}", stamp.step));
         }
     }
 
@@ -91,26 +107,29 @@ impl Context {
         let before = self.before.replace(stamp.clone());
         let scheduled = script.map(|script| script.scheduled(stamp, before.as_ref()).collect::<Vec<_>>());
         let scheduled = scheduled.unwrap_or_default();
-        let (mut first, mut known, mut copied) = (None, Summaries::new(), Vec::new());
+        let (mut failures, mut known, mut copied) = (Failures::default(), Summaries::new(), Vec::new());
         for view in &scheduled {
             match self.holds(view, &scheduled, &mut known, stamp) {
                 Ok(false) => continue,
                 Ok(true) => {}
                 Err(failure) => {
-                    self.picture_failed(failure, &mut first)?;
+                    self.picture_failed(failure, view.name(), &mut failures)?;
                     continue;
                 }
             }
             for shot in view.shots(stamp) {
                 if let Err(failure) = self.draw_shot(shot, stamp, &mut copied) {
-                    self.picture_failed(failure, &mut first)?;
+                    self.picture_failed(failure, view.name(), &mut failures)?;
                 }
             }
         }
         for failure in self.drawing.submit_to_background(&mut self.ranks, copied, stamp)? {
-            self.picture_failed(failure, &mut first)?;
+            self.picture_failed(failure, "", &mut failures)?;
         }
-        first.map_or(Ok(()), Err)
+        if failures.repeated > 0 && self.ranks.is_root() {
+            self.warn(&format!("step {}: {} more pictures failed for the same reason", stamp.step, failures.repeated));
+        }
+        failures.first.map_or(Ok(()), Err)
     }
 
     /// Whether all conditions of a view hold; equal on all ranks. Each field is read once for all `scheduled` views.
@@ -174,14 +193,18 @@ impl Context {
         agreed
     }
 
-    /// Counts a failure and stores it in `first` if that is empty; returns it only after an internal error.
-    fn picture_failed(&mut self, failure: Failure, first: &mut Option<Failure>) -> Outcome<()> {
+    /// Counts a failure of a view and stores it if it is the first; returns it only after an internal error. One that has
+    /// the reason of another view's is counted, not logged.
+    fn picture_failed(&mut self, failure: Failure, view: &str, failures: &mut Failures) -> Outcome<()> {
         self.failed_on_all(&failure);
         self.drawing.picture_failed(&failure);
+        let first = &mut failures.first;
+        let is_known = !failures.reasons.insert(failure.message.replacen(&format!("view {view:?}: "), "", 1));
         let is_bug = failure.status == icoray_status::ICORAY_ERR_INTERNAL;
         // An internal error ends the context and takes precedence.
         let other = if first.is_none() || is_bug { first.replace(failure) } else { Some(failure) };
-        if let Some(other) = other.filter(|_| self.ranks.is_root()) {
+        failures.repeated += usize::from(is_known);
+        if let Some(other) = other.filter(|_| self.ranks.is_root() && !is_known) {
             self.drawing.log_failure(&other);
         }
         if is_bug { first.take().map_or(Ok(()), Err) } else { Ok(()) }

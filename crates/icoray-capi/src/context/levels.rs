@@ -3,7 +3,10 @@
 //! With two time levels such an array changes at every second step, with three at every third, while the model's state
 //! changes at each. A field is reported, once, after one period of this pattern if another field of the pictures
 //! changed at the other steps, else after two. Fields that never change, change at each step or irregularly, or are set
-//! for each picture are not reported.
+//! for each picture are not reported so.
+//!
+//! A field that is set for each picture and keeps its values while the others change is one that the model computes at
+//! some steps only: it is reported once too, unless it has never changed.
 
 use icoray_core::Field;
 use std::collections::BTreeMap;
@@ -14,6 +17,15 @@ const SAMPLES: usize = 1024;
 
 /// Numbers of time levels of models.
 const LEVELS: [usize; 2] = [2, 3];
+
+/// What the values of a field look like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pattern {
+    /// One of so many time levels.
+    TimeLevel(usize),
+    /// Those of the pictures before: computed at some steps only.
+    Unchanged,
+}
 
 /// Changes of the fields of pictures over the last steps.
 #[derive(Debug, Default)]
@@ -29,6 +41,9 @@ struct Track {
     /// Whether the array was set after that.
     is_new: bool,
     is_reported: bool,
+    /// Whether the values have ever changed, and at how many pictures they have not since.
+    varies: bool,
+    repeats: usize,
     /// Changes at the last successive steps.
     events: Vec<Event>,
 }
@@ -50,8 +65,8 @@ impl TimeLevels {
     }
 
     /// Records the hashes of the fields that a step's pictures read; returns the names of fields that look like old
-    /// time levels, each once, with the number of time levels.
-    pub fn step(&mut self, step: i64, hashes: &[(String, u64)]) -> Vec<(String, usize)> {
+    /// values, each once, with what they look like.
+    pub fn step(&mut self, step: i64, hashes: &[(String, u64)]) -> Vec<(String, Pattern)> {
         let is_next = self.step.is_some_and(|before| before.checked_add(1) == Some(step));
         self.step = Some(step);
         let has_changed = |(name, hash): &(String, u64)| self.fields.get(name).map(|track| track.hash != *hash);
@@ -61,6 +76,15 @@ impl TimeLevels {
         for ((name, hash), change) in hashes.iter().zip(changes) {
             let track = self.fields.entry(name.clone()).or_default();
             track.hash = *hash;
+            match change {
+                Some(true) => (track.varies, track.repeats) = (true, 0),
+                Some(false) => track.repeats += 1,
+                None => {}
+            }
+            let is_kept = track.repeats > usize::from(changed == 0) && track.varies;
+            if track.is_new && is_kept && !std::mem::replace(&mut track.is_reported, true) {
+                found.push((name.clone(), Pattern::Unchanged));
+            }
             let Some(has_changed) = change.filter(|_| is_next && !track.is_new) else {
                 track.events.clear();
                 track.is_new = false;
@@ -71,7 +95,7 @@ impl TimeLevels {
             let levels = LEVELS.into_iter().find(|levels| is_old_level(&track.events, *levels));
             if let (Some(levels), false) = (levels, track.is_reported) {
                 track.is_reported = true;
-                found.push((name.clone(), levels));
+                found.push((name.clone(), Pattern::TimeLevel(levels)));
             }
             let max = 2 * LEVELS[1] + 1;
             track.events.drain(..track.events.len().saturating_sub(max));
@@ -113,10 +137,11 @@ pub(super) fn hash(field: &Field) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    use super::Pattern::{TimeLevel, Unchanged};
     use super::*;
 
     /// Which fields are pointed out, and when: of each step the values, and whether the arrays are given anew.
-    fn reports(steps: impl Iterator<Item = (i64, Vec<(&'static str, u64, bool)>)>) -> Vec<(i64, String, usize)> {
+    fn reports(steps: impl Iterator<Item = (i64, Vec<(&'static str, u64, bool)>)>) -> Vec<(i64, String, Pattern)> {
         let mut levels = TimeLevels::default();
         let mut reports = Vec::new();
         for (step, fields) in steps {
@@ -139,14 +164,14 @@ mod tests {
     #[test]
     fn a_level_that_was_given_once_is_pointed_out_once() {
         let two = reports((0..20).map(|s| (s, vec![("a", level(s, 2), false), ("b", s as u64, false)])));
-        assert_eq!(two, [(4, "a".to_owned(), 2)]);
+        assert_eq!(two, [(4, "a".to_owned(), TimeLevel(2))]);
         let three = reports((0..20).map(|s| (s, vec![("a", level(s, 3), false), ("b", s as u64, true)])));
-        assert_eq!(three, [(6, "a".to_owned(), 3)]);
+        assert_eq!(three, [(6, "a".to_owned(), TimeLevel(3))]);
         // Without another field, or with all of them in step, after twice around.
         let alone = reports((0..20).map(|s| (s, vec![("a", level(s, 2), false)])));
-        assert_eq!(alone, [(6, "a".to_owned(), 2)]);
+        assert_eq!(alone, [(6, "a".to_owned(), TimeLevel(2))]);
         let both = reports((1..20).map(|s| (s, vec![("a", level(s, 2), false), ("b", level(s, 2), false)])));
-        assert_eq!(both, [(6, "a".to_owned(), 2), (6, "b".to_owned(), 2)]);
+        assert_eq!(both, [(6, "a".to_owned(), TimeLevel(2)), (6, "b".to_owned(), TimeLevel(2))]);
     }
 
     #[test]
@@ -158,9 +183,9 @@ mod tests {
         quiet(|_| 7, false);
         quiet(|s| s as u64, false);
         quiet(|s| s as u64, true);
-        // Radiation, and what a model really computes at every second step and gives each time.
+        // Radiation.
         quiet(|s| level(s, 10), false);
-        quiet(|s| level(s, 2), true);
+        quiet(|_| 7, true);
         // Seen now and then: nothing can be said of the steps between.
         let seldom = (0..40).map(|s| (10 * s, vec![("a", level(s, 2), false), ("b", s as u64, false)]));
         assert_eq!(reports(seldom), []);
@@ -169,5 +194,14 @@ mod tests {
             (s, a.into_iter().chain([("b", s as u64, false)]).collect())
         };
         assert_eq!(reports((0..40).map(at_times)), []);
+    }
+
+    /// A diagnostic that a model computes for its output, seen by pictures in between.
+    #[test]
+    fn what_a_model_computes_at_some_steps_is_pointed_out_once() {
+        let both = reports((0..40).map(|s| (5 * s, vec![("a", level(s, 4), true), ("b", s as u64, true)])));
+        assert_eq!(both, [(25, "a".to_owned(), Unchanged)]);
+        let alone = reports((0..40).map(|s| (5 * s, vec![("a", level(s, 4), true)])));
+        assert_eq!(alone, [(30, "a".to_owned(), Unchanged)]);
     }
 }

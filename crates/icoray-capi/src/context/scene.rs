@@ -2,8 +2,10 @@
 
 use super::{Context, SceneChoice, missing};
 use crate::boundary::{Failure, Outcome, caught};
+use crate::message::listed;
 use crate::types::icoray_status;
 use icoray_core::Script;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Where a scene comes from.
@@ -53,10 +55,30 @@ impl Context {
         let (source, _) = agreed?;
         let mine = caught(|| self.parsed(&root_message.0).map_err(|failure| source.failure(failure)));
         let (agreed, _) = self.agree(mine, call, Vec::new(), &[]);
-        self.scene = agreed?;
+        let scene = agreed?;
+        if matches!(&scene, SceneChoice::Script(script) if script.is_async()) {
+            self.drawing.render_in_background(&mut self.ranks)?;
+        }
+        self.scene = scene;
         self.scene_text = String::from_utf8_lossy(&root_message.0).into_owned();
         self.show_new_scene();
+        self.warn_of_unknown_fields();
         Ok(())
+    }
+
+    /// Logs a warning, at rank 0, for fields of the scene that are none of those that the model has named by now.
+    fn warn_of_unknown_fields(&self) {
+        let SceneChoice::Script(script) = &self.scene else { return };
+        let named = self.inputs.fields.keys().chain(self.inputs.descriptions.keys());
+        let known: BTreeSet<&str> = named.map(String::as_str).collect();
+        let mut read = script.model_fields();
+        read.retain(|name| !name.is_empty() && !known.contains(name.as_str()));
+        if self.ranks.is_root() && !known.is_empty() && !read.is_empty() {
+            let (read, known) = (listed(read.iter().map(String::as_str)), listed(known.into_iter()));
+            let message =
+                format!("the scene reads {read}, which the model has not set or described so far; it has {known}");
+            self.drawing.warn(&message);
+        }
     }
 
     /// The names of the model's fields that pictures and conditions of the scene read at any step.

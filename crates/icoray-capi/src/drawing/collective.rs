@@ -44,9 +44,17 @@ impl Drawing {
 
     /// Sets the ranks to render with. Collective.
     pub fn join(&mut self, ranks: &mut Ranks) -> Outcome<()> {
-        if self.is_async && self.background.is_none() {
+        if self.is_async { self.render_in_background(ranks) } else { Ok(()) }
+    }
+
+    /// Renders frames in the background from now on. Collective; the outcome is equal on all ranks.
+    pub fn render_in_background(&mut self, ranks: &mut Ranks) -> Outcome<()> {
+        if self.background.is_none() {
             let (renderer, writer) = (self.renderer.clone(), self.writer.clone());
-            self.background = Some(without_signals(|| Background::over(ranks, renderer, writer))?);
+            self.background = Some(without_signals(|| match ranks.is_alone() {
+                true => Background::new(renderer, writer),
+                false => Background::over(ranks, renderer, writer),
+            })?);
         }
         Ok(())
     }

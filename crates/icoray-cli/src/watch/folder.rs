@@ -4,7 +4,7 @@
 //! notices of the system, which network file systems do not give. A file is opened only when it has changed, and closed
 //! again.
 
-use super::isolated;
+use crate::isolated;
 use glob::Pattern;
 use icoray::{Error, ErrorKind, Result};
 use icoray_netcdf::Outline;

@@ -86,6 +86,16 @@ impl Page {
         std::mem::take(&mut self.questions)
     }
 
+    /// Names of the fields that viewers have set or asked about.
+    pub fn asked_fields(&self) -> Vec<String> {
+        let asked = self.questions.iter().filter_map(|question| match question {
+            Question::Histogram { field, .. } => Some(field.clone()),
+            _ => None,
+        });
+        let set = self.change.iter().filter_map(|change| Script::parse(&change.text).ok());
+        asked.chain(set.flat_map(|script| script.model_fields())).collect()
+    }
+
     /// The scene of the last change is drawn from now on.
     pub fn accept(&mut self) -> Option<Change> {
         let change = self.change.take()?;

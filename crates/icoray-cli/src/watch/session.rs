@@ -1,8 +1,9 @@
 //! Opening and drawing of times that are read from the same files.
 
+use super::Watch;
 use super::plan::{Moment, TimeId};
-use super::{Watch, isolated};
 use crate::failure::{CommandResult, Failure};
+use crate::isolated;
 use crate::render::{Job, OutputQueue, Pictures, print_blocks, print_notes};
 use icoray::output::Existing;
 use icoray::{Error, ErrorKind, Grid, Ranks, Result, Shot};
@@ -49,7 +50,7 @@ impl Watch<'_> {
         let start = Instant::now();
         let first = &moments[0];
         self.progress.stage(format!("reading {}", first.sources[0].path.display()));
-        if let Err(error) = self.try_reading(first) {
+        if let Err(error) = self.try_reading(first, &[]) {
             return self.fail(first, error, out).map(|()| None);
         }
         match self.model_file(first, known) {
@@ -61,10 +62,10 @@ impl Watch<'_> {
         }
     }
 
-    /// Reads the time in another process, where that is needed.
-    fn try_reading(&self, moment: &Moment) -> Result<()> {
-        let mut sources = moment.sources.iter();
-        sources.try_for_each(|source| isolated::try_record(&source.path, source.record, &self.needed))
+    /// Reads the time, and `more` fields than the scene needs, in a child first, where that is needed.
+    fn try_reading(&self, moment: &Moment, more: &[String]) -> Result<()> {
+        let fields = [&self.needed[..], more].concat();
+        moment.sources.iter().try_for_each(|source| isolated::try_record(&source.path, source.record, &fields))
     }
 
     fn model_file(&self, moment: &Moment, known: Option<&Arc<Mesh>>) -> Result<Dataset> {
@@ -90,9 +91,9 @@ impl Watch<'_> {
         Ok(file)
     }
 
-    /// The files of a time that was drawn.
-    pub fn reopened(&self, moment: Moment, known: Option<&Arc<Mesh>>) -> Result<Session> {
-        self.try_reading(&moment)?;
+    /// The files of a time that was drawn, for a scene with `more` fields.
+    pub fn reopened(&self, moment: Moment, known: Option<&Arc<Mesh>>, more: &[String]) -> Result<Session> {
+        self.try_reading(&moment, more)?;
         let file = self.model_file(&moment, known)?;
         Ok(Session { moments: vec![moment], file, open_s: 0.0, is_for_viewers: true })
     }
@@ -158,7 +159,7 @@ impl Watch<'_> {
                 self.ask_again(moment);
                 continue;
             }
-            let tried = if number == 0 { Ok(()) } else { self.try_reading(moment) };
+            let tried = if number == 0 { Ok(()) } else { self.try_reading(moment, &[]) };
             let due = match tried.and_then(|()| pictures.read(time)) {
                 Ok(due) => due,
                 Err(error) => {

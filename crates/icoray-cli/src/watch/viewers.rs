@@ -21,9 +21,10 @@ impl Watch<'_> {
 
     /// Opens the files of the last time again.
     pub fn for_viewers(&mut self, known: Option<&Arc<Mesh>>) -> Option<Session> {
-        let last = self.page.as_ref()?.last.clone()?;
+        let page = self.page.as_ref()?;
+        let (last, asked) = (page.last.clone()?, page.asked_fields());
         let opened = if last.is_valid() {
-            self.reopened(last, known)
+            self.reopened(last, known, &asked)
         } else {
             Err(Error::new(ErrorKind::Io, format!("{}: its files have changed", last.id)))
         };

@@ -10,7 +10,10 @@ mod files;
 mod gpu;
 mod heights;
 mod icon;
+#[cfg(target_os = "linux")]
+mod isolated;
 mod ocean;
+mod printed;
 mod progress;
 #[cfg(feature = "mpi")]
 mod ranks;

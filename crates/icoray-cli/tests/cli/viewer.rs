@@ -33,7 +33,7 @@ impl Answer {
 
 impl Viewer {
     pub fn start(command: &mut Command) -> Self {
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let address = line.trim().strip_prefix("view      ").unwrap_or_else(|| panic!("{line}"));
@@ -46,6 +46,11 @@ impl Viewer {
     pub fn at(address: &str) -> Self {
         let (host, token) = address.strip_prefix("http://").and_then(|rest| rest.split_once("/#")).unwrap();
         Viewer { child: None, host: host.to_owned(), token: token.to_owned() }
+    }
+
+    /// The command that serves the page, which goes on.
+    pub fn into_child(mut self) -> Child {
+        self.child.take().unwrap()
     }
 
     pub fn connect(&self) -> TcpStream {

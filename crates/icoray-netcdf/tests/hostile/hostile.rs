@@ -7,17 +7,16 @@ use crate::made::{Made, RECORDS};
 use crate::made_icon::Angles;
 use crate::written::formats;
 use icoray_test_support::{Random, count};
-use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Duration;
 
 /// Set where a test is the process that reads: the folder of files, which are named by number.
 const FOLDER: &str = "ICORAY_TEST_HOSTILE";
 const FROM: &str = "ICORAY_TEST_HOSTILE_FROM";
-/// Longer than any of these small files takes, and than the child takes to begin.
-const LIMIT: Duration = Duration::from_secs(20);
+/// Exit code of a process in which a call had no end.
+const HUNG: i32 = 86;
 
 /// A file with some bytes flipped, overwritten, moved or cut off.
 fn spoilt(whole: &[u8], random: &mut Random) -> Vec<u8> {
@@ -57,6 +56,7 @@ fn read(path: &Path) -> icoray::Result<()> {
 /// Reads the files of a folder from a number on, and says the number before each and what came of it after.
 fn read_in_child(folder: &str) {
     let from: usize = std::env::var(FROM).unwrap().parse().unwrap();
+    icoray_netcdf::watch_calls(Duration::from_secs(20), |_| icoray_netcdf::end_process(HUNG));
     let mut out = std::io::stdout();
     for number in from.. {
         let path = Path::new(folder).join(number.to_string());
@@ -110,36 +110,16 @@ fn outcomes(test: &str, folder: &Path, count: usize) -> Outcomes {
     found
 }
 
-/// What a child said of the files from a number on, and whether it had to be killed: when it says nothing new for too
-/// long.
+/// What a child said of the files from a number on, and whether it has hung.
 fn child(test: &str, folder: &Path, from: usize) -> (Vec<String>, bool) {
-    let log = folder.join("log");
-    let mut child = Command::new(std::env::current_exe().unwrap())
-        .args([test, "--exact", "--nocapture", "--test-threads=1"])
-        .env(FOLDER, folder)
-        .env(FROM, from.to_string())
-        .stdout(File::create(&log).unwrap())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let (mut said, mut start, mut has_hung) = (0, Instant::now(), false);
-    while child.try_wait().unwrap().is_none() {
-        let more = std::fs::metadata(&log).unwrap().len();
-        if more > said {
-            (said, start) = (more, Instant::now());
-        } else if start.elapsed() > LIMIT {
-            has_hung = true;
-            child.kill().unwrap();
-            child.wait().unwrap();
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    let text = std::fs::read_to_string(&log).unwrap();
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args([test, "--exact", "--nocapture", "--test-threads=1"]);
+    let output = command.env(FOLDER, folder).env(FROM, from.to_string()).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
     // The test's own name may stand before the first.
     let lines = text.lines().map(|line| line.rsplit_once("... ").map_or(line, |(_, line)| line));
     let lines = lines.filter(|line| line.starts_with("begin ") || line.starts_with("end "));
-    (lines.map(str::to_owned).collect(), has_hung)
+    (lines.map(str::to_owned).collect(), output.status.code() == Some(HUNG))
 }
 
 /// Damaged copies of a file, numbered.

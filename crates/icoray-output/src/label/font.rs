@@ -1,6 +1,7 @@
 //! Lines of text as masks: DejaVu Sans, of which Latin, Greek, exponents and mathematical signs are embedded.
 
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
+use icoray_grid::printable;
 use std::sync::LazyLock;
 
 static FONT: LazyLock<FontRef<'static>> = LazyLock::new(|| {
@@ -47,7 +48,7 @@ impl Size {
         self.baseline() + (-FONT.as_scaled(self.scale()).descent()).ceil() as i64
     }
 
-    /// Positions of a text's glyphs on the baseline, and its advance width.
+    /// Positions of a text's glyphs on the baseline, and its advance width. Control characters are escaped.
     fn set(self, text: &str) -> (Vec<Glyph>, f32) {
         let (scale, baseline) = (self.scale(), self.baseline() as f32);
         let font = FONT.as_scaled(scale);
@@ -58,7 +59,7 @@ impl Size {
             x += font.h_advance(id);
             glyph
         };
-        (text.chars().map(place).collect(), x)
+        (printable(text).chars().map(place).collect(), x)
     }
 
     /// Width of a line of text in pixels.
@@ -157,6 +158,11 @@ mod tests {
             assert_ne!(FONT.glyph_id(character), blank, "{character}");
         }
         assert!(Size(20.0).line("⁻¹").ink.iter().any(|ink| *ink > 0.5));
+    }
+
+    #[test]
+    fn control_characters_are_set_as_escapes() {
+        assert_eq!(Size(20.0).line("K\u{1b}"), Size(20.0).line(r"K\u{1b}"));
     }
 
     #[test]

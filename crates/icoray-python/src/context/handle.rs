@@ -39,6 +39,8 @@ pub(super) struct Handle {
     /// Calls share the lock; close has it alone.
     context: RwLock<Option<Open>>,
     is_shared: bool,
+    /// Locked while the context takes an address and its array is kept.
+    giving: Mutex<()>,
     kept: Mutex<Kept>,
 }
 
@@ -109,7 +111,7 @@ impl Handle {
             (status, message_of(status, ptr::null()), Open(ctx))
         });
         checked(status, message)?;
-        Ok(Handle { context: RwLock::new(Some(context)), is_shared, kept: Mutex::default() })
+        Ok(Handle { context: RwLock::new(Some(context)), is_shared, giving: Mutex::default(), kept: Mutex::default() })
     }
 
     /// Makes a call on the context with Python's lock released.
@@ -127,6 +129,27 @@ impl Handle {
             (status, message_of(status, ctx))
         });
         checked(status, message)
+    }
+
+    /// Makes a call that gives the context an address, and keeps what owns the memory there: both or none, so that of
+    /// two threads one is refused. What `keep` returns is dropped without a lock, as arrays may have destructors.
+    pub fn give<R>(
+        &self,
+        py: Python,
+        call: impl FnOnce(*mut icoray_ctx) -> icoray_status + Send,
+        keep: impl FnOnce(&mut Kept) -> R,
+    ) -> PyResult<R> {
+        let _giving = self.giving()?;
+        self.call(py, call)?;
+        Ok(keep(&mut self.kept()))
+    }
+
+    fn giving(&self) -> PyResult<MutexGuard<'_, ()>> {
+        match self.giving.try_lock() {
+            Ok(giving) => Ok(giving),
+            Err(TryLockError::Poisoned(giving)) => Ok(giving.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(busy()),
+        }
     }
 
     /// Tells the context that arguments were refused; returns their `error`.
@@ -152,6 +175,7 @@ impl Handle {
 
     /// Closes the context. Collective over its ranks.
     pub fn close(&self, py: Python) -> PyResult<()> {
+        let _giving = self.giving()?;
         let mut open = match self.context.try_write() {
             Ok(open) => open,
             Err(TryLockError::Poisoned(open)) => open.into_inner(),

@@ -10,7 +10,7 @@ use crate::image::Image;
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use icoray::output::Stamp;
-use icoray::{Grid, Ranks, Script};
+use icoray::{Grid, Ranks, Script, printable};
 use icoray_dataset::{Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, OwnedField, SceneFields, Series};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -221,6 +221,7 @@ impl Dataset {
         let dataset = &self.opened.dataset;
         let (cells, fields, times) = (dataset.mesh().cells(), dataset.fields().len(), dataset.times().len());
         let (name, convention) = (dataset.path().display(), dataset.mesh().convention());
+        let name = printable(&name.to_string()).into_owned();
         format!("<icoray.Dataset {name}: {convention}, {cells} cells, {fields} fields, {times} times>")
     }
 }

@@ -94,8 +94,9 @@ fn unhinted(text: &str) -> Result<Script> {
     let mut base = source.table()?;
     expect_keys(base.get_ref())?;
     let live = extras::live(source, base.get_mut())?;
+    let is_async = extras::async_render(source, base.get_mut())?;
     let Some(views) = base.get_mut().remove("views") else {
-        return distinct(source, live, vec![view(source, None, base)?]);
+        return Ok(distinct(source, live, vec![view(source, None, base)?])?.rendered_in_background(is_async));
     };
     let (span, wish) = (views.span(), "expected tables [[views]], each with a name");
     let DeValue::Array(list) = views.into_inner() else { return Err(source.bad(span, "views", wish)) };
@@ -121,7 +122,7 @@ fn unhinted(text: &str) -> Result<Script> {
         let view = view(source, Some(name.clone()), Spanned::new(span, table.into_inner()));
         parsed.push(view.map_err(|e| e.within(format!("view {name:?}")))?);
     }
-    distinct(source, live, parsed)
+    Ok(distinct(source, live, parsed)?.rendered_in_background(is_async))
 }
 
 /// A view of whole keys, and where its files' names stand.

@@ -3,6 +3,9 @@
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Grid, Indices};
 
+/// In place of the number of a cell that is missing.
+pub(super) const NONE: u64 = u64::MAX;
+
 /// Which cells or corners of a rank are its own.
 #[derive(Debug, Clone, Copy)]
 pub enum Owned<'a> {
@@ -17,7 +20,8 @@ pub enum Owned<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct PartCells<'a> {
     /// The number of each cell in the whole grid (MPAS `indexToCellID`), counted from the grid's `index_base`. Numbers
-    /// need not be without gaps, unless they are rows of whole tables.
+    /// need not be without gaps, unless they are rows of whole tables. `index_base - 1` is that of a column which is no
+    /// cell here, such as NICAM's copies of cells in halos: it is not own and no triangle has it.
     pub global: Indices<'a>,
     /// Own cells; the others are the halo.
     pub owned: Owned<'a>,
@@ -69,7 +73,7 @@ impl ColumnKind {
 /// The same, read and checked.
 #[derive(Debug, Default)]
 pub(super) struct Numbered {
-    /// Counted from 0.
+    /// Counted from 0; [`NONE`] of a column that is no cell.
     pub global: Vec<u64>,
     pub is_own: Vec<bool>,
 }
@@ -156,13 +160,17 @@ impl Numbered {
         let known = base..=last.unwrap_or(i64::MAX / 2);
         let mut read = Vec::with_capacity(rows);
         for (at, number) in global.iter().enumerate() {
+            if kind == ColumnKind::Cell && number == base - 1 && !is_own[at] {
+                read.push(NONE);
+                continue;
+            }
             if !known.contains(&number) {
                 let expected = last.map_or("or more".into(), |last| format!("to {last}, a row of the grid's tables"));
                 return Err(bad(format!("{numbers} row {}: {number}, expected {base} {expected}", row(at))));
             }
             read.push((number - base) as u64);
         }
-        let mut order: Vec<u32> = (0..rows as u32).collect();
+        let mut order: Vec<u32> = (0..rows as u32).filter(|at| read[*at as usize] != NONE).collect();
         order.sort_unstable_by_key(|at| (read[*at as usize], *at));
         let twice = order.windows(2).find(|pair| read[pair[0] as usize] == read[pair[1] as usize]);
         if let Some(&[a, b]) = twice {

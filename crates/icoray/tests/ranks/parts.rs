@@ -118,6 +118,34 @@ fn parts_make_the_picture_of_the_whole() {
     println!("largest differences: f64 {:.1e}, f32 {:.1e}", worst[0], worst[1]);
 }
 
+/// Copies of halo cells, of which NICAM has several for a cell.
+#[test]
+fn columns_that_are_no_cells_are_not_read() {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let scene = scene(FAR, "f64", HOLLOW);
+    let (_, owner) = partitions(&mesh, 3).swap_remove(1);
+    let mut spread = Spread::new(&mesh, 3, &owner);
+    // Tables of these parts mark what is missing by 0, those of the others by the number behind the last.
+    for rank in [0, 2] {
+        let Spread { parts, owned, global } = &mut spread;
+        for cell in (0..owned[rank].len()).filter(|cell| owned[rank][*cell] == 0).collect::<Vec<_>>() {
+            let part = &mut parts[rank];
+            (0..2).for_each(|axis| part.lon_lat[axis].push(part.lon_lat[axis][cell]));
+            part.cell_corner.extend([0; 6]);
+            part.cells.push(part.cells[cell]);
+            owned[rank].push(0);
+            global[rank].push(0);
+        }
+    }
+    let (frame, _) = spread.draw(&mesh, &scene, Location::Center, |rank, values| {
+        let columns = spread.global[rank].iter().zip(values.chunks_mut(LAYERS));
+        columns.filter(|(number, _)| **number == 0).for_each(|(_, column)| column.fill(f64::NAN));
+    });
+    let expected = whole(&mesh, &scene, Location::Center);
+    assert!(difference(&frame, &expected) <= LIMITS[0].1);
+    assert_eq!((frame.report.value_range, frame.report.missing_values), (expected.report.value_range, 0));
+}
+
 /// The scene with land, sea and lines on its core.
 fn with_ground(mut scene: Scene) -> Scene {
     scene.scenery.ground = Ground { land: Some([0.1, 0.6, 0.1]), ocean: Some([0.0, 0.1, 0.7]) };
@@ -284,11 +312,12 @@ fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     let (_, owner) = partitions(&mesh, 3).swap_remove(0);
     type Damage = fn(&mut Spread);
     // Owned twice or by nobody; a number twice or too low; too few numbers and too many marks.
-    let cases: [(Damage, &[&str]); 6] = [
+    let cases: [(Damage, &[&str]); 7] = [
         (|s| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
         (|s| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),
         (|s| s.global[1][5] = s.global[1][9], &["rank 1: cell_global rows 6 and 10: both "]),
-        (|s| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected 1 or more"]),
+        (|s| s.global[2][7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
+        (|s| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"]),
         (|s| s.global[0].truncate(9), &["rank 0: cell_global: ", "one per cell"]),
         (|s| s.owned[0].push(1), &["rank 0: is_owned: ", "one per cell"]),
     ];

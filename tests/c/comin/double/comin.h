@@ -19,6 +19,7 @@ struct t_comin_var_descriptor {
 
 enum double_entry_point { EP_SECONDARY_CONSTRUCTOR = 1, EP_ATM_WRITE_OUTPUT_BEFORE = 17, EP_DESTRUCTOR = 42 };
 enum { COMIN_FLAG_READ = 2 };
+enum { COMIN_HGRID_UNSTRUCTURED_CELL = 1, COMIN_HGRID_UNSTRUCTURED_EDGE, COMIN_HGRID_UNSTRUCTURED_VERTEX };
 
 #if COMIN_DOUBLE >= 3
 #define TABLE const
@@ -26,6 +27,7 @@ typedef struct t_comin_var_descriptor t_comin_var_descriptor;
 typedef enum double_entry_point t_comin_entry_point;
 typedef struct t_comin_var_handle t_comin_var_handle;
 typedef struct t_comin_var_descr_list_iterator t_comin_var_descr_list_iterator;
+typedef struct t_comin_metadata_iterator t_comin_metadata_iterator;
 enum {
     COMIN_DIM_SEMANTICS_NPROMA = 2,
     COMIN_DIM_SEMANTICS_BLOCK = 3,
@@ -38,6 +40,7 @@ static const int COMIN_DOMAIN_OUTSIDE_LOOP = -1;
 typedef int t_comin_entry_point;
 typedef void t_comin_var_handle;
 typedef void t_comin_var_descr_list_iterator;
+typedef void t_comin_metadata_iterator;
 /* Two files that include this header have it twice, and cannot be linked: as with the real one. */
 const int COMIN_DOMAIN_OUTSIDE_LOOP = -1;
 #endif
@@ -55,6 +58,14 @@ void comin_var_get_shape(t_comin_var_handle *handle, int shape[5]);
 t_comin_var_descr_list_iterator *comin_var_get_descr_list_head(void);
 t_comin_var_descr_list_iterator *comin_var_get_descr_list_next(t_comin_var_descr_list_iterator *current);
 void comin_var_get_descr_list_var_desc(t_comin_var_descr_list_iterator *current, struct t_comin_var_descriptor *to);
+
+t_comin_metadata_iterator *comin_metadata_get_iterator_begin(struct t_comin_var_descriptor var_descriptor);
+t_comin_metadata_iterator *comin_metadata_get_iterator_end(struct t_comin_var_descriptor var_descriptor);
+const char *comin_metadata_iterator_get_key(t_comin_metadata_iterator *it);
+bool comin_metadata_iterator_compare(t_comin_metadata_iterator *it1, t_comin_metadata_iterator *it2);
+void comin_metadata_iterator_next(t_comin_metadata_iterator *it);
+void comin_metadata_iterator_delete(t_comin_metadata_iterator *it);
+void comin_metadata_get_integer(struct t_comin_var_descriptor var_descriptor, const char *key, int *val);
 
 #if COMIN_DOUBLE >= 3
 void *comin_var_get_ptr(t_comin_var_handle *handle);

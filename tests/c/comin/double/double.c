@@ -89,9 +89,62 @@ t_comin_var_handle *comin_var_get(int context_len, t_comin_entry_point *context,
 void comin_var_get_shape(t_comin_var_handle *handle, int shape[5])
 {
     const double_variable *variable = (void *)handle;
-    int blocks = double_icon.domain[variable->domain].blocks, levels = variable->of->levels;
+    int blocks = icon_blocks(&double_icon.domain[variable->domain], variable->of), levels = variable->of->levels;
     int of[5] = {NPROMA, levels > 0 ? levels : blocks, levels > 0 ? blocks : 1, 1, 1};
     memcpy(shape, of, sizeof of);
+}
+
+/* An iterator is the number of a key. The place of what plugins have added is not told: of few. */
+static const char *const keys[] = {"units", "hgrid_id"};
+
+static const double_variable *described(struct t_comin_var_descriptor descriptor)
+{
+    for (int i = 0; i < double_icon.variables; i++) {
+        const double_variable *variable = &double_icon.variable[i];
+        if (strcmp(variable->of->name, descriptor.name) == 0 && variable->domain == descriptor.id) {
+            return variable;
+        }
+    }
+    set_error("no such variable");
+    return double_icon.variable;
+}
+
+static int key_count(struct t_comin_var_descriptor of) { return strcmp(described(of)->of->name, "few") == 0 ? 1 : 2; }
+
+static t_comin_metadata_iterator *iterator(int number)
+{
+    int *made = malloc(sizeof *made);
+    if (made == NULL) {
+        abort();
+    }
+    *made = number;
+    return (void *)made;
+}
+
+t_comin_metadata_iterator *comin_metadata_get_iterator_begin(struct t_comin_var_descriptor of)
+{
+    (void)of;
+    return iterator(0);
+}
+t_comin_metadata_iterator *comin_metadata_get_iterator_end(struct t_comin_var_descriptor of)
+{
+    return iterator(key_count(of));
+}
+const char *comin_metadata_iterator_get_key(t_comin_metadata_iterator *it) { return keys[*(int *)(void *)it]; }
+bool comin_metadata_iterator_compare(t_comin_metadata_iterator *a, t_comin_metadata_iterator *b)
+{
+    return *(int *)(void *)a == *(int *)(void *)b;
+}
+void comin_metadata_iterator_next(t_comin_metadata_iterator *it) { ++*(int *)(void *)it; }
+void comin_metadata_iterator_delete(t_comin_metadata_iterator *it) { free(it); }
+
+void comin_metadata_get_integer(struct t_comin_var_descriptor of, const char *key, int *value)
+{
+    if (strcmp(key, "hgrid_id") != 0 || key_count(of) < 2) {
+        set_error("no such key");
+        return;
+    }
+    *value = described(of)->of->place;
 }
 
 t_comin_var_descr_list_iterator *comin_var_get_descr_list_head(void) { return (void *)double_icon.variable; }

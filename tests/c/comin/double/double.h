@@ -15,7 +15,7 @@ typedef struct {
     const char *options, *start;
     char date[48];
     icon_domain domain[3]; /* from 1 */
-    double_variable variable[2 * VARIABLES];
+    double_variable variable[2 * ALL_VARIABLES];
 } double_state;
 extern double_state double_icon;
 

@@ -2,7 +2,7 @@
 
 use super::section::{section, take};
 use super::sweep;
-use crate::keys::{Key, Kind, integer, keys, number, of, section as table, sections_of};
+use crate::keys::{Key, Kind, flag, integer, keys, number, of, section as table, sections_of};
 use crate::parse::text::Text;
 use crate::scene::Scene;
 use crate::script::{Condition, Live, Schedule};
@@ -30,6 +30,11 @@ pub const KEYS: &[Key] = keys! {
     /// Asks a running model to serve a page on which its pictures are watched and the scene is changed by hand ([the
     /// live view](view.md#in-the-running-model)). It stands at the top of a file. Commands that read files ignore it.
     live = table(&[RawLive::KEYS]),
+    /// Renders in the background: a model copies the fields that its pictures need and goes on ([rendering while
+    /// the model computes](first-model.md#rendering-while-the-model-computes-on)). It stands at the top of a file. A model may also ask for it itself,
+    /// and `false` then changes nothing; it stays on until the model closes its context. Commands that read files ignore
+    /// it.
+    async_render = flag(false),
     /// Lists whose combinations are all drawn, at most 100,000 pictures of a step.
     sweep = table(&[sweep::KEYS]),
 };
@@ -91,6 +96,11 @@ pub fn live(source: &Text, root: &mut DeTable) -> Result<Option<Live>> {
     let Some(raw) = take::<RawLive>(source, root, "live")? else { return Ok(None) };
     let port = raw.into_inner().port.map(|port| source.count(Some(&port), "live.port")).transpose()?;
     Ok(Some(Live { port: port.map(|port| port as u16) }))
+}
+
+/// Whether a running model is to render in the background.
+pub fn async_render(source: &Text, root: &mut DeTable) -> Result<bool> {
+    Ok(take::<bool>(source, root, "async_render")?.is_some_and(Spanned::into_inner))
 }
 
 #[derive(Deserialize)]

@@ -1,12 +1,10 @@
 //! The piece of a node's mesh that one rank contributes: own cells, the corners around them, and the cells of other
 //! nodes there.
 
+use crate::ranks::cells::NONE;
 use crate::ranks::nodes::Nodes;
 use icoray_grid::Grid;
 use serde::{Deserialize, Serialize};
-
-/// In place of the number of a cell that is missing.
-const NONE: u64 = u64::MAX;
 
 /// A corner as all ranks know it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@
 //! registers and ranks with the cell in their halo look up. So no rank ever holds numbers of the whole grid.
 
 use super::CellsOfRanks;
-use crate::ranks::cells::{Numbered, PartCells};
+use crate::ranks::cells::{NONE, Numbered, PartCells};
 use crate::ranks::wire::{decode_lists, encode_lists};
 use crate::ranks::{Ranks, bad};
 use icoray_grid::Grid;
@@ -25,6 +25,11 @@ impl Local {
     pub fn new(grid: &Grid, cells: &PartCells, ranks: usize) -> Result<Self> {
         let base = i64::from(grid.tables().index_base);
         let Numbered { global, is_own: owns_cell } = cells.read(grid.cells(), base)?;
+        let mut triangles = (0..grid.triangles() as u32).filter(|t| grid.is_triangle(*t)).map(|t| grid.triangle(t));
+        if let Some(cell) = triangles.find_map(|cells| cells.into_iter().find(|cell| global[*cell as usize] == NONE)) {
+            let (row, none) = (i64::from(cell) + base, base - 1);
+            return Err(bad(format!("cell_global row {row}: {none}, expected a number, as a triangle has this cell")));
+        }
         let owner = |triangle: u32| {
             let cells = grid.triangle(triangle);
             let lowest = cells.into_iter().min_by_key(|cell| global[*cell as usize]);
@@ -43,7 +48,7 @@ impl Local {
     pub fn find_owners(&self, ranks: &mut Ranks) -> Result<Vec<u32>> {
         let keeper = |global: u64| (global % self.ranks as u64) as usize;
         let mut entries = vec![Vec::new(); self.ranks];
-        for (global, is_own) in self.global.iter().zip(&self.owns_cell) {
+        for (global, is_own) in self.global.iter().zip(&self.owns_cell).filter(|(global, _)| **global != NONE) {
             entries[keeper(*global)].push((*global, *is_own));
         }
         let received = ranks.exchange(encode_lists(&entries))?;
@@ -53,7 +58,11 @@ impl Local {
         let owners = ranks.attempt(|| {
             let mut answers: Vec<_> = decode_lists::<u32>(&received)?.into_iter().map(Vec::into_iter).collect();
             let cut = || Error::new(ErrorKind::Mpi, "owners of cells are cut short");
-            self.global.iter().map(|global| answers[keeper(*global)].next().ok_or_else(cut)).collect()
+            let owner = |global: &u64| match *global {
+                NONE => Ok(u32::MAX),
+                global => answers[keeper(global)].next().ok_or_else(cut),
+            };
+            self.global.iter().map(owner).collect()
         });
         ranks.settle(owners)
     }
@@ -102,7 +111,7 @@ impl Local {
         }
         let mut receives = vec![Vec::new(); self.ranks];
         let mut requests = vec![Vec::new(); self.ranks];
-        let halo = (0..grid.cells()).filter(|cell| !self.owns_cell[*cell]);
+        let halo = (0..grid.cells()).filter(|cell| !self.owns_cell[*cell] && self.global[*cell] != NONE);
         for cell in halo {
             let owner = owners[cell] as usize;
             // Includes unused cells: the owner checks that it has all triangles around them.

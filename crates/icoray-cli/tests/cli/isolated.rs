@@ -1,0 +1,94 @@
+//! Damaged NetCDF-4 files, which may end or hang the process that reads them inside HDF5.
+
+use crate::made::Made;
+use crate::run::icoray;
+use crate::viewer::Viewer;
+use icoray_test_support::{PATIENCE, Random};
+use netcdf::Options;
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// The child of a command, once it has one.
+fn child_of(command: u32) -> String {
+    let children = format!("/proc/{command}/task/{command}/children");
+    fs::read_to_string(children).unwrap().trim().to_owned()
+}
+
+fn wait_until(what: &str, holds: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !holds() {
+        assert!(start.elapsed() < PATIENCE, "{what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// By signals of which HDF5 ends a process, whatever damage that takes in its version.
+#[test]
+fn the_end_of_the_reading_process_is_an_error() {
+    let (folder, _) = Made::history().write(Options::NETCDF4);
+    for signal in ["ABRT", "FPE"] {
+        let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+        let child = child_of(view.id());
+        assert!(Command::new("kill").args(["-s", signal, &child]).status().unwrap().success());
+        assert_eq!(view.wait().unwrap().code(), Some(1));
+        let mut complaint = String::new();
+        view.stderr.take().unwrap().read_to_string(&mut complaint).unwrap();
+        let parts = ["icoray: error: ", "made.nc", "mostly by the HDF5 library", signal];
+        assert!(parts.iter().all(|part| complaint.contains(part)) && complaint.lines().count() == 1, "{complaint}");
+    }
+}
+
+#[test]
+fn the_reading_process_ends_with_its_parent() {
+    let (folder, _) = Made::history().write(Options::NETCDF4);
+    let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+    let child = child_of(view.id());
+    assert_ne!(child, "");
+    let child = format!("/proc/{child}");
+    view.kill().unwrap();
+    view.wait().unwrap();
+    wait_until("the child goes on", || !Path::new(&child).exists());
+}
+
+/// Classic files are read in the command's own process: damage of them is an error.
+#[test]
+fn classic_files_need_no_other_process() {
+    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+    let child = child_of(view.id());
+    view.kill().unwrap();
+    view.wait().unwrap();
+    assert_eq!(child, "");
+}
+
+/// A file with some bytes of its structure overwritten.
+fn damaged(whole: &[u8], seed: u64) -> Vec<u8> {
+    let (mut bytes, mut random) = (whole.to_vec(), Random::new(seed));
+    for _ in 0..=random.below(4) {
+        let at = random.below(bytes.len());
+        bytes[at] = [0, 1, 0x7f, 0x80, 0xff][random.below(5)];
+    }
+    bytes
+}
+
+/// The first four end the process that reads them inside HDF5 1.10.8.
+#[test]
+fn damaged_files_end_in_one_line() {
+    let (folder, path) = Made::history().write(Options::NETCDF4);
+    let whole = fs::read(&path).unwrap();
+    for seed in [112, 163, 185, 206, 1, 2, 3, 4] {
+        fs::write(&path, damaged(&whole, seed)).unwrap();
+        for words in [&["info", "made.nc", "--ranges"][..], &["plan", "made.nc"], &["render", "made.nc", "-o", "a.png"]]
+        {
+            let output = icoray(folder.path()).args(words).output().unwrap();
+            let complaint = String::from_utf8(output.stderr).unwrap();
+            let is_error = complaint.starts_with("icoray: error: ") && complaint.lines().count() == 1;
+            let is_expected =
+                output.status.success() && complaint.is_empty() || output.status.code() == Some(1) && is_error;
+            assert!(is_expected, "{seed}: {words:?}: {}: {complaint}", output.status);
+        }
+    }
+}
