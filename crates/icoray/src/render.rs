@@ -120,7 +120,8 @@ impl Renderer {
     /// [`Self::render_over`] of a frame that was begun at `start`.
     fn render_since(&self, start: Instant, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<Rendered> {
         let RenderInputs { grid, part, fields, .. } = *given;
-        let of = derive::DeriveInputs { scene, fields, grid, part, threads: &self.threads };
+        let (threads, memory_limit) = (&self.threads, self.memory_limit);
+        let of = derive::DeriveInputs { scene, fields, grid, part, threads, memory_limit };
         let made = derive::make(ranks, &self.derived, &of)?;
         let with_derived = made.as_ref().map(|made| made.fields(fields));
         let fields = with_derived.as_ref().unwrap_or(fields);

@@ -44,6 +44,14 @@ fn two_viewers_steer_against_each_other() {
     browser.resize([900, 700], false);
     browser.open(viewer);
     two.agree();
+    // The picture has the size of the larger window in both.
+    let width = |window: usize| {
+        two.to(window);
+        browser.ask("const { size } = await import('/view.js'); return [size(false)[0], store.frame.width];")
+    };
+    let (small, large) = (width(0), width(1));
+    assert!(small[0].as_u64() < large[0].as_u64(), "{small} {large}");
+    assert!(small[1] == large[0] && large[1] == large[0], "{small} {large}");
     two.to(0);
     let start = browser.camera();
 
@@ -96,6 +104,8 @@ fn two_viewers_steer_against_each_other() {
     browser.wait(browser.client().close_window());
     two.to(0);
     browser.rests();
+    let own = "const { size } = await import('/view.js'); return store.frame.width === size(false)[0];";
+    browser.until_page("a picture of the size of the window that is left", own);
     browser.resize(SCREEN, false);
     browser.changed_by(|| browser.press(&["Shift Right"]));
     browser.is_quiet();

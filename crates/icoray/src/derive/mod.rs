@@ -16,6 +16,7 @@ use crate::fields::Fields;
 use crate::ranks::{Part, Ranks};
 use first::FirstFrames;
 use icoray_grid::Shape;
+use icoray_grid::memory;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Location};
@@ -35,6 +36,8 @@ pub(crate) struct DeriveInputs<'g> {
     /// The rank's part of the grid: only its own cells count in means. `None` is the whole grid.
     pub part: Option<&'g Part>,
     pub threads: &'g Threads,
+    /// As [`Renderer::with_memory_limit`](crate::Renderer::with_memory_limit).
+    pub memory_limit: Option<u64>,
 }
 
 /// The renderer's state between frames: fields of first frames, and buffers to reuse.
@@ -109,6 +112,12 @@ impl DerivedFieldCache {
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
     }
 
+    /// Bytes that are held between frames.
+    fn bytes(&self) -> usize {
+        let memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        memory.iter().map(OwnedReals::bytes).sum::<usize>() + self.firsts.bytes()
+    }
+
     /// A buffer in the highest precision of `of`; reuses a stored one if there is one of this precision.
     fn room_for(&self, of: &[Field]) -> OwnedReals {
         let is_wide = of.iter().any(|field| matches!(field.samples(), Reals::F64(_)));
@@ -128,7 +137,7 @@ impl DerivedFieldCache {
 /// # Errors
 /// The same on all ranks: [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
 /// [`ErrorKind::Field`] where inputs lie at different places or do not fit the grid; [`ErrorKind::Mpi`] where ranks
-/// derive different fields or the transport fails.
+/// derive different fields or the transport fails; [`ErrorKind::Memory`] where the fields do not fit into it.
 pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveInputs) -> Result<Option<DerivedFields>> {
     if given.scene.scenery.derived.is_empty() {
         return Ok(None);
@@ -137,6 +146,11 @@ pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveIn
     // Otherwise the collective calls of zonal means would not match.
     let needed = ranks.agree_all(needed, |needed| vec![("derives", needed.to_string())])?;
     let mut made = DerivedFields { unnamed: needed.unnamed.clone(), ..DerivedFields::default() };
+    let has_room = ranks.attempt(|| match needed.derivations.first() {
+        Some(first) => require(kept, given, &made.fields(given.fields), &first.derivation.how),
+        None => Ok(()),
+    });
+    ranks.collective(has_room)?;
     for one in &needed.derivations {
         let (name, how) = (&one.derivation.name, &one.derivation.how);
         let of = made.fields(given.fields);
@@ -167,6 +181,21 @@ pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveIn
     }
     made.remembered = kept.firsts.bytes();
     Ok(Some(made))
+}
+
+/// Bytes of the derived fields that a scene needs, each of which is as large as `field`.
+pub(crate) fn bytes(scene: &Scene, field: &Field) -> u64 {
+    let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
+    let Shape { columns, layers, .. } = *field.shape();
+    (resolve::count_arrays(scene) * columns * layers * value_bytes) as u64
+}
+
+/// Checks that the derived fields fit into the memory that is left. `how` is the first of them made of `fields`.
+fn require(kept: &DerivedFieldCache, given: &DeriveInputs, fields: &Fields, how: &How) -> Result<()> {
+    // What is wrong with the inputs is said where they are read.
+    let Ok(inputs) = inputs(fields, how) else { return Ok(()) };
+    let bytes = bytes(given.scene, &inputs[0]).saturating_sub(kept.bytes() as u64);
+    memory::require("derived fields", bytes, given.memory_limit)
 }
 
 /// The fields of which one is made, which lie at the same places.
