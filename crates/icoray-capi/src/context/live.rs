@@ -1,12 +1,12 @@
 //! The page of a running model, which rank 0 serves where the scene has `[live]`.
 //!
-//! Viewers see each picture once it is written. What they set is taken by rank 0 in icoray_execute, sent to all ranks with
-//! the agreement of that call, and is the scene from then on; what they ask of the data is answered there too. Nothing
-//! waits for a viewer, and what fails for one is a sentence on the page.
+//! Viewers see each picture once it is written. What they set is taken by rank 0 in icoray_execute, sent to all ranks
+//! with the agreement of that call, and is the scene from then on; what they ask of the data is answered there too.
+//! Nothing waits for a viewer, and what fails for one is a sentence on the page.
 //!
-//! A scene that reads a field of which icoray_wants_field has said that it is not needed is announced to the ranks first:
-//! its fields are wanted from then on, and the next icoray_execute draws it. A process alone takes what viewers have set
-//! in icoray_wants_field, so that it draws it in the same step.
+//! A scene that reads a field that icoray_wants_field did not want is announced to the ranks first: its fields are
+//! wanted from then on, and the next icoray_execute draws it. A process alone takes what viewers have set in
+//! icoray_wants_field, so that it draws it in the same step.
 
 use super::viewer_message::ViewerMessage;
 use super::{Context, SceneChoice};
@@ -143,7 +143,7 @@ impl Context {
         Ok(script)
     }
 
-    /// Draws the scene of a text from now on if all ranks can; `is_steered` where it is not the model's own. Collective.
+    /// Draws the scene of a text from now on if all ranks can; `is_steered` if it is not the model's own. Collective.
     fn take_scene(&mut self, text: &str, is_steered: bool, stamp: &Stamp) {
         self.viewers.next = None;
         let mine = caught(|| self.drawable(text, stamp));
@@ -163,8 +163,8 @@ impl Context {
         }
     }
 
-    /// The script that a viewer has set, if its pictures of this step can be drawn from what the model has given, and in
-    /// a share of the memory that those of the model's own take.
+    /// The script that a viewer has set, if its pictures of this step can be drawn from what the model has given, and
+    /// take no more memory than a share of what those of the model's own take.
     fn drawable(&self, text: &str, stamp: &Stamp) -> Outcome<Arc<Script>> {
         let mut script = Script::parse(text)?;
         script.name_by_date()?;
@@ -178,7 +178,8 @@ impl Context {
         let most = own.map_or(u64::MAX, |own| MEMORY_SHARE * own);
         if bytes > most {
             let message = format!(
-                "a picture takes {bytes} bytes of memory, expected at most {most}, {MEMORY_SHARE} times what one of the                  model's own scene takes; show less"
+                "a picture takes {bytes} bytes of memory, expected at most {most}, {MEMORY_SHARE} times what one of the \
+                 model's own scene takes; show less"
             );
             return Err(Failure::new(icoray_status::ICORAY_ERR_MEMORY, message));
         }

@@ -9,8 +9,8 @@ pub(super) struct ViewerMessage {
     pub scene: Option<String>,
     /// Whether fields of that scene are not up to date: it is drawn by a later call, before which they are wanted.
     pub is_announced: bool,
-    /// Milliseconds that a picture of each view may take where the scene is viewers', by the names of views. Empty where
-    /// it is the model's own.
+    /// Milliseconds that a picture of each view may take where the scene is viewers', by the names of views. Empty if it
+    /// is the model's own.
     pub budgets_ms: BTreeMap<String, f64>,
     /// Name of a field whose histogram is asked for.
     pub histogram: Option<String>,

@@ -205,8 +205,16 @@ fn an_isosurface_is_suggested_for_the_field_that_was_chosen() {
     browser.js("window.letGo();");
     let added = browser.until_page("an isosurface", "return store.scene.values.isosurfaces?.[0];");
     let [low, high] = [0, 1].map(|k: usize| range[k].as_f64().unwrap());
-    assert_eq!(added["field"], "w");
-    assert!(added["value"].as_f64().is_some_and(|value| (low..=high).contains(&value)), "{added} of {range}");
+    // That of the other tab is not of the values of a picture, which may be another field's.
+    let other = browser.ask(
+        "const { additionOf } = await import('/hints.js');
+         store.frame = { ...store.frame, value_range: [1e9, 2e9] };
+         return (await additionOf({ name: 'isosurfaces' })).at(-1).value;",
+    );
+    for added in [added, other] {
+        assert_eq!(added["field"], "w");
+        assert!(added["value"].as_f64().is_some_and(|value| (low..=high).contains(&value)), "{added} of {range}");
+    }
     browser.is_quiet();
 }
 
@@ -227,7 +235,5 @@ fn what_is_said_of_a_picture_is_of_the_surface_that_it_shows() {
          return [values.field, values.surfaces[0].field, field, document.querySelector('#facts span span').textContent];",
     );
     assert!(said.as_array().unwrap().iter().all(|name| name.as_str().unwrap().starts_with('w')), "{said}");
-    let range = viewer.get("/api/histogram?field=w").json()["range"].clone();
-    assert_eq!(browser.ask("return store.frame.value_range;"), range);
     browser.is_quiet();
 }

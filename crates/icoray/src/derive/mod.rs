@@ -36,8 +36,6 @@ pub(crate) struct DeriveInputs<'g> {
     /// The rank's part of the grid: only its own cells count in means. `None` is the whole grid.
     pub part: Option<&'g Part>,
     pub threads: &'g Threads,
-    /// As [`Renderer::with_memory_limit`](crate::Renderer::with_memory_limit).
-    pub memory_limit: Option<u64>,
 }
 
 /// The renderer's state between frames: fields of first frames, and buffers to reuse.
@@ -112,10 +110,14 @@ impl DerivedFieldCache {
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
     }
 
-    /// Bytes that are held between frames.
-    fn bytes(&self) -> usize {
-        let memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
-        memory.iter().map(OwnedReals::bytes).sum::<usize>() + self.firsts.bytes()
+    /// Checks that the derived fields of a scene fit into `limit` or into what the system has, beyond those of the frame
+    /// before. They are taken to be as large as the first of `fields`.
+    pub fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>) -> Result<()> {
+        let held =
+            self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
+        // A frame without fields is refused where they are read.
+        let needed = fields.first("").map_or(0, |field| bytes(scene, field));
+        memory::require("derived fields", needed.saturating_sub((held + self.firsts.bytes()) as u64), limit)
     }
 
     /// A buffer in the highest precision of `of`; reuses a stored one if there is one of this precision.
@@ -137,7 +139,7 @@ impl DerivedFieldCache {
 /// # Errors
 /// The same on all ranks: [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
 /// [`ErrorKind::Field`] where inputs lie at different places or do not fit the grid; [`ErrorKind::Mpi`] where ranks
-/// derive different fields or the transport fails; [`ErrorKind::Memory`] where the fields do not fit into it.
+/// derive different fields or the transport fails.
 pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveInputs) -> Result<Option<DerivedFields>> {
     if given.scene.scenery.derived.is_empty() {
         return Ok(None);
@@ -146,11 +148,6 @@ pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveIn
     // Otherwise the collective calls of zonal means would not match.
     let needed = ranks.agree_all(needed, |needed| vec![("derives", needed.to_string())])?;
     let mut made = DerivedFields { unnamed: needed.unnamed.clone(), ..DerivedFields::default() };
-    let has_room = ranks.attempt(|| match needed.derivations.first() {
-        Some(first) => require(kept, given, &made.fields(given.fields), &first.derivation.how),
-        None => Ok(()),
-    });
-    ranks.collective(has_room)?;
     for one in &needed.derivations {
         let (name, how) = (&one.derivation.name, &one.derivation.how);
         let of = made.fields(given.fields);
@@ -188,14 +185,6 @@ pub(crate) fn bytes(scene: &Scene, field: &Field) -> u64 {
     let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
     let Shape { columns, layers, .. } = *field.shape();
     (resolve::count_arrays(scene) * columns * layers * value_bytes) as u64
-}
-
-/// Checks that the derived fields fit into the memory that is left. `how` is the first of them made of `fields`.
-fn require(kept: &DerivedFieldCache, given: &DeriveInputs, fields: &Fields, how: &How) -> Result<()> {
-    // What is wrong with the inputs is said where they are read.
-    let Ok(inputs) = inputs(fields, how) else { return Ok(()) };
-    let bytes = bytes(given.scene, &inputs[0]).saturating_sub(kept.bytes() as u64);
-    memory::require("derived fields", bytes, given.memory_limit)
 }
 
 /// The fields of which one is made, which lie at the same places.

@@ -107,7 +107,7 @@ impl World {
         look: impl FnOnce(&Fields, &DerivedFields) -> R,
     ) -> Result<R> {
         let grid = Grid::new(self.mesh.tables()).unwrap();
-        let given = DeriveInputs { scene, fields, grid: &grid, part: None, threads: &self.threads, memory_limit: None };
+        let given = DeriveInputs { scene, fields, grid: &grid, part: None, threads: &self.threads };
         let made = make(&mut Ranks::alone(), kept, &given)?.expect("there are derived fields");
         let found = look(&made.fields(fields), &made);
         kept.keep(made);

@@ -84,8 +84,7 @@ impl Renderer {
         at: [f64; 2],
     ) -> Result<Option<Probe>> {
         let (fields, mut ranks) = (fields.into(), Ranks::alone());
-        let (threads, memory_limit) = (&self.threads, self.memory_limit);
-        let of = derive::DeriveInputs { scene, fields: &fields, grid, part: None, threads, memory_limit };
+        let of = derive::DeriveInputs { scene, fields: &fields, grid, part: None, threads: &self.threads };
         let made = derive::make(&mut ranks, &self.derived, &of)?;
         let with_derived = made.as_ref().map(|made| made.fields(&fields));
         let fields = with_derived.as_ref().unwrap_or(&fields);

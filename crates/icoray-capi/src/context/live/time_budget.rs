@@ -72,8 +72,8 @@ impl TimeBudget {
         self.debt_ms = (self.debt_ms + ms - whole_ms).max(0.0);
         let why = || {
             format!(
-                "a picture of the fewest pixels took {ms:.0} ms, expected at most {whole_ms:.0} ms; the model's own scene \
-                 is drawn again: show less, or set live.time_budget_ms in the model's scene"
+                "a picture of the fewest pixels took {ms:.0} ms, expected at most {whole_ms:.0} ms; the model's own \
+                 scene is drawn again: show less, or set live.time_budget_ms in the model's scene"
             )
         };
         (is_coarsest && ms > whole_ms).then(why)

@@ -112,14 +112,7 @@ fn threads_and_ranks_change_no_bit() {
                 let array = make_array(&|column| !owns(column));
                 let (fields, part) = (Fields::new([("q", array.field())]), Some(&part));
                 let threads = Threads::new(1 + ranks.rank()).unwrap();
-                let given = DeriveInputs {
-                    scene: &scene,
-                    fields: &fields,
-                    grid: &grid,
-                    part,
-                    threads: &threads,
-                    memory_limit: None,
-                };
+                let given = DeriveInputs { scene: &scene, fields: &fields, grid: &grid, part, threads: &threads };
                 let made = make(ranks, &DerivedFieldCache::default(), &given).unwrap().unwrap();
                 let found = bits(made.fields(&fields).get("eddy").unwrap());
                 let own = (0..columns).filter(|c| owns(*c));
@@ -139,8 +132,7 @@ fn ranks_that_derive_other_fields_are_told() {
     let errors = on_ranks(2, |ranks| {
         let scene = if ranks.is_root() { zonal(10.0) } else { zonal(20.0) };
         let threads = &world.threads;
-        let given =
-            DeriveInputs { scene: &scene, fields: &fields, grid: &grid, part: None, threads, memory_limit: None };
+        let given = DeriveInputs { scene: &scene, fields: &fields, grid: &grid, part: None, threads };
         make(ranks, &DerivedFieldCache::default(), &given).unwrap_err().to_string()
     });
     assert!(errors[0].starts_with("MPI: rank 1: derives \"eddy\" = FromZonalMean"), "{errors:?}");
@@ -158,7 +150,7 @@ fn ranks_whose_fields_differ_are_told() {
         let array = Array::new(shape, true, Location::Center, |c, l| value(1, c, l));
         let (scene, fields) = (zonal(10.0), Fields::new([("q", array.field())]));
         let (threads, part) = (&world.threads, Some(&part));
-        let given = DeriveInputs { scene: &scene, fields: &fields, grid: &grid, part, threads, memory_limit: None };
+        let given = DeriveInputs { scene: &scene, fields: &fields, grid: &grid, part, threads };
         make(ranks, &DerivedFieldCache::default(), &given).unwrap_err().to_string()
     });
     let expected = "MPI: rank 1: takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
