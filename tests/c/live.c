@@ -88,7 +88,7 @@ int main(int argc, char **argv)
     begin(&argc, &argv);
     w = world(3, HOST_LAYERS);
     if (strcmp(way, "parts") == 0) {
-        int *owner = partition(&w, RANDOM, ranks);
+        int *owner = partition(&w, ranks == 1 ? CONTIGUOUS : RANDOM, ranks);
         Cut mine = cut(&w, owner, rank, 1);
         config.output_dir = argv[1];
         icoray_ctx *ctx = opened_by_all(&config);
