@@ -328,7 +328,8 @@ module icoray
   end interface icoray_heights_set
 
   !> Sets wants to .true. if icoray_execute may draw a picture at this step, from any field or from the named one.
-  !> Conditions of a scene are not evaluated here; a field that one of them needs counts as wanted. Local, without
+  !> Conditions of a scene are not evaluated here; a field that one of them needs counts as wanted, and so does one that
+  !> viewers of a page ([live]) have chosen, before a picture shows it. Local, without
   !> communication; on all ranks that give the same step and time_s the answer is the same, whatever calls have failed
   !> on some of them, so that all call icoray_execute or none. If time_s is not finite, the step alone decides
   !> (ICORAY_ERR_ARGUMENT); wants is .false. after other failures. time_s has 32 or 64 bits.

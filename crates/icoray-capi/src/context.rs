@@ -224,17 +224,28 @@ impl Context {
     }
 
     /// Whether a view that reads `field` (any view if `None`) may be rendered at this step. The answer depends on the
-    /// script, the previous step and whether the context is on, which change in collective calls only.
+    /// script, the previous step and whether the context is on, which change in collective calls only. A process alone
+    /// counts in the fields of a scene that viewers have set since.
     pub fn wants(&mut self, field: Option<&str>, now: &Stamp) -> bool {
         // Frames that have failed by now may have switched the context off. Where there are several ranks, all hear of
         // that in the next call that they make together, and say the same until then.
         if !self.is_shared() {
             self.drawing.collect();
         }
+        if field.is_some() {
+            self.hear_viewers_early();
+        }
         let SceneChoice::Script(script) = &self.scene else { return false };
-        let mut scheduled = script.scheduled(now, self.before.as_ref());
-        let first = self.inputs.first.as_deref();
-        self.drawing.is_on() && scheduled.any(|view| field.is_none_or(|field| reads(view, field, first)))
+        let (before, first) = (self.before.as_ref(), self.inputs.first.as_deref());
+        let is_read = |script: &Script| {
+            script.scheduled(now, before).any(|view| field.is_none_or(|field| reads(view, field, first)))
+        };
+        // Both scenes: ranks may yet refuse that of viewers.
+        let wants = self.drawing.is_on() && (is_read(script) || self.viewers.next().is_some_and(is_read));
+        if let (Some(field), Some(_)) = (field, script.live()) {
+            self.viewers.answered(field, wants);
+        }
+        wants
     }
 
     /// Waits until all frames are on disk.

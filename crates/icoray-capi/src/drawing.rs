@@ -8,7 +8,9 @@ use crate::log::{Level, Log};
 use crate::policy::Policy;
 use crate::types::{icoray_config, icoray_frame_report, icoray_status};
 use icoray_core::output::{Stamp, Writer};
-use icoray_core::{Backend, Background, Error, Fields, Frame, FrameReport, Job, Ranks, Renderer, Scene, Script};
+use icoray_core::{
+    Backend, Background, Error, Fields, Frame, FrameReport, Job, Quality, Ranks, Renderer, Scene, Script,
+};
 use std::sync::Arc;
 use std::thread::{ThreadId, current};
 
@@ -55,6 +57,19 @@ pub(crate) struct Drawing {
     totals: Totals,
     /// A note in all pictures from now on.
     note: Option<Note>,
+    /// What frames cost, where that is asked for.
+    costs: Option<Vec<PictureCost>>,
+}
+
+/// The time of a frame, from its beginning to its last pixel.
+#[cfg_attr(not(feature = "live"), expect(dead_code, reason = "the budgets of viewers alone read it"))]
+pub(crate) struct PictureCost {
+    /// Name of its view.
+    pub view: String,
+    pub step: i64,
+    pub ms: f64,
+    /// Whether it has the fewest pixels that a frame may have.
+    pub is_coarsest: bool,
 }
 
 impl Drawing {
@@ -100,6 +115,7 @@ impl Drawing {
             submitted_step,
             totals,
             note: None,
+            costs: None,
         })
     }
 
@@ -125,22 +141,35 @@ impl Drawing {
         self.log.say(Level::Warn, message);
     }
 
-    /// Logs what happens.
-    #[cfg(feature = "live")]
-    pub fn inform(&self, message: &str) {
-        self.log.say(Level::Info, message);
-    }
-
     /// Where pictures are written; absolute.
     #[cfg(feature = "live")]
     pub fn directory(&self) -> &std::path::Path {
         &self.writer.options().directory
     }
 
-    /// Gives each frame to `next` once it is written.
+    /// Gives each frame to `next` once it is written, and keeps what each costs; `None` ends that.
     #[cfg(feature = "live")]
-    pub fn pass_frames_on(&self, next: Box<dyn FnMut(Frame) + Send>) {
-        self.writer.pass_on(Some(next));
+    pub fn pass_frames_on(&mut self, next: Option<Box<dyn FnMut(Frame) + Send>>) {
+        self.costs = next.is_some().then(Vec::new);
+        self.writer.pass_on(next);
+    }
+
+    /// What frames have cost since the last call.
+    #[cfg(feature = "live")]
+    pub fn take_costs(&mut self) -> Vec<PictureCost> {
+        self.costs.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Keeps what a frame costs, if that is asked for.
+    fn record_cost(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport) {
+        let Some(costs) = &mut self.costs else { return };
+        let timing = &report.timing;
+        costs.push(PictureCost {
+            view: view.unwrap_or_default().to_owned(),
+            step: stamp.step,
+            ms: 1e3 * (timing.copy_s + timing.prepare_s + timing.render_s),
+            is_coarsest: report.quality.pixel_step >= Quality::LARGEST_STEP,
+        });
     }
 
     /// Adds a note to all pictures from now on, in place of the one before.
@@ -262,6 +291,7 @@ impl Drawing {
         self.devices.log_frame(stamp, &report, &self.log);
         let view = frame.notes.iter().find(|(key, _)| *key == "view").map(|(_, view)| view.as_str());
         self.errors.log_frame(view, stamp, &report, &self.log);
+        self.record_cost(view, stamp, &report);
         self.log_details(stamp, &report);
         let submitted = self.writer.submit(frame, scene.output.clone(), stamp.clone());
         report.timing.waited_s = submitted.waited_s;
@@ -312,6 +342,7 @@ impl Drawing {
                     Ok(report) => {
                         self.devices.log_frame(&drawn.stamp, &report, &self.log);
                         self.errors.log_frame(drawn.view.as_deref(), &drawn.stamp, &report, &self.log);
+                        self.record_cost(drawn.view.as_deref(), &drawn.stamp, &report);
                         self.log_details(&drawn.stamp, &report);
                         self.call.add(&report);
                         self.last = Some((drawn.stamp, report));

@@ -31,6 +31,7 @@ pub unsafe extern "C" fn icoray_wants(ctx: *mut icoray_ctx, step: i64, time_s: f
 
 /// Sets *wants to 1 if icoray_execute may read the field `name` at this step, for a picture or for a condition, else
 /// to 0: to compute that field only where it is needed. Whether icoray_execute is called is decided by icoray_wants.
+/// Where viewers of a page ([live]) have chosen other fields, these are wanted before a picture shows them.
 ///
 /// # Safety
 /// `ctx` is open; `name` is NULL or a string; `wants` is NULL or writable.

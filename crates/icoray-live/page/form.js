@@ -108,7 +108,7 @@ function makeList(section) {
   const count = h('span', { class: 'count' });
   const add = iconButton('plus', `Add to ${title(section.name)}`, async () => {
     element.open = true;
-    if (await change(additionOf(section))) entries.lastElementChild?.querySelector('input, select')?.focus();
+    if (await change(await additionOf(section))) entries.lastElementChild?.querySelector('input, select')?.focus();
   });
   const about = section.about ? h('p', { class: 'hint' }, unmarked(section.about)) : null;
   const element = h(

@@ -2,7 +2,7 @@
 // lists. A key that is not named here gets its control from the description.
 'use strict';
 
-import { store } from './store.js';
+import { histogram, store } from './store.js';
 
 /** Ranges of sliders: [low, high, isLogarithmic]. The number beside a slider accepts the whole range. */
 const SLIDERS = {
@@ -32,16 +32,18 @@ export function sliderOf(section, key) {
 
 const firstField = () => store.scene?.values.field ?? store.scene?.field ?? store.describe?.fields[0]?.name;
 
-/** The middle of the range that is shown. */
-function middle() {
-  const range = store.frame?.value_range ?? store.scene?.transfer?.range;
-  return range ? Number(((range[0] + range[1]) / 2).toPrecision(4)) : 0;
+/** A new isosurface, in the middle of its field's values: those of the last picture may be another field's. */
+async function isosurface() {
+  const field = firstField();
+  const { range } = await histogram(field).catch(() => ({}));
+  const value = range ? Number(((range[0] + range[1]) / 2).toPrecision(4)) : 0;
+  return { field, value, color: '#9fe0e8', opacity: 0.6 };
 }
 
 const ENTRIES = {
   volumes: () => ({ field: firstField() }),
   surfaces: () => ({ layer: 'bottom', field: firstField() }),
-  isosurfaces: () => ({ field: firstField(), value: middle(), color: '#9fe0e8', opacity: 0.6 }),
+  isosurfaces: isosurface,
   lines: () => ({ pattern: 'graticule', opacity: 0.4 }),
   clip: () => ({ cut: 'inside', lon: [0, 90], lat: [0, 90] }),
   derive: () => ({ name: 'anomaly', anomaly: firstField(), from: 'zonal mean' }),
@@ -72,11 +74,11 @@ export function keepVolume(name) {
 }
 
 /** Changes that add an entry to a list of tables. */
-export function additionOf(section) {
+export async function additionOf(section) {
   const kept = keepVolume(section.name);
   const count =
     (store.scene.values[section.name] ?? []).length + (section.name === 'volumes' && kept.length > 0 ? 1 : 0);
-  return [...kept, { path: [section.name, count], value: newEntry(section) }];
+  return [...kept, { path: [section.name, count], value: await newEntry(section) }];
 }
 
 /** A first value for a required key of a type. */
@@ -88,7 +90,7 @@ function guess(key) {
   return key.name === 'field' ? firstField() : key.name;
 }
 
-/** A new entry of a section: a useful one, or one with its required keys. */
+/** A new entry of a section: a useful one, or one with its required keys. That of isosurfaces is to be awaited. */
 export function newEntry(section) {
   const known = ENTRIES[section.name]?.();
   if (known) return known;

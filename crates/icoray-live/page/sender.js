@@ -13,6 +13,8 @@ let isSending = false;
 let settling = 0;
 let moved = null;
 let sizeOf = () => undefined;
+/** This page's number among those that show the same scene: the largest has its picture's size. */
+const page = crypto.getRandomValues(new Uint32Array(1))[0];
 
 /** States where the size of a picture comes from: `(isMoving) => [width, height]`. */
 export function setSize(source) {
@@ -86,7 +88,7 @@ async function send() {
         await post(item.path, item.value);
       } else {
         const { changes, time, view, isMoving } = item;
-        await post('/api/change', { changes, time, view, size: sizeOf(isMoving), is_moving: isMoving });
+        await post('/api/change', { changes, time, view, size: sizeOf(isMoving), page, is_moving: isMoving });
       }
       if (!item.isMoving) say('', 'none');
     } catch (error) {
@@ -105,9 +107,9 @@ async function send() {
   isSending = false;
 }
 
-// A page that is closed during a movement ends it: other pages would keep the coarse picture.
+// A page that is closed gives up its size, and ends its movement: other pages would keep the coarse picture.
 addEventListener('pagehide', () => {
-  if (!moved) return;
   const headers = { 'Content-Type': 'application/json' };
-  call('/api/change', { method: 'POST', headers, body: '{"is_moving":false}', keepalive: true }).catch(() => {});
+  const body = JSON.stringify({ size: [0, 0], page, is_moving: false });
+  call('/api/change', { method: 'POST', headers, body, keepalive: true }).catch(() => {});
 });

@@ -2,7 +2,7 @@
 'use strict';
 
 import { hexOf, rgbOf } from './colour.js';
-import { opacityAt, partOf, valueOf } from './transfer-model.js';
+import { opacityAt, partOf, targetsOf, valueOf } from './transfer-model.js';
 
 const neat = (value, digits = 6) => Number(value.toPrecision(digits));
 
@@ -97,8 +97,12 @@ export function toMap(target, resolved, transfer) {
 }
 
 /** Changes that show another field: what is given in values of the old one is dropped or becomes parts of the range. */
-export function fieldChanges(target, resolved, transfer, field) {
+export function fieldChanges(target, resolved, transfer, field, scene) {
   const changes = [{ path: target.fieldPath, value: field }];
+  // Where a surface is all that is shown, its field is the scene's, by which pictures are named.
+  if (target.path[0] === 'surfaces' && targetsOf(scene)[0].id === target.id) {
+    changes.push({ path: ['field'], value: field });
+  }
   const at = (key, value) => ({ path: [...target.path, key], value });
   if (target.kind === 'opacity') return changes;
   if (transfer.knots) return [...changes, { path: target.path, value: { map: 'viridis' } }];

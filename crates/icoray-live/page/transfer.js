@@ -17,13 +17,18 @@ let transfer = {};
 let selected = null;
 let isWhole = false;
 let drawn = null;
+/** Resolves once the panel shows the scene, and once the last choice of a field is taken. */
+let showing = Promise.resolve();
+let choosing = Promise.resolve();
 
 const send = (key, value) => change([{ path: [...target.path, key], value }]);
 
 const panel = makePanel({
   curve: { move: moved, done: rest, add, remove, select },
   open,
-  field: (name) => change(changes.fieldChanges(target, resolved, transfer, name)),
+  field: (name) => {
+    choosing = change(changes.fieldChanges(target, resolved, transfer, name, store.scene));
+  },
   map: (name) => send('map', name),
   reverse: (isOn) => send('reverse', isOn || null),
   scale: (name) => change(changes.scaleChanges(target, resolved, transfer, name)),
@@ -37,13 +42,18 @@ const panel = makePanel({
     if (isTaken) say('The colour map is now a list of knots.');
   },
   toMap: () => change(changes.toMap(target, resolved, transfer)),
-  addIsosurface: () => change(newIsosurface(target.field, drawn, resolved)),
+  addIsosurface: async () => {
+    // Its value is suggested from the histogram of the field that was chosen, which may be on its way.
+    await choosing;
+    await showing;
+    change(newIsosurface(target.field, drawn, resolved));
+  },
   addPoint: () => add((resolved.range[0] + resolved.range[1]) / 2),
   showVolume: () => change([{ path: ['transfer'], value: { map: 'viridis' } }]),
   showSurface: () => change([{ path: ['surfaces', 0], value: { layer: 'bottom', field: store.scene.field } }]),
   whole: () => {
     isWhole = !isWhole;
-    show();
+    refresh();
   },
 });
 
@@ -52,7 +62,7 @@ export function open(id) {
   targetId = id;
   selected = null;
   isWhole = false;
-  show();
+  refresh();
 }
 
 function paint(keepWindow = false) {
@@ -94,26 +104,34 @@ async function show() {
   const { scene, describe } = store;
   if (!scene || !describe || panel.curve.isHeld || store.isMoving) return;
   const targets = model.targetsOf(scene);
-  target = targets.find((t) => t.id === targetId) ?? targets[0] ?? null;
-  if (!target) {
+  const wanted = targets.find((t) => t.id === targetId) ?? targets[0] ?? null;
+  if (!wanted) {
+    target = null;
     panel.showNone();
     return;
   }
-  targetId = target.id;
+  targetId = wanted.id;
   let counts;
   try {
-    counts = await histogram(target.field);
+    counts = await histogram(wanted.field);
   } catch (error) {
     if (!error.isGone) say(error.message, 'error');
     return;
   }
-  if (panel.curve.isHeld || store.isMoving || target.id !== targetId || scene !== store.scene) return;
+  if (panel.curve.isHeld || store.isMoving || wanted.id !== targetId || scene !== store.scene) return;
+  // All at once: inputs would combine the new target with what was found for the one before.
+  target = wanted;
   drawn = counts;
   transfer = valueAt(target.path) ?? {};
   resolved = model.resolve(target, scene, counts, describe.maps, transfer);
   if (selected?.kind === 'point' && selected.index >= resolved.points.length) selected = null;
   panel.show({ targets, target, transfer, resolved, isWhole });
   paint();
+}
+
+/** Shows the scene as it is now. */
+function refresh() {
+  showing = show();
 }
 
 function select(kind, index) {
@@ -197,13 +215,13 @@ function setPoint(part, value, isMoving) {
 
 /** Builds the panel. */
 export function start() {
-  on('scene', show);
+  on('scene', refresh);
   on('open-transfer', (id) => {
     open(id);
     openTab('colours');
   });
-  on('describe', show);
+  on('describe', refresh);
   on('moving', (isMoving) => {
-    if (!isMoving) show();
+    if (!isMoving) refresh();
   });
 }

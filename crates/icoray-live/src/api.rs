@@ -12,7 +12,7 @@ use hyper::body::{Body, Bytes};
 use hyper::header::{self, HeaderValue};
 use hyper::{Method, Request, Response, StatusCode};
 use icoray::output::{exr_bytes, png_bytes};
-use icoray::{Scene, srgb8};
+use icoray::{Frame, Scene, srgb8};
 use serde::Serialize;
 use serde_json::json;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -219,15 +219,32 @@ impl Api {
             return Err(Refusal(StatusCode::BAD_REQUEST, format!("time {time}, expected less than {times}")));
         }
         let shown = self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let frame = match shown {
-            Some(frame) => frame,
-            None => Arc::new(self.ask(|reply| Question::Picture { time, reply }).await?),
+        let other = time.filter(|time| *time != self.hub.look(Session::time));
+        let frame = match (shown, other) {
+            (Some(frame), _) => frame,
+            (None, Some(time)) => Arc::new(self.ask(|reply| Question::Picture { time: Some(time), reply }).await?),
+            (None, None) => self.at_rest().await?,
         };
         let bytes = if format == "png" { png_bytes(&frame) } else { exr_bytes(&frame) };
         let mut answer = typed(media_type, bytes.map_err(failed)?.into());
         let name = HeaderValue::from_str(&format!("attachment; filename=\"picture.{format}\"")).map_err(bad)?;
         answer.headers_mut().insert(header::CONTENT_DISPOSITION, name);
         Ok(answer)
+    }
+
+    /// The picture at rest that is shown, once it is drawn.
+    async fn at_rest(&self) -> Result<Arc<Frame>, Refusal> {
+        let revision = self.hub.look(Session::revision);
+        let mut pictures = self.hub.pictures.subscribe();
+        let is_it = |picture: &Option<Arc<Picture>>| picture.as_ref().is_some_and(|its| its.is_at_rest(revision));
+        let found = match timeout(ANSWER, pictures.wait_for(is_it)).await {
+            Ok(Ok(picture)) => picture.as_ref().map(|picture| picture.drawn.clone()),
+            _ => None,
+        };
+        match found {
+            Some(drawn) => drawn.map_err(|why| Refusal(StatusCode::UNPROCESSABLE_ENTITY, why)),
+            None => Err(unanswered()),
+        }
     }
 
     async fn ask<T>(&self, question: impl FnOnce(Reply<T>) -> Question) -> Result<T, Refusal> {
@@ -238,7 +255,7 @@ impl Api {
         }
         match timeout(ANSWER, answer).await {
             Ok(Ok(answer)) => answer.map_err(failed),
-            _ => Err(Refusal(StatusCode::SERVICE_UNAVAILABLE, "the program that draws gave no answer".to_owned())),
+            _ => Err(unanswered()),
         }
     }
 }
@@ -313,6 +330,10 @@ fn failed(error: icoray::Error) -> Refusal {
     Refusal(StatusCode::UNPROCESSABLE_ENTITY, error.to_string())
 }
 
+fn unanswered() -> Refusal {
+    Refusal(StatusCode::SERVICE_UNAVAILABLE, "the program that draws gave no answer".to_owned())
+}
+
 fn wrong_method() -> Refusal {
     Refusal(StatusCode::METHOD_NOT_ALLOWED, "expected another method".to_owned())
 }
@@ -342,6 +363,10 @@ fn with_status(status: StatusCode, mut answer: Answer) -> Answer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::{PictureSize, Start, plain_reader};
+    use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape};
+    use std::future::Future;
+    use std::task::{Context, Waker};
 
     #[test]
     fn parameters_are_unescaped() {
@@ -356,5 +381,45 @@ mod tests {
         }
         assert_eq!(number::<u64>("after=7", "after").ok(), Some(7));
         assert!(number::<u64>("after=x", "after").is_err() && number::<u64>("", "after").is_err());
+    }
+
+    /// A picture of a colour.
+    fn frame(color: &str) -> Frame {
+        let mesh = IcosahedralMesh::new(1).unwrap();
+        let (grid, layers) = (Grid::new(mesh.tables()).unwrap(), Layers::from_heights(&[0.0, 1e4], 6.371e6).unwrap());
+        let values = vec![0.5f32; 2 * grid.cells()];
+        let shape = Shape::level_fastest(grid.cells(), 2);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let text = format!("field = 'q'\nbackground = '{color}'\nimage = {{ width = 8, height = 6 }}\n");
+        Renderer::new(1).unwrap().render(&Scene::parse(&text).unwrap(), &grid, &layers, &field).unwrap()
+    }
+
+    /// A saved picture is the one at rest that is shown, or that is on its way: the program is not asked for another.
+    #[test]
+    fn a_picture_that_is_there_is_not_drawn_again() {
+        let start = Start { text: "field = 'q'".to_owned(), time: 1, times: 2, size: PictureSize::Scene };
+        let hub = Arc::new(Hub::new(Session::new(start, plain_reader()).unwrap()));
+        let (description, token) = (Arc::default(), String::new());
+        let api = Api { hub: hub.clone(), description, token, is_framed: false };
+        api.description().times = vec![String::new(); 2];
+        let draw = |color: &str| {
+            let Some(crate::hub::Request::Draw(request)) = hub.next() else { panic!("something else") };
+            assert!(hub.drawn(&request, 1.0));
+            hub.pictures.send_replace(Some(Arc::new(Picture::new(1, frame(color), &request, 1.0))));
+        };
+        draw("red");
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        let _entered = runtime.enter();
+        let mut saved = Box::pin(api.picture("format=png&time=1"));
+        let mut context = Context::from_waker(Waker::noop());
+        assert!(saved.as_mut().poll(&mut context).is_pending(), "the coarse picture is not saved");
+        assert!(hub.take().questions.is_empty());
+        draw("blue");
+        let answer = runtime.block_on(saved).unwrap_or_else(|Refusal(_, why)| panic!("{why}"));
+        let body = runtime.block_on(answer.into_body().collect()).unwrap().to_bytes();
+        assert_eq!(body, png_bytes(&frame("blue")).unwrap());
+        // That of another time is drawn for it.
+        assert!(Box::pin(api.picture("format=png&time=0")).as_mut().poll(&mut context).is_pending());
+        assert_eq!(hub.take().questions.len(), 1);
     }
 }

@@ -1,5 +1,6 @@
 //! The description of fields, keys and colour maps that the page reads.
 
+use crate::steering::may_steer;
 use icoray::keys::{ListedKey, Section, sections};
 use icoray::{color_map_stops, color_maps};
 use serde::Serialize;
@@ -13,7 +14,7 @@ const SWATCH: usize = 16;
 pub struct Description {
     /// The title: the file's name, say.
     pub title: String,
-    /// Whether it is a running model.
+    /// Whether it is a running model: then keys that are the model's have no control.
     pub live: bool,
     /// The fields that can be shown.
     pub fields: Vec<FieldDescription>,
@@ -78,7 +79,17 @@ struct MapAnswer {
 
 impl<'d> DescribeAnswer<'d> {
     pub fn new(description: &'d Description) -> Self {
-        let sections = sections().into_iter().map(SectionAnswer::from).collect();
+        let mut sections: Vec<_> = sections().into_iter().map(SectionAnswer::from).collect();
+        if description.live {
+            // The page has controls for what is described: none for keys that are the model's.
+            for section in &mut sections {
+                let path = |key: &str| {
+                    if section.name.is_empty() { key.to_owned() } else { format!("{}.{key}", section.name) }
+                };
+                section.keys.retain(|key| may_steer(&path(&key.name)));
+            }
+            sections.retain(|section| !section.keys.is_empty());
+        }
         let names = color_maps().split(", ").map(str::trim);
         let maps = names.filter_map(|name| {
             let colors = color_map_stops(name, SWATCH)?;
@@ -138,8 +149,28 @@ mod tests {
         let text = serde_json::to_value(&answer).unwrap();
         assert_eq!(text["title"], "a.nc");
         assert_eq!(text["sections"][0]["keys"][0]["name"], "field");
+        assert!(sections_of(&answer).contains(&"output"));
         let opacity = text["sections"][6]["keys"].as_array().unwrap().last().unwrap();
         assert_eq!((&opacity["name"], &opacity["type"]), (&"opacity".into(), &"number".into()));
         assert_eq!((opacity["min"].as_f64(), opacity["max"].as_f64()), (Some(0.0), Some(1.0)));
+    }
+
+    fn sections_of<'a>(answer: &'a DescribeAnswer) -> Vec<&'a str> {
+        answer.sections.iter().map(|section| section.name.as_str()).collect()
+    }
+
+    #[test]
+    fn keys_of_a_model_are_not_described() {
+        let description = Description { live: true, ..Description::default() };
+        let answer = DescribeAnswer::new(&description);
+        let names = sections_of(&answer);
+        assert!(["", "camera", "transfer", "isosurfaces", "clip"].iter().all(|name| names.contains(name)), "{names:?}");
+        assert!(["image", "output", "derive"].iter().all(|name| !names.contains(name)), "{names:?}");
+        let keys = |name: &str| {
+            let section = answer.sections.iter().find(|section| section.name == name).unwrap();
+            section.keys.iter().map(|key| key.name.as_str()).collect::<Vec<_>>()
+        };
+        assert_eq!(keys(""), ["field", "exaggeration", "background", "core"]);
+        assert!(keys("clip").contains(&"half_space.towards") && keys("transfer").contains(&"range.union"));
     }
 }

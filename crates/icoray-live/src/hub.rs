@@ -60,6 +60,11 @@ impl<T> Reply<T> {
         // Whoever asked may have gone.
         let _ = self.0.send(answer);
     }
+
+    /// Whether the request has been dropped.
+    pub fn is_gone(&self) -> bool {
+        self.0.is_closed()
+    }
 }
 
 /// What viewers have set and asked.
@@ -69,6 +74,8 @@ pub struct Taken {
     pub change: Option<Change>,
     /// What is asked of the data.
     pub questions: Vec<Question>,
+    /// The name of the view that is looked at; empty for a scene without views.
+    pub view: String,
 }
 
 /// Another scene.
@@ -271,7 +278,8 @@ impl Hub {
         let text = Some(state.session.text()).filter(|text| *text != state.taken).map(str::to_owned);
         let change =
             text.map(|text| Change { revision, before: std::mem::replace(&mut state.taken, text.clone()), text });
-        Taken { change, questions: std::mem::take(&mut state.questions).into() }
+        let view = state.session.view().to_owned();
+        Taken { change, questions: std::mem::take(&mut state.questions).into(), view }
     }
 
     /// Waits until [`Self::take`] has something to return, at most so long.
@@ -281,13 +289,14 @@ impl Hub {
         drop(self.changed.wait_timeout_while(self.lock(), at_most, is_idle));
     }
 
-    /// Goes back to the scene before a change.
-    pub fn refuse(&self, change: &Change, why: &str) {
+    /// Goes back to a scene from what viewers have set.
+    pub fn refuse(&self, text: &str, why: &str) -> Change {
         let mut state = self.lock();
         state.refusal = Some(why.to_owned());
-        state.taken.clone_from(&change.before);
+        let before = std::mem::replace(&mut state.taken, text.to_owned());
         // What viewers have set since then goes too. The text was read before.
-        let _ = state.session.load(&change.before);
+        let _ = state.session.load(text);
+        Change { revision: state.session.revision(), text: text.to_owned(), before }
     }
 
     pub fn take_refusal(&self) -> Option<String> {
@@ -334,5 +343,7 @@ impl State {
     }
 }
 
+#[cfg(test)]
+mod hostile;
 #[cfg(test)]
 mod tests;

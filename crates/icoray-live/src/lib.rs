@@ -170,9 +170,10 @@ impl LiveView {
         self.hub.pictures.send_replace(Some(Arc::new(picture)));
     }
 
-    /// Goes back to the scene before a change that cannot be drawn; the next picture says why.
-    pub fn refuse(&self, change: &Change, why: &str) {
-        self.hub.refuse(change, why);
+    /// Goes back to a scene that can be drawn from what viewers have set, which is not drawn; the next picture says why.
+    /// Returns the change, which [`Self::take`] does not.
+    pub fn refuse(&self, text: &str, why: &str) -> Change {
+        self.hub.refuse(text, why)
     }
 
     /// The last picture that [`Self::show`] has shown.

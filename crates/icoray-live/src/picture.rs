@@ -13,9 +13,11 @@ pub(crate) struct Picture {
     pub number: u64,
     /// The range that the first volume's colour map has, where it follows the data.
     pub color_range: Option<[f64; 2]>,
+    /// What was drawn, or why it could not be.
+    pub drawn: Result<Arc<Frame>, String>,
+    revision: u64,
+    is_final: bool,
     facts: Vec<u8>,
-    /// `None` where the scene could not be drawn.
-    frame: Option<Arc<Frame>>,
     /// Encoded at the first request, because a model draws many pictures without a viewer.
     bytes: OnceLock<Bytes>,
 }
@@ -59,7 +61,7 @@ impl Picture {
             seconds,
             ..Facts::default()
         };
-        Self::with(number, Arc::new(frame), facts)
+        Picture { is_final: request.is_final, ..Self::with(number, Arc::new(frame), facts) }
     }
 
     /// Of a program that draws when it is time to, with the revision of its scene, and why a later one is not drawn.
@@ -91,22 +93,28 @@ impl Picture {
         };
         // The ranges of maps are in the scene's order, volumes first.
         let color_range = report.colors.first().map(|colors| colors.range);
+        let (revision, bytes) = (facts.revision, OnceLock::new());
         let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
-        Picture { number, color_range, facts, frame: Some(frame), bytes: OnceLock::new() }
+        Picture { number, color_range, drawn: Ok(frame), revision, is_final: true, facts, bytes }
     }
 
     /// The news that a scene cannot be drawn.
     pub fn failed(number: u64, request: &DrawRequest, error: &icoray::Error) -> Self {
         let DrawRequest { revision, time, is_moving, .. } = *request;
-        let failure = Some(error.to_string());
-        let facts = Facts { number, revision, time, is_moving, failure, ..Facts::default() };
+        let (why, bytes) = (error.to_string(), OnceLock::new());
+        let facts = Facts { number, revision, time, is_moving, failure: Some(why.clone()), ..Facts::default() };
         let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
-        Picture { number, color_range: None, facts, frame: None, bytes: OnceLock::new() }
+        Picture { number, color_range: None, drawn: Err(why), revision, is_final: true, facts, bytes }
+    }
+
+    /// Whether it is the picture at rest of the scene of this revision or a later one, or why there is none.
+    pub fn is_at_rest(&self, revision: u64) -> bool {
+        self.is_final && self.revision >= revision
     }
 
     /// All that is sent.
     pub fn bytes(&self) -> Bytes {
-        let png = || self.frame.as_ref().and_then(|frame| png_bytes(frame).ok()).unwrap_or_default();
+        let png = || self.drawn.as_ref().ok().and_then(|frame| png_bytes(frame).ok()).unwrap_or_default();
         let length = (self.facts.len() as u32).to_le_bytes();
         self.bytes.get_or_init(|| [&length[..], &self.facts, &png()].concat().into()).clone()
     }

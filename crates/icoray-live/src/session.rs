@@ -4,8 +4,13 @@ use crate::document::{self, Change};
 use icoray::Scene;
 use serde::Deserialize;
 
-/// Most steps that can be undone.
+/// Most steps that can be undone, and most bytes of their texts.
 const MAX_UNDO: usize = 200;
+const MAX_UNDO_BYTES: usize = 32 << 20;
+/// Longest text of a scene, bytes: as long as a request's body.
+const MAX_TEXT: usize = 1 << 20;
+/// Most pages whose sizes are known.
+const MAX_PAGES: usize = 64;
 
 /// Turns the text of a scene file into the scenes of its views, at least one, with what depends on the data (the name of
 /// the first field, which fields are 2D).
@@ -51,8 +56,11 @@ pub(crate) struct ChangeRequest {
     time: Option<usize>,
     /// Name of the view to show.
     view: Option<String>,
-    /// Width and height of the picture, pixels.
+    /// Width and height that the page has for the picture, pixels; zeros where it is closed.
     size: Option<[u32; 2]>,
+    /// The page, by a number of its own.
+    #[serde(default)]
+    page: u32,
     /// Whether a hand is still moving: the picture may be coarse, and the step can be undone together with the next.
     #[serde(default)]
     is_moving: bool,
@@ -70,6 +78,8 @@ pub(crate) struct Session {
     size: PictureSize,
     /// Whether pictures have the size that viewers ask for.
     follows_size: bool,
+    /// The sizes that pages have for the picture, by the pages' numbers.
+    sizes: Vec<(u32, [u32; 2])>,
     moving_size: Option<[u32; 2]>,
     is_moving: bool,
     revision: u64,
@@ -94,6 +104,7 @@ impl Session {
             times,
             size,
             follows_size: size == PictureSize::Viewer,
+            sizes: Vec::new(),
             moving_size: None,
             is_moving: false,
             revision: 1,
@@ -189,13 +200,22 @@ impl Session {
     /// # Errors
     /// A sentence that names the key and what was expected.
     pub fn change(&mut self, request: &ChangeRequest) -> Result<(), String> {
-        let ChangeRequest { changes, time, view, size, is_moving } = request;
+        let ChangeRequest { changes, time, view, size, page, is_moving } = request;
         if let Some(time) = time.filter(|time| *time >= self.times.max(1)) {
             return Err(format!("time {time}, expected 0 to {}", self.times.saturating_sub(1)));
         }
         let mut text = document::changed(&self.text, changes, self.number_of_view())?;
-        if let (Some([width, height]), true, false) = (size, self.follows_size, *is_moving) {
-            let sides = [("width", width), ("height", height)].map(|(key, side)| Change::of(&["image", key], *side));
+        let mut sizes = self.sizes.clone();
+        if let (Some(size), false) = (size, *is_moving) {
+            sizes.retain(|(its, _)| its != page);
+            sizes.extend((*size != [0, 0]).then_some((*page, *size)));
+            sizes.drain(..sizes.len().saturating_sub(MAX_PAGES));
+        }
+        // A page shows a picture of any size, and a small one would spoil that of a large one.
+        let largest =
+            sizes.iter().map(|(_, size)| *size).max_by_key(|[width, height]| u64::from(*width) * u64::from(*height));
+        if let (Some([width, height]), Some(_), true, false) = (largest, size, self.follows_size, *is_moving) {
+            let sides = [("width", width), ("height", height)].map(|(key, side)| Change::of(&["image", key], side));
             text = document::changed(&text, &sides, self.number_of_view())?;
         }
         let views = if text == self.text { self.views.clone() } else { self.read(&text)? };
@@ -209,7 +229,7 @@ impl Session {
         if !is_moving && let Some(before) = self.before.take() {
             self.push_undo(before);
         }
-        self.moving_size = size.filter(|_| *is_moving);
+        (self.sizes, self.moving_size) = (sizes, size.filter(|_| *is_moving));
         self.show(text, views);
         self.view = number.unwrap_or(self.view);
         self.is_moving = *is_moving;
@@ -252,11 +272,19 @@ impl Session {
     fn push_undo(&mut self, text: String) {
         self.redo.clear();
         self.undo.push(text);
-        let beyond = self.undo.len().saturating_sub(MAX_UNDO);
-        self.undo.drain(..beyond);
+        let mut bytes = 0;
+        let kept = self.undo.iter().rev().take(MAX_UNDO).take_while(|text| {
+            bytes += text.len();
+            bytes <= MAX_UNDO_BYTES
+        });
+        let kept = kept.count();
+        self.undo.drain(..self.undo.len() - kept);
     }
 
     fn read(&self, text: &str) -> Result<Vec<NamedScene>, String> {
+        if text.len() > MAX_TEXT {
+            return Err(format!("a scene of {} bytes, expected at most {MAX_TEXT}", text.len()));
+        }
         (self.read)(text).map_err(|e| e.to_string())
     }
 }
@@ -356,6 +384,38 @@ mod tests {
         session.change(&sized([900, 600], false)).unwrap();
         assert_eq!((session.scene().width, session.text()), (40, own));
         assert!(session.change(&sized([0, 5], true)).is_ok());
+    }
+
+    #[test]
+    fn pictures_have_the_size_of_the_largest_page() {
+        let mut session = session(TEXT);
+        let mut size_with = |page: u32, size: [u32; 2]| {
+            session.change(&request(json!({ "size": size, "page": page }))).unwrap();
+            [session.scene().width, session.scene().height]
+        };
+        assert_eq!(size_with(1, [900, 600]), [900, 600]);
+        assert_eq!(size_with(2, [400, 700]), [900, 600], "the picture of the first is not shrunk");
+        assert_eq!(size_with(1, [300, 200]), [400, 700], "it has become the smaller one itself");
+        assert_eq!(size_with(2, [0, 0]), [300, 200], "the larger one is closed");
+        assert_eq!(size_with(1, [0, 0]), [300, 200], "nobody looks");
+        for page in 0..200 {
+            size_with(page, [100, 100]);
+        }
+        assert_eq!(session.sizes.len(), MAX_PAGES);
+    }
+
+    #[test]
+    fn texts_and_their_history_have_a_bound() {
+        let mut session = session(TEXT);
+        let long = |fill: &str| format!("{TEXT}# {}\n", fill.repeat(MAX_TEXT - TEXT.len() - 3));
+        let error = session.load(&format!("{}\n", long("x"))).unwrap_err();
+        assert_eq!(error, format!("a scene of {} bytes, expected at most {MAX_TEXT}", MAX_TEXT + 1));
+        for fill in ["a", "b"].into_iter().cycle().take(40) {
+            session.load(&long(fill)).unwrap();
+        }
+        assert_eq!(session.undo.len(), MAX_UNDO_BYTES / MAX_TEXT);
+        session.step(true).unwrap();
+        assert!(session.text() == long("a") && session.history() == [true, true]);
     }
 
     #[test]

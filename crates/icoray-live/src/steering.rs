@@ -33,9 +33,11 @@ const TRANSFER: [&str; 10] =
 /// As many volumes, surfaces, isosurfaces, lines and clips of a kind may a viewer's scene have, if the model's has no
 /// more.
 const MOST: usize = 8;
+/// So many bytes longer than the model's may a viewer's text be: the model reads it too.
+const MOST_BYTES: usize = 1 << 16;
 
 /// What is known of the model. It may change while the page is open.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Steered {
     /// The text of its own scene.
     pub text: String,
@@ -50,8 +52,13 @@ pub type SharedSteered = Arc<Mutex<Steered>>;
 /// scene that differs from the model's in more than the keys that viewers may change.
 pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<SceneReader> {
     Box::new(move |text| {
-        let steered = steered.lock().unwrap_or_else(PoisonError::into_inner);
+        // A copy: the model waits for this lock, and the rest takes its time.
+        let steered = steered.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let refused = |what: String| Err(Error::new(ErrorKind::Scene, what));
+        let most = steered.text.len() + MOST_BYTES;
+        if text.len() > most {
+            return refused(format!("a scene of {} bytes, expected at most {most} of a viewer", text.len()));
+        }
         let mut script = Script::parse(text)?;
         let (own, given) = (document::values(&steered.text, None), document::values(text, None));
         if let Some(path) = not_steered("", &own, &given) {
@@ -81,6 +88,11 @@ pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<Sce
 fn is_steered(path: &str) -> bool {
     let (section, key) = path.rsplit_once('.').unwrap_or(("", path));
     STEERED.iter().any(|(name, keys)| *name == section && keys.contains(&key))
+}
+
+/// Whether viewers may change the key at a path, or one that holds it.
+pub(crate) fn may_steer(path: &str) -> bool {
+    is_steered(path) || path.rsplit_once('.').is_some_and(|(above, _)| may_steer(above))
 }
 
 /// The path of the first difference that is not a viewer's to make.
@@ -203,6 +215,7 @@ mod tests {
                 "9 isosurfaces, expected at most 8",
             ),
             (many("[[clip]]\nlat = [0, 1]\n"), "9 clip, expected at most 8"),
+            (format!("{TEXT}# {}\n", "x".repeat(MOST_BYTES)), "expected at most 65643 of a viewer"),
             ("field = ".to_owned(), "line 1"),
         ] {
             let error = read(&bad).unwrap_err().to_string();

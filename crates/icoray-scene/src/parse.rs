@@ -78,21 +78,21 @@ keys! {
         opacity: Option<Spanned<volume::RawOpacity>> = section(&[volume::RawOpacity::KEYS]),
         /// In place of `field`, `[transfer]` and `[opacity]`: several volumes. Extinctions add up, colours mix by
         /// extinction.
-        volumes: Vec<Spanned<volume::RawVolume>> = sections_of(&[volume::RawVolume::KEYS]),
+        volumes: Vec<Spanned<volume::RawVolume>> = sections_of(&[volume::RawVolume::KEYS]).count(0, MOST),
         /// Layers as coloured surfaces. Either `color`, or `field` with `transfer`. Fields of files without layers
         /// (`icoray render`) are shown in this way where the scene gives no opacity.
-        surfaces: Vec<Spanned<surface::RawSurface>> = sections_of(&[surface::RawSurface::KEYS]),
+        surfaces: Vec<Spanned<surface::RawSurface>> = sections_of(&[surface::RawSurface::KEYS]).count(0, MOST),
         /// Surfaces on which a field has one value. A section may have several values.
-        isosurfaces: Vec<Spanned<isosurface::RawIsosurface>> = sections_of(&[isosurface::RawIsosurface::KEYS]),
-        lines: Vec<Spanned<lines::RawLines>> = sections_of(&[lines::RawLines::KEYS]),
+        isosurfaces: Vec<Spanned<isosurface::RawIsosurface>> = sections_of(&[isosurface::RawIsosurface::KEYS]).count(0, MOST),
+        lines: Vec<Spanned<lines::RawLines>> = sections_of(&[lines::RawLines::KEYS]).count(0, MOST),
         /// Colours of the opaque core.
         ground: Option<Spanned<ground::RawGround>> = section(&[ground::RawGround::KEYS]),
         /// Cuts away the places where all of the keys given hold (`cut = "inside"`), or all other places (`"outside"`).
         /// At least one key beside `cut` is given.
-        clip: Vec<Spanned<clip::RawClip>> = sections_of(&[clip::RawClip::KEYS]),
+        clip: Vec<Spanned<clip::RawClip>> = sections_of(&[clip::RawClip::KEYS]).count(0, MOST),
         /// Fields that are computed from the model's, or from those derived above. Each has one of `magnitude`, `sum` and
         /// `anomaly`.
-        derive: Vec<Spanned<derive::RawDerivation>> = sections_of(&[derive::RawDerivation::KEYS]),
+        derive: Vec<Spanned<derive::RawDerivation>> = sections_of(&[derive::RawDerivation::KEYS]).count(0, MOST),
         /// Blinn-Phong light with the field's gradient as normal. Without the section, or with `kind = "none"`, colours
         /// are those of the transfer function.
         light: Option<Spanned<light::RawLight>> = section(&[light::RawLight::KEYS]),
@@ -111,6 +111,8 @@ keys! {
     }
 }
 
+/// Largest number of volumes of a scene, and of what else it lists: far more than a picture can show.
+const MOST: usize = 64;
 const COLOR_OR_NONE: Kind = Kind::Color(&["transparent"]);
 /// The keys of a scene, as those of a table.
 pub(super) static SCENE: Key = section(&[RawScene::KEYS]);
@@ -167,6 +169,11 @@ fn adapter(source: &Text, raw: &Spanned<toml::Value>) -> Result<Adapter> {
     })
 }
 
+/// Refuses more sections than a scene may have of `key`.
+fn expect_sections<R>(source: &Text, raw: &[Spanned<R>], key: &str) -> Result<()> {
+    source.expect_count(raw.len(), raw.last().map_or(0..0, Spanned::span), key)
+}
+
 /// Reads each of a list of sections.
 fn each<R, S>(source: Text, raw: &[Spanned<R>], read: impl Fn(&Text, &Spanned<R>) -> Result<S>) -> Result<Vec<S>> {
     raw.iter().map(|raw| read(&source, raw)).collect()
@@ -191,6 +198,12 @@ fn expect_keys(table: &DeTable) -> Result<()> {
 /// Checks the keys of a scene.
 fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
     let raw = RawScene::deserialize(toml::Deserializer::from(table)).map_err(|e| source.refused(&e))?;
+    expect_sections(source, &raw.volumes, "volumes")?;
+    expect_sections(source, &raw.surfaces, "surfaces")?;
+    expect_sections(source, &raw.isosurfaces, "isosurfaces")?;
+    expect_sections(source, &raw.lines, "lines")?;
+    expect_sections(source, &raw.clip, "clip")?;
+    expect_sections(source, &raw.derive, "derive")?;
     let core = source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?;
     let mut volumes = volume::volumes(*source, &raw)?;
     let scenery = scenery(*source, &raw, core.is_some())?;
@@ -227,9 +240,13 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
 
 /// Surfaces, lines, clips and ground beside volumes.
 fn scenery(source: Text, raw: &RawScene, has_core: bool) -> Result<Scenery> {
+    let isosurfaces = each(source.within("isosurfaces."), &raw.isosurfaces, isosurface::isosurfaces)?.concat();
+    // A section may have several.
+    let last = raw.isosurfaces.last().map_or(0..0, Spanned::span);
+    source.expect_count(isosurfaces.len(), last, "isosurfaces")?;
     Ok(Scenery {
         surfaces: each(source.within("surfaces."), &raw.surfaces, surface::surface)?,
-        isosurfaces: each(source.within("isosurfaces."), &raw.isosurfaces, isosurface::isosurfaces)?.concat(),
+        isosurfaces,
         lines: each(source.within("lines."), &raw.lines, |s, raw| lines::lines(s, raw, has_core))?,
         ground: match &raw.ground {
             Some(raw) => ground::ground(source.within("ground."), raw, has_core)?,

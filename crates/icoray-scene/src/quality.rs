@@ -37,6 +37,11 @@ pub struct Quality {
     pub lights: Lights,
 }
 
+impl Quality {
+    /// The largest step between traced pixels: the coarsest raster that is still a picture.
+    pub const LARGEST_STEP: u32 = 32;
+}
+
 impl fmt::Display for Quality {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "tolerance {:e}, light {}, ", self.tolerance, self.lights)?;

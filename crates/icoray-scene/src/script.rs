@@ -48,10 +48,13 @@ pub struct Script {
 }
 
 /// `[live]`: a page, served by the model's first rank, that shows its pictures and changes the script.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Live {
     /// The port of the page; any without it.
     pub port: Option<u16>,
+    /// Milliseconds that a picture may take whose scene viewers have set; without it twice what the last picture of the
+    /// model's own scene took.
+    pub time_budget_ms: Option<f64>,
 }
 
 /// One of the views of a script.

@@ -1,6 +1,7 @@
 //! The plan: what one scene needs of one grid, set of layers and field. The only place that decides what is left out.
 
 use crate::cells_per_pixel::cells_per_pixel;
+use crate::derive;
 use crate::ranks::Part;
 use glam::DVec3;
 use icoray_grid::ColumnCount;
@@ -43,6 +44,8 @@ pub struct Plan {
     pub(crate) from_corners: bool,
     /// Bytes of the averages at centres.
     average_bytes: u64,
+    /// Bytes of derived fields.
+    derived_bytes: u64,
     left_out: Vec<String>,
 }
 
@@ -85,9 +88,16 @@ impl Plan {
         let knots = KernelKnot::of(&scene.volumes[0].transfer, thickness);
         let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
         let averages = if from_corners { grid.cells() * radius.len() * value_bytes } else { 0 };
-        let average_bytes = averages as u64;
-        let mut plan =
-            Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, average_bytes, left_out };
+        let mut plan = Plan {
+            radius,
+            falling: layers.is_falling(),
+            knots,
+            shading,
+            from_corners,
+            average_bytes: averages as u64,
+            derived_bytes: derive::bytes(scene, field),
+            left_out,
+        };
         let beyond = plan.walks_in_packets(scene).then(|| plan.beyond_gathers(scene, grid)).flatten();
         plan.left_out.extend(beyond.map(|table| format!("rays side by side: {table}")));
         Ok(plan)

@@ -120,6 +120,10 @@ impl Renderer {
     /// [`Self::render_over`] of a frame that was begun at `start`.
     fn render_since(&self, start: Instant, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<Rendered> {
         let RenderInputs { grid, part, fields, .. } = *given;
+        if !scene.scenery.derived.is_empty() {
+            let has_room = ranks.attempt(|| self.derived.require(scene, fields, self.memory_limit));
+            ranks.collective(has_room)?;
+        }
         let of = derive::DeriveInputs { scene, fields, grid, part, threads: &self.threads };
         let made = derive::make(ranks, &self.derived, &of)?;
         let with_derived = made.as_ref().map(|made| made.fields(fields));

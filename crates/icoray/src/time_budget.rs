@@ -6,8 +6,6 @@ use std::time::Instant;
 
 /// The tolerance that a budget may go up to.
 const LOOSEST: f64 = 1e-2;
-/// The coarsest raster that is still a picture.
-const LARGEST_STEP: u32 = 32;
 /// About how many pixels are traced to see what a frame costs.
 const PROBE: f64 = 400.0;
 /// The part of what is left that one more measurement on a device may take.
@@ -121,7 +119,7 @@ impl Cost {
 /// The raster of some [`PROBE`] pixels.
 fn probe(raster: Raster) -> Raster {
     let pixels = f64::from(raster.width) * f64::from(raster.height);
-    Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, LARGEST_STEP), ..raster }
+    Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, Quality::LARGEST_STEP), ..raster }
 }
 
 /// The best quality for which `left` seconds are enough where `ranks` share the rays: first the tolerance is loosened,
@@ -143,7 +141,7 @@ fn choose(
     left -= cost.spent;
     if cost.of(1.0, ranks) > left {
         let fits = |step: &u32| cost.of(Raster { step: *step, ..raster }.part(), ranks) <= left;
-        return Quality { pixel_step: (2..LARGEST_STEP).find(fits).unwrap_or(LARGEST_STEP), ..best };
+        return Quality { pixel_step: (2..Quality::LARGEST_STEP).find(fits).unwrap_or(Quality::LARGEST_STEP), ..best };
     }
     for better in [loose, asked] {
         if better == best {
@@ -200,7 +198,7 @@ mod tests {
         assert_eq!((coarse.pixel_step, coarse.tolerance, coarse.lights), (1, 1e-2, Lights::Coarse));
         let few = pick(0.15 * whole, 2.0);
         assert!(few.pixel_step > 1 && few.pixel_step < 6 && few.lights == Lights::Coarse, "{few:?}");
-        assert_eq!(pick(1e-3, 2.0).pixel_step, LARGEST_STEP);
+        assert_eq!(pick(1e-3, 2.0).pixel_step, Quality::LARGEST_STEP);
     }
 
     /// A device that is full at 50,000 rays, up to which it takes 2 ms.

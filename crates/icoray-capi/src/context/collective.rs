@@ -101,7 +101,6 @@ impl Context {
         if sent.is_any() {
             script = self.follow_viewers(&sent, &stamp)?;
         }
-        self.answer_viewers(script.as_deref(), &stamp);
         self.draw_step(script.as_deref(), &stamp)?;
         if let Some(unreported) = unreported {
             self.drawing.clear_unreported();

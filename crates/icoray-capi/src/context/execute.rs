@@ -45,7 +45,6 @@ impl Context {
         self.drawing.refuse_if_off()?;
         let sent = self.hear_viewers();
         let script = if sent.is_any() { self.follow_viewers(&sent, &stamp)? } else { script };
-        self.answer_viewers(script.as_deref(), &stamp);
         self.warn_about_old_time_levels(script.as_deref(), &stamp);
         self.draw_step(script.as_deref(), &stamp)?;
         self.drawing.take_unreported()
@@ -118,6 +117,7 @@ impl Context {
                 }
             }
             for shot in view.shots(stamp) {
+                let shot = self.viewers.within_budget(shot);
                 if let Err(failure) = self.draw_shot(shot, stamp, &mut copied) {
                     self.picture_failed(failure, view.name(), &mut failures)?;
                 }

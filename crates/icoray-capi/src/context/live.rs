@@ -1,42 +1,104 @@
 //! The page of a running model, which rank 0 serves where the scene has `[live]`.
 //!
-//! Viewers see each picture once it is written. What they set is taken by rank 0 in icoray_execute, sent to all ranks with
-//! the agreement of that call, and is the scene from then on; what they ask of the data is answered there too. Nothing
-//! waits for a viewer, and what fails for one is a sentence on the page.
+//! Viewers see each picture once it is written. What they set is taken by rank 0 in icoray_execute, sent to all ranks
+//! with the agreement of that call, and is the scene from then on; what they ask of the data is answered there too.
+//! Nothing waits for a viewer, and what fails for one is a sentence on the page.
+//!
+//! A scene that reads a field that icoray_wants_field did not want is announced to the ranks first: its fields are
+//! wanted from then on, and the next icoray_execute draws it. A process alone takes what viewers have set in
+//! icoray_wants_field, so that it draws it in the same step.
 
 use super::viewer_message::ViewerMessage;
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
+use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{ColumnCount, Plan, Script};
+use icoray_core::{ColumnCount, Plan, Script, Shot};
 use icoray_live::Histogram;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 mod page;
+mod time_budget;
 
 use page::Page;
 
-/// The page, on rank 0.
+/// A picture of viewers' scene may take so many times the memory of the model's own.
+const MEMORY_SHARE: u64 = 4;
+
+/// What viewers do to the scene, and on rank 0 the page.
 #[derive(Default)]
 pub(super) struct Viewers {
     page: Option<Page>,
     /// Whether a page could not be opened: that is tried and logged once.
     has_failed: bool,
+    /// The scene that viewers have set and that is not drawn yet, with its text.
+    next: Option<(String, Arc<Script>)>,
+    /// Fields that icoray_wants_field has not asked the model for since the last icoray_execute.
+    unwanted: BTreeSet<String>,
+    /// The model's own scene, while that of viewers is drawn.
+    own: Option<Arc<Script>>,
+    /// Milliseconds that a picture of each view may take, while the scene of viewers is drawn.
+    budgets_ms: BTreeMap<String, f64>,
+}
+
+impl Viewers {
+    /// Keeps the scene that viewers have set until it is drawn. Of what cannot be read no field is wanted.
+    fn announce(&mut self, text: Option<&str>) {
+        if self.next.as_ref().map(|(known, _)| known.as_str()) != text {
+            let script = text.map(|text| Some((text.to_owned(), Arc::new(Script::parse(text).ok()?))));
+            self.next = script.flatten();
+        }
+    }
+
+    /// The scene that viewers have set and that is not drawn yet.
+    pub(super) fn next(&self) -> Option<&Script> {
+        self.next.as_ref().map(|(_, script)| &**script)
+    }
+
+    /// Whether a scene reads a field that the model was not asked for; `first` is the field of scenes that name none.
+    fn lacks_fields(&self, text: &str, first: Option<&str>) -> bool {
+        let is_unwanted = |name: &String| match name.as_str() {
+            "" => first.is_some_and(|first| self.unwanted.contains(first)),
+            name => self.unwanted.contains(name),
+        };
+        !self.unwanted.is_empty()
+            && Script::parse(text).is_ok_and(|script| script.model_fields().iter().any(is_unwanted))
+    }
+
+    /// Notes an answer of icoray_wants_field.
+    pub(super) fn answered(&mut self, field: &str, is_wanted: bool) {
+        if is_wanted {
+            self.unwanted.remove(field);
+        } else if !self.unwanted.contains(field) {
+            self.unwanted.insert(field.to_owned());
+        }
+    }
+
+    /// The picture within the time that it may take.
+    pub(super) fn within_budget(&self, mut shot: Shot) -> Shot {
+        if let Some(ms) = self.budgets_ms.get(&shot.name) {
+            shot.scene.time_budget_ms = Some(shot.scene.time_budget_ms.map_or(*ms, |own| own.min(*ms)));
+        }
+        shot
+    }
 }
 
 impl Context {
     /// Opens or closes the page as the scene asks, and takes what viewers have sent. Of rank 0; a failure is logged.
     pub(super) fn hear_viewers(&mut self) -> ViewerMessage {
-        let live = match &self.scene {
-            SceneChoice::Script(script) if self.ranks.is_root() => script.live(),
+        let script = match &self.scene {
+            SceneChoice::Script(script) if self.ranks.is_root() => script.clone(),
             _ => return ViewerMessage::default(),
         };
-        let Some(live) = live else {
-            self.viewers.page = None;
+        let Some(live) = script.live() else {
+            if self.viewers.page.take().is_some() {
+                self.drawing.pass_frames_on(None);
+            }
             return ViewerMessage::default();
         };
         if self.viewers.page.is_none() && !self.viewers.has_failed {
-            match caught(|| Page::open(live, &self.scene_text, &self.inputs, &self.drawing)) {
+            match caught(|| Page::open(live, &self.scene_text, &self.inputs, &mut self.drawing)) {
                 Ok(page) => self.viewers.page = Some(page),
                 Err(failure) => {
                     self.viewers.has_failed = true;
@@ -44,50 +106,101 @@ impl Context {
                 }
             }
         }
-        self.viewers.page.as_mut().map(|page| page.take(&self.inputs)).unwrap_or_default()
+        let Some(page) = &mut self.viewers.page else { return ViewerMessage::default() };
+        page.count_pictures(&mut self.drawing);
+        let mut sent = page.take(&self.inputs, &script, &self.scene_text);
+        let first = self.inputs.first.as_deref();
+        sent.is_announced = sent.scene.as_deref().is_some_and(|text| self.viewers.lacks_fields(text, first));
+        self.viewers.unwanted.clear();
+        sent
+    }
+
+    /// Takes what viewers have set before fields are computed, in a process alone: other ranks would not know of it.
+    pub(super) fn hear_viewers_early(&mut self) {
+        if let (Some(page), SceneChoice::Script(script), false) =
+            (&mut self.viewers.page, &self.scene, self.ranks.size() > 1)
+        {
+            let sent = page.take(&self.inputs, script, &self.scene_text);
+            self.viewers.announce(sent.scene.as_deref());
+        }
     }
 
     /// Does on all ranks what viewers have sent, and returns the script. Collective.
     pub(super) fn follow_viewers(&mut self, sent: &ViewerMessage, stamp: &Stamp) -> Outcome<Option<Arc<Script>>> {
-        if let Some(text) = &sent.scene {
-            let mine = caught(|| self.drawable(text, stamp));
-            let agreed = if self.is_shared() { self.agree(mine, "icoray_execute", Vec::new(), &[]).0 } else { mine };
-            let outcome = agreed.map(|script| {
-                self.scene = SceneChoice::Script(script);
-                self.scene_text.clone_from(text);
-            });
-            if let Some(page) = &mut self.viewers.page {
-                page.taken(outcome, stamp, &mut self.drawing);
+        match &sent.scene {
+            Some(text) if sent.is_announced => self.viewers.announce(Some(text)),
+            Some(text) => self.take_scene(text, !sent.budgets_ms.is_empty(), stamp),
+            None => (),
+        }
+        self.viewers.budgets_ms = if self.viewers.own.is_some() { sent.budgets_ms.clone() } else { BTreeMap::new() };
+        if let Some(field) = &sent.histogram {
+            self.answer_histogram(field);
+        }
+        let script = self.script()?;
+        if let (Some((at, view)), Some(script)) = (&sent.probe, &script) {
+            self.answer_probe(*at, view, script, stamp);
+        }
+        Ok(script)
+    }
+
+    /// Draws the scene of a text from now on if all ranks can; `is_steered` if it is not the model's own. Collective.
+    fn take_scene(&mut self, text: &str, is_steered: bool, stamp: &Stamp) {
+        self.viewers.next = None;
+        let mine = caught(|| self.drawable(text, stamp));
+        let agreed = if self.is_shared() { self.agree(mine, "icoray_execute", Vec::new(), &[]).0 } else { mine };
+        let outcome = agreed.map(|script| {
+            let before = std::mem::replace(&mut self.scene, SceneChoice::Script(script));
+            if let (SceneChoice::Script(before), None) = (before, &self.viewers.own) {
+                self.viewers.own = Some(before);
             }
-        }
-        for name in &sent.histograms {
-            self.answer_histogram(name);
-        }
-        self.script()
-    }
-
-    /// Answers what viewers ask of rank 0's own data.
-    pub(super) fn answer_viewers(&mut self, script: Option<&Script>, stamp: &Stamp) {
-        if let (Some(page), Some(script)) = (&mut self.viewers.page, script) {
-            page.answer_probes(script, stamp, &self.inputs, &self.drawing);
+            if !is_steered {
+                self.viewers.own = None;
+            }
+            text.clone_into(&mut self.scene_text);
+        });
+        if let Some(page) = &mut self.viewers.page {
+            page.taken(outcome, self.viewers.own.is_some(), stamp, &mut self.drawing);
         }
     }
 
-    /// The script that a viewer has set, if its pictures of this step can be drawn from what the model has given.
+    /// The script that a viewer has set, if its pictures of this step can be drawn from what the model has given, and
+    /// take no more memory than a share of what those of the model's own take.
     fn drawable(&self, text: &str, stamp: &Stamp) -> Outcome<Arc<Script>> {
         let mut script = Script::parse(text)?;
         script.name_by_date()?;
         let script = Arc::new(script);
-        for shot in self.named(&script).views().iter().flat_map(|view| view.shots(stamp)) {
+        let bytes = self.memory_of(&script, stamp)?;
+        let own = match (&self.viewers.own, &self.scene) {
+            (Some(own), _) | (None, SceneChoice::Script(own)) => self.memory_of(own, stamp),
+            (None, SceneChoice::Open | SceneChoice::Nothing) => Ok(0),
+        };
+        // Of a scene that cannot be drawn nothing is known.
+        let most = own.map_or(u64::MAX, |own| MEMORY_SHARE * own);
+        if bytes > most {
+            let message = format!(
+                "a picture takes {bytes} bytes of memory, expected at most {most}, {MEMORY_SHARE} times what one of the \
+                 model's own scene takes; show less"
+            );
+            return Err(Failure::new(icoray_status::ICORAY_ERR_MEMORY, message));
+        }
+        Ok(script)
+    }
+
+    /// The memory of the largest picture of this step, bytes, if all can be drawn from what the model has given.
+    fn memory_of(&self, script: &Arc<Script>, stamp: &Stamp) -> Outcome<u64> {
+        let mut most = 0;
+        for shot in self.named(script).views().iter().flat_map(|view| view.shots(stamp)) {
             let given = self.inputs.frame_inputs(shot)?;
             given.check_whole()?;
             let (_, field) = given.fields.iter().next().ok_or_else(|| Failure::null("the scene's field"))?;
             // Some columns over the whole grid have no plan of their own.
             if field.shape().columns == ColumnCount::new(&given.grid, field.location()).columns {
-                Plan::new(&given.scene, &given.grid, &given.layers, field)?;
+                let plan = Plan::new(&given.scene, &given.grid, &given.layers, field)?;
+                let memory = self.drawing.renderer().run(|| plan.memory(&given.scene, &given.grid));
+                most = most.max(memory.total());
             }
         }
-        Ok(script)
+        Ok(most)
     }
 
     /// Counts the values of a field. Collective.
@@ -107,13 +220,34 @@ impl Context {
         }
     }
 
+    /// Follows the ray through a place of a view's picture. Collective.
+    fn answer_probe(&mut self, at: [f64; 2], view: &str, script: &Script, stamp: &Stamp) {
+        let mine = caught(|| {
+            let shot = script.views().iter().find(|its| its.name() == view).and_then(|its| its.shots(stamp).next());
+            let gone = || Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, format!("the view {view:?} is gone"));
+            let given = self.inputs.frame_inputs(shot.ok_or_else(gone)?)?;
+            given.check_whole()?;
+            Ok(given)
+        });
+        let agreed = if self.is_shared() { self.agree(mine, "icoray_execute", Vec::new(), &[]).0 } else { mine };
+        let found = agreed.and_then(|given| {
+            let (renderer, held) = (self.drawing.renderer(), given.held.as_deref());
+            let data = (&*given.grid, held, &*given.layers);
+            let found = renderer.probe_held(&mut self.ranks, &given.scene, data, given.fields, at)?;
+            Ok((found, given.scene.field().to_owned()))
+        });
+        if let Some(page) = &mut self.viewers.page {
+            page.answer_probe(found, stamp, &self.inputs);
+        }
+    }
+
     /// Shows viewers a scene that the model has set.
     pub(super) fn show_new_scene(&mut self) {
-        self.viewers.has_failed = false;
+        self.viewers = Viewers { page: self.viewers.page.take(), ..Viewers::default() };
         if let (Some(page), SceneChoice::Script(script)) = (&mut self.viewers.page, &self.scene)
-            && script.live().is_some()
+            && let Some(live) = script.live()
         {
-            page.load(&self.scene_text);
+            page.load(live, &self.scene_text, &mut self.drawing);
         }
     }
 }

@@ -3,15 +3,30 @@
 use super::viewer_message::ViewerMessage;
 use super::{Context, SceneChoice};
 use crate::boundary::Outcome;
-use icoray_core::Script;
 use icoray_core::output::Stamp;
+use icoray_core::{Script, Shot};
 use std::sync::Arc;
 
 /// Whether it was logged that there is no page.
 #[derive(Default)]
 pub(super) struct Viewers(bool);
 
+impl Viewers {
+    /// Viewers set no scene.
+    pub(super) fn next(&self) -> Option<&Script> {
+        None
+    }
+
+    pub(super) fn answered(&mut self, _: &str, _: bool) {}
+
+    pub(super) fn within_budget(&self, shot: Shot) -> Shot {
+        shot
+    }
+}
+
 impl Context {
+    pub(super) fn hear_viewers_early(&mut self) {}
+
     pub(super) fn hear_viewers(&mut self) -> ViewerMessage {
         if let SceneChoice::Script(script) = &self.scene
             && script.live().is_some()
@@ -27,9 +42,6 @@ impl Context {
     pub(super) fn follow_viewers(&mut self, _: &ViewerMessage, _: &Stamp) -> Outcome<Option<Arc<Script>>> {
         self.script()
     }
-
-    /// Viewers ask nothing.
-    pub(super) fn answer_viewers(&mut self, _: Option<&Script>, _: &Stamp) {}
 
     pub(super) fn show_new_scene(&mut self) {
         self.viewers.0 = false;

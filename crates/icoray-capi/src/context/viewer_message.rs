@@ -1,35 +1,64 @@
 //! The message of rank 0 to the others about viewers of the live page, as bytes.
 
+use std::collections::BTreeMap;
+
 /// What viewers have sent.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct ViewerMessage {
     /// The text of another scene.
     pub scene: Option<String>,
-    /// Names of fields whose histograms are asked for.
-    pub histograms: Vec<String>,
+    /// Whether fields of that scene are not up to date: it is drawn by a later call, before which they are wanted.
+    pub is_announced: bool,
+    /// Milliseconds that a picture of each view may take where the scene is viewers', by the names of views. Empty if it
+    /// is the model's own.
+    pub budgets_ms: BTreeMap<String, f64>,
+    /// Name of a field whose histogram is asked for.
+    pub histogram: Option<String>,
+    /// A place of a picture whose ray is probed, and the name of the picture's view.
+    pub probe: Option<([f64; 2], String)>,
 }
 
 impl ViewerMessage {
     /// Whether there is something to do.
     pub fn is_any(&self) -> bool {
-        self.scene.is_some() || !self.histograms.is_empty()
+        *self != ViewerMessage::default()
     }
 
-    /// Text and names, each ended by a NUL, which neither can hold; none where viewers have sent nothing.
+    /// Words, each with a letter for its kind before it and a NUL behind it, which no word can hold; none where viewers
+    /// have sent nothing.
     pub fn bytes(&self) -> Vec<u8> {
-        if !self.is_any() {
-            return Vec::new();
-        }
-        let words = [self.scene.as_deref().unwrap_or_default()].into_iter();
-        let words = words.chain(self.histograms.iter().map(String::as_str));
-        words.flat_map(|word| word.bytes().filter(|byte| *byte != 0).chain([0])).collect()
+        let scene = self.scene.iter().map(|text| format!("{}{text}", if self.is_announced { 'a' } else { 's' }));
+        let budgets = self.budgets_ms.iter().map(|(view, ms)| format!("b{ms} {view}"));
+        let histogram = self.histogram.iter().map(|field| format!("h{field}"));
+        let probe = self.probe.iter().map(|([x, y], view)| format!("p{x} {y} {view}"));
+        let words = scene.chain(budgets).chain(histogram).chain(probe);
+        words.flat_map(|word| word.into_bytes().into_iter().filter(|byte| *byte != 0).chain([0])).collect()
     }
 
     pub fn read(bytes: &[u8]) -> Self {
-        let text = String::from_utf8_lossy(bytes);
-        let mut words = text.split_terminator('\0').map(str::to_owned);
-        ViewerMessage { scene: words.next().filter(|text| !text.is_empty()), histograms: words.collect() }
+        let mut message = ViewerMessage::default();
+        for word in String::from_utf8_lossy(bytes).split_terminator('\0') {
+            let (kind, word) = word.split_at_checked(1).unwrap_or_default();
+            match kind {
+                "a" | "s" => (message.scene, message.is_announced) = (Some(word.to_owned()), kind == "a"),
+                "b" => message.budgets_ms.extend(budget(word)),
+                "h" => message.histogram = Some(word.to_owned()),
+                _ => message.probe = probe(word),
+            }
+        }
+        message
     }
+}
+
+fn budget(word: &str) -> Option<(String, f64)> {
+    let (ms, view) = word.split_once(' ')?;
+    Some((view.to_owned(), ms.parse().ok()?))
+}
+
+fn probe(word: &str) -> Option<([f64; 2], String)> {
+    let mut words = word.splitn(3, ' ');
+    let [x, y, view] = [words.next()?, words.next()?, words.next()?];
+    Some(([x.parse().ok()?, y.parse().ok()?], view.to_owned()))
 }
 
 #[cfg(test)]
@@ -38,14 +67,19 @@ mod tests {
 
     #[test]
     fn messages_arrive_as_they_were_sent() {
-        let names = || vec!["theta".to_owned(), "ä w".to_owned()];
-        for (scene, histograms) in [
-            (None, Vec::new()),
-            (Some("field = \"q\"\n".to_owned()), Vec::new()),
-            (None, names()),
-            (Some("field = \"q\"".to_owned()), names()),
+        let scene = || Some("field = \"q\"\n".to_owned());
+        let budgets_ms = BTreeMap::from([(String::new(), 0.1 + 0.2), ("ä b".to_owned(), 1e9)]);
+        for message in [
+            ViewerMessage::default(),
+            ViewerMessage { scene: scene(), ..ViewerMessage::default() },
+            ViewerMessage { scene: scene(), is_announced: true, ..ViewerMessage::default() },
+            ViewerMessage { histogram: Some("ä w".to_owned()), budgets_ms, ..ViewerMessage::default() },
+            ViewerMessage {
+                scene: scene(),
+                probe: Some(([1.0 / 3.0, 1.0], "ä b".to_owned())),
+                ..ViewerMessage::default()
+            },
         ] {
-            let message = ViewerMessage { scene, histograms };
             assert_eq!(ViewerMessage::read(&message.bytes()), message);
         }
         assert!(ViewerMessage::default().bytes().is_empty());

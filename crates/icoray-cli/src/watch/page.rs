@@ -75,7 +75,7 @@ impl Page {
             if self.last.is_some() {
                 self.change = Some(new);
             } else {
-                self.view.refuse(&new, "no time has been drawn yet");
+                self.view.refuse(&new.before, "no time has been drawn yet");
             }
         }
         self.last.is_some() && (self.change.is_some() || !self.questions.is_empty())
@@ -106,7 +106,7 @@ impl Page {
     /// The scene of the last change cannot be drawn.
     pub fn refuse(&mut self, why: &str) {
         if let Some(change) = self.change.take() {
-            self.view.refuse(&change, why);
+            self.view.refuse(&change.before, why);
         }
     }
 

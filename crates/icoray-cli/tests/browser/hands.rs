@@ -1,6 +1,9 @@
 //! The mouse: turning, zooming, editing a knot, probing, playing.
 
-use crate::page::Shown;
+use crate::browser::Browser;
+use crate::page::{Shown, folder};
+use crate::run::icoray;
+use crate::viewer::Viewer;
 use icoray::{Renderer, Scene};
 use std::collections::BTreeSet;
 
@@ -177,5 +180,60 @@ fn times_are_played_until_a_hand_stops_them() {
     let time = browser.number("store.scene.time");
     browser.until_text("#time-label", &format!("{}/3", time + 1.0));
     browser.until_page("no more refining", "return !document.querySelector('.is-pending');");
+    browser.is_quiet();
+}
+
+/// Chooses a field in the colour panel.
+const CHOOSE_W: &str = "const select = document.querySelector('#colours select[aria-label=Field]'); select.value = 'w';
+     select.dispatchEvent(new Event('change'));";
+
+#[test]
+fn an_isosurface_is_suggested_for_the_field_that_was_chosen() {
+    let Some(shown) = Shown::start() else { return };
+    let Shown { browser, viewer, .. } = &shown;
+    let range = viewer.get("/api/histogram?field=w").json()["range"].clone();
+    // The histogram comes when the test lets it.
+    browser.js("const own = window.fetch; const letGo = new Promise((resolve) => { window.letGo = resolve; });
+         window.fetch = async (path, options) => {
+           if (String(path).includes('histogram')) { window.isAsked = true; await letGo; }
+           return own(path, options);
+         };");
+    browser.js(&format!(
+        "{CHOOSE_W} [...document.querySelectorAll('#colours button')].find((b) => b.textContent === 'Add isosurface').click();"
+    ));
+    browser.until("the histogram is asked for", "return window.isAsked;");
+    browser.js("window.letGo();");
+    let added = browser.until_page("an isosurface", "return store.scene.values.isosurfaces?.[0];");
+    let [low, high] = [0, 1].map(|k: usize| range[k].as_f64().unwrap());
+    // That of the other tab is not of the values of a picture, which may be another field's.
+    let other = browser.ask(
+        "const { additionOf } = await import('/hints.js');
+         store.frame = { ...store.frame, value_range: [1e9, 2e9] };
+         return (await additionOf({ name: 'isosurfaces' })).at(-1).value;",
+    );
+    for added in [added, other] {
+        assert_eq!(added["field"], "w");
+        assert!(added["value"].as_f64().is_some_and(|value| (low..=high).contains(&value)), "{added} of {range}");
+    }
+    browser.is_quiet();
+}
+
+#[test]
+fn what_is_said_of_a_picture_is_of_the_surface_that_it_shows() {
+    let Some(browser) = Browser::start() else { return };
+    let folder = folder("made.nc");
+    let scene = "field = 'theta'\n[[surfaces]]\nlayer = 0\nfield = 'theta'\ntransfer = { map = 'magma' }\n";
+    std::fs::write(folder.path().join("s.toml"), scene).unwrap();
+    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    browser.resize([800, 560], false);
+    browser.open(&viewer);
+    browser.until_text("#facts", "theta");
+    browser.until("the panel", "return document.querySelector('#colours select[aria-label=Field]');");
+    browser.changed_by(|| drop(browser.js(CHOOSE_W)));
+    let said = browser.ask(
+        "const { values, field } = store.scene;
+         return [values.field, values.surfaces[0].field, field, document.querySelector('#facts span span').textContent];",
+    );
+    assert!(said.as_array().unwrap().iter().all(|name| name.as_str().unwrap().starts_with('w')), "{said}");
     browser.is_quiet();
 }

@@ -44,6 +44,18 @@ fn two_viewers_steer_against_each_other() {
     browser.resize([900, 700], false);
     browser.open(viewer);
     two.agree();
+    // Whichever window is the larger has its picture's size.
+    let width = |window: usize| {
+        two.to(window);
+        browser.ask("const { size } = await import('/view.js'); return [size(false)[0], store.frame.width];")
+    };
+    let [own, shown] = [0, 1].map(|at: usize| width(1)[at].as_u64());
+    assert!(shown == own && width(0)[1] == width(1)[1] && width(0)[0].as_u64() < own, "{own:?} {shown:?}");
+    two.to(1);
+    browser.changed_by(|| browser.resize([640, 480], false));
+    two.agree();
+    let [own, shown] = [0, 1].map(|at: usize| width(0)[at].as_u64());
+    assert!(shown == own && width(1)[1] == width(0)[1], "{own:?} {shown:?}");
     two.to(0);
     let start = browser.camera();
 
@@ -96,6 +108,8 @@ fn two_viewers_steer_against_each_other() {
     browser.wait(browser.client().close_window());
     two.to(0);
     browser.rests();
+    let own = "const { size } = await import('/view.js'); return store.frame.width === size(false)[0];";
+    browser.until_page("a picture of the size of the window that is left", own);
     browser.resize(SCREEN, false);
     browser.changed_by(|| browser.press(&["Shift Right"]));
     browser.is_quiet();

@@ -34,7 +34,7 @@ fn company(table: &str, path: &str) -> Table {
         }
         "transfer.knots" => "value = 0\ncolor = 'red'",
         "transfer.range" if path.ends_with("hysteresis") => "union = [1, 99]",
-        "isosurfaces" => "value = 1",
+        "isosurfaces" if path != "isosurfaces.values" => "value = 1",
         "clip" => "lat = [0, 1]",
         "clip.half_space" => "towards = [0, 0]",
         "derive" if path != "derive.magnitude" => "name = 'a'\nanomaly = 'b'\nfrom = 'zonal mean'",
@@ -120,23 +120,27 @@ fn numbers_just_within_the_bounds_are_taken_and_those_just_outside_are_refused()
 #[test]
 fn lists_have_as_many_entries_as_the_schema_says() {
     let counted: Vec<_> = all_keys().into_iter().filter(|(_, key)| key.count != [0, usize::MAX]).collect();
-    assert_eq!(counted.len(), 5, "of knots, pairs of opacity (in [[volumes]] too) and magnitudes");
+    assert_eq!(counted.len(), 12, "of knots, pairs of opacity (in [[volumes]] too), values, magnitudes, and sections");
     for (path, key) in counted {
         let entry = |i: usize| match key.kind {
             Kind::List(Kind::Text) => Value::from(format!("f{i}")),
             Kind::List(Kind::Vector(_)) => vec![i as f64, 0.5].into(),
+            Kind::List(Kind::Number) => Value::from(i as f64),
+            _ if path == "derive" => Value::from(Table::from_iter([
+                ("name".to_owned(), format!("f{i}").into()),
+                ("magnitude".to_owned(), vec!["a", "b"].into()),
+            ])),
+            Kind::List(Kind::Section) if path != "transfer.knots" => company(&path, &path).into(),
             _ => Value::from(format!("value = {i}\ncolor = 'red'\nopacity = 0.5").parse::<Table>().unwrap()),
         };
         let list = |count: usize| Value::from((0..count).map(entry).collect::<Vec<_>>());
         let [least, most] = key.count;
         for count in [least, most] {
-            parsed(&path, list(count)).unwrap_or_else(|e| panic!("{e}"));
+            parsed(&path, list(count)).unwrap_or_else(|e| panic!("{path}: {e}"));
         }
         let words = format!("expected {least} to {most}");
-        assert!(
-            [least - 1, most + 1].into_iter().all(|count| is_refused(&path, list(count), &[&path, &words])),
-            "{path}"
-        );
+        let mut wrong = least.checked_sub(1).into_iter().chain([most + 1]);
+        assert!(wrong.all(|count| is_refused(&path, list(count), &[&path, &words])), "{path}");
     }
 }
 
@@ -203,9 +207,11 @@ fn lines_of(path: &str) -> Vec<String> {
     };
     let head = ["| key | type | default | range | meaning |", "|---|---|---|---|---|"].map(str::to_owned);
     // Keys that are sections of a section have their text in its table.
-    let about = [section.about.to_owned(), String::new()]
-        .into_iter()
-        .filter(|_| !section.about.is_empty() && !path.contains('.'));
+    let most = find(path).map_or(usize::MAX, |key| key.count[1]);
+    let limit = if most == usize::MAX { String::new() } else { format!("At most {most} entries.") };
+    let about = format!("{} {limit}", section.about).trim().to_owned();
+    let is_listed = !about.is_empty() && !path.contains('.');
+    let about = [about, String::new()].into_iter().filter(|_| is_listed);
     about.chain(head).chain(section.keys.iter().map(row)).collect()
 }
 

@@ -1,5 +1,6 @@
 //! Surfaces on which a field has one value: a section may have several values.
 
+use super::MOST;
 use super::paint::{PaintKeys, paint};
 use super::text::Text;
 use super::transfer::{self, RawTransfer};
@@ -18,7 +19,7 @@ keys! {
         value: Option<Spanned<f64>> = of(Kind::Number).or_else("required, or `values`").note(SQUARED.text),
         /// Several values.
         values: Option<Spanned<Vec<Spanned<f64>>>> =
-            of(Kind::List(&Kind::Number)).or_else("required, or `value`").note("as `value`, at least one"),
+            of(Kind::List(&Kind::Number)).or_else("required, or `value`").count(1, MOST).note("as `value`"),
         /// One colour for all values.
         color: Option<Spanned<String>> = of(Kind::Color(&[])),
         /// A colour for each value.
@@ -47,10 +48,10 @@ pub(super) fn isosurfaces(source: &Text, raw: &Spanned<RawIsosurface>) -> Result
 fn values(source: &Text, raw: &RawIsosurface, span: Range<usize>) -> Result<Vec<f64>> {
     match (&raw.value, &raw.values) {
         (Some(value), None) => Ok(vec![source.value(value, "value", &SQUARED)?]),
-        (None, Some(values)) if !values.get_ref().is_empty() => {
+        (None, Some(values)) => {
+            source.expect_count(values.get_ref().len(), values.span(), "values")?;
             values.get_ref().iter().map(|value| source.value(value, "values", &SQUARED)).collect()
         }
-        (None, Some(none)) => Err(source.bad(none.span(), "values", "no values, expected at least one")),
         _ => Err(source.bad(span, "value", "expected either value or values")),
     }
 }

@@ -16,6 +16,7 @@ use crate::fields::Fields;
 use crate::ranks::{Part, Ranks};
 use first::FirstFrames;
 use icoray_grid::Shape;
+use icoray_grid::memory;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Location};
@@ -109,6 +110,16 @@ impl DerivedFieldCache {
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
     }
 
+    /// Checks that the derived fields of a scene fit into `limit` or into what the system has, beyond those of the frame
+    /// before. They are taken to be as large as the first of `fields`.
+    pub fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>) -> Result<()> {
+        let held =
+            self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
+        // A frame without fields is refused where they are read.
+        let needed = fields.first("").map_or(0, |field| bytes(scene, field));
+        memory::require("derived fields", needed.saturating_sub((held + self.firsts.bytes()) as u64), limit)
+    }
+
     /// A buffer in the highest precision of `of`; reuses a stored one if there is one of this precision.
     fn room_for(&self, of: &[Field]) -> OwnedReals {
         let is_wide = of.iter().any(|field| matches!(field.samples(), Reals::F64(_)));
@@ -167,6 +178,13 @@ pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveIn
     }
     made.remembered = kept.firsts.bytes();
     Ok(Some(made))
+}
+
+/// Bytes of the derived fields that a scene needs, each of which is as large as `field`.
+pub(crate) fn bytes(scene: &Scene, field: &Field) -> u64 {
+    let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
+    let Shape { columns, layers, .. } = *field.shape();
+    (resolve::count_arrays(scene) * columns * layers * value_bytes) as u64
 }
 
 /// The fields of which one is made, which lie at the same places.

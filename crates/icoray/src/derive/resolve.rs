@@ -2,7 +2,7 @@
 
 use crate::fields::Fields;
 use icoray_grid::{Error, ErrorKind, Result};
-use icoray_scene::{Derivation, Scene};
+use icoray_scene::{Derivation, How, Scene};
 use std::fmt;
 
 /// The derivations that a scene needs, each behind those that it is made of.
@@ -29,13 +29,7 @@ fn find(all: &[Derivation], name: &str, count: usize) -> Option<usize> {
 impl<'s> NeededDerivations<'s> {
     pub fn of(scene: &'s Scene, fields: &Fields) -> Result<Self> {
         let all = &scene.scenery.derived;
-        let mut is_needed = vec![false; all.len()];
-        let shown = scene.shown_fields().into_iter();
-        shown.filter_map(|name| find(all, name, all.len())).for_each(|at| is_needed[at] = true);
-        for at in (0..all.len()).rev().filter(|at| is_needed[*at]).collect::<Vec<_>>() {
-            need_inputs(all, at, &mut is_needed);
-        }
-        let needed = (0..all.len()).filter(|at| is_needed[*at]);
+        let needed = numbers_of_needed(scene).into_iter();
         let derivations = needed.map(|at| NeededDerivation { derivation: &all[at], origin: origin(all, at) }).collect();
         let needed = NeededDerivations { derivations, unnamed: first_of_model(scene, fields) };
         match needed.twice() {
@@ -51,6 +45,24 @@ impl<'s> NeededDerivations<'s> {
         let names: Vec<&str> = self.derivations.iter().map(|one| one.derivation.name.as_str()).collect();
         names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)).map(|(_, name)| *name)
     }
+}
+
+/// Numbers of the derivations that a scene needs.
+fn numbers_of_needed(scene: &Scene) -> Vec<usize> {
+    let all = &scene.scenery.derived;
+    let mut is_needed = vec![false; all.len()];
+    let shown = scene.shown_fields().into_iter();
+    shown.filter_map(|name| find(all, name, all.len())).for_each(|at| is_needed[at] = true);
+    for at in (0..all.len()).rev().filter(|at| is_needed[*at]).collect::<Vec<_>>() {
+        need_inputs(all, at, &mut is_needed);
+    }
+    (0..all.len()).filter(|at| is_needed[*at]).collect()
+}
+
+/// Number of arrays that the derived fields of a scene take, with those of first frames.
+pub(super) fn count_arrays(scene: &Scene) -> usize {
+    let arrays = |at: usize| if matches!(scene.scenery.derived[at].how, How::FromFirst(_)) { 2 } else { 1 };
+    numbers_of_needed(scene).into_iter().map(arrays).sum()
 }
 
 /// Marks the inputs of derivation `at`, recursively.

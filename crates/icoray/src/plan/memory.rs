@@ -28,6 +28,8 @@ pub struct FrameMemory {
     pub half_edges: u64,
     /// Averages of a field at corners.
     pub averages: u64,
+    /// Derived fields, and the fields of first frames of which they are made.
+    pub derived: u64,
     /// Bits of the blocks in which something can be seen.
     pub occupancy: u64,
     /// Gradients at the vertices that rays can pass.
@@ -37,11 +39,12 @@ pub struct FrameMemory {
 }
 
 impl FrameMemory {
-    fn parts(&self) -> [(&'static str, u64); 6] {
+    fn parts(&self) -> [(&'static str, u64); 7] {
         [
             ("tables of the grid", self.grid),
             ("half-edges", self.half_edges),
             ("averages of corners", self.averages),
+            ("derived fields", self.derived),
             ("visible blocks", self.occupancy),
             ("gradients", self.gradients),
             ("picture", self.picture),
@@ -102,6 +105,7 @@ impl Plan {
             grid: grid.derived_bytes() as u64 - if are_made { half_edges } else { 0 },
             half_edges: if walks { half_edges } else { 0 },
             averages: self.average_bytes,
+            derived: self.derived_bytes,
             occupancy: self.occupancy_bytes(scene, grid, with),
             gradients: if with.is_lit { self.gradient_bytes(scene, grid, with, counts_cells) } else { 0 },
             picture: PIXEL * u64::from(scene.width) * u64::from(scene.height),

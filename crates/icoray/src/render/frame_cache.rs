@@ -160,6 +160,7 @@ impl FrameCache {
             grid: 0,
             half_edges: if has_half_edges { 0 } else { all.half_edges },
             averages: 0,
+            derived: 0,
             occupancy: all.occupancy.saturating_sub(self.visible.bytes(OccupancyMask::bytes)),
             gradients: all.gradients.saturating_sub(self.gradients.bytes(PartialGradients::bytes)),
             picture: all.picture,

@@ -7,11 +7,11 @@ use crate::derive;
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranges::FieldValues;
-use crate::ranks::Ranks;
+use crate::ranks::{Decomposition, GatherInputs, Ranks};
 use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
-use icoray_grid::{Field, Grid, Layers, Result};
+use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
 use icoray_kernel::transfer::KernelKnot;
 use icoray_kernel::{Frustum, Stretch, Traversal};
 use icoray_scene::Scene;
@@ -109,6 +109,39 @@ impl Renderer {
         let place = [at[0] * f64::from(scene.width), at[1] * f64::from(scene.height)];
         let (eye, dir) = ray(scene, place);
         shell.probe(grid, (eye, dir), scene.core.is_some())
+    }
+}
+
+impl Renderer {
+    /// As [`Self::probe`] of `grid`, of which each rank has what `held` says, and its layers. Collective; the answer is
+    /// rank 0's, others have `None`. Ranks with columns or parts put the fields together as for a frame.
+    ///
+    /// # Errors
+    /// Those of [`Self::probe`] on rank 0; on all ranks as [`Self::render_columns`], and
+    /// [`ErrorKind::Unsupported`] where parts are on several nodes.
+    pub fn probe_held<'f>(
+        &self,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        (grid, held, layers): (&Grid, Option<&Decomposition>, &Layers),
+        fields: impl Into<Fields<'f>>,
+        at: [f64; 2],
+    ) -> Result<Option<Probe>> {
+        let (fields, is_root) = (fields.into(), ranks.is_root());
+        let probe = |grid: &Grid, fields| if is_root { self.probe(scene, grid, layers, fields, at) } else { Ok(None) };
+        let Some(Decomposition::Columns(columns)) = held else { return probe(grid, fields) };
+        let derivation_inputs = scene.derivation_inputs().collect();
+        let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs };
+        let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
+        let found = match gathered.part() {
+            Some(_) => {
+                let why = "a ray cannot be probed where nodes have their parts of the grid";
+                Err(Error::new(ErrorKind::Unsupported, why))
+            }
+            None => gathered.fields().and_then(|fields| probe(gathered.grid(grid), fields.needed_by(scene)?)),
+        };
+        gathered.leave(ranks);
+        found
     }
 }
 

@@ -1,6 +1,6 @@
 //! Frames and grids that do not fit into memory are refused, with the bytes that are missing.
 
-use icoray::{ErrorKind, Field, Grid, IcosahedralMesh, Layers, Location, Plan, Renderer, Scene, Shape};
+use icoray::{ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, Plan, Renderer, Scene, Shape};
 use std::process::Command;
 
 const LAYERS: usize = 4;
@@ -46,6 +46,32 @@ fn a_frame_that_does_not_fit_is_refused_with_what_is_missing() {
     }
     let [lit, _] = refused(LIT, 1000);
     assert!(lit.as_ref().is_some_and(|error| error.contains("gradients ")), "{lit:?}");
+}
+
+#[test]
+fn derived_fields_that_do_not_fit_are_refused_before_they_are_made() {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let layers = Layers::from_heights(&[0.0, 100e3, 200e3, 300e3], 6.371e6).unwrap();
+    let values = vec![0.5f32; grid.cells() * LAYERS];
+    let shape = Shape::level_fastest(grid.cells(), LAYERS);
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let derive = "[[derive]]\nname = \"a\"\nanomaly = \"f\"\nfrom = \"first\"\n[[derive]]\nname = \"b\"\nsum = { a = 2 }\n\
+                  [[derive]]\nname = \"c\"\nsum = { b = 2 }\n[[surfaces]]\nfield = \"b\"\n";
+    let scene = scene(derive, 3.2);
+    let memory = Plan::new(&scene, &grid, &layers, &field).unwrap().memory(&scene, &grid);
+    // The first frame, the anomaly of it, and twice that; "c" is not shown.
+    assert_eq!(memory.derived as usize, 3 * size_of_val(values.as_slice()));
+    assert!(memory.to_string().contains("derived fields "), "{memory}");
+    let fields = || Fields::new([("f", field)]);
+    let renderer = Renderer::new(1).unwrap().with_memory_limit(memory.derived - 7);
+    let error = renderer.render(&scene, &grid, &layers, fields()).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
+    assert!(error.context().starts_with("derived fields: ") && error.context().ends_with(" 7 are missing"), "{error}");
+    let renderer = Renderer::new(1).unwrap().with_memory_limit(memory.total());
+    for _ in 0..2 {
+        renderer.render(&scene, &grid, &layers, fields()).unwrap();
+    }
 }
 
 /// Gradients of a close-up are those of few cells.

@@ -1,6 +1,7 @@
 //! The page itself, on rank 0: its address, its scene, its questions.
 
-use crate::boundary::{Failure, Outcome, caught};
+use super::time_budget::TimeBudget;
+use crate::boundary::Outcome;
 use crate::context::inputs::Inputs;
 use crate::context::viewer_message::ViewerMessage;
 use crate::drawing::Drawing;
@@ -11,6 +12,7 @@ use icoray_live::{
     Change, Description, FieldDescription, Histogram, LiveView, Options, PictureSize, Probe, Question, Reply,
     SharedSteered, Steered, steering_reader,
 };
+use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
@@ -27,15 +29,17 @@ pub(super) struct Page {
     view: Arc<LiveView>,
     address: PathBuf,
     steered: SharedSteered,
+    budget: TimeBudget,
     /// What was taken and is not done yet: a call in which the ranks do not agree does nothing.
     change: Option<Change>,
     histograms: Vec<(String, Reply<Histogram>)>,
-    probes: Vec<([f64; 2], Reply<Option<Probe>>)>,
+    /// With the view of which a place is asked.
+    probes: Vec<([f64; 2], String, Reply<Option<Probe>>)>,
 }
 
 impl Page {
     /// Serves the page and writes its address to a file that only the user can read.
-    pub fn open(live: Live, text: &str, inputs: &Inputs, drawing: &Drawing) -> Outcome<Self> {
+    pub fn open(live: Live, text: &str, inputs: &Inputs, drawing: &mut Drawing) -> Outcome<Self> {
         let options = Options { port: live.port, size: PictureSize::Scene, is_framed: false };
         let fields = inputs.fields.keys().cloned().collect();
         let steered = SharedSteered::new(Steered { text: text.to_owned(), fields }.into());
@@ -45,30 +49,46 @@ impl Page {
         written(&address, &view.address())?;
         let whole = view.address();
         let (place, _token) = whole.split_once('#').unwrap_or((&whole, ""));
-        drawing.inform(&format!("live view at {place} of this machine; its whole address is in {}", address.display()));
+        drawing.warn(&format!("live view at {place} of this machine; its whole address is in {}", address.display()));
         let view = Arc::new(view);
         let shows = Arc::downgrade(&view);
-        drawing.pass_frames_on(Box::new(move |frame| {
+        drawing.pass_frames_on(Some(Box::new(move |frame| {
             if let Some(view) = shows.upgrade() {
                 let revision = revision_of(&frame);
                 view.show(frame, revision);
             }
-        }));
-        let (change, histograms, probes) = (None, Vec::new(), Vec::new());
-        Ok(Page { view, address, steered, change, histograms, probes })
+        })));
+        let (budget, change, histograms, probes) = (TimeBudget::new(live.time_budget_ms), None, Vec::new(), Vec::new());
+        Ok(Page { view, address, steered, budget, change, histograms, probes })
     }
 
     fn steered(&self) -> MutexGuard<'_, Steered> {
         self.steered.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What viewers have sent and is not done yet.
-    pub fn take(&mut self, inputs: &Inputs) -> ViewerMessage {
+    /// Counts the time of pictures that were drawn; goes back to the model's own scene where viewers' takes too long.
+    pub fn count_pictures(&mut self, drawing: &mut Drawing) {
+        let mut ended = None;
+        for picture in drawing.take_costs() {
+            let step = picture.step;
+            ended = ended.or(self.budget.count(picture).map(|why| (step, why)));
+        }
+        if let Some((step, why)) = ended {
+            drawing.warn(&format!("step {step}: the viewers' scene takes too long: {why}"));
+            let own = self.steered().text.clone();
+            self.change = Some(self.view.refuse(&own, &why));
+        }
+    }
+
+    /// What viewers have sent and is not done yet, where `script` of the text `current` is drawn: the scene and one
+    /// question of each kind.
+    pub fn take(&mut self, inputs: &Inputs, script: &Script, current: &str) -> ViewerMessage {
         let mut steered = self.steered();
         if steered.fields.len() != inputs.fields.len() {
             steered.fields.extend(inputs.fields.keys().cloned());
             self.view.describe(describe(inputs));
         }
+        let own = steered.text.clone();
         drop(steered);
         let taken = self.view.take();
         if let Some(new) = taken.change {
@@ -78,78 +98,82 @@ impl Page {
         for question in taken.questions {
             match question {
                 Question::Histogram { field, reply } => self.histograms.push((field, reply)),
-                Question::Probe { at, reply } => self.probes.push((at, reply)),
+                Question::Probe { at, reply } => self.probes.push((at, taken.view.clone(), reply)),
                 Question::Picture { reply, .. } => {
                     let shown = self.view.shown().map(|frame| Frame::clone(&frame));
                     reply.send(shown.ok_or_else(|| unanswered("no picture has been drawn yet")));
                 }
             }
         }
+        self.histograms.retain(|(_, reply)| !reply.is_gone());
+        self.probes.retain(|(_, _, reply)| !reply.is_gone());
+        let scene = self.change.as_ref().map(|change| change.text.clone());
+        let scene = scene.filter(|text| *text == own || self.budget.is_open());
+        let is_own = scene.as_deref().unwrap_or(current) == own;
         ViewerMessage {
-            scene: self.change.as_ref().map(|change| change.text.clone()),
-            histograms: self.histograms.iter().map(|(name, _)| name.clone()).collect(),
+            scene,
+            is_announced: false,
+            budgets_ms: if is_own { BTreeMap::new() } else { self.budget.of_views(script) },
+            histogram: self.histograms.first().map(|(name, _)| name.clone()),
+            probe: self.probes.first().map(|(at, view, _)| (*at, view.clone())),
         }
     }
 
-    /// All ranks have taken the scene that viewers have set, or none has. It is kept beside the pictures and named in the
-    /// log.
-    pub fn taken(&mut self, outcome: Outcome<()>, stamp: &Stamp, drawing: &mut Drawing) {
+    /// All ranks have taken the scene that viewers have set, or none has; `is_steered` where another scene than the
+    /// model's own is drawn now. It is kept beside the pictures and named in the log.
+    pub fn taken(&mut self, outcome: Outcome<()>, is_steered: bool, stamp: &Stamp, drawing: &mut Drawing) {
         let Some(change) = self.change.take() else { return };
         if let Err(failure) = outcome {
             drawing.warn(&format!("step {}: a viewer's scene cannot be drawn: {}", stamp.step, failure.message));
-            self.view.refuse(&change, &failure.message);
+            self.view.refuse(&change.before, &failure.message);
             return;
         }
+        self.budget.begin(is_steered, stamp.step);
         drawing.set_note((NOTE, format!("{}, in {}", change.revision, Change::FILE)));
-        let keys = change.keys().join(", ");
-        drawing.inform(&format!("step {}: a viewer has set {keys}", stamp.step));
+        let what = match is_steered {
+            true => format!("a viewer has set {}", change.keys().join(", ")),
+            false => "the model's own scene is drawn again".to_owned(),
+        };
+        drawing.warn(&format!("step {}: {what}", stamp.step));
         if let Err(error) = change.keep(drawing.directory()) {
             drawing.warn(error.context());
         }
     }
 
-    /// Answers the first request for the histogram of this field.
+    /// Answers all who have asked for the histogram of this field.
     pub fn answer_histogram(&mut self, name: &str, found: Outcome<icoray_core::Histogram>, inputs: &Inputs) {
-        let Some(at) = self.histograms.iter().position(|(its, _)| its == name) else { return };
-        let (_, reply) = self.histograms.remove(at);
         let histogram = found.map(|found| Histogram::new(name, units(inputs, name), found));
-        reply.send(histogram.map_err(|failure| unanswered(&failure.message)));
-    }
-
-    /// Answers all probes from the data of this step.
-    pub fn answer_probes(&mut self, script: &Script, stamp: &Stamp, inputs: &Inputs, drawing: &Drawing) {
-        for (at, reply) in std::mem::take(&mut self.probes) {
-            let found = caught(|| self.probe(at, script, stamp, inputs, drawing).map_err(Failure::from));
-            reply.send(found.map_err(|failure| unanswered(&failure.message)));
+        let histogram = histogram.map_err(|failure| unanswered(&failure.message));
+        for (_, reply) in self.histograms.extract_if(.., |(its, _)| its == name) {
+            reply.send(histogram.clone());
         }
     }
 
-    fn probe(
-        &self,
-        at: [f64; 2],
-        script: &Script,
+    /// Answers the first probe, with the name of the field that was probed.
+    pub fn answer_probe(
+        &mut self,
+        found: Outcome<(Option<icoray_core::Probe>, String)>,
         stamp: &Stamp,
         inputs: &Inputs,
-        drawing: &Drawing,
-    ) -> Result<Option<Probe>> {
-        let name = self.view.view();
-        let view = script.views().iter().find(|view| view.name() == name);
-        let shot = view.and_then(|view| view.shots(stamp).next()).ok_or_else(|| unanswered("the view is gone"))?;
-        let given = inputs.frame_inputs(shot).map_err(|failure| unanswered(&failure.message))?;
-        if given.held.is_some() {
-            return Err(unanswered("a ray cannot be probed where each rank has its part of the grid"));
+    ) {
+        if self.probes.is_empty() {
+            return;
         }
-        let found = drawing.renderer().probe(&given.scene, &given.grid, &given.layers, given.fields, at)?;
-        let field = given.scene.field().to_owned();
-        let units = units(inputs, &field);
-        let shown = self.view.shown();
-        let probe = |found| Probe::new(found, (field, units), at, shown.as_deref());
-        Ok(found.map(|found| Probe { step: Some(stamp.step), ..probe(found) }))
+        let (at, _, reply) = self.probes.remove(0);
+        let probe = found.map(|(found, field)| {
+            let (units, shown) = (units(inputs, &field), self.view.shown());
+            let probe = |found| Probe::new(found, (field, units), at, shown.as_deref());
+            found.map(|found| Probe { step: Some(stamp.step), ..probe(found) })
+        });
+        reply.send(probe.map_err(|failure| unanswered(&failure.message)));
     }
 
     /// Shows a scene that the model has set in place of what viewers have.
-    pub fn load(&mut self, text: &str) {
+    pub fn load(&mut self, live: Live, text: &str, drawing: &mut Drawing) {
         text.clone_into(&mut self.steered().text);
+        // Pictures of the scene before say nothing of this one.
+        self.budget = TimeBudget::new(live.time_budget_ms);
+        drawing.take_costs();
         // The reader refuses what a page cannot show; the scene is drawn all the same.
         let _ = self.view.load(text);
         let taken = self.view.take();

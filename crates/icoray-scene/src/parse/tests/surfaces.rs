@@ -114,7 +114,7 @@ fn bad_isosurfaces_are_named() {
         (of("value = 1\nvalues = [1]"), "line 5 | key isosurfaces.value: | either value or values"),
         (of("value = inf\ncolor = \"red\""), "line 7 | key isosurfaces.value: inf | finite"),
         (of("values = [1,\n nan]\ncolor = \"red\""), "line 8 | key isosurfaces.values: NaN | finite"),
-        (of("values = []\ncolor = \"red\""), "line 7 | key isosurfaces.values: | at least one"),
+        (of("values = []\ncolor = \"red\""), "line 7 | key isosurfaces.values: | 0 entries, expected 1 to 64"),
         (of("values = [1, 2]\ncolors = [\"red\"]"), "line 8 | key isosurfaces.colors: 1 colours | expected 2"),
         (of("values = [1]\ncolors = [\"re\"]"), "line 8 | key isosurfaces.colors: | re | CSS"),
         (

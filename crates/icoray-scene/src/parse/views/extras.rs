@@ -88,14 +88,20 @@ keys! {
     struct RawLive {
         /// Port of the page on the machine of the first rank; another one if it is taken.
         port: Option<Spanned<i64>> = integer(1..=65535).or_else("8750 or the next that is free"),
+        /// Milliseconds that a picture may take whose scene viewers have set; the quality is reduced to stay within it.
+        /// Where that is not enough, the model's own scene is drawn again.
+        time_budget_ms: Option<Spanned<f64>> =
+            number(1.0..=1e9).or_else("twice what the last picture of the model's own scene took"),
     }
 }
 
 /// `[live]`, which is of the file and not of its views.
 pub fn live(source: &Text, root: &mut DeTable) -> Result<Option<Live>> {
     let Some(raw) = take::<RawLive>(source, root, "live")? else { return Ok(None) };
-    let port = raw.into_inner().port.map(|port| source.count(Some(&port), "live.port")).transpose()?;
-    Ok(Some(Live { port: port.map(|port| port as u16) }))
+    let RawLive { port, time_budget_ms } = raw.into_inner();
+    let port = port.map(|port| source.count(Some(&port), "live.port")).transpose()?;
+    let time_budget_ms = source.optional_number(time_budget_ms.as_ref(), "live.time_budget_ms")?;
+    Ok(Some(Live { port: port.map(|port| port as u16), time_budget_ms }))
 }
 
 /// Whether a running model is to render in the background.

@@ -351,9 +351,11 @@ fn names_that_are_left_to_icoray_have_the_date_where_that_is_asked_for() {
 #[test]
 fn a_model_is_asked_for_a_page_by_its_file_alone() {
     assert_eq!(parse(BASE).live(), None);
-    assert_eq!(parse(&format!("{BASE}[live]\n")).live(), Some(Live { port: None }));
-    let script = parse(&format!("{BASE}[live]\nport = 9000\n[[views]]\nname = 'a'\n[[views]]\nname = 'b'\n"));
-    assert_eq!((script.live(), script.views().len()), (Some(Live { port: Some(9000) }), 2));
+    assert_eq!(parse(&format!("{BASE}[live]\n")).live(), Some(Live::default()));
+    let script = parse(&format!(
+        "{BASE}[live]\nport = 9000\ntime_budget_ms = 40\n[[views]]\nname = 'a'\n[[views]]\nname = 'b'\n"
+    ));
+    assert_eq!((script.live(), script.views().len()), (Some(Live { port: Some(9000), time_budget_ms: Some(40.0) }), 2));
     for (text, wanted) in [
         ("[live]\nport = 0\n", "key live.port: 0, expected an integer from 1 to 65535"),
         ("[live]\nhost = 'a'\n", "host"),
