@@ -398,7 +398,7 @@ fn what_takes_too_long_gets_coarser_and_ends() {
 #[test]
 fn what_takes_too_much_memory_is_refused_with_the_bytes() {
     let Watched { folder: _kept, to, mut model, viewer } = Watched::start("large", &format!("{SCENE}{LIVE}"));
-    let volumes = vec![r#"{"field":"f"}"#; 8].join(",");
+    let volumes = [r#"{"field":"f"}"#; 8].join(",");
     let changes = format!(
         r#"{{"path":["field"]}},{{"path":["transfer"]}},{{"path":["volumes"],"value":[{volumes}]}},{},
            {{"path":["light"],"value":{{"kind":"headlight"}}}}"#,
