@@ -9,7 +9,7 @@ use icoray_grid::threads::Threads;
 use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
 use icoray_kernel::Counts;
 use icoray_output::{Frame, FrameReport};
-use icoray_scene::Scene;
+use icoray_scene::{Scene, Volume};
 use icoray_test_support::PATIENCE;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -196,8 +196,7 @@ fn what_is_wrong_on_one_rank_is_everybodys_error() {
 /// Data of the same sizes and ranges: what a rank draws of them would not fit the tiles of the others.
 #[test]
 fn ranks_with_other_tables_or_values_draw_no_picture() {
-    const TEXT: &str = "heights = \"native\"\n[[derive]]\nname = \"d\"\nsum = { t = 1, u = 2 }\n[[volumes]]\n\
-                        field = \"d\"\ntransfer = { map = \"viridis\", range = [-3, 9], opacity = [[-3, 0.1], [9, 0.1]] }";
+    const TEXT: &str = "heights = \"native\"\n[[derive]]\nname = \"d\"\nsum = { t = 1, u = 2 }";
     let world = World::new();
     let heights: Vec<f64> =
         (0..world.values.len()).map(|i| (1e4 * (i % LAYERS) as f64) + (i / LAYERS) as f64).collect();
@@ -221,7 +220,7 @@ fn ranks_with_other_tables_or_values_draw_no_picture() {
             let outcomes = on_ranks(3, |ranks| {
                 let mut mesh = IcosahedralMesh::new(3).unwrap();
                 let times = |factor: f32| world.values.iter().map(|value| factor * value).collect::<Vec<f32>>();
-                let (mut fields, mut heights) = ([1.0, -1.0, 0.5].map(times), heights.clone());
+                let (mut fields, mut heights) = ([1.0, -1.0, 0.2].map(times), heights.clone());
                 (fields[0][5], fields[0][8]) = (0.0, f32::NAN);
                 if ranks.rank() == 1 {
                     change(&mut mesh, &mut fields, &mut heights);
@@ -230,7 +229,8 @@ fn ranks_with_other_tables_or_values_draw_no_picture() {
                 let of = |values| Field::new(values, *world.field().shape(), Location::Center, None).unwrap();
                 let [q, t, u] = fields.each_ref().map(|values| of(values.as_slice().into()));
                 let fields = Fields::new([("q", q), ("t", t), ("u", u)]).with_heights(of(heights.as_slice().into()));
-                let scene = scene(60, 40, &format!("ranks = \"{scheme}\"\n{TEXT}"));
+                let mut scene = scene(60, 40, &format!("ranks = \"{scheme}\"\n{TEXT}"));
+                scene.volumes.push(Volume { field: "d".into(), ..scene.volumes[0].clone() });
                 let rendered = Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &world.layers, fields);
                 rendered.map(drop).map_err(|error| error.to_string())
             });
