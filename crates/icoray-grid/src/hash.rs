@@ -61,7 +61,8 @@ mod tests {
         let wide: Vec<i64> = mesh.corner_cell.iter().map(|number| i64::from(*number)).collect();
         let tables = GridTables { corner_cell: wide.as_slice().into(), ..mesh.tables() };
         assert_eq!(Grid::new(tables).unwrap().table_hashes(), Grid::new(mesh.tables()).unwrap().table_hashes());
-        let changes: [(fn(&mut IcosahedralMesh), &[&str]); 6] = [
+        type Change = fn(&mut IcosahedralMesh);
+        let changes: [(Change, &[&str]); 6] = [
             (|mesh| mesh.lat_center_rad[9] += 1e-9, &["center"]),
             (|mesh| mesh.lon_corner_rad[9] += 1e-9, &["corner"]),
             (|mesh| mesh.cell_corner[120..126].rotate_left(1), &["cell_corner"]),
