@@ -61,7 +61,8 @@ void grids(icoray_ctx *ctx)
     grid = good_grid;
     grid.cells = good_grid.corners;
     grid.corners = good_grid.cells;
-    REFUSED(ctx, GRID, "80 cells, 42 corners and 120 edges: cells and corners look swapped", icoray_grid_set(ctx, &grid));
+    REFUSED(ctx, GRID, "80 cells, 42 corners and 120 edges: cells and corners look swapped",
+            icoray_grid_set(ctx, &grid));
     grid.edges = good_grid.edges - 1;
     REFUSED(ctx, GRID, "the numbers of cells and corners look swapped", icoray_grid_set(ctx, &grid));
     grid = good_grid;

@@ -72,8 +72,9 @@ static void late(int by_close, int32_t on_error)
     CHECK(unlink(in_output("log_late")) == 0);
 }
 
-#define VOLUME(field) \
-    "[[volumes]]\nfield = \"" field "\"\ntransfer = { map = \"viridis\", range = [0, 2], opacity = [[0, 0.1], [2, 0.9]] }\n"
+#define VOLUME(field)                                                                                                  \
+    "[[volumes]]\nfield = \"" field "\"\n"                                                                             \
+    "transfer = { map = \"viridis\", range = [0, 2], opacity = [[0, 0.1], [2, 0.9]] }\n"
 
 /* Holes of a grid, and fields without values, are told of once. */
 static void oddities(void)

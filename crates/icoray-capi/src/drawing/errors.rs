@@ -46,8 +46,8 @@ impl ErrorWarnings {
         }
         for field in report.without_values.iter().filter(|field| self.empty.add(Some(field.as_str()))) {
             let line = format!(
-                "step {step}{of}: field {field:?} has no values: all are NaN, infinite or its fill value, and nothing of it \
-                 is drawn"
+                "step {step}{of}: field {field:?} has no values: all are NaN, infinite or its fill value, and nothing of \
+                 it is drawn"
             );
             log.say(Level::Warn, &line);
         }

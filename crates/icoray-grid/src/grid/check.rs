@@ -57,8 +57,8 @@ fn refuse_swapped(given: [usize; 3]) -> Result<()> {
     let [cells, corners, edges] = given;
     match PAIRS.into_iter().find(is_exchanged).filter(|_| !is_sphere(given) && cells + corners >= 100) {
         Some((.., names)) => Err(Error::grid(format!(
-            "{cells} cells, {corners} corners and {edges} edges: {names} look swapped, expected 2 corners for 3 edges, and \
-             as many cells and corners as edges and 2"
+            "{cells} cells, {corners} corners and {edges} edges: {names} look swapped, expected 2 corners for 3 edges, \
+             and as many cells and corners as edges and 2"
         ))),
         None => Ok(()),
     }

@@ -84,10 +84,10 @@ impl<'a> Grid<'a> {
     ///
     /// # Errors
     /// [`ErrorKind::Memory`] where the derived tables do not fit;
-    /// [`ErrorKind::Grid`] names the table, row, value, what was expected and, of degrees, swapped numbers of rows or the
-    /// other `index_base`, what it looks like: sizes, index ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F =
-    /// 2 where nothing is missing, one winding, areas summing to 4π with those of void triangles), no zero-area
-    /// triangle, each cell's corners, finite coordinates.
+    /// [`ErrorKind::Grid`] names the table, row, value, what was expected and what it looks like (degrees, exchanged
+    /// numbers of rows, the other `index_base`): sizes, index ranges, each edge's two triangles, each triangle's three
+    /// edges and cells, a closed sphere (V - E + F = 2 where nothing is missing, one winding, areas summing to 4π with
+    /// those of void triangles), no zero-area triangle, each cell's corners, finite coordinates.
     pub fn new(tables: GridTables<'a>) -> Result<Self> {
         check::sizes(&tables)?;
         check::edge_ends(&tables)?;
@@ -162,8 +162,8 @@ impl<'a> Grid<'a> {
         self.hole_filling.void().len()
     }
 
-    /// The holes in words: how many there are and, of the first few, their void triangles and a corner on the rim. `None`
-    /// for a whole sphere.
+    /// The holes in words: how many there are and, of the first few, their void triangles and a corner on the rim.
+    /// `None` for a whole sphere.
     pub fn describe_holes(&self) -> Option<String> {
         const NAMED: usize = 3;
         let holes = self.hole_filling.holes(self.orientations.len());

@@ -9,7 +9,7 @@ use icoray_grid::grid::unit_vector;
 use icoray_grid::{LonLat, Result};
 use std::collections::HashMap;
 
-/// Distance, in planet radii, within which two ranks have the same position of a cell: ten roundings of single precision.
+/// Distance, in planet radii, within which two ranks have the same position of a cell: tens of roundings of f32.
 const POSITION: f64 = 1e-5;
 
 /// Columns as a rank has them, each with its row in a node's field.
@@ -145,8 +145,8 @@ impl ColumnLookup {
                         let [mine, theirs] = [mine, theirs].map(|at| at.map(f64::to_degrees));
                         let number = cell as i64 + i64::from(numbers.grid.tables().index_base);
                         return Err(bad(format!(
-                            "cell {number}: longitude and latitude {theirs:.3?} degrees in the halo of rank {rank}'s node, \
-                             expected {mine:.3?} as on rank {}, which owns the cell; give all ranks the same positions",
+                            "cell {number}: longitude and latitude {theirs:.3?} degrees in the halo of rank {rank}'s \
+                             node, expected {mine:.3?} as on rank {}, which owns the cell; give all ranks the same positions",
                             self.rank
                         )));
                     }

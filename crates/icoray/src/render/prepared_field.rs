@@ -72,8 +72,8 @@ impl PreparedField<'_> {
 }
 
 impl Renderer {
-    /// The fields that `scene` shows, the first one first; [`Plan::new`] has checked that one. Their values are compared
-    /// with those of other ranks if `has_whole`: each has all of them. Collective.
+    /// The fields that `scene` shows, the first one first; [`Plan::new`] has checked that one. If `has_whole`, each rank
+    /// has all values, and they are compared. Collective.
     pub(super) fn prepare_fields<'f>(
         &self,
         ranks: &mut Ranks,
