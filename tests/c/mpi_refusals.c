@@ -31,6 +31,7 @@ static void at_execute(int odd)
     const char *text = by_rank(odd);
     int32_t wants = 0;
     int is_odd = rank == odd;
+    float kept;
     icoray_array other = w.array;
     good(ctx);
 
@@ -62,9 +63,10 @@ static void at_execute(int odd)
     OK(icoray_field_set(ctx, "f", &other));
     TOLD(FIELD, text, icoray_execute(ctx, step + 1, 0.0, NULL));
     OK(icoray_field_set(ctx, "f", &w.array));
+    kept = w.values[5];
     w.values[5] += is_odd ? 100.0f : 0.0f;
-    TOLD(MPI, "field of range", icoray_execute(ctx, step + 1, 0.0, NULL));
-    w.values[5] -= is_odd ? 100.0f : 0.0f;
+    TOLD(MPI, "\"f\" with values of hash", icoray_execute(ctx, step + 1, 0.0, NULL));
+    w.values[5] = kept;
     good(ctx);
     OK(icoray_close(&ctx));
 }

@@ -57,6 +57,18 @@ void grids(icoray_ctx *ctx)
         }
     }
     trying = "";
+    /* Numbers in each other's place: no table is read past its end. */
+    grid = good_grid;
+    grid.cells = good_grid.corners;
+    grid.corners = good_grid.cells;
+    REFUSED(ctx, GRID, "80 cells, 42 corners and 120 edges: cells and corners look swapped",
+            icoray_grid_set(ctx, &grid));
+    grid.edges = good_grid.edges - 1;
+    REFUSED(ctx, GRID, "the numbers of cells and corners look swapped", icoray_grid_set(ctx, &grid));
+    grid = good_grid;
+    grid.corners = good_grid.edges;
+    grid.edges = good_grid.corners;
+    REFUSED(ctx, GRID, "corners and edges look swapped", icoray_grid_set(ctx, &grid));
     REFUSED_WITH(grid, name, NO_UTF8, ARGUMENT, "icoray_grid.name", icoray_grid_set(ctx, &grid));
     /* 32-bit tables that are said to hold 64 bits are not aligned so, or hold other numbers. */
     grid = good_grid;
@@ -67,5 +79,5 @@ void grids(icoray_ctx *ctx)
     grid.struct_size = sizeof grid;
     REFUSED(ctx, ARGUMENT, "icoray_grid", icoray_grid_set(ctx, &grid));
     /* Numbered from 0 and said to be from 1: cell 0 looks like a hole's mark. */
-    REFUSED_WITH(grid, index_base, 1, GRID, "expected 1 to 120", icoray_grid_set(ctx, &grid));
+    REFUSED_WITH(grid, index_base, 1, GRID, "; numbers begin at 0: set index_base = 0", icoray_grid_set(ctx, &grid));
 }

@@ -3,6 +3,7 @@
 
 #include "refusals.h"
 
+#include <math.h>
 #include <unistd.h>
 
 /* Lines of each level. */
@@ -71,8 +72,47 @@ static void late(int by_close, int32_t on_error)
     CHECK(unlink(in_output("log_late")) == 0);
 }
 
+#define VOLUME(field)                                                                                                  \
+    "[[volumes]]\nfield = \"" field "\"\n"                                                                             \
+    "transfer = { map = \"viridis\", range = [0, 2], opacity = [[0, 0.1], [2, 0.9]] }\n"
+
+/* Holes of a grid, and fields without values, are told of once. */
+static void oddities(void)
+{
+    static const char scene[] = "backend = \"cpu\"\n[image]\nwidth = 16\nheight = 16\n"
+                                "[camera]\nlon = 10\nlat = 40\ndistance = 4\n[output]\nfile = \"odd_{step}.png\"\n"
+        VOLUME("f") VOLUME("g");
+    size_t count = (size_t)good_array.columns * LAYERS;
+    float *missing = (float *)allocate(count, sizeof *missing);
+    icoray_grid grid = good_grid;
+    icoray_array array = good_array, empty;
+    icoray_ctx *ctx;
+    Lines lines = {0};
+    for (size_t i = 0; i < count; i++) {
+        missing[i] = NAN;
+    }
+    grid.cells = array.columns = good_grid.cells - 1;
+    empty = array;
+    empty.data = missing;
+    ctx = filled_logging(good_config, counts, &lines, ICORAY_LOG_WARN);
+    OK(icoray_grid_set(ctx, &grid));
+    OK(icoray_scene_text(ctx, scene));
+    for (int step = 1; step <= 6; step++) {
+        OK(icoray_field_set(ctx, "f", step < 5 ? &array : &empty));
+        OK(icoray_field_set(ctx, "g", step < 3 ? &array : &empty));
+        OK(icoray_execute(ctx, step, 0.0, NULL));
+        CHECK(lines.lines[ICORAY_LOG_WARN] == (step + 1) / 2);
+        CHECK(strstr(lines.last[ICORAY_LOG_WARN], step < 3   ? "the grid has 1 hole, closed by"
+                                                  : step < 5 ? "field \"g\" has no values"
+                                                             : "field \"f\" has no values") != NULL);
+    }
+    OK(icoray_close(&ctx));
+    free(missing);
+}
+
 void logged(void)
 {
+    oddities();
     for (int32_t on_error = ICORAY_WARN; on_error <= ICORAY_DISABLE; on_error++) {
         late(0, on_error);
         late(1, on_error);

@@ -6,7 +6,7 @@ use crate::drawing::Drawing;
 use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Script, View};
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 mod collective;
 mod execute;
@@ -38,6 +38,8 @@ pub struct Context {
     before: Option<Stamp>,
     /// Detects fields whose array holds an old time level.
     levels: TimeLevels,
+    /// Grids of pictures so far, whose holes were logged.
+    drawn_grids: Vec<Weak<()>>,
     drawing: Drawing,
     /// The ranks that render together, or this process alone.
     ranks: Ranks,
@@ -70,6 +72,7 @@ impl Context {
             viewers: Viewers::default(),
             before: None,
             levels: TimeLevels::default(),
+            drawn_grids: Vec::new(),
             drawing,
             ranks: Ranks::alone(),
             poison: None,

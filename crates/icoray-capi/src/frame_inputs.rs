@@ -44,6 +44,11 @@ impl FrameInputs<'_> {
         Ok(())
     }
 
+    /// The grid that the picture shows; `None` where each node draws a part of it.
+    pub fn drawn_grid(&self) -> Option<&Grid<'_>> {
+        self.held.as_ref().map_or(Some(&*self.grid), |held| held.drawn_grid(&self.grid))
+    }
+
     /// This rank's grid as a fact that must be equal on all ranks: the verb of the error message, and the description.
     pub fn grid_description(&self) -> (&'static str, String) {
         const NAME: &str = "has a grid";

@@ -46,10 +46,10 @@ fn describe(args: &Args, file: &Dataset, progress: &Progress, out: &mut impl Wri
     writeln!(out, "positions  {}", precision(&tables))?;
     progress.stage("checking the grid");
     match mesh.grid() {
-        Ok(grid) => match grid.void_triangles() {
-            0 => writeln!(out, "grid       passes the check")?,
-            void => writeln!(out, "grid       passes the check; {void} void triangles close its holes")?,
-        },
+        Ok(grid) => {
+            let holes = grid.describe_holes().map_or_else(String::new, |holes| format!("; {holes}"));
+            writeln!(out, "grid       passes the check{holes}")?;
+        }
         Err(e) => writeln!(out, "grid       {e}")?,
     }
     times(file, out)?;

@@ -5,6 +5,7 @@
 //! copied: they become a [`CenterField`].
 
 use crate::error::{Error, ErrorKind, Result};
+use crate::hash::{self, GOLDEN};
 use crate::reals::Reals;
 use crate::sample::Sample;
 use crate::shape::{ElementIndexer, Shape};
@@ -116,6 +117,20 @@ impl<'a> Field<'a> {
         self.value_or_nan(self.samples.get(self.elements.at(self.elements.base(column), layer)))
     }
 
+    /// A hash of `samples` values that are spread over all columns and layers, or of all where there are no more. It
+    /// depends on the values only, not on precision and layout: missing ones are all alike, and so are 0 and -0.
+    pub fn hash_of_samples(&self, samples: usize) -> u64 {
+        let columns = self.shape.columns;
+        let count = columns * self.shape.layers;
+        // The upper bits of a multiple of the golden ratio, as a part of the count.
+        let spread = |i: usize| (((i as u64).wrapping_mul(GOLDEN) as u128 * count as u128) >> 64) as usize;
+        let terms = (0..count.min(samples)).map(|i| {
+            let at = if count <= samples { i } else { spread(i) };
+            hash::term(i, hash::bits(self.value(at % columns, at / columns)))
+        });
+        terms.fold(0, u64::wrapping_add)
+    }
+
     /// The value, or NaN where it marks a missing one.
     #[inline]
     fn value_or_nan(&self, value: f64) -> f64 {
@@ -154,6 +169,12 @@ impl<'a> Field<'a> {
         };
         let columns = (0..self.shape.columns).into_par_iter().with_min_len(4096);
         columns.filter(|column| counts.is_none_or(|counts| counts(*column))).fold(none, add).reduce(none, both)
+    }
+
+    /// Whether any value is there. It looks no further than to the first one.
+    pub fn has_values(&self) -> bool {
+        let Shape { columns, layers, .. } = self.shape;
+        (0..columns).any(|column| (0..layers).any(|layer| !self.value(column, layer).is_nan()))
     }
 
     /// Least and greatest value, and the number of missing values; the range is `None` where all are missing. Parallel.

@@ -30,8 +30,8 @@ impl Layers {
     ///
     /// # Errors
     /// [`ErrorKind::Layers`] names the first layer that is not finite, not positive or not strictly monotone, counted
-    /// from 1; also for heights in place of radii: those that begin below a hundredth of the planet's radius and end
-    /// below half of it.
+    /// from 1; also for heights in place of radii, or other units: those that begin below a hundredth of the planet's
+    /// radius and end below half of it, and those above a hundred planet radii.
     pub fn new(radius_m: Vec<f64>, planet_radius_m: f64) -> Result<Self> {
         let count = radius_m.len();
         let bad = |context| Err(Error::new(ErrorKind::Layers, context));
@@ -60,10 +60,19 @@ impl Layers {
             ));
         }
         let [first, last] = [radius_m[0], radius_m[count - 1]];
-        if first.min(last) < 0.01 * planet_radius_m && first.max(last) < 0.5 * planet_radius_m {
+        let near = |radius: f64| (0.5..2.0).contains(&(radius / planet_radius_m));
+        let advice = if near(1e3 * first) && near(1e3 * last) {
+            "the radii look like kilometres, the planet's radius like metres: give both in metres"
+        } else if near(1e-3 * first) && near(1e-3 * last) {
+            "the radii look like metres, the planet's radius like kilometres: give both in metres"
+        } else {
+            "add that to heights"
+        };
+        let [low, high] = [first.min(last), first.max(last)].map(|radius| radius / planet_radius_m);
+        if low < 0.01 && high < 0.5 || low > 100.0 {
             return bad(format!(
                 "radii {first} to {last}, expected radii from the planet's centre, whose surface is at {planet_radius_m}: \
-                 add that to heights"
+                 {advice}"
             ));
         }
         Ok(Layers { radius_m, planet_radius_m })
@@ -179,6 +188,8 @@ mod tests {
             (vec![0.0, 2.0], "radii are from the planet's centre"),
             (vec![0.005, 0.1], "expected radii from the planet's centre"),
             (vec![0.4, 0.001], "add that to heights"),
+            (vec![1e-3, 1.02e-3], "the radii look like kilometres, the planet's radius like metres"),
+            (vec![1020.0, 1000.0], "the radii look like metres, the planet's radius like kilometres"),
         ] {
             let error = Layers::new(radii, 1.0).unwrap_err();
             assert!(error.to_string().contains(part), "{error}");

@@ -11,6 +11,7 @@ mod error;
 pub mod field;
 pub mod gradient;
 pub mod grid;
+mod hash;
 pub mod heights;
 mod layers;
 mod layout;

@@ -4,7 +4,9 @@ use super::*;
 use icoray::Team;
 use icoray_test_support::{Need, has_tool, runs_long, skip};
 use mpi::ffi;
+use std::ffi::c_int;
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 /// Runs the test of that name on so many ranks, where `work` gets a team of all of them.
 ///
@@ -161,6 +163,47 @@ fn ranks_of_a_node_share_memory() {
         unsafe { std::env::set_var("ICORAY_NODE_RANKS", "2") };
         let node = team.node(10).unwrap();
         assert_eq!((node.leader, node.is_refused), (rank / 2 * 2, false));
+    });
+}
+
+/// Whether this rank's calls of the two functions below fail, which stand before those of MPI.
+static FAILS: AtomicBool = AtomicBool::new(false);
+
+unsafe extern "C" {
+    fn PMPI_Win_lock_all(assert: c_int, win: ffi::MPI_Win) -> c_int;
+    fn PMPI_Win_sync(win: ffi::MPI_Win) -> c_int;
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn MPI_Win_lock_all(assert: c_int, win: ffi::MPI_Win) -> c_int {
+    // SAFETY: passed on.
+    if FAILS.load(SeqCst) { ffi::MPI_ERR_OTHER as c_int } else { unsafe { PMPI_Win_lock_all(assert, win) } }
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn MPI_Win_sync(win: ffi::MPI_Win) -> c_int {
+    // SAFETY: passed on.
+    if FAILS.load(SeqCst) { ffi::MPI_ERR_OTHER as c_int } else { unsafe { PMPI_Win_sync(win) } }
+}
+
+#[test]
+fn nobody_waits_for_a_rank_whose_mpi_fails() {
+    on_ranks(&[2, 3], "nobody_waits_for_a_rank_whose_mpi_fails", |team| {
+        let is_odd = team.rank() == 1;
+        FAILS.store(is_odd, SeqCst);
+        assert!(team.node(1000).unwrap().is_refused, "each rank has memory of its own");
+        FAILS.store(false, SeqCst);
+        let mut node = team.node(1000).unwrap();
+        assert!(!node.is_refused);
+        for fails in [is_odd, false] {
+            node.memory.begin().unwrap();
+            node.memory.put(team.rank(), &[7]);
+            FAILS.store(fails, SeqCst);
+            let settled = node.memory.settle();
+            FAILS.store(false, SeqCst);
+            assert_eq!(settled.is_err(), fails);
+        }
+        assert_eq!(node.memory.bytes()[..team.size()], [7, 7, 7][..team.size()]);
     });
 }
 

@@ -5,7 +5,7 @@
 //! each rank has memory of its own.
 
 use crate::communicator::Communicator;
-use crate::error::{check, failed};
+use crate::error::check;
 use crate::host::MpiTeam;
 use icoray::Result;
 use icoray::ranks::{NodeMemory, NodeShare};
@@ -118,7 +118,7 @@ struct Window {
 unsafe impl Send for Window {}
 
 impl Window {
-    /// `None` on all ranks if MPI cannot allocate it or the system lacks memory. Collective.
+    /// `None` on all ranks if MPI cannot allocate or map it on some, or the system lacks memory. Collective.
     fn new(group: Communicator, bytes: usize) -> Result<Option<Self>> {
         // SAFETY: a handle of MPI's, which is not written to.
         let mut win = unsafe { ffi::RSMPI_WIN_NULL };
@@ -135,14 +135,18 @@ impl Window {
             return Ok(None);
         }
         let mut window = Window { win, start, bytes, is_open: false, group };
-        window.map(bytes)?;
+        if !window.map(bytes)? {
+            // Leaked as above: on some ranks MPI may fail to free it.
+            std::mem::forget(window);
+            return Ok(None);
+        }
         let is_populated = window.populate_pages();
         let is_populated = window.group.is_on_all(is_populated)?;
         Ok(is_populated.then_some(window))
     }
 
-    /// Maps the first rank's memory and begins the access epoch of all ranks.
-    fn map(&mut self, bytes: usize) -> Result<()> {
+    /// Finds the first rank's memory and begins this rank's access epoch; returns the address and the size.
+    fn lock(&self) -> Result<(*mut c_void, ffi::MPI_Aint)> {
         let (mut size, mut unit) = (0, 0);
         let mut start: *mut c_void = ptr::null_mut();
         // SAFETY: a window of ours; numbers and a pointer are written.
@@ -153,15 +157,23 @@ impl Window {
             let nobody_locks = ffi::MPI_MODE_NOCHECK as c_int;
             check("MPI_Win_lock_all", ffi::MPI_Win_lock_all(nobody_locks, self.win))?;
         }
+        Ok((start, size))
+    }
+
+    /// Maps the first rank's memory; false on all ranks if that failed on some. Collective.
+    fn map(&mut self, bytes: usize) -> Result<bool> {
+        let locked = self.lock();
+        // Before the next collective call, which a rank that failed would not enter.
+        if !self.group.is_on_all(locked.is_ok())? {
+            return Ok(false);
+        }
+        let (start, size) = locked?;
         // Skips as many bytes on all ranks, whose memory begins at different addresses.
         let skipped = start.align_offset(LINE) as u64;
         let [skipped, _] = self.group.broadcast([skipped, 0])?;
         self.start = start.cast::<u8>().wrapping_add(skipped as usize);
         let is_fit = self.start.align_offset(8) == 0 && size as usize >= bytes + skipped as usize;
-        if self.group.is_on_all(is_fit)? {
-            return Ok(());
-        }
-        Err(failed("MPI_Win_allocate_shared gave memory of another size or alignment".into()))
+        self.group.is_on_all(is_fit)
     }
 
     /// Populates this rank's share of the pages, so that they are near it; false if there was not enough memory, where
@@ -203,12 +215,12 @@ impl NodeMemory for Window {
     fn settle(&mut self) -> Result<()> {
         // Makes own writes visible, waits for all ranks, then sees their writes.
         // SAFETY: a window of ours, between lock and unlock.
-        check("MPI_Win_sync", unsafe { ffi::MPI_Win_sync(self.win) })?;
+        let is_visible = check("MPI_Win_sync", unsafe { ffi::MPI_Win_sync(self.win) });
+        // The others wait in it, whatever failed here.
         self.group.barrier()?;
-        // SAFETY: as above.
-        check("MPI_Win_sync", unsafe { ffi::MPI_Win_sync(self.win) })?;
         self.is_open = false;
-        Ok(())
+        // SAFETY: as above.
+        is_visible.and(check("MPI_Win_sync", unsafe { ffi::MPI_Win_sync(self.win) }))
     }
 
     fn bytes(&self) -> &[u8] {

@@ -1,6 +1,6 @@
 //! Gathers: an element of a table for each lane.
 
-use crate::{Floats, Numbers, Rows, Table, Wide};
+use crate::{Floats, Numbers, Pairs, Rows, Table, Wide};
 use fearless_simd::Simd;
 
 /// An instruction set with gathers. An index beyond a table's end reads the table's last element.
@@ -11,14 +11,14 @@ pub trait Machine: Simd {
     fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self>;
     /// The elements with these indices.
     fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self>;
-    /// The elements with these indices, and those that follow them; the table has two elements at least.
-    fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2];
+    /// The elements with these indices, and those that follow them.
+    fn gather_f64_pair(self, table: Pairs<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2];
     /// The components of the elements with these indices.
     fn gather_vector(self, table: Table<'_, [f64; 3]>, index: Numbers<Self>) -> [Wide<Self>; 3];
     /// The members of the elements with these indices.
     fn gather_record(self, table: Table<'_, [u32; 4]>, index: Numbers<Self>) -> [Numbers<Self>; 4];
-    /// The elements with these indices, and those that follow them; the table has two elements at least.
-    fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>);
+    /// The elements with these indices, and those that follow them.
+    fn gather_pair(self, table: Pairs<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>);
     /// The lower and the upper halves of the elements with these indices.
     fn gather_u64(self, table: Table<'_, u64>, index: Numbers<Self>) -> (Numbers<Self>, Numbers<Self>);
     /// The elements of all rows with these indices.
@@ -27,15 +27,15 @@ pub trait Machine: Simd {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{Floats, Machine, Numbers, Rows, Table, Wide};
+    use super::{Floats, Machine, Numbers, Pairs, Rows, Table, Wide};
     use fearless_simd::prelude::*;
     use fearless_simd::{Avx2, Avx512, f32x8, f32x16, f64x4, f64x8, u32x8, u32x16};
     use std::arch::x86_64::*;
 
     // SAFETY, for every gather below: a token of the instruction set is at hand, so that the machine has it. Indices
-    // are clamped to the table's last element, or to the last but one where two elements are read, so that every lane
-    // reads inside the slice that the table borrows. The machine takes an index for an i32: indices of 32 bits are
-    // counted from the middle of 2^32 elements, and those of records and vectors are positive (`Table::MAX`).
+    // are clamped to the table's last element, or to the last but one of `Pairs`, so that every lane reads inside the
+    // slice that the table borrows. The machine takes an index for an i32: indices of 32 bits are counted from the
+    // middle of 2^32 elements, and those of records, vectors and rows are positive (`Table::MAX`, `Rows::new`).
 
     /// Half of the indices that a gather has.
     const HALF: u32 = 1 << 31;
@@ -63,16 +63,15 @@ mod x86 {
 
         #[inline(always)]
         fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
-            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+            let index: __m256i = (index.min(u32x8::splat(self, table.last())) ^ HALF).into();
             // SAFETY: above.
-            unsafe { gather_256(self, table.elements().as_ptr(), index) }
+            unsafe { gather_256(self, middle(table), index) }
         }
 
         #[inline(always)]
-        fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
-            debug_assert!(table.last() > 0);
-            let index: __m256i = (index.min(u32x8::splat(self, table.last() - 1)) ^ HALF).into();
-            let from = middle(table);
+        fn gather_f64_pair(self, table: Pairs<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
+            let index: __m256i = (index.min(u32x8::splat(self, table.last())) ^ HALF).into();
+            let from = middle(table.table());
             // SAFETY: above; the second one is inside too.
             unsafe { [gather_256(self, from, index), gather_256(self, from.wrapping_add(1), index)] }
         }
@@ -119,10 +118,9 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
-            debug_assert!(table.last() > 0);
-            let index: __m256i = (index.min(u32x8::splat(self, table.last() - 1)) ^ HALF).into();
-            let from = middle(table).cast();
+        fn gather_pair(self, table: Pairs<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
+            let index: __m256i = (index.min(u32x8::splat(self, table.last())) ^ HALF).into();
+            let from = middle(table.table()).cast();
             // SAFETY: above.
             unsafe {
                 let (low, high) = (_mm256_castsi256_si128(index), _mm256_extracti128_si256::<1>(index));
@@ -195,16 +193,15 @@ mod x86 {
 
         #[inline(always)]
         fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
-            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+            let index: __m512i = (index.min(u32x16::splat(self, table.last())) ^ HALF).into();
             // SAFETY: above.
-            unsafe { gather_512(self, table.elements().as_ptr(), index) }
+            unsafe { gather_512(self, middle(table), index) }
         }
 
         #[inline(always)]
-        fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
-            debug_assert!(table.last() > 0);
-            let index: __m512i = (index.min(u32x16::splat(self, table.last() - 1)) ^ HALF).into();
-            let from = middle(table);
+        fn gather_f64_pair(self, table: Pairs<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
+            let index: __m512i = (index.min(u32x16::splat(self, table.last())) ^ HALF).into();
+            let from = middle(table.table());
             // SAFETY: above; the second one is inside too.
             unsafe { [gather_512(self, from, index), gather_512(self, from.wrapping_add(1), index)] }
         }
@@ -240,10 +237,9 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
-            debug_assert!(table.last() > 0);
-            let index: __m512i = (index.min(u32x16::splat(self, table.last() - 1)) ^ HALF).into();
-            let from = middle(table).cast();
+        fn gather_pair(self, table: Pairs<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
+            let index: __m512i = (index.min(u32x16::splat(self, table.last())) ^ HALF).into();
+            let from = middle(table.table()).cast();
             // SAFETY: above.
             unsafe {
                 let (low, high) = (_mm512_castsi512_si256(index), _mm512_extracti64x4_epi64::<1>(index));
@@ -324,7 +320,7 @@ mod x86 {
 
 #[cfg(target_arch = "aarch64")]
 mod arm {
-    use super::{Floats, Machine, Numbers, Rows, Table, Wide};
+    use super::{Floats, Machine, Numbers, Pairs, Rows, Table, Wide};
     use fearless_simd::prelude::*;
     use fearless_simd::{Neon, f32x4, f64x2, u32x4};
 
@@ -353,9 +349,9 @@ mod arm {
         }
 
         #[inline(always)]
-        fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
-            let index = index.min(u32x4::splat(self, table.last() - 1));
-            let at = |lane: usize, next: usize| table.elements()[index[lane] as usize + next];
+        fn gather_f64_pair(self, table: Pairs<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
+            let index = index.min(u32x4::splat(self, table.last()));
+            let at = |lane: usize, next: usize| table.table().elements()[index[lane] as usize + next];
             [four(self, |lane| at(lane, 0)), four(self, |lane| at(lane, 1))]
         }
 
@@ -384,9 +380,9 @@ mod arm {
         }
 
         #[inline(always)]
-        fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
-            let index = index.min(u32x4::splat(self, table.last() - 1));
-            (self.gather_f32(table, index), self.gather_f32(table, index + 1))
+        fn gather_pair(self, table: Pairs<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
+            let index = index.min(u32x4::splat(self, table.last()));
+            (self.gather_f32(table.table(), index), self.gather_f32(table.table(), index + 1))
         }
 
         #[inline(always)]

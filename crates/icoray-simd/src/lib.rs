@@ -11,7 +11,7 @@ mod wide;
 
 pub use gather::Machine;
 pub use math::{exp2, log2, power};
-pub use table::{Rows, Table};
+pub use table::{Pairs, Rows, Table};
 pub use wide::{Wide, WideMask, wide, wide_mask};
 
 use fearless_simd::Simd;

@@ -62,6 +62,30 @@ impl<'t, X> Table<'t, X> {
     }
 }
 
+/// A table of at least two elements, from which neighbours are gathered.
+#[derive(Debug, Clone, Copy)]
+pub struct Pairs<'t, X>(Table<'t, X>);
+
+impl<'t, X> Pairs<'t, X> {
+    /// The table of these elements; `None` where there are fewer than two, or more than [`Table::MAX`].
+    #[inline]
+    pub fn new(elements: &'t [X]) -> Option<Self> {
+        Table::new(elements).filter(|table| table.last > 0).map(Pairs)
+    }
+
+    /// As a table of single elements.
+    #[inline(always)]
+    pub fn table(&self) -> Table<'t, X> {
+        self.0
+    }
+
+    /// The index of the last element but one.
+    #[inline(always)]
+    pub fn last(&self) -> u32 {
+        self.0.last - 1
+    }
+}
+
 /// Tables of f32 that are of one length.
 #[derive(Debug, Clone, Copy)]
 pub struct Rows<'t, const N: usize> {
@@ -106,6 +130,8 @@ mod tests {
     fn a_table_has_elements() {
         assert!(Table::<f32>::new(&[]).is_none());
         assert_eq!(Table::new(&[1.0f32, 2.0]).unwrap().last(), 1);
+        assert!(Pairs::<f32>::new(&[]).is_none() && Pairs::new(&[1.0f32]).is_none());
+        assert_eq!(Pairs::new(&[1.0f32, 2.0]).unwrap().last(), 0);
         assert!(Table::new(&[(); Table::<()>::MAX]).is_some());
         assert!(Table::new(&[(); Table::<()>::MAX + 1]).is_none());
         // The last record and the last vector are within an index of 31 bits.

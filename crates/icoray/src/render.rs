@@ -5,7 +5,7 @@ use crate::edges::Edges;
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranges::FieldValues;
-use crate::ranks::{Part, Ranks};
+use crate::ranks::{HAS_WHOLE, Part, Ranks};
 use icoray_grid::Field;
 use icoray_grid::Layers;
 use icoray_grid::gradient::{PartialGradients, PreparedSample};
@@ -145,14 +145,15 @@ impl Renderer {
         given: &RenderInputs,
     ) -> Result<Rendered> {
         let RenderInputs { grid, part, layers, .. } = *given;
-        let (mut plan, sharing) = agree_on_plan(ranks, scene, given)?;
+        let (mut plan, sharing) = self.agree_on_plan(ranks, scene, given)?;
         let share_of_whole = match part {
             None if sharing.scheme == Scheme::Fragments => Some(Part::of_whole(ranks, grid)?),
             _ => None,
         };
         let part = part.or(share_of_whole.as_ref());
-        let prepared = self.prepare_fields(ranks, scene, &RenderInputs { part, ..*given })?;
-        let heights = self.prepare_heights(ranks, scene, &RenderInputs { part, ..*given })?;
+        let (has_whole, given) = (given.part.is_none(), &RenderInputs { part, ..*given });
+        let prepared = self.prepare_fields(ranks, scene, given, has_whole)?;
+        let heights = self.prepare_heights(ranks, scene, given)?;
         let derived: usize = prepared.iter().chain(&heights).map(PreparedField::bytes).sum();
         if prepared.iter().chain(&heights).any(PreparedField::is_average) {
             plan.mark_corners_read();
@@ -177,6 +178,7 @@ impl Renderer {
             plan: &plan,
             grid,
             part,
+            has_whole,
             layers,
             heights: heights.as_ref(),
             fields: &prepared,
@@ -189,33 +191,46 @@ impl Renderer {
         report.ranks.count = ranks.size();
         report.colors = colors;
         report.ranks.sharing = (!ranks.is_alone()).then_some(sharing);
+        let has_first = report.value_range.is_some();
+        let is_empty = |number: usize, field: &PreparedField| match number {
+            0 => !has_first,
+            _ => has_whole && !field.field().has_values(),
+        };
+        let empty = prepared.iter().enumerate().filter(|(number, field)| is_empty(*number, field));
+        report.without_values = empty.map(|(_, field)| field.name().to_owned()).collect();
         prepared.into_iter().chain(heights).for_each(|field| field.keep(&self.frame_cache, grid));
         Ok(rendered)
     }
-}
 
-/// The plan of a frame, and how ranks share out its picture: the same on all. Collective.
-fn agree_on_plan(ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<(Plan, Sharing)> {
-    let RenderInputs { grid, part, layers, fields } = *given;
-    let field = ranks.attempt(|| fields.first(scene.field()));
-    let field = ranks.collective(field)?;
-    let plan = ranks.attempt(|| {
-        if part.is_none() && grid.cells() == 0 {
-            return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
-        }
-        Ok((Plan::new(scene, grid, layers, field)?, Plan::sharing(scene, part)?))
-    });
-    ranks.agree_all(plan, |(plan, sharing)| {
-        let place = if plan.from_corners { "corners" } else { "centres" };
-        let (count, exaggeration) = (plan.radius.len(), scene.exaggeration);
-        let told = format!("{}, {count} of the field, exaggeration {exaggeration}", layers.describe());
-        vec![
-            ("draws", sharing.to_string()),
-            ("has layers", told),
-            ("has a field at", place.into()),
-            ("has a scene with backend", format!("{:?}", scene.backend)),
-        ]
-    })
+    /// The plan of a frame, and how ranks share out its picture: the same on all. Collective.
+    fn agree_on_plan(&self, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<(Plan, Sharing)> {
+        let RenderInputs { grid, part, layers, fields } = *given;
+        let field = ranks.attempt(|| fields.first(scene.field()));
+        let field = ranks.collective(field)?;
+        let plan = ranks.attempt(|| {
+            if part.is_none() && grid.cells() == 0 {
+                return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
+            }
+            Ok((Plan::new(scene, grid, layers, field)?, Plan::sharing(scene, part)?))
+        });
+        ranks.agree_all(plan, |(plan, sharing)| {
+            let place = if plan.from_corners { "corners" } else { "centres" };
+            let (count, exaggeration) = (plan.radius.len(), scene.exaggeration);
+            let told = format!("{}, {count} of the field, exaggeration {exaggeration}", layers.describe());
+            let mut facts = vec![
+                ("draws", sharing.to_string()),
+                ("has layers", told),
+                ("has a field at", place.into()),
+                ("has a scene with backend", format!("{:?}", scene.backend)),
+            ];
+            if part.is_none() {
+                let tables = self.run(|| grid.table_hashes());
+                facts
+                    .extend(tables.iter().map(|(name, hash)| (HAS_WHOLE, format!("table {name} of hash {hash:016x}"))));
+            }
+            facts
+        })
+    }
 }
 
 /// Draws the picture with the kernel for one field, in the scene's precision, or with the general one. Collective.

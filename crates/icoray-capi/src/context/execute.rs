@@ -83,7 +83,7 @@ impl Context {
         });
         let hash = |name: String| {
             let field = self.inputs.fields.get(&name)?.field().ok()?;
-            Some((name, levels::hash(&field)?))
+            (field.shape().columns > 0).then(|| (name, field.hash_of_samples(levels::SAMPLES)))
         };
         let hashes: Vec<_> = read.collect::<BTreeSet<_>>().into_iter().filter_map(hash).collect();
         for (name, pattern) in self.levels.step(stamp.step, &hashes) {
@@ -98,6 +98,22 @@ impl Context {
                 }
             };
             self.drawing.warn(&format!("step {}: the values of field {name:?} {what}", stamp.step));
+        }
+    }
+
+    /// Logs a warning, at rank 0, at the first picture of a grid with holes.
+    fn warn_about_holes(&mut self, frame_inputs: &FrameInputs) {
+        let Some(grid) = frame_inputs.drawn_grid().filter(|_| self.ranks.is_root() && self.drawing.is_warned()) else {
+            return;
+        };
+        let token = grid.lifetime_token();
+        if self.drawn_grids.iter().any(|known| known.ptr_eq(&token)) {
+            return;
+        }
+        self.drawn_grids.retain(|known| known.strong_count() > 0);
+        self.drawn_grids.push(token);
+        if let Some(holes) = grid.describe_holes() {
+            self.drawing.warn(&format!("the grid has {holes}; holes are drawn as nothing"));
         }
     }
 
@@ -174,6 +190,7 @@ impl Context {
         });
         let facts = mine.iter().map(FrameInputs::grid_description).collect();
         let frame_inputs = self.agree_on_picture(mine.map_err(named), &name, facts)?;
+        self.warn_about_holes(&frame_inputs);
         if self.drawing.is_in_background() {
             copied.push(frame_inputs);
             return Ok(());

@@ -124,6 +124,10 @@ impl Inputs {
         let within = |f: Failure| f.within(format_args!("field {name:?}"));
         let grid_input = self.grid(&given.grid, call).map_err(within)?;
         let field = given.field().map_err(within)?;
+        let (columns, expected) = (field.shape().columns, grid_input.columns_at(field.location()));
+        if columns != expected.columns {
+            return Err(within(expected.error(columns, "per cell or corner of the grid").into()));
+        }
         Ok(ConditionField { name: name.to_owned(), field, held: grid_input.held.clone() })
     }
 

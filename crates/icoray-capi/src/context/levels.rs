@@ -8,12 +8,10 @@
 //! A field that is set for each picture and keeps its values while the others change is one that the model computes at
 //! some steps only: it is reported once too, unless it has never changed.
 
-use icoray_core::Field;
 use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Maximum number of values of a field that are compared.
-const SAMPLES: usize = 1024;
+pub(super) const SAMPLES: usize = 1024;
 
 /// Numbers of time levels of models.
 const LEVELS: [usize; 2] = [2, 3];
@@ -117,22 +115,6 @@ fn is_old_level(events: &[Event], levels: usize) -> bool {
     let others_changed =
         |last: &[Event]| last.iter().filter(|event| !event.has_changed).all(|event| event.others_changed);
     around(1).is_some_and(others_changed) || around(2).is_some()
-}
-
-/// A hash of some values of a field; `None` if it is empty.
-pub(super) fn hash(field: &Field) -> Option<u64> {
-    let shape = field.shape();
-    let count = shape.columns * shape.layers;
-    if count == 0 {
-        return None;
-    }
-    let samples = count.min(SAMPLES);
-    let mut hasher = DefaultHasher::new();
-    for i in 0..samples {
-        let at = (i as u128 * count as u128 / samples as u128) as usize;
-        field.value(at % shape.columns, at / shape.columns).to_bits().hash(&mut hasher);
-    }
-    Some(hasher.finish())
 }
 
 #[cfg(test)]

@@ -1,28 +1,30 @@
-//! Log lines about pictures with errors above the tolerance, and with many cells in a pixel, one of each per view.
+//! Log lines about pictures with errors above the tolerance, and with many cells in a pixel, one of each per view, and
+//! about fields without values, one per field.
 
 use crate::log::{Level, Log};
 use icoray_core::FrameReport;
 use icoray_core::output::Stamp;
 use std::collections::BTreeSet;
 
-/// Views with a logged warning, and with a logged hint.
+/// Views with a logged warning, and with a logged hint; fields with a logged warning.
 #[derive(Debug, Default)]
 pub(super) struct ErrorWarnings {
-    logged: Views,
-    hinted: Views,
+    logged: Names,
+    hinted: Names,
+    empty: Names,
 }
 
-/// Names of views.
+/// Names of views or fields.
 #[derive(Debug, Default)]
-struct Views(BTreeSet<String>);
+struct Names(BTreeSet<String>);
 
-/// Number of remembered views, after which they are forgotten: bounds the memory where a host invents names.
+/// Number of remembered names, after which they are forgotten: bounds the memory where a host invents names.
 const MOST: usize = 1000;
 
-impl Views {
-    /// Adds a view, and says whether it is a new one.
-    fn add(&mut self, view: Option<&str>) -> bool {
-        let name = view.unwrap_or_default();
+impl Names {
+    /// Adds a name, and says whether it is a new one.
+    fn add(&mut self, name: Option<&str>) -> bool {
+        let name = name.unwrap_or_default();
         if self.0.contains(name) {
             return false;
         }
@@ -35,12 +37,19 @@ impl Views {
 
 impl ErrorWarnings {
     /// Logs a warning for the first picture of a view that has pixels with an error above the tolerance, and a hint for
-    /// the first that shows many cells in a pixel by one ray.
+    /// the first that shows many cells in a pixel by one ray; a warning for the first of a field without values.
     pub fn log_frame(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport, log: &Log) {
         let step = stamp.step;
         let of = view.map_or_else(String::new, |view| format!(", view {view:?}"));
         if let Some(hint) = report.sampling.hint().filter(|_| self.hinted.add(view)) {
             log.say(Level::Info, &format!("step {step}{of}: {hint}"));
+        }
+        for field in report.without_values.iter().filter(|field| self.empty.add(Some(field.as_str()))) {
+            let line = format!(
+                "step {step}{of}: field {field:?} has no values: all are NaN, infinite or its fill value, and nothing of \
+                 it is drawn"
+            );
+            log.say(Level::Warn, &line);
         }
         let error = &report.error;
         if error.over == 0 || !self.logged.add(view) {
@@ -92,6 +101,20 @@ mod tests {
             (warn, format!("step 4, view \"north\": 1 pixel has an error above the tolerance 1e-3, {more}")),
         ];
         assert_eq!(lines, expected);
+    }
+
+    #[test]
+    fn fields_without_values_are_told_once() {
+        let mut lines: Vec<(i32, String)> = Vec::new();
+        let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Warn as i32);
+        let mut errors = ErrorWarnings::default();
+        for (step, fields) in [(1, vec![]), (2, vec!["q"]), (3, vec!["q"]), (4, vec!["t", "q"])] {
+            let without_values = fields.into_iter().map(String::from).collect();
+            let report = FrameReport { without_values, ..FrameReport::default() };
+            errors.log_frame(None, &Stamp { step, time_s: 0.0, date: None }, &report, &log);
+        }
+        let told: Vec<&str> = lines.iter().map(|(_, line)| line.split(" has no").next().unwrap()).collect();
+        assert_eq!(told, ["step 2: field \"q\"", "step 4: field \"t\""]);
     }
 
     #[test]

@@ -34,10 +34,59 @@ fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
     Err(Error::grid(format!("{}: {len} entries, expected {expected} ({rows} rows of {row})", named(table))))
 }
 
-/// Every table has the length that the numbers of cells, corners and edges ask for, and V - E + F = 2 where nothing is
-/// missing. Says whether something is.
-pub(super) fn sizes(t: &GridTables) -> Result<bool> {
+/// Whether a closed sphere has so many cells V, corners F and edges E: V - E + F = 2, and each of the 3 sides of a
+/// triangle is an edge between two.
+pub(super) fn is_sphere([cells, corners, edges]: [usize; 3]) -> bool {
+    cells + corners == edges + 2 && 2 * edges == 3 * corners
+}
+
+/// Refuses numbers of cells, corners and edges of which two are in each other's place, before a table is read that may
+/// be shorter than they say.
+///
+/// They are those of a closed sphere when two of them are exchanged. Where cells and corners are, 2E = 3V and V - E + F
+/// = 2 give E = 3F - 6: of all triangles only 6 pairs share a side, and of 100 cells no model makes such a mesh. Of a
+/// mesh with holes that says nothing; there [`edge_ends`] finds the corners that are not there.
+fn refuse_swapped(given: [usize; 3]) -> Result<()> {
+    const PAIRS: [(usize, usize, &str); 3] =
+        [(0, 1, "cells and corners"), (0, 2, "cells and edges"), (1, 2, "corners and edges")];
+    let is_exchanged = |(a, b, _): &(usize, usize, &str)| {
+        let mut other = given;
+        other.swap(*a, *b);
+        is_sphere(other)
+    };
+    let [cells, corners, edges] = given;
+    match PAIRS.into_iter().find(is_exchanged).filter(|_| !is_sphere(given) && cells + corners >= 100) {
+        Some((.., names)) => Err(Error::grid(format!(
+            "{cells} cells, {corners} corners and {edges} edges: {names} look swapped, expected 2 corners for 3 edges, \
+             and as many cells and corners as edges and 2"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Both ends of each edge are corners that exist or missing ones. Of all tables this one is read first: it is as long
+/// as `edges` says, and names corners that are not there where cells and corners are swapped.
+pub(super) fn edge_ends(t: &GridTables) -> Result<()> {
+    let base = i64::from(t.index_base);
+    let [cells, corners] = [t.cells(), t.corners()].map(|count| base..base + count as i64);
+    first_error(t.edge_corner.len(), |i| {
+        let corner = t.edge_corner.get(i);
+        (!corners.contains(&corner) && !is_mark(corner, t.corners(), t.index_base)).then(|| {
+            Error::grid(format!(
+                "{}: {corner}, expected {} to {}{}",
+                named_entry(t, "edge_corner", i / 2, i % 2),
+                corners.start,
+                corners.end - 1,
+                if cells.contains(&corner) { "; the numbers of cells and corners look swapped" } else { "" }
+            ))
+        })
+    })
+}
+
+/// Every table has the length that the numbers of cells, corners and edges ask for. No table is read.
+pub(super) fn sizes(t: &GridTables) -> Result<()> {
     let (cells, corners, edges) = (t.cells(), t.corners(), t.edges());
+    refuse_swapped([cells, corners, edges])?;
     if !(0..=1).contains(&t.index_base) {
         return Err(Error::new(ErrorKind::Argument, format!("index_base: {}, expected 0 or 1", t.index_base)));
     }
@@ -57,6 +106,12 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     if i32::try_from(edges + 1).is_err() {
         return Err(Error::grid(format!("{}: {edges} edges, expected fewer than 2^31", named("edge_corner"))));
     }
+    Ok(())
+}
+
+/// Whether something is missing; V - E + F = 2 where nothing is.
+pub(super) fn has_hole(t: &GridTables) -> Result<bool> {
+    let (cells, corners, edges) = (t.cells(), t.corners(), t.edges());
     let misses = |table: Indices, limit: usize| {
         let all = (0..table.len()).into_par_iter().with_min_len(1 << 16);
         all.any(|i| is_mark(table.get(i), limit, t.index_base))
@@ -107,9 +162,11 @@ fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<
     // A little slack: π/2 and 2π rounded to f32 lie above the real ones.
     let fine = lon.abs() <= TAU + 1e-6 && lat.abs() <= FRAC_PI_2 + 1e-6;
     (!fine).then(|| {
+        let is_degrees = lon.abs() <= 360.0 && lat.abs() <= 90.0;
         Error::grid(format!(
-            "{}: longitude {lon}, latitude {lat}, expected radians in [-2π, 2π] and [-π/2, π/2]",
-            item(t, table, i)
+            "{}: longitude {lon}, latitude {lat}, expected radians in [-2π, 2π] and [-π/2, π/2]{}",
+            item(t, table, i),
+            if is_degrees { "; these look like degrees" } else { "" }
         ))
     })
 }
@@ -178,8 +235,19 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
     check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used, &|r| has_hole || is_lone(t, r))?;
     check("corner_cell", t.corner_cell, 3, t.cells(), &|_| 3, &|_| has_hole)?;
     // A triangle has all its sides, whatever lies beyond them.
-    check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3, &|r| has_hole && !is_triangle(t, r))?;
-    check("edge_corner", t.edge_corner, 2, t.corners(), &|_| 2, &|_| has_hole)
+    check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3, &|r| has_hole && !is_triangle(t, r))
+}
+
+/// What is said of tables that are refused and whose numbers begin at the other `index_base`: the first number there is
+/// in tables of cells and corners, and the last one here is not.
+pub(super) fn other_base(t: &GridTables) -> Option<String> {
+    let looks_other = |table: Indices, rows: usize| {
+        let [first, last] = [0, rows as i64].map(|number| table.iter().any(|known| known == number));
+        if t.index_base == 0 { last && !first } else { first && !last }
+    };
+    let other = 1 - t.index_base;
+    (looks_other(t.corner_cell, t.cells()) && looks_other(t.edge_corner, t.corners()))
+        .then(|| format!("; numbers begin at {other}: set index_base = {other}"))
 }
 
 /// Row `r` of a checked table with `N` columns, numbered from 0.
@@ -395,7 +463,92 @@ fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Grid, GridTables, IcosahedralMesh};
+    use crate::{Grid, GridTables, IcosahedralMesh, LonLat};
+
+    /// The tables of `mesh` with so many cells, corners and edges, which are those that are read.
+    fn counted(mesh: &IcosahedralMesh, [cells, corners, edges]: [usize; 3]) -> GridTables<'_> {
+        GridTables {
+            center: LonLat {
+                lon_rad: mesh.lon_center_rad[..cells].into(),
+                lat_rad: mesh.lat_center_rad[..cells].into(),
+            },
+            corner: LonLat {
+                lon_rad: mesh.lon_corner_rad[..corners].into(),
+                lat_rad: mesh.lat_corner_rad[..corners].into(),
+            },
+            cell_corner: mesh.cell_corner[..6 * cells].into(),
+            corner_cell: mesh.corner_cell[..3 * corners].into(),
+            corner_edge: mesh.corner_edge[..3 * corners].into(),
+            edge_corner: mesh.edge_corner[..2 * edges].into(),
+            ..mesh.tables()
+        }
+    }
+
+    #[test]
+    fn swapped_numbers_are_refused_as_such() {
+        // As in C, where nothing says how long arrays are: they go on behind the numbers of rows.
+        let edge_corner = IcosahedralMesh::new(3).unwrap().edge_corner;
+        let mesh = IcosahedralMesh { edge_corner, ..IcosahedralMesh::new(4).unwrap() };
+        let refusal = |counts| Grid::new(counted(&mesh, counts)).unwrap_err().to_string();
+        let [cells, corners, edges] = [642, 1280, 1920];
+        for (counts, words) in [
+            ([corners, cells, edges], "cells and corners look swapped"),
+            ([edges, corners, cells], "cells and edges look swapped"),
+            ([cells, edges, corners], "corners and edges look swapped"),
+            // Not the numbers of a sphere: the table of edges names corners that are not there.
+            ([corners, cells, edges - 1], "expected 0 to 641; the numbers of cells and corners look swapped"),
+        ] {
+            assert!(refusal(counts).contains(words), "{}", refusal(counts));
+        }
+    }
+
+    #[test]
+    fn a_hole_is_named_and_one_row_too_few_too() {
+        let mut mesh = IcosahedralMesh::new(3).unwrap();
+        fn holes(tables: GridTables) -> String {
+            let grid = Grid::new(tables).unwrap();
+            let text = grid.describe_holes().unwrap_or_default();
+            let numbers =
+                text.split(" void triangle").filter_map(|part| part.rsplit(' ').next()?.parse::<usize>().ok());
+            assert_eq!(numbers.sum::<usize>(), grid.void_triangles(), "{text}");
+            text
+        }
+        assert_eq!(holes(counted(&mesh, [642, 1280, 1920])), "");
+        for (counts, name) in [([641, 1280, 1920], "cells"), ([642, 1279, 1920], "corners")] {
+            let one = holes(counted(&mesh, counts));
+            assert!(one.starts_with("1 hole, closed by ") && one.contains(" beside corner "), "{one}");
+            assert!(one.ends_with(&format!("; one more of {name} makes a closed sphere: check their number")), "{one}");
+        }
+        // Two cells that are not there.
+        mesh.corner_cell.iter_mut().filter(|cell| [0, 641].contains(*cell)).for_each(|cell| *cell = -1);
+        mesh.cell_corner[..6].fill(-1);
+        mesh.cell_corner[6 * 641..].fill(-1);
+        let two = holes(mesh.tables());
+        assert!(two.starts_with("2 holes, closed by ") && !two.contains("check their number"), "{two}");
+    }
+
+    #[test]
+    fn degrees_and_the_other_base_are_recognised() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let degrees = |angles: &[f64]| angles.iter().map(|angle| angle.to_degrees()).collect::<Vec<f64>>();
+        let (lon, lat) = (degrees(&mesh.lon_corner_rad), degrees(&mesh.lat_corner_rad));
+        let corner = LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() };
+        let error = Grid::new(GridTables { corner, ..mesh.tables() }).unwrap_err().to_string();
+        assert!(error.contains("corner[") && error.ends_with("; these look like degrees"), "{error}");
+        let error = Grid::new(GridTables { index_base: 1, ..mesh.tables() }).unwrap_err().to_string();
+        assert!(error.ends_with("; numbers begin at 0: set index_base = 0"), "{error}");
+        let add_one = |table: &[i32]| table.iter().map(|number| number + 1).collect::<Vec<_>>();
+        let mut other = mesh.clone();
+        (other.corner_cell, other.edge_corner) = (add_one(&mesh.corner_cell), add_one(&mesh.edge_corner));
+        (other.corner_edge, other.cell_corner) = (add_one(&mesh.corner_edge), add_one(&mesh.cell_corner));
+        let error = Grid::new(other.tables()).unwrap_err().to_string();
+        assert!(error.ends_with("; numbers begin at 1: set index_base = 1"), "{error}");
+        // Other faults are not explained so.
+        let mut other = mesh.clone();
+        other.corner_cell.swap(0, 60);
+        let error = Grid::new(other.tables()).unwrap_err().to_string();
+        assert!(!error.contains("index_base"), "{error}");
+    }
 
     /// Points of a model's arrays that are no cells, such as halos and padding, lie among the cells.
     #[test]
@@ -406,7 +559,7 @@ mod tests {
         let (lon, lat) = (angles(plain.center.lon_rad), angles(plain.center.lat_rad));
         mesh.cell_corner.extend([-1; 3 * 6]);
         let grid = |mesh: &IcosahedralMesh| {
-            let center = crate::LonLat { lon_rad: crate::Reals::F64(&lon), lat_rad: crate::Reals::F64(&lat) };
+            let center = LonLat { lon_rad: crate::Reals::F64(&lon), lat_rad: crate::Reals::F64(&lat) };
             let tables = GridTables { center, cell_corner: mesh.cell_corner.as_slice().into(), ..mesh.tables() };
             Grid::new(tables).map(|grid| (grid.cells(), grid.void_triangles())).map_err(|e| e.to_string())
         };

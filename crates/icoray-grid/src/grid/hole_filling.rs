@@ -79,6 +79,32 @@ impl HoleFilling {
         self.rim.iter().map(|side| [side.triangle, u32::from(side.opposite), side.void])
     }
 
+    /// Of each hole, the number of its void triangles and the first data triangle beside it; the table has so many
+    /// `rows`.
+    pub fn holes(&self, rows: usize) -> Vec<(usize, Option<u32>)> {
+        let mut hole_of = vec![None; self.void.len()];
+        let mut holes = Vec::new();
+        for first in 0..self.void.len() {
+            let (mut queue, mut triangles) = (vec![first], 0);
+            while let Some(at) = queue.pop() {
+                if hole_of[at].is_none() {
+                    hole_of[at] = Some(holes.len());
+                    triangles += 1;
+                    queue.extend(self.void[at].beyond.iter().filter_map(|beyond| (*beyond as usize).checked_sub(rows)));
+                }
+            }
+            if triangles > 0 {
+                holes.push((triangles, None));
+            }
+        }
+        for side in self.rim.iter().rev() {
+            if let Some(hole) = hole_of[side.void as usize - rows] {
+                holes[hole].1 = Some(side.triangle);
+            }
+        }
+        holes
+    }
+
     pub fn bytes(&self) -> usize {
         size_of_val(self.void.as_slice()) + size_of_val(self.rim.as_slice())
     }

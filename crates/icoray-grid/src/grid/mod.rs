@@ -27,7 +27,8 @@ pub use tables::{GridTables, Indices, LonLat};
 pub use triangles::Connectivity;
 
 use crate::array::MapInline;
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
+use crate::hash;
 use crate::macrocells::Macrocells;
 use crate::memory;
 use glam::DVec3;
@@ -73,6 +74,8 @@ pub struct Grid<'a> {
     half_edges: OnceLock<Vec<HalfEdge>>,
     /// The result of [`Self::macrocells`].
     macrocells: OnceLock<Macrocells>,
+    /// The result of [`Self::table_hashes`].
+    table_hashes: OnceLock<[(&'static str, u64); 6]>,
     life: Arc<()>,
 }
 
@@ -80,14 +83,24 @@ impl<'a> Grid<'a> {
     /// Checks `tables` whole, closes the mesh where it has holes, and derives directions and orientations, in parallel.
     ///
     /// # Errors
-    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where the derived tables do not fit;
-    /// [`ErrorKind::Grid`](crate::error::ErrorKind::Grid) names the table, row, value and what was expected: sizes,
-    /// index ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F =
-    /// 2 where nothing is missing, one winding, areas summing to 4π with those of void triangles), no zero-area
-    /// triangle, each cell's corners, finite coordinates.
+    /// [`ErrorKind::Memory`] where the derived tables do not fit;
+    /// [`ErrorKind::Grid`] names the table, row, value, what was expected and what it looks like (degrees, exchanged
+    /// numbers of rows, the other `index_base`): sizes, index ranges, each edge's two triangles, each triangle's three
+    /// edges and cells, a closed sphere (V - E + F = 2 where nothing is missing, one winding, areas summing to 4π with
+    /// those of void triangles), no zero-area triangle, each cell's corners, finite coordinates.
     pub fn new(tables: GridTables<'a>) -> Result<Self> {
-        let has_hole = check::sizes(&tables)?;
+        check::sizes(&tables)?;
+        check::edge_ends(&tables)?;
         memory::require("tables derived from the grid", setup_bytes(&tables), None)?;
+        Self::of_sized(tables).map_err(|error| match (error.kind(), check::other_base(&tables)) {
+            (ErrorKind::Grid, Some(hint)) => Error::grid(format!("{}{hint}", error.context())),
+            _ => error,
+        })
+    }
+
+    /// Of tables whose lengths fit.
+    fn of_sized(tables: GridTables<'a>) -> Result<Self> {
+        let has_hole = check::has_hole(&tables)?;
         let mut direction = check::directions(&tables)?;
         check::corner_positions(&tables)?;
         check::indices(&tables, has_hole)?;
@@ -116,6 +129,7 @@ impl<'a> Grid<'a> {
             longest_side: OnceLock::new(),
             half_edges: OnceLock::new(),
             macrocells: OnceLock::new(),
+            table_hashes: OnceLock::new(),
             life: Arc::default(),
         })
     }
@@ -146,6 +160,30 @@ impl<'a> Grid<'a> {
     /// walk over them and read nothing there.
     pub fn void_triangles(&self) -> usize {
         self.hole_filling.void().len()
+    }
+
+    /// The holes in words: how many there are and, of the first few, their void triangles and a corner on the rim.
+    /// `None` for a whole sphere.
+    pub fn describe_holes(&self) -> Option<String> {
+        const NAMED: usize = 3;
+        let holes = self.hole_filling.holes(self.orientations.len());
+        let plural = |count: usize| if count == 1 { "" } else { "s" };
+        let text = |&(triangles, rim): &(usize, Option<u32>)| {
+            let place = rim.map_or_else(String::new, |corner| {
+                let (number, at) = (table_names::number_of(&self.tables, corner), self.tables.corner);
+                let [lon, lat] = [at.lon_rad, at.lat_rad].map(|angle| angle.get(corner as usize).to_degrees());
+                format!(" beside corner {number} at {lon:.2} E {lat:.2} N")
+            });
+            format!("{triangles} void triangle{}{place}", plural(triangles))
+        };
+        let named: Vec<String> = holes.iter().take(NAMED).map(text).collect();
+        let [cells, corners, edges] = [self.cells(), self.triangles(), self.tables.edges()];
+        let small = [("cells", [cells + 1, corners, edges]), ("corners", [cells, corners + 1, edges])];
+        let small = small.into_iter().find(|(_, counts)| check::is_sphere(*counts));
+        let small = small.map(|(name, _)| format!("; one more of {name} makes a closed sphere: check their number"));
+        let more = if holes.len() > NAMED { ", …" } else { "" };
+        let text = format!("{} hole{}, closed by {}{more}", holes.len(), plural(holes.len()), named.join(", "));
+        (!holes.is_empty()).then(|| text + &small.unwrap_or_default())
     }
 
     /// Whether `triangle` has data: a row of the table with three cells that are there.
@@ -240,6 +278,31 @@ impl<'a> Grid<'a> {
     /// The coarse map by which rays leap over empty space, made when it is first asked for, in parallel.
     pub fn macrocells(&self) -> &Macrocells {
         made(&self.macrocells, || Macrocells::new(self))
+    }
+
+    /// Name and hash of each table: of all positions and all numbers, except those of `cell_corner` that do not count.
+    /// Numbers are taken from 0, so that neither the tables' `index_base` nor the widths of their elements matter.
+    /// Found when they are first asked for, in parallel.
+    pub fn table_hashes(&self) -> &[(&'static str, u64); 6] {
+        made(&self.table_hashes, || {
+            let t = &self.tables;
+            let positions = |at: &LonLat| {
+                hash::of(2 * at.lon_rad.len(), |i| hash::bits([at.lon_rad, at.lat_rad][i % 2].get(i / 2)))
+            };
+            let number = |table: Indices, i: usize| (table.get(i) - i64::from(t.index_base)) as u64;
+            let numbers = |table: Indices| hash::of(table.len(), |i| number(table, i));
+            let row = t.cell_corner_row;
+            let counts = |i: usize| t.cell_corner_count.is_none_or(|count| ((i % row) as i64) < count.get(i / row));
+            let cell_corner = |i: usize| if counts(i) { number(t.cell_corner, i) } else { u64::MAX };
+            [
+                ("center", positions(&t.center)),
+                ("corner", positions(&t.corner)),
+                ("cell_corner", hash::of(t.cell_corner.len(), cell_corner)),
+                ("corner_cell", numbers(t.corner_cell)),
+                ("corner_edge", numbers(t.corner_edge)),
+                ("edge_corner", numbers(t.edge_corner)),
+            ]
+        })
     }
 
     /// Unit vectors towards the cells.

@@ -11,14 +11,14 @@ use crate::lit::FrustumInterpolant;
 use crate::single_volume::SingleVolumeTracer;
 use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
+use icoray_simd::{Floats, Machine, Mask, Numbers, Pairs, Table, Wide, wide_mask};
 
 /// Layers of one radius each; `SCENE` is [`Layers::HAS_SCENE`].
 #[derive(Clone, Copy)]
 pub(super) struct Concentric<'t, const SCENE: bool> {
     shell: &'t Shell<f32>,
     /// [`Shell::bounds`].
-    bounds: Table<'t, f64>,
+    bounds: Pairs<'t, f64>,
 }
 
 /// Where lanes leave their gaps.
@@ -33,7 +33,7 @@ impl<'t, const SCENE: bool> Concentric<'t, SCENE> {
     /// The layers of a shell; `None` where they are too many for gathers.
     #[inline]
     pub fn new(shell: &'t Shell<f32>) -> Option<Self> {
-        Some(Concentric { shell, bounds: Table::new(shell.bounds())? })
+        Some(Concentric { shell, bounds: Pairs::new(shell.bounds())? })
     }
 
     /// The gaps that hold these heights, as [`Shell::gap`], searched from those of the lanes, and the fractions of the

@@ -8,7 +8,7 @@ use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
 use icoray_grid::samples::AnySamples;
-use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide};
+use icoray_simd::{Floats, Machine, Mask, Numbers, Pairs, Table, Wide, wide};
 
 /// The field's array.
 pub(super) struct Source<'t> {
@@ -18,7 +18,7 @@ pub(super) struct Source<'t> {
 
 /// An array that is gathered from.
 struct Plain<'t> {
-    table: Table<'t, f32>,
+    table: Pairs<'t, f32>,
     column: Option<[isize; 2]>,
     layer_stride: isize,
     fill: Option<f32>,
@@ -51,10 +51,10 @@ impl<'t> Source<'t> {
     pub fn new(samples: AnySamples<'t>) -> Self {
         /// Factors beyond which differences of values could leave the range of f32.
         const SCALES: std::ops::Range<f64> = 1e-30..1e30;
-        let plain = samples.plain().filter(|plain| SCALES.contains(&plain.scale) && plain.data.len() > 1);
+        let plain = samples.plain().filter(|plain| SCALES.contains(&plain.scale));
         let plain = plain.and_then(|plain| {
             Some(Plain {
-                table: Table::new(plain.data)?,
+                table: Pairs::new(plain.data)?,
                 column: plain.column,
                 layer_stride: plain.layer_stride,
                 fill: plain.fill,
@@ -93,7 +93,7 @@ impl<'t> Source<'t> {
     #[inline(always)]
     pub fn prefetch(&self, base: u32, layer: u32) {
         if let Some(plain) = &self.plain {
-            plain.table.prefetch(base.wrapping_add(layer.wrapping_mul(plain.layer_stride as u32)));
+            plain.table.table().prefetch(base.wrapping_add(layer.wrapping_mul(plain.layer_stride as u32)));
         }
     }
 
@@ -126,6 +126,7 @@ impl<'t> Source<'t> {
             stride => {
                 let above = gap * number(simd, stride as u32);
                 let below = above - number(simd, stride as u32);
+                let table = table.table();
                 let low = [a + below, b + below, c + below];
                 let high = [a + above, b + above, c + above];
                 Vertices { low: gather_all(simd, table, low), high: gather_all(simd, table, high) }

@@ -30,6 +30,8 @@ pub struct FrameReport {
     pub value_range: Option<[f64; 2]>,
     /// Number of values that are NaN, infinite or the fill value.
     pub missing_values: u64,
+    /// Names of the fields shown all of whose values are missing; where ranks have parts, of the first field only.
+    pub without_values: Vec<String>,
     /// Range of values of each colour map, and where the range comes from, in the scene's order. Transfer functions
     /// that are given as knots have none.
     pub colors: Vec<Colors>,

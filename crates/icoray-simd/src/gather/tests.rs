@@ -18,12 +18,12 @@ fn gathers_are_plain_reads<V: Machine>(simd: V) {
         let index = <Numbers<V> as SimdBase<V>>::from_fn(simd, |lane| start.wrapping_add((5 * lane as u32) % 13));
         let f = simd.gather_f32(Table::new(&floats).unwrap(), index);
         let w = simd.gather_f64(Table::new(&doubles).unwrap(), index);
-        let d = simd.gather_f64_pair(Table::new(&doubles).unwrap(), index);
+        let d = simd.gather_f64_pair(Pairs::new(&doubles).unwrap(), index);
         let v = simd.gather_vector(Table::new(&vectors).unwrap(), index);
         let u = simd.gather_u32(Table::new(&numbers).unwrap(), index);
         let r = simd.gather_record(Table::new(&records).unwrap(), index);
         let (low, high) = simd.gather_u64(Table::new(&longs).unwrap(), index);
-        let (first, second) = simd.gather_pair(Table::new(&floats).unwrap(), index);
+        let (first, second) = simd.gather_pair(Pairs::new(&floats).unwrap(), index);
         let seen = simd.look_up(&Rows::new([&floats, &floats]).unwrap(), index);
         for lane in 0..lanes {
             let (at, pair) = (index[lane].min(99) as usize, index[lane].min(98) as usize);
@@ -51,14 +51,16 @@ fn gathers_are_plain_reads<V: Machine>(simd: V) {
 
 /// Gathers from a table whose last elements an index of 31 bits does not reach.
 #[inline(always)]
-fn gathers_reach_the_end<V: Machine>(simd: V, floats: &[f32]) {
+fn gathers_reach_the_end<V: Machine>(simd: V, floats: &[f32], doubles: &[f64]) {
     let (table, end) = (Table::new(floats).unwrap(), floats.len() as u32);
     let index = <Numbers<V> as SimdBase<V>>::from_fn(simd, |lane| if lane == 0 { 5 } else { end - 1 - lane as u32 });
     let found = simd.gather_f32(table, index);
-    let (first, second) = simd.gather_pair(table, index);
+    let (first, second) = simd.gather_pair(Pairs::new(floats).unwrap(), index);
+    let wide = simd.gather_f64(Table::new(doubles).unwrap(), index);
     for lane in 0..<Floats<V> as SimdBase<V>>::LEN {
         let at = index[lane] as usize;
         assert_eq!((found[lane], first[lane], second[lane]), (floats[at], floats[at], floats[at + 1]));
+        assert_eq!(wide.get(lane), doubles[at]);
     }
 }
 
@@ -66,37 +68,40 @@ fn gathers_reach_the_end<V: Machine>(simd: V, floats: &[f32]) {
 #[test]
 fn tables_may_have_more_than_2_to_the_31_elements() {
     const COUNT: usize = (1 << 31) + 100;
-    let layout = std::alloc::Layout::array::<f32>(COUNT).unwrap();
+    let layout = std::alloc::Layout::array::<f64>(COUNT).unwrap();
     // SAFETY: the layout is not empty.
-    let memory = unsafe { std::alloc::alloc_zeroed(layout) }.cast::<f32>();
+    let memory = unsafe { std::alloc::alloc_zeroed(layout) };
     if memory.is_null() {
         return skip(Need::Memory);
     }
-    // SAFETY: zeros are floats, and nothing else refers to them.
-    let floats = unsafe { std::slice::from_raw_parts_mut(memory, COUNT) };
-    (COUNT - 50..COUNT).chain(0..9).for_each(|i| floats[i] = (i % 1000) as f32);
+    // SAFETY: zeros are numbers, and nothing else refers to them.
+    let doubles = unsafe { std::slice::from_raw_parts_mut(memory.cast::<f64>(), COUNT) };
+    (0..12).chain(COUNT / 2 - 50..COUNT / 2).chain(COUNT - 50..COUNT).for_each(|i| doubles[i] = (i % 1000) as f64);
+    let doubles = &*doubles;
+    // SAFETY: half of the same bytes, which are only read from here on; those of numbers up to 1000 are finite floats.
+    let floats = unsafe { std::slice::from_raw_parts(memory.cast::<f32>(), COUNT) };
     let level = Level::new();
     #[cfg(target_arch = "x86_64")]
     {
         if let Some(simd) = level.as_avx2() {
             simd.vectorize(
                 #[inline(always)]
-                || gathers_reach_the_end(simd, floats),
+                || gathers_reach_the_end(simd, floats, doubles),
             );
         }
         if let Some(simd) = level.as_avx512() {
             simd.vectorize(
                 #[inline(always)]
-                || gathers_reach_the_end(simd, floats),
+                || gathers_reach_the_end(simd, floats, doubles),
             );
         }
     }
     #[cfg(target_arch = "aarch64")]
     if let Some(simd) = level.as_neon() {
-        gathers_reach_the_end(simd, floats);
+        gathers_reach_the_end(simd, floats, doubles);
     }
     // SAFETY: it was allocated with this layout, and the slice is not used again.
-    unsafe { std::alloc::dealloc(memory.cast(), layout) };
+    unsafe { std::alloc::dealloc(memory, layout) };
 }
 
 #[test]

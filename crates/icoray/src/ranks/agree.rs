@@ -6,6 +6,9 @@ use icoray_grid::{Error, ErrorKind, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+/// Name of the facts about tables and fields that every rank has whole. Parts differ by design.
+pub(crate) const HAS_WHOLE: &str = "has of the whole grid (ranks with parts call icoray_part_set)";
+
 /// The vote of one rank in an agreement.
 #[derive(Debug, Clone, Default)]
 pub struct Vote<'a> {

@@ -119,6 +119,12 @@ impl Columns {
         self.node_grid.as_ref().map_or(0, |node| node.bytes())
     }
 
+    /// As [`Decomposition::drawn_grid`](super::Decomposition::drawn_grid).
+    pub(super) fn drawn_grid<'g>(&'g self, own: &'g Grid<'g>) -> Option<&'g Grid<'g>> {
+        let node = self.node_grid.as_ref();
+        node.map_or(Some(own), |node| node.part.is_none().then(|| node.grid()))
+    }
+
     /// Columns that a field of this rank has.
     pub fn of_field_at(&self, location: Location) -> usize {
         self.supply(location).count

@@ -68,6 +68,14 @@ impl Decomposition {
         Columns::of_whole(ranks, grid, cells, corners).map(|columns| Decomposition::Columns(Box::new(columns)))
     }
 
+    /// The grid that ranks draw, whose own one is `own`: none where each node draws a part of it.
+    pub fn drawn_grid<'g>(&'g self, own: &'g Grid<'g>) -> Option<&'g Grid<'g>> {
+        match self {
+            Decomposition::Whole => Some(own),
+            Decomposition::Columns(columns) => columns.drawn_grid(own),
+        }
+    }
+
     /// Marks of a field's columns that this rank owns; each column has one owner.
     ///
     /// # Errors

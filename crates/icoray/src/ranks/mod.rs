@@ -33,6 +33,7 @@ mod supply;
 mod tree;
 mod wire;
 
+pub(crate) use agree::HAS_WHOLE;
 pub use agree::{Agreement, Refusal, Vote};
 use cells::bad;
 pub use cells::{Owned, PartCells, PartCorners};

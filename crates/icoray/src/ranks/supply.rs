@@ -5,8 +5,12 @@ use super::mesh::{Corner, CornerKey, NodeMesh, Numbers};
 use super::nodes::Nodes;
 use super::wire::{decode_lists, encode_lists};
 use super::{Ranks, bad};
-use icoray_grid::Result;
+use icoray_grid::grid::unit_vector;
+use icoray_grid::{LonLat, Result};
 use std::collections::HashMap;
+
+/// Distance, in planet radii, within which two ranks have the same position of a cell: tens of roundings of f32.
+const POSITION: f64 = 1e-5;
 
 /// Columns as a rank has them, each with its row in a node's field.
 pub(super) type Rows = Vec<(u32, u32)>;
@@ -41,7 +45,7 @@ impl Supply {
         nodes: &Nodes,
         own_corners: Option<&OwnCorners>,
     ) -> Result<[Self; 2]> {
-        let center = lookup.cells_for(ranks, mesh, nodes)?;
+        let center = lookup.cells_for(ranks, numbers, mesh, nodes)?;
         let corner = lookup.corners_for(ranks, mesh, nodes, own_corners)?;
         let grid = numbers.grid;
         let center = Supply { count: grid.cells(), rows: mesh.global.len(), ..center };
@@ -115,24 +119,37 @@ impl ColumnLookup {
         self.corners.get(&corner.key()).copied()
     }
 
-    /// The own cells that this rank supplies to its node and, as requested by their leaders, to other nodes.
-    /// Collective.
-    fn cells_for(&self, ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
+    /// The own cells that this rank supplies to its node and, as requested by their leaders, to other nodes, where they
+    /// must have the position that they have here. Collective.
+    fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
+        let [here, there] = [numbers.grid, mesh.grid()].map(|grid| grid.tables().center);
+        let position = |of: &LonLat, row: u32| [of.lon_rad.get(row as usize), of.lat_rad.get(row as usize)];
         let mut requests = vec![Vec::new(); ranks.size()];
         let mut supply = Supply::default();
         for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(&mesh.owner)) {
             if let Some(column) = self.cells.get(cell) {
                 supply.own.push((*column, row));
             } else if nodes.is_leader() && !nodes.is_mate(*owner as usize) {
-                requests[*owner as usize].push((*cell, row));
+                requests[*owner as usize].push((*cell, row, position(&there, row)));
             }
         }
         let received = ranks.exchange(encode_lists(&requests))?;
         let mut grant = || {
-            for (rank, requests) in decode_lists::<(u64, u32)>(&received)?.into_iter().enumerate() {
-                for (cell, row) in requests {
+            for (rank, requests) in decode_lists::<(u64, u32, [f64; 2])>(&received)?.into_iter().enumerate() {
+                for (cell, row, theirs) in requests {
                     let column = self.cells.get(&cell);
                     let column = column.ok_or_else(|| bad(format!("cell {cell} is another rank's")))?;
+                    let mine = position(&here, *column);
+                    let [a, b] = [mine, theirs].map(|[lon, lat]| unit_vector(lon, lat));
+                    if a.distance(b) > POSITION {
+                        let [mine, theirs] = [mine, theirs].map(|at| at.map(f64::to_degrees));
+                        let number = cell as i64 + i64::from(numbers.grid.tables().index_base);
+                        return Err(bad(format!(
+                            "cell {number}: longitude and latitude {theirs:.3?} degrees in the halo of rank {rank}'s \
+                             node, expected {mine:.3?} as on rank {}, which owns the cell; give all ranks the same positions",
+                            self.rank
+                        )));
+                    }
                     supply.add(nodes, rank, *column, row);
                 }
             }

@@ -9,9 +9,10 @@ use icoray_grid::threads::Threads;
 use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
 use icoray_kernel::Counts;
 use icoray_output::{Frame, FrameReport};
-use icoray_scene::Scene;
+use icoray_scene::{Scene, Volume};
 use icoray_test_support::PATIENCE;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::thread;
@@ -184,11 +185,62 @@ fn what_is_wrong_on_one_rank_is_everybodys_error() {
         same(&errors(odd, inside), &format!("bad scene: rank {odd}: "));
         // A rank with another value disagrees with rank 0; if rank 0 has it, rank 1 is the first to differ.
         let other = |world: &mut World, _: &mut Scene| world.values[7] = 40.0;
-        same(&errors(odd, other), &format!("MPI: rank {}: has a field of range", odd.max(1)));
+        same(&errors(odd, other), &format!("MPI: rank {}: {HAS_WHOLE} \"q\" with values of hash ", odd.max(1)));
         let higher = |world: &mut World, _: &mut Scene| {
             world.layers = Layers::from_heights(&[0.0, 10e3, 21e3], 6.371e6).unwrap();
         };
         same(&errors(odd, higher), &format!("MPI: rank {}: has layers", odd.max(1)));
+    }
+}
+
+/// Data of the same sizes and ranges: what a rank draws of them would not fit the tiles of the others.
+#[test]
+fn ranks_with_other_tables_or_values_draw_no_picture() {
+    const TEXT: &str = "heights = \"native\"\n[[derive]]\nname = \"d\"\nsum = { t = 1, u = 2 }";
+    let world = World::new();
+    let heights: Vec<f64> =
+        (0..world.values.len()).map(|i| (1e4 * (i % LAYERS) as f64) + (i / LAYERS) as f64).collect();
+    type Change = fn(&mut IcosahedralMesh, &mut [Vec<f32>; 3], &mut Vec<f64>);
+    let cases: [(Change, Option<&str>); 8] = [
+        (|_, _, _| (), None),
+        // 0 and -0, and all NaN, are one.
+        (|_, [q, ..], _| (q[5], q[8]) = (-0.0, f32::from_bits(f32::NAN.to_bits() ^ 5)), None),
+        (
+            |mesh, _, _| mesh.lon_center_rad.iter_mut().for_each(|lon| *lon = (*lon + 0.5) % TAU),
+            Some("table center of hash "),
+        ),
+        (|mesh, _, _| mesh.corner_edge[..3].rotate_left(1), Some("table corner_edge of hash ")),
+        (|_, [q, ..], _| q.reverse(), Some("\"q\" with values of hash ")),
+        (|_, [_, t, _], _| t.swap(0, 30), Some("\"d\" with values of hash ")),
+        (|_, [.., u], _| u.reverse(), Some("\"d\" with values of hash ")),
+        (|_, _, heights| heights[3..9].rotate_left(3), Some("\"heights\" with values of hash ")),
+    ];
+    for (change, differs) in cases {
+        for scheme in ["tiles", "fragments"] {
+            let outcomes = on_ranks(3, |ranks| {
+                let mut mesh = IcosahedralMesh::new(3).unwrap();
+                let times = |factor: f32| world.values.iter().map(|value| factor * value).collect::<Vec<f32>>();
+                let (mut fields, mut heights) = ([1.0, -1.0, 0.2].map(times), heights.clone());
+                (fields[0][5], fields[0][8]) = (0.0, f32::NAN);
+                if ranks.rank() == 1 {
+                    change(&mut mesh, &mut fields, &mut heights);
+                }
+                let grid = Grid::new(mesh.tables()).unwrap();
+                let of = |values| Field::new(values, *world.field().shape(), Location::Center, None).unwrap();
+                let [q, t, u] = fields.each_ref().map(|values| of(values.as_slice().into()));
+                let fields = Fields::new([("q", q), ("t", t), ("u", u)]).with_heights(of(heights.as_slice().into()));
+                let mut scene = scene(60, 40, &format!("ranks = \"{scheme}\"\n{TEXT}"));
+                scene.volumes.push(Volume { field: "d".into(), ..scene.volumes[0].clone() });
+                let rendered = Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &world.layers, fields);
+                rendered.map(drop).map_err(|error| error.to_string())
+            });
+            let start = differs.map(|part| format!("MPI: rank 1: {HAS_WHOLE} {part}"));
+            let is_expected = |outcome: &std::result::Result<(), String>| match (&start, outcome) {
+                (None, outcome) => outcome.is_ok(),
+                (Some(start), outcome) => outcome.as_ref().is_err_and(|error| error.starts_with(start)),
+            };
+            assert!(outcomes.iter().all(is_expected), "{outcomes:?}, expected {start:?}");
+        }
     }
 }
 

@@ -30,6 +30,8 @@ pub(super) struct FrameContext<'f> {
     pub grid: &'f Grid<'f>,
     /// This rank's part of the grid; `None` is the whole grid.
     pub part: Option<&'f Part>,
+    /// Whether every rank has the whole grid and all values, of which it may draw a part.
+    pub has_whole: bool,
     pub layers: &'f Layers,
     /// Heights of each column's layers, where the scene has native ones.
     pub heights: Option<&'f PreparedField<'f>>,

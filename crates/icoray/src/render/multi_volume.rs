@@ -6,6 +6,7 @@ use super::frame_cache;
 use super::lazy::Lazy;
 use super::picture;
 use super::prepare::FieldSummary;
+use super::prepared_field::PreparedField;
 use super::rendered::Rendered;
 use super::work::{Rays, Work, with_ends};
 use crate::device::{ClipRegion, Scenery};
@@ -145,8 +146,8 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
 /// Checks that all ranks have the same further fields and heights: otherwise their tiles would not fit each other.
 /// Collective.
 fn compare(context: &FrameContext, ranks: &mut Ranks, terrain: &Terrain) -> Result<()> {
-    let FrameContext { renderer, scene, part, layers, fields, .. } = *context;
-    if ranks.is_alone() || part.is_some() {
+    let FrameContext { renderer, scene, has_whole, layers, heights, fields, .. } = *context;
+    if ranks.is_alone() || !has_whole {
         return Ok(());
     }
     let found = ranks.attempt(|| {
@@ -159,8 +160,9 @@ fn compare(context: &FrameContext, ranks: &mut Ranks, terrain: &Terrain) -> Resu
         };
         let metres = |radius: f64| (radius - 1.0) / scene.exaggeration * layers.planet_radius_m();
         let [low, high] = terrain.core_radius.map(metres);
-        let heights = format!("{low} to {high} m, at most {} m", metres(terrain.outer));
-        found.iter().map(told).chain([("has heights of the lowest and highest layers", heights)]).collect()
+        let extent = format!("{low} to {high} m, at most {} m", metres(terrain.outer));
+        let extent = ("has heights of the lowest and highest layers", extent);
+        found.iter().map(told).chain([extent]).chain(heights.map(PreparedField::values_fact)).collect()
     };
     ranks.agree_all(found, facts).map(drop)
 }

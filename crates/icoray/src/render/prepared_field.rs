@@ -5,12 +5,15 @@ use super::context::RenderInputs;
 use super::frame_cache::{FrameCache, MovedKey, SourceKey};
 use super::renderer::Renderer;
 use crate::plan::Plan;
-use crate::ranks::Ranks;
+use crate::ranks::{HAS_WHOLE, Ranks};
 use icoray_grid::heights::check_corners;
 use icoray_grid::{CenterField, Field, Location};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Grid, Reals};
 use icoray_scene::{Heights, Scene};
+
+/// Maximum number of values of a field that ranks compare in a frame.
+const SAMPLES: usize = 4096;
 
 /// A field that a scene shows, or the heights of its columns.
 pub(super) struct PreparedField<'f> {
@@ -46,6 +49,11 @@ impl PreparedField<'_> {
         SourceKey::new(grid, &self.moved.as_ref().map_or(self.given, |(_, moved)| moved.field()))
     }
 
+    /// The values as a fact that must be equal on ranks that have all of them.
+    pub fn values_fact(&self) -> (&'static str, String) {
+        (HAS_WHOLE, format!("{:?} with values of hash {:016x}", self.name, self.given.hash_of_samples(SAMPLES)))
+    }
+
     /// Bytes of the average and the moved values.
     pub fn bytes(&self) -> usize {
         let moved = self.moved.as_ref().map(|(_, moved)| moved);
@@ -64,12 +72,14 @@ impl PreparedField<'_> {
 }
 
 impl Renderer {
-    /// The fields that `scene` shows, the first one first; [`Plan::new`] has checked that one. Collective.
+    /// The fields that `scene` shows, the first one first; [`Plan::new`] has checked that one. If `has_whole`, each rank
+    /// has all values, and they are compared. Collective.
     pub(super) fn prepare_fields<'f>(
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
         given: &RenderInputs<'f>,
+        has_whole: bool,
     ) -> Result<Vec<PreparedField<'f>>> {
         let RenderInputs { grid, part, layers, fields } = *given;
         let mut prepared: Vec<PreparedField> = Vec::new();
@@ -82,9 +92,9 @@ impl Renderer {
                 Ok(PreparedField { name: name.to_owned(), given, average, moved: None })
             });
             // Ranks whose fields lie elsewhere would wait for each other's halos for ever.
-            let facts = |field: &PreparedField| match is_first {
-                true => Vec::new(),
-                false => vec![("has", described(&format!("{name:?}"), &field.given))],
+            let facts = |field: &PreparedField| {
+                let layout = (!is_first).then(|| ("has", described(&format!("{name:?}"), &field.given)));
+                layout.into_iter().chain(has_whole.then(|| field.values_fact())).collect()
             };
             let mut field = ranks.agree_all(found, facts)?;
             if let (Some(part), Some(average)) = (part, &mut field.average) {

@@ -90,7 +90,7 @@ impl Renderer {
         let fields = with_derived.as_ref().unwrap_or(&fields);
         let given = RenderInputs { grid, part: None, layers, fields };
         let mut plan = Plan::new(scene, grid, layers, fields.first(scene.field())?)?;
-        let prepared = self.prepare_fields(&mut ranks, scene, &given)?;
+        let prepared = self.prepare_fields(&mut ranks, scene, &given, true)?;
         let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {
             let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);

@@ -224,3 +224,18 @@ fn heights_that_do_not_fit_are_refused() {
     model.set_heights(good);
     model.inputs.frame_inputs(shot(native(&[]))).unwrap();
 }
+
+#[test]
+fn conditions_take_fields_of_the_grid_only() {
+    let mut model = Model::new();
+    assert!(model.inputs.condition_field("q").is_ok() && model.inputs.condition_field("t").is_ok());
+    for (columns, why) in [(120, " (120 columns are the grid's edges: fields at edges are not drawn"), (41, "")] {
+        let values = vec![1.0; columns * LAYERS];
+        model.give("e", &model.centers(&values));
+        let failure = model.inputs.condition_field("e").err().expect("a failure");
+        let words =
+            format!("field \"e\": bad field: {columns} columns, expected 42, one per cell or corner of the grid{why}");
+        assert!(failure.message.starts_with(&words), "{}", failure.message);
+        assert_eq!(failure.status, icoray_status::ICORAY_ERR_FIELD);
+    }
+}

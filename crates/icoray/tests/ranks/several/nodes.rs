@@ -2,11 +2,12 @@
 
 use super::ranks::second;
 use super::*;
-use crate::common::picture;
+use crate::common::{picture, refusal};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Decomposition, FrameReport};
+use icoray::{Decomposition, ErrorKind, FrameReport};
 use icoray_test_support::is_long;
+use std::f64::consts::TAU;
 
 /// Every other one of `all`, from the first or the second on in turn; in the long run all.
 fn some<T>(all: Vec<T>, turn: usize) -> impl Iterator<Item = T> {
@@ -57,6 +58,23 @@ fn parts_of_one_node_are_bitwise_one_process() {
                 assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
             }
         }
+    }
+}
+
+/// A rank whose positions of cells are not those of the other node.
+#[test]
+fn halos_that_lie_elsewhere_than_on_their_owners_are_refused() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    for (_, owner) in partitions(&mesh, 2) {
+        let mut spread = Spread::new(&mesh, 2, &owner);
+        spread.parts[1].lon_lat[0].iter_mut().for_each(|lon| *lon = (*lon + 0.5) % TAU);
+        let refusals = spread.on_nodes(&[0, 1], |_, _, _, held| refusal(held));
+        assert!(refusals.iter().all(|refused| *refused == refusals[0]), "{refusals:?}");
+        let (kind, message) = &refusals[0];
+        assert!(*kind == ErrorKind::Grid && message.contains("degrees in the halo of rank"), "{message}");
+        // The same position in another turn, and with another rounding.
+        spread.parts[1].lon_lat[0].iter_mut().for_each(|lon| *lon = (*lon - 0.5 + 1e-7) % TAU);
+        assert!(spread.on_nodes(&[0, 1], |_, _, _, held| held.is_ok()).into_iter().all(|is_fit| is_fit));
     }
 }
 

@@ -284,7 +284,10 @@ fn other_values_beside_the_first_field_are_noticed() {
     scene.scenery.heights = Heights::Native;
     type Change = fn(&mut Model);
     let cases: [(Change, &str); 2] = [
-        (|model| model.g[3] = 99.0, "rank 1: has \"g\" of range and missing values"),
+        (
+            |model| model.g[3] = 99.0,
+            "rank 1: has of the whole grid (ranks with parts call icoray_part_set) \"g\" with values of hash ",
+        ),
         (|model| model.heights[INTERFACES - 1] = 9e4, "rank 1: has heights of the lowest and highest layers"),
     ];
     for (change, words) in cases {
