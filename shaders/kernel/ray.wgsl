@@ -307,7 +307,7 @@ fn monotone(
             if !is_inside {
                 let mean = medium_sample_at(span, 0.5 * (f.x + f.y));
                 let change = span.steepest * abs(f.y - f.x);
-                let cut = KnotCrossing(f.x, part.length, mean, change, span_is_narrow(span));
+                let cut = KnotCrossing(f, part.length, mean, change, span_is_narrow(span));
                 roundoff_cut(&roundoff, light, before, cut);
             }
         }

@@ -17,7 +17,7 @@ fn medium_sample_color_difference(a: MediumSample, b: MediumSample) -> f32 {
 }
 
 struct KnotCrossing {
-    value: f32,
+    values: vec2f,
     length: f32,
     mean: MediumSample,
     change: f32,
@@ -46,7 +46,7 @@ fn roundoff_rise(roundoff: ptr<function, Roundoff>) -> f32 {
 
 fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, alpha: f32, piece: KnotCrossing) {
     let unit = 2.0 * ROUNDING;
-    let knot = unit * (*roundoff).length * abs(piece.value) / (unit + roundoff_rise(roundoff));
+    let knot = unit * (*roundoff).length * abs(piece.values.x) / (unit + roundoff_rise(roundoff));
     let off = unit * piece.length + knot;
     if (*roundoff).has_last {
         let nearer = unit * min((*roundoff).last_length, piece.length) + knot;
@@ -54,7 +54,7 @@ fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance
     }
     var stretch = 0.0;
     if piece.is_narrow {
-        stretch = roundoff_stretch(roundoff, piece.value);
+        stretch = roundoff_stretch(roundoff, piece.values);
     }
     // A piece without length, which f32 can have, has no colours to have elsewhere.
     let part = min(stretch + off / max(piece.length, 1e-37), 1.0);
@@ -66,9 +66,16 @@ fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance
     (*roundoff).last_length = piece.length;
 }
 
-fn roundoff_stretch(roundoff: ptr<function, Roundoff>, value: f32) -> f32 {
-    let near = min(abs(value - (*roundoff).ends.x), abs(value - (*roundoff).ends.y));
-    return 2.0 * (*roundoff).reach / ((*roundoff).reach + near);
+fn roundoff_stretch(roundoff: ptr<function, Roundoff>, values: vec2f) -> f32 {
+    let ends = (*roundoff).ends;
+    let a = roundoff_apart(values.x, ends);
+    let b = roundoff_apart(values.y, ends);
+    return 2.0 * (*roundoff).reach / ((*roundoff).reach + min(a, b));
+}
+
+// How far a knot is from the ends of its segment; the ends themselves are no knots.
+fn roundoff_apart(value: f32, ends: vec2f) -> f32 {
+    return select(min(abs(value - ends.x), abs(value - ends.y)), ENDLESS, any(vec2f(value) == ends));
 }
 
 fn roundoff_shift(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, end: MediumSample) {

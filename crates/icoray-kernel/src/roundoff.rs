@@ -34,8 +34,8 @@ impl<T: Real> MediumSample<T> {
 /// A piece behind a cut.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KnotCrossing<T> {
-    /// Value at the cut.
-    pub value: T,
+    /// Values at its start, where the cut is, and at its end.
+    pub values: [T; 2],
     /// Its length, planet radii.
     pub length: T,
     /// Its medium at its middle.
@@ -75,7 +75,7 @@ impl<T: Real> Roundoff<T> {
     #[inline]
     pub fn cut(&mut self, light: &mut Radiance<T>, absorbed: T, piece: KnotCrossing<T>) {
         let unit = T::of(2.0 * T::ROUNDING);
-        let knot = unit * self.length * piece.value.abs() / (unit + self.rise());
+        let knot = unit * self.length * piece.values[0].abs() / (unit + self.rise());
         let off = unit * piece.length + knot;
         if let Some((last, length)) = self.last {
             // A cut is found from the cut before: the shorter piece beside it says how far it may be off.
@@ -84,7 +84,7 @@ impl<T: Real> Roundoff<T> {
         }
         // A piece that is longer or shorter than it should be has its colours elsewhere; one in a narrow span is so by
         // as much as the segment is too steep or too flat there.
-        let stretch = if piece.is_narrow { self.stretch(piece.value) } else { T::zero() };
+        let stretch = if piece.is_narrow { self.stretch(piece.values) } else { T::zero() };
         let part = (stretch + off / piece.length).min(T::one());
         let colors = (light.alpha - absorbed) * piece.change * part;
         let depth = ((T::one() - light.alpha) * piece.mean.extinction * piece.length * stretch).min(T::one());
@@ -92,11 +92,13 @@ impl<T: Real> Roundoff<T> {
         self.last = Some((piece.mean, piece.length));
     }
 
-    /// By which part a narrow piece at `value` may be longer or shorter: most near an end at which f turns, where it
-    /// runs flat.
+    /// By which part a narrow piece between these values may be longer or shorter: most where it ends at a knot near an end
+    /// of the segment, at which f turns and runs flat.
     #[inline]
-    fn stretch(&self, value: T) -> T {
-        let near = (value - self.ends[0]).abs().min((value - self.ends[1]).abs());
+    fn stretch(&self, values: [T; 2]) -> T {
+        let apart = |value: T| (value - self.ends[0]).abs().min((value - self.ends[1]).abs());
+        let knots = values.into_iter().filter(|value| !self.ends.contains(value));
+        let near = knots.map(apart).fold(T::infinity(), T::min);
         T::of(2.0) * self.reach / (self.reach + near)
     }
 

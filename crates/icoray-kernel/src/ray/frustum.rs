@@ -118,7 +118,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
                 error_bound.cut(
                     &mut self.light,
                     before,
-                    KnotCrossing { value: f[0], length: part.length, mean, change, is_narrow: span.is_narrow() },
+                    KnotCrossing { values: f, length: part.length, mean, change, is_narrow: span.is_narrow() },
                 );
             }
             if is_last {

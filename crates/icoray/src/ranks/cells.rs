@@ -160,7 +160,7 @@ impl Numbered {
         let known = base..=last.unwrap_or(i64::MAX / 2);
         let mut read = Vec::with_capacity(rows);
         for (at, number) in global.iter().enumerate() {
-            if kind == ColumnKind::Cell && number == base - 1 && !is_own[at] {
+            if kind == ColumnKind::Cell && last.is_none() && number == base - 1 && !is_own[at] {
                 read.push(NONE);
                 continue;
             }
