@@ -40,8 +40,8 @@ enum Run {
 }
 use Run::{Beside, Counted, Whole};
 
-/// What comes of a check that runs beside another.
-type Aside = (Result<(), Error>, Step);
+/// What comes of a check that runs beside another, and its seconds.
+type Aside = (Result<(), Error>, Step, f64);
 
 /// The results of the checks that have run.
 pub struct Record {
@@ -73,8 +73,8 @@ impl Record {
         work: ScopedJoinHandle<Aside>,
         steps: &mut Steps,
     ) -> Option<&'static str> {
-        let (outcome, step) = work.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
-        steps.end(step, title, outcome.is_ok());
+        let (outcome, step, seconds) = work.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
+        steps.end(step, title, (outcome.is_ok(), seconds));
         let outcome = outcome.inspect(|()| self.tally.add_whole(true));
         self.failure(title, outcome, self.tally.failed())
     }
@@ -134,7 +134,11 @@ pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Resul
                 Beside(run) => {
                     let mut step = steps.begin(title).stand_aside();
                     // A shell is one thread's.
-                    let work = move || (Workspace::find().and_then(|workspace| run(&workspace, &mut step)), step);
+                    let work = move || {
+                        let outcome = Workspace::find().and_then(|workspace| run(&workspace, &mut step));
+                        let seconds = step.seconds();
+                        (outcome, step, seconds)
+                    };
                     beside = Some((*title, scope.spawn(work)));
                     continue;
                 }

@@ -39,7 +39,8 @@ impl Steps {
     pub fn run<T>(&mut self, title: &str, work: impl FnOnce(&mut Step) -> Result<T, Error>) -> Result<T, Error> {
         let mut step = self.begin(title);
         let result = work(&mut step);
-        self.end(step, title, result.is_ok());
+        let seconds = step.seconds();
+        self.end(step, title, (result.is_ok(), seconds));
         result
     }
 
@@ -51,9 +52,8 @@ impl Steps {
         Step { heading, started: Instant::now(), line_open: true, terminal: io::stdout().is_terminal() }
     }
 
-    /// Ends a step, and prints its time.
-    pub fn end(&mut self, step: Step, title: &str, has_succeeded: bool) {
-        let seconds = step.started.elapsed().as_secs_f64();
+    /// Ends a step, and prints the seconds that it took.
+    pub fn end(&mut self, step: Step, title: &str, (has_succeeded, seconds): (bool, f64)) {
         step.close(&format!("{}{seconds:.1} s", if has_succeeded { "" } else { "failed after " }));
         self.times.push((title.to_owned(), seconds));
     }
@@ -103,6 +103,11 @@ impl Step {
     pub fn note(&mut self, line: &str) {
         self.break_line();
         print_line(line);
+    }
+
+    /// The time so far.
+    pub fn seconds(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
     }
 
     /// Leaves the terminal's line to other steps, beside which this one goes on.
