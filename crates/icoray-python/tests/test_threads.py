@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import pathlib
 import subprocess
@@ -71,7 +70,6 @@ def test_of_two_arrays_that_threads_set_the_one_that_is_kept_is_drawn(tmp_path: 
             for thread in threads:
                 thread.join()
             context.execute(step)
-            gc.collect()
             kept = [value for value, array in arrays.items() if array() is not None]
             assert kept == [context.report()["value_max"]], step
 

@@ -2,7 +2,7 @@
 //!
 //! The blocks of a page are one script of bash, in a folder of its own with copies of `examples`, links to the data
 //! files, and a home. The folder is inside the workspace, so that cargo finds the workspace and its builds from there.
-//! Pages run side by side. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
+//! Pages run side by side, but for those that install the library: these run one after the other. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
 //! has a and b.
 
 mod needs;
@@ -34,14 +34,14 @@ const SCRIPT: &str = "commands.sh";
 ///
 /// `cargo xtask test` does not run itself; its options are still checked. The programs that a page builds are there, as the
 /// tests have built them, and the demo is short and built in their profile: the release profile would compile everything
-/// again. Installations are made one after the other: they build other libraries in the same place.
+/// again. The library for MPI is built without GPUs, which takes half the time; tests have it with both.
 const PRELUDE: &str = r#"set -euo pipefail
 trap 'echo "the command that failed is in the block at $block" >&2' ERR
 cargo() {
     case "$*" in
     "xtask test"*) command cargo "$@" --help >/dev/null ;;
     "xtask demo"*) command cargo "$@" --profile dev --days 2 ;;
-    "xtask install"*) flock "$PROGRAMS/.install-lock" cargo "$@" ;;
+    "xtask install"*"--mpi"*) command cargo "$@" --no-gpu ;;
     "build --release -p icoray-cli") "$PROGRAMS/icoray" --version >/dev/null ;;
     "run --release -p icoray-study -- "*) shift 5; "$PROGRAMS/icoray-study" "$@" ;;
     *) command cargo "$@" ;;
@@ -101,23 +101,26 @@ pub fn run(
         }
     }
     let scratch = Scratch::new(workspace)?;
-    // Pages that install take longest.
-    scripts.sort_by_key(|(_, script)| !script.contains(INSTALLING));
-    let mut pages = Vec::new();
+    // Those that install come first, as they take longest: each builds other libraries in the same place.
+    let mut turns = vec![Vec::new()];
     for (path, script) in scripts {
         let folder = scratch.page(Path::new(&path))?;
         workspace.shell.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
-        pages.push((path, scratch.bash(&folder, SCRIPT)));
+        let page = (path, scratch.bash(&folder, SCRIPT));
+        if script.contains(INSTALLING) { turns[0].push(page) } else { turns.push(vec![page]) }
     }
-    let work = |(path, command): (String, Command)| {
+    let run = |(path, command): (String, Command)| {
         let started = Instant::now();
         let outcome = silent(command);
         (path, started.elapsed().as_secs_f64(), outcome)
     };
     let mut failures = Vec::new();
-    side_by_side(pages, work, |(path, seconds, outcome)| {
-        took(&path, seconds);
-        failures.extend(outcome.err().map(|failure| format!("{path}: {failure}")));
+    let work = |pages: Vec<_>| pages.into_iter().map(run).collect::<Vec<_>>();
+    side_by_side(turns, work, |ended| {
+        for (path, seconds, outcome) in ended {
+            took(&path, seconds);
+            failures.extend(outcome.err().map(|failure| format!("{path}: {failure}")));
+        }
     });
     step.note(&counts.summary());
     if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
