@@ -100,7 +100,7 @@ static CHECKS: &[(&str, When, Run)] = &[
 /// What `--all` adds to the default run.
 const ADDED: &str = "GPU and MPI with their tests, pictures against references, valgrind, long counts of rays, \
                      damaged grids and frames, the Python package, each feature alone, documentation, programs linked \
-                     with the installed library, slow commands of the pages, the book (about 40 minutes on 2 cores)";
+                     with the installed library, slow commands of the pages, the book (about 30 minutes on 2 cores)";
 
 /// Runs all checks, even if some fail, so that one run shows all faults. The last line is `N passed, N failed, N
 /// skipped`; the exit code says whether all passed.
