@@ -17,6 +17,11 @@ const STEPS: &str = "knots = [ { value = -0.9, color = \"red\", extinction = 1e6
      { value = -0.5, color = \"blue\", extinction = 0 }, { value = 0.9, color = \"white\", extinction = 5 } ]";
 const SPIKE: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.1000005, color = \"green\", extinction = 1e5 }, \
      { value = 0.100001, color = \"blue\", extinction = 0 }, { value = 0.9, color = \"white\", extinction = 5 } ]";
+/// As a logarithmic scale has them.
+const DECADES: &str = "knots = [ { value = 0, color = \"black\", extinction = 0 }, { value = 1e-6, color = \"blue\", extinction = 1 }, \
+     { value = 1e-5, color = \"red\", extinction = 2 }, { value = 1e-4, color = \"orange\", extinction = 3 }, \
+     { value = 1e-3, color = \"green\", extinction = 4 }, { value = 1e-2, color = \"yellow\", extinction = 5 }, \
+     { value = 1, color = \"white\", extinction = 7 } ]";
 const LIGHT: &str = "[light]\nkind = \"headlight\"";
 
 /// A scene over a sphere, and its exact picture.
@@ -113,6 +118,18 @@ fn no_pixel_is_farther_off_than_it_says() {
             // The digits of f32 are not enough for all pixels of the spikes; those say so.
             assert!(worst <= tolerance + 3e-5, "{}: {worst:e}", look.name);
         }
+    }
+}
+
+/// Knots that are close to each other at one end of the range make no error.
+#[test]
+fn decades_are_as_near_as_other_knots() {
+    let sphere = Sphere::new(4, 20, [1.0, 1.15], multi_scale).unwrap();
+    let look = Look::new("decades", &sphere, scene(128, FAR, DECADES, ""));
+    for &tolerance in count(&[1e-3][..], &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6]) {
+        let [off, bound, worst] = look.check(tolerance, Precision::F64);
+        assert!(bound < look.most * off.max(3e-8), "{bound:e} admitted, {off:e} off");
+        assert!(worst <= tolerance + 6e-8, "{worst:e}");
     }
 }
 
