@@ -79,9 +79,11 @@ impl Program<'_> {
     fn inputs(&self) -> String {
         let mut files: Vec<PathBuf> = self.source_paths().collect();
         let entries = fs::read_dir(root().join("tests/c")).unwrap().map(|entry| entry.unwrap().path());
-        files.extend(entries.filter(|path| path.extension().is_some_and(|extension| extension == "h")));
+        // Sources include others.
+        files.extend(entries.filter(|path| path.extension().is_some_and(|end| end == "h" || end == "c")));
         files.extend([root().join("include/icoray.h"), self.library.to_owned()]);
         files.sort();
+        files.dedup();
         let mut text = String::new();
         for file in files {
             let metadata = fs::metadata(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
