@@ -50,6 +50,8 @@ struct Chord {
     exit: f32,
     // Whether a vertex has no value.
     is_void: bool,
+    // As a segment has it.
+    size: f32,
     // Gradients, where the scene is lit.
     entry_gradient: vec3f,
     exit_gradient: vec3f,
@@ -60,8 +62,13 @@ fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
     let ab = values.y - a;
     let ac = values.z - a;
     let is_void = is_missing(values.x) || is_missing(values.y) || is_missing(values.z);
+    var size = 1.0;
+    if HAS_STEPS {
+        let sizes = abs(values);
+        size = max(sizes.x, max(sizes.y, sizes.z));
+    }
     let none = vec3f(0.0);
-    return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void, none, none);
+    return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void, size, none, none);
 }
 
 // A chord's gradients, of those at the three vertices.
@@ -77,6 +84,7 @@ fn chord_mix(a: Chord, b: Chord, w: f32) -> Chord {
         lerp(a.entry, b.entry, w),
         lerp(a.exit, b.exit, w),
         a.is_void || b.is_void,
+        max(a.size, b.size),
         lerp3(a.entry_gradient, b.entry_gradient, w),
         lerp3(a.exit_gradient, b.exit_gradient, w),
     );

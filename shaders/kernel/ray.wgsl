@@ -138,8 +138,9 @@ fn cross(
                 let slope_a = at_a.exit - at_a.entry;
                 let slope_b = at_b.exit - at_b.entry;
                 let kappa = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
+                let size = max(near.size, far.size);
                 let segment =
-                    Segment(chord_at(at_a, a.tau), chord_at(at_b, b.tau), kappa, eps, length * part);
+                    Segment(chord_at(at_a, a.tau), chord_at(at_b, b.tau), kappa, eps, length * part, size);
                 var interpolant: FrustumInterpolant;
                 if IS_LIT {
                     interpolant = frustum_interpolant_over(at_a, at_b, a.tau, b.tau, eps);
@@ -371,7 +372,7 @@ fn near_steps(light: ptr<function, Radiance>, segment: Segment, first: u32, coun
         }
         for (var j = first; j < first + count && steps[j].value <= extreme + reach; j++) {
             if steps[j].value >= extreme - reach {
-                let beyond = absorbed_by(segment.length * part * max(steps[j].extinction, least));
+                let beyond = absorbed_by(segment.length * part * max(steps[j].extinction + steps[j].slope * reach, least));
                 (*light).error += (1.0 - (*light).alpha) * beyond;
             }
         }

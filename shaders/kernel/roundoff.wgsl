@@ -46,7 +46,8 @@ fn roundoff_rise(roundoff: ptr<function, Roundoff>) -> f32 {
 
 fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, alpha: f32, piece: KnotCrossing) {
     let unit = 2.0 * ROUNDING;
-    let knot = unit * (*roundoff).length * abs(piece.values.x) / (unit + roundoff_rise(roundoff));
+    let last_digit = unit * abs(piece.values.x);
+    let knot = (*roundoff).length * last_digit / max(last_digit + roundoff_rise(roundoff), 1e-37);
     let off = unit * piece.length + knot;
     if (*roundoff).has_last {
         let nearer = unit * min((*roundoff).last_length, piece.length) + knot;

@@ -7,6 +7,8 @@ struct Segment {
     kappa: f32,
     eps: f32,
     length: f32,
+    // The largest magnitude of the values at the frustum's vertices, where the transfer function has steps; else 1.
+    size: f32,
 }
 
 // A place on a segment, and the value there.
@@ -27,7 +29,7 @@ fn segment_end_slopes(s: Segment) -> vec2f {
 }
 
 fn segment_reach(s: Segment) -> f32 {
-    return 0.5 * ROUNDING * (1.0 + abs(s.f0) + abs(s.f1));
+    return 0.5 * ROUNDING * (s.size + abs(s.f0) + abs(s.f1));
 }
 
 fn segment_extremum(s: Segment) -> Turn {
@@ -73,5 +75,6 @@ fn segment_part(s: Segment, from_: vec2f, to: vec2f) -> Segment {
         s.kappa * du * du * (1.0 + s.eps) / (r0 * r0 * r1),
         s.eps * du / r0,
         s.length * du,
+        s.size,
     );
 }

@@ -15,10 +15,11 @@ struct Span {
     brightest: f32,
 }
 
-// A value at which the transfer function jumps, and the larger extinction of its two sides.
+// A value at which the transfer function jumps, the larger extinction of its two sides, and its slope beside narrow spans.
 struct Step {
     value: f32,
     extinction: f32,
+    slope: f32,
 }
 
 @group(0) @binding(8) var<storage, read> spans: array<Span>;

@@ -100,6 +100,14 @@ impl From<&icoray::device::Span> for Span {
 pub struct Step {
     pub value: f32,
     pub extinction: f32,
+    pub slope: f32,
+}
+
+impl From<&icoray::device::Step> for Step {
+    fn from(step: &icoray::device::Step) -> Self {
+        let finite = |x: f32| x.min(1e37);
+        Step { value: step.value, extinction: finite(step.extinction), slope: finite(step.slope) }
+    }
 }
 
 /// See `shaders/kernel/column.wgsl`.

@@ -8,8 +8,8 @@ use crate::mesh::DeviceMesh;
 use crate::pipelines::{Constants, Pipelines};
 use crate::pool::PooledBuffer;
 use crate::ray_entry_cache::RayEntries;
-use crate::scenery::{SceneTables, scenery_spans, volume_steps};
-use icoray::device::{BudgetTable, ENDLESS, FallbackReason, Job};
+use crate::scenery::{SceneTables, scenery_spans, volume_spans, volume_steps};
+use icoray::device::{self, BudgetTable, ENDLESS, FallbackReason, Job};
 use icoray::{Lights, Method};
 use std::sync::Arc;
 
@@ -46,8 +46,7 @@ impl<'p> Picture<'p> {
     ) -> Result<Self, FallbackReason> {
         // Those of surfaces and of several volumes lie behind those of the field.
         let spans: Vec<Span> = job.spans().iter().chain(scenery_spans(job)).map(Span::from).collect();
-        let step = |[value, extinction]: [f32; 2]| Step { value, extinction: extinction.min(1e37) };
-        let steps: Vec<Step> = job.steps().into_iter().chain(volume_steps(job)).map(step).collect();
+        let steps: Vec<Step> = job.steps().iter().chain(volume_steps(job)).map(Step::from).collect();
         let radius = job.radius();
         let layer = |k: usize| {
             let [radius_hi, radius_lo] = halves(radius[k]);
@@ -105,7 +104,7 @@ impl<'p> Picture<'p> {
             ("IS_EXACT", scene.method == Method::Exact || job.scenery().is_some()),
             ("HAS_CORE", scene.core.is_some()),
             ("HAS_VOID", job.grid().void_triangles() > 0),
-            ("HAS_STEPS", !job.steps().is_empty() || volume_steps(job).next().is_some()),
+            ("HAS_STEPS", job.spans().iter().chain(volume_spans(job)).any(device::Span::is_narrow)),
             ("FEW_KNOTS", few_knots(job).is_some()),
             ("IS_LIT", job.quality().lights != Lights::Off),
             ("IN_PARTS", in_parts),

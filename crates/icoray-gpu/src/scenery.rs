@@ -15,8 +15,13 @@ fn volume_maps(scenery: &device::Scenery) -> impl Iterator<Item = Option<&device
 }
 
 /// The steps of the transfer functions of several volumes.
-pub(crate) fn volume_steps(job: &Job) -> impl Iterator<Item = [f32; 2]> {
-    job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| map.steps.iter().copied())
+pub(crate) fn volume_steps(job: &Job) -> impl Iterator<Item = &device::Step> {
+    job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| &map.steps)
+}
+
+/// The spans of the transfer functions of several volumes.
+pub(crate) fn volume_spans(job: &Job) -> impl Iterator<Item = &device::Span> {
+    job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| &map.spans)
 }
 
 /// The spans of the transfer functions of surfaces, in the order of their materials, then those of several volumes.

@@ -59,11 +59,11 @@ pub(super) struct Roundoff<T> {
 }
 
 impl<T: Real> Roundoff<T> {
-    /// For a segment that starts in `start`.
+    /// For a segment that starts in `start`, whose ends rounding may have put off by `reach`.
     #[inline]
-    pub fn new(segment: &Segment<T>, start: MediumSample<T>) -> Self {
+    pub fn new(segment: &Segment<T>, reach: T, start: MediumSample<T>) -> Self {
         let ends = [segment.f0, segment.f1];
-        Roundoff { length: segment.length, ends, reach: segment.reach(), start, last: None }
+        Roundoff { length: segment.length, ends, reach, start, last: None }
     }
 
     #[inline]
@@ -75,7 +75,8 @@ impl<T: Real> Roundoff<T> {
     #[inline]
     pub fn cut(&mut self, light: &mut Radiance<T>, absorbed: T, piece: KnotCrossing<T>) {
         let unit = T::of(2.0 * T::ROUNDING);
-        let knot = unit * self.length * piece.values[0].abs() / (unit + self.rise());
+        let last_digit = unit * piece.values[0].abs();
+        let knot = self.length * last_digit / (last_digit + self.rise());
         let off = unit * piece.length + knot;
         if let Some((last, length)) = self.last {
             // A cut is found from the cut before: the shorter piece beside it says how far it may be off.

@@ -55,11 +55,11 @@ impl<T: Real> Segment<T> {
         self.f0 == self.f1 && self.kappa == T::zero()
     }
 
-    /// Error that rounding gives to the values at its ends; these are computed from normalised values of order one and
-    /// more.
+    /// Error that rounding gives to the values at its ends, which are computed from values of up to `size` at the
+    /// frustum's vertices.
     #[inline(always)]
-    pub fn reach(&self) -> T {
-        T::of(0.5 * T::ROUNDING) * (T::one() + self.f0.abs() + self.f1.abs())
+    pub fn reach(&self, size: T) -> T {
+        T::of(0.5 * T::ROUNDING) * (size + self.f0.abs() + self.f1.abs())
     }
 
     /// A range that contains all values if `ε > -3/4`: the bend then moves them by less than half of κ.

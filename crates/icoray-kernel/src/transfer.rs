@@ -75,7 +75,7 @@ impl<T: Real> Span<T> {
     /// Whether it is a spike or a step rather than a part of a ramp.
     #[inline]
     pub fn is_narrow(&self) -> bool {
-        self.high - self.low < T::of(1e-3)
+        self.high - self.low < T::of(NARROW)
     }
 
     /// Slope of the extinction in the value.
@@ -112,12 +112,22 @@ impl<T: Real> Span<T> {
 }
 
 /// A value at which the transfer function jumps, or changes within the reach of rounding.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step<T> {
     /// The value, normalised.
     pub value: T,
-    /// The larger extinction of its two sides, within the reach of rounding.
+    /// The larger extinction of its two sides.
     pub extinction: T,
+    /// Slope of the extinction in the narrow span beside it, if it is the end of one.
+    pub slope: T,
+}
+
+impl<T: Real> Step<T> {
+    /// The largest extinction by which the two sides differ within `reach` of the value.
+    #[inline]
+    pub fn extinction_within(&self, reach: T) -> T {
+        self.extinction + self.slope * reach
+    }
 }
 
 /// The transfer function: `knots + 1` spans, the outer two reaching to infinity with the end knots' values.
@@ -126,6 +136,7 @@ pub struct Spans<T> {
     spans: Vec<Span<T>>,
     rows: Box<SpanRows<T>>,
     steps: Vec<Step<T>>,
+    has_steps: bool,
     range: [f64; 2],
 }
 
@@ -137,8 +148,9 @@ impl<T: Real> Spans<T> {
         // All knots on one value leave no range to normalise to; the value's own size serves then.
         let width = last.value - first.value;
         let width = if width > 0.0 { width } else { first.value.abs().max(1.0) };
-        let range = [first.value, first.value + width];
-        let normalise = |v: f64| T::of((v - range[0]) / (range[1] - range[0]));
+        let origin = origin(knots, width);
+        let range = [origin, origin + width];
+        let normalise = |v: f64| T::of((v - origin) / width);
         let flat = |knot: &KernelKnot, low: T, high: T| span(low, high, normalise(knot.value), knot, knot, T::one());
         let mut values = vec![normalise(first.value)];
         for knot in &knots[1..] {
@@ -154,8 +166,9 @@ impl<T: Real> Spans<T> {
         }
         spans.push(flat(&last, values[values.len() - 1], T::infinity()));
         let steps = steps(&spans[1..knots.len()]);
+        let has_steps = spans.iter().any(Span::is_narrow);
         let rows = Box::new(SpanRows::new(&spans, &values));
-        Spans { spans, rows, steps, range }
+        Spans { spans, rows, steps, has_steps, range }
     }
 
     /// The values that normalise to 0 and 1.
@@ -216,8 +229,8 @@ impl<T: Real> Spans<T> {
 
     /// Whether there are steps, or spans so narrow that rounding shifts their edges by much of their width.
     #[inline]
-    pub(crate) fn has_steps(&self) -> bool {
-        !self.steps.is_empty() || self.spans.iter().any(Span::is_narrow)
+    pub fn has_steps(&self) -> bool {
+        self.has_steps
     }
 
     /// The span of value `f`: the upper one when f lies on a knot.
@@ -234,7 +247,10 @@ pub(crate) struct SpanRows<T> {
     pub high: Vec<T>,
     /// Anchor, extinction, its slope, steepest, colour, its slopes, brightest.
     pub numbers: [Vec<T>; 11],
-    /// For buckets of equal width between 0 and 1, and one behind them: the number of knots up to where each begins.
+    /// The first knot.
+    pub origin: T,
+    /// For buckets of equal width from the first to the last knot, and one behind them: the number of knots up to where
+    /// each begins.
     pub first: Vec<u32>,
 }
 
@@ -250,8 +266,10 @@ impl<T: Real> SpanRows<T> {
             row.resize(spans.len().max(MIN_IN_TABLE), T::zero());
             row
         };
-        let start = |bucket: usize| T::of(bucket as f64 / BUCKETS as f64);
+        let origin = knots[0];
+        let start = |bucket: usize| origin + T::of(bucket as f64 / BUCKETS as f64);
         SpanRows {
+            origin,
             low: row(&|s| s.low),
             high: row(&|s| s.high),
             numbers: [
@@ -272,11 +290,22 @@ impl<T: Real> SpanRows<T> {
     }
 }
 
-/// Spans narrower than this many last digits are steps too.
-const NARROW: f64 = 2000.0;
-/// Bound of a value's rounding error, in last digits.
-const REACH: f64 = 8.0;
+/// The value that normalises to 0: near it values have the most digits. The first knot, or the one beside the narrowest
+/// span if that is narrow.
+fn origin(knots: &[KernelKnot], width: f64) -> f64 {
+    let span_width = |pair: &[KernelKnot]| pair[1].value - pair[0].value;
+    let narrowest = knots.windows(2).min_by(|a, b| span_width(a).total_cmp(&span_width(b)));
+    match narrowest.filter(|pair| span_width(pair) < NARROW * width) {
+        Some([a, b]) if b.value.abs() < a.value.abs() => b.value,
+        Some([a, _]) => a.value,
+        _ => knots[0].value,
+    }
+}
 
+/// The part of the range of knots below which a span is a spike or a step rather than a part of a ramp.
+const NARROW: f64 = 1e-3;
+/// Spans narrower than this many last digits are steps too.
+const STEP: f64 = 2000.0;
 /// The steps between `spans`: values at which extinction or colour changes within rounding's reach.
 #[inline]
 fn steps<T: Real>(spans: &[Span<T>]) -> Vec<Step<T>> {
@@ -285,10 +314,11 @@ fn steps<T: Real>(spans: &[Span<T>]) -> Vec<Step<T>> {
         if span.low == span.high {
             let below = spans[..k].last().map_or(span.extinction, |s| s.extinction(s.high));
             let above = spans.get(k + 1).map_or(span.extinction, |s| s.extinction(s.low));
-            steps.push(Step { value: span.low, extinction: below.max(above).max(span.extinction) });
-        } else if span.high - span.low < T::of(NARROW * T::ROUNDING) {
-            let extinction = span.extinction_slope.abs() * T::of(REACH * T::ROUNDING);
-            steps.extend([span.low, span.high].map_inline(|value| Step { value, extinction }));
+            let extinction = below.max(above).max(span.extinction);
+            steps.push(Step { value: span.low, extinction, slope: T::zero() });
+        } else if span.high - span.low < T::of(STEP * T::ROUNDING) {
+            let (extinction, slope) = (T::zero(), span.extinction_slope.abs());
+            steps.extend([span.low, span.high].map_inline(|value| Step { value, extinction, slope }));
         }
     }
     steps
@@ -341,12 +371,22 @@ mod tests {
     fn a_step_has_two_sides_and_a_value_on_it_counts_as_above() {
         let spans =
             Spans::<f32>::new(&[knot(0.0, 0.0, 1.0), knot(0.5, 0.0, 1.0), knot(0.5, 1.0, 9.0), knot(1.0, 1.0, 9.0)]);
-        assert_eq!(spans.span(spans.find(0.5)).extinction(0.5), 9.0);
-        assert_eq!(spans.span(spans.find(0.499)).extinction(0.499), 1.0);
+        assert_eq!(spans.range(), [0.5, 1.5], "values are counted from the step");
+        assert_eq!(spans.span(spans.find(0.0)).extinction(0.0), 9.0);
+        assert_eq!(spans.span(spans.find(-0.001)).extinction(-0.001), 1.0);
         // Coming from below and stopping on the step stays below; going on goes above.
-        let below = spans.find(0.3);
-        assert_eq!(spans.follow(below, 0.5), below);
-        assert_eq!(spans.span(spans.follow(below, 0.6)).extinction(0.6), 9.0);
+        let below = spans.find(-0.2);
+        assert_eq!(spans.follow(below, 0.0), below);
+        assert_eq!(spans.span(spans.follow(below, 0.1)).extinction(0.1), 9.0);
+    }
+
+    #[test]
+    fn knots_near_zero_keep_their_digits_on_a_scale_of_both_signs() {
+        let knots = [-1.0, -1e-4, -1e-8, 0.0, 1e-8, 1e-4, 1.0].map(|value| knot(value, 0.0, 1.0));
+        let spans = Spans::<f32>::new(&knots);
+        assert_eq!((spans.range(), spans.has_steps()), ([0.0, 2.0], true));
+        let lows: Vec<f32> = spans.all()[1..].iter().map(|span| span.low).collect();
+        assert_eq!(lows, [-0.5, -5e-5, -5e-9, 0.0, 5e-9, 5e-5, 0.5]);
     }
 
     #[test]

@@ -78,7 +78,8 @@ fn scene_field_segment(number: u32, column: Column, way: GapWay, eps: f32, lengt
     let slope_a = at_a.exit - at_a.entry;
     let slope_b = at_b.exit - at_b.entry;
     let kappa = (way.b.tau - way.a.tau) * ((slope_a - slope_b) + eps * slope_a);
-    let segment = Segment(chord_at(at_a, way.a.tau), chord_at(at_b, way.b.tau), kappa, eps, length);
+    let size = max(below.size, above.size);
+    let segment = Segment(chord_at(at_a, way.a.tau), chord_at(at_b, way.b.tau), kappa, eps, length, size);
     var found = FieldSegment(segment, FrustumInterpolant(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0), true);
     found.is_there = !(below.is_void || above.is_void);
     if has_gradients {

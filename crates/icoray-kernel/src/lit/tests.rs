@@ -235,7 +235,7 @@ fn in_single(case: &Case) -> Radiance<f32> {
     let [light, halfway] = [light, halfway].map(|d| d.map(|x| x as f32));
     let shading = RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation };
     let allowance =
-        ErrorBudget { color_tolerance: 1e-6, min_transmittance: 0.0, transmittance: 1.0, reach: piece.reach() };
+        ErrorBudget { color_tolerance: 1e-6, min_transmittance: 0.0, transmittance: 1.0, reach: piece.reach(1.0) };
     let spans = Spans::<f32>::new(&case.knots);
     let (span, method) = (spans.span(1), Method::Exact);
     let lit = Lit { method, allowance: &allowance, shading: &shading, span, interpolant: &interpolant };

@@ -21,6 +21,8 @@ use icoray_simd::{Floats, Machine, Mask};
 pub(super) struct VolumePiece<'p, V: Machine> {
     pub extinction: (&'p Part<V>, &'p Medium<V>),
     pub color: (&'p Part<V>, &'p Medium<V>),
+    /// The largest magnitude of values of the two fields at the vertices.
+    pub sizes: [Floats<V>; 2],
     /// Lanes in which no value of the two is missing and there is extinction.
     pub is_seen: Mask<V>,
 }
@@ -62,7 +64,7 @@ impl<V: Machine> VolumeNodes<V> {
         let at = color_part.value(simd, half);
         let color_at =
             [colors(simd, color, color_part.f0), colors(simd, color, at), colors(simd, color, color_part.f1)];
-        let thickened = part.length * medium.slope.abs() * part.reach();
+        let thickened = part.length * medium.slope.abs() * part.reach(piece.sizes[0]);
         let tints = color_part.end_slopes();
         VolumeNodes {
             number,
@@ -73,7 +75,7 @@ impl<V: Machine> VolumeNodes<V> {
             length: shown(part.length),
             eps: shown(part.eps),
             depth: [shown(whole), shown(front)],
-            rounding: [shown(color.steepest * color_part.reach()), shown(thickened)],
+            rounding: [shown(color.steepest * color_part.reach(piece.sizes[1])), shown(thickened)],
             change: changes(simd, &color_at, color.brightest, part.eps),
         }
     }

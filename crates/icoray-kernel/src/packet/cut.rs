@@ -58,6 +58,8 @@ pub(super) struct Cutter<'c, 't, V: Machine> {
     pub spans: &'c SpanTables<'t>,
     /// Lanes whose parts are known to be monotone.
     pub is_monotone: Mask<V>,
+    /// The largest magnitude of values at the vertices of their frusta, where there are steps.
+    pub size: Floats<V>,
 }
 
 impl<V: Machine> Cutter<'_, '_, V> {
@@ -69,7 +71,7 @@ impl<V: Machine> Cutter<'_, '_, V> {
         let [least, most] = part.within();
         let Found { span, low, high } = spans.find(simd, least, near, mask::<V>(simd, active));
         let is_whole = if spans.has_steps {
-            let margin = part.reach() * 8.0;
+            let margin = part.reach(self.size) * 8.0;
             low.simd_le(least - margin) & (most + margin).simd_le(high)
         } else {
             most.simd_le(high)
@@ -94,7 +96,7 @@ impl<V: Machine> Cutter<'_, '_, V> {
     /// The pieces of the lanes of `cut` up to where their parts turn or meet the next knot.
     #[inline(always)]
     fn cut(&self, part: Part<V>, span: Numbers<V>, cut: u32) -> Pieces<V> {
-        let Cutter { simd, spans, is_monotone } = *self;
+        let Cutter { simd, spans, is_monotone, .. } = *self;
         let (one, is_cut) = (all(simd, 1.0), mask::<V>(simd, cut));
         let extremum = part.extremum(simd);
         let turns = extremum.exists & !is_monotone;

@@ -129,6 +129,8 @@ pub(super) struct Lanes<V: Machine> {
     /// What is left of its frustum, and whether the scalar is known to be monotone there.
     pub rest: Part<V>,
     pub is_monotone: Mask<V>,
+    /// The largest magnitude of values at its frustum's vertices, as scalar rays have it.
+    pub size: Floats<V>,
     /// The span of its last piece.
     pub span: Numbers<V>,
     /// Its light so far.
@@ -177,6 +179,7 @@ impl<V: Machine> Lanes<V> {
             place: zero,
             rest: Part::none(simd),
             is_monotone: no,
+            size: all(simd, 1.0),
             span: nothing,
             color: [zero; 3],
             alpha: zero,

@@ -12,6 +12,7 @@ pub(super) struct SpanTables<'t> {
     ends: Rows<'t, 2>,
     numbers: Rows<'t, NUMBERS>,
     first: Table<'t, u32>,
+    origin: f32,
     /// Whether there are steps or narrow spans, whose edges only scalar code crosses.
     pub has_steps: bool,
 }
@@ -34,7 +35,8 @@ impl<'t> SpanTables<'t> {
         let rows = spans.rows();
         let ends = Rows::new([&rows.low, &rows.high])?;
         let numbers = Rows::new(std::array::from_fn(|k| rows.numbers[k].as_slice()))?;
-        Some(SpanTables { ends, numbers, first: Table::new(&rows.first)?, has_steps: spans.has_steps() })
+        let first = Table::new(&rows.first)?;
+        Some(SpanTables { ends, numbers, first, origin: rows.origin, has_steps: spans.has_steps() })
     }
 
     /// The span of the value of each lane of `lanes`, the upper one where it lies on a knot, searched from `near`.
@@ -46,7 +48,7 @@ impl<'t> SpanTables<'t> {
             return Found { span: near, low, high };
         }
         let buckets = self.first.last();
-        let bucket = (value * buckets as f32).max(all(simd, 0.0)).to_int::<Numbers<V>>();
+        let bucket = ((value - self.origin) * buckets as f32).max(all(simd, 0.0)).to_int::<Numbers<V>>();
         let mut span = is_off.select(simd.gather_u32(self.first, bucket), near);
         let (one, none) = (number(simd, 1), number(simd, 0));
         loop {

@@ -442,6 +442,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         let mut ray = Ray::new(self.tracer, start.line, start.dir);
         ray.light = self.lanes.light(lane);
         ray.min_transmittance = self.min_transmittance[lane];
+        ray.size = self.lanes.size[lane];
         Some(ray)
     }
 }

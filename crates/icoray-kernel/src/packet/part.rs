@@ -70,10 +70,11 @@ impl<V: Machine> Part<V> {
         [self.f0.min(self.f1) - swing, self.f0.max(self.f1) + swing]
     }
 
-    /// Error that rounding gives to the values at its ends.
+    /// Error that rounding gives to the values at its ends, which are computed from values of up to `size` at the
+    /// frustum's vertices.
     #[inline(always)]
-    pub fn reach(&self) -> Floats<V> {
-        (self.f0.abs() + self.f1.abs() + 1.0) * (0.25 * f32::EPSILON)
+    pub fn reach(&self, size: Floats<V>) -> Floats<V> {
+        (self.f0.abs() + self.f1.abs() + size) * (0.25 * f32::EPSILON)
     }
 
     /// Where the scalar turns inside the part, as [`Segment::extremum`](crate::segment::Segment::extremum).

@@ -34,6 +34,9 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let is_new = mask::<V>(simd, new);
             part = read.over(is_new, part);
             self.lanes.is_monotone &= !is_new;
+            if self.tables.spans.has_steps {
+                self.lanes.size = is_new.select(self.tables.source.size(simd, &vertices), self.lanes.size);
+            }
             self.lit.enter(simd, is_new, crossing.eps);
             let (void, beyond) = self.unusual(&vertices, &part, new);
             self.counts.void_frusta += u64::from(void.count_ones());
@@ -44,7 +47,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         if !self.tracer.integrates {
             return;
         }
-        let cutter = Cutter { simd, spans: &self.tables.spans, is_monotone: self.lanes.is_monotone };
+        let cutter =
+            Cutter { simd, spans: &self.tables.spans, is_monotone: self.lanes.is_monotone, size: self.lanes.size };
         let mut pieces = cutter.pieces(part, self.lanes.span, active, &mut scalar);
         self.lanes.span = pieces.span;
         let medium = self.tables.spans.medium(simd, pieces.span);
@@ -67,7 +71,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let is_long = self.lit.fraction.simd_gt(1.0 / 16.0) & integral.depth.simd_lt(LARGEST_DEPTH);
         let mut left = far & is_long.to_bitmask() as u32;
         far &= !left;
-        let mut light = integral.light(&outcome, piece.reach());
+        let mut light = integral.light(&outcome, piece.reach(self.lanes.size));
         let from = self.lit.from;
         let to = pieces.upto.mul_add(all(simd, 1.0) - from, from);
         if N == 4 {
@@ -176,7 +180,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let interpolant =
                 FrustumInterpolant { from: of(start), to: of(end), kappa: of(bend), eps: self.lit.eps[lane] };
             let range = [from[lane], to[lane]];
-            ray.piece(&segment, pieces.span[lane] as usize, &interpolant, range, segment.reach());
+            ray.piece(&segment, pieces.span[lane] as usize, &interpolant, range, segment.reach(ray.size));
             self.lanes.put_light(lane, &ray.light);
         }
     }

@@ -154,15 +154,30 @@ impl<'t> Source<'t> {
     #[inline(always)]
     pub fn normalised<V: Machine>(&self, simd: V, vertices: &Vertices<V>, way: &impl Way<V>) -> Course<V> {
         let course = way.interpolate(vertices);
-        let first = vertices.low[0];
+        let first = self.normal(simd, vertices.low[0]);
         let Some(plain) = &self.plain else {
             return [first + course[0], first + course[1], course[2]];
         };
-        // Values of 1e6 + 1 keep their digits: they are differences before they are rounded.
-        let [shift, scale] = [plain.shift, plain.scale].map_inline(|x| Wide::splat(simd, x));
-        let first = ((wide::<V>(first) - shift) * scale).narrow();
         let scale = plain.scale as f32;
         [first + course[0] * scale, first + course[1] * scale, course[2] * scale]
+    }
+
+    /// The largest magnitude of the normalised values at the vertices.
+    #[inline(always)]
+    pub fn size<V: Machine>(&self, simd: V, vertices: &Vertices<V>) -> Floats<V> {
+        let Vertices { low: [a, b, c], high: [d, e, f] } = *vertices;
+        let (least, most) = (a.min(b).min(c).min(d).min(e).min(f), a.max(b).max(c).max(d).max(e).max(f));
+        let [least, most] = [least, most].map_inline(|value| self.normal(simd, value).abs());
+        least.max(most)
+    }
+
+    /// A value at a vertex, normalised.
+    #[inline(always)]
+    fn normal<V: Machine>(&self, simd: V, value: Floats<V>) -> Floats<V> {
+        let Some(plain) = &self.plain else { return value };
+        // Values of 1e6 + 1 keep their digits: they are differences before they are rounded.
+        let [shift, scale] = [plain.shift, plain.scale].map_inline(|x| Wide::splat(simd, x));
+        ((wide::<V>(value) - shift) * scale).narrow()
     }
 
     /// Lanes in which a value is missing.

@@ -69,6 +69,8 @@ struct MapLanes<V: Machine> {
     is_monotone: Mask<V>,
     /// Lanes with all values.
     is_there: Mask<V>,
+    /// The largest magnitude of values at the vertices, where there are steps; else 1.
+    size: Floats<V>,
     pieces: Pieces<V>,
     medium: Medium<V>,
 }
@@ -86,12 +88,12 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
     #[inline(always)]
     pub fn new(simd: V, tables: &'p VolumeTables<'p>) -> Self {
         let no = <Mask<V> as SimdMask<V>>::splat(simd, false);
-        let (part, span) = (Part::none(simd), number(simd, 0));
+        let (part, span, size) = (Part::none(simd), number(simd, 0), all(simd, 1.0));
         let mut maps = Vec::new();
         for (_, spans) in &tables.maps {
-            let cutter = Cutter { simd, spans, is_monotone: no };
+            let cutter = Cutter { simd, spans, is_monotone: no, size };
             let (pieces, medium) = (cutter.whole(part, span), spans.medium(simd, span));
-            maps.push(MapLanes { rest: part, is_monotone: no, is_there: no, pieces, medium });
+            maps.push(MapLanes { rest: part, is_monotone: no, is_there: no, size, pieces, medium });
         }
         let mut courses = Vec::new();
         courses.resize_with(tables.volumes.len(), || GradientCourse::none(simd));
@@ -106,7 +108,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         let way = L::way(lanes, crossing);
         let [a, b, c] = lanes.cells;
         let mut beyond = 0;
-        for (map, (source, _)) in self.maps.iter_mut().zip(&self.tables.maps) {
+        for (map, (source, spans)) in self.maps.iter_mut().zip(&self.tables.maps) {
             let bases = [source.bases(simd, a, new), source.bases(simd, b, new), source.bases(simd, c, new)];
             let vertices = source.read_from(simd, lanes, bases, new);
             let [f0, f1, kappa] = source.normalised(simd, &vertices, &way);
@@ -121,6 +123,9 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
             map.rest = read.over(is_new, map.rest);
             map.is_monotone &= !is_new;
             map.is_there = is_new.select(is_there, map.is_there);
+            if spans.has_steps {
+                map.size = is_new.select(source.size(simd, &vertices), map.size);
+            }
         }
         let there = self.tables.volumes.iter().fold(0, |there, volume| there | self.there(volume).to_bitmask() as u32);
         [beyond, new & !there]
@@ -139,7 +144,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         let one = all(simd, 1.0);
         let mut steps = 0;
         for (map, (_, spans)) in self.maps.iter_mut().zip(&self.tables.maps) {
-            let cutter = Cutter { simd, spans, is_monotone: map.is_monotone };
+            let cutter = Cutter { simd, spans, is_monotone: map.is_monotone, size: map.size };
             let there = active & map.is_there.to_bitmask() as u32;
             map.pieces = cutter.pieces(map.rest, map.pieces.span, there, &mut steps);
             map.medium = spans.medium(simd, map.pieces.span);
@@ -188,6 +193,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
             let piece = VolumePiece {
                 extinction: (&extinction.pieces.part, &extinction.medium),
                 color: (&color.pieces.part, &color.medium),
+                sizes: [extinction.size, color.size],
                 is_seen,
             };
             self.nodes.push(VolumeNodes::new(simd, number, &piece));

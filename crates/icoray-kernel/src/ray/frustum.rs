@@ -47,7 +47,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
     fn whole(&mut self, segment: &Segment<T>, mut k: usize, interpolant: &FrustumInterpolant<T, N>) -> Flow {
         let spans = self.tracer.spans;
         let whole = [T::zero(), T::one()];
-        let reach = segment.reach();
+        let reach = segment.reach(self.size);
         if self.tracer.method == Method::Exact {
             k = spans.holding(k, segment);
         }
@@ -92,10 +92,11 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         let spans = self.tracer.spans;
         let (f0, f1) = (segment.f0, segment.f1);
         if f0.min(f1) >= spans.span(k).low && f0.max(f1) <= spans.span(k).high {
-            self.piece(segment, k, interpolant, range, segment.reach());
+            self.piece(segment, k, interpolant, range, segment.reach(self.size));
             return k;
         }
-        let mut error_bound = Roundoff::new(segment, MediumSample::at(spans.span(k), f0));
+        let segment_reach = segment.reach(self.size);
+        let mut error_bound = Roundoff::new(segment, segment_reach, MediumSample::at(spans.span(k), f0));
         let (zero, one) = (T::zero(), T::one());
         let rising = f1 >= f0;
         // Each knot is sought in what is left: a narrow piece found from the start would be a difference of two u.
@@ -111,7 +112,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
                 let (before, f) = (self.light.alpha, [rest.f0, end.1]);
                 let part = if is_last { rest } else { rest.part((zero, f[0]), end) };
                 let is_between = rest.f0 != f0 && !is_last;
-                let reach = if is_between { between(&f) } else { segment.reach() };
+                let reach = if is_between { between(&f) } else { segment_reach };
                 self.piece(&part, k, interpolant, [from, to], reach);
                 let mean = MediumSample::at(span, T::of(0.5) * (f[0] + f[1]));
                 let change = span.steepest() * (f[1] - f[0]).abs();
@@ -182,7 +183,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         if steep == T::zero() {
             return;
         }
-        let reach = T::of(8.0) * segment.reach();
+        let reach = T::of(8.0) * segment.reach(self.size);
         // Where f turns it lies beyond for the root of what rounding reaches, at an end as its slope there goes.
         let root = (reach / (reach + steep)).sqrt();
         let rise = segment.f1 - segment.f0;
@@ -195,7 +196,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
             let first = partition_point(steps, |step| step.value < extreme - reach);
             for step in steps[first..].iter().take_while(|step| step.value <= extreme + reach) {
                 let through = self.light.transmittance();
-                let beyond = (segment.length * part * step.extinction).absorbed_by();
+                let beyond = (segment.length * part * step.extinction_within(reach)).absorbed_by();
                 self.light.error = self.light.error + through * beyond;
             }
         }

@@ -26,6 +26,9 @@ pub(crate) struct Ray<'r, 'f, T, const N: usize> {
     gap: Option<usize>,
     /// The span of the transfer function that the ray is in; `None` at the start and behind a void.
     pub span: Option<usize>,
+    /// The largest magnitude of values at the vertices of the frustum that the ray is in, where rounding matters (the
+    /// transfer function has steps); else 1.
+    pub size: T,
     pub light: Radiance<T>,
     pub counts: Counts,
 }
@@ -52,8 +55,11 @@ impl<T: Real, const N: usize> ColumnVisitor<T, N> for Pass<'_, '_, '_, T, N> {
     }
 
     #[inline(always)]
-    fn frustum(&mut self, _: usize, [a, b]: [&RayPoint<T>; 2], [at_a, at_b]: [&Chord<T, N>; 2], eps: T) -> Flow {
+    fn frustum(&mut self, lower: usize, [a, b]: [&RayPoint<T>; 2], [at_a, at_b]: [&Chord<T, N>; 2], eps: T) -> Flow {
         let interpolant = at_a.interpolant(at_b, [a.tau, b.tau], eps);
+        if self.ray.tracer.spans.has_steps() {
+            self.ray.size = self.size(lower);
+        }
         self.ray.frustum(&interpolant, T::of(self.length * (b.u - a.u)))
     }
 
@@ -69,6 +75,16 @@ impl<T: Real, const N: usize> ColumnVisitor<T, N> for Pass<'_, '_, '_, T, N> {
     #[inline]
     fn core(&mut self, a: &RayPoint<T>) -> Flow {
         self.ray.core(lerp(self.column.entry.t, self.column.exit.t, a.u))
+    }
+}
+
+impl<T: Real, const N: usize> Pass<'_, '_, '_, T, N> {
+    /// The largest magnitude of the values at the vertices of the gap above layer `lower`.
+    #[inline]
+    fn size(&self, lower: usize) -> T {
+        let at = |base: isize, layer: usize| self.ray.tracer.samples.get::<T>(base, layer).abs();
+        let over = |base: &isize| at(*base, lower).max(at(*base, lower + 1));
+        self.base.iter().map(over).fold(T::zero(), T::max)
     }
 }
 
@@ -135,6 +151,7 @@ impl<'r, 'f, T: Real, const N: usize> Ray<'r, 'f, T, N> {
             min_transmittance: T::of(tracer.budget.min_transmittance),
             gap: None,
             span: None,
+            size: T::one(),
             light: Radiance::none(),
             counts: Counts { rays: 1, ..Counts::default() },
         }

@@ -1,6 +1,6 @@
 //! A picture's rays, prepared for a device.
 
-use super::{BudgetTable, ENDLESS, Scenery, Span};
+use super::{BudgetTable, ENDLESS, Scenery, Span, Step};
 use crate::plan::Plan;
 use crate::plan::budget::allowed_to_single;
 use crate::raster::Raster;
@@ -141,9 +141,9 @@ impl<'f> Job<'f> {
         self.spans.all().to_vec()
     }
 
-    /// Where it jumps: normalised value, and the larger extinction of the two sides. In rising order.
-    pub fn steps(&self) -> Vec<[f32; 2]> {
-        self.spans.steps().iter().map(|step| [step.value, step.extinction]).collect()
+    /// Where it jumps, in rising order.
+    pub fn steps(&self) -> &[Step] {
+        self.spans.steps()
     }
 
     /// Division of the tolerance along a ray.

@@ -22,7 +22,7 @@ pub use job::{Content, Job};
 pub use light::Shading;
 pub(crate) use scenery::unsupported;
 pub use scenery::{ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, Paint, Scenery, SurfaceLayer, SurfacePlace};
-pub use tables::{BudgetTable, Span, Tables, locate};
+pub use tables::{BudgetTable, Span, Step, Tables, locate};
 pub use volumes::{MAX_VOLUMES, SceneVolume, VolumeMap};
 
 use bytemuck::{Pod, Zeroable};

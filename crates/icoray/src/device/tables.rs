@@ -37,6 +37,9 @@ pub fn locate(grid: &Grid, from: u32, target: [f64; 3]) -> u32 {
 /// Between two knots of the transfer function extinction and colour are linear in the normalised value.
 pub type Span = icoray_kernel::transfer::Span<f32>;
 
+/// Where the transfer function jumps, or changes within the reach of rounding.
+pub type Step = icoray_kernel::transfer::Step<f32>;
+
 /// Division of the tolerance along a ray, as [`Budget`](icoray_kernel::ray::Budget).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetTable {

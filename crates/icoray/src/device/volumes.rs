@@ -1,7 +1,7 @@
 //! Several volumes, or one whose opacity is that of another field, for a device.
 
 use super::fields::FieldTable;
-use super::{FieldId, Span};
+use super::{FieldId, Span, Step};
 use icoray_kernel::general::{KernelScene, Medium, TransferMap};
 use icoray_kernel::transfer::{KernelKnot, Spans};
 
@@ -25,14 +25,13 @@ pub struct VolumeMap {
     /// The transfer function, in rising order.
     pub spans: Vec<Span>,
     /// Where it jumps, as [`Job::steps`](super::Job::steps).
-    pub steps: Vec<[f32; 2]>,
+    pub steps: Vec<Step>,
 }
 
 impl VolumeMap {
     fn new(map: &TransferMap, fields: &mut FieldTable) -> Self {
         let spans = Spans::<f32>::new(map.knots());
-        let steps = spans.steps().iter().map(|step| [step.value, step.extinction]).collect();
-        VolumeMap { field: fields.of_map(map), spans: spans.all().to_vec(), steps }
+        VolumeMap { field: fields.of_map(map), spans: spans.all().to_vec(), steps: spans.steps().to_vec() }
     }
 }
 

@@ -15,7 +15,7 @@ pub fn ulps(a: f32, b: f32, size: f32) -> f64 {
 /// WGSL that reads a segment from `inputs`: f0, f1, kappa, eps, length.
 pub const SEGMENT_AT: &str = "
 fn segment_at(at: u32) -> Segment {
-    return Segment(inputs[at], inputs[at + 1u], inputs[at + 2u], inputs[at + 3u], inputs[at + 4u]);
+    return Segment(inputs[at], inputs[at + 1u], inputs[at + 2u], inputs[at + 3u], inputs[at + 4u], 1.0);
 }";
 
 /// An unbounded span whose colour and extinction vary linearly.
