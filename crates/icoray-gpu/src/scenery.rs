@@ -15,12 +15,12 @@ fn volume_maps(scenery: &device::Scenery) -> impl Iterator<Item = Option<&device
 }
 
 /// The steps of the transfer functions of several volumes.
-pub(crate) fn volume_steps(job: &Job) -> impl Iterator<Item = &device::Step> {
+pub(crate) fn volume_steps<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Step> {
     job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| &map.steps)
 }
 
 /// The spans of the transfer functions of several volumes.
-pub(crate) fn volume_spans(job: &Job) -> impl Iterator<Item = &device::Span> {
+pub(crate) fn volume_spans<'j>(job: &'j Job) -> impl Iterator<Item = &'j device::Span> {
     job.scenery().into_iter().flat_map(volume_maps).flatten().flat_map(|map| &map.spans)
 }
 

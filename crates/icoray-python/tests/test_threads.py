@@ -87,7 +87,7 @@ scene = icoray.Scene(
     transfer={"map": "viridis", "range": [0, 1], "opacity": [[0, 0.0], [1, 0.1]]},
 )
 # Far more work than a test may take.
-long = scene.replace(size=(2048, 2048), tolerance=1e-12, precision="f64")
+long = scene.replace(size=(8192, 8192), tolerance=1e-7, precision="f64")
 renderer = icoray.Renderer(2)
 expected = renderer.render(scene, grid, layers, wave).pixels
 go = threading.Event()

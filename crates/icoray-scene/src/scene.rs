@@ -124,8 +124,9 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Valid range of [`Scene::tolerance`].
-    pub const TOLERANCE: RangeInclusive<f64> = 1e-12..=0.5;
+    /// Range of [`Scene::tolerance`] in a scene's text. Pixels are in single precision: a smaller tolerance costs time
+    /// and changes none.
+    pub const TOLERANCE: RangeInclusive<f64> = 1e-7..=0.5;
     /// The tolerance of a scene that names none.
     pub const DEFAULT_TOLERANCE: f64 = 1e-3;
     /// Largest value of [`Scene::samples`].

@@ -26,12 +26,12 @@ fn values(grid: &Grid) -> Vec<f64> {
 fn scene(camera: &str, core: &str, precision: &str, size: [u32; 2]) -> Scene {
     let tolerance = if precision == "f64" { 1e-9 } else { 1e-6 };
     let [width, height] = size;
-    Scene::parse(&format!(
-        "field = \"f\"\nantialias = false\nbackground = \"transparent\"\ncore = \"{core}\"\ntolerance = {tolerance}\nprecision = \"{precision}\"\n\
+    let scene = Scene::parse(&format!(
+        "field = \"f\"\nantialias = false\nbackground = \"transparent\"\ncore = \"{core}\"\nprecision = \"{precision}\"\n\
          [image]\nwidth = {width}\nheight = {height}\n[camera]\n{camera}\n\
          [transfer]\nmap = \"viridis\"\nrange = [-2, 2]\nopacity = [[-2, 0.6], [0, 0.05], [0.5, 0.9], [2, 0.4]]\n"
-    ))
-    .unwrap()
+    ));
+    Scene { tolerance, ..scene.unwrap() }
 }
 
 /// Draws the grid and gives the largest error of a channel and how many pixels show something.

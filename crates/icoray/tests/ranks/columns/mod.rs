@@ -205,7 +205,7 @@ fn a_scene_may_ask_for_fragments_of_columns() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let all: Vec<usize> = (0..mesh.cells()).collect();
-    let asked = |scheme: &str| scene(&format!("precision = \"f64\"\ntolerance = 1e-8\nranks = \"{scheme}\""));
+    let asked = |scheme: &str| scene(&format!("precision = \"f64\"\ntolerance = 1e-7\nranks = \"{scheme}\""));
     let values = Layout::LevelFastest.lay(&all, |c, l| value(c, l, 99));
     let field = at_centers(&values, LAYERS);
     let whole = Renderer::new(1).unwrap().render(&asked("auto"), &grid, &layers(), &field).unwrap();
