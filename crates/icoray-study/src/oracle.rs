@@ -5,6 +5,7 @@
 //! relative to a vertex of the frustum, so that errors are measured by the field's variation in a frustum, not by its
 //! size.
 
+mod blend;
 mod gauss;
 mod gradients;
 mod interpolant;
@@ -12,12 +13,15 @@ mod panel;
 mod spans;
 #[cfg(test)]
 mod tests;
+mod way;
+mod whole;
 
 pub(crate) use gauss::Gauss;
 pub(crate) use gradients::gradients;
 pub(crate) use interpolant::{FrustumGeometry, FrustumInterpolant};
 pub(crate) use panel::{MIN_TRANSMITTANCE, Piece, Radiance};
 pub(crate) use spans::{Span, Spans};
+pub(crate) use whole::{Data, WholeScene};
 
 use crate::job::{Job, PreparedJob};
 use crate::shading::{self, RayLighting};
@@ -56,7 +60,7 @@ impl<'a> Oracle<'a> {
         let prepared = PreparedJob::new(job)?;
         let lit = job.scene.lighting.is_some();
         Ok(Oracle {
-            spans: Spans::new(job.scene, prepared.thickness()),
+            spans: Spans::new(&job.scene.volumes[0].transfer, prepared.thickness()),
             gauss: Gauss::new(),
             gradients: if lit { gradients(&prepared) } else { Vec::new() },
             prepared,

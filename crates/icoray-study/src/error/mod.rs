@@ -5,6 +5,7 @@
 
 mod bounds;
 mod measure;
+mod random;
 mod sweep;
 mod table;
 mod verdict;
@@ -44,6 +45,12 @@ pub struct Options {
     /// A few small scenes and runs, to see whether all goes well.
     #[arg(long)]
     pub quick: bool,
+    /// Checks every pixel of so many random scenes of all kinds on small meshes instead.
+    #[arg(long, value_name = "N")]
+    pub random: Option<u64>,
+    /// Seed of the first random scene; each of the others has the next.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
     /// Directory of the data files; else what ICORAY_TEST_DATA names, else ../shared/data.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
@@ -78,6 +85,9 @@ impl Options {
 /// Measures, writes `error.csv`, the oracle's picture and two charts per scene, and `verdict.txt`, and prints what it
 /// finds.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    if let Some(count) = options.random {
+        return random::run(count, options.seed, &Renderer::new(options.threads)?, &Renderer::new(0)?, out);
+    }
     let scenes = options.scenes()?;
     let data = data_directory(options.data.as_deref());
     let all_threads = Renderer::new(0)?;

@@ -12,17 +12,17 @@ use glam::DVec3;
 pub(crate) const MIN_TRANSMITTANCE: f64 = 1e-17;
 
 /// Panels are short enough that heights change by no more than this part.
-const STEEP: f64 = 0.25;
+pub(super) const STEEP: f64 = 0.25;
 
 /// Most halvings of a panel under light.
-const LEVELS: u32 = 24;
+pub(super) const LEVELS: u32 = 24;
 
 /// Change of a pixel by which a panel under light may differ from its halves.
-const LIT_TOLERANCE: f64 = 1e-11;
+pub(super) const LIT_TOLERANCE: f64 = 1e-11;
 
 /// Roughness of the shade below which a panel needs no halves: coefficients fall as powers, so that those of degree 16,
 /// the first that count, are some 1e-12.
-const SMOOTH: f64 = 1e-6;
+pub(super) const SMOOTH: f64 = 1e-6;
 
 /// Accumulated premultiplied linear RGB and transmittance.
 #[derive(Debug, Clone, Copy)]
