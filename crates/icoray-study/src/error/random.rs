@@ -11,12 +11,16 @@ use crate::stability::truth::pixel_error;
 use draw::{Drawn, KINDS};
 use glam::DVec3;
 use icoray::{Error, ErrorKind, Frame, Grid, GridTables, IcosahedralMesh, LonLat, Precision, Renderer, Result};
+use icoray_test_support::Random;
 use rayon::prelude::*;
 use std::io::Write;
 use std::time::Instant;
 
 /// Errors below this are those of the picture's single precision.
 const ROUNDING: f64 = 1e-7;
+
+/// Number of times that a doubtful pixel's values are moved.
+const MOVED: usize = 4;
 
 /// What was found in the scenes of one kind, light and precision.
 #[derive(Debug, Default, Clone)]
@@ -96,9 +100,12 @@ fn check(
     let frame = renderer.render(scene, &grid, &drawn.layers, drawn.model_fields()?)?;
     group.seconds += start.elapsed().as_secs_f64();
     let data = Data { grid: &grid, layers: &drawn.layers, heights: &drawn.heights, fields: &drawn.fields };
-    let [oracle, fine] = [WholeScene::new(scene, data)?, WholeScene::new(scene, data)?.halved()];
+    let oracle = WholeScene::new(scene, data)?;
+    let others: Vec<Vec<_>> = (0..MOVED).map(|k| drawn.fields.iter().map(|field| moved(field, k)).collect()).collect();
+    let moved = others.iter().map(|fields| WholeScene::new(scene, Data { fields, ..data }));
+    let doubts = moved.chain([WholeScene::new(scene, data).map(WholeScene::halved)]).collect::<Result<Vec<_>>>()?;
     let pixels = (0..frame.pixels.len()).into_par_iter();
-    let found: Vec<Found> = all.run(|| pixels.map(|i| pixel(&frame, i, drawn, [&oracle, &fine])).collect());
+    let found: Vec<Found> = all.run(|| pixels.map(|i| pixel(&frame, i, drawn, (&oracle, &doubts))).collect());
     group.scenes += 1;
     group.pixels += found.len();
     let mut worst: Option<(usize, Found)> = None;
@@ -118,13 +125,15 @@ fn check(
         }
     }
     group.beyond += beyond;
-    let Some((i, Found { off, told, .. })) = worst else { return Ok(()) };
+    let Some((i, Found { truth, off, told, .. })) = worst else { return Ok(()) };
     let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
     say!(
         out,
         "seed {seed}, {}: {beyond} pixels beyond their error; pixel {x}, {y} is off by {off:.2e} and tells {told:.2e}\n\
+         # shown {:?}, true {truth:?}\n\
          # icoray-study error --random 1 --seed {seed}\n# {}\n{}",
         drawn.kind,
+        frame.pixels[i],
         drawn.recipe,
         drawn.text
     )
@@ -133,6 +142,8 @@ fn check(
 /// A pixel's error.
 #[derive(Debug, Clone, Copy)]
 struct Found {
+    /// The oracle's pixel.
+    truth: [f64; 4],
     off: f64,
     told: f64,
     is_undecided: bool,
@@ -149,24 +160,34 @@ impl Found {
     }
 }
 
-/// Compares pixel `i`. Where it is beyond its error, the oracle is asked again with panels of half the depth and from
-/// eyes that are a few units in the last place away: a pixel is undecided where that moves the truth by half of the
-/// error or more.
-fn pixel(frame: &Frame, i: usize, drawn: &Drawn, [oracle, fine]: [&WholeScene; 2]) -> Found {
+/// A field with values a few units in the last place of f64 away.
+fn moved<'n>((name, values): &(&'n str, Vec<f64>), number: usize) -> (&'n str, Vec<f64>) {
+    let by = |i: usize| 8.0 * f64::EPSILON * (Random::at(MOVED * i + number).unit() - 0.5);
+    (name, values.iter().enumerate().map(|(i, value)| value * (1.0 + by(i))).collect())
+}
+
+/// Compares pixel `i`. Where it is beyond its error, the oracle is asked again, with panels of half the depth and with
+/// eyes and values that are a few units in the last place away: a pixel is undecided where that moves the truth by half
+/// of the error or more.
+fn pixel(frame: &Frame, i: usize, drawn: &Drawn, (oracle, doubts): (&WholeScene, &[WholeScene])) -> Found {
     let scene = &drawn.scene;
     let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
     let eye = DVec3::from_array(scene.camera.eye());
     let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
     let told = f64::from(frame.error[i]);
-    let Some(truth) = oracle.pixel(eye, dir) else { return Found { off: 0.0, told, is_undecided: true } };
+    let Some(truth) = oracle.pixel(eye, dir) else {
+        return Found { truth: [f64::NAN; 4], off: 0.0, told, is_undecided: true };
+    };
     let off = pixel_error(frame.pixels[i], &truth);
-    let moves = |step: DVec3| {
-        let far = 4.0 * f64::EPSILON * (1.0 + eye.length());
-        let again = fine.pixel(eye + far * step, dir);
+    let far = 4.0 * f64::EPSILON * (1.0 + eye.length());
+    let moves = |oracle: &WholeScene, step: DVec3| {
+        let again = oracle.pixel(eye + far * step, dir);
         again.is_none_or(|again| (0..4).any(|k| (again[k] - truth[k]).abs() >= 0.5 * off))
     };
     let aside = dir.any_orthonormal_vector();
-    let found = Found { off, told, is_undecided: false };
-    let steps = [DVec3::ZERO, aside, -aside, aside.cross(dir), -aside.cross(dir)];
-    Found { is_undecided: found.is_beyond() && off.is_finite() && steps.into_iter().any(moves), ..found }
+    let steps = [aside, -aside, aside.cross(dir), -aside.cross(dir)];
+    let is_unsure =
+        || doubts.iter().any(|oracle| moves(oracle, DVec3::ZERO)) || steps.into_iter().any(|step| moves(oracle, step));
+    let found = Found { truth, off, told, is_undecided: false };
+    Found { is_undecided: found.is_beyond() && off.is_finite() && is_unsure(), ..found }
 }

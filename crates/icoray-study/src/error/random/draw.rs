@@ -130,7 +130,7 @@ fn mesh(random: &mut Random) -> Result<(Culled, String)> {
 /// A field and its style.
 fn values(random: &mut Random, grid: &Grid, layers: usize, single: bool, decades: bool) -> (&'static str, Vec<f64>) {
     let styles = ["constant but for rounding", "smooth", "noise", "spikes", "decades"];
-    let style = if decades { 4 } else { random.below(5) };
+    let style = if decades { 4 } else { [0, 1, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4][random.below(12)] };
     let scale = 10f64.powf(uniform(random, -6.0, 4.0));
     let offset = scale * [0.0, 0.0, 1.0, 300.0][random.below(4)];
     let [a, b] = [0; 2].map(|_| uniform(random, 1.0, 6.0) * DVec3::from_array(random.direction()));
