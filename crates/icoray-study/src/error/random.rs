@@ -20,7 +20,7 @@ use std::time::Instant;
 const ROUNDING: f64 = 1e-7;
 
 /// Number of times that a doubtful pixel's values are moved.
-const MOVED: usize = 4;
+const MOVED: usize = 8;
 
 /// What was found in the scenes of one kind, light and precision.
 #[derive(Debug, Default, Clone)]

@@ -10,7 +10,7 @@ use super::gradients::GradientInput;
 use super::panel::{MIN_TRANSMITTANCE, Radiance};
 use super::spans::Spans;
 use super::way::{Frustum, LayeredColumn};
-use super::{PANEL, component, direction_of, over, zeros};
+use super::{FrustumInterpolant, PANEL, direction_of, over};
 use crate::shading::{RayLighting, direction, towards};
 use crate::stability::dd::Dd;
 use crate::stability::path::{Column, Ray, columns};
@@ -378,7 +378,6 @@ impl<'o> Tracer<'o, '_> {
     ) {
         let oracle = self.oracle;
         let middle = 0.5 * (from + to);
-        let mut cuts = vec![from, to];
         let mut parts = Vec::new();
         for medium in &oracle.media {
             let of = |map: &'o Map| {
@@ -390,23 +389,16 @@ impl<'o> Tracer<'o, '_> {
                 continue;
             }
             let normal = self.gradient(medium.extinction.field, frustum, place);
-            let normal = normal
-                .map(|axes| axes.map(|Course { base, f }| super::FrustumInterpolant { f: f.f.map(|f| base + f), ..f }));
-            if let (Some(normal), Some(lighting)) = (&normal, &self.lighting) {
-                let kinks = [lighting.towards, lighting.halfway].map(|v| zeros(&component(normal, v)));
-                cuts.extend(kinks.into_iter().flatten().flatten().filter(|u| from < *u && *u < to));
-            }
+            let normal =
+                normal.map(|axes| axes.map(|Course { base, f }| FrustumInterpolant { f: f.f.map(|f| base + f), ..f }));
             parts.push(Part { color, extinction, normal });
         }
         if parts.is_empty() {
             return;
         }
-        cuts.sort_by(f64::total_cmp);
         let (lighting, limit, eps) = (self.lighting.as_ref(), oracle.panel, frustum.eps);
         let blend = Blend { gauss: &oracle.gauss, parts, length, eps, lighting, limit };
-        for pair in cuts.windows(2).filter(|pair| pair[0] < pair[1]) {
-            blend.add([pair[0], pair[1]], &mut self.radiance);
-        }
+        blend.add([from, to], &mut self.radiance);
     }
 
     /// A surface at `u` of a frustum, `t` along the ray.
