@@ -11,7 +11,7 @@ use super::panel::{MIN_TRANSMITTANCE, Radiance};
 use super::spans::Spans;
 use super::way::{Frustum, LayeredColumn};
 use super::{FrustumInterpolant, PANEL, direction_of, over};
-use crate::shading::{RayLighting, direction, towards};
+use crate::shading::{self, RayLighting, direction};
 use crate::stability::dd::Dd;
 use crate::stability::path::{Column, Ray, columns};
 use glam::DVec3;
@@ -228,17 +228,16 @@ impl<'o> Tracer<'o, '_> {
         self.radiance.transmittance *= 1.0 - opacity;
     }
 
-    /// The factor of light on an opaque surface; a headlight lights the side that is seen.
-    fn solid(&self, normal: DVec3) -> f64 {
-        let Some(light) = &self.oracle.scene.lighting else { return 1.0 };
-        let cosine = normal.dot(towards(&light.source, self.dir));
-        let cosine = if light.source == Source::Headlight { cosine.abs() } else { cosine };
-        light.ambient + light.diffuse * cosine.max(0.0)
+    /// The colour of a surface on a layer or at a height, whose side that is seen a headlight lights.
+    fn lit(&self, color: DVec3, normal: DVec3) -> DVec3 {
+        let light = self.oracle.scene.lighting;
+        let is_turned = light.is_some_and(|light| light.source == Source::Headlight) && normal.dot(self.dir) > 0.0;
+        shading::ground(self.oracle.scene, color, if is_turned { -normal } else { normal }, self.dir)
     }
 
     fn core(&mut self, normal: DVec3) {
         if let Some(color) = self.oracle.scene.core {
-            self.over(self.solid(normal) * DVec3::from_array(color), 1.0);
+            self.over(shading::ground(self.oracle.scene, DVec3::from_array(color), normal, self.dir), 1.0);
         }
     }
 
@@ -291,8 +290,7 @@ impl<'o> Tracer<'o, '_> {
                     Some(value[0] + rest).filter(|value| value.is_finite())
                 });
                 if let Some(color) = color {
-                    let body = self.solid(oracle.normal(cells, layer, weight, at));
-                    self.over(body * color, surface.opacity);
+                    self.over(self.lit(color, oracle.normal(cells, layer, weight, at)), surface.opacity);
                 }
             }
         }
@@ -431,7 +429,7 @@ impl<'o> Tracer<'o, '_> {
             Met::Sheet(k) => {
                 let surface = &oracle.scene.scenery.surfaces[k];
                 if let Some(color) = paint(&surface.paint, value) {
-                    self.over(self.solid(self.at(t).normalize()) * color, surface.opacity);
+                    self.over(self.lit(color, self.at(t).normalize()), surface.opacity);
                 }
             }
         }
