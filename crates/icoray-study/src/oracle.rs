@@ -5,6 +5,7 @@
 //! relative to a vertex of the frustum, so that errors are measured by the field's variation in a frustum, not by its
 //! size.
 
+mod blend;
 mod gauss;
 mod gradients;
 mod interpolant;
@@ -12,12 +13,16 @@ mod panel;
 mod spans;
 #[cfg(test)]
 mod tests;
+mod way;
+mod whole;
 
+use blend::{Blend, Course, Part};
 pub(crate) use gauss::Gauss;
 pub(crate) use gradients::gradients;
 pub(crate) use interpolant::{FrustumGeometry, FrustumInterpolant};
 pub(crate) use panel::{MIN_TRANSMITTANCE, Piece, Radiance};
 pub(crate) use spans::{Span, Spans};
+pub(crate) use whole::{Data, WholeScene};
 
 use crate::job::{Job, PreparedJob};
 use crate::shading::{self, RayLighting};
@@ -56,7 +61,7 @@ impl<'a> Oracle<'a> {
         let prepared = PreparedJob::new(job)?;
         let lit = job.scene.lighting.is_some();
         Ok(Oracle {
-            spans: Spans::new(job.scene, prepared.thickness()),
+            spans: Spans::new(&job.scene.volumes[0].transfer, prepared.thickness()),
             gauss: Gauss::new(),
             gradients: if lit { gradients(&prepared) } else { Vec::new() },
             prepared,
@@ -152,35 +157,16 @@ impl RayInFrustum<'_, '_> {
     fn piece(&self, range: [f64; 2], f: [f64; 2], span: &Span, radiance: &mut Radiance) {
         let (gauss, limit) = (&self.oracle.gauss, self.oracle.panel);
         let length = self.frustum.t[1] - self.frustum.t[0];
-        let piece = |range: [f64; 2], f: [f64; 2]| Piece {
-            interpolant: self.interpolant.part(range, f),
-            base: self.base,
-            span,
-            length: length * (range[1] - range[0]),
-        };
-        let Some(lighting) = self.lighting else {
-            piece(range, f).plain(gauss, limit, radiance);
+        if self.lighting.is_none() {
+            let length = length * (range[1] - range[0]);
+            let piece = Piece { interpolant: self.interpolant.part(range, f), base: self.base, span, length };
+            piece.plain(gauss, limit, radiance);
             return;
-        };
-        let normal = self.normal();
-        let kinks = [lighting.towards, lighting.halfway].map(|v| zeros(&component(&normal, v)));
-        let mut cuts: Vec<f64> = kinks.into_iter().flatten().flatten().collect();
-        cuts.retain(|u| range[0] < *u && *u < range[1]);
-        cuts.push(range[1]);
-        cuts.sort_by(f64::total_cmp);
-        let mut at = (range[0], f[0]);
-        for u in cuts {
-            let next = (u, if u == range[1] { f[1] } else { self.interpolant.at(u) });
-            let shade = |s: f64| {
-                let u = at.0 + s * (next.0 - at.0);
-                let gradient = DVec3::new(normal[0].at(u), normal[1].at(u), normal[2].at(u));
-                lighting.shade(direction_of(gradient))
-            };
-            if next.0 > at.0 {
-                piece([at.0, next.0], [at.1, next.1]).lit(gauss, limit, radiance, &shade);
-            }
-            at = next;
         }
+        let course = Course { base: self.base, f: self.interpolant };
+        let part = Part { color: (course, span), extinction: (course, span), normal: Some(self.normal()) };
+        let (lighting, eps) = (self.lighting, self.interpolant.eps);
+        Blend { gauss, parts: vec![part], length, eps, lighting, limit }.add(range, radiance);
     }
 
     /// The gradient's three components along the frustum.

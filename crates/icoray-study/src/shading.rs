@@ -50,6 +50,11 @@ impl RayLighting {
         Some(RayLighting { lighting, towards, halfway: (towards - dir).normalize_or_zero() })
     }
 
+    /// Distance of two unit normals over which a shade may have changed beyond what is between.
+    pub fn sharpness(&self) -> f64 {
+        self.lighting.shininess.max(8.0).sqrt().recip()
+    }
+
     /// Factor for the colour, and the white highlight, on a surface with the unit normal `normal`, or zero for none.
     #[inline]
     pub fn shade(&self, normal: DVec3) -> (f64, f64) {

@@ -5,8 +5,10 @@
 
 mod bounds;
 mod measure;
+mod random;
 mod sweep;
 mod table;
+mod tolerances;
 mod verdict;
 
 use crate::montage::frame;
@@ -44,6 +46,19 @@ pub struct Options {
     /// A few small scenes and runs, to see whether all goes well.
     #[arg(long)]
     pub quick: bool,
+    /// Measures what tolerances from 1e-1 to 1e-7 cost and give in the kinds of scenes instead.
+    #[arg(long)]
+    pub tolerances: bool,
+    /// With `--tolerances`: a file in which the table takes the place of that between its lines `<!-- icoray-study
+    /// error -->` and `<!-- end -->`.
+    #[arg(long, requires = "tolerances")]
+    pub readme: Option<PathBuf>,
+    /// Checks every pixel of so many random scenes of all kinds on small meshes instead.
+    #[arg(long, value_name = "N")]
+    pub random: Option<u64>,
+    /// Seed of the first random scene; each of the others has the next.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
     /// Directory of the data files; else what ICORAY_TEST_DATA names, else ../shared/data.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
@@ -78,10 +93,16 @@ impl Options {
 /// Measures, writes `error.csv`, the oracle's picture and two charts per scene, and `verdict.txt`, and prints what it
 /// finds.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
-    let scenes = options.scenes()?;
-    let data = data_directory(options.data.as_deref());
     let all_threads = Renderer::new(0)?;
     let renderer = Renderer::new(options.threads)?;
+    if let Some(count) = options.random {
+        return random::run(count, options.seed, &renderer, &all_threads, out);
+    }
+    if options.tolerances {
+        return tolerances::run(options.readme.as_deref(), &renderer, &all_threads, out);
+    }
+    let scenes = options.scenes()?;
+    let data = data_directory(options.data.as_deref());
     let table = CsvFile::create(options.out.join("error.csv"), table::COLUMNS)?;
     say!(
         out,

@@ -39,7 +39,7 @@ impl Table {
     /// When `side` is less than 4.
     pub fn new(prepared: &PreparedJob, step: f64, side: usize, attenuated: bool) -> Self {
         assert!(side >= 4, "a table of {side} values, expected at least 4");
-        let spans = Spans::new(prepared.scene, prepared.thickness());
+        let spans = Spans::new(&prepared.scene.volumes[0].transfer, prepared.thickness());
         let gauss = Gauss::new();
         let [low, high] = prepared.scene.volumes[0].transfer.range();
         let width = if high > low { high - low } else { 1.0 };

@@ -36,7 +36,7 @@ impl Transfer {
                 color: [span.color(0.0, anchor).as_vec3(), (span.color_slope / scale).as_vec3()],
             }
         };
-        let spans = Spans::new(scene, thickness).spans.iter().map(line).collect();
+        let spans = Spans::new(&scene.volumes[0].transfer, thickness).spans.iter().map(line).collect();
         Transfer { knots, spans, low, scale }
     }
 

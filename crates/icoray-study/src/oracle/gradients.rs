@@ -2,46 +2,75 @@
 
 use crate::job::PreparedJob;
 use glam::DVec3;
+use icoray::Grid;
 use rayon::prelude::*;
 
-/// Gradients at all vertices, per planet radius, level-fastest, layer 0 innermost; zero where no frustum is whole.
-pub(crate) fn gradients(prepared: &PreparedJob) -> Vec<DVec3> {
-    let layers = prepared.radius.len();
-    let mut gradients = vec![DVec3::ZERO; prepared.grid.cells() * layers];
-    gradients.par_chunks_exact_mut(layers).enumerate().for_each(|(cell, row)| column(prepared, cell as u32, row));
-    gradients
+/// Where the values of a field are, and which frusta count.
+pub(crate) struct GradientInput<'a, R, V> {
+    pub grid: &'a Grid<'a>,
+    pub layers: usize,
+    /// Radius of a layer at a cell, planet radii, layer 0 innermost.
+    pub radius: R,
+    /// Value at a cell and layer; NaN where it is missing.
+    pub value: V,
+    /// Whether a frustum counts where the neighbours' values are known on the vertex's own layer and the vertex's on
+    /// the next, as on native heights; else all six must be.
+    pub partial: bool,
 }
 
-/// At vertex A the gradient has the radial slope along A and the neighbours' differences along B - A and C - A: with
-/// the dual basis of the three, `s eA + ((gB - gA) eB + (gC - gA) eC)/R`.
-fn column(prepared: &PreparedJob, cell: u32, row: &mut [DVec3]) {
+/// Gradients at all vertices of a job's field, per planet radius, level-fastest; zero where no frustum counts.
+pub(crate) fn gradients(prepared: &PreparedJob) -> Vec<DVec3> {
     let field = prepared.field();
-    let mut count = vec![0u32; row.len()];
-    let a = prepared.grid.direction(cell);
-    for triangle in prepared.grid.corners_of(cell) {
-        let cells = prepared.grid.triangle(triangle);
-        let k = cells.iter().position(|&c| c == cell).expect("a cell is at its own corners");
-        let others = [cells[(k + 1) % 3], cells[(k + 2) % 3]];
-        let [b, c] = others.map(|o| prepared.grid.direction(o) - a);
-        let volume = a.dot(b.cross(c));
-        let dual = [b.cross(c) / volume, c.cross(a) / volume, a.cross(b) / volume];
-        let value = |cell, layer| prepared.value(&field, cell, layer);
-        let on = |layer| [value(cell, layer), value(others[0], layer), value(others[1], layer)];
-        let mut low = on(0);
-        for gap in 0..row.len() - 1 {
-            let high = on(gap + 1);
-            if !low.iter().chain(&high).any(|v| v.is_nan()) {
-                let radial = dual[0] * ((high[0] - low[0]) / (prepared.radius[gap + 1] - prepared.radius[gap]));
-                for (layer, at) in [(gap, &low), (gap + 1, &high)] {
-                    let across = dual[1] * (at[1] - at[0]) + dual[2] * (at[2] - at[0]);
-                    row[layer] += radial + across / prepared.radius[layer];
-                    count[layer] += 1;
-                }
-            }
-            low = high;
-        }
+    let input = GradientInput {
+        grid: prepared.grid,
+        layers: prepared.radius.len(),
+        radius: |_, layer: usize| prepared.radius[layer],
+        value: |cell, layer| prepared.value(&field, cell, layer),
+        partial: false,
+    };
+    input.gradients()
+}
+
+impl<R: Fn(u32, usize) -> f64 + Sync, V: Fn(u32, usize) -> f64 + Sync> GradientInput<'_, R, V> {
+    /// As [`gradients`].
+    pub fn gradients(&self) -> Vec<DVec3> {
+        let mut gradients = vec![DVec3::ZERO; self.grid.cells() * self.layers];
+        gradients.par_chunks_exact_mut(self.layers).enumerate().for_each(|(cell, row)| self.column(cell as u32, row));
+        gradients
     }
-    for (gradient, count) in row.iter_mut().zip(count) {
-        *gradient /= f64::from(count.max(1));
+
+    /// At vertex A the gradient has the slope to the next layer along A and the differences to the neighbours along
+    /// `R·B - R·A` and `R·C - R·A`, each R a vertex's own: with the dual basis of the three, `s eA + (gB - gA) eB +
+    /// (gC - gA) eC`.
+    fn column(&self, cell: u32, row: &mut [DVec3]) {
+        let mut count = vec![0u32; row.len()];
+        let a = self.grid.direction(cell);
+        for triangle in self.grid.corners_of(cell).filter(|triangle| self.grid.is_triangle(*triangle)) {
+            let cells = self.grid.triangle(triangle);
+            let k = cells.iter().position(|&c| c == cell).expect("a cell is at its own corners");
+            let cells = [0, 1, 2].map(|i| cells[(k + i) % 3]);
+            let values = |layer| cells.map(|cell| (self.value)(cell, layer));
+            let mut low = values(0);
+            for gap in 0..row.len() - 1 {
+                let high = values(gap + 1);
+                let slope = (high[0] - low[0]) / ((self.radius)(cell, gap + 1) - (self.radius)(cell, gap));
+                let all_known = !low.iter().chain(&high).any(|v| v.is_nan());
+                for (layer, at) in [(gap, &low), (gap + 1, &high)] {
+                    let [own, b, c] = cells.map(|cell| (self.radius)(cell, layer) * self.grid.direction(cell));
+                    let [b, c] = [b - own, c - own];
+                    let volume = a.dot(b.cross(c));
+                    let across = (at[1] - at[0]) * c.cross(a) + (at[2] - at[0]) * a.cross(b);
+                    let gradient = (slope * b.cross(c) + across) / volume;
+                    if gradient.is_finite() && (all_known || self.partial) {
+                        row[layer] += gradient;
+                        count[layer] += 1;
+                    }
+                }
+                low = high;
+            }
+        }
+        for (gradient, count) in row.iter_mut().zip(count) {
+            *gradient /= f64::from(count.max(1));
+        }
     }
 }

@@ -12,17 +12,7 @@ use glam::DVec3;
 pub(crate) const MIN_TRANSMITTANCE: f64 = 1e-17;
 
 /// Panels are short enough that heights change by no more than this part.
-const STEEP: f64 = 0.25;
-
-/// Most halvings of a panel under light.
-const LEVELS: u32 = 24;
-
-/// Change of a pixel by which a panel under light may differ from its halves.
-const LIT_TOLERANCE: f64 = 1e-11;
-
-/// Roughness of the shade below which a panel needs no halves: coefficients fall as powers, so that those of degree 16,
-/// the first that count, are some 1e-12.
-const SMOOTH: f64 = 1e-6;
+pub(super) const STEEP: f64 = 0.25;
 
 /// Accumulated premultiplied linear RGB and transmittance.
 #[derive(Debug, Clone, Copy)]
@@ -136,56 +126,5 @@ impl Piece<'_> {
             gauss.weight[j] * self.density(start, gauss.node[j]) * self.span.color(self.base, f)
         };
         (0..NODES).map(node).sum()
-    }
-
-    /// The piece's light in a lit scene: `shade` gives factor and highlight at `s`, 0 to 1, and has no kinks inside.
-    pub fn lit(&self, gauss: &Gauss, limit: f64, radiance: &mut Radiance, shade: &impl Fn(f64) -> (f64, f64)) {
-        self.panels(limit, |s, h| {
-            let (whole, roughness) = self.lit_panel(gauss, s, h, shade);
-            let (color, transmittance) = if roughness < SMOOTH {
-                whole
-            } else {
-                self.refined(gauss, [s, h], whole, radiance.transmittance, LEVELS, shade)
-            };
-            radiance.color += radiance.transmittance * color;
-            radiance.transmittance *= transmittance;
-            radiance.transmittance > MIN_TRANSMITTANCE
-        });
-    }
-
-    /// A panel's light and transmittance, and how rough the shade is in it.
-    fn lit_panel(&self, gauss: &Gauss, s: f64, h: f64, shade: &impl Fn(f64) -> (f64, f64)) -> ((DVec3, f64), f64) {
-        let panel = self.panel(gauss, s, h);
-        let start = self.span.color(self.base, self.interpolant.f[0]);
-        let mut color = DVec3::ZERO;
-        let (mut bodies, mut highlights) = ([0.0; NODES], [0.0; NODES]);
-        for j in 0..NODES {
-            let (body, highlight) = shade(s + h * gauss.node[j]);
-            (bodies[j], highlights[j]) = (body, highlight);
-            color += panel.emission[j] * ((start + self.span.color_slope * panel.change[j]) * body + highlight);
-        }
-        let roughness = gauss.roughness(&bodies).max(gauss.roughness(&highlights));
-        ((color, (-panel.depth).exp()), roughness)
-    }
-
-    /// A panel's light and transmittance, halved until halves agree with the whole.
-    fn refined(
-        &self,
-        gauss: &Gauss,
-        [s, h]: [f64; 2],
-        whole: (DVec3, f64),
-        weight: f64,
-        levels: u32,
-        shade: &impl Fn(f64) -> (f64, f64),
-    ) -> (DVec3, f64) {
-        let half = 0.5 * h;
-        let [front, back] = [s, s + half].map(|s| self.lit_panel(gauss, s, half, shade).0);
-        let sum = front.0 + front.1 * back.0;
-        if levels == 0 || weight * (sum - whole.0).abs().max_element() <= LIT_TOLERANCE {
-            return (sum, front.1 * back.1);
-        }
-        let first = self.refined(gauss, [s, half], front, weight, levels - 1, shade);
-        let second = self.refined(gauss, [s + half, half], back, weight * first.1, levels - 1, shade);
-        (first.0 + first.1 * second.0, first.1 * second.1)
     }
 }

@@ -1,7 +1,7 @@
 //! The transfer function as spans between knots, in f64 and the field's own units.
 
 use glam::DVec3;
-use icoray::Scene;
+use icoray::TransferFunction;
 
 /// Between two neighbouring knots, or outside all: extinction and colour are linear in the value.
 #[derive(Debug, Clone, Copy)]
@@ -43,9 +43,9 @@ pub(crate) struct Spans {
 
 impl Spans {
     /// For a shell of the given thickness in planet radii.
-    pub fn new(scene: &Scene, thickness: f64) -> Self {
-        let knots = &scene.volumes[0].transfer.knots;
-        let unit = scene.volumes[0].transfer.unit_length.unwrap_or(thickness);
+    pub fn new(transfer: &TransferFunction, thickness: f64) -> Self {
+        let knots = &transfer.knots;
+        let unit = transfer.unit_length.unwrap_or(thickness);
         let last = knots.len() - 1;
         let span = |k: usize| {
             let (a, b) = (&knots[k.saturating_sub(1)], &knots[k.min(last)]);
@@ -64,6 +64,17 @@ impl Spans {
             }
         };
         Spans { spans: (0..=knots.len()).map(span).collect(), knots: knots.iter().map(|k| k.value).collect() }
+    }
+
+    /// The span of a value; one exactly on a knot belongs to the span above.
+    pub fn at(&self, value: f64) -> &Span {
+        &self.spans[self.knots.partition_point(|k| *k <= value)]
+    }
+
+    /// The knots from `low` to `high`.
+    pub fn knots_between(&self, low: f64, high: f64) -> &[f64] {
+        let first = self.knots.partition_point(|k| *k < low);
+        &self.knots[first..first.max(self.knots.partition_point(|k| *k <= high))]
     }
 
     /// Cuts a monotone course of the value, from `base + f[0]` to `base + f[1]`, at knots. Calls `piece` for each span

@@ -88,7 +88,7 @@ fn a_linear_ramp_is_integrated_whatever_its_depth() {
         "unit_length = 1\nknots = [ { value = 0, color = \"black\", extinction = 0 }, { value = 1, color = \"white\", extinction = 1 } ]",
         "",
     );
-    let spans = Spans::new(&parsed, 1.0);
+    let spans = Spans::new(&parsed.volumes[0].transfer, 1.0);
     for length in [1e-3, 1.0, 40.0, 1e4, 1e12] {
         for f in [[0.0, 1.0], [1.0, 0.0]] {
             let interpolant = FrustumInterpolant { f, bend: 0.0, eps: 0.0 };

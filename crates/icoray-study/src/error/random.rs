@@ -1,0 +1,193 @@
+//! Random scenes of all kinds, every pixel against the oracle of whole scenes.
+
+#[path = "../../../icoray/tests/suite/culled/mod.rs"]
+mod culled;
+mod draw;
+
+use crate::compare::median;
+use crate::oracle::{Data, WholeScene};
+use crate::results::say;
+use crate::stability::truth::pixel_error;
+use draw::{Drawn, KINDS};
+use glam::DVec3;
+use icoray::{Error, ErrorKind, Frame, Grid, GridTables, IcosahedralMesh, LonLat, Precision, Renderer, Result};
+use icoray_test_support::Random;
+use rayon::prelude::*;
+use std::io::Write;
+use std::time::Instant;
+
+/// Errors below this are those of the picture's single precision.
+const ROUNDING: f64 = 1e-7;
+
+/// Number of times that a doubtful pixel's values are moved.
+const MOVED: usize = 8;
+
+/// What was found in the scenes of one kind, light and precision.
+#[derive(Debug, Default, Clone)]
+struct Group {
+    scenes: usize,
+    pixels: usize,
+    beyond: usize,
+    /// Pixels of which the oracle cannot say whether they are beyond.
+    undecided: usize,
+    /// Largest error by the reported one.
+    worst: f64,
+    /// Reported by true errors, where these are above rounding.
+    ratios: Vec<f64>,
+    seconds: f64,
+}
+
+/// Draws scenes of the seeds from `seed` on, and checks every pixel.
+///
+/// # Errors
+/// [`ErrorKind::Internal`] where a pixel is farther off than its error.
+pub(super) fn run(count: u64, seed: u64, renderer: &Renderer, all: &Renderer, out: &mut dyn Write) -> Result<()> {
+    let mut groups = vec![Group::default(); 4 * KINDS.len()];
+    for seed in seed..seed + count {
+        let drawn = Drawn::new(seed)?;
+        let kind = KINDS.iter().position(|kind| *kind == drawn.kind).expect("the kinds are those of the list");
+        let is_lit = usize::from(drawn.scene.lighting.is_some());
+        let is_double = usize::from(drawn.scene.precision == Precision::F64);
+        check(seed, &drawn, [renderer, all], &mut groups[4 * kind + 2 * is_lit + is_double], out)?;
+    }
+    say!(
+        out,
+        "{:<17} {:<6} {:<4} {:>6} {:>9} {:>7} {:>10} {:>9} {:>10} {:>8}",
+        "kind",
+        "light",
+        "",
+        "scenes",
+        "pixels",
+        "beyond",
+        "undecided",
+        "off/told",
+        "told/true",
+        "seconds"
+    )?;
+    for (i, group) in groups.iter().enumerate().filter(|(_, group)| group.scenes > 0) {
+        say!(
+            out,
+            "{:<17} {:<6} {:<4} {:>6} {:>9} {:>7} {:>10} {:>9.2} {:>10.1} {:>8.2}",
+            KINDS[i / 4],
+            ["unlit", "lit"][i / 2 % 2],
+            ["f32", "f64"][i % 2],
+            group.scenes,
+            group.pixels,
+            group.beyond,
+            group.undecided,
+            group.worst,
+            median(group.ratios.clone()),
+            group.seconds
+        )?;
+    }
+    let sum = |of: fn(&Group) -> usize| groups.iter().map(of).sum::<usize>();
+    let (pixels, beyond, undecided) = (sum(|g| g.pixels), sum(|g| g.beyond), sum(|g| g.undecided));
+    let found = format!("{beyond} of {pixels} pixels are farther off than their error, {undecided} are undecided");
+    say!(out, "{count} scenes: {found}")?;
+    if beyond > 0 { Err(Error::new(ErrorKind::Internal, found)) } else { Ok(()) }
+}
+
+/// Checks a scene's pixels; prints the worst that is beyond its error, and the scene.
+fn check(
+    seed: u64,
+    drawn: &Drawn,
+    [renderer, all]: [&Renderer; 2],
+    group: &mut Group,
+    out: &mut dyn Write,
+) -> Result<()> {
+    let (grid, scene) = (drawn.grid(), &drawn.scene);
+    let start = Instant::now();
+    let frame = renderer.render(scene, &grid, &drawn.layers, drawn.model_fields()?)?;
+    group.seconds += start.elapsed().as_secs_f64();
+    let data = Data { grid: &grid, layers: &drawn.layers, heights: &drawn.heights, fields: &drawn.fields };
+    let oracle = WholeScene::new(scene, data)?;
+    let others: Vec<Vec<_>> = (0..MOVED).map(|k| drawn.fields.iter().map(|field| moved(field, k)).collect()).collect();
+    let moved = others.iter().map(|fields| WholeScene::new(scene, Data { fields, ..data }));
+    let doubts = moved.chain([WholeScene::new(scene, data).map(WholeScene::halved)]).collect::<Result<Vec<_>>>()?;
+    let pixels = (0..frame.pixels.len()).into_par_iter();
+    let found: Vec<Found> = all.run(|| pixels.map(|i| pixel(&frame, i, drawn, (&oracle, &doubts))).collect());
+    group.scenes += 1;
+    group.pixels += found.len();
+    let mut worst: Option<(usize, Found)> = None;
+    let mut beyond = 0;
+    for (i, pixel) in found.into_iter().enumerate() {
+        if pixel.is_undecided {
+            group.undecided += 1;
+            continue;
+        }
+        if pixel.off > ROUNDING {
+            group.ratios.push(pixel.told / pixel.off);
+        }
+        group.worst = group.worst.max(pixel.ratio());
+        beyond += usize::from(pixel.is_beyond());
+        if pixel.is_beyond() && worst.is_none_or(|(_, other)| pixel.ratio() > other.ratio()) {
+            worst = Some((i, pixel));
+        }
+    }
+    group.beyond += beyond;
+    let Some((i, Found { truth, off, told, .. })) = worst else { return Ok(()) };
+    let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
+    say!(
+        out,
+        "seed {seed}, {}: {beyond} pixels beyond their error; pixel {x}, {y} is off by {off:.2e} and tells {told:.2e}\n\
+         # shown {:?}, true {truth:?}\n\
+         # icoray-study error --random 1 --seed {seed}\n# {}\n{}",
+        drawn.kind,
+        frame.pixels[i],
+        drawn.recipe,
+        drawn.text
+    )
+}
+
+/// A pixel's error.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    /// The oracle's pixel.
+    truth: [f64; 4],
+    off: f64,
+    told: f64,
+    is_undecided: bool,
+}
+
+impl Found {
+    fn is_beyond(&self) -> bool {
+        // A picture's NaN is beyond any error.
+        !(self.off <= self.told)
+    }
+
+    fn ratio(&self) -> f64 {
+        if self.off > 0.0 { self.off / self.told } else { 0.0 }
+    }
+}
+
+/// A field with values a few units in the last place of f64 away.
+fn moved<'n>((name, values): &(&'n str, Vec<f64>), number: usize) -> (&'n str, Vec<f64>) {
+    let by = |i: usize| 8.0 * f64::EPSILON * (Random::at(MOVED * i + number).unit() - 0.5);
+    (name, values.iter().enumerate().map(|(i, value)| value * (1.0 + by(i))).collect())
+}
+
+/// Compares pixel `i`. Where it is beyond its error, the oracle is asked again, with panels of half the depth and with
+/// eyes and values that are a few units in the last place away: a pixel is undecided where that moves the truth by half
+/// of the error or more.
+fn pixel(frame: &Frame, i: usize, drawn: &Drawn, (oracle, doubts): (&WholeScene, &[WholeScene])) -> Found {
+    let scene = &drawn.scene;
+    let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
+    let eye = DVec3::from_array(scene.camera.eye());
+    let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+    let told = f64::from(frame.error[i]);
+    let Some(truth) = oracle.pixel(eye, dir) else {
+        return Found { truth: [f64::NAN; 4], off: 0.0, told, is_undecided: true };
+    };
+    let off = pixel_error(frame.pixels[i], &truth);
+    let far = 4.0 * f64::EPSILON * (1.0 + eye.length());
+    let moves = |oracle: &WholeScene, step: DVec3| {
+        let again = oracle.pixel(eye + far * step, dir);
+        again.is_none_or(|again| (0..4).any(|k| (again[k] - truth[k]).abs() >= 0.5 * off))
+    };
+    let aside = dir.any_orthonormal_vector();
+    let steps = [aside, -aside, aside.cross(dir), -aside.cross(dir)];
+    let is_unsure =
+        || doubts.iter().any(|oracle| moves(oracle, DVec3::ZERO)) || steps.into_iter().any(|step| moves(oracle, step));
+    let found = Found { truth, off, told, is_undecided: false };
+    Found { is_undecided: found.is_beyond() && off.is_finite() && is_unsure(), ..found }
+}
