@@ -62,11 +62,8 @@ fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
     let ab = values.y - a;
     let ac = values.z - a;
     let is_void = is_missing(values.x) || is_missing(values.y) || is_missing(values.z);
-    var size = 1.0;
-    if HAS_STEPS {
-        let sizes = abs(values);
-        size = max(sizes.x, max(sizes.y, sizes.z));
-    }
+    let sizes = abs(values);
+    let size = max(max(sizes.x, sizes.y), max(sizes.z, select(1.0, 0.0, HAS_STEPS)));
     let none = vec3f(0.0);
     return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void, size, none, none);
 }

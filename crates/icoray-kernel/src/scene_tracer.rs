@@ -67,6 +67,7 @@ impl Kernel for SceneTracer<'_, '_> {
             shell: &packets.shell,
             spans: &packets.spans,
             samples: packets.samples,
+            needs_sizes: packets.spans.needs_sizes(scene.sources[source].value_range()),
             visible: packets.visible(scene),
             outer: scene.outer,
             gradients: scene.sources[source].gradients().values(),

@@ -25,6 +25,8 @@ pub struct SingleVolumeTracer<'f, T> {
     pub spans: &'f Spans<T>,
     /// The field, normalised to the range of `spans`.
     pub samples: AnySamples<'f>,
+    /// [`Spans::needs_sizes`] of the field.
+    pub needs_sizes: bool,
     /// Blocks of gaps in which something can be seen.
     pub visible: &'f OccupancyMask,
     /// Radius outside of which nothing is seen, in planet radii.

@@ -233,6 +233,15 @@ impl<T: Real> Spans<T> {
         self.has_steps
     }
 
+    /// Whether what rounding does to values depends on those at the vertices of frusta: where spans are narrow, or values
+    /// of a field, which has this range, are far outside of that of the knots.
+    #[inline]
+    pub fn needs_sizes(&self, values: Option<[f64; 2]>) -> bool {
+        let [low, high] = self.range;
+        let is_far = |value: f64| ((value - low) / (high - low)).abs() > FAR;
+        self.has_steps || values.is_some_and(|ends| ends.into_iter().any(is_far))
+    }
+
     /// The span of value `f`: the upper one when f lies on a knot.
     #[inline]
     pub fn find(&self, f: T) -> usize {
@@ -304,6 +313,8 @@ fn origin(knots: &[KernelKnot], width: f64) -> f64 {
 
 /// The part of the range of knots below which a span is a spike or a step rather than a part of a ramp.
 const NARROW: f64 = 1e-3;
+/// A normalised value that is far from those of the knots, which are at most 1 in size.
+const FAR: f64 = 4.0;
 /// Spans narrower than this many last digits are steps too.
 const STEP: f64 = 2000.0;
 /// The steps between `spans`: values at which extinction or colour changes within rounding's reach.

@@ -271,6 +271,7 @@ fn draw_plain<T: KernelReal, S: PreparedSample>(
         shell,
         spans,
         samples: AnySamples::new(field, plan.falling, spans.range()),
+        needs_sizes: spans.needs_sizes(field_summary.value_range),
         visible: &visible,
         gradients: &gradients,
         ground,

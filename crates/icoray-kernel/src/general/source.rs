@@ -14,16 +14,24 @@ pub struct FieldSource<'f> {
     gradients: PartialGradients,
     layers: usize,
     cuts: Vec<f64>,
+    value_range: Option<[f64; 2]>,
 }
 
 impl<'f> FieldSource<'f> {
     /// A source that reads `field`, whose first layer is the outermost where `falling` is set. `cuts` are the values,
-    /// rising, at which a transfer function or an isosurface of the field has a knot.
+    /// rising, at which a transfer function or an isosurface of the field has a knot; `value_range` is that of the field,
+    /// if it has values.
     #[inline]
-    pub fn new(field: &Field<'f>, falling: bool, gradients: PartialGradients, cuts: Vec<f64>) -> Self {
+    pub fn new(
+        field: &Field<'f>,
+        falling: bool,
+        gradients: PartialGradients,
+        cuts: Vec<f64>,
+        value_range: Option<[f64; 2]>,
+    ) -> Self {
         const RAW: [f64; 2] = [0.0, 1.0];
         let values = AnySamples::new(field, falling, RAW);
-        FieldSource { values, gradients, layers: field.shape().layers, cuts }
+        FieldSource { values, gradients, layers: field.shape().layers, cuts, value_range }
     }
 
     /// The gradients of the field.
@@ -36,6 +44,12 @@ impl<'f> FieldSource<'f> {
     #[inline]
     pub fn into_gradients(self) -> PartialGradients {
         self.gradients
+    }
+
+    /// The least and the greatest value of the field, if it has any.
+    #[inline]
+    pub(crate) fn value_range(&self) -> Option<[f64; 2]> {
+        self.value_range
     }
 
     /// The field's values, normalised to a range.

@@ -58,7 +58,7 @@ pub(super) struct Cutter<'c, 't, V: Machine> {
     pub spans: &'c SpanTables<'t>,
     /// Lanes whose parts are known to be monotone.
     pub is_monotone: Mask<V>,
-    /// The largest magnitude of values at the vertices of their frusta, where there are steps.
+    /// The largest magnitude of values at the vertices of their frusta.
     pub size: Floats<V>,
 }
 

@@ -34,7 +34,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let is_new = mask::<V>(simd, new);
             part = read.over(is_new, part);
             self.lanes.is_monotone &= !is_new;
-            if self.tables.spans.has_steps {
+            if self.tracer.needs_sizes {
                 self.lanes.size = is_new.select(self.tables.source.size(simd, &vertices), self.lanes.size);
             }
             self.lit.enter(simd, is_new, crossing.eps);

@@ -69,7 +69,7 @@ struct MapLanes<V: Machine> {
     is_monotone: Mask<V>,
     /// Lanes with all values.
     is_there: Mask<V>,
-    /// The largest magnitude of values at the vertices, where there are steps; else 1.
+    /// The largest magnitude of values at the vertices.
     size: Floats<V>,
     pieces: Pieces<V>,
     medium: Medium<V>,
@@ -123,9 +123,8 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
             map.rest = read.over(is_new, map.rest);
             map.is_monotone &= !is_new;
             map.is_there = is_new.select(is_there, map.is_there);
-            if spans.has_steps {
-                map.size = is_new.select(source.size(simd, &vertices), map.size);
-            }
+            let size = source.size(simd, &vertices).max(all(simd, if spans.has_steps { 0.0 } else { 1.0 }));
+            map.size = is_new.select(size, map.size);
         }
         let there = self.tables.volumes.iter().fold(0, |there, volume| there | self.there(volume).to_bitmask() as u32);
         [beyond, new & !there]

@@ -26,8 +26,8 @@ pub(crate) struct Ray<'r, 'f, T, const N: usize> {
     gap: Option<usize>,
     /// The span of the transfer function that the ray is in; `None` at the start and behind a void.
     pub span: Option<usize>,
-    /// The largest magnitude of values at the vertices of the frustum that the ray is in, where rounding matters (the
-    /// transfer function has steps); else 1.
+    /// The largest magnitude of values at the vertices of the frustum that the ray is in, where it is needed
+    /// ([`Spans::needs_sizes`](crate::transfer::Spans::needs_sizes)); else 1.
     pub size: T,
     pub light: Radiance<T>,
     pub counts: Counts,
@@ -57,7 +57,7 @@ impl<T: Real, const N: usize> ColumnVisitor<T, N> for Pass<'_, '_, '_, T, N> {
     #[inline(always)]
     fn frustum(&mut self, lower: usize, [a, b]: [&RayPoint<T>; 2], [at_a, at_b]: [&Chord<T, N>; 2], eps: T) -> Flow {
         let interpolant = at_a.interpolant(at_b, [a.tau, b.tau], eps);
-        if self.ray.tracer.spans.has_steps() {
+        if self.ray.tracer.needs_sizes {
             self.ray.size = self.size(lower);
         }
         self.ray.frustum(&interpolant, T::of(self.length * (b.u - a.u)))

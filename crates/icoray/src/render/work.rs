@@ -60,6 +60,8 @@ pub(super) struct SingleVolume<'f, T> {
     pub shell: &'f Shell<T>,
     pub spans: &'f Spans<T>,
     pub samples: AnySamples<'f>,
+    /// [`Spans::needs_sizes`] of the field.
+    pub needs_sizes: bool,
     pub visible: &'f Lazy<'f, OccupancyMask>,
     pub gradients: &'f Lazy<'f, PartialGradients>,
     pub ground: Option<&'f Ground>,
@@ -125,7 +127,7 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
     }
 
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
-        let SingleVolume { context, shell, spans, samples, visible, gradients, ground } = *self;
+        let SingleVolume { context, shell, spans, samples, needs_sizes, visible, gradients, ground } = *self;
         let FrameContext { renderer, scene, plan, grid, .. } = *context;
         let is_lit = quality.lights != Lights::Off;
         // Before there are tiles, each of which would ask for them.
@@ -139,6 +141,7 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
             shell,
             spans,
             samples,
+            needs_sizes,
             visible,
             outer: plan.radius[top],
             gradients,

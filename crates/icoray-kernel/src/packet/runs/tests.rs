@@ -91,6 +91,7 @@ impl<'g> Model<'g> {
             shell: &self.shell,
             spans: &self.spans,
             samples: AnySamples::new(&self.field(), false, self.spans.range()),
+            needs_sizes: false,
             visible: &self.visible,
             // That of whole rays: fragments end at the outermost layer.
             outer: RADII[1],

@@ -209,7 +209,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                     part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
                 }
             }
-            sources.push(FieldSource::new(field, plan.falling, light, cuts));
+            sources.push(FieldSource::new(field, plan.falling, light, cuts, self.context.range(number).0));
             keys.push(key);
         }
         Ok((sources, keys))
