@@ -151,8 +151,7 @@ struct Found {
 
 impl Found {
     fn is_beyond(&self) -> bool {
-        // A picture's NaN is beyond any error.
-        !(self.off <= self.told)
+        self.off > self.told || self.told.is_nan()
     }
 
     fn ratio(&self) -> f64 {
