@@ -151,8 +151,7 @@ struct Found {
 
 impl Found {
     fn is_beyond(&self) -> bool {
-        // A picture's NaN is beyond any error.
-        !(self.off <= self.told)
+        self.off > self.told || self.told.is_nan()
     }
 
     fn ratio(&self) -> f64 {
@@ -190,4 +189,45 @@ fn pixel(frame: &Frame, i: usize, drawn: &Drawn, (oracle, doubts): (&WholeScene,
         || doubts.iter().any(|oracle| moves(oracle, DVec3::ZERO)) || steps.into_iter().any(|step| moves(oracle, step));
     let found = Found { truth, off, told, is_undecided: false };
     Found { is_undecided: found.is_beyond() && off.is_finite() && is_unsure(), ..found }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scene of several volumes, whose pixels are right but for those that are changed.
+    #[test]
+    fn a_pixel_that_is_beyond_its_error_is_found_and_told_with_its_scene() {
+        let renderer = Renderer::new(1).unwrap();
+        let mut found = 0;
+        for seed in 0..20 {
+            let drawn = Drawn::new(seed).unwrap();
+            let grid = drawn.grid();
+            let data = Data { grid: &grid, layers: &drawn.layers, heights: &drawn.heights, fields: &drawn.fields };
+            let oracle = WholeScene::new(&drawn.scene, data).unwrap();
+            let fields = drawn.model_fields().unwrap();
+            let mut frame = renderer.render(&drawn.scene, &grid, &drawn.layers, fields).unwrap();
+            for i in [0, 7 * 25 + 11] {
+                let off = 3.0 * frame.error[i].max(1e-3);
+                frame.pixels[i][1] += off;
+                let moved = pixel(&frame, i, &drawn, (&oracle, &[]));
+                found += u32::from(moved.is_beyond() && !moved.is_undecided && moved.ratio() > 1.9);
+                frame.pixels[i][1] = f32::NAN;
+                assert!(pixel(&frame, i, &drawn, (&oracle, &[])).is_beyond());
+            }
+        }
+        // A few lie where an eye that is moved sees something else.
+        assert!(found > 36, "{found}");
+    }
+
+    #[test]
+    fn a_seed_draws_the_same_scene_again_and_all_kinds_are_drawn() {
+        let mut kinds: Vec<&str> = Vec::new();
+        for seed in 0..80 {
+            let [one, again] = [Drawn::new(seed), Drawn::new(seed)].map(Result::unwrap);
+            assert_eq!((&one.text, &one.recipe), (&again.text, &again.recipe));
+            kinds.push(one.kind);
+        }
+        assert!(KINDS.iter().all(|kind| kinds.contains(kind)), "{kinds:?}");
+    }
 }

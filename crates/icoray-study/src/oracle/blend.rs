@@ -159,3 +159,34 @@ impl Blend<'_> {
         Panel { color, transmittance: first.transmittance * second.transmittance, ..whole }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::oracle::{PANEL, Spans};
+    use icoray::Scene;
+
+    /// The gradient passes zero at the distance `close`: the mean of `|x|/sqrt(x² + close²)` over -1 to 1.
+    #[test]
+    fn a_normal_that_turns_over_between_nodes_is_seen() {
+        let scene = Scene::parse(
+            "field = 'f'\nlight = { ambient = 0, diffuse = 1, specular = 0 }\n\
+             transfer = { unit_length = 1, knots = [{ value = 0, color = 'white', extinction = 1e-9 }] }",
+        )
+        .unwrap();
+        let (gauss, spans) = (Gauss::new(), Spans::new(&scene.volumes[0].transfer, 1.0));
+        let lighting = RayLighting::new(&scene, DVec3::NEG_X);
+        let along = |f: [f64; 2]| FrustumInterpolant { f, bend: 0.0, eps: 0.0 };
+        for close in [1e-2f64, 1e-3, 1e-4, 1e-6] {
+            let course = (Course { base: 0.0, f: along([0.5, 0.5]) }, spans.at(0.5));
+            let normal = Some([along([-1.0, 1.0]), along([close, close]), along([0.0, 0.0])]);
+            let parts = vec![Part { color: course, extinction: course, normal }];
+            let blend =
+                Blend { gauss: &gauss, parts, length: 1.0, eps: 0.0, lighting: lighting.as_ref(), limit: PANEL };
+            let mut radiance = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
+            blend.add([0.0, 1.0], &mut radiance);
+            let expected = 1e-9 * ((1.0 + close * close).sqrt() - close);
+            assert!((radiance.color.x - expected).abs() < 1e-17, "{close}: {:e} {expected:e}", radiance.color.x);
+        }
+    }
+}

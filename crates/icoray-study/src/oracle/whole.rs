@@ -4,6 +4,9 @@
 //! traversal or integration is used. Each frustum is cut at the extremum of every field, at knots, bounds of cuts and
 //! surfaces; the smooth pieces between are those of [`Blend`].
 
+#[cfg(test)]
+mod tests;
+
 use super::blend::{Blend, Course, Part};
 use super::gauss::Gauss;
 use super::gradients::GradientInput;

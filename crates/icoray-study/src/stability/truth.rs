@@ -31,11 +31,12 @@ pub struct Stretch {
     pub column: Column,
 }
 
-/// Error of `pixel` against `exact`, less half a unit in the last place of f32.
+/// Error of `pixel` against `exact`, less half a unit in the last place of f32; infinite where a channel is not a number.
 pub fn pixel_error(pixel: [f32; 4], exact: &[f64; 4]) -> f64 {
     let channel = |k: usize| {
         let half = 0.5 * f64::from(pixel[k].next_up() - pixel[k]).abs();
-        (f64::from(pixel[k]) - exact[k]).abs() - half
+        let off = (f64::from(pixel[k]) - exact[k]).abs() - half;
+        if off.is_nan() { f64::INFINITY } else { off }
     };
     (0..4).map(channel).fold(0.0, f64::max)
 }

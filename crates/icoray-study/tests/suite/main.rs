@@ -5,6 +5,7 @@ mod culled;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod holes;
+mod random;
 mod studies;
 
 use clap::Parser;
