@@ -132,8 +132,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             return 0;
         }
         let too_far = shade.too_far(simd, &self.lanes, &piece, self.color_tolerance);
-        let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION);
-        (too_far & has_room).to_bitmask() as u32 & shown
+        (too_far & self.lit.may_halve(range[1])).to_bitmask() as u32 & shown
     }
 
     /// Ends the rays of `active` lanes through which no more light comes than may be left out.
@@ -200,9 +199,6 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         }
     }
 }
-
-/// A piece of a frustum that is no longer than this is taken, whatever its shade.
-pub(super) const LEAST_FRACTION: f32 = 1e-4;
 
 impl<V: Machine> Lanes<V> {
     /// The light of a lane.
