@@ -6,7 +6,6 @@
 //! tolerance stays as it is. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices.
 
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
-use crate::sampling::Moments;
 use crate::scattered::ScatteredPixels;
 use glam::DVec3;
 use icoray_kernel::Counts;
@@ -191,8 +190,8 @@ impl Tiling for EdgePixels {
         }
     }
 
-    fn resolve(&self, _: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>) {
-        (rays.chunks_exact(RAYS).map(mean).collect(), Vec::new())
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        rays.chunks_exact(RAYS).map(mean).collect()
     }
 
     fn raster(&self) -> Option<Raster> {

@@ -4,7 +4,6 @@ mod rect;
 
 pub use rect::Rect;
 
-use crate::sampling::Moments;
 use icoray_grid::array::MapInline;
 use icoray_kernel::Counts;
 use icoray_kernel::signature::BoundarySignature;
@@ -53,13 +52,8 @@ pub(crate) trait Tiling: Sync {
     /// Calls `emit` with the sample points of a tile, pixel by pixel.
     fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint));
 
-    /// A tile's pixels, made of what its rays show, and the moments of each pixel's rays where they are samples of it.
-    fn resolve(&self, tile: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>);
-
-    /// Whether tiles have the moments of their pixels' rays.
-    fn has_moments(&self) -> bool {
-        false
-    }
+    /// A tile's pixels, made of what its rays show.
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel>;
 
     /// The raster whose tiles these are, if they are a raster's.
     fn raster(&self) -> Option<Raster>;
@@ -104,22 +98,18 @@ pub(crate) struct Tile {
     pub counts: Counts,
     /// Its pixels, row by row.
     pub pixels: Vec<Pixel>,
-    /// For each pixel the moments of its rays, in a round of samples; else none.
-    pub moments: Vec<Moments>,
 }
 
 impl Tile {
     /// What the rays of a tile of `tiling` show, which was begun at `start`.
     pub fn resolved(tiling: &dyn Tiling, number: u32, rays: Vec<Pixel>, start: Instant, counts: Counts) -> Self {
-        let (pixels, moments) = tiling.resolve(number, rays);
-        Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels, moments }
+        Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels: tiling.resolve(rays) }
     }
 
     /// A tile of a frame that is given up.
     fn untraced(tiling: &dyn Tiling, number: u32) -> Self {
-        let count = tiling.pixels_of(number);
-        let moments = if tiling.has_moments() { vec![Moments::default(); count] } else { Vec::new() };
-        Tile { number, seconds: 0.0, counts: Counts::default(), pixels: vec![Pixel::default(); count], moments }
+        let pixels = vec![Pixel::default(); tiling.pixels_of(number)];
+        Tile { number, seconds: 0.0, counts: Counts::default(), pixels }
     }
 }
 
@@ -251,8 +241,8 @@ impl Tiling for Raster {
         }
     }
 
-    fn resolve(&self, _: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>) {
-        (rays, Vec::new())
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        rays
     }
 
     fn raster(&self) -> Option<Raster> {

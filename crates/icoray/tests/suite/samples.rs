@@ -102,16 +102,20 @@ fn means_are_those_of_areas_within_the_errors_told() {
         let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
         let mean_off = |frame: &Frame| off(frame, &exact).iter().sum::<f64>();
         let one = mean_off(&data.draw(&scene(SIDE, "antialias = false", &tables)));
-        for (samples, better) in [(4, 1.5), (16, 4.0), (64, 8.0)] {
+        let mut before = one;
+        for (samples, better) in [(2, 1.0), (3, 1.2), (4, 1.5), (8, 3.0), (16, 4.0), (64, 8.0)] {
             let frame = data.draw(&scene(SIDE, &format!("samples = {samples}\nantialias = false"), &tables));
             let now = mean_off(&frame);
-            assert!(one > better * now, "{name}, {samples}: {one} and {now} off");
+            assert!(one > better * now && now < before, "{name}, {samples}: {one}, {before} and {now} off");
+            before = now;
             // 144 rays do not give the mean over the area either.
             let told = frame.sampling_error.iter().zip(&frame.error).map(|(sampling, error)| sampling + error + 5e-4);
             let beyond =
                 off(&frame, &exact).into_iter().zip(told).filter(|(off, told)| *off > f64::from(*told)).count();
             let shown = frame.error.iter().filter(|error| **error > 0.0).count();
-            assert!(beyond * 20 <= shown, "{name}, {samples}: {beyond} of {shown}");
+            // Two rays miss more steps than several.
+            let share = if samples < 4 { 10 } else { 20 };
+            assert!(beyond * share <= shown, "{name}, {samples}: {beyond} of {shown}");
             let sampling = frame.report.sampling;
             let error = sampling.error.unwrap();
             let largest = frame.sampling_error.iter().fold(0.0f32, |largest, error| largest.max(*error));
@@ -138,18 +142,21 @@ fn pixels_at_edges_take_no_fewer_rays_than_without_samples() {
 
 #[test]
 fn smooth_pictures_take_no_more_than_the_first_round() {
-    let data = Data::smooth(6);
-    let near = |keys: &str| {
-        let mut scene = scene(64, keys, DENSE);
-        scene.camera = icoray::Camera::above(50.0, 20.0, 2.5, 12.0).unwrap();
-        data.draw(&scene)
-    };
-    let frame = near("samples = 64\ntolerance = 5e-3");
-    let sampling = frame.report.sampling;
-    assert!((4.0..4.4).contains(&sampling.rays_per_pixel), "{sampling:?}");
-    assert!(sampling.error.unwrap().mean < 5e-3, "{sampling:?}");
-    // Where all of it is to be exact, all take all.
-    assert!(near("samples = 16\ntolerance = 1e-9").report.sampling.rays_per_pixel > 15.9);
+    // Cells of a pixel and less, and such that are larger than pixels, at whose borders slopes change.
+    for level in [6, 4] {
+        let data = Data::smooth(level);
+        let near = |keys: &str| {
+            let mut scene = scene(64, keys, DENSE);
+            scene.camera = icoray::Camera::above(50.0, 20.0, 2.5, 12.0).unwrap();
+            data.draw(&scene)
+        };
+        let frame = near("samples = 64");
+        let sampling = frame.report.sampling;
+        assert!((4.0..4.4).contains(&sampling.rays_per_pixel), "{level}: {sampling:?}");
+        assert!(sampling.error.unwrap().mean < 1e-3, "{level}: {sampling:?}");
+        // Where all of it is to be exact, all take all.
+        assert!(near("samples = 16\ntolerance = 1e-9").report.sampling.rays_per_pixel > 15.9);
+    }
 }
 
 #[test]
