@@ -142,7 +142,7 @@ fn pixels_at_edges_take_no_fewer_rays_than_without_samples() {
 
 #[test]
 fn smooth_pictures_take_no_more_than_the_first_round() {
-    // Cells of a pixel and less, and such that are larger than pixels, at whose borders slopes change.
+    // Cells of 4 and of 18 pixels across: slopes change where they meet.
     for level in [6, 4] {
         let data = Data::smooth(level);
         let near = |keys: &str| {
@@ -150,10 +150,10 @@ fn smooth_pictures_take_no_more_than_the_first_round() {
             scene.camera = icoray::Camera::above(50.0, 20.0, 2.5, 12.0).unwrap();
             data.draw(&scene)
         };
-        let frame = near("samples = 64");
+        let frame = near("samples = 64\ntolerance = 5e-5");
         let sampling = frame.report.sampling;
         assert!((4.0..4.4).contains(&sampling.rays_per_pixel), "{level}: {sampling:?}");
-        assert!(sampling.error.unwrap().mean < 1e-3, "{level}: {sampling:?}");
+        assert!(sampling.error.unwrap().mean < 5e-5, "{level}: {sampling:?}");
         // Where all of it is to be exact, all take all.
         assert!(near("samples = 16\ntolerance = 1e-9").report.sampling.rays_per_pixel > 15.9);
     }
