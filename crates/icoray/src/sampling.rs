@@ -11,9 +11,9 @@
 //! cₙ = Σ wᵢ (vᵢ - s·pᵢ) / Σ wᵢ
 //! ```
 //!
-//! of the light vᵢ of its n rays at the places pᵢ from its middle, with the slope s of the picture of one ray per pixel:
-//! light that is linear over a pixel has its exact mean for any number of rays. The weights wᵢ are 1; with fewer than 4
-//! samples that of the middle is 2, as the few others are not spread evenly around it.
+//! of the light vᵢ of its n rays at the places pᵢ from its middle, with the slope s of the picture of one ray per
+//! pixel: light that is linear over a pixel has its exact mean for any number of rays. The weights wᵢ are 1; with fewer
+//! than 4 samples that of the middle is 2, as the few others are not spread evenly around it.
 //!
 //! Its sampling error, the distance from the mean over the pixel's area, is estimated from the change |cₙ - cₘ| by the
 //! last round, scaled to the deviation of cₙ where rays differ by chance: it is 2.5 times the root mean square of the
@@ -24,7 +24,7 @@ mod pattern;
 mod picture;
 mod round;
 
-pub(crate) use picture::SampledPicture;
+pub(crate) use picture::{SampledPicture, may_show_shell};
 pub(crate) use round::SampleRound;
 
 /// Rays of a pixel in all, after each round of a picture with at most `samples` rays per pixel, and with `edges` at

@@ -197,7 +197,8 @@ fn at_middle(color: [f32; 4], [x, y]: [f64; 2], [right, down]: &[[f32; 4]; 2]) -
 }
 
 /// The slopes of a picture at a pixel, to the right and downwards, per pixel: the mean of the slopes on both sides, at
-/// most twice the smaller one, and 0 at an extremum or the picture's border. So a step beside a pixel is no slope in it.
+/// most twice the smaller one, and 0 at an extremum or the picture's border. So a step beside a pixel is no slope in
+/// it.
 fn slopes(scene: &Scene, pixels: &[Pixel], number: u32) -> [[f32; 4]; 2] {
     let axis = |at: u32, side: u32, step: u32| {
         if at == 0 || at + 1 == side {
@@ -214,7 +215,7 @@ fn slopes(scene: &Scene, pixels: &[Pixel], number: u32) -> [[f32; 4]; 2] {
 }
 
 /// Whether a ray through a pixel may come within the radius `outer` of the centre.
-fn may_show_shell(scene: &Scene, outer: f64, number: u32) -> bool {
+pub(crate) fn may_show_shell(scene: &Scene, outer: f64, number: u32) -> bool {
     let eye = DVec3::from_array(scene.camera.eye());
     let middle = SamplePoint::middle(number % scene.width, number / scene.width, false);
     let dir = DVec3::from_array(scene.camera.direction_at(middle.at, scene.width, scene.height));

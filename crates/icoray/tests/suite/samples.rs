@@ -1,7 +1,7 @@
 //! Means of several rays per pixel, against pictures of 144 pixels for each.
 
-use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture};
-use icoray::{Frame, FrameReport, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, Scene};
+use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture, pixel_difference};
+use icoray::{Frame, FrameReport, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, SamplingReport, Scene};
 use icoray_test_support::Random;
 
 const LAYERS: usize = 4;
@@ -226,4 +226,31 @@ fn samples_are_taken_where_a_budget_leaves_time() {
     assert_eq!((hurried.sampling.rays_per_pixel, hurried.sampling.error), (1.0, None));
     let patient = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1e9", DENSE)).report;
     assert!(patient.sampling.rays_per_pixel > 10.0 && patient.sampling.error.is_some(), "{patient:?}");
+}
+
+#[test]
+fn nothing_is_known_of_pixels_that_are_not_traced() {
+    let (noise, smooth) = (Data::noise(4), Data::smooth(4));
+    for (name, data, tables) in shown(&noise, &smooth).into_iter().filter(|(name, ..)| !name.starts_with("lit")) {
+        let whole = data.draw(&scene(100, "tolerance = 1e-6\nantialias = false", &tables));
+        let mut hurried = scene(100, "samples = 16", &tables);
+        hurried.time_budget_ms = Some(1e-3);
+        let frame = data.draw(&hurried);
+        assert_eq!(frame.report.quality.pixel_step, 32, "{name}");
+        assert_eq!(count_beyond(&frame, &whole, 0.0), 0, "{name}");
+        // Beside the shell all is known.
+        let [beside, between, traced] = [1, 50 * 100 + 50, 64 * 100 + 64];
+        assert_eq!([frame.error[beside], frame.error[between]], [0.0, 1.0], "{name}");
+        assert!((1e-9..0.1).contains(&frame.error[traced]), "{name}: {}", frame.error[traced]);
+        // The estimate is apart.
+        let estimate = &frame.sampling_error;
+        assert!(estimate[between] > 0.0 && [estimate[beside], estimate[traced]] == [0.0; 2], "{name}");
+        let unknown: Vec<usize> = (0..frame.error.len()).filter(|i| frame.error[*i] == 1.0).collect();
+        let beyond = unknown.iter().filter(|i| pixel_difference(&frame, &whole, **i) > estimate[**i]).count();
+        // A field of chance has details that 3 x 3 traced pixels know nothing of.
+        assert!(beyond * 5 <= unknown.len(), "{name}: {beyond} of {}", unknown.len());
+        let SamplingReport { rays_per_pixel, error, .. } = frame.report.sampling;
+        let largest = estimate.iter().fold(0.0f32, |largest, error| largest.max(*error));
+        assert_eq!((rays_per_pixel, error.unwrap().max), (25e-4, f64::from(largest)), "{name}");
+    }
 }
