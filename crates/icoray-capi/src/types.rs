@@ -357,7 +357,8 @@ pub struct icoray_ndarray {
 ///
 /// The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
 /// integral of the interpolated field along its ray. It does not include the error of the interpolation between
-/// cells and layers.
+/// cells and layers. Of a pixel that was not traced (pixel_step) nothing is known: its error is 1, or the brightest
+/// that the scene may show.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default)]
 pub struct icoray_frame_report {
@@ -466,10 +467,12 @@ pub struct icoray_frame_report {
     pub edge_pixels: u64,
     /// Number of pixels of the picture whose error is above `tolerance`. The log warns of them once per view.
     pub pixels_over_tolerance: u64,
-    /// Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`.
+    /// Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`; below 1 where not
+    /// every pixel was traced.
     pub rays_per_pixel: f64,
     /// Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its area, not
-    /// counting the errors of the rays' integrals; NaN where pixels are one ray each.
+    /// counting the errors of the rays' integrals; with pixel_step above 1, how far a pixel that was not traced may be
+    /// from its ray. NaN where pixels are one ray each.
     pub sampling_error_max: f64,
     /// Mean of the estimated sampling errors; NaN where pixels are one ray each.
     pub sampling_error_mean: f64,

@@ -160,7 +160,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     /// The ray meets a boundary at `t`.
     #[inline]
     fn cross_boundary(&mut self, boundary: Boundary, t: f64) {
-        if self.budget.sees_behind(self.light.alpha) {
+        if Budget::sees_behind(self.light.alpha) {
             self.surfaces.push(boundary, self.from_eye.distance(t));
         }
     }
