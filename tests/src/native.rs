@@ -99,8 +99,13 @@ pub fn compile_c(sources: &[&str]) -> PathBuf {
 /// own, and has other builds of the library.
 pub fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
     let mut command = Command::new(program);
-    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
+    in_directory(&mut command, directory);
     command
+}
+
+/// Lets a command run in `directory`, without that search path.
+pub(crate) fn in_directory(command: &mut Command, directory: &Path) {
+    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
 }
 
 /// Runs a program that checks, and sees that neither it nor the library had anything else to say. `least` is how many
