@@ -1,8 +1,8 @@
 //! The plugin for ICON, compiled against a double of ComIn 0.2 and 0.3, and run by the real `comin_replay` where
 //! ICORAY_COMIN names its prefix.
 
-use icoray_test_support::{Need, runs, runs_long, skip, skip_because};
-use icoray_tests::native::{command, mpi_library, root, succeeded, text};
+use icoray_test_support::{Need, runs_long, skip, skip_because};
+use icoray_tests::native::{command, mpi_library, root, succeeded, text, with_small_disk};
 use icoray_tests::ranks::FIRST;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -313,14 +313,8 @@ fn a_full_disk_does_not_end_icon() {
     let double = Double::new(directory.path(), 2);
     let run = prepared(directory.path(), "full", |scene| scene);
     std::fs::create_dir(run.join("pictures")).unwrap();
-    let mount = "mount -t tmpfs -o size=24k none pictures";
-    if !runs(command("unshare", &run).args(["-m", "sh", "-c", mount])) {
-        return skip(Need::Mount);
-    }
     let inner = double.host(2, &run, &double.plugin(), &["scene.toml", "1", "0", "9"]);
-    let mut host = command("unshare", &run);
-    host.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]).arg(inner.get_program());
-    host.args(inner.get_args()).env("LD_LIBRARY_PATH", &double.directory);
+    let Some(host) = with_small_disk(&inner, "24k", "pictures") else { return };
     let told = ended_well(2, host);
     assert!(told.contains("No space left on device"), "{told}");
     // After three failed frames in a row icoray switches itself off.
