@@ -82,7 +82,9 @@ impl Context {
                     if levels == 2 { "second" } else { "third" }
                 ),
                 Pattern::Unchanged => {
-                    "are those of the picture before; ICON, for one, computes u, v and vor at output steps only".into()
+                    "are those of the picture before; a model may compute a field at some steps only, such as those of its \
+                     output"
+                        .into()
                 }
             };
             self.drawing.warn(&format!("step {}: the values of field {name:?} {what}", stamp.step));
