@@ -113,9 +113,9 @@ fn a_damaged_mesh_ends_a_watch_in_one_line() {
     assert_eq!(ends_in_one_line(icoray(folder.path()).args(words)), Ok(true));
     fs::write(&path, &whole[..whole.len() / 2]).unwrap();
     assert_eq!(ends_in_one_line(icoray(folder.path()).args(words)), Ok(false));
-    for seed in 0..400 {
+    for seed in 0..8 {
         fs::write(&path, damaged(&whole, seed)).unwrap();
         let ended = ends_in_one_line(icoray(folder.path()).args(words));
-        println!("SEED {seed} {ended:?}");
+        assert!(ended.is_ok(), "{seed}: {ended:?}");
     }
 }
