@@ -711,7 +711,8 @@ typedef struct icoray_array {
    */
   int64_t columns;
   /**
-   * Number of layers, at least 2: count of icoray_layers, or count - 1.
+   * Number of layers: count of icoray_layers, or count - 1; or 1 of a 2D field, which has the same values on all
+   * layers. A volume of a 2D field is shown as a surface on the innermost layer, unless the scene gives it an opacity.
    */
   int64_t layers;
   /**
@@ -757,7 +758,7 @@ typedef struct icoray_array {
  * Dimensions of extent 1 are ignored. Of two dimensions, one holds the layers and the other the columns, in either
  * order. Of three, one holds the layers and the other two, in order, the columns of a block and the blocks. If
  * several readings fit, the layers are the dimension with as many entries as icoray_layers, else one fewer; among
- * these the second of three, or the first.
+ * these the second of three, or the first. One that holds the columns alone is that of a 2D field, of 1 layer.
  *
  * The dimension of columns may be longer than the grid has cells (or corners) by padding of at most 64, such as the
  * one column more of MPAS's arrays. A dimension that is as long as the grid has corners or edges (or cells, for a

@@ -284,7 +284,8 @@ pub struct icoray_array {
     /// Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by
     /// icoray_execute, which says what it looks like.
     pub columns: i64,
-    /// Number of layers, at least 2: count of icoray_layers, or count - 1.
+    /// Number of layers: count of icoray_layers, or count - 1; or 1 of a 2D field, which has the same values on all
+    /// layers. A volume of a 2D field is shown as a surface on the innermost layer, unless the scene gives it an opacity.
     pub layers: i64,
     /// Elements from one column to the next; may be negative.
     pub column_stride: i64,
@@ -315,7 +316,7 @@ pub const ICORAY_MAX_RANK: usize = 7;
 /// Dimensions of extent 1 are ignored. Of two dimensions, one holds the layers and the other the columns, in either
 /// order. Of three, one holds the layers and the other two, in order, the columns of a block and the blocks. If
 /// several readings fit, the layers are the dimension with as many entries as icoray_layers, else one fewer; among
-/// these the second of three, or the first.
+/// these the second of three, or the first. One that holds the columns alone is that of a 2D field, of 1 layer.
 ///
 /// The dimension of columns may be longer than the grid has cells (or corners) by padding of at most 64, such as the
 /// one column more of MPAS's arrays. A dimension that is as long as the grid has corners or edges (or cells, for a
