@@ -55,7 +55,7 @@ impl Ground {
         let shores = (land != ocean).then(|| (land, ocean, Coast::of(&eye)));
         let painter = Painter::new(scene, Level::Ground);
         let is_plain = shores.is_none() && painter.is_none() && land == core;
-        (!is_plain).then(|| Ground { eye, shores, base: land, painter })
+        (!is_plain).then_some(Ground { eye, shores, base: land, painter })
     }
 
     /// Linear RGB of the ground where it is met, before it is lit. Cells and triangles are drawn where the triangle is
