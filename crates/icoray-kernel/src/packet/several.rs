@@ -10,7 +10,7 @@ use super::light::{GradientCourse, Slopes};
 use super::medium::{Medium, SpanTables, number};
 use super::packet_scene::PacketVolumes;
 use super::part::{Part, all};
-use super::read::{LARGEST, Source};
+use super::read::{FAR, LARGEST, Source};
 use super::{Packet, mask};
 use crate::general::MultiVolumeTracer;
 use crate::lit::ADVANCE;
@@ -123,6 +123,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
             map.is_monotone &= !is_new;
             map.is_there = is_new.select(is_there, map.is_there);
             let size = source.size(simd, &vertices).max(all(simd, if spans.has_steps { 0.0 } else { 1.0 }));
+            beyond |= (is_there & size.simd_gt(FAR)).to_bitmask() as u32 & new;
             map.size = is_new.select(size, map.size);
         }
         let there = self.tables.volumes.iter().fold(0, |there, volume| there | self.there(volume).to_bitmask() as u32);
