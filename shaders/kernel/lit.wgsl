@@ -68,7 +68,7 @@ struct Lit {
 
 // Whether a part that ends at `done` of its piece, or of its frustum, may be halved after so many halvings.
 fn may_halve(halvings: u32, done: f32) -> bool {
-    return f32(halvings) < 40.0 + 160.0 * done;
+    return f32(halvings) < 500.0 + 1500.0 * done;
 }
 
 // Most of `lighting.most_cuts`.

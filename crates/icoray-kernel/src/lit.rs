@@ -120,7 +120,7 @@ pub const ADVANCE: f64 = 0.1;
 
 /// Most halvings of a piece, whose parts are `HALVINGS[0]` and more by `HALVINGS[1]` of the way along it: what is hard at
 /// its start leaves something for the rest. What is not reached is in the error.
-pub const HALVINGS: [f64; 2] = [40.0, 160.0];
+pub const HALVINGS: [f64; 2] = [500.0, 1500.0];
 
 /// Whether a part that ends at `done` of its piece, 0 to 1, may be halved after so many halvings.
 #[inline(always)]

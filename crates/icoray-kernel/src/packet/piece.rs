@@ -41,7 +41,10 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let (void, beyond) = self.unusual(&vertices, &part, new);
             self.counts.void_frusta += u64::from(void.count_ones());
             active &= !void;
-            scalar = (beyond | self.lanes.size.simd_gt(FAR).to_bitmask() as u32 & new) & !void;
+            scalar = beyond;
+            if self.scene.is_some() {
+                scalar |= self.lanes.size.simd_gt(FAR).to_bitmask() as u32 & new & !void;
+            }
         }
         self.mid = 0;
         if !self.tracer.integrates {

@@ -191,7 +191,7 @@ fn errors_of_edges_are_bounds_too() {
     let data = Data::new(3);
     let haze = CLEAR.replace("[[0, 0.0]]", "[[-1, 0.2], [0.3, 0.1], [1.2, 0.4]]");
     let [exact, loose] =
-        ["1e-9", "1e-3"].map(|tolerance| data.draw(&scene(SIDE, true, &format!("tolerance = {tolerance}"), &haze)));
+        ["1e-7", "1e-3"].map(|tolerance| data.draw(&scene(SIDE, true, &format!("tolerance = {tolerance}"), &haze)));
     assert_eq!(exact.report.edge_pixels, loose.report.edge_pixels);
     assert_eq!(loose.report.error.certainty, Certainty::Bound);
     assert!(loose.report.error.max <= 1.01e-3);
