@@ -5,7 +5,7 @@ use crate::closeup::{AtStep, METHODS, View};
 use crate::compare::{Comparison, median};
 use crate::methods::{Job, Method, Picture};
 use crate::montage::{Montage, Tile, amplified};
-use crate::oracle::Oracle;
+use crate::oracle;
 use crate::results::{CsvFile, progress, say};
 use crate::scenes::{PreparedDataset, StudyScene};
 use icoray::{Renderer, Result};
@@ -103,7 +103,7 @@ fn montage(
     let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats.max(1) };
     let bar = progress(2 + 2 * METHODS.len(), &scene.name);
     bar.set_message("oracle");
-    let truth = Oracle::new(&job)?.picture(all_threads);
+    let truth = oracle::picture(&job, all_threads)?;
     bar.inc(1);
     let tolerance = scene.scene.tolerance;
     bar.set_message("exact");

@@ -23,7 +23,6 @@ mod peak;
 mod plan;
 mod plot;
 mod ranks;
-pub mod reference;
 mod renumber;
 mod results;
 mod scenes;

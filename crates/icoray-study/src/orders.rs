@@ -3,7 +3,7 @@
 
 use crate::compare::Comparison;
 use crate::methods::Method;
-use crate::oracle::Oracle;
+use crate::oracle;
 use crate::results::{progress, say, write_file};
 use crate::sphere::Sphere;
 use glam::DVec3;
@@ -135,7 +135,7 @@ pub fn in_step(options: &Options, kind: Kind) -> Result<Vec<Series>> {
     let sphere = Sphere::new(options.level, options.layers, [1.0, 1.3], field)?;
     let sizes: Vec<f64> = (0..=options.halvings).map(|i| options.step / f64::from(1u32 << i)).collect();
     sphere.with_job(&scene(kind, options.size)?, |job| {
-        let truth = Oracle::new(job)?.picture(&renderer);
+        let truth = oracle::picture(job, &renderer)?;
         let of = |(method, with, to_oracle): Stepped| {
             let picture = |step: f64| Ok(with(step).render(job, &renderer)?.pixels);
             let own = if to_oracle { None } else { Some(picture(sizes[sizes.len() - 1] / 8.0)?) };
@@ -168,7 +168,7 @@ pub fn in_mesh(options: &Options, kind: Kind) -> Result<Vec<Series>> {
     for level in 1..=options.levels {
         let sphere = Sphere::new(level, 1 + (1 << level), [1.0, 1.3], field)?;
         sphere.with_job(&scene, |job| {
-            let truth = Oracle::new(job)?.picture(&renderer);
+            let truth = oracle::picture(job, &renderer)?;
             for (series, (_, method)) in list.iter_mut().zip(methods) {
                 series.sizes.push(1.107 / f64::from(1u32 << level));
                 series.rmse.push(Comparison::new(&method.render(job, &renderer)?.pixels, &truth).rmse);

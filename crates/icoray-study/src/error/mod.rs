@@ -12,7 +12,7 @@ mod tolerances;
 mod verdict;
 
 use crate::montage::frame;
-use crate::oracle::Oracle;
+use crate::oracle;
 use crate::plot::{Chart, Line};
 use crate::results::{CsvFile, progress, say, write_file};
 use crate::scenes::{self, Dataset, Detail, PreparedDataset, StudyScene, data_directory};
@@ -162,7 +162,7 @@ impl Study<'_> {
         self.begun += 1;
         self.bar.set_prefix(format!("{} ({} of {})", scene.name, self.begun, self.scenes));
         self.bar.set_message("oracle");
-        let truth = Oracle::new(&job)?.picture(self.all_threads);
+        let truth = oracle::picture(&job, self.all_threads)?;
         self.picture(scene, &truth)?;
         let ladders = sweep::ladders(prepared.thickness(&scene.scene)?, lit, self.options.quick);
         let effort = Effort { repeats: self.options.repeats, longest_s: self.options.longest };

@@ -14,7 +14,7 @@ pub use options::Options;
 
 use crate::compare::Comparison;
 use crate::montage::{self, Montage, Tile};
-use crate::oracle::Oracle;
+use crate::oracle;
 use crate::peak::PeakMemory;
 use crate::results::{CsvFile, make_directory, progress, replace_section, say, write_file};
 use crate::scenes::multi_scale;
@@ -89,7 +89,7 @@ impl<'o> Model<'o> {
         let sphere = Sphere::new(level, options.layers, [1.0, 1.15], sphere::multi_scale)?;
         let directory = options.out.join(format!("n{level}_{transfer}"));
         let renderer = Renderer::new(0)?;
-        let truth = sphere.with_job(scene, |job| Ok(Oracle::new(job)?.picture(&renderer)))?;
+        let truth = sphere.with_job(scene, |job| oracle::picture(job, &renderer))?;
         make_directory(&directory)?;
         export::write(&directory, scene, &sphere)?;
         Ok(Model { options, level, transfer, scene, sphere, truth, directory })
