@@ -5,7 +5,7 @@ use crate::closeup::{METHODS, View};
 use crate::compare::median;
 use crate::methods::{Job, Method};
 use crate::plot::{Chart, Line};
-use crate::results::{CsvFile, progress, say};
+use crate::results::{Table, progress, say};
 use crate::scenes::StudyScene;
 use icoray::{Renderer, Result};
 use std::io::Write;
@@ -64,13 +64,13 @@ impl Rate {
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let scenes = options.view.scenes(&options.scenes, 160)?;
     let renderer = Renderer::new(options.view.threads)?;
-    let mut table = CsvFile::create(options.out.join("fig9.csv"), COLUMNS)?;
+    let mut table = Table::create(options.out.join("fig9.csv"), COLUMNS, "")?;
     options.view.each(&scenes, &renderer, out, |scene, prepared, out| {
         let job = prepared.job(&scene.scene);
         let rates = rates(options, &job, &scene.name, &renderer)?;
         let exact_s = exact_s(options, &job, &renderer)?;
         for rate in &rates {
-            table.row(rate.row(&scene.name))?;
+            table.row(&rate.row(&scene.name))?;
         }
         chart(scene, &rates, exact_s).write(&options.out.join(format!("fig9_{}.svg", scene.name)))?;
         print(scene, &rates, exact_s, out)

@@ -15,7 +15,7 @@ mod spans;
 #[cfg(test)]
 mod tests;
 mod tracer;
-mod way;
+pub(crate) mod way;
 
 pub(crate) use blend::{Blend, Course, MIN_TRANSMITTANCE, Part, Radiance};
 pub(crate) use gauss::Gauss;

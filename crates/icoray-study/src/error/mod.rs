@@ -14,7 +14,7 @@ mod verdict;
 use crate::montage::frame;
 use crate::oracle;
 use crate::plot::{Chart, Line};
-use crate::results::{CsvFile, progress, say, write_file};
+use crate::results::{Table, progress, say, write_file};
 use crate::scenes::{self, Dataset, Detail, PreparedDataset, StudyScene, data_directory};
 use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
@@ -103,13 +103,13 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     }
     let scenes = options.scenes()?;
     let data = data_directory(options.data.as_deref());
-    let table = CsvFile::create(options.out.join("error.csv"), table::COLUMNS)?;
+    let table = Table::create(options.out.join("error.csv"), table::COLUMNS, table::PRINTED)?;
     say!(
         out,
         "median of {} repeats on {}; errors are of premultiplied linear channels, 0 to 1\n{}",
         options.repeats,
         threads(&renderer),
-        table::HEADING
+        table.heading()
     )?;
     let mut study = Study {
         options,
@@ -145,7 +145,7 @@ struct Study<'a> {
     out: &'a mut dyn Write,
     renderer: Renderer,
     all_threads: &'a Renderer,
-    table: CsvFile,
+    table: Table,
     bar: Bar,
     scenes: usize,
     begun: usize,
@@ -172,8 +172,8 @@ impl Study<'_> {
         let measured = measure::measure(&job, &truth, &ladders, effort, &self.renderer, &self.bar)?;
         self.bar.reset();
         for m in &measured {
-            self.table.row(table::row(&scene.name, m))?;
-            self.bar.suspend(|| say!(self.out, "{}", table::line(&scene.name, m)))?;
+            let line = self.table.row(&table::row(&scene.name, m))?;
+            self.bar.suspend(|| say!(self.out, "{line}"))?;
         }
         self.charts(scene, &measured)?;
         self.judge(&scene.name, lit, &measured);

@@ -7,6 +7,7 @@ mod draw;
 use crate::compare::median;
 use crate::oracle::{Data, Oracle, PANEL};
 use crate::results::say;
+use crate::shading::pixel_direction;
 use crate::stability::truth::pixel_error;
 use draw::{Drawn, KINDS};
 use glam::DVec3;
@@ -170,9 +171,7 @@ fn moved<'n>((name, values): &(&'n str, Vec<f64>), number: usize) -> (&'n str, V
 /// of the error or more.
 fn pixel(frame: &Frame, i: usize, drawn: &Drawn, (oracle, doubts): (&Oracle, &[Oracle])) -> Found {
     let scene = &drawn.scene;
-    let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
-    let eye = DVec3::from_array(scene.camera.eye());
-    let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+    let (eye, dir) = (DVec3::from_array(scene.camera.eye()), pixel_direction(scene, i as u32));
     let told = f64::from(frame.error[i]);
     let Some(truth) = oracle.pixel(eye, dir) else {
         return Found { truth: [f64::NAN; 4], off: 0.0, told, is_undecided: true };

@@ -11,7 +11,7 @@ use crate::stability::dd::Dd;
 use crate::stability::path::Column;
 
 /// A triangle's column along a ray, and where its layers are.
-pub(super) struct LayeredColumn<'c, R> {
+pub(crate) struct LayeredColumn<'c, R> {
     pub column: &'c Column,
     pub layers: usize,
     /// Radius of a layer at a cell.
@@ -19,11 +19,11 @@ pub(super) struct LayeredColumn<'c, R> {
 }
 
 /// A part of a ray between two layers.
-#[derive(Debug)]
-pub(super) struct Frustum {
+pub(crate) struct Frustum {
     /// Weights of the lower and upper vertices at the start, in the middle and at the end.
-    weight: [[f64; 6]; 3],
-    eps: f64,
+    pub weight: [[Dd; 6]; 3],
+    /// `ψ - ψ'` at the start and at the end, which is as the height.
+    pub height: [Dd; 2],
 }
 
 impl<R: Fn(u32, usize) -> f64> LayeredColumn<'_, R> {
@@ -79,10 +79,9 @@ impl<R: Fn(u32, usize) -> f64> LayeredColumn<'_, R> {
             let depth = below - above;
             let [down, up] = [(Dd::ONE - above) / depth, (below - Dd::ONE) / depth];
             let weight = |k: usize| if k < 3 { down * low[k] } else { up * high[k - 3] };
-            ([0, 1, 2, 3, 4, 5].map(|k| weight(k).to_f64()), depth)
+            ([0, 1, 2, 3, 4, 5].map(weight), depth)
         });
-        let eps = (places[2].1 / places[0].1 - Dd::ONE).to_f64();
-        Frustum { weight: places.map(|(weight, _)| weight), eps }
+        Frustum { weight: places.map(|(weight, _)| weight), height: [places[0].1, places[2].1] }
     }
 }
 
@@ -93,9 +92,10 @@ impl Frustum {
             return None;
         }
         let base = values[0];
-        let at = |weight: [f64; 6]| (1..6).map(|k| weight[k] * (values[k] - base)).sum::<f64>();
+        let at = |weight: [Dd; 6]| (1..6).map(|k| weight[k].to_f64() * (values[k] - base)).sum::<f64>();
         let [start, middle, end] = self.weight.map(at);
-        let bend = (middle - 0.5 * (start + end)) * 4.0 * (1.0 + 0.5 * self.eps);
-        Some(Course { base, f: FrustumInterpolant { f: [start, end], bend, eps: self.eps } })
+        let eps = (self.height[1] / self.height[0] - Dd::ONE).to_f64();
+        let bend = (middle - 0.5 * (start + end)) * 4.0 * (1.0 + 0.5 * eps);
+        Some(Course { base, f: FrustumInterpolant { f: [start, end], bend, eps } })
     }
 }
