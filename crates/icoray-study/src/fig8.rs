@@ -2,7 +2,7 @@
 //! default method and the oracle, with amplified differences from the oracle, at equal step and at equal time.
 
 use crate::closeup::{AtStep, METHODS, View};
-use crate::compare::{Comparison, median};
+use crate::compare::Comparison;
 use crate::methods::{Job, Method, Picture};
 use crate::montage::{Montage, Tile, amplified};
 use crate::oracle;
@@ -92,7 +92,7 @@ fn montage(
 ) -> Result<Vec<(&'static str, TimedPicture)>> {
     let job = prepared.job(&scene.scene);
     let renderer = Renderer::new(options.view.threads)?;
-    let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats.max(1) };
+    let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats };
     let bar = progress(2 + 2 * METHODS.len(), &scene.name);
     bar.set_message("oracle");
     let truth = oracle::picture(&job, all_threads)?;
@@ -166,13 +166,8 @@ impl PictureTimer<'_> {
         parameter: String,
         truth: &[[f64; 4]],
     ) -> Result<TimedPicture> {
-        let picture: Picture = method.render(&self.job, self.renderer)?;
-        let mut seconds = vec![picture.seconds];
-        for _ in 1..self.repeats {
-            seconds.push(method.render(&self.job, self.renderer)?.seconds);
-        }
-        let distance = Comparison::new(&picture.pixels, truth);
-        let (seconds, pixels) = (median(seconds), picture.pixels);
+        let Picture { pixels, seconds, .. } = method.timed(&self.job, self.renderer, self.repeats)?;
+        let distance = Comparison::new(&pixels, truth);
         Ok(TimedPicture { method: name, parameter, seconds, pixels, distance })
     }
 

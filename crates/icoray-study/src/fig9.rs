@@ -68,7 +68,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     options.view.each(&scenes, &renderer, out, |scene, prepared, out| {
         let job = prepared.job(&scene.scene);
         let rates = rates(options, &job, &scene.name, &renderer)?;
-        let exact_s = exact_s(options, &job, &renderer)?;
+        let exact = Method::Exact { tolerance: scene.scene.tolerance };
+        let exact_s = exact.timed(&job, &renderer, options.view.repeats)?.seconds;
         for rate in &rates {
             table.row(&rate.row(&scene.name))?;
         }
@@ -98,13 +99,6 @@ fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Resul
     }
     bar.finish_and_clear();
     Ok(rates)
-}
-
-/// Seconds of the default method at the scene's tolerance.
-fn exact_s(options: &Options, job: &Job, renderer: &Renderer) -> Result<f64> {
-    let exact = Method::Exact { tolerance: job.scene.tolerance };
-    let seconds = (0..options.view.repeats.max(1)).map(|_| Ok(exact.render(job, renderer)?.seconds));
-    Ok(median(seconds.collect::<Result<Vec<f64>>>()?))
 }
 
 fn chart(scene: &StudyScene, rates: &[Rate], exact_s: f64) -> Chart {

@@ -8,7 +8,7 @@ use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
 use icoray::ranks::local_nodes;
 use icoray::{Decomposition, Error, ErrorKind, FrameReport, Grid, Ranks, Rendered, Renderer, Result, Scene};
-use partition::{MeshPart, Partition};
+use partition::MeshPart;
 use rayon::prelude::*;
 use sequential::SequentialRank;
 use std::io::Write;
@@ -61,17 +61,6 @@ pub enum Sharing {
     Random,
 }
 
-impl Sharing {
-    fn partition(self) -> Option<Partition> {
-        match self {
-            Sharing::Tiles => None,
-            Sharing::Patches => Some(Partition::Patches),
-            Sharing::Rows => Some(Partition::Rows),
-            Sharing::Random => Some(Partition::Random),
-        }
-    }
-}
-
 const COLUMNS: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,fragments_per_rank,\
     fragments_per_pixel,sent_bytes_per_rank,sent_bytes_per_pixel,rank_0_received_bytes,compose_s,\
     copied_bytes_per_rank,copy_s";
@@ -106,7 +95,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     for &sharing in &options.sharing {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
-            let parts = sharing.partition().map(|partition| MeshPart::all(&sphere, partition, ranks));
+            let parts = (sharing != Sharing::Tiles).then(|| MeshPart::all(&sphere, sharing, ranks));
             let simulation = Simulation::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
             for (scene, frame) in simulation.frames(ranks)?.into_iter().enumerate() {
                 bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;

@@ -15,7 +15,7 @@ use crate::montage::frame;
 use crate::oracle;
 use crate::plot::{Chart, Line};
 use crate::results::{Table, progress, say, write_file};
-use crate::scenes::{self, Dataset, Detail, PreparedDataset, StudyScene, data_directory};
+use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory};
 use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
@@ -126,7 +126,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         bounds_hold: (0, 0),
     };
     for group in scenes.chunk_by(|a, b| a.dataset == b.dataset) {
-        match group[0].dataset.load(Detail::of(options.quick), &data)? {
+        match group[0].dataset.load(options.quick, &data)? {
             Some(dataset) => dataset
                 .with(&all_threads, |prepared| group.iter().try_for_each(|scene| study.scene(prepared, scene)))?,
             None => {

@@ -1,38 +1,26 @@
 //! Domain decomposition as in a model: own cells, a halo one cell wide, local numbers.
 
+use super::Sharing;
 use crate::renumber::{MISSING, morton, numbers, rows};
 use crate::sphere::Sphere;
 use icoray::{IcosahedralMesh, Owned, PartCells};
 use icoray_test_support::Random;
 use rayon::prelude::*;
 
-/// Assignment of cells to ranks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Partition {
-    /// Segments of the Morton order: compact patches.
-    Patches,
-    /// Segments of the mesh's own order.
-    Rows,
-    /// Random ranks.
-    Random,
-}
-
-impl Partition {
-    /// The rank of each cell; ranks have equal numbers of cells, or one more.
-    pub fn owners(self, mesh: &IcosahedralMesh, ranks: usize) -> Vec<usize> {
-        let key = |cell: usize| match self {
-            Partition::Patches => morton(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]),
-            Partition::Rows => cell as u64,
-            Partition::Random => Random::at(cell).bits(),
-        };
-        let mut order: Vec<usize> = (0..mesh.cells()).collect();
-        order.par_sort_by_cached_key(|cell| key(*cell));
-        let mut owners = vec![0; order.len()];
-        for (place, cell) in order.iter().enumerate() {
-            owners[*cell] = place * ranks / order.len();
-        }
-        owners
+/// The rank of each cell; ranks have equal numbers of cells, or one more.
+fn owners(mesh: &IcosahedralMesh, sharing: Sharing, ranks: usize) -> Vec<usize> {
+    let key = |cell: usize| match sharing {
+        Sharing::Patches => morton(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]),
+        Sharing::Tiles | Sharing::Rows => cell as u64,
+        Sharing::Random => Random::at(cell).bits(),
+    };
+    let mut order: Vec<usize> = (0..mesh.cells()).collect();
+    order.par_sort_by_cached_key(|cell| key(*cell));
+    let mut owners = vec![0; order.len()];
+    for (place, cell) in order.iter().enumerate() {
+        owners[*cell] = place * ranks / order.len();
     }
+    owners
 }
 
 /// One rank's part of a sphere.
@@ -47,8 +35,8 @@ pub(super) struct MeshPart {
 
 impl MeshPart {
     /// The parts of all ranks.
-    pub fn all(sphere: &Sphere, partition: Partition, ranks: usize) -> Vec<Self> {
-        let owners = partition.owners(&sphere.mesh, ranks);
+    pub fn all(sphere: &Sphere, sharing: Sharing, ranks: usize) -> Vec<Self> {
+        let owners = owners(&sphere.mesh, sharing, ranks);
         (0..ranks).into_par_iter().map(|rank| Self::new(sphere, &owners, rank)).collect()
     }
 
