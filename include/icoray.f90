@@ -296,9 +296,9 @@ module icoray
   !>   call icoray_field_set(ctx, name, values, [ierr], keywords)
   !>   values       real, rank 1 to 4, any strides. Which dimension holds the layers and which the columns is found from
   !>                their numbers: (layers, cells), (cells, layers), (nproma, layers, blocks) with a last block that may
-  !>                be partly filled, (layers*cells). Dimensions of extent 1 are ignored. That of cells may be longer by
-  !>                at most 64, as MPAS's nCells + 1, but not as long as the grid has corners or edges, or one longer:
-  !>                ICORAY_ERR_FIELD says what it looks like
+  !>                be partly filled, (layers*cells), (cells) of a 2D field. Dimensions of extent 1 are ignored. That of
+  !>                cells may be longer by at most 64, as MPAS's nCells + 1, but not as long as the grid has corners or
+  !>                edges, or one longer: ICORAY_ERR_FIELD says what it looks like
   !>   location     ICORAY_CENTER (default), or ICORAY_CORNER for values at corners
   !>   fill_value   marks missing values, in the kind of values; NaN and infinities always do
   !>   grid_name, layers_name   grid and layers of the field; default: the unnamed ones

@@ -258,7 +258,8 @@ typedef struct icoray_mesh icoray_mesh;
  *
  * The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
  * integral of the interpolated field along its ray. It does not include the error of the interpolation between
- * cells and layers.
+ * cells and layers. Of a pixel that was not traced (pixel_step) nothing is known: its error is 1, or the brightest
+ * that the scene may show.
  */
 typedef struct icoray_frame_report {
   /**
@@ -463,12 +464,14 @@ typedef struct icoray_frame_report {
    */
   uint64_t pixels_over_tolerance;
   /**
-   * Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`.
+   * Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`; below 1 where not
+   * every pixel was traced.
    */
   double rays_per_pixel;
   /**
    * Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its area, not
-   * counting the errors of the rays' integrals; NaN where pixels are one ray each.
+   * counting the errors of the rays' integrals; with pixel_step above 1, how far a pixel that was not traced may be
+   * from its ray. NaN where pixels are one ray each.
    */
   double sampling_error_max;
   /**
@@ -708,7 +711,8 @@ typedef struct icoray_array {
    */
   int64_t columns;
   /**
-   * Number of layers, at least 2: count of icoray_layers, or count - 1.
+   * Number of layers: count of icoray_layers, or count - 1; or 1 of a 2D field, which has the same values on all
+   * layers. A volume of a 2D field is shown as a surface on the innermost layer, unless the scene gives it an opacity.
    */
   int64_t layers;
   /**
@@ -754,7 +758,7 @@ typedef struct icoray_array {
  * Dimensions of extent 1 are ignored. Of two dimensions, one holds the layers and the other the columns, in either
  * order. Of three, one holds the layers and the other two, in order, the columns of a block and the blocks. If
  * several readings fit, the layers are the dimension with as many entries as icoray_layers, else one fewer; among
- * these the second of three, or the first.
+ * these the second of three, or the first. One that holds the columns alone is that of a 2D field, of 1 layer.
  *
  * The dimension of columns may be longer than the grid has cells (or corners) by padding of at most 64, such as the
  * one column more of MPAS's arrays. A dimension that is as long as the grid has corners or edges (or cells, for a

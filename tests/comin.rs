@@ -1,8 +1,8 @@
 //! The plugin for ICON, compiled against a double of ComIn 0.2 and 0.3, and run by the real `comin_replay` where
 //! ICORAY_COMIN names its prefix.
 
-use icoray_test_support::{Need, runs, runs_long, skip, skip_because};
-use icoray_tests::native::{command, mpi_library, root, succeeded, text};
+use icoray_test_support::{Need, runs_long, skip, skip_because};
+use icoray_tests::native::{command, mpi_library, root, succeeded, text, with_small_disk};
 use icoray_tests::ranks::FIRST;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -261,7 +261,7 @@ fn no_failure_ends_icon() {
     let directory = TempDir::new().unwrap();
     let directory = directory.path();
     let [old, new] = [2, 3].map(|version| Double::new(directory, version));
-    let cases: [(&str, &[&str], &str); 8] = [
+    let cases: [(&str, &[&str], &str); 9] = [
         ("no scene", &["", "1", "0", "1"], "options in comin_nml have no scene"),
         ("missing", &["nowhere.toml", "1", "0", "1"], "nowhere.toml: cannot read the scene"),
         ("field", &["scene.toml", "1", "0", "4"], "the scene reads vorticity, and ICON has no such variable"),
@@ -270,22 +270,23 @@ fn no_failure_ends_icon() {
         ("vn", &["scene.toml", "1", "0", "1"], "the scene reads vn, and ICON has it at edges"),
         ("omega_z", &["scene.toml", "1", "0", "1"], "the scene reads omega_z, and ICON has it at vertices"),
         ("few", &["scene.toml", "1", "0", "1"], "field \"few\": "),
+        ("many", &["scene.toml", "1", "0", "1"], "field \"many\": "),
     ];
     for (name, arguments, said) in cases {
         for (version, double) in [(2, &old), (3, &new)] {
             let run = prepared(directory, &format!("{name} {version}"), |scene| match name {
                 "field" => scene.replace("field = \"w\"", "field = \"vorticity\""),
                 "nest" => scene.replace("field = \"w\"", "field = \"temp_DOM02\""),
-                "vn" | "omega_z" | "few" => scene.replace("field = \"w\"", &format!("field = \"{name}\"")),
+                "vn" | "omega_z" | "few" | "many" => scene.replace("field = \"w\"", &format!("field = \"{name}\"")),
                 _ => scene,
             });
             let told = double.run(3, &run, arguments);
             assert!(told.contains("icoray: warning: ") && told.contains(said), "{name}: {told}");
             assert!(told.lines().all(|line| line.len() < 480), "{told}");
             // Once, not once per rank.
-            assert!(["rank", "few"].contains(&name) || told.matches(said).count() == 1, "{name}: {told}");
+            assert!(["rank", "few", "many"].contains(&name) || told.matches(said).count() == 1, "{name}: {told}");
             // Other views are drawn.
-            let count = if ["field", "nest", "vn", "omega_z", "few"].contains(&name) { 1 } else { 0 };
+            let count = if ["field", "nest", "vn", "omega_z", "few", "many"].contains(&name) { 1 } else { 0 };
             assert_eq!(pictures_of(&run, "temp_").min(1), count, "{name}: {told}");
         }
     }
@@ -313,14 +314,8 @@ fn a_full_disk_does_not_end_icon() {
     let double = Double::new(directory.path(), 2);
     let run = prepared(directory.path(), "full", |scene| scene);
     std::fs::create_dir(run.join("pictures")).unwrap();
-    let mount = "mount -t tmpfs -o size=24k none pictures";
-    if !runs(command("unshare", &run).args(["-m", "sh", "-c", mount])) {
-        return skip(Need::Mount);
-    }
     let inner = double.host(2, &run, &double.plugin(), &["scene.toml", "1", "0", "9"]);
-    let mut host = command("unshare", &run);
-    host.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]).arg(inner.get_program());
-    host.args(inner.get_args()).env("LD_LIBRARY_PATH", &double.directory);
+    let Some(host) = with_small_disk(&inner, "24k", "pictures") else { return };
     let told = ended_well(2, host);
     assert!(told.contains("No space left on device"), "{told}");
     // After three failed frames in a row icoray switches itself off.

@@ -4,7 +4,7 @@
 //! (a file system that is full, another user) is skipped.
 
 use icoray_test_support::{Need, count, runs, skip};
-use icoray_tests::native::{checked, command, compile, compile_c, succeeded, text};
+use icoray_tests::native::{checked, command, compile, compile_c, succeeded, text, with_small_disk};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -92,19 +92,14 @@ fn only_log_stderr_prints() {
     assert_eq!(text(&output.stdout), "host_process: 3 checks, 0 failed\n");
 }
 
-/// In a small file system of its own, which nobody else sees and which goes with the program.
 #[test]
 fn a_full_disk_costs_the_pictures_that_it_has_no_room_for() {
     let program = Program::new("host_writer");
     let disk = program.at().join("disk");
     std::fs::create_dir(&disk).unwrap();
-    let mount = "mount -t tmpfs -o size=200k none disk";
-    if !runs(command("unshare", program.at()).args(["-m", "sh", "-c", mount])) {
-        return skip(Need::Mount);
-    }
-    let script = format!("{mount} && exec \"$0\" disk full");
-    let mut run = command("unshare", program.at());
-    checked(run.args(["-m", "sh", "-c", &script]).arg(&program.path), program.name, 30);
+    let mut inner = command(&program.path, program.at());
+    let Some(mut run) = with_small_disk(inner.args(["disk", "full"]), "200k", "disk") else { return };
+    checked(&mut run, program.name, 30);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Several ranks under mpirun: C and Fortran programs against the library that was built with MPI.
 
-use icoray_test_support::{Need, has_tool, runs, skip};
-use icoray_tests::native::{checked, command, library, mpi_library, root, succeeded, text};
+use icoray_test_support::{Need, has_tool};
+use icoray_tests::native::{checked, command, library, mpi_library, root, succeeded, text, with_small_disk};
 use icoray_tests::ranks::{FIRST, MPICH, Mpi};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -202,19 +202,9 @@ fn background(mpi: &Mpi, runs: &[(usize, &str)]) {
 /// MPICH makes its window elsewhere than where room is looked for then, so that only its pages tell.
 fn columns_without_shared_memory(mpi: &Mpi) {
     let run = Run::new(mpi, "mpi_columns");
-    let small = |options: &str| {
-        let mut run = command("unshare", run.directory.path());
-        let mount = "mount -t tmpfs -o size=64m none /dev/shm";
-        run.args(options.split(' ')).args(["sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]);
-        run
-    };
-    let Some(options) = ["-m", "-rm"].into_iter().find(|options| runs(small(options).arg("true"))) else {
-        return skip(Need::Mount);
-    };
+    let mut inner = run.on(3, "", "small");
+    let Some(mut outer) = with_small_disk(inner.arg("small"), "64m", "/dev/shm") else { return };
     run.alone(15);
-    let inner = run.on(3, "", "small");
-    let mut outer = small(options);
-    outer.arg(inner.get_program()).args(inner.get_args()).arg("small");
     let (name, value) =
         if mpi.is_open_mpi() { ("OMPI_MCA_btl", "self,tcp") } else { ("OMPI_MCA_osc_sm_backing_directory", "/") };
     checked(outer.env(name, value), run.name, 20);
@@ -270,7 +260,6 @@ fn wrong_parts(mpi: &Mpi, sizes: &[usize]) {
     }
 }
 
-/// In a small file system of its own, which nobody else sees and which goes with the program.
 #[test]
 fn a_full_disk_at_rank_0_is_told_on_all() {
     if !FIRST.is_there() {
@@ -278,14 +267,8 @@ fn a_full_disk_at_rank_0_is_told_on_all() {
     }
     let run = Run::new(&FIRST, "mpi_parts_refusals");
     std::fs::create_dir(run.at("disk")).unwrap();
-    let mount = "mount -t tmpfs -o size=200k none disk";
-    if !runs(command("unshare", run.directory.path()).args(["-m", "sh", "-c", mount])) {
-        return skip(Need::Mount);
-    }
-    let inner = FIRST.on_ranks(2, &run.program, run.directory.path());
-    let mut outer = command("unshare", run.directory.path());
-    outer.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]);
-    outer.arg(inner.get_program()).args(inner.get_args()).args(["disk", "full"]);
+    let mut inner = FIRST.on_ranks(2, &run.program, run.directory.path());
+    let Some(mut outer) = with_small_disk(inner.args(["disk", "full"]), "200k", "disk") else { return };
     checked(&mut outer, "mpi_parts_refusals", 25);
 }
 

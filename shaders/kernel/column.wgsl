@@ -63,7 +63,9 @@ fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
     let ac = values.z - a;
     let is_void = is_missing(values.x) || is_missing(values.y) || is_missing(values.z);
     let sizes = abs(values);
-    let size = max(max(sizes.x, sizes.y), max(sizes.z, select(1.0, 0.0, HAS_STEPS)));
+    let most = max(sizes.x, max(sizes.y, sizes.z));
+    // Far beyond the transfer function's range, roundings of a column's weights count, which all of its frusta share.
+    let size = max(max(most, 2.0 * most - 1.0), select(1.0, 0.0, HAS_STEPS));
     let none = vec3f(0.0);
     return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void, size, none, none);
 }

@@ -66,6 +66,11 @@ struct Lit {
     interpolant: FrustumInterpolant,
 }
 
+// Whether a part that ends at `done` of its piece, or of its frustum, may be halved after so many halvings.
+fn may_halve(halvings: u32, done: f32) -> bool {
+    return f32(halvings) < 40.0 + 160.0 * done;
+}
+
 // Most of `lighting.most_cuts`.
 const MAX_CUTS: u32 = 20u;
 
@@ -81,6 +86,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> R
     var index = 0u;
     var from_ = vec2f(0.0, piece.f0);
     var left = spare;
+    var halvings = 0u;
     loop {
         var part = piece;
         var to = vec2f(1.0, piece.f1);
@@ -93,8 +99,9 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> R
         }
         let ends = vec2f(f32(index), f32(index + 1u)) / f32(1u << level);
         let at = vec2f(lerp(range.x, range.y, ends.x), lerp(range.x, range.y, ends.y));
-        let outcome = lit_part(lit, part, at, level == cuts, left);
+        let outcome = lit_part(lit, part, at, level == cuts || !may_halve(halvings, ends.y), left);
         if !outcome.is_done {
+            halvings++;
             level++;
             index *= 2u;
             continue;

@@ -163,7 +163,7 @@ void rest_ms(int ms)
 
 int settles_at(int threads)
 {
-    for (int i = 0; i < 5000 && threads_now() != threads; i++) {
+    for (int i = 0; i < 1000 * PATIENCE_S && threads_now() != threads; i++) {
         rest_ms(1);
     }
     int now = threads_now();

@@ -53,9 +53,12 @@ const char *path_of(const char *directory, const char *name);
 /* Number of entries of a directory whose names contain `part`, or -1 where there is no directory. */
 int entries(const char *directory, const char *part);
 
+/* Seconds that a test waits for an event that always comes before it takes it for a hang. */
+#define PATIENCE_S 900
+
 /* Threads of this process, or -1 where the system does not tell. */
 int threads_now(void);
-/* Whether there are that many within seconds, as joined threads linger; true where the system does not tell. */
+/* Whether there come to be that many within PATIENCE_S, as joined threads linger; true where the system does not tell. */
 int settles_at(int threads);
 void rest_ms(int ms);
 

@@ -40,7 +40,7 @@ static int child(icoray_ctx *ctx, const World *w, const char *directory, int bus
     icoray_frame_report report = {sizeof report};
     /* It was at work when it was forked. */
     CHECK(!busy || !is_file(path_of(directory, "frame_1.png")));
-    alarm(60);
+    alarm(PATIENCE_S);
     CHECK(icoray_wants(ctx, 1, 0.0, &wants) == ICORAY_ERR_FORKED && wants == 0);
     CHECK(icoray_wants_field(ctx, "f", 1, 0.0, &wants) == ICORAY_ERR_FORKED);
     CHECK(icoray_execute(ctx, 1, 0.0, NULL) == ICORAY_ERR_FORKED);

@@ -127,7 +127,7 @@ static int library_threads_now(void)
 /* Threads take a moment to name themselves, and the system one to forget them. */
 static int has_library_threads(int expected)
 {
-    for (int i = 0; i < 1000 && library_threads_now() != expected; i++) {
+    for (int i = 0; i < 1000 * PATIENCE_S && library_threads_now() != expected; i++) {
         rest_ms(1);
     }
     return library_threads_now() == expected;
@@ -192,7 +192,7 @@ int main(int argc, char **argv)
     sigaddset(&usr1, SIGUSR1);
     pthread_t other = started(stay, (void *)&is_done, 0);
     pthread_sigmask(SIG_BLOCK, &usr1, NULL);
-    for (int i = 0; i < 1000 && elsewhere == 0; i++) {
+    for (int i = 0; i < 1000 * PATIENCE_S && elsewhere == 0; i++) {
         kill(getpid(), SIGUSR1);
         rest_ms(1);
     }

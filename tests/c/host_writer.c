@@ -41,7 +41,7 @@ static void fails(icoray_ctx *ctx, int step, const char *part, const char *path)
     CHECK(strstr(message_of(ctx), part) != NULL && strstr(message_of(ctx), path) != NULL);
     OK(icoray_wait(ctx)); /* told once */
     OK(icoray_execute(ctx, step + 1, 0.0, NULL));
-    for (int i = 0; i < 5000 && report_of(ctx).frames_failed % 2 != 0; i++) {
+    for (int i = 0; i < 1000 * PATIENCE_S && report_of(ctx).frames_failed % 2 != 0; i++) {
         rest_ms(1);
     }
     /* The next call tells, and draws its own frame all the same. */
@@ -200,7 +200,7 @@ static pthread_t slowed(void)
             CPU_SET(cpu, &one);
         }
     }
-    for (int i = 0; i < 1000 && found == 0; i++) { /* threads take a moment to name themselves */
+    for (int i = 0; i < 1000 * PATIENCE_S && found == 0; i++) { /* threads take a moment to name themselves */
         DIR *tasks = opendir("/proc/self/task");
         for (struct dirent *task; tasks != NULL && (task = readdir(tasks)) != NULL;) {
             char path[300], name[64] = "";

@@ -165,7 +165,7 @@ static void leaves(int odd)
 /* Waits until so many frames have failed at rank 0, which writes them. Only rank 0 knows of them by itself. */
 static void await_failures(icoray_ctx *ctx, uint64_t count)
 {
-    for (int i = 0; rank == 0 && i < 30000 && report_of(ctx).frames_failed < count; i++) {
+    for (int i = 0; rank == 0 && i < 1000 * PATIENCE_S && report_of(ctx).frames_failed < count; i++) {
         rest_ms(1);
     }
     CHECK(report_of(ctx).frames_failed == (rank == 0 ? count : 0));

@@ -165,7 +165,7 @@ void misfits(icoray_ctx *ctx)
         {ICORAY_CENTER, 80, LAYERS, "80 columns are the grid's corners: set location = ICORAY_CORNER"},
         {ICORAY_CENTER, 81, LAYERS, "81 columns are the grid's corners"},
         {ICORAY_CENTER, 120, LAYERS, "120 columns are the grid's edges: fields at edges are not drawn"},
-        {ICORAY_CENTER, 42, 1, "1 layers, expected 3"},
+        {ICORAY_CENTER, 42, 4, "4 layers, expected 3"},
         {ICORAY_CENTER, 31, 4, "31 columns, expected 42"},
         {ICORAY_CENTER, 43, LAYERS - 1, "43 columns, expected 42"},
     };

@@ -26,7 +26,7 @@ static void load_late(icoray_ctx *ctx, const char *text)
 /* Waits, without a call that tells, until that many frames have failed. */
 static void fails(icoray_ctx *ctx, uint64_t count)
 {
-    for (int i = 0; i < 5000 && report_of(ctx).frames_failed < count; i++) {
+    for (int i = 0; i < 1000 * PATIENCE_S && report_of(ctx).frames_failed < count; i++) {
         rest_ms(2);
     }
     CHECK(report_of(ctx).frames_failed == count);

@@ -1,10 +1,10 @@
-/* Models that swap time levels, and the warning for those that gave one of them once. */
+/* Models that swap time levels or compute a field seldom, and the warnings for those that gave old values. */
 #include "refusals.h"
 
 #define STEPS 9
 
 /* How a model gives the field that has time levels. */
-enum { ONCE, ONCE_OF_THREE, AT_EACH_STEP, IN_PLACE, WAYS };
+enum { ONCE, ONCE_OF_THREE, AT_EACH_STEP, IN_PLACE, SELDOM, WAYS };
 
 typedef struct {
     int pointed_out, other;
@@ -14,7 +14,8 @@ typedef struct {
 static void counts(void *user, int32_t level, const char *message)
 {
     Lines *lines = (Lines *)user;
-    if (strstr(message, "icoray_field_set before each icoray_execute") != NULL) {
+    if (strstr(message, "icoray_field_set before each icoray_execute") != NULL ||
+        strstr(message, "are those of the picture before") != NULL) {
         lines->pointed_out += level == ICORAY_LOG_WARN;
         snprintf(lines->last, sizeof lines->last, "%s", message);
     } else {
@@ -31,13 +32,13 @@ static void compute(float *level, int step)
 }
 
 /*
- * Draws "f", which has time levels but where it is computed in place, and "g": the same at all steps, or another one at
+ * Draws "f", which has time levels but where it is computed in place or seldom, and "g": the same at all steps, or another one at
  * each. Returns how often "f" or "g" was pointed out.
  */
 static Lines run(int way, int is_static)
 {
     size_t bytes = (size_t)good_array.columns * LAYERS * sizeof(float);
-    int levels = way == IN_PLACE ? 1 : way == ONCE_OF_THREE ? 3 : 2;
+    int levels = way == IN_PLACE || way == SELDOM ? 1 : way == ONCE_OF_THREE ? 3 : 2;
     float *level[3], *g = (float *)allocate(1, bytes);
     Lines lines = {0};
     icoray_array array = good_array;
@@ -54,11 +55,11 @@ static Lines run(int way, int is_static)
     OK(icoray_scene_text(ctx, text_of(SCENE("f", "4", "levels_{view}_%d_%d_{step}.png") "[[views]]\nname = \"f\"\n"
                                       "[[views]]\nname = \"g\"\nfield = \"g\"\n", way, is_static)));
     for (int step = 1; step <= STEPS; step++) {
-        compute(level[step % levels], step);
+        compute(level[step % levels], way == SELDOM ? step / 4 : step);
         if (!is_static) {
             compute(g, 2 * step);
         }
-        if (way == AT_EACH_STEP) {
+        if (way == AT_EACH_STEP || way == SELDOM) {
             array.data = level[step % levels];
             OK(icoray_field_set(ctx, "f", &array));
         }
@@ -86,4 +87,6 @@ void time_levels(void)
         CHECK(lines.pointed_out == 1 && strstr(lines.last, "every third step") != NULL);
         trying = "";
     }
+    Lines lines = run(SELDOM, 0);
+    CHECK(lines.pointed_out == 1 && strstr(lines.last, "may compute a field at some steps only") != NULL);
 }

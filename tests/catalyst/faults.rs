@@ -2,8 +2,7 @@
 
 use super::hosts::{Host, ended_well, prepared};
 use super::pictures;
-use icoray_test_support::{Need, runs, skip};
-use icoray_tests::native::{command, succeeded, text};
+use icoray_tests::native::{succeeded, text, with_small_disk};
 use icoray_tests::ranks::FIRST;
 use tempfile::TempDir;
 
@@ -84,19 +83,8 @@ fn a_full_disk_does_not_end_the_host() {
     let host = Host::of_double(directory.path(), true);
     let run = prepared(directory.path(), "full", "flat");
     std::fs::create_dir(run.join("pictures")).unwrap();
-    let mount = "mount -t tmpfs -o size=24k none pictures";
-    if !runs(command("unshare", &run).args(["-m", "sh", "-c", mount])) {
-        return skip(Need::Mount);
-    }
     let inner = host.command(2, &run, &["scene.toml", "wedges", "flat", "10", "column"]);
-    let mut outer = command("unshare", &run);
-    outer.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]).arg(inner.get_program());
-    outer.args(inner.get_args());
-    inner.get_envs().for_each(|(name, value)| {
-        value.iter().for_each(|value| {
-            outer.env(name, value);
-        });
-    });
+    let Some(outer) = with_small_disk(&inner, "24k", "pictures") else { return };
     let told = ended_well(2, outer);
     assert!(told.contains("No space left on device"), "{told}");
     assert!(told.matches("icoray: warning").count() < 12, "{told}");

@@ -3,7 +3,7 @@
 use super::{assert_same_pictures, compiler, direct, sources};
 use icoray::output::rgba8;
 use icoray::{Ranks, Renderer, Script};
-use icoray_dataset::{Drawing, LayerSelection, NativeHeightCache, SceneFields, Series};
+use icoray_dataset::{Drawing, FieldInfo, LayerSelection, NativeHeightCache, SceneFields, Series};
 use icoray_tests::native::{command, root, succeeded, text};
 use icoray_tests::ranks::FIRST;
 use std::path::Path;
@@ -18,8 +18,10 @@ pub fn netcdf() -> Option<Vec<String>> {
 }
 
 /// As the command `icoray render` draws all times of the file.
-fn rendered(path: &Path, script: &Script) -> Vec<(String, image::RgbaImage)> {
+fn rendered(path: &Path, mut script: Script) -> Vec<(String, image::RgbaImage)> {
     let (dataset, renderer) = (icoray_netcdf::open(path).unwrap(), Renderer::new(1).unwrap());
+    script.show_as_surfaces(|name| dataset.field_info(name).is_ok_and(FieldInfo::is_2d));
+    let script = &script;
     let (grid, all) = (dataset.mesh().grid().unwrap(), LayerSelection::default());
     let scene_fields = &SceneFields::new(&dataset, script, &all, grid.cells()).unwrap();
     let (dates, times, seconds) = (dataset.times(), (0..dataset.times().len()).collect(), dataset.seconds());
@@ -57,17 +59,13 @@ fn the_pictures_of_the_file_are_those_of_the_running_model() {
     compiler("cc", &writer, &[], &sources(["file.c", "icon.c"]), &netcdf);
     succeeded(command(&writer, directory).arg(&path).arg("3"));
     let scene = std::fs::read_to_string(root().join("tests/c/comin/scene.toml")).unwrap();
-    // A field without layers is a surface on the sphere of a file's scene, where the model shows it in all layers.
-    let is_2d = |view: &&str| view.contains("field = \"ps\"");
-    let parts: Vec<&str> = scene.split("[[views]]").filter(|view| !is_2d(view)).collect();
-    let drawn = rendered(&path, &Script::parse(&parts.join("[[views]]")).unwrap());
-    let of_model = direct(directory).into_iter().filter(|(name, _)| !name.starts_with("ps"));
+    let drawn = rendered(&path, Script::parse(&scene).unwrap());
     // View, field, date and step; the files of a file's times are named without a date.
     let without_date = |name: String| {
         let parts: Vec<&str> = name.split('_').collect();
         [parts[0], parts[1], parts[parts.len() - 1]].join("_")
     };
-    let expected: Vec<_> = of_model.map(|(name, picture)| (without_date(name), picture)).collect();
-    assert_eq!(expected.len(), 7);
+    let expected: Vec<_> = direct(directory).into_iter().map(|(name, picture)| (without_date(name), picture)).collect();
+    assert_eq!(expected.len(), 8);
     assert_same_pictures("the file", &drawn, &expected, 1);
 }

@@ -1,6 +1,7 @@
 //! Programs in C against the library as a model has it: compiled and run.
 
 use crate::programs::Program;
+use icoray_test_support::{Need, runs, skip};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -99,8 +100,34 @@ pub fn compile_c(sources: &[&str]) -> PathBuf {
 /// own, and has other builds of the library.
 pub fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
     let mut command = Command::new(program);
-    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
+    in_directory(&mut command, directory);
     command
+}
+
+/// A command that runs `inner` with a small file system at `place`, of so many bytes as mount has them, which nobody else
+/// sees and which goes with the command. Skips the test where the user may mount none.
+pub fn with_small_disk(inner: &Command, bytes: &str, place: &str) -> Option<Command> {
+    let directory = inner.get_current_dir().unwrap_or(Path::new("."));
+    let script = format!("mount -t tmpfs -o size={bytes} none {place} && exec \"$@\"");
+    let outer = |option: &str| {
+        let mut outer = command("unshare", directory);
+        outer.args([option, "-m", "sh", "-c", &script, "sh"]);
+        outer
+    };
+    // As a user, then as the root of a namespace.
+    let Some(option) = ["-m", "-r"].into_iter().find(|option| runs(outer(option).arg("true"))) else {
+        skip(Need::Mount);
+        return None;
+    };
+    let mut outer = outer(option);
+    outer.arg(inner.get_program()).args(inner.get_args());
+    outer.envs(inner.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    Some(outer)
+}
+
+/// Lets a command run in `directory`, without that search path.
+pub(crate) fn in_directory(command: &mut Command, directory: &Path) {
+    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
 }
 
 /// Runs a program that checks, and sees that neither it nor the library had anything else to say. `least` is how many

@@ -1,8 +1,8 @@
 //! Programs on several ranks of MPI.
 
-use crate::native::{command, mpi_library, mpich_library, succeeded, text};
+use crate::native::{in_directory, mpi_library, mpich_library, succeeded, text};
 use crate::programs::Program;
-use icoray_test_support::{Need, PATIENCE, has_tool, runs_long, skip};
+use icoray_test_support::{Need, has_tool, runs_long, skip};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -47,17 +47,8 @@ impl Mpi {
     /// # Panics
     /// When MPI is not there.
     pub fn on_ranks(&self, ranks: usize, program: &Path, directory: &Path) -> Command {
-        let mut command = command("timeout", directory);
-        command.args(["--kill-after=5", &PATIENCE.as_secs().to_string(), self.run, "-n", &ranks.to_string()]);
-        if self.is_open_mpi() {
-            // Ranks that wait leave their processor to other tests.
-            let options = "--oversubscribe --bind-to none --mca btl_vader_single_copy_mechanism none \
-                           --mca mpi_yield_when_idle 1";
-            command.args(options.split(' '));
-            if text(&succeeded(Command::new("id").arg("-u")).stdout).trim() == "0" {
-                command.arg("--allow-run-as-root");
-            }
-        }
+        let mut command = icoray_test_support::on_ranks(self.run, ranks);
+        in_directory(&mut command, directory);
         command.arg(program);
         command
     }

@@ -3,13 +3,12 @@
 //! The first model is in C and needs only a C compiler. The second is in Fortran, on ranks of MPI; if it cannot be
 //! built or run, it is left out, and the demo still succeeds.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use xshell::Cmd;
 
-use crate::disk;
 use crate::error::Error;
+use crate::files;
 use crate::models::{self, ShallowWater};
 use crate::mpi::Mpi;
 use crate::options::DemoOptions;
@@ -25,18 +24,20 @@ const LISTED: usize = 30;
 /// Steps of each model.
 const STEPS: usize = 5;
 const RANKS: usize = 2;
+/// The tracer's grid.
+const TRACER: [&str; 4] = ["--level", "5", "--layers", "30"];
 /// A run of the shallow-water model of about half a minute on two cores: few layers, and a picture after each day of
 /// 270 steps.
 const SHALLOW_WATER: [&str; 10] = ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
 /// The scenes of both, below the workspace's root.
 const TRACER_SCENE: &str = "examples/scenes/tracer.toml";
 const SHALLOW_WATER_SCENE: &str = "examples/scenes/shallow_water.toml";
-/// Megabytes that the build takes.
-const SPACE: u64 = 600;
 
 /// Runs the demo.
 pub fn run(workspace: &Workspace, options: &DemoOptions, install: bool) -> Result<(), Error> {
-    let demo = Demo::new(workspace, options, install)?;
+    let out = options.out.as_ref().map_or_else(|| workspace.root.join("out/demo"), |path| workspace.given(path));
+    let gpu = options.backend.as_ref().is_some_and(|backend| backend != "cpu");
+    let demo = Demo { workspace, options, install, out, gpu };
     let mut steps = Steps::new(2 * STEPS);
     demo.tracer(&mut steps)?;
     print_line("");
@@ -53,45 +54,26 @@ struct Demo<'a> {
     /// Whether missing packages may be installed.
     install: bool,
     out: PathBuf,
-    /// The tracer's scene.
-    scene: PathBuf,
     /// Whether the library is built with GPUs, which takes a minute longer.
     gpu: bool,
 }
 
 impl<'a> Demo<'a> {
-    /// Checks before the build that the scene can be read, and that files can be written.
-    fn new(workspace: &'a Workspace, options: &'a DemoOptions, install: bool) -> Result<Self, Error> {
-        let path = |given: &Option<PathBuf>, default: &str| {
-            given.as_ref().map_or_else(|| workspace.root.join(default), |path| workspace.given(path))
-        };
-        let (out, scene) = (path(&options.out, "out/demo"), path(&options.scene, TRACER_SCENE));
-        let text = fs::read_to_string(&scene)
-            .map_err(Error::while_doing(format!("cannot read the scene file {}", scene.display())))?;
-        let gpu = wants_gpu(options.backend.as_deref(), &text);
-        let products = workspace.products(&options.profile);
-        disk::writable(&out, "--out DIR takes another directory for the pictures")?;
-        disk::writable(&products, "let CARGO_TARGET_DIR name a directory that can be written")?;
-        disk::has_space(&products, SPACE)?;
-        Ok(Self { workspace, options, install, out, scene, gpu })
-    }
-
     /// The first model.
     fn tracer(&self, steps: &mut Steps) -> Result<(), Error> {
         let (workspace, profile) = (self.workspace, &self.options.profile);
         let pictures = Pictures::new(workspace, self.out.clone(), "tracer_");
+        // Before the build, which takes minutes.
+        pictures.prepare()?;
         steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_DEMO, self.install, step))?;
         let title = format!("building the library (about {} minutes)", if self.gpu { 4 } else { 2 });
         steps.run(&title, |step| step.quiet(self.library()))?;
         steps.run("building the tracer model", |step| step.quiet(models::compile_tracer(workspace, profile)))?;
         let start = steps.started;
         let lines = steps.run("running the tracer model (about half a minute)", |step| {
-            let scene = self.with_backend(&self.scene)?;
-            pictures.prepare()?;
+            let scene = self.with_backend(TRACER_SCENE)?;
             let mut first = None;
-            let DemoOptions { level, layers, days, .. } = self.options;
-            let run = models::tracer(workspace, profile)?.arg("--level").arg(level.to_string());
-            let run = run.arg("--layers").arg(layers.to_string()).arg("--days").arg(days.to_string());
+            let run = models::tracer(workspace, profile)?.args(TRACER).arg("--days").arg(self.options.days.to_string());
             let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
             step.echoed(run, || {
                 if first.is_none()
@@ -123,7 +105,7 @@ impl<'a> Demo<'a> {
         steps.run("building the shallow-water model", |step| step.quiet(model.compile()))?;
         let title = format!("running the shallow-water model on {RANKS} ranks of MPI (about half a minute)");
         let lines = steps.run(&title, |step| {
-            let scene = self.with_backend(&workspace.root.join(SHALLOW_WATER_SCENE))?;
+            let scene = self.with_backend(SHALLOW_WATER_SCENE)?;
             pictures.prepare()?;
             let run = model.run(RANKS)?.args(SHALLOW_WATER).arg("--scene").arg(scene);
             step.echoed(run.arg("--out").arg(&pictures.folder), || {})
@@ -159,35 +141,14 @@ impl<'a> Demo<'a> {
         cargo.args(["--package", SHEET_PACKAGE, "--no-default-features", "--features", features])
     }
 
-    /// A scene, or a copy of it with the backend of the options.
-    fn with_backend(&self, scene: &Path) -> Result<PathBuf, Error> {
-        let (Some(backend), Some(name)) = (self.options.backend.as_deref(), scene.file_name()) else {
-            return Ok(scene.to_owned());
-        };
-        let copy = self.workspace.products(&self.options.profile).join(name);
-        let text = self.workspace.shell.read_file(scene)?;
-        self.workspace.shell.write_file(&copy, replaced(&text, backend))?;
+    /// A scene of the workspace, or a copy of it with the backend of the options.
+    fn with_backend(&self, scene: &str) -> Result<PathBuf, Error> {
+        let (sh, scene) = (&self.workspace.shell, self.workspace.root.join(scene));
+        let Some(backend) = &self.options.backend else { return Ok(scene) };
+        let copy = self.workspace.products(&self.options.profile).join(files::name(&scene));
+        sh.write_file(&copy, format!("backend = \"{backend}\"\n{}", sh.read_file(scene)?))?;
         Ok(copy)
     }
-}
-
-/// Whether a line of a scene sets the backend.
-fn sets_backend(line: &str) -> bool {
-    line.split_once('=').is_some_and(|(key, _)| key.trim() == "backend")
-}
-
-/// Whether a scene is rendered on a GPU: by the options, or else by the scene.
-fn wants_gpu(backend: Option<&str>, scene: &str) -> bool {
-    match backend {
-        Some(backend) => backend != "cpu",
-        None => scene.lines().any(|line| sets_backend(line) && line.contains("\"gpu\"")),
-    }
-}
-
-/// The scene with another backend.
-fn replaced(scene: &str, backend: &str) -> String {
-    let rest: Vec<&str> = scene.lines().filter(|line| !sets_backend(line)).collect();
-    format!("backend = \"{backend}\"\n{}\n", rest.join("\n"))
 }
 
 #[cfg(test)]
@@ -195,23 +156,6 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
     use std::process::Command;
-
-    #[test]
-    fn a_backend_takes_the_place_of_the_scenes() {
-        let rest = "field = \"q\"\n[camera]\nlon = 0";
-        let expected = format!("backend = \"gpu\"\n{rest}\n");
-        assert_eq!(replaced(rest, "gpu"), expected);
-        assert_eq!(replaced(&format!("  backend= \"cpu\" # so far\n{rest}\n"), "gpu"), expected);
-    }
-
-    #[test]
-    fn gpus_are_built_only_for_scenes_that_ask_for_them() {
-        assert!(!wants_gpu(None, "# backend = \"gpu\"\nfield = \"q\""));
-        assert!(!wants_gpu(None, "backend = \"auto\""));
-        assert!(wants_gpu(None, "backend = \"gpu\" # any"));
-        assert!(wants_gpu(Some("auto"), "") && wants_gpu(Some("gpu"), ""));
-        assert!(!wants_gpu(Some("cpu"), "backend = \"gpu\""));
-    }
 
     /// The packages that a cargo command builds, with their features.
     fn packages(command: &Command) -> BTreeSet<String> {
@@ -230,9 +174,8 @@ mod tests {
     fn both_libraries_are_built_with_one_core() {
         let workspace = Workspace::find().unwrap();
         let profile = "release".to_owned();
-        let options = DemoOptions { out: None, scene: None, backend: None, level: 5, layers: 30, days: 12.0, profile };
-        let (out, scene) = ("".into(), "".into());
-        let mut demo = Demo { workspace: &workspace, options: &options, install: false, out, scene, gpu: false };
+        let options = DemoOptions { out: None, backend: None, days: 12.0, profile };
+        let mut demo = Demo { workspace: &workspace, options: &options, install: false, out: "".into(), gpu: false };
         let (cc, fortran, run) = ("mpicc".into(), "mpifort".into(), "mpirun".into());
         let mpi = Mpi { cc, fortran, run, options: Vec::new() };
         for gpu in [false, true] {

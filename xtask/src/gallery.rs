@@ -22,6 +22,8 @@ use crate::system;
 use crate::workspace::Workspace;
 
 const FOLDER: &str = "examples/gallery";
+/// Cargo's profile.
+const PROFILE: &str = "release";
 /// An artificial ocean on a real mesh, which a test writes: no real file is small enough.
 const OCEAN: &str = "ocean.nc";
 
@@ -83,12 +85,11 @@ fn numbers(csv: &str, picture: &str) -> Result<String, Error> {
 /// Draws the scenes of the page.
 struct Gallery<'a> {
     workspace: &'a Workspace,
-    profile: &'a str,
     mpi: Option<Mpi>,
 }
 
 /// Draws the scenes whose files exist, and writes the page. Other scenes keep their pictures and their numbers.
-pub fn run(workspace: &Workspace, profile: &str, install: bool) -> Result<(), Error> {
+pub fn run(workspace: &Workspace, install: bool) -> Result<(), Error> {
     let file = workspace.root.join(FOLDER).join("README.md");
     let page = workspace.shell.read_file(&file)?;
     let sections = sections(&page);
@@ -102,7 +103,7 @@ pub fn run(workspace: &Workspace, profile: &str, install: bool) -> Result<(), Er
         }
         Ok(found.ok())
     })?;
-    let gallery = Gallery { workspace, profile, mpi };
+    let gallery = Gallery { workspace, mpi };
     steps.run("building icoray and the models (about 4 minutes)", |step| gallery.build(step))?;
     let mut numbers = BTreeMap::new();
     for section in &sections {
@@ -121,20 +122,20 @@ pub fn run(workspace: &Workspace, profile: &str, install: bool) -> Result<(), Er
 
 impl Gallery<'_> {
     fn build(&self, step: &mut Step) -> Result<(), Error> {
-        let cargo = self.workspace.cargo(["build", "--profile", self.profile]);
+        let cargo = self.workspace.cargo(["build", "--profile", PROFILE]);
         let mut cargo = cargo.args(["--package", "icoray-cli", "--package", "icoray-capi"]);
         if let Some(model) = self.shallow_water() {
             model.remove_other_mpi(step)?;
             cargo = model.with_mpi(cargo.args(["--package", MPI_PACKAGE]));
         }
         step.quiet(cargo)?;
-        step.quiet(compile_tracer(self.workspace, self.profile))?;
+        step.quiet(compile_tracer(self.workspace, PROFILE))?;
         self.shallow_water().map_or(Ok(()), |model| step.quiet(model.compile()))
     }
 
     /// The model over MPI, if there is an MPI.
     fn shallow_water(&self) -> Option<ShallowWater<'_>> {
-        self.mpi.as_ref().map(|mpi| ShallowWater::new(self.workspace, self.profile, mpi))
+        self.mpi.as_ref().map(|mpi| ShallowWater::new(self.workspace, PROFILE, mpi))
     }
 
     /// The file or software that a section's command needs, if it is missing.
@@ -176,10 +177,10 @@ impl Gallery<'_> {
         };
         match (&section.command[..], self.shallow_water()) {
             (["icoray", rest @ ..], _) => {
-                let icoray = self.workspace.shell.cmd(self.workspace.products(self.profile).join("icoray"));
+                let icoray = self.workspace.shell.cmd(self.workspace.products(PROFILE).join("icoray"));
                 Ok(icoray.args(rest.iter().map(file)).arg("-o").arg(out))
             }
-            (["tracer", rest @ ..], _) => Ok(tracer(self.workspace, self.profile)?.args(rest).arg("--out").arg(out)),
+            (["tracer", rest @ ..], _) => Ok(tracer(self.workspace, PROFILE)?.args(rest).arg("--out").arg(out)),
             (["mpirun", "-n", ranks, "shallow_water", rest @ ..], Some(model)) => {
                 let ranks = ranks.parse().map_err(Error::while_doing("mpirun -n"))?;
                 Ok(model.run(ranks)?.args(rest).arg("--out").arg(out))
@@ -190,7 +191,7 @@ impl Gallery<'_> {
 
     /// Runs the test of an ocean's pictures, which writes an ocean on a real mesh to the directory.
     fn make_ocean(&self, out: &Path) -> Cmd<'_> {
-        let cargo = self.workspace.cargo(["test", "--profile", self.profile, "--package", "icoray-cli"]);
+        let cargo = self.workspace.cargo(["test", "--profile", PROFILE, "--package", "icoray-cli"]);
         let cargo = cargo.args(["--test", "cli", "the_ocean_ends"]);
         cargo.env("ICORAY_TEST_KEEP", out).env("ICORAY_TEST_DATA", self.workspace.data())
     }
@@ -219,7 +220,7 @@ mod tests {
         let numbers = pictures.iter().map(|file| (*file, "error ≤ 1, mean 0; 77.0 s".to_owned())).collect();
         assert_eq!(with_numbers(&page, &numbers).matches("77.0 s").count(), pictures.len());
         assert_eq!(with_numbers(&page, &BTreeMap::new()), page);
-        let gallery = Gallery { workspace: &workspace, profile: "dev", mpi: None };
+        let gallery = Gallery { workspace: &workspace, mpi: None };
         let unknown = sections.iter().filter(|section| gallery.command(section, Path::new("out")).is_err());
         assert_eq!(unknown.map(|section| section.scene).collect::<Vec<_>>(), ["shallow_water.toml"]);
     }

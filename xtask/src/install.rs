@@ -9,7 +9,6 @@ mod template;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::disk;
 use crate::elf;
 use crate::error::Error;
 use crate::libclang;
@@ -28,8 +27,6 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub const SONAME: &str = "libicoray.so.0.1";
 /// The cargo profile, in the workspace's `Cargo.toml`.
 const PROFILE: &str = "dist";
-/// Megabytes that the build takes.
-const SPACE: u64 = 1000;
 /// The Fortran module's source, below the workspace's root.
 const FORTRAN: &str = "include/icoray.f90";
 
@@ -73,7 +70,6 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     })?;
     // Before the build, which takes minutes.
     layout.check()?;
-    disk::has_space(&workspace.products(PROFILE), SPACE)?;
     let title = format!("building the library (about {} minutes)", if options.no_gpu { 3 } else { 5 });
     let mut built = steps.run(&title, |step| build(workspace, mpi, !options.no_gpu, step))?;
     if let Some(comin) = comin {
@@ -211,8 +207,14 @@ impl Layout {
     fn check(&self) -> Result<(), Error> {
         let lib = &self.libdir;
         let directories = [lib.clone(), lib.join("pkgconfig"), lib.join("cmake/icoray"), "include".into()];
-        let advice = "--prefix takes another place, such as \"$HOME/.local\"";
-        directories.iter().try_for_each(|directory| disk::writable(&self.root().join(directory), advice))
+        directories.iter().try_for_each(|directory| {
+            let directory = self.root().join(directory);
+            let existing = directory.ancestors().find(|path| path.exists()).unwrap_or(&directory);
+            tempfile::tempfile_in(existing).map(drop).map_err(|cause| {
+                let what = format!("cannot write to {}: {cause}", directory.display());
+                Error::Failed(format!("{what}; --prefix takes another place, such as \"$HOME/.local\""))
+            })
+        })
     }
 }
 
@@ -226,6 +228,19 @@ mod tests {
         assert_eq!(layout.root(), Path::new("/usr"));
         layout.destdir = Some("/tmp/package".into());
         assert_eq!(layout.root(), Path::new("/tmp/package/usr"));
+    }
+
+    #[test]
+    fn directories_that_cannot_be_written_are_found_before_the_build() {
+        let scratch = xshell::Shell::new().unwrap().create_temp_dir().unwrap();
+        let at = |prefix: &Path| Layout { prefix: prefix.into(), libdir: "lib".into(), destdir: None };
+        assert_eq!(at(&scratch.path().join("a/b")).check(), Ok(()));
+        assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
+        fs::write(scratch.path().join("file"), "").unwrap();
+        assert!(at(&scratch.path().join("file")).check().is_err());
+        let message = at(Path::new("/proc/nothing")).check().unwrap_err().to_string();
+        let start = "cannot write to /proc/nothing/lib: ";
+        assert!(message.starts_with(start) && message.contains("; --prefix takes another place"), "{message}");
     }
 
     #[test]

@@ -6,7 +6,6 @@
 mod book;
 mod check;
 mod demo;
-mod disk;
 mod elf;
 mod error;
 mod files;
@@ -47,7 +46,7 @@ fn run(Options { subcommand, no_install }: Options) -> Result<ExitCode, Error> {
     let install = !no_install;
     match subcommand {
         Subcommand::Demo(options) => demo::run(&workspace, &options, install)?,
-        Subcommand::Gallery { profile } => gallery::run(&workspace, &profile, install)?,
+        Subcommand::Gallery => gallery::run(&workspace, install)?,
         Subcommand::Install(options) => install::run(&workspace, &options, install)?,
         Subcommand::Package => package::run(&workspace)?,
         Subcommand::Requirements { all } => requirements::listed(all).iter().for_each(|package| print_line(package)),

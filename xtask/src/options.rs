@@ -33,11 +33,7 @@ pub enum Subcommand {
     #[command(
         after_help = "Environment:\n  ICORAY_TEST_DATA=DIR  Where the files of models are [default: ../shared/data]"
     )]
-    Gallery {
-        /// Cargo's profile
-        #[arg(long, value_name = "NAME", default_value = "release", value_parser = ["release", "dev"])]
-        profile: String,
-    },
+    Gallery,
     /// Check formatting, lints and tests
     ///
     /// Without --all, everything but GPU and MPI. Fails at the end if any check failed. The last lines say how many
@@ -91,20 +87,11 @@ pub struct DemoOptions {
     /// Directory of the pictures [default: out/demo in the workspace]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What the tracer's pictures show [default: examples/scenes/tracer.toml]
-    #[arg(long, value_name = "FILE")]
-    pub scene: Option<PathBuf>,
     /// What renders; auto takes a GPU if there is one. With auto or gpu the library is built with GPUs
     #[arg(long, value_name = "WHO", value_parser = ["auto", "cpu", "gpu"])]
     pub backend: Option<String>,
-    /// Refinement level of the tracer's geodesic grid
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    pub level: u32,
-    /// Vertical layers of the tracer model
-    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
-    pub layers: u32,
     /// Simulated days of the tracer model
-    #[arg(long, value_name = "X", default_value_t = 12.0, value_parser = positive)]
+    #[arg(long, value_name = "X", default_value_t = 12.0)]
     pub days: f64,
     /// Cargo's profile
     #[arg(long, value_name = "NAME", default_value = "release", value_parser = ["release", "dev"])]
@@ -134,11 +121,6 @@ pub struct InstallOptions {
     pub catalyst: bool,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
-    number.ok_or_else(|| "expected a positive number".into())
-}
-
 /// A relative path: installed files refer to each other by relative paths.
 fn below_prefix(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
@@ -158,12 +140,8 @@ mod tests {
     #[test]
     fn lines_are_taken_or_refused() {
         Options::command().debug_assert();
-        for line in [
-            "demo --profile dev",
-            "gallery --profile=dev",
-            "test --all --no-install",
-            "install --libdir lib/x --comin icon",
-        ] {
+        for line in ["demo --profile dev", "gallery", "test --all --no-install", "install --libdir lib/x --comin icon"]
+        {
             assert!(parse(line).is_ok(), "{line}");
         }
         for (line, code, message) in [
@@ -171,8 +149,7 @@ mod tests {
             ("test --help", 0, "ICORAY_REQUIRE"),
             ("install -h", 0, "DESTDIR"),
             ("demo --all", 2, "unexpected argument '--all'"),
-            ("demo --layers 0", 2, "0 is not in 1.."),
-            ("demo --days nan", 2, "expected a positive number"),
+            ("demo --days many", 2, "invalid value 'many'"),
             ("demo --out=", 2, "a value is required"),
             ("demo --backend vulkan", 2, "[possible values: auto, cpu, gpu]"),
             ("install --libdir /usr/lib", 2, "expected a path below the prefix"),

@@ -1,5 +1,9 @@
 //! Describes a model's run, from its summary line and from `report.csv` with a line per frame.
 
+use std::collections::BTreeMap;
+
+use csv::{ReaderBuilder, Trim};
+
 /// The lines on a run: seconds of the simulation and of its pictures, in all, per time step and per picture; the errors
 /// of the pixels; the ranks. `printed` has the model's last line, `summary steps=576 frames=25 simulation_s=21.3 ...`.
 pub fn describe(printed: &[String], csv: &str) -> String {
@@ -44,28 +48,24 @@ fn ranks(table: &Table) -> Option<String> {
 }
 
 /// The cells of a report by the names of its columns.
-pub struct Table {
-    header: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
+pub struct Table(Vec<BTreeMap<String, String>>);
 
 impl Table {
-    /// Reads the text of `report.csv`: a header, and a line per frame.
+    /// Reads the text of `report.csv`: a header, and a line per frame. Lines that cannot be read are left out.
     pub fn read(csv: &str) -> Self {
-        let mut lines = csv.lines().filter(|line| !line.trim().is_empty()).map(fields);
-        Self { header: lines.next().unwrap_or_default(), rows: lines.collect() }
+        let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(csv.as_bytes());
+        Self(reader.deserialize().flatten().collect())
     }
 
     /// The number in the column `name` of the last row with the text `value` in the column `key`.
     pub fn number(&self, key: &str, value: &str, name: &str) -> Option<f64> {
-        let row = self.column(key)?.iter().rposition(|cell| *cell == value)?;
-        number(self.column(name)?[row])
+        let row = self.0.iter().rfind(|row| row.get(key).is_some_and(|cell| cell == value))?;
+        number(row.get(name)?)
     }
 
-    /// A column; `None` where a row is too short.
+    /// A column.
     fn column(&self, name: &str) -> Option<Vec<&str>> {
-        let column = self.header.iter().position(|head| head == name)?;
-        self.rows.iter().map(|row| row.get(column).map(String::as_str)).collect()
+        self.0.iter().map(|row| row.get(name).map(String::as_str)).collect()
     }
 
     /// A column of numbers; `None` where there are none, or one of them cannot be read.
@@ -85,19 +85,6 @@ fn average(numbers: &[f64]) -> f64 {
 
 fn number(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite())
-}
-
-/// The fields of a line of CSV; names of pictures may be quoted.
-fn fields(line: &str) -> Vec<String> {
-    let (mut fields, mut quoted) = (vec![String::new()], false);
-    for character in line.chars() {
-        match character {
-            '"' => quoted = !quoted,
-            ',' if !quoted => fields.push(String::new()),
-            _ => fields.last_mut().into_iter().for_each(|field| field.push(character)),
-        }
-    }
-    fields.iter().map(|field| field.trim().to_owned()).collect()
 }
 
 #[cfg(test)]

@@ -1,17 +1,16 @@
 //! Installs the packages that a subcommand needs and the machine lacks.
 
 use std::ffi::OsStr;
-use std::io::{self, IsTerminal};
-use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::error::Error;
-use crate::files;
 use crate::requirements::Package;
 use crate::step::Step;
 
 /// The arguments of apt-get before the packages. It waits for another program that holds its lock.
 const INSTALL: [&str; 5] = ["install", "-y", "--no-install-recommends", "-o", "DPkg::Lock::Timeout=60"];
+/// The arguments with which a failed download of the package lists is an error.
+const UPDATE: [&str; 3] = ["update", "-o", "APT::Update::Error-Mode=any"];
 
 /// A package that is needed, and the reason why it counts as missing.
 struct Missing<'a> {
@@ -34,11 +33,8 @@ pub fn provide(needed: &[&Package], install: bool, step: &mut Step) -> Result<()
     }
     missing.iter().for_each(|missing| step.note(&format!("installing {}", described(missing.package))));
     if !packages.is_empty() {
-        if !succeeds("apt-get", ["--version"]) {
-            return Err(refusal(&missing, "missing, and there is no apt-get to install Debian's packages with"));
-        }
-        let sudo = sudo(step).ok_or_else(|| refusal(&missing, "missing, and installing takes root's rights"))?;
-        apt_get(sudo, &packages, step)?;
+        let failed = |error: Error| format!("{}\n{error}", refusal(&missing, "missing, and not installed"));
+        apt_get(&packages, step).map_err(|error| Error::Failed(failed(error)))?;
     }
     if !components.is_empty() {
         let mut rustup = Command::new("rustup");
@@ -79,38 +75,18 @@ fn refusal(missing: &[Missing], why: &str) -> Error {
     Error::Detailed { sentence, details: missing.iter().map(reason).collect::<Vec<_>>().join("\n") }
 }
 
-/// The words before a command that needs root's rights; `None` where there are none to be had. On a terminal, sudo may
-/// ask for the password.
-fn sudo(step: &mut Step) -> Option<&'static [&'static str]> {
-    if output("id", ["-u"]).is_some_and(|id| id == "0") {
-        return Some(&[]);
-    }
-    let asked = |step: &mut Step| {
-        step.note("sudo may ask for your password, to install these packages:");
-        Command::new("sudo").arg("-v").status().is_ok_and(|status| status.success())
-    };
-    let may = succeeds("sudo", ["-n", "true"]) || (io::stdin().is_terminal() && asked(step));
-    may.then_some(&["sudo", "-n"])
-}
-
-/// Installs packages; updates the package lists first where they are absent, or where the installation fails.
-fn apt_get(sudo: &[&str], packages: &[&str], step: &mut Step) -> Result<(), Error> {
-    let run = |arguments: &[&str], step: &mut Step| {
+/// Installs packages, as root or by sudo, which may ask for a password; updates the package lists where that fails, as
+/// they may be absent or out of date.
+fn apt_get(packages: &[&str], step: &mut Step) -> Result<(), Error> {
+    let is_root = output("id", ["-u"]).is_some_and(|id| id == "0");
+    let mut run = |arguments: &[&str]| {
         // `env` because sudo passes no variables on.
-        let words = [sudo, &["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"], arguments].concat();
-        let mut command = Command::new(words[0]);
-        command.args(&words[1..]);
+        let mut command = Command::new(if is_root { "env" } else { "sudo" });
+        command.args((!is_root).then_some("env")).args(["DEBIAN_FRONTEND=noninteractive", "apt-get"]).args(arguments);
         step.quiet(command)
     };
     let install = [&INSTALL, packages].concat();
-    let have_lists = !files::fitting(Path::new("/var/lib/apt/lists"), "*_Packages*").is_empty();
-    if have_lists && run(&install, step).is_ok() {
-        return Ok(());
-    }
-    step.note("updating the package lists, which are absent or out of date");
-    // Without the option a failed download of the lists is a warning.
-    run(&["update", "-o", "APT::Update::Error-Mode=any"], step)?;
-    run(&install, step)
+    run(&install).or_else(|_| run(&UPDATE).and_then(|()| run(&install)))
 }
 
 /// Whether a program exists and succeeds.

@@ -239,7 +239,7 @@ impl Drawing {
             return self.draw_collective(ranks, stamp, frame_inputs);
         }
         // A lone process has the whole grid and fields.
-        let FrameInputs { view, scene, grid, held: _, layers, fields, description, descriptions } = frame_inputs;
+        let FrameInputs { view, scene, grid, held: _, layers, fields, description, descriptions, .. } = frame_inputs;
         let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
         (frame.description, frame.descriptions) = (description, descriptions);
         frame.notes.extend(self.notes(view));
@@ -259,7 +259,7 @@ impl Drawing {
         };
         self.devices.is_asked = frames.iter().any(|frame_inputs| frame_inputs.scene.backend == Backend::Gpu);
         let (mut jobs, mut views, mut all) = (Vec::new(), Vec::new(), Fields::default());
-        for FrameInputs { view, scene, grid, held, layers, fields, description, descriptions } in frames {
+        for FrameInputs { view, scene, grid, held, layers, fields, description, descriptions, .. } in frames {
             all = all.with(fields);
             views.push(view.clone());
             let (stamp, notes) = (stamp.clone(), notes(view, self.note.as_ref()).collect());

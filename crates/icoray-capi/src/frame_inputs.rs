@@ -1,6 +1,7 @@
 //! Inputs of one frame: scene, grid, layers and fields.
 
 use crate::boundary::{Failure, Outcome};
+use crate::message::listed;
 use crate::types::icoray_status;
 use icoray_core::{ColumnCount, Decomposition, Description, Fields, Grid, Layers, Scene};
 use std::sync::Arc;
@@ -15,6 +16,8 @@ pub(crate) struct FrameInputs<'a> {
     pub layers: Arc<Layers>,
     /// The fields that the scene needs, by name; with heights if it shows native ones.
     pub fields: Fields<'a>,
+    /// The names of those that have one value per column.
+    pub fields_2d: Vec<String>,
     /// Description of the first field of the scene.
     pub description: Description,
     /// Names and descriptions of the other fields that have one.
@@ -47,6 +50,11 @@ impl FrameInputs<'_> {
     /// The grid that the picture shows; `None` where each node draws a part of it.
     pub fn drawn_grid(&self) -> Option<&Grid<'_>> {
         self.held.as_ref().map_or(Some(&*self.grid), |held| held.drawn_grid(&self.grid))
+    }
+
+    /// The 2D fields as a fact that must be equal on all ranks, which show them as surfaces.
+    pub fn fields_2d(&self) -> (&'static str, String) {
+        ("has fields of one layer:", listed(self.fields_2d.iter().map(String::as_str)))
     }
 
     /// This rank's grid as a fact that must be equal on all ranks: the verb of the error message, and the description.

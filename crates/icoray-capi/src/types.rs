@@ -284,7 +284,8 @@ pub struct icoray_array {
     /// Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by
     /// icoray_execute, which says what it looks like.
     pub columns: i64,
-    /// Number of layers, at least 2: count of icoray_layers, or count - 1.
+    /// Number of layers: count of icoray_layers, or count - 1; or 1 of a 2D field, which has the same values on all
+    /// layers. A volume of a 2D field is shown as a surface on the innermost layer, unless the scene gives it an opacity.
     pub layers: i64,
     /// Elements from one column to the next; may be negative.
     pub column_stride: i64,
@@ -315,7 +316,7 @@ pub const ICORAY_MAX_RANK: usize = 7;
 /// Dimensions of extent 1 are ignored. Of two dimensions, one holds the layers and the other the columns, in either
 /// order. Of three, one holds the layers and the other two, in order, the columns of a block and the blocks. If
 /// several readings fit, the layers are the dimension with as many entries as icoray_layers, else one fewer; among
-/// these the second of three, or the first.
+/// these the second of three, or the first. One that holds the columns alone is that of a 2D field, of 1 layer.
 ///
 /// The dimension of columns may be longer than the grid has cells (or corners) by padding of at most 64, such as the
 /// one column more of MPAS's arrays. A dimension that is as long as the grid has corners or edges (or cells, for a
@@ -357,7 +358,8 @@ pub struct icoray_ndarray {
 ///
 /// The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
 /// integral of the interpolated field along its ray. It does not include the error of the interpolation between
-/// cells and layers.
+/// cells and layers. Of a pixel that was not traced (pixel_step) nothing is known: its error is 1, or the brightest
+/// that the scene may show.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default)]
 pub struct icoray_frame_report {
@@ -466,10 +468,12 @@ pub struct icoray_frame_report {
     pub edge_pixels: u64,
     /// Number of pixels of the picture whose error is above `tolerance`. The log warns of them once per view.
     pub pixels_over_tolerance: u64,
-    /// Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`.
+    /// Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`; below 1 where not
+    /// every pixel was traced.
     pub rays_per_pixel: f64,
     /// Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its area, not
-    /// counting the errors of the rays' integrals; NaN where pixels are one ray each.
+    /// counting the errors of the rays' integrals; with pixel_step above 1, how far a pixel that was not traced may be
+    /// from its ray. NaN where pixels are one ray each.
     pub sampling_error_max: f64,
     /// Mean of the estimated sampling errors; NaN where pixels are one ray each.
     pub sampling_error_mean: f64,

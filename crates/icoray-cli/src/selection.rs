@@ -22,7 +22,7 @@ pub struct Selection {
     /// Time by number from 0, negative from the last (-1); by date (2003-01-01T06; 2003-01 is a whole month); by a
     /// range of either, without its end (0..10, 2003-01..2003-03, -5..); or "all". Of ranges and all times those
     /// are drawn that are the views' turn (every, at_steps, at_times, when), the number of a time being its step;
-    /// others are drawn by all views [default: 0, or the last one where no --scene is given]
+    /// others are drawn by all views [default: -1]
     #[arg(long, value_name = "TIME|A..B|all", allow_hyphen_values = true)]
     pub time: Option<TimeSelection>,
     #[command(flatten)]
@@ -53,11 +53,7 @@ impl Selection {
         progress.stage(format!("reading {}", self.input.file.display()));
         let renderer = gpu::renderer(self.threads)?.with_progress(progress.tiles());
         let file = self.input.open()?;
-        let time = match &self.time {
-            Some(time) => time,
-            None if given.is_some() => &TimeSelection::FIRST,
-            None => &TimeSelection::LAST,
-        };
+        let time = self.time.as_ref().unwrap_or(&TimeSelection::LAST);
         let (times, is_series) = (time.of(file.times())?, time.is_series());
         Ok(Some(Opened { renderer, file, times, is_series, given }))
     }

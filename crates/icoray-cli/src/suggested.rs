@@ -74,6 +74,7 @@ fn options(selection: &Selection, opened: &Opened, time: usize) -> suggest::Opti
         backend: overrides.device_options.backend(),
         device: overrides.device_options.device().cloned(),
         head: vec![command(selection, opened, Some(time))],
+        ..suggest::Options::default()
     }
 }
 

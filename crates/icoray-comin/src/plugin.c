@@ -234,12 +234,12 @@ static void set_field(const field *of)
     array.type = values.is_float ? ICORAY_F32 : ICORAY_F64;
     array.location = at_vertices ? ICORAY_CENTER : ICORAY_CORNER;
     array.columns = columns;
-    /* A value per column is the same in all layers. */
-    array.layers = values.levels > 0 ? values.levels : grid->domain.levels;
+    /* A value per column is a layer. */
+    array.layers = values.levels > 0 ? values.levels : 1;
     array.column_stride = 1;
-    array.layer_stride = values.levels > 0 ? values.nproma : 0;
+    array.layer_stride = values.nproma;
     array.block = values.nproma;
-    array.block_stride = (int64_t)values.nproma * (values.levels > 0 ? values.levels : 1);
+    array.block_stride = values.nproma * array.layers;
     array.grid_name = array.layers_name = grid->name;
     icoray_field_set(context, of->name, &array);
 }

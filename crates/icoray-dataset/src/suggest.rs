@@ -23,6 +23,8 @@ impl Dataset {
         let read = self.read_layers(&info.name, time, range.clone())?;
         let layers = self.layer_heights(&info.name)?.layers_over(info, range)?;
         let options = if info.is_2d() { as_surface(info, options)? } else { options };
+        let is_timeless = self.seconds().is_none() && self.times().get(time).is_none_or(Option::is_none);
+        let options = suggest::Options { is_timeless, ..options };
         let field = read.field()?;
         renderer.run(|| suggest::scene(&info.name, grid, &layers, &field, &options))
     }

@@ -95,8 +95,6 @@ fn digits(text: &str, between: char) -> Option<Vec<i64>> {
 }
 
 impl TimeSelection {
-    /// The first time.
-    pub const FIRST: Self = TimeSelection { text: Cow::Borrowed("0"), selector: TimeSelector::Number(0) };
     /// The last time.
     pub const LAST: Self = TimeSelection { text: Cow::Borrowed("-1"), selector: TimeSelector::Number(-1) };
 

@@ -81,6 +81,17 @@ impl<'a> Field<'a> {
         Ok(Field { samples, shape, elements, location, fill, number })
     }
 
+    /// A 2D field, which has one layer, with its values on each of `layers`; other fields as they are.
+    #[must_use]
+    pub fn on_layers(self, layers: usize) -> Self {
+        if self.shape.layers != 1 {
+            return self;
+        }
+        let shape = Shape { layers, layer_stride: 0, ..self.shape };
+        let spread = Field::new(self.samples, shape, self.location, self.fill);
+        Field { number: self.number, ..spread.expect("its layers are the same elements") }
+    }
+
     /// The array as given.
     pub fn samples(&self) -> Reals<'a> {
         self.samples

@@ -85,7 +85,8 @@ impl Shape {
     ///
     /// Dimensions of extent 1 do not count. Of one dimension, rows of layers follow one another. Of two, one holds the
     /// layers, the other the columns. Of three, one holds the layers, and the others, in order, the columns of a block
-    /// and the blocks, none of which is empty. Where several readings fit, that with as many layers as `layers`
+    /// and the blocks, none of which is empty. One that holds the columns alone is that of a 2D field, of one layer. Where
+    /// several readings fit, that with as many layers as `layers`
     /// comes before that with one fewer, then layers in the second of three or the first of two before others.
     ///
     /// The dimension of columns may be longer by padding, at most 64, but not as long as the grid has corners or edges
@@ -100,6 +101,8 @@ impl Shape {
         let counts = [Some(layers), layers.checked_sub(1).filter(|n| *n > 1)];
         let counts = || counts.into_iter().flatten();
         let fits = counts().find_map(|layers| read(&kept, expected, layers, is_block));
+        let of_one_layer = |columns| read(&[Dimension { extent: 1, stride: 0 }, columns], expected, 1, is_block);
+        let fits = fits.or_else(|| of_one_layer(*kept.first().filter(|_| kept.len() == 1)?));
         fits.ok_or_else(|| {
             let extents: Vec<usize> = dimensions.iter().map(|d| d.extent).collect();
             let seen = counts().find_map(|layers| other_columns(&kept, expected, layers));

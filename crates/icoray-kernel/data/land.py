@@ -1,6 +1,6 @@
-"""Writes land.bin: npm pack world-atlas@2.0.2; python land.py land-110m.json > land.bin
+"""Writes land-SCALE.bin: npm pack world-atlas@2.0.2; python land.py land-SCALE.json > land-SCALE.bin, of 110m and 50m
 
-The file of world-atlas is TopoJSON of Natural Earth's land at 1:110 million. land.bin has its coast lines as runs of points:
+The files of world-atlas are TopoJSON of Natural Earth's land. land-SCALE.bin has its coast lines as runs of points:
 the number of points (u16), then longitude and latitude of each (i16, in 1/180 degree), all little-endian. Lines are straight
 in longitude and latitude, end at longitudes 180 and -180 where they cross them, and have land on one side. Edges along
 these longitudes, which cut islands in two, are left out: no coast runs there.

@@ -4,6 +4,10 @@ use crate::lit::ADVANCE;
 use crate::shade::Shading;
 use icoray_grid::real::Real;
 
+/// Transmittance above which a surface behind is seen, so that it may have an edge, and the difference of pixels above
+/// which they have one between them: one for all tolerances, which so find the same edges.
+pub const FAINTEST: f64 = 1e-3;
+
 /// Division of the scene's tolerance along a ray: one half on the colour of pieces, the other on the light that an
 /// early end leaves out. Where the shade of a piece has an error of its own, nine tenths are spent on colour, shade, and
 /// what the shades of a ray's first pieces may spend in advance.
@@ -35,10 +39,15 @@ impl Budget {
         self.color_tolerance.max(least)
     }
 
-    /// Whether a surface is seen behind matter that absorbs this part of the light. The threshold lies above that of
-    /// the early end, so that edges do not depend on where rays end.
+    /// Whether a surface is seen behind matter that absorbs this part of the light.
     #[inline]
-    pub fn sees_behind(&self, absorbed: f64) -> bool {
-        1.0 - absorbed > 2.0 * self.color_tolerance
+    pub fn sees_behind(absorbed: f64) -> bool {
+        1.0 - absorbed > FAINTEST
+    }
+
+    /// The same, of rays that reach all surfaces that are seen, whatever the tolerance.
+    #[inline]
+    pub fn with_surfaces(self) -> Self {
+        Budget { min_transmittance: self.min_transmittance.min(0.5 * FAINTEST), ..self }
     }
 }

@@ -118,6 +118,24 @@ pub fn spare<T: Real>(light: &Radiance<T>, color_tolerance: T) -> T {
 /// Part of the tolerance of all colours that the first pieces of a ray may spend before they have earned it.
 pub const ADVANCE: f64 = 0.1;
 
+/// Most halvings of a piece, whose parts are `HALVINGS[0]` and more by `HALVINGS[1]` of the way along it: what is hard at
+/// its start leaves something for the rest. What is not reached is in the error.
+pub const HALVINGS: [f64; 2] = [40.0, 160.0];
+
+/// Whether a part that ends at `done` of its piece, 0 to 1, may be halved after so many halvings.
+#[inline(always)]
+pub fn may_halve(halvings: u32, done: f64) -> bool {
+    f64::from(halvings) < HALVINGS[0] + HALVINGS[1] * done
+}
+
+/// What is left to the parts of a piece that are to come.
+struct Rest<T> {
+    spare: T,
+    halvings: u32,
+    /// The whole piece's range of the interpolant.
+    range: [T; 2],
+}
+
 /// A piece under light.
 pub struct Lit<'l, T, const N: usize> {
     /// The rule of integration.
@@ -137,38 +155,42 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
     pub const MAX_CUTS: u32 = 20;
 
     /// The light of `piece`, which is `range` of the interpolant, where the ray has [`spare`] error to spend. The piece
-    /// is cut until it can be afforded, with at most `cuts` nested cuts.
+    /// is cut until it can be afforded, with at most `cuts` nested cuts and [`HALVINGS`].
     #[inline]
-    pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, mut spare: T) -> Radiance<T> {
-        self.part(piece, range, cuts, &mut spare)
+    pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: T) -> Radiance<T> {
+        self.part(piece, range, cuts, &mut Rest { spare, halvings: 0, range })
     }
 
-    /// The light of a part, front to back with what the parts before have left of the spare error.
+    /// The light of a part, front to back with what the parts before have left.
     #[inline]
-    fn part(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: &mut T) -> Radiance<T> {
+    fn part(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, rest: &mut Rest<T>) -> Radiance<T> {
         let half = T::of(0.5);
         let places = [range[0], half * (range[0] + range[1]), range[1]];
         let gradients = places.map_inline(|u| self.interpolant.gradient(u));
         let mean = mean_shade(self.shading, piece, self.span, &gradients);
         let color_tolerance = self.allowance.color_tolerance;
-        if cuts > 0 && !is_affordable(piece, self.span, mean.off, color_tolerance, *spare) {
-            return self.halves(piece, places, cuts - 1, spare);
+        if cuts > 0 && !is_affordable(piece, self.span, mean.off, color_tolerance, rest.spare) {
+            let [from, to] = rest.range;
+            if may_halve(rest.halvings, ((range[1] - from) / (to - from)).wide()) {
+                rest.halvings += 1;
+                return self.halves(piece, places, cuts - 1, rest);
+            }
         }
         let light = integrate(self.method, piece, self.span, self.allowance);
         let light = shaded(self.shading, piece, self.span, &mean, light);
-        let left = *spare + color_tolerance * light.alpha - light.error;
-        *spare = left.max(T::zero()) / light.transmittance().max(T::min_positive_value());
+        let left = rest.spare + color_tolerance * light.alpha - light.error;
+        rest.spare = left.max(T::zero()) / light.transmittance().max(T::min_positive_value());
         light
     }
 
     #[inline(never)]
-    fn halves(&self, piece: &Segment<T>, [from, middle, to]: [T; 3], cuts: u32, spare: &mut T) -> Radiance<T> {
+    fn halves(&self, piece: &Segment<T>, [from, middle, to]: [T; 3], cuts: u32, rest: &mut Rest<T>) -> Radiance<T> {
         let half = T::of(0.5);
         let cut = (half, piece.value(half));
         let parts = [piece.part((T::zero(), piece.f0), cut), piece.part(cut, (T::one(), piece.f1))];
-        let mut light = self.part(&parts[0], [from, middle], cuts, spare);
+        let mut light = self.part(&parts[0], [from, middle], cuts, rest);
         if light.transmittance() * self.allowance.transmittance > self.allowance.min_transmittance {
-            light.over(&self.part(&parts[1], [middle, to], cuts, spare));
+            light.over(&self.part(&parts[1], [middle, to], cuts, rest));
         }
         light
     }

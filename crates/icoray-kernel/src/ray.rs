@@ -11,7 +11,7 @@ use scalar::Ray;
 
 mod frustum;
 pub(crate) mod scalar;
-pub use crate::budget::Budget;
+pub use crate::budget::{Budget, FAINTEST};
 pub use crate::fragment::Fragment;
 pub use crate::packet::{PacketScene, beyond_gathers, packets};
 pub use crate::scene_tracer::SceneTracer;

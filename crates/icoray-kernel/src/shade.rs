@@ -103,16 +103,14 @@ impl Shading {
     }
 
     /// Standard deviation of a shade: what rounding of the shade gives to it, the more the sharper the highlight is, and
-    /// what rounding of packed gradients does. A normal that turns by a small angle changes the body by `diffuse` times
+    /// what rounding of gradients does, which are stored in single precision or packed. A normal that turns by a small angle changes the body by `diffuse` times
     /// that at most, the highlight by `0.61 √shininess specular` times that, but hardly ever both.
     #[inline]
     pub fn deviation<T: Real>(&self) -> f64 {
         let rounded = 0.5 * T::ROUNDING * self.shininess.max(4.0);
-        if !self.is_packed {
-            return rounded;
-        }
         let steepest = self.diffuse.hypot(0.61 * self.shininess.sqrt() * self.specular);
-        rounded.hypot(Gradients::PACKED_TURN * steepest)
+        let turn = if self.is_packed { Gradients::PACKED_TURN } else { 0.25 * f64::from(f32::EPSILON) };
+        rounded.hypot(turn * steepest)
     }
 
     /// The lighting of rays along `dir`.

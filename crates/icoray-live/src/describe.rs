@@ -142,7 +142,7 @@ mod tests {
     fn all_maps_have_swatches_and_sections_their_keys() {
         let description = Description { title: "a.nc".to_owned(), ..Description::default() };
         let answer = DescribeAnswer::new(&description);
-        assert_eq!(answer.maps.len(), 105);
+        assert_eq!(answer.maps.len(), 108);
         assert!(answer.maps.iter().all(|map| map.colors.len() == SWATCH && map.colors[0].len() == 7));
         let viridis = answer.maps.iter().find(|map| map.name == "viridis").unwrap();
         assert_eq!((viridis.colors[0].as_str(), viridis.colors[15].as_str()), ("#440154", "#fee825"));

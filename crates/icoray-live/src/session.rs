@@ -416,6 +416,10 @@ mod tests {
         assert_eq!(session.undo.len(), MAX_UNDO_BYTES / MAX_TEXT);
         session.step(true).unwrap();
         assert!(session.text() == long("a") && session.history() == [true, true]);
+        for number in 0..MAX_UNDO + 40 {
+            session.load(&format!("{TEXT}# {number}\n")).unwrap();
+        }
+        assert_eq!(session.undo.len(), MAX_UNDO);
     }
 
     #[test]

@@ -5,7 +5,6 @@ use icoray::Team;
 use icoray_test_support::{Need, has_tool, runs_long, skip};
 use mpi::ffi;
 use std::ffi::c_int;
-use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
 /// Runs the test of that name on so many ranks, where `work` gets a team of all of them.
@@ -20,19 +19,8 @@ fn on_ranks(sizes: &[usize], test: &str, work: fn(&mut MpiTeam)) {
         return;
     }
     for size in sizes {
-        let mut run = Command::new("timeout");
-        run.args(["--kill-after=5", "240", "mpirun", "-n", &size.to_string()]).env(RANK, "");
-        // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at
-        // these.
-        for (name, value) in [
-            ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-            ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-            ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
-            ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-            ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-        ] {
-            run.env(name, value);
-        }
+        let mut run = icoray_test_support::on_ranks("mpirun", *size);
+        run.env(RANK, "");
         run.arg(std::env::current_exe().unwrap()).args([&format!("tests::{test}"), "--exact"]);
         let output = run.output().unwrap();
         let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());

@@ -64,7 +64,9 @@ fn texts(frame: &Frame) -> Vec<(String, String)> {
     if !frame.sampling_error.is_empty() {
         say(
             "shows below",
-            "the estimated sampling error of each pixel, how far its rays' mean may be off its area's".into(),
+            "the estimated sampling error of each pixel, how far its rays' mean may be off its area's, or a \
+             pixel that was not traced off its ray"
+                .into(),
         );
     }
     say("scale", "viridis over the logarithm; transparent where there is no error".into());

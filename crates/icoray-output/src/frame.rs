@@ -39,7 +39,9 @@ impl fmt::Display for Certainty {
 /// A frame's errors in short: of the largest error over the channels of each pixel, premultiplied linear 0 to 1.
 ///
 /// The error is that of the integral along the pixel's ray, against the exact integral of the same interpolant; how
-/// well flat triangles and straight interpolation between cells stand for the field is not in it.
+/// well flat triangles and straight interpolation between cells stand for the field is not in it. Of a pixel that was
+/// not traced ([`Quality::pixel_step`](icoray_scene::Quality::pixel_step)) nothing is known: its error is 1, or the
+/// brightest that the scene may show.
 ///
 /// Mean and percentile are over the pixels whose error is above 0: empty space around the planet, which cannot be
 /// wrong, does not make a picture look better than it is. All are 0 where no pixel has an error.
@@ -140,8 +142,8 @@ pub struct Frame {
     pub pixels: Vec<[f32; 4]>,
     /// For each pixel, how far any of its channels may be from the exact integral; see [`ErrorSummary`].
     pub error: Vec<f32>,
-    /// For each pixel, how far the mean of its rays may be from the mean over its area: an estimate, see
-    /// [`SamplingError`]. Empty where pixels are one ray each.
+    /// For each pixel, how far the mean of its rays may be from the mean over its area, or a pixel that was not traced
+    /// from its ray: an estimate, see [`SamplingError`]. Empty where pixels are one ray each.
     pub sampling_error: Vec<f32>,
     /// Name of the field that is shown.
     pub field: String,

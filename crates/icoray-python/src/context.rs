@@ -197,8 +197,7 @@ impl Context {
         let given = handle::Sent(&raw const given);
         // SAFETY: an open context; a struct, radii and a name that live until the call returns.
         let set = move |ctx| unsafe { icoray_layers_set(ctx, given.get()) };
-        self.handle.give(py, set, |kept| kept.layers.insert(name.to_owned(), inner.count()))?;
-        Ok(())
+        self.handle.call(py, set)
     }
 
     /// Sets the heights of cells and layers above the planet's surface, metres, for scenes with heights = "native";
@@ -230,7 +229,7 @@ impl Context {
         let names = ArrayNames::new(grid, layers)?;
         let given = arrays::given(values, location, fill, layer_axis);
         let field = given.map_err(|error| self.handle.refuse(py, c"icoray_heights_set", c"", error))?;
-        let array = CArray::new(field.get(), &names, &self.handle.kept())?;
+        let array = CArray::new(field.get(), &names);
         let _replaced = self.handle.give(py, move |ctx| array.set_heights(ctx), |kept| kept.keep_heights(field))?;
         Ok(())
     }
@@ -265,7 +264,7 @@ impl Context {
         let (c_name, names) = (text(name, "name")?, ArrayNames::new(grid, layers)?);
         let given = arrays::given(values, location, fill, layer_axis);
         let field = given.map_err(|error| self.handle.refuse(py, c"icoray_field_set", &c_name, error))?;
-        let array = CArray::new(field.get(), &names, &self.handle.kept())?;
+        let array = CArray::new(field.get(), &names);
         let description = field.get().description.clone();
         let set = move |ctx| array.set_field(ctx, &c_name);
         let _replaced = self.handle.give(py, set, |kept| kept.keep_field(name, field))?;

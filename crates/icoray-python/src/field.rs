@@ -18,8 +18,9 @@ use std::sync::{Mutex, PoisonError};
 /// values : array_like
 ///     Two dimensions, layers and columns (cells, or corners) in either order; or three, of which one has the layers and
 ///     the others blocks of columns (ICON's nproma, layers, blocks); which is which follows from grid and layers. As
-///     many layers as `Layers` has, or one fewer, midway between them. One dimension has a value per column, the same in
-///     all layers.
+///     many layers as `Layers` has, or one fewer, midway between them. One dimension, the
+///     columns, is a 2D field: it has the same values on all layers, and a volume of it without an opacity in the scene is shown as
+///     a surface on the innermost layer.
 /// location : {"cell", "corner"}
 ///     Where the values are. Values at corners are averaged to cells.
 /// fill : float, optional
@@ -177,13 +178,6 @@ impl Field {
     /// Which dimensions are layers and columns.
     fn shape(&self, expected: &ColumnCount, layers: usize) -> icoray::Result<Shape> {
         let (dimensions, level) = self.ordered_dimensions();
-        if let ([one], None) = (dimensions.as_slice(), level)
-            && one.extent == expected.columns
-        {
-            // A value per column.
-            let shape = Shape::level_fastest(one.extent, layers);
-            return Ok(Shape { column_stride: one.stride, layer_stride: 0, ..shape });
-        }
         let shape = Shape::of_dimensions(&dimensions, expected, layers)?;
         match level {
             Some(level) if (shape.layers, shape.layer_stride) != (level.extent, level.stride) => {

@@ -90,6 +90,11 @@ impl Renderer {
         let given = GivenFields::new(field, heights.filter(|_| scene.scenery.heights == Heights::Native))?;
         // SAFETY: `given` holds the arrays until the frame is drawn; callers must not write to them.
         let fields = unsafe { given.borrowed(grid, layers)? };
+        let mut scene = scene.clone();
+        if fields.first(scene.field()).is_ok_and(|field| field.shape().layers == 1) {
+            scene.show_as_surface();
+        }
+        let (scene, fields) = (&scene, fields.on_layers(layers));
         let mut frame = self.draw(py, None, |inner| inner.render(scene, grid, layers, fields))?;
         frame.report.bytes_copied += given.bytes_copied();
         let described = |name: &str| given.get(name).map(|field| field.get().description.clone());

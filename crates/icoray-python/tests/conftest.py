@@ -18,6 +18,8 @@ import icoray
 sys.path.insert(0, os.path.dirname(__file__))
 
 LAYERS = 6
+# Seconds that a test waits for an event that always comes before it takes it for a hang.
+PATIENCE = 900
 
 SCENE = """
 field = "q"

@@ -143,6 +143,24 @@ def test_every_kind_of_array_is_understood(context, tmp_path, renderer, grid, la
         assert context.report()["bytes_copied"] == 0
 
 
+def test_a_2d_field_is_a_surface_where_the_scene_has_no_opacity(context, tmp_path, renderer, grid, layers, wave):
+    column = np.ascontiguousarray(wave[:, 0])
+    opacity = "opacity = [[0, 0.0], [1, 0.9]]\n"
+    clear = "opacity = [[0, 0.0], [1, 0.0]]\n"
+    assert opacity in FILE
+    plain = FILE.replace(opacity, "")
+    colours = 'transfer = { map = "viridis", range = [0, 1] }\n'
+    surface = FILE.replace(opacity, clear) + f'[[surfaces]]\nlayer = 0\nfield = "q"\n{colours}'
+    context.scene_text(plain)
+    context.field_set("q", column)
+    context.execute(0)
+    context.wait()
+    expected = renderer.render(surface, grid, layers, column).to_rgba8()
+    np.testing.assert_array_equal(png_pixels(tmp_path / "q_0.png"), expected)
+    np.testing.assert_array_equal(renderer.render(plain, grid, layers, column).to_rgba8(), expected)
+    assert not np.array_equal(renderer.render(FILE, grid, layers, column).to_rgba8(), expected)
+
+
 def test_native_heights_can_be_set_and_removed(context, tmp_path, renderer, grid, layers, wave):
     native = FILE + "".join(['\n[[lines]]\npattern = "graticule"\n'])
     native = 'heights = "native"\n' + native

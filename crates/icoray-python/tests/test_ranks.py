@@ -10,7 +10,7 @@ import textwrap
 
 import numpy as np
 import pytest
-from conftest import LAYERS, SCENE, blob, png_pixels
+from conftest import LAYERS, PATIENCE, SCENE, blob, png_pixels
 
 import icoray
 
@@ -26,7 +26,7 @@ def run(mode: str, ranks: int, directory: pathlib.Path) -> list[pathlib.Path]:
     options = ["--allow-run-as-root", "--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else []
     program = pathlib.Path(__file__).with_name("ranks.py")
     command = [MPIRUN, *options, "-n", str(ranks), sys.executable, str(program), mode, str(directory)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and done.stdout.count("rank ") == ranks, done.stdout + done.stderr
     return [directory / f"q_{step}.{'png' if mode == 'parts' else 'exr'}" for step in range(3)]
 

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 import recipes
-from conftest import data_file, png_pixels
+from conftest import PATIENCE, data_file, png_pixels
 
 import icoray
 
@@ -46,7 +46,7 @@ def run(name: str, script: str, ranks: int, directory: pathlib.Path) -> list[np.
     options = ["--allow-run-as-root", "--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else []
     program = pathlib.Path(__file__).with_name("recipes.py")
     command = [MPIRUN, *options, "-n", str(ranks), sys.executable, str(program), name, str(path), str(directory)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and done.stdout.count("rank ") == ranks, done.stdout + done.stderr
     assert len((directory / "pictures/report.csv").read_text().splitlines()) == 1 + STEPS
     return [png_pixels(directory / f"pictures/{step}.png") for step in range(STEPS)]

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from conftest import SCENE
+from conftest import PATIENCE, SCENE
 
 import icoray
 
@@ -112,7 +112,7 @@ except KeyboardInterrupt:
 
 
 def test_ctrl_c_ends_a_frame_and_the_renderer_goes_on():
-    done = subprocess.run([sys.executable, "-c", INTERRUPT], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([sys.executable, "-c", INTERRUPT], capture_output=True, text=True, timeout=PATIENCE)
     assert done.stdout == "interrupted, and equal\n", done.stderr
 
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 import tutorial
-from conftest import data_file, lacks
+from conftest import PATIENCE, data_file, lacks
 
 import icoray
 
@@ -91,7 +91,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     # The kernel of this interpreter comes before all that are installed under its name.
     kernels = tmp_path_factory.mktemp("jupyter")
     write_kernel_spec(kernels / "kernels/python3")
-    client = NotebookClient(book, kernel_name="python3", timeout=600, resources={"metadata": {"path": str(where)}})
+    client = NotebookClient(book, kernel_name="python3", timeout=PATIENCE, resources={"metadata": {"path": str(where)}})
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("ICORAY_TEST_DATA", str(folder.resolve()))
         environment.setenv("JUPYTER_PATH", str(kernels))

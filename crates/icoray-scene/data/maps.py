@@ -57,8 +57,19 @@ def stops(entries):
     return found
 
 
+# Parts of maps, from one place to another, whose colours all stand out from dark ground.
+BRIGHT = {"viridis": (0.47, 1.0), "plasma": (0.45, 1.0), "coolwarm": (0.08, 0.92)}
+
+
+def line(name, colors):
+    entries = np.rint(colors[:, :3] * 255).astype(int)
+    print(name, *("%d:%02x%02x%02x" % (i, *entries[i]) for i in stops(entries)))
+
+
 for package, (get, names) in SOURCES.items():
     print(f"# {package} {version(package)}")
     for name in names.split():
-        entries = np.rint(get(name)(np.arange(256))[:, :3] * 255).astype(int)
-        print(name.lower(), *("%d:%02x%02x%02x" % (i, *entries[i]) for i in stops(entries)))
+        line(name.lower(), get(name)(np.arange(256)))
+print("# parts of matplotlib's")
+for name, ends in BRIGHT.items():
+    line(f"{name}_bright", matplotlib.colormaps[name](np.linspace(*ends, 256)))

@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn every_listed_map_is_whole() {
         let names: Vec<&str> = MAPS.split(", ").collect();
-        assert!(names.len() == FORMULAS.len() + 70 && names.is_sorted_by(|a, b| a < b), "{names:?}");
+        assert!(names.len() == FORMULAS.len() + 73 && names.is_sorted_by(|a, b| a < b), "{names:?}");
         for name in names {
             let map = ColorMap::named(name).unwrap();
             let places: Vec<f64> = map.places().collect();

@@ -40,8 +40,8 @@ pub struct Labels {
     pub bar: bool,
     /// Whether a label states the exaggeration, if there is one.
     pub scale_note: bool,
-    /// Whether a label states the error of pixels.
-    pub error_note: bool,
+    /// Whether a label states the error of pixels; `None` states it where it is above the tolerance.
+    pub error_note: Option<bool>,
 }
 
 impl Labels {

@@ -29,7 +29,8 @@ impl fmt::Display for Lights {
 /// The quality of a frame: that of the scene, or a lower one to meet its time budget.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
-    /// Each how many-th pixel was traced, in both directions; those between are interpolated.
+    /// Each how many-th pixel was traced, in both directions; those between are interpolated, and their errors are not
+    /// known.
     pub pixel_step: u32,
     /// Largest error that was allowed in a traced pixel.
     pub tolerance: f64,

@@ -168,7 +168,7 @@ pub enum Pattern {
         /// Degrees from one to the next.
         spacing_deg: f64,
     },
-    /// Coast lines: Natural Earth 1:110m.
+    /// Coast lines: Natural Earth 1:110m, and 1:50m where pixels are smaller than 0.06 degrees.
     Coast,
 }
 

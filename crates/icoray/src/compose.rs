@@ -52,7 +52,7 @@ impl Composer<'_> {
         fragments.sort_by(|a, b| a.t[0].total_cmp(&b.t[0]));
         let (mut light, mut surfaces) = (Radiance::none(), BoundarySignature::default());
         let meet_core = |surfaces: &mut BoundarySignature, absorbed: f64, t: f64| {
-            if self.budget.sees_behind(absorbed) {
+            if Budget::sees_behind(absorbed) {
                 surfaces.push(Boundary::Core, EyeDistance::new(eye, dir).distance(t));
             }
         };
@@ -63,7 +63,7 @@ impl Composer<'_> {
                 light.over(&core);
                 return Some((light, surfaces));
             }
-            if self.budget.sees_behind(light.alpha) {
+            if Budget::sees_behind(light.alpha) {
                 surfaces.then(&fragment.surfaces);
             }
             light.over(&fragment.light());

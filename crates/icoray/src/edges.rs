@@ -2,14 +2,15 @@
 //!
 //! Edge pixels are found in the finished picture of one ray per pixel: those that the silhouette of a sphere passes
 //! through, and, where more is shown than one volume and a core, those next to a pixel whose ray meets other surfaces,
-//! or the same at another depth ([`BoundarySignature`]). A pixel that differs from its neighbours by no more than the
-//! tolerance stays as it is. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices.
+//! or the same at another depth ([`BoundarySignature`]). A pixel that differs from its neighbours by no more than
+//! [`FAINTEST`] stays as it is. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices, and
+//! on the tolerance by the pictures' errors only.
 
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
-use crate::sampling::Moments;
 use crate::scattered::ScatteredPixels;
 use glam::DVec3;
 use icoray_kernel::Counts;
+use icoray_kernel::ray::FAINTEST;
 use icoray_kernel::signature::BoundarySignature;
 use icoray_scene::Scene;
 use rayon::prelude::*;
@@ -63,13 +64,13 @@ impl Edges {
         self.silhouettes.is_empty() && !self.surfaces
     }
 
-    /// The numbers of the edge pixels of a picture that was drawn to `tolerance`, rising.
-    pub fn find(&self, scene: &Scene, tolerance: f64, picture: &[Pixel]) -> Vec<u32> {
+    /// The numbers of the edge pixels of a picture, rising.
+    pub fn find(&self, scene: &Scene, picture: &[Pixel]) -> Vec<u32> {
         let view = View { scene, pixel: scene.camera.pixel_width(scene.height), picture };
         let may_show =
             |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| view.may_show_limb(silhouette.radius, x, y, pixels);
         let is_edge = |x: u32, y: u32| {
-            let contrast = |least: f64| view.has_contrast(x, y, tolerance.max(least));
+            let contrast = |least: f64| view.has_contrast(x, y, least.max(FAINTEST));
             self.surfaces && view.has_step(x, y) && contrast(0.0)
                 || self.silhouettes.iter().any(|of| may_show(of, x, y, 1) && contrast(of.contrast))
         };
@@ -132,12 +133,11 @@ impl View<'_> {
         })
     }
 
-    /// Whether a pixel differs from one beside it by more than `tolerance`.
-    fn has_contrast(&self, x: u32, y: u32, tolerance: f64) -> bool {
+    /// Whether a pixel differs from one beside it by more than `least`.
+    fn has_contrast(&self, x: u32, y: u32, least: f64) -> bool {
         let mine = self.at(x, y).color;
-        let differs = |other: &Pixel| {
-            mine.iter().zip(other.color).any(|(mine, other)| f64::from((mine - other).abs()) > tolerance)
-        };
+        let differs =
+            |other: &Pixel| mine.iter().zip(other.color).any(|(mine, other)| f64::from((mine - other).abs()) > least);
         self.beside(x, y).iter().flatten().flatten().any(|other| differs(other))
     }
 }
@@ -191,8 +191,8 @@ impl Tiling for EdgePixels {
         }
     }
 
-    fn resolve(&self, _: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>) {
-        (rays.chunks_exact(RAYS).map(mean).collect(), Vec::new())
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        rays.chunks_exact(RAYS).map(mean).collect()
     }
 
     fn raster(&self) -> Option<Raster> {

@@ -1,7 +1,6 @@
 //! The fields of a frame, by name.
 
-use icoray_grid::Field;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, ErrorKind, Field, Layers, Result};
 use icoray_scene::{Heights, Scene};
 
 /// Borrowed fields by name.
@@ -32,6 +31,14 @@ impl<'f> Fields<'f> {
     #[must_use]
     pub fn with_heights(self, heights: Field<'f>) -> Self {
         Fields { heights: Some(heights), ..self }
+    }
+
+    /// The same, where 2D fields, which have one layer, have their values on each of `layers`.
+    #[must_use]
+    pub fn on_layers(mut self, layers: &Layers) -> Self {
+        let named = self.named.iter_mut().map(|(_, field)| field);
+        named.chain(&mut self.unnamed).for_each(|field| *field = field.on_layers(layers.count()));
+        self
     }
 
     /// The heights of each column's layers, where they were given.

@@ -4,7 +4,6 @@ mod rect;
 
 pub use rect::Rect;
 
-use crate::sampling::Moments;
 use icoray_grid::array::MapInline;
 use icoray_kernel::Counts;
 use icoray_kernel::signature::BoundarySignature;
@@ -53,13 +52,8 @@ pub(crate) trait Tiling: Sync {
     /// Calls `emit` with the sample points of a tile, pixel by pixel.
     fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint));
 
-    /// A tile's pixels, made of what its rays show, and the moments of each pixel's rays where they are samples of it.
-    fn resolve(&self, tile: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>);
-
-    /// Whether tiles have the moments of their pixels' rays.
-    fn has_moments(&self) -> bool {
-        false
-    }
+    /// A tile's pixels, made of what its rays show.
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel>;
 
     /// The raster whose tiles these are, if they are a raster's.
     fn raster(&self) -> Option<Raster>;
@@ -104,22 +98,18 @@ pub(crate) struct Tile {
     pub counts: Counts,
     /// Its pixels, row by row.
     pub pixels: Vec<Pixel>,
-    /// For each pixel the moments of its rays, in a round of samples; else none.
-    pub moments: Vec<Moments>,
 }
 
 impl Tile {
     /// What the rays of a tile of `tiling` show, which was begun at `start`.
     pub fn resolved(tiling: &dyn Tiling, number: u32, rays: Vec<Pixel>, start: Instant, counts: Counts) -> Self {
-        let (pixels, moments) = tiling.resolve(number, rays);
-        Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels, moments }
+        Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels: tiling.resolve(rays) }
     }
 
     /// A tile of a frame that is given up.
     fn untraced(tiling: &dyn Tiling, number: u32) -> Self {
-        let count = tiling.pixels_of(number);
-        let moments = if tiling.has_moments() { vec![Moments::default(); count] } else { Vec::new() };
-        Tile { number, seconds: 0.0, counts: Counts::default(), pixels: vec![Pixel::default(); count], moments }
+        let pixels = vec![Pixel::default(); tiling.pixels_of(number)];
+        Tile { number, seconds: 0.0, counts: Counts::default(), pixels }
     }
 }
 
@@ -169,7 +159,8 @@ impl Raster {
         Rect { left, top, width: right - left, height: bottom - top }
     }
 
-    /// The picture of all tiles, in whatever order they are, with the pixels between filled in: rows from the top.
+    /// The picture of all tiles, in whatever order they are, with the pixels between filled in: rows from the top. The
+    /// error of a pixel between is an estimate ([`Self::is_traced`]).
     ///
     /// # Panics
     /// When a tile is missing or there twice.
@@ -198,10 +189,32 @@ impl Raster {
         self.assemble(&trace(self, &all, || false, draw).collect::<Vec<_>>())
     }
 
-    /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ,
-    /// beside their own errors: an estimate, which a detail that falls between them escapes.
+    /// Whether the pixel of this number in the picture is traced.
+    pub fn is_traced(&self, number: u32) -> bool {
+        let is_node = |at: u32, side: u32| at.is_multiple_of(self.step) || at + 1 == side;
+        is_node(number % self.width, self.width) && is_node(number / self.width, self.height)
+    }
+
+    /// All pixels, bilinear between traced ones. Between, a pixel is estimated to be as far off as a traced pixel
+    /// around it differs from its neighbours on all sides, beside their own errors. A detail that falls between traced
+    /// pixels escapes that.
     fn fill(&self, nodes: &[Pixel]) -> Vec<Pixel> {
-        let [across, _] = self.nodes().map(|n| n as usize);
+        let [across, down] = self.nodes().map(|n| n as usize);
+        let range = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+        let spread = |node: usize| {
+            let rows = range(node / across, down);
+            let around =
+                rows.flat_map(|row| range(node % across, across).map(move |column| &nodes[row * across + column]));
+            let (error, low, high) =
+                around.fold((0.0f32, [f32::MAX; 4], [f32::MIN; 4]), |(error, low, high), pixel| {
+                    let color = pixel.color;
+                    let bound =
+                        |of: fn(f32, f32) -> f32, so_far: [f32; 4]| std::array::from_fn(|k| of(so_far[k], color[k]));
+                    (error.max(pixel.error), bound(f32::min, low), bound(f32::max, high))
+                });
+            error + (0..4).fold(0.0, |most, k| f32::max(most, high[k] - low[k]))
+        };
+        let spread: Vec<f32> = (0..nodes.len()).into_par_iter().map(spread).collect();
         let step = self.step as usize;
         let (width, height) = (self.width as usize, self.height as usize);
         // The traced pixels before and behind a pixel, and the place between them.
@@ -219,9 +232,12 @@ impl Raster {
             let (up, down, v) = between(y, height);
             for (x, pixel) in row.iter_mut().enumerate() {
                 let (left, right, u) = between(x, width);
-                let at = |row: usize, column: usize| nodes[row * across + column];
-                let around = [at(up, left), at(up, right), at(down, left), at(down, right)];
-                *pixel = mean(&around, u, v);
+                let around = [(up, left), (up, right), (down, left), (down, right)].map(|(y, x)| y * across + x);
+                *pixel = nodes[around[0]];
+                if around[0] != around[3] {
+                    pixel.color = mean(&around.map(|node| nodes[node].color), u, v);
+                    pixel.error = around.iter().fold(0.0, |most, node| most.max(spread[*node]));
+                }
             }
         });
         picture
@@ -251,8 +267,8 @@ impl Tiling for Raster {
         }
     }
 
-    fn resolve(&self, _: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>) {
-        (rays, Vec::new())
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        rays
     }
 
     fn raster(&self) -> Option<Raster> {
@@ -260,19 +276,14 @@ impl Tiling for Raster {
     }
 }
 
-/// The bilinear mean of four traced pixels.
-fn mean(around: &[Pixel; 4], u: f32, v: f32) -> Pixel {
-    let weight = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
-    let mut pixel = Pixel::default();
-    let mut spread = 0.0f32;
-    for k in 0..4 {
-        let channel = around.map(|p| p.color[k]);
-        pixel.color[k] = channel.iter().zip(weight).map(|(c, w)| c * w).sum();
-        let high = channel.into_iter().fold(f32::MIN, f32::max);
-        spread = spread.max(high - channel.into_iter().fold(f32::MAX, f32::min));
-    }
-    pixel.error = around.iter().fold(0.0, |most: f32, p| most.max(p.error)) + spread;
-    pixel
+/// The bilinear mean of four colours; one that all four are stays as it is.
+fn mean(around: &[[f32; 4]; 4], u: f32, v: f32) -> [f32; 4] {
+    let between = |a: f32, b: f32, at: f32| a + (b - a) * at;
+    let [up_left, up_right, down_left, down_right] = around;
+    std::array::from_fn(|k| {
+        let [up, down] = [(up_left, up_right), (down_left, down_right)].map(|(a, b)| between(a[k], b[k], u));
+        between(up, down, v)
+    })
 }
 
 #[cfg(test)]
@@ -309,11 +320,8 @@ mod tests {
             for (i, p) in (0u32..).zip(&picture) {
                 let exact = [(i % width) as f32, (i / width) as f32, 2.0, 0.5];
                 assert!(p.color.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-4), "{i} of {raster:?}: {p:?}");
-                assert!(p.error >= 0.25 && p.error <= 0.25 + step as f32);
-                let is_node = |at: u32, side: u32| at.is_multiple_of(step) || at == side - 1;
-                if is_node(i % width, width) && is_node(i / width, height) {
-                    assert_eq!(p.error, 0.25, "{i} of {raster:?} was traced");
-                }
+                assert!(p.error >= 0.25 && p.error <= 0.25 + 2.0 * step as f32);
+                assert!((p.error == 0.25) == (raster.is_traced(i) || width == 1), "{i} of {raster:?}: {}", p.error);
             }
         }
     }

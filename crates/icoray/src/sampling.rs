@@ -5,24 +5,26 @@
 //! others of those whose estimated error is above the tolerance. Rank 0 decides which these are from the whole picture.
 //! So the samples of a pixel depend on the picture alone: not on tiles, threads or ranks.
 //!
-//! A pixel shows the mean v̄ of its n rays. Its sampling error, the distance from the mean over the pixel's area, is
-//! estimated as
+//! A pixel shows, in each channel,
 //!
 //! ```text
-//! t · sqrt(Σ |vᵢ - v̄ - s·(pᵢ - p̄)|² / (n (n - 1))) + |s·p̄|
+//! cₙ = Σ wᵢ (vᵢ - s·pᵢ) / Σ wᵢ
 //! ```
 //!
-//! in each channel: pᵢ are the places of the samples from the pixel's middle, s is the slope of the picture at the
-//! pixel, and t is Student's factor of 95 %. Light that is linear over a pixel has a mean that samples around the middle
-//! find, so that only what the slope leaves counts as noise; the last term is what p̄ is off the middle.
+//! of the light vᵢ of its n rays at the places pᵢ from its middle, with the slope s of the picture of one ray per
+//! pixel: light that is linear over a pixel has its exact mean for any number of rays. The weights wᵢ are 1; with fewer
+//! than 4 samples that of the middle is 2, as the few others are not spread evenly around it.
+//!
+//! Its sampling error, the distance from the mean over the pixel's area, is estimated from the change |cₙ - cₘ| by the
+//! last round, scaled to the deviation of cₙ where rays differ by chance: it is 2.5 times the root mean square of the
+//! changes of the pixel and the eight around. Where light is smooth, means of more and more even samples change by more
+//! than they are off.
 
-mod moments;
 mod pattern;
 mod picture;
 mod round;
 
-pub(crate) use moments::Moments;
-pub(crate) use picture::SampledPicture;
+pub(crate) use picture::{SampledPicture, may_show_shell};
 pub(crate) use round::SampleRound;
 
 /// Rays of a pixel in all, after each round of a picture with at most `samples` rays per pixel, and with `edges` at

@@ -185,6 +185,7 @@ fn volumes_light(ray: ptr<function, Ray>, light: ptr<function, Radiance>, own: F
     var from_ = part.from_;
     var is_over = false;
     var is_whole = false;
+    var halvings = 0u;
     while !is_over && !is_whole && !is_lost {
         if cut < 0.0 {
             cut = 1.0;
@@ -194,7 +195,8 @@ fn volumes_light(ray: ptr<function, Ray>, light: ptr<function, Radiance>, own: F
 #volume         volume_end_at(VOLUMEu, upto);
         let to = from_ + upto * (part.to - from_);
         let blend = volumes_blend((*ray).shading, vec2f(from_, to));
-        if blend_is_far(blend, *light) && fraction > LEAST_FRACTION && to - from_ > LEAST_PART {
+        if blend_is_far(blend, *light) && fraction > LEAST_FRACTION && to - from_ > LEAST_PART && may_halve(halvings, to) {
+            halvings++;
             fraction *= 0.5;
             continue;
         }

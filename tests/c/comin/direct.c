@@ -58,14 +58,14 @@ int main(int argc, char **argv)
     for (int i = 0; i < ALL_VARIABLES; i++) {
         const icon_variable *of = &icon_variables[i];
         if (of->place != AT_EDGES) {
-            values[i] = array(ctx, &grid, of->name, of->levels > 0 ? of->levels : LEVELS, of->place);
+            values[i] = array(ctx, &grid, of->name, of->levels > 0 ? of->levels : 1, of->place);
         }
     }
     check(ctx, icoray_scene_load(ctx, argv[1]));
     for (int step = atoi(argv[2]); argc > 3 && step <= atoi(argv[3]); step++) {
         char date[48];
         for (int v = 0; v < ALL_VARIABLES; v++) {
-            int levels = icon_variables[v].levels, rows = levels > 0 ? levels : LEVELS, place = icon_variables[v].place;
+            int levels = icon_variables[v].levels, rows = levels > 0 ? levels : 1, place = icon_variables[v].place;
             int64_t columns = place == AT_EDGES ? 0 : place == AT_VERTICES ? grid.cells : grid.corners;
             for (int64_t i = 0; i < columns * rows; i++) {
                 int64_t at = i / rows;

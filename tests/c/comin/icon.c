@@ -7,7 +7,7 @@
 const icon_variable icon_variables[ALL_VARIABLES] = {
     {"temp", LEVELS, AT_TRIANGLES}, {"w", LEVELS + 1, AT_TRIANGLES}, {"ps", 0, AT_TRIANGLES},
     {"qv", LEVELS, AT_TRIANGLES},   {"vn", LEVELS, AT_EDGES},        {"omega_z", LEVELS, AT_VERTICES},
-    {"few", LEVELS, AT_TRIANGLES}};
+    {"few", LEVELS, AT_TRIANGLES},  {"many", LEVELS, AT_EDGES}};
 const double icon_half_levels[LEVELS + 1] = {24e3, 16e3, 10e3, 5e3, 2e3, 0.0};
 
 double icon_height(double lon, double lat, int level)
@@ -132,7 +132,7 @@ icon_domain icon_make(int number, int rank, int ranks)
 
 int icon_blocks(const icon_domain *domain, const icon_variable *variable)
 {
-    int edges = 3 * domain->triangles / 2, is_few = variable == &icon_variables[ALL_VARIABLES - 1];
+    int edges = 3 * domain->triangles / 2, is_few = variable == &icon_variables[ALL_VARIABLES - 2];
     return variable->place == AT_EDGES      ? edges / NPROMA + 1
            : variable->place == AT_VERTICES ? domain->vertex_blocks
                                             : domain->blocks - is_few;

@@ -4,7 +4,7 @@
 
 #include "icoray.h"
 
-enum { NPROMA = 7, LEVELS = 5, VARIABLES = 4, ALL_VARIABLES = 7 };
+enum { NPROMA = 7, LEVELS = 5, VARIABLES = 4, ALL_VARIABLES = 8 };
 
 /* Where values are; the numbers are ComIn's. */
 enum { AT_TRIANGLES = 1, AT_EDGES, AT_VERTICES };
@@ -19,7 +19,8 @@ typedef struct {
 } icon_domain;
 
 /* A variable: temp on full levels, w on half levels, ps with one value per column, and qv on full levels. Behind these
- * VARIABLES are vn at edges, omega_z at vertices, and few, which has a block less than there are of triangles. */
+ * VARIABLES are vn at edges, omega_z at vertices, few, which has a block less than there are of triangles, and many, which is
+ * at edges and has no metadata of that. */
 typedef struct {
     const char *name;
     int levels; /* 0: none */

@@ -81,6 +81,24 @@ pub fn runs(command: &mut Command) -> bool {
     command.output().is_ok_and(|output| output.status.success())
 }
 
+/// A command that runs a program on so many ranks by the launcher `mpirun`, and that stops it where it hangs. The program
+/// and its arguments are to be added.
+pub fn on_ranks(mpirun: &str, ranks: usize) -> Command {
+    let mut run = Command::new("timeout");
+    run.args(["--kill-after=5", &PATIENCE.as_secs().to_string(), mpirun, "-n", &ranks.to_string()]);
+    // Open MPI's: more ranks than processors, of which those that wait leave theirs to other tests, no copies that
+    // containers forbid, and as root. Others do not look at these.
+    run.envs([
+        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+        ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+        ("OMPI_MCA_mpi_yield_when_idle", "1"),
+        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+    ]);
+    run
+}
+
 /// The path of the data file `name`. If it is not there, skips for [`Need::Data`].
 ///
 /// # Panics

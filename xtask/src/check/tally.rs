@@ -18,6 +18,13 @@ impl Tally {
         self.failed += usize::from(!has_passed);
     }
 
+    /// The results of other checks.
+    pub fn add(&mut self, others: &Tally) {
+        self.passed += others.passed;
+        self.failed += others.failed;
+        others.skipped.iter().for_each(|(cause, count)| self.add_skipped(cause, *count));
+    }
+
     /// Tests that were not run, for one cause.
     pub fn add_skipped(&mut self, cause: &str, count: usize) {
         *self.skipped.entry(cause.into()).or_default() += count;
@@ -158,5 +165,9 @@ test result: FAILED. 10 passed; 2 failed; 1 ignored; 0 measured; 0 filtered out;
         assert_eq!(tally.lines(), ["1 passed, 1 failed, 0 skipped"]);
         tally.add_skipped("no data", 3);
         assert_eq!(tally.lines(), ["3 skipped: no data", "1 passed, 1 failed, 3 skipped"]);
+        let mut sum = Tally::default();
+        sum.add(&tally);
+        sum.add(&tally);
+        assert_eq!(sum.lines(), ["6 skipped: no data", "2 passed, 2 failed, 6 skipped"]);
     }
 }

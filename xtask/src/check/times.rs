@@ -36,6 +36,11 @@ impl Times {
         self.now.push((what.to_owned(), seconds));
     }
 
+    /// Adds those of checks that ran beside others.
+    pub fn join(&mut self, others: Times) {
+        self.now.extend(others.now);
+    }
+
     /// Writes the file: what has run now with its new seconds, what has not with its last ones.
     ///
     /// # Errors

@@ -7,7 +7,8 @@ use std::fs;
 use std::io;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
-use std::process;
+
+use tempfile::{Builder, TempPath};
 
 use crate::error::Error;
 
@@ -31,26 +32,21 @@ pub struct Item<'a> {
 /// Installs all files, and makes their directories. All are written before the first is renamed, so that a full disk
 /// changes nothing.
 pub fn place(items: &[Item]) -> Result<(), Error> {
-    let rename = |item: &Item| fs::rename(temporary(&item.path), &item.path).map_err(failed(item));
-    let placed = items.iter().try_for_each(write).and_then(|()| items.iter().try_for_each(rename));
-    placed.inspect_err(|_| {
-        for item in items {
-            // An error means that it was not written, or is renamed already.
-            let _ = fs::remove_file(temporary(&item.path));
-        }
-    })
+    let written = items.iter().map(write).collect::<Result<Vec<_>, _>>()?;
+    let pairs = written.into_iter().zip(items);
+    pairs.into_iter().try_for_each(|(file, item)| file.persist(&item.path).map_err(|at| failed(item)(at.error)))
 }
 
-/// Writes an item under its temporary name.
-fn write(item: &Item) -> Result<(), Error> {
+/// Writes an item under a temporary name.
+fn write(item: &Item) -> Result<TempPath, Error> {
     // A file cannot be renamed to the name of a directory.
     if item.path.is_dir() && !item.path.is_symlink() {
         return Err(Error::Failed(format!("{} is a directory: move it away", item.path.display())));
     }
     let directory = item.path.parent().unwrap_or(&item.path);
-    fs::create_dir_all(directory)
-        .and_then(|()| put(&temporary(&item.path), &item.content, item.mode))
-        .map_err(failed(item))
+    let written = fs::create_dir_all(directory)
+        .and_then(|()| Builder::new().make_in(directory, |path| put(path, &item.content, item.mode)));
+    Ok(written.map_err(failed(item))?.into_temp_path())
 }
 
 fn failed(item: &Item) -> impl FnOnce(io::Error) -> Error {
@@ -64,8 +60,6 @@ fn failed(item: &Item) -> impl FnOnce(io::Error) -> Error {
 }
 
 fn put(path: &Path, content: &Content, mode: u32) -> io::Result<()> {
-    // A process with the same number that was killed may have left it.
-    let _ = fs::remove_file(path);
     match content {
         Content::File(from) => fs::copy(from, path).map(drop)?,
         Content::Text(text) => fs::write(path, text)?,
@@ -73,11 +67,6 @@ fn put(path: &Path, content: &Content, mode: u32) -> io::Result<()> {
     }
     // Independent of the umask.
     fs::set_permissions(path, fs::Permissions::from_mode(mode))
-}
-
-fn temporary(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}", process::id()))
 }
 
 #[cfg(test)]

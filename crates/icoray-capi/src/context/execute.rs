@@ -50,22 +50,10 @@ impl Context {
         self.drawing.take_unreported()
     }
 
-    /// The script; where it names no field, with the name of the field that was set first.
-    pub(super) fn named(&self, script: &Arc<Script>) -> Arc<Script> {
-        match &self.inputs.first {
-            Some(first) if script.lacks_field() => {
-                let mut named = Script::clone(script);
-                named.name_first_field(first);
-                Arc::new(named)
-            }
-            _ => script.clone(),
-        }
-    }
-
     /// The script of the scene; `None` if the scene has no keys.
     pub(super) fn script(&self) -> Outcome<Option<Arc<Script>>> {
         match &self.scene {
-            SceneChoice::Script(script) => Ok(Some(self.named(script))),
+            SceneChoice::Script(script) => Ok(Some(self.inputs.named(script))),
             SceneChoice::Nothing => Ok(None),
             SceneChoice::Open => Err(missing("icoray_execute", "scene", "icoray_scene_load or icoray_scene_text")),
         }
@@ -94,7 +82,9 @@ impl Context {
                     if levels == 2 { "second" } else { "third" }
                 ),
                 Pattern::Unchanged => {
-                    "are those of the picture before; ICON, for one, computes u, v and vor at output steps only".into()
+                    "are those of the picture before; a model may compute a field at some steps only, such as those of its \
+                     output"
+                        .into()
                 }
             };
             self.drawing.warn(&format!("step {}: the values of field {name:?} {what}", stamp.step));
@@ -188,7 +178,7 @@ impl Context {
             }
             Ok(frame_inputs)
         });
-        let facts = mine.iter().map(FrameInputs::grid_description).collect();
+        let facts = mine.iter().flat_map(|given| [given.grid_description(), given.fields_2d()]).collect();
         let frame_inputs = self.agree_on_picture(mine.map_err(named), &name, facts)?;
         self.warn_about_holes(&frame_inputs);
         if self.drawing.is_in_background() {

@@ -7,7 +7,7 @@ use crate::frame_inputs::FrameInputs;
 use crate::message::listed;
 use crate::types::{icoray_array, icoray_ndarray, icoray_status};
 use icoray_core::{
-    ColumnCount, Decomposition, Description, Field, Fields, Grid, Heights, Layers, Location, Scene, Shot,
+    ColumnCount, Decomposition, Description, Field, Fields, Grid, Heights, Layers, Location, Scene, Script, Shot,
 };
 use std::collections::BTreeMap;
 use std::ffi::c_char;
@@ -80,6 +80,11 @@ impl ArrayInput {
         Ok(ArrayInput { array: copy, grid: grid.into(), layers: layers.into() })
     }
 
+    /// Whether the field has one value per column.
+    pub fn is_2d(&self) -> bool {
+        self.array.layers == 1
+    }
+
     pub fn field<'a>(&self) -> Outcome<Field<'a>> {
         // SAFETY: the model promises that its arrays live and do not change until icoray_execute returns.
         unsafe { borrow::field(&self.array, icoray_array::NAME) }
@@ -105,6 +110,18 @@ impl Inputs {
 
     fn layers(&self, name: &str, call: &str) -> Outcome<&Arc<Layers>> {
         known(&self.layers, name, Input::Layers, call, &self.refusals)
+    }
+
+    /// A script with the name of the field that was set first, where it names none, and with 2D fields as surfaces.
+    pub fn named(&self, script: &Arc<Script>) -> Arc<Script> {
+        let first = self.first.as_ref().filter(|_| script.lacks_field());
+        if first.is_none() && !self.fields.values().any(ArrayInput::is_2d) {
+            return script.clone();
+        }
+        let mut named = Script::clone(script);
+        first.into_iter().for_each(|first| named.name_first_field(first));
+        named.show_as_surfaces(|name| self.fields.get(name).is_some_and(ArrayInput::is_2d));
+        Arc::new(named)
     }
 
     /// Converts an array with named dimensions to columns and layers; `call` is the C function that set it.
@@ -161,8 +178,10 @@ impl Inputs {
         let layers = self.layers(&first.layers, call).map_err(within)?;
         let field = |(name, given): &(&str, &ArrayInput)| {
             let field = given.check_fits(first, called).and_then(|()| given.field());
-            Ok(((*name).to_owned(), field.map_err(|f| f.within(format_args!("field {name:?}")))?))
+            let field = field.map_err(|f| f.within(format_args!("field {name:?}")))?;
+            Ok(((*name).to_owned(), field.on_layers(layers.count())))
         };
+        let fields_2d = needed.iter().filter(|(_, given)| given.is_2d()).map(|(name, _)| (*name).to_owned()).collect();
         let mut fields = Fields::new(needed.iter().map(field).collect::<Outcome<Vec<_>>>()?);
         if scene.scenery.heights == Heights::Native {
             let heights = self.heights_for(grid_input, layers, (called, first));
@@ -173,7 +192,7 @@ impl Inputs {
         let others = scene.shown_fields().into_iter().skip(1);
         let descriptions = others.filter_map(|name| Some((name.to_owned(), described(name)?))).collect();
         let (grid, held, layers) = (grid_input.grid.clone(), grid_input.held.clone(), layers.clone());
-        Ok(FrameInputs { view, scene, grid, held, layers, fields, description, descriptions })
+        Ok(FrameInputs { view, scene, grid, held, layers, fields, fields_2d, description, descriptions })
     }
 
     /// The fields that a scene needs, at least one.

@@ -189,7 +189,7 @@ impl Context {
     /// The memory of the largest picture of this step, bytes, if all can be drawn from what the model has given.
     fn memory_of(&self, script: &Arc<Script>, stamp: &Stamp) -> Outcome<u64> {
         let mut most = 0;
-        for shot in self.named(script).views().iter().flat_map(|view| view.shots(stamp)) {
+        for shot in self.inputs.named(script).views().iter().flat_map(|view| view.shots(stamp)) {
             let given = self.inputs.frame_inputs(shot)?;
             given.check_whole()?;
             let (_, field) = given.fields.iter().next().ok_or_else(|| Failure::null("the scene's field"))?;

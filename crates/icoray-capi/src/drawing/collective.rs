@@ -78,7 +78,7 @@ impl Drawing {
         stamp: &Stamp,
         frame_inputs: FrameInputs,
     ) -> Outcome<()> {
-        let FrameInputs { view, scene, grid, held, layers, fields, description, descriptions } = frame_inputs;
+        let FrameInputs { view, scene, grid, held, layers, fields, description, descriptions, .. } = frame_inputs;
         match self.renderer.render_held(ranks, &scene, &grid, held.as_deref(), &layers, fields)? {
             Rendered::Here(mut frame) => {
                 (frame.description, frame.descriptions) = (description, descriptions);

@@ -28,7 +28,7 @@ pub fn render_fails(folder: &Path, more: &[&str], code: i32, parts: &[&str]) {
 #[test]
 fn a_named_picture_is_written_and_reported() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
-    let text = render(folder.path(), &["-o", "out.png"]);
+    let text = render(folder.path(), &["--time", "0", "-o", "out.png"]);
     let expected = [
         "picture   out.png (96 x 96)",
         "field     theta at cells, 4 layers, time 0 (2013-10-25_00:00:00)",
@@ -104,7 +104,7 @@ fn pictures_that_are_there_are_replaced_unless_they_are_to_stay() {
     };
     for (more, there) in [
         (&["-o", "out.png", "--error", "map.png"][..], "map.png"),
-        (&["-o", "one"], "one/theta_000000.png"),
+        (&["-o", "one"], "one/theta_000002.png"),
         (&["-o", "all", "--time", "all"], "all/theta_000000.png"),
     ] {
         render(folder.path(), &[more, &["--existing", "never-modify"]].concat());
@@ -253,7 +253,7 @@ fn samples_are_suggested_and_taken_where_cells_are_many() {
     let text = render(folder.path(), &["--size", "1x1", "-o", "out.png", "--samples", "8"]);
     has(&text, &[" rays per pixel, error of their mean "]);
     assert!(!text.contains("hint"), "{text}");
-    says(&folder.path().join("out.png"), &[("step", "0")]);
+    says(&folder.path().join("out.png"), &[("step", "2")]);
     render_fails(folder.path(), &["--samples", "65"], 2, &["--samples", "65", "1..=64"]);
 }
 

@@ -125,7 +125,7 @@ fn fields_on_different_layers_are_drawn_together() {
     {
         for heights in ["mean", "native"] {
             let folder = folder(&hills(), &format!("heights = \"{heights}\"\n{}", two(first, second)));
-            let text = render(folder.path(), &["--layers", layers, "-o", "out.png", "--size", "48x48"]);
+            let text = render(folder.path(), &["--time", "0", "--layers", layers, "-o", "out.png", "--size", "48x48"]);
             let field = |name: &str, count: usize| format!("field     {name} at cells, {count} layers");
             has(
                 &text,

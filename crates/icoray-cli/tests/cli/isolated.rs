@@ -75,6 +75,18 @@ fn damaged(whole: &[u8], seed: u64) -> Vec<u8> {
     bytes
 }
 
+/// Whether a command succeeded without a word, or failed with one line.
+fn ends_in_one_line(command: &mut Command) -> Result<bool, String> {
+    let output = command.output().unwrap();
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    let is_error = complaint.starts_with("icoray: error: ") && complaint.lines().count() == 1;
+    match output.status.code() {
+        Some(0) if complaint.is_empty() => Ok(true),
+        Some(1) if is_error => Ok(false),
+        _ => Err(format!("{}: {complaint}", output.status)),
+    }
+}
+
 /// The first four end the process that reads them inside HDF5 1.10.8.
 #[test]
 fn damaged_files_end_in_one_line() {
@@ -84,12 +96,26 @@ fn damaged_files_end_in_one_line() {
         fs::write(&path, damaged(&whole, seed)).unwrap();
         for words in [&["info", "made.nc", "--ranges"][..], &["plan", "made.nc"], &["render", "made.nc", "-o", "a.png"]]
         {
-            let output = icoray(folder.path()).args(words).output().unwrap();
-            let complaint = String::from_utf8(output.stderr).unwrap();
-            let is_error = complaint.starts_with("icoray: error: ") && complaint.lines().count() == 1;
-            let is_expected =
-                output.status.success() && complaint.is_empty() || output.status.code() == Some(1) && is_error;
-            assert!(is_expected, "{seed}: {words:?}: {}: {complaint}", output.status);
+            let ended = ends_in_one_line(icoray(folder.path()).args(words));
+            assert!(ended.is_ok(), "{seed}: {words:?}: {ended:?}");
         }
+    }
+}
+
+/// The same of a mesh that the files of a directory share, which is read before any of them comes.
+#[test]
+fn a_damaged_mesh_ends_a_watch_in_one_line() {
+    let (folder, path) = Made::mesh(true).write(Options::NETCDF4);
+    let whole = fs::read(&path).unwrap();
+    fs::create_dir(folder.path().join("run")).unwrap();
+    fs::write(folder.path().join("scene.toml"), "field = \"theta\"\n").unwrap();
+    let words = ["watch", "run", "--scene", "scene.toml", "--once", "--settle", "0", "--mesh", "made.nc"];
+    assert_eq!(ends_in_one_line(icoray(folder.path()).args(words)), Ok(true));
+    fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+    assert_eq!(ends_in_one_line(icoray(folder.path()).args(words)), Ok(false));
+    for seed in 0..8 {
+        fs::write(&path, damaged(&whole, seed)).unwrap();
+        let ended = ends_in_one_line(icoray(folder.path()).args(words));
+        assert!(ended.is_ok(), "{seed}: {ended:?}");
     }
 }

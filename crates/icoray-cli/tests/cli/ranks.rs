@@ -4,32 +4,18 @@ use crate::files::{folder, render};
 use crate::heights::{hills, native, two};
 use crate::made::Made;
 use crate::run::{has, scene};
-use icoray_test_support::{Need, PATIENCE, has_tool};
+use icoray_test_support::{Need, has_tool};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// Runs `icoray render` on so many ranks. If there is no mpirun, skips the test.
 fn on_ranks(ranks: usize, folder: &Path, more: &[&str]) -> Option<Output> {
     if !has_tool(Need::Mpi, "mpirun") {
         return None;
     }
-    let mut run = Command::new("timeout");
-    run.args(["--kill-after=5", &PATIENCE.as_secs().to_string(), "mpirun", "-n", &ranks.to_string()])
-        .current_dir(folder);
-    // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at
-    // these.
-    for (name, value) in [
-        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-        ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
-        ("OMPI_MCA_mpi_yield_when_idle", "1"),
-        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-        ("HDF5_USE_FILE_LOCKING", "FALSE"),
-    ] {
-        run.env(name, value);
-    }
+    let mut run = icoray_test_support::on_ranks("mpirun", ranks);
+    run.current_dir(folder).env("HDF5_USE_FILE_LOCKING", "FALSE");
     run.arg(env!("CARGO_BIN_EXE_icoray")).args(["render", "made.nc", "--scene", "scene.toml"]).args(more);
     Some(run.output().unwrap())
 }

@@ -58,7 +58,7 @@ fn maps_of_errors_that_cannot_be_written() {
     let good = scene("theta", 0.0, 1.0);
     refused(&good, &["--error", "map.exr"], 1, &["--error map.exr", "expected a name that ends in .png"]);
     refused(&good, &["--error", "map.png", "--time", "all"], 1, &["--error map.png", "output.error"]);
-    for more in [&["--error", "./one.png", "-o", "one.png"][..], &["--error", "theta_000000.png"]] {
+    for more in [&["--error", "./one.png", "-o", "one.png"][..], &["--error", "theta_000002.png"]] {
         refused(&good, more, 1, &[&format!("--error {}: names the picture too", more[1])]);
     }
     let same = good + "[output]\nerror = \"same.png\"\n";

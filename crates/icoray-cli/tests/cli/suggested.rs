@@ -70,6 +70,16 @@ fn the_saved_scene_draws_the_same_picture() {
 }
 
 #[test]
+fn a_saved_scene_draws_the_last_time_as_the_suggestion_does() {
+    let folder = lone();
+    render(folder.path(), &["--save-scene", "s.toml", "-o", "a.png"]);
+    prints(icoray(folder.path()).args(["render", "made.nc", "--scene", "s.toml", "-o", "b.png"]));
+    let [drawn, again] = ["a.png", "b.png"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(drawn == again, "the pictures differ");
+    says(&folder.path().join("b.png"), &[("step", "2")]);
+}
+
+#[test]
 fn options_change_the_camera_and_the_heights_of_a_scene() {
     let given = scene("theta", 0.0, 42.0);
     let folder = folder(&Made::history(), &given);

@@ -37,11 +37,11 @@ fn times_are_chosen_by_number_date_and_range() {
 #[test]
 fn layers_are_read_and_drawn_as_asked_for() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
-    let text = render(folder.path(), &["--layers", "1..3", "-o", "some.png"]);
+    let text = render(folder.path(), &["--time", "0", "--layers", "1..3", "-o", "some.png"]);
     has(&text, &["field     theta at cells, 2 layers, time 0", "range     0.125 to 41.25 K"]);
-    let all = render(folder.path(), &["--layers", "0..", "-o", "all.exr"]);
+    let all = render(folder.path(), &["--time", "0", "--layers", "0..", "-o", "all.exr"]);
     has(&all, &["4 layers", "range     0 to 41.375 K"]);
-    render(folder.path(), &["-o", "plain.exr"]);
+    render(folder.path(), &["--time", "0", "-o", "plain.exr"]);
     let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
     assert!(bytes("all.exr") == bytes("plain.exr"), "all layers are all layers");
 }

@@ -115,7 +115,7 @@ fn a_sweep_becomes_a_cinema_database() {
     assert_eq!(distinct.len(), 8, "no two pictures are the same");
     // What is there is not modified where that is asked for, the database's pictures too.
     let parts = ["q.cdb/image/0_0_theta.png", "is there already"];
-    render_fails(folder.path(), &["-o", "out", "--existing", "never-modify"], 1, &parts);
+    render_fails(folder.path(), &["--time", "0", "-o", "out", "--existing", "never-modify"], 1, &parts);
     // A database of other parameters is not added to, which is known before the first ray.
     fs::write(folder.path().join("out/q.cdb/data.csv"), "step,FILE\n").unwrap();
     let parts = ["q.cdb/data.csv: its first line is not \"step,time,field,lon,FILE\""];
@@ -154,7 +154,7 @@ fn a_scene_of_several_fields_reads_these() {
         volume("rho", "magma")
     );
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + &rest));
-    let text = render(folder.path(), &["-o", "out", "--size", "48x48"]);
+    let text = render(folder.path(), &["--time", "0", "-o", "out", "--size", "48x48"]);
     let fields = |view: &str| {
         let block = text.split("picture ").find(|block| block.contains(&format!("view      {view}\n")));
         let lines = block.unwrap().lines().filter_map(|line| line.strip_prefix("field     "));

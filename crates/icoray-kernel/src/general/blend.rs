@@ -6,12 +6,12 @@
 //! the ray ends. With lighting, each medium has one shade in a panel, that of its mean normal, as in the kernel of one
 //! field ([`RayShading::mean`]); where its light is centred is known from what it absorbs at the three places.
 //!
-//! The work is bounded: a piece has at most [`MAX_PANELS`] panels, and what rounding does to values is not halved. The
+//! The work is bounded by [`may_halve`], and what rounding does to values is not halved. The
 //! error of the panels that are left is told.
 
 use super::mean_color::{MeanColor, Mixture, Panel};
 use super::source::TransferMap;
-use crate::lit::LightSpread;
+use crate::lit::{LightSpread, may_halve};
 use crate::piece::{Radiance, bend_factor};
 use crate::segment::Segment;
 use crate::shade::{ColorChange, MeanShade, RayShading};
@@ -157,9 +157,6 @@ pub(super) struct Blend<'p, 'w, G> {
     pub min_transmittance: f64,
 }
 
-/// A piece has no more panels than this. Where extinction goes to zero, colours differ in any part of a panel; and a
-/// shade may change without end.
-const MAX_PANELS: usize = 200;
 /// Optical depth up to which panels are thin.
 const THIN: f64 = 1.5;
 
@@ -171,7 +168,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         panels.clear();
         lit.clear();
         panels.push([self.node(from, from, lit), self.node(from, to, lit)]);
-        let mut count = 1;
+        let mut halvings = 0;
         while let Some([first, last]) = panels.pop() {
             let middle = self.node(from, 0.5 * (first.u + last.u), lit);
             let depth = last.depth - first.depth;
@@ -190,7 +187,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             let earned = if self.shading.is_some() { self.color_tolerance * light.alpha - light.error } else { 0.0 };
             let spare = earned.max(0.0) / light.transmittance().max(f64::MIN_POSITIVE);
             let is_near = (off - self.color_tolerance) * absorbed <= spare || off <= rounded;
-            if is_near || count == MAX_PANELS {
+            if is_near || !may_halve(halvings, (last.u - from) / (to - from)) {
                 let off_by = absorbed * rounded;
                 let error = absorbed * off;
                 light.over(&Radiance { error, variance: off_by * off_by, ..Radiance::plain(mean.color, absorbed) });
@@ -200,7 +197,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             } else {
                 panels.push([middle, last]);
                 panels.push([first, middle]);
-                count += 1;
+                halvings += 1;
             }
         }
     }

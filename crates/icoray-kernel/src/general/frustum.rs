@@ -313,13 +313,15 @@ impl<'r> RayState<'r, '_> {
             SurfaceKind::Isosurface(k) => {
                 let surface = &scene.isosurfaces[k];
                 let Some(mut color) = color(&surface.material) else { return Flow::On };
+                let mut off = 0.0;
                 if let Some(shading) = &self.shading {
                     let place = FrustumPoint::new(wedge, facets, at, FacetSide::Between);
                     let shade = shading.shade(mixed(&at_vertices(scene, wedge, gap, surface.source), &place));
                     color = color.map_inline(|c| c * shade.body + shade.highlight);
+                    off = surface.opacity * shading.deviation;
                 }
                 self.cross_boundary(Boundary::Isosurface(k), t);
-                self.light.over(&Radiance::plain(color, surface.opacity));
+                self.light.over(&Radiance { variance: off * off, ..Radiance::plain(color, surface.opacity) });
             }
             SurfaceKind::Sheet(k) => {
                 let hit = SurfaceHit::round(self.line.position(t));

@@ -160,7 +160,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     /// The ray meets a boundary at `t`.
     #[inline]
     fn cross_boundary(&mut self, boundary: Boundary, t: f64) {
-        if self.budget.sees_behind(self.light.alpha) {
+        if Budget::sees_behind(self.light.alpha) {
             self.surfaces.push(boundary, self.from_eye.distance(t));
         }
     }
@@ -171,7 +171,8 @@ impl<'r, 'f> RayState<'r, 'f> {
         let Some(core) = self.scene.core else { return Flow::On };
         self.cross_boundary(Boundary::Core, t);
         let over = triangle.map(|triangle| (self.scene.grid, triangle));
-        self.light.over(&core.light(hit, over, self.solid(hit.normal)));
+        let body = self.shading.as_ref().map_or(1.0, |shading| shading.solid(hit.normal.normalize_or_zero()));
+        self.light.over(&core.light(hit, over, body));
         Flow::Stop
     }
 
@@ -185,7 +186,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         x + b * (y - x) + c * (z - x)
     }
 
-    /// The factor that lighting gives to the colour of an opaque surface.
+    /// The factor that lighting gives to the colour of a surface, of which a headlight lights both sides.
     #[inline]
     fn solid(&self, normal: DVec3) -> f64 {
         let normal = normal.normalize_or_zero();

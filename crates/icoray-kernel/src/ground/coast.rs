@@ -1,18 +1,22 @@
-//! Coast lines: Natural Earth's land at 1:110 million, straight in longitude and latitude from point to point.
+//! Coast lines: Natural Earth's land at 1:110 million, or at 1:50 million for pictures that are near, straight in
+//! longitude and latitude from point to point.
 //!
 //! Whether a place is land follows from how many lines lie north of it on its meridian, as the North Pole is sea; so
 //! neither the longitude at which polygons are cut nor the South Pole need edges of their own. For distances the lines
 //! are cut into pieces that great circles follow to within 0.0003 degrees, and sorted into bins.
 
-use super::screen_jacobian::ScreenJacobian;
+use super::screen_jacobian::{ScreenJacobian, View};
 use glam::DVec3;
 use icoray_grid::grid::unit_vector;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
 use std::sync::OnceLock;
 
-/// Runs of points, as `data/land.py` writes them.
-static LAND: &[u8] = include_bytes!("../../data/land.bin");
+/// Runs of points, as `data/land.py` writes them, at 1:110 million and at 1:50 million.
+static LAND: [&[u8]; 2] = [include_bytes!("../../data/land-110m.bin"), include_bytes!("../../data/land-50m.bin")];
+
+/// Pixels that are smaller have the coasts of the larger scale, degrees.
+const NEAR_DEG: f64 = 0.06;
 
 /// Steps of a degree in which they are written.
 const STEPS: f64 = 180.0;
@@ -37,10 +41,10 @@ pub(super) struct Coast {
 }
 
 impl Coast {
-    /// The coasts of the Earth, sorted when they are first asked for.
-    pub fn get() -> &'static Self {
-        static COAST: OnceLock<Coast> = OnceLock::new();
-        COAST.get_or_init(|| Coast::new(&segments()))
+    /// The coasts of the Earth for a camera, sorted when they are first asked for.
+    pub fn of(view: &View) -> &'static Self {
+        static COASTS: [OnceLock<Coast>; 2] = [OnceLock::new(), OnceLock::new()];
+        COASTS[scale(view)].get_or_init(|| Coast::new(&segments(view)))
     }
 
     fn new(segments: &[Segment]) -> Self {
@@ -114,9 +118,14 @@ fn columns([a, b]: [f64; 2]) -> impl Iterator<Item = usize> {
     (west..=east.min(west + count - 1)).map(move |column| column.rem_euclid(count) as usize)
 }
 
-/// All lines.
-pub(super) fn segments() -> Vec<Segment> {
-    let mut rest = LAND;
+/// The number in [`LAND`] of the coasts for a camera.
+fn scale(view: &View) -> usize {
+    usize::from(view.least_pixel().to_degrees() < NEAR_DEG)
+}
+
+/// All lines for a camera.
+pub(super) fn segments(view: &View) -> Vec<Segment> {
+    let mut rest = LAND[scale(view)];
     let mut segments = Vec::new();
     while let Some((count, points)) = rest.split_first_chunk::<2>() {
         let (points, others) = points.split_at(4 * usize::from(u16::from_le_bytes(*count)));

@@ -39,8 +39,8 @@ const COARSEST: f64 = 3.0;
 #[derive(Debug)]
 pub struct Ground {
     eye: View,
-    /// Linear RGB of land and sea, where they differ.
-    shores: Option<([f64; 3], [f64; 3])>,
+    /// Linear RGB of land and sea, where they differ, and the coast between them.
+    shores: Option<([f64; 3], [f64; 3], &'static Coast)>,
     base: [f64; 3],
     painter: Option<Painter>,
 }
@@ -51,10 +51,11 @@ impl Ground {
         let core = scene.core?;
         let ground = scene.scenery.ground;
         let [land, ocean] = [ground.land, ground.ocean].map(|color| color.unwrap_or(core));
-        let shores = (land != ocean).then_some((land, ocean));
+        let eye = View::of(scene);
+        let shores = (land != ocean).then(|| (land, ocean, Coast::of(&eye)));
         let painter = Painter::new(scene, Level::Ground);
         let is_plain = shores.is_none() && painter.is_none() && land == core;
-        (!is_plain).then(|| Ground { eye: View::of(scene), shores, base: land, painter })
+        (!is_plain).then_some(Ground { eye, shores, base: land, painter })
     }
 
     /// Linear RGB of the ground where it is met, before it is lit. Cells and triangles are drawn where the triangle is
@@ -69,8 +70,7 @@ impl Ground {
 }
 
 /// The colour of land or sea, mixed within half a pixel of the coast.
-fn shore(jacobian: &ScreenJacobian, (land, ocean): ([f64; 3], [f64; 3])) -> [f64; 3] {
-    let coast = Coast::get();
+fn shore(jacobian: &ScreenJacobian, (land, ocean, coast): ([f64; 3], [f64; 3], &Coast)) -> [f64; 3] {
     let far = coast.distance(jacobian, 0.5, COARSEST).unwrap_or(0.5);
     let part = if coast.is_land(jacobian.lon_deg(), jacobian.lat_deg()) { 0.5 + far } else { 0.5 - far };
     [0, 1, 2].map(|k| ocean[k] + part * (land[k] - ocean[k]))

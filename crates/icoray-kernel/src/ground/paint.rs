@@ -11,6 +11,8 @@ use icoray_scene::{Level, Lines, Pattern, Scene};
 pub struct Painter {
     eye: View,
     lines: Vec<Lines>,
+    /// Where a pattern needs it.
+    coast: Option<&'static Coast>,
 }
 
 /// Width of a pattern's lines.
@@ -24,7 +26,8 @@ impl Painter {
     /// The painter of the lines of `scene` that lie on `level`; `None` where there are none.
     pub fn new(scene: &Scene, level: Level) -> Option<Self> {
         let lines: Vec<Lines> = scene.scenery.lines.iter().filter(|lines| lines.on == level).cloned().collect();
-        (!lines.is_empty()).then(|| Painter { eye: View::of(scene), lines })
+        let (eye, has_coast) = (View::of(scene), lines.iter().any(|lines| lines.pattern == Pattern::Coast));
+        (!lines.is_empty()).then(|| Painter { eye, lines, coast: has_coast.then(|| Coast::of(&eye)) })
     }
 
     /// The lines where the level is met: premultiplied linear RGB before it is lit, and the part of what lies behind
@@ -44,7 +47,7 @@ impl Painter {
             }
             let covered = match (lines.pattern, triangle) {
                 (Pattern::Graticule { spacing_deg }, _) => graticule::covered(spacing_deg, jacobian, pen),
-                (Pattern::Coast, _) => coast(jacobian, pen),
+                (Pattern::Coast, _) => self.coast.map_or(0.0, |coast| covered(coast, jacobian, pen)),
                 (Pattern::Cells, Some((grid, triangle))) => mesh::cells(grid, triangle, jacobian, pen),
                 (Pattern::Triangles, Some((grid, triangle))) => mesh::triangles(grid, triangle, jacobian, pen),
                 (Pattern::Cells | Pattern::Triangles, None) => 0.0,
@@ -74,7 +77,7 @@ impl LineStyle {
     }
 }
 
-fn coast(jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
+fn covered(coast: &Coast, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
     /// Degrees between coasts that are worth telling apart.
     const APART: f64 = 5.0;
     let shown = pen.shows(APART.to_radians() * jacobian.min_stretch());
@@ -82,6 +85,6 @@ fn coast(jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
         return 0.0;
     }
     // Farther than this they are not shown.
-    let distance = Coast::get().distance(jacobian, pen.reach(), 2.0 * APART);
+    let distance = coast.distance(jacobian, pen.reach(), 2.0 * APART);
     shown * distance.map_or(0.0, |distance| pen.covers(distance))
 }

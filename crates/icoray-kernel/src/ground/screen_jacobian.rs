@@ -47,6 +47,11 @@ impl View {
     pub fn of(scene: &Scene) -> Self {
         View::new(scene.camera, scene.height)
     }
+
+    /// Width of a pixel where the planet is nearest to the camera, planet radii.
+    pub fn least_pixel(&self) -> f64 {
+        self.camera.pixel_width(self.height) * (DVec3::from(self.camera.eye()).length() - 1.0).max(0.0)
+    }
 }
 
 impl SurfaceHit {

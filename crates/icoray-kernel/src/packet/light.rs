@@ -7,7 +7,7 @@ use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{Course, Vertices};
 use super::turn::{Spread, Turns, Vectors};
-use crate::lit::ADVANCE;
+use crate::lit::{ADVANCE, HALVINGS};
 use crate::shade::RayShading;
 use fearless_simd::prelude::*;
 use icoray_grid::gradient::Gradients;
@@ -150,6 +150,8 @@ pub(super) struct Lit<V: Machine> {
     pub from: Floats<V>,
     /// The part of a piece that is to be taken.
     pub fraction: Floats<V>,
+    /// How often pieces of the frustum were halved.
+    halvings: Floats<V>,
     pub light: Vectors<V>,
     pub halfway: Vectors<V>,
 }
@@ -159,7 +161,15 @@ impl<V: Machine> Lit<V> {
     pub fn new(simd: V) -> Self {
         let zero = all(simd, 0.0);
         let none = [zero; 3];
-        Lit { course: GradientCourse::none(simd), eps: zero, from: zero, fraction: zero, light: none, halfway: none }
+        Lit {
+            course: GradientCourse::none(simd),
+            eps: zero,
+            from: zero,
+            fraction: zero,
+            halvings: zero,
+            light: none,
+            halfway: none,
+        }
     }
 
     /// Enters new frusta, with this relative change of height, in the lanes of `new`.
@@ -168,6 +178,14 @@ impl<V: Machine> Lit<V> {
         self.eps = new.select(eps, self.eps);
         self.from = new.select(all(simd, 0.0), self.from);
         self.fraction = new.select(all(simd, 1.0), self.fraction);
+        self.halvings = new.select(all(simd, 0.0), self.halvings);
+    }
+
+    /// Lanes whose pieces, which end at `to` of the frustum, may be halved.
+    #[inline(always)]
+    pub fn may_halve(&self, to: Floats<V>) -> Mask<V> {
+        let most = to * HALVINGS[1] as f32 + HALVINGS[0] as f32;
+        self.fraction.simd_gt(LEAST_FRACTION) & self.halvings.simd_lt(most)
     }
 
     /// Goes on behind the pieces of the lanes `taken`, which end at `to`; takes half as much of those that are `left`.
@@ -176,6 +194,7 @@ impl<V: Machine> Lit<V> {
         self.from = taken.select(to, self.from);
         let next = taken.select((self.fraction + self.fraction).min(all(simd, 1.0)), self.fraction);
         self.fraction = left.select(self.fraction * 0.5, next);
+        self.halvings = left.select(self.halvings + 1.0, self.halvings);
     }
 }
 
@@ -190,6 +209,9 @@ fn along<V: Machine>([from, to, kappa]: &Course<V>, u: Floats<V>, bent: Floats<V
 fn turned<V: Machine>(simd: V, mask: Mask<V>, x: Floats<V>) -> Floats<V> {
     mask.select(all(simd, 0.0) - x, x)
 }
+
+/// A piece of a frustum that is no longer than this is taken, whatever its shade.
+const LEAST_FRACTION: f32 = 1e-4;
 
 /// A piece with its medium.
 pub(super) struct Piece<'p, V: Machine> {

@@ -7,7 +7,7 @@ use super::layers::{Crossing, Layers};
 use super::light::Piece;
 use super::medium::Medium;
 use super::part::{Part, all};
-use super::read::{LARGEST, Vertices};
+use super::read::{FAR, LARGEST, Vertices};
 use super::{Packet, mask};
 use crate::column::Flow;
 use crate::lit::FrustumInterpolant;
@@ -41,7 +41,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let (void, beyond) = self.unusual(&vertices, &part, new);
             self.counts.void_frusta += u64::from(void.count_ones());
             active &= !void;
-            scalar = beyond;
+            scalar = (beyond | self.lanes.size.simd_gt(FAR).to_bitmask() as u32 & new) & !void;
         }
         self.mid = 0;
         if !self.tracer.integrates {
@@ -132,8 +132,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             return 0;
         }
         let too_far = shade.too_far(simd, &self.lanes, &piece, self.color_tolerance);
-        let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION);
-        (too_far & has_room).to_bitmask() as u32 & shown
+        (too_far & self.lit.may_halve(range[1])).to_bitmask() as u32 & shown
     }
 
     /// Ends the rays of `active` lanes through which no more light comes than may be left out.
@@ -185,10 +184,15 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         }
     }
 
-    /// Integrates whole frusta of lanes in scalar code.
+    /// Integrates whole frusta of lanes in scalar code, in double precision where a scene has more than the volume.
     #[inline(never)]
     fn scalar_frusta(&mut self, lanes: u32, crossing: &Crossing<V, L::End<V>>) {
         for lane in lanes_of(lanes) {
+            if self.scene.is_some() {
+                self.scene_frustum(lane, crossing);
+                self.counts.scalar_pieces += 1;
+                continue;
+            }
             let Some(mut ray) = self.ray(lane) else { continue };
             let interpolant = self.layers.interpolant(&self.lanes, lane, self.tracer, crossing);
             self.counts.scalar_pieces += 1;
@@ -200,9 +204,6 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         }
     }
 }
-
-/// A piece of a frustum that is no longer than this is taken, whatever its shade.
-pub(super) const LEAST_FRACTION: f32 = 1e-4;
 
 impl<V: Machine> Lanes<V> {
     /// The light of a lane.

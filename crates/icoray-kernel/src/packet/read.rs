@@ -162,13 +162,15 @@ impl<'t> Source<'t> {
         [first + course[0] * scale, first + course[1] * scale, course[2] * scale]
     }
 
-    /// The largest magnitude of the normalised values at the vertices.
+    /// The largest magnitude of the normalised values at the vertices; far beyond 1 it counts twice, as the roundings of
+    /// a column's weights, which all of its frusta share, are those that count there.
     #[inline(always)]
     pub fn size<V: Machine>(&self, simd: V, vertices: &Vertices<V>) -> Floats<V> {
         let Vertices { low: [a, b, c], high: [d, e, f] } = *vertices;
         let (least, most) = (a.min(b).min(c).min(d).min(e).min(f), a.max(b).max(c).max(d).max(e).max(f));
         let [least, most] = [least, most].map_inline(|value| self.normal(simd, value).abs());
-        least.max(most)
+        let size = least.max(most);
+        size.max(size + size - 1.0)
     }
 
     /// A value at a vertex, normalised.
@@ -224,6 +226,9 @@ impl<V: Machine> Way<V> for ConcentricWay<V> {
         [self.tau[0].mul_add(slope_a, from[0]), self.tau[1].mul_add(slope_b, to[0]), kappa]
     }
 }
+
+/// Frusta with values beyond this at a vertex are left to scalar code, as rounding moves what is seen in them.
+pub(super) const FAR: f32 = 64.0;
 
 /// A value is beyond all bounds where the sum of the sizes of a course's numbers is more than this.
 pub(super) const LARGEST: f32 = <f32 as Real>::LARGEST as f32;

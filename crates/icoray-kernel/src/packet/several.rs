@@ -10,8 +10,7 @@ use super::light::{GradientCourse, Slopes};
 use super::medium::{Medium, SpanTables, number};
 use super::packet_scene::PacketVolumes;
 use super::part::{Part, all};
-use super::piece::LEAST_FRACTION;
-use super::read::{LARGEST, Source};
+use super::read::{FAR, LARGEST, Source};
 use super::{Packet, mask};
 use crate::general::MultiVolumeTracer;
 use crate::lit::ADVANCE;
@@ -124,6 +123,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
             map.is_monotone &= !is_new;
             map.is_there = is_new.select(is_there, map.is_there);
             let size = source.size(simd, &vertices).max(all(simd, if spans.has_steps { 0.0 } else { 1.0 }));
+            beyond |= (is_there & size.simd_gt(FAR)).to_bitmask() as u32 & new;
             map.size = is_new.select(size, map.size);
         }
         let there = self.tables.volumes.iter().fold(0, |there, volume| there | self.there(volume).to_bitmask() as u32);
@@ -242,7 +242,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let shading = self.shading.as_ref().filter(|_| N == 4);
             let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
             let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
-            let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION) & (to - from).simd_gt(LEAST_PART);
+            let has_room = self.lit.may_halve(to) & (to - from).simd_gt(LEAST_PART);
             // The budget of lit rays has the advance in it, and room for rounding.
             let share = if N == 4 { 1.0 } else { 0.95 / (1.0 + ADVANCE as f32) };
             let is_far = blend.is_far(simd, &self.lanes, share * self.color_tolerance);

@@ -84,8 +84,15 @@ impl<T: Real, const N: usize> Pass<'_, '_, '_, T, N> {
     fn size(&self, lower: usize) -> T {
         let at = |base: isize, layer: usize| self.ray.tracer.samples.get::<T>(base, layer).abs();
         let over = |base: &isize| at(*base, lower).max(at(*base, lower + 1));
-        self.base.iter().map(over).fold(T::zero(), T::max)
+        correlated(self.base.iter().map(over).fold(T::zero(), T::max))
     }
+}
+
+/// Far beyond the transfer function's range, the roundings that count are those of a column's weights, which all of its
+/// frusta share: a size counts twice there.
+#[inline(always)]
+fn correlated<T: Real>(size: T) -> T {
+    size.max(size + size - T::one())
 }
 
 // Columns and their frusta are always inlined: two loops call them (`trace.rs`, `fragment.rs`), and the compiler would

@@ -8,7 +8,8 @@ pub struct SamplingReport {
     /// Most rays that a pixel may take ([`samples`](icoray_scene::Scene::samples)).
     pub samples: u32,
     /// Mean number of rays whose mean a pixel shows, over the pixels that may show the shell, where the scene's
-    /// [`samples`](icoray_scene::Scene::samples) were taken; else 1, whatever rays pixels at edges take.
+    /// [`samples`](icoray_scene::Scene::samples) were taken; less than 1 where not every pixel was traced; else 1,
+    /// whatever rays pixels at edges take.
     pub rays_per_pixel: f64,
     /// Estimated sampling errors; `None` where pixels are one ray each, which give no estimate.
     pub error: Option<SamplingError>,
@@ -21,7 +22,8 @@ pub struct SamplingReport {
 /// rays ([`ErrorSummary`](super::ErrorSummary)) are not in it.
 ///
 /// Each is meant to be no less than the actual one in 95 % of pixels; what falls between all rays of a pixel escapes
-/// it.
+/// it. Where not every pixel was traced, it is how far those between traced ones may be off what their rays would show,
+/// estimated from the traced ones around.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SamplingError {
     /// Largest over the picture.
@@ -86,7 +88,11 @@ impl fmt::Display for SamplingReport {
             None => f.write_str("1 ray per pixel"),
             Some(SamplingError { max, mean }) => {
                 let [max, mean] = [*max, *mean].map(super::two_digits_up);
-                write!(f, "{rays_per_pixel:.1} rays per pixel, error of their mean {mean}, at most {max} (estimate)")
+                match rays_per_pixel {
+                    ..1.0 => write!(f, "{rays_per_pixel:.3} rays per pixel, error of pixels between them")?,
+                    _ => write!(f, "{rays_per_pixel:.1} rays per pixel, error of their mean")?,
+                }
+                write!(f, " {mean}, at most {max} (estimate)")
             }
         }
     }
@@ -114,6 +120,8 @@ mod tests {
         let report = SamplingReport { samples: 16, rays_per_pixel: 7.25, error, ..SamplingReport::default() };
         let told = "7.2 rays per pixel, error of their mean 1.3e-3, at most 4.0e-2 (estimate)";
         assert_eq!(report.to_string(), told);
+        let told = "0.111 rays per pixel, error of pixels between them 1.3e-3, at most 4.0e-2 (estimate)";
+        assert_eq!(SamplingReport { rays_per_pixel: 1.0 / 9.0, ..report }.to_string(), told);
         assert_eq!(SamplingReport::default().to_string(), "1 ray per pixel");
     }
 }

@@ -206,9 +206,9 @@ fn text_is_dark_on_bright_and_bright_on_dark() {
 #[test]
 fn each_label_can_be_left_out() {
     let inked = |more: &str| count(&drawn(&scene(512, 512, 8.0, more)), [0.0, 1.0], [0.0, 1.0], |p| p != [0; 3]);
-    let all = inked("");
-    let without = ["title = \"\"", "bar = false", "scale = false", "error = false"];
-    assert!(without.iter().all(|key| inked(key) < all));
+    let all = inked("error = true");
+    let without = ["title = \"\"", "bar = false", "scale = false"];
+    assert!(without.iter().all(|key| inked(&format!("{key}\nerror = true")) < all) && inked("") < all);
     assert_eq!(inked(&without.join("\n")), 0);
     assert_eq!(inked("on = false"), 0);
     assert!(inked("size = 2") > 3 * all / 2);
@@ -237,12 +237,14 @@ fn words_come_from_the_file_the_model_or_the_scene() {
     let (title, caption, notes) = said("");
     assert_eq!(title, ["day 0 01:00"]);
     assert_eq!(caption, ["temperature (K)"]);
-    assert_eq!(notes, ["vertical × 50", "error ≤ 1.2 × 10⁻³ (estimate)"]);
+    assert_eq!(notes, ["vertical × 50"]);
+    assert_eq!(said("error = true").2, ["vertical × 50", "error ≤ 1.2 × 10⁻³ (estimate)"]);
     let (title, caption, _) = said(
         "title = \"{field}: {name} ({units})\\n\\n{step:04}, {time}, × {exaggeration}\"\nname = \"speed\"\nunits = \"m s-1\"",
     );
     assert_eq!(title, ["theta: speed (m s⁻¹)", "0007, day 0 01:00, × 50"]);
     assert_eq!(caption, ["speed (m s⁻¹)"]);
+    assert_eq!(said("title = \"{name} ({units})\"\nunits = \"\"").0, ["temperature"]);
     // No date is there.
     assert_eq!(said("title = \"$Y\"").0, ["day 0 01:00"]);
 }
@@ -257,6 +259,9 @@ fn an_error_above_the_tolerance_has_another_colour() {
         assert_eq!(seen(&frame), 0, "{place}");
         (frame.report.error.over, frame.report.quality.tolerance) = (12, 1e-3);
         assert!(seen(&frame) > 50, "{place}");
+        let scene = self::scene(300, 300, 3.0, &format!("place = \"{place}\"\nbar = false\nerror = false"));
+        let silent = Frame { legend: Legend::of(&scene, &[1.0]), ..frame.clone() };
+        assert_eq!(seen(&silent), 0, "{place}");
         let notes = words::notes(&frame, frame.legend.as_ref().unwrap());
         assert_eq!(notes.last().unwrap(), "error ≤ 1.2 × 10⁻³ (estimate), above 0.001 in 12 px");
     }

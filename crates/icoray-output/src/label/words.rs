@@ -83,7 +83,7 @@ fn value(value: f64) -> String {
     .replacen('-', "−", 1)
 }
 
-/// The title's lines. A title with a date becomes the model's time if the frame has no date.
+/// The title's lines, without those that are empty. A title with a date becomes the model's time if the frame has no date.
 pub(super) fn title(frame: &Frame, legend: &Legend) -> Vec<String> {
     let word = |word: &str| match word {
         "name" => name(frame, legend, &frame.field).to_owned(),
@@ -93,7 +93,9 @@ pub(super) fn title(frame: &Frame, legend: &Legend) -> Vec<String> {
         _ => frame.field.clone(),
     };
     let text = legend.labels.title.fill(&frame.stamp, word).unwrap_or_else(|_| time(&frame.stamp));
-    text.lines().filter(|line| !line.trim().is_empty()).map(str::to_owned).collect()
+    // A field without units has no brackets for them.
+    let lines = text.lines().map(|line| line.replace(" ()", ""));
+    lines.filter(|line| !line.trim().is_empty()).collect()
 }
 
 /// Time of a frame: its date, else the model's day and time of day, else its step.
@@ -118,16 +120,16 @@ fn time(stamp: &Stamp) -> String {
 
 /// Whether the last note reports an error above the tolerance.
 pub(super) fn is_over(frame: &Frame, legend: &Legend) -> bool {
-    legend.labels.error_note && frame.report.error.over > 0
+    legend.labels.error_note != Some(false) && frame.report.error.over > 0
 }
 
-/// Notes on the picture: exaggeration and error.
+/// Notes on the picture: exaggeration and, where it is asked for or above the tolerance, error.
 pub(super) fn notes(frame: &Frame, legend: &Legend) -> Vec<String> {
     let mut notes = Vec::new();
     if legend.labels.scale_note && legend.scene.exaggeration != 1.0 {
         notes.push(format!("vertical × {}", legend.scene.exaggeration));
     }
-    if legend.labels.error_note {
+    if legend.labels.error_note == Some(true) || is_over(frame, legend) {
         let error = &frame.report.error;
         let mut note = format!("error ≤ {} ({})", printed(&two_digits_up(error.max)), error.certainty);
         if is_over(frame, legend) {

@@ -1,16 +1,13 @@
 //! Fields and heights as arrays of C.
 
-use super::handle::Kept;
 use super::text;
 use crate::array::Pointer;
 use crate::field::Field;
 use icoray::Location;
 use icoray_context::icoray_ctx;
-use icoray_context::inputs::{
-    icoray_field_set, icoray_field_set_ndarray, icoray_heights_set, icoray_heights_set_ndarray,
-};
+use icoray_context::inputs::{icoray_field_set_ndarray, icoray_heights_set_ndarray};
 use icoray_context::types::{
-    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_MAX_RANK, icoray_array, icoray_ndarray, icoray_status,
+    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_MAX_RANK, icoray_ndarray, icoray_status,
 };
 use pyo3::prelude::*;
 use std::ffi::{CStr, CString};
@@ -42,17 +39,13 @@ pub(super) fn given<'py>(
 }
 
 /// An array as C describes it, which borrows the names.
-pub(super) enum CArray {
-    Dimensions(icoray_ndarray),
-    /// A value per column, the same in all layers.
-    Columns(icoray_array),
-}
+pub(super) struct CArray(icoray_ndarray);
 
 // SAFETY: addresses that the field and the names keep alive; the call is made on the thread that has them.
 unsafe impl Send for CArray {}
 
 impl CArray {
-    pub fn new(field: &Field, names: &ArrayNames, kept: &Kept) -> PyResult<Self> {
+    pub fn new(field: &Field, names: &ArrayNames) -> Self {
         let (data, r#type) = match field.array.first() {
             Pointer::F32(first) => (first.cast(), ICORAY_F32),
             Pointer::F64(first) => (first.cast(), ICORAY_F64),
@@ -61,30 +54,11 @@ impl CArray {
         let (has_fill, fill_value) = (field.fill.is_some().into(), field.fill.unwrap_or(0.0));
         let (grid_name, layers_name) = (names.grid.as_ptr(), names.layers.as_ptr());
         let (dimensions, _) = field.ordered_dimensions();
-        let known_layers = kept.layers.get(names.layers.to_str().unwrap_or_default());
-        if let ([one], Some(layers)) = (dimensions.as_slice(), known_layers) {
-            return Ok(CArray::Columns(icoray_array {
-                struct_size: size_of::<icoray_array>(),
-                data,
-                r#type,
-                location,
-                columns: one.extent as i64,
-                layers: *layers as i64,
-                column_stride: one.stride as i64,
-                layer_stride: 0,
-                block: 0,
-                block_stride: 0,
-                has_fill,
-                fill_value,
-                grid_name,
-                layers_name,
-            }));
-        }
         let (mut extent, mut stride) = ([0; ICORAY_MAX_RANK], [0; ICORAY_MAX_RANK]);
         for (at, dimension) in dimensions.iter().enumerate() {
             (extent[at], stride[at]) = (dimension.extent as i64, dimension.stride as i64);
         }
-        Ok(CArray::Dimensions(icoray_ndarray {
+        CArray(icoray_ndarray {
             struct_size: size_of::<icoray_ndarray>(),
             data,
             r#type,
@@ -96,26 +70,16 @@ impl CArray {
             stride,
             grid_name,
             layers_name,
-        }))
+        })
     }
 
     pub fn set_field(&self, ctx: *mut icoray_ctx, name: &CStr) -> icoray_status {
         // SAFETY: an open context; names that live until the call returns, and memory that the context keeps afterwards.
-        unsafe {
-            match self {
-                CArray::Dimensions(array) => icoray_field_set_ndarray(ctx, name.as_ptr(), array),
-                CArray::Columns(array) => icoray_field_set(ctx, name.as_ptr(), array),
-            }
-        }
+        unsafe { icoray_field_set_ndarray(ctx, name.as_ptr(), &raw const self.0) }
     }
 
     pub fn set_heights(&self, ctx: *mut icoray_ctx) -> icoray_status {
         // SAFETY: as above.
-        unsafe {
-            match self {
-                CArray::Dimensions(array) => icoray_heights_set_ndarray(ctx, array),
-                CArray::Columns(array) => icoray_heights_set(ctx, array),
-            }
-        }
+        unsafe { icoray_heights_set_ndarray(ctx, &raw const self.0) }
     }
 }

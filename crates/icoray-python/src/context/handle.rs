@@ -57,8 +57,6 @@ unsafe impl Sync for Open {}
 #[derive(Default)]
 pub(super) struct Kept {
     pub grids: BTreeMap<String, Py<Grid>>,
-    /// Numbers of layers.
-    pub layers: BTreeMap<String, usize>,
     fields: BTreeMap<String, Py<Field>>,
     pub heights: Option<Py<Field>>,
     /// Bytes copied since the last frame.

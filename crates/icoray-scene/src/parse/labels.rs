@@ -28,7 +28,7 @@ keys! {
         scale: Option<bool> = flag(true),
         /// Note on the error; in orange (red on bright backgrounds) where pixels have an error above the tolerance,
         /// with their number.
-        error: Option<bool> = flag(true),
+        error: Option<bool> = of(Kind::Boolean).or_else("only where pixels have an error above the tolerance"),
     }
 }
 
@@ -50,7 +50,7 @@ pub(super) fn labels(source: &Text, raw: &RawLabels) -> Result<Option<Labels>> {
         color,
         bar: raw.bar.unwrap_or(true),
         scale_note: raw.scale.unwrap_or(true),
-        error_note: raw.error.unwrap_or(true),
+        error_note: raw.error,
     };
     Ok(raw.on.unwrap_or(true).then_some(labels))
 }

@@ -10,7 +10,8 @@ use toml::Spanned;
 
 keys! {
     pub(super) struct RawLines {
-        /// Outlines of cells, of dual triangles, meridians and parallels, or coasts (Natural Earth 1:110m).
+        /// Outlines of cells, of dual triangles, meridians and parallels, or coasts (Natural Earth
+        /// 1:110m, and 1:50m where pixels are smaller than 0.06 degrees).
         pattern: PatternName = word(&["cells", "triangles", "graticule", "coast"]).or_word("graticule"),
         /// Where the lines are; `"ground"` needs an opaque core.
         on: Option<Spanned<RawLayer>> = layer(&["ground", "top", "bottom"]).or_word("ground"),

@@ -286,12 +286,12 @@ fn labels_are_there_where_a_scene_has_a_section_of_them() {
     assert_eq!(with(""), None);
     assert_eq!(with("[labels]\non = false\ntitle = \"{name}\""), None);
     let labels = with("[labels]").unwrap();
-    assert!(labels.bar && labels.scale_note && labels.error_note && labels.color.is_none());
+    assert!(labels.bar && labels.scale_note && labels.error_note.is_none() && labels.color.is_none());
     assert_eq!((labels.place, labels.size, labels.name), (LabelPlace::Auto, 1.0, None));
     let all = "[labels]\ntitle = \"{name}\"\nname = \"n\"\nunits = \"K\"\nplace = \"below\"\nsize = 2\ncolor = \"white\"\n\
                bar = false\nscale = false\nerror = false";
     let labels = with(all).unwrap();
-    assert!(!labels.bar && !labels.scale_note && !labels.error_note);
+    assert!(!labels.bar && !labels.scale_note && labels.error_note == Some(false));
     assert_eq!((labels.place, labels.size, labels.color), (LabelPlace::Below, 2.0, Some([1.0; 3])));
     assert_eq!((labels.name.as_deref(), labels.units.as_deref()), (Some("n"), Some("K")));
 }

@@ -22,7 +22,7 @@ keys! {
         knots: Option<Spanned<Vec<Spanned<RawKnot>>>> = sections_of(&[RawKnot::KEYS]).count(1, 4096),
         /// Colour map, any case; `_r` at the end reverses it.
         map: Option<Spanned<String>> =
-            of(Kind::Text).or_else("`\"viridis\"`; `\"vik\"` with `center`").note("105 names"),
+            of(Kind::Text).or_else("`\"viridis\"`; `\"vik\"` with `center`").note("108 names"),
         /// Reverses the map.
         reverse: bool = flag(false),
         /// Values at the ends of the map, or how they follow the data.

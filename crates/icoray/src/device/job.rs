@@ -12,6 +12,7 @@ use icoray_grid::real::Real;
 use icoray_grid::sample::Sample;
 use icoray_grid::samples::Samples;
 use icoray_grid::{Grid, Reals};
+use icoray_kernel::ray::FAINTEST;
 use icoray_kernel::transfer;
 use icoray_scene::Scene;
 use icoray_scene::{Lights, Quality};
@@ -113,7 +114,7 @@ impl<'f> Job<'f> {
     ///
     /// [`BoundarySignature`]: super::BoundarySignature
     pub fn sees_above(&self) -> f32 {
-        2.0 * allowed_to_single(self.scene, &self.quality).color_tolerance as f32
+        FAINTEST as f32
     }
 
     /// Tolerance and method of the frame.

@@ -9,14 +9,19 @@ pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
     if scene.is_plain() {
         allowed_to_single(scene, quality)
     } else {
-        Budget::new(quality.tolerance, brightest(scene), None)
+        of_surfaces(scene, Budget::new(quality.tolerance, brightest(scene), None))
     }
 }
 
 /// [`allowed`] in the kernel for one field, where the shade of a piece has an error of its own.
 pub(crate) fn allowed_to_single(scene: &Scene, quality: &Quality) -> Budget {
     let lit = scene.lighting.filter(|_| quality.lights != Lights::Off).map(|light| light.ambient + light.diffuse);
-    Budget::new(quality.tolerance, brightest(scene), lit)
+    of_surfaces(scene, Budget::new(quality.tolerance, brightest(scene), lit))
+}
+
+/// The budget of rays that find the edges of surfaces, where the scene may have such edges.
+fn of_surfaces(scene: &Scene, budget: Budget) -> Budget {
+    if scene.antialias && !scene.is_plain() { budget.with_surfaces() } else { budget }
 }
 
 /// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.

@@ -2,7 +2,6 @@
 
 use super::wire::{WireError, decode, encode};
 use crate::raster::{Pixel, Tile, Tiling};
-use crate::sampling::Moments;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_kernel::Counts;
 use icoray_kernel::signature::BoundarySignature;
@@ -26,7 +25,6 @@ enum Packed {
         /// The values of all pixels, or one value where all pixels have the same: opacity over a background, every
         /// channel off the globe.
         channels: Box<[Vec<f32>; CHANNELS]>,
-        moments: Vec<Moments>,
     },
     End(std::result::Result<f64, WireError>),
 }
@@ -52,7 +50,7 @@ pub(super) fn tile(tile: &Tile) -> Vec<u8> {
         pixels.iter().map(|pixel| pixel[k]).take(if is_uniform { 1 } else { pixels.len() }).collect()
     }));
     let (number, seconds, counts) = (tile.number, tile.seconds, tile.counts.numbers());
-    encode(&Packed::Tile { number, seconds, counts, channels, moments: tile.moments.clone() })
+    encode(&Packed::Tile { number, seconds, counts, channels })
 }
 
 /// Encodes the last message of a rank: the seconds that it drew, or its error.
@@ -62,8 +60,8 @@ pub(super) fn end(outcome: &Result<f64>) -> Vec<u8> {
 
 /// Decodes a message of `rank`.
 pub(super) fn read(bytes: &[u8], rank: usize, tiling: &dyn Tiling) -> Result<Sent> {
-    let (number, seconds, counts, channels, moments) = match decode(bytes)? {
-        Packed::Tile { number, seconds, counts, channels, moments } => (number, seconds, counts, channels, moments),
+    let (number, seconds, counts, channels) = match decode(bytes)? {
+        Packed::Tile { number, seconds, counts, channels } => (number, seconds, counts, channels),
         Packed::End(outcome) => return Ok(Sent::End(outcome.map_err(WireError::received))),
     };
     let invalid = |what: String| Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent {what}")));
@@ -72,10 +70,10 @@ pub(super) fn read(bytes: &[u8], rank: usize, tiling: &dyn Tiling) -> Result<Sen
     }
     let count = tiling.pixels_of(number);
     let is_short = |channel: &Vec<f32>| channel.len() != count && channel.len() != 1;
-    if channels.iter().any(is_short) || moments.len() != if tiling.has_moments() { count } else { 0 } {
+    if channels.iter().any(is_short) {
         return invalid(format!("a tile {number} of other than {count} pixels"));
     }
     let value = |channel: &Vec<f32>, i: usize| channel[if channel.len() == 1 { 0 } else { i }];
     let pixels = (0..count).map(|i| pixel(channels.each_ref().map(|channel| value(channel, i)))).collect();
-    Ok(Sent::Tile(Tile { number, seconds, counts: Counts::of_numbers(counts), pixels, moments }))
+    Ok(Sent::Tile(Tile { number, seconds, counts: Counts::of_numbers(counts), pixels }))
 }

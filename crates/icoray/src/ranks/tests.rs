@@ -287,7 +287,7 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
         let threads = Threads::new(1).unwrap();
         let tile = |number: u32| {
             let pixels = vec![Pixel::default(); raster.pixels_of(number)];
-            Tile { number, seconds: 0.0, counts: Counts::default(), pixels, moments: Vec::new() }
+            Tile { number, seconds: 0.0, counts: Counts::default(), pixels }
         };
         // Rank 1 sends its tiles and a message that they are all.
         let messages = (0..raster.tiles()).filter(|number| number % 2 == 1).count() + 1;

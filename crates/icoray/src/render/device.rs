@@ -211,5 +211,5 @@ fn tile_of_rays(job: &Job, number: u32, rays: &[Traced]) -> Tile {
         Pixel { surfaces, ..background_blend(scene, brightest, Some(light)) }
     };
     let pixels = rays.iter().map(pixel).collect();
-    Tile { number, seconds: 0.0, counts, pixels, moments: Vec::new() }
+    Tile { number, seconds: 0.0, counts, pixels }
 }

@@ -105,7 +105,8 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         normals,
         core: Core::new(scene.core, ground.as_ref()),
         core_radius,
-        outer: seen,
+        // A facet touches that sphere at its highest vertex, which rays meet only if they start above it.
+        outer: seen * (1.0 + 1e-9),
     };
     let none = Lazy::of(|| Gradients::none().into());
     let on_device = OnDevice::new(context, field, &none, field_summary.quality).with_scenery(|| {

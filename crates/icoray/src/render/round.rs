@@ -109,7 +109,7 @@ impl Rounds<'_, '_, '_> {
         let render_s = self.cost.render_s;
         let found = drawn.as_ref().map_err(Clone::clone).and_then(|drawn| match drawn {
             Some((picture, _)) => ranks.attempt(|| {
-                let find = || self.work.edges.find(scene, quality.tolerance, picture);
+                let find = || self.work.edges.find(scene, picture);
                 let found = renderer.run(find);
                 let rays = (found.len() * edges::RAYS) as f64 / picture.len() as f64;
                 let has_time = deadline.is_none_or(|deadline| deadline.has_time_for(render_s * rays));

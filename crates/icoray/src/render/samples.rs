@@ -2,23 +2,26 @@
 
 use super::context::FrameContext;
 use super::round::{Drawn, Rounds};
-use super::work::Work;
+use super::work::{Work, background_blend};
 use crate::edges;
+use crate::plan::budget::brightest;
 use crate::ranks::{Ranks, TileAssignment};
-use crate::raster::{Raster, Tile};
-use crate::sampling::{SampleRound, SampledPicture, rounds};
+use crate::raster::{Pixel, Raster, Tile};
+use crate::sampling::{SampleRound, SampledPicture, may_show_shell, rounds};
 use crate::time_budget::Deadline;
 use icoray_grid::Result;
 use icoray_output::SamplingError;
-use icoray_scene::Quality;
+use icoray_scene::{Quality, Scene};
+use rayon::prelude::*;
 
 /// A picture with its samples, at rank 0.
 pub(super) struct Sampled {
     pub drawn: Drawn,
     pub edge_pixels: u64,
-    /// Mean number of rays of the pixels that may show the shell.
+    /// Mean number of rays of the pixels that may show the shell; of all where not all are traced.
     pub rays_per_pixel: f64,
-    /// The estimated sampling error of each pixel; empty where pixels are one ray each.
+    /// The estimated sampling error of each pixel, or of those that were not traced; empty where pixels are one ray
+    /// each.
     pub error: Vec<f32>,
     pub summary: Option<SamplingError>,
 }
@@ -41,7 +44,13 @@ impl Rounds<'_, '_, '_> {
         manner: Manner,
         drawn: Result<Option<Drawn>>,
     ) -> Result<Result<Option<Sampled>>> {
-        if self.work.context.scene.samples <= 1 || manner.quality.pixel_step > 1 {
+        if manner.quality.pixel_step > 1 {
+            let FrameContext { renderer, scene, .. } = *self.work.context;
+            let between = |drawn| interpolated(scene, self.work.radius[1], manner.raster, drawn);
+            let between = |drawn| ranks.attempt(|| renderer.run(|| Ok(between(drawn))));
+            return Ok(drawn.and_then(|drawn| drawn.map(between).transpose()));
+        }
+        if self.work.context.scene.samples <= 1 {
             return self.unsampled(ranks, manner, drawn);
         }
         let work = self.work;
@@ -114,8 +123,32 @@ fn begin<'w>(work: &Work<'w>, ranks: &Ranks, manner: Manner, drawn: Drawn) -> Re
     let FrameContext { renderer, scene, .. } = *work.context;
     let (edges, tolerance) = (&work.edges, manner.quality.tolerance);
     let begin = || {
-        let found = if edges.is_none() { Vec::new() } else { edges.find(scene, tolerance, &drawn.0) };
+        let found = if edges.is_none() { Vec::new() } else { edges.find(scene, &drawn.0) };
         Ok(SampledPicture::new(scene, tolerance, work.radius[1], drawn, &found))
     };
     ranks.attempt(|| renderer.run(begin))
+}
+
+/// A picture with pixels between traced ones. One is right that shows the background where its ray misses the shell. Of
+/// others nothing is known: the error is all that a channel can hold, and how far they are off is estimated apart.
+fn interpolated(scene: &Scene, outer: f64, raster: Raster, (mut pixels, counts): Drawn) -> Sampled {
+    let brightest = brightest(scene);
+    let (background, unknown) = (background_blend(scene, brightest, None).color, brightest.max(1.0) as f32);
+    let estimate = |(number, pixel): (usize, &mut Pixel)| {
+        let number = number as u32;
+        if raster.is_traced(number) {
+            return None;
+        }
+        let is_right = pixel.color == background && !may_show_shell(scene, outer, number);
+        let estimate = std::mem::replace(&mut pixel.error, if is_right { 0.0 } else { unknown });
+        (!is_right).then(|| estimate.min(unknown))
+    };
+    let estimates: Vec<Option<f32>> = pixels.par_iter_mut().enumerate().map(estimate).collect();
+    let known = || estimates.iter().flatten();
+    let sum: f64 = known().map(|error| f64::from(*error)).sum();
+    let max = known().fold(0.0f32, |max, error| max.max(*error));
+    let summary = SamplingError { max: f64::from(max), mean: sum / known().count().max(1) as f64 };
+    let error = estimates.into_iter().map(Option::unwrap_or_default).collect();
+    let rays_per_pixel = raster.part();
+    Sampled { drawn: (pixels, counts), edge_pixels: 0, rays_per_pixel, error, summary: Some(summary) }
 }

@@ -200,7 +200,8 @@ pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
 /// standard deviation, stands for the latter.
 const DEVIATIONS: f64 = 4.0;
 
-/// Error bound of rounded positions for a ray that grazes an edge of the mesh.
+/// Error bound of rounded positions for a ray that grazes an edge of the mesh; in single precision, in which a piece is a
+/// part of its frustum, half a last digit is added.
 const GEOMETRY: f64 = 1e-9;
 
 /// The light of pixels, over the background.
@@ -264,9 +265,10 @@ pub(super) fn background_blend(scene: &Scene, brightest: f64, met: Option<Radian
         }
     };
     let rounding = DEVIATIONS * light.variance.sqrt();
+    let geometry = GEOMETRY + if scene.precision == Precision::F32 { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
     // The picture itself is in f32.
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
-    let error = if met.is_some() { light.error + rounding + stored + GEOMETRY } else { 0.0 };
+    let error = if met.is_some() { light.error + rounding + stored + geometry } else { 0.0 };
     let error = error.min(brightest.max(1.0)) as f32;
     Pixel { color: color.map_inline(|c| c as f32), error, surfaces: BoundarySignature::default() }
 }

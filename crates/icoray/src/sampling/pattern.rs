@@ -6,6 +6,8 @@
 //!
 //! The scrambling is that of Burley, "Practical Hash-based Owen Scrambling", JCGT 9 (4), 2020.
 
+use std::ops::Range;
+
 /// The samples of one pixel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pattern {
@@ -37,6 +39,14 @@ impl Pattern {
             let place = scrambled(points[axis], self.seeds[axis]) ^ self.shifts[axis];
             (f64::from(place) + 0.5) / 2f64.powi(32) - 0.5
         })
+    }
+
+    /// The mean place of some samples.
+    pub fn mean_place(&self, samples: Range<u32>) -> [f64; 2] {
+        let count = f64::from(samples.end - samples.start);
+        samples
+            .map(|sample| self.place(sample))
+            .fold([0.0; 2], |mean, place| [0, 1].map(|k| mean[k] + place[k] / count))
     }
 }
 

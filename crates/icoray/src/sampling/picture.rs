@@ -1,6 +1,5 @@
 //! A picture while rounds of samples are added to its pixels, at rank 0.
 
-use super::moments::{Moments, Places};
 use super::pattern::Pattern;
 use super::round::SampleRound;
 use crate::edges;
@@ -12,9 +11,11 @@ use icoray_scene::Scene;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
 
-/// Rays of a pixel from which on a step beside it is taken to be none in it, where its rays do not find one: of steps
-/// between the middles of two pixels, n even rays of one of them miss 1 / (2 n), 3 %.
-const FOUND: u32 = 16;
+/// The first samples of a pixel are spread evenly around its middle from so many on.
+const EVEN: u32 = 4;
+/// The sampling error is so many times the mean change by a round: a little more than Student's factor of 95 % for nine
+/// changes, 2.26, as the smallest of them tell little where a step passes through the pixel alone.
+const FACTOR: f64 = 2.5;
 
 /// The picture, its pixels' sampling errors, and the pixels to which samples are added.
 pub(crate) struct SampledPicture<'s> {
@@ -22,6 +23,8 @@ pub(crate) struct SampledPicture<'s> {
     tolerance: f64,
     pixels: Vec<Pixel>,
     counts: Counts,
+    /// The scaled change of each pixel by its last round.
+    change: Vec<f32>,
     /// Estimated sampling error of each pixel; 0 where a pixel shows nothing but the background.
     error: Vec<f32>,
     active: Vec<ActivePixel>,
@@ -37,7 +40,32 @@ pub(crate) struct SampledPicture<'s> {
 struct ActivePixel {
     number: u32,
     is_edge: bool,
-    moments: Moments,
+    /// The slopes of the picture of one ray per pixel, to the right and downwards, per pixel.
+    slopes: [[f32; 4]; 2],
+}
+
+/// Weights of some samples of a pixel.
+#[derive(Clone, Copy)]
+struct Weights {
+    sum: f64,
+    squares: f64,
+}
+
+impl Weights {
+    /// Of the first `rays` samples of a picture of at most `samples` per pixel.
+    fn of(rays: u32, samples: u32) -> Self {
+        let middle = if samples < EVEN { 2.0 } else { 1.0 };
+        let others = f64::from(rays - 1);
+        Weights { sum: middle + others, squares: middle * middle + others }
+    }
+
+    /// The deviation of the mean of these samples, for one of its difference from the mean of `fewer` of them, where
+    /// samples differ by chance.
+    fn deviation(&self, fewer: &Weights) -> f64 {
+        let variance = self.squares / self.sum.powi(2);
+        let of_fewer = fewer.squares / fewer.sum.powi(2);
+        (variance / (variance + of_fewer - 2.0 * fewer.squares / (fewer.sum * self.sum))).sqrt()
+    }
 }
 
 impl<'s> SampledPicture<'s> {
@@ -53,13 +81,26 @@ impl<'s> SampledPicture<'s> {
         let active = |number: u32| ActivePixel {
             number,
             is_edge: edges.binary_search(&number).is_ok(),
-            moments: Moments::default(),
+            slopes: slopes(scene, &pixels, number),
         };
         let all = (0..scene.width * scene.height).into_par_iter();
         let active: Vec<ActivePixel> = all.filter(|number| may_show_shell(scene, outer, *number)).map(active).collect();
         let edge_pixels = active.iter().filter(|pixel| pixel.is_edge).count() as u64;
         let (error, sampled) = (vec![0.0; pixels.len()], active.len());
-        SampledPicture { scene, tolerance, pixels, counts, error, active, rays: 1, sampled, edge_pixels, samples: 0 }
+        let change = error.clone();
+        SampledPicture {
+            scene,
+            tolerance,
+            pixels,
+            counts,
+            change,
+            error,
+            active,
+            rays: 1,
+            sampled,
+            edge_pixels,
+            samples: 0,
+        }
     }
 
     /// The numbers of the pixels that take samples until they have `end` rays; others take no more.
@@ -84,19 +125,26 @@ impl<'s> SampledPicture<'s> {
     pub fn with(mut self, round: &SampleRound, tiles: &[Tile]) -> Self {
         let (tiles, counts) = round.pixels.in_order(tiles);
         self.counts += counts;
-        let added: Vec<(&Pixel, &Moments)> =
-            tiles.into_iter().flat_map(|tile| tile.pixels.iter().zip(&tile.moments)).collect();
-        let (pixels, width, before) = (&self.pixels, self.scene.width, self.rays);
-        let joined = self.active.par_iter_mut().zip(&added).map(|(active, (pixel, moments))| {
-            let pattern = Pattern::of([active.number % width, active.number / width]);
-            let places = [0..before, round.samples.clone()].map(|samples| Places::of(&pattern, samples));
+        let added: Vec<&Pixel> = tiles.into_iter().flat_map(|tile| &tile.pixels).collect();
+        let (pixels, width) = (&self.pixels, self.scene.width);
+        let [before, after] = [self.rays, round.samples.end].map(|rays| Weights::of(rays, self.scene.samples));
+        let deviation = after.deviation(&before);
+        let joined = self.active.par_iter().zip(&added).map(|(active, pixel)| {
             let mine = &pixels[active.number as usize];
-            active.moments = active.moments.joined(&mine.color, &places[0], (moments, &pixel.color, &places[1]));
-            edges::weighted_mean([(mine, f64::from(before)), (*pixel, round.samples.len() as f64)].into_iter())
+            let place = Pattern::of([active.number % width, active.number / width]).mean_place(round.samples.clone());
+            let moved = Pixel { color: at_middle(pixel.color, place, &active.slopes), ..**pixel };
+            let weighted = [(mine, before.sum), (&moved, after.sum - before.sum)];
+            let mut joined = edges::weighted_mean(weighted.into_iter());
+            // A slope may lead beyond what there is.
+            joined.color = joined.color.map(|channel| channel.max(0.0));
+            joined.color[3] = joined.color[3].min(1.0);
+            let change = (0..4).map(|k| (joined.color[k] - mine.color[k]).abs()).fold(0.0, f32::max);
+            (joined, (deviation * f64::from(change)) as f32)
         });
-        let joined: Vec<Pixel> = joined.collect();
-        for (active, pixel) in self.active.iter().zip(joined) {
+        let joined: Vec<(Pixel, f32)> = joined.collect();
+        for (active, (pixel, change)) in self.active.iter().zip(joined) {
             self.pixels[active.number as usize] = pixel;
+            self.change[active.number as usize] = change;
         }
         self.samples += (self.active.len() * round.samples.len()) as u64;
         self.rays = round.samples.end;
@@ -106,46 +154,21 @@ impl<'s> SampledPicture<'s> {
 
     /// Estimates the sampling errors of the active pixels.
     fn estimate(&mut self) {
-        let (rays, width) = (self.rays, self.scene.width);
+        let Scene { width, height, .. } = *self.scene;
+        let change = &self.change;
         let error = |active: &ActivePixel| {
-            let pattern = Pattern::of([active.number % width, active.number / width]);
-            active.moments.error(&Places::of(&pattern, 0..rays), &self.slopes(active.number))
+            let [xs, ys] = [(active.number % width, width), (active.number / width, height)]
+                .map(|(at, side)| at.saturating_sub(1)..(at + 2).min(side));
+            let around = ys.flat_map(|y| xs.clone().map(move |x| change[(y * width + x) as usize]));
+            let (count, sum) =
+                around.fold((0, 0.0), |(count, sum), change| (count + 1, sum + f64::from(change).powi(2)));
+            // A channel is 0 to 1, but for highlights.
+            (FACTOR * (sum / f64::from(count)).sqrt()).min(1.0) as f32
         };
         let errors: Vec<f32> = self.active.par_iter().map(error).collect();
         for (active, error) in self.active.iter().zip(errors) {
             self.error[active.number as usize] = error;
         }
-    }
-
-    /// The slopes of the picture at a pixel, to the right and downwards, per pixel.
-    ///
-    /// While a step may lie between a pixel's rays and its border, they are the mean of the slopes on both sides, which
-    /// a step on one side is in; later they are the smaller one, or 0 at a maximum.
-    fn slopes(&self, number: u32) -> [[f32; 4]; 2] {
-        let Scene { width, height, .. } = *self.scene;
-        let may_hide = self.rays < FOUND;
-        let axis = |at: u32, side: u32, step: u32| {
-            let color = |number: u32| self.pixels[number as usize].color;
-            let before = (at > 0).then(|| color(number - step));
-            let behind = (at + 1 < side).then(|| color(number + step));
-            let mine = color(number);
-            std::array::from_fn(|k| {
-                let slopes = [before.map(|before| mine[k] - before[k]), behind.map(|behind| behind[k] - mine[k])];
-                match slopes {
-                    [Some(one), Some(other)] if may_hide => 0.5 * (one + other),
-                    [Some(one), Some(other)] if one * other <= 0.0 => 0.0,
-                    [Some(one), Some(other)] => {
-                        if one.abs() < other.abs() {
-                            one
-                        } else {
-                            other
-                        }
-                    }
-                    [one, other] => one.or(other).unwrap_or(0.0),
-                }
-            })
-        };
-        [axis(number % width, width, 1), axis(number / width, height, width)]
     }
 
     /// Number of pixels that took several rays and have the edge of a surface in them.
@@ -167,8 +190,32 @@ impl<'s> SampledPicture<'s> {
     }
 }
 
+/// Light at a place of a pixel, moved to its middle along these slopes.
+fn at_middle(color: [f32; 4], [x, y]: [f64; 2], [right, down]: &[[f32; 4]; 2]) -> [f32; 4] {
+    let moved = |k: usize| f64::from(color[k]) - (f64::from(right[k]) * x + f64::from(down[k]) * y);
+    std::array::from_fn(|k| moved(k) as f32)
+}
+
+/// The slopes of a picture at a pixel, to the right and downwards, per pixel: the mean of the slopes on both sides, at
+/// most twice the smaller one, and 0 at an extremum or the picture's border. So a step beside a pixel is no slope in
+/// it.
+fn slopes(scene: &Scene, pixels: &[Pixel], number: u32) -> [[f32; 4]; 2] {
+    let axis = |at: u32, side: u32, step: u32| {
+        if at == 0 || at + 1 == side {
+            return [0.0; 4];
+        }
+        let [before, mine, behind] = [number - step, number, number + step].map(|number| pixels[number as usize].color);
+        std::array::from_fn(|k| {
+            let (one, other) = (mine[k] - before[k], behind[k] - mine[k]);
+            let most = if one * other > 0.0 { 2.0 * one.abs().min(other.abs()) } else { 0.0 };
+            (0.5 * (one + other)).clamp(-most, most)
+        })
+    };
+    [axis(number % scene.width, scene.width, 1), axis(number / scene.width, scene.height, scene.width)]
+}
+
 /// Whether a ray through a pixel may come within the radius `outer` of the centre.
-fn may_show_shell(scene: &Scene, outer: f64, number: u32) -> bool {
+pub(crate) fn may_show_shell(scene: &Scene, outer: f64, number: u32) -> bool {
     let eye = DVec3::from_array(scene.camera.eye());
     let middle = SamplePoint::middle(number % scene.width, number / scene.width, false);
     let dir = DVec3::from_array(scene.camera.direction_at(middle.at, scene.width, scene.height));
@@ -177,4 +224,75 @@ fn may_show_shell(scene: &Scene, outer: f64, number: u32) -> bool {
     let along = -eye.dot(dir);
     let passes_at = (eye + along * dir).length();
     eye.length() <= outer || along + reach > 0.0 && passes_at - reach <= outer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::{Raster, Tiling, sample_points};
+    use std::time::Instant;
+
+    const SIDE: u32 = 8;
+
+    /// A picture of this light, of `samples` rays in each pixel. Its camera is in the shell.
+    fn drawn(light: impl Fn([f64; 2]) -> f32 + Sync, samples: u32) -> (Vec<Pixel>, Vec<f32>) {
+        let keys = format!("field = \"f\"\nsamples = {samples}\nimage = {{ width = {SIDE}, height = {SIDE} }}");
+        let scene = Scene::parse(&keys).unwrap();
+        let raster = Raster { width: SIDE, height: SIDE, step: 1 };
+        let show = |points: &[SamplePoint]| -> Vec<Pixel> {
+            points.iter().map(|point| Pixel { color: [light(point.at); 4], ..Pixel::default() }).collect()
+        };
+        let first = raster.draw(|points, _| show(points));
+        let mut picture = SampledPicture::new(&scene, 0.0, f64::INFINITY, first, &[]);
+        for end in crate::sampling::rounds(samples, 0) {
+            let round = SampleRound::new(raster, picture.wanted(end), picture.rays..end);
+            let tile = |number: u32| {
+                let rays = show(&sample_points(&round, number));
+                Tile::resolved(&round, number, rays, Instant::now(), Counts::default())
+            };
+            let tiles: Vec<Tile> = (0..round.tiles()).map(tile).collect();
+            picture = picture.with(&round, &tiles);
+        }
+        let (pixels, error, _) = picture.finish();
+        (pixels.0, error)
+    }
+
+    #[test]
+    fn linear_light_has_its_exact_mean_for_any_number_of_samples() {
+        let light = |[x, y]: [f64; 2]| (0.3 + 0.02 * x + 0.04 * y) as f32;
+        for samples in [2, 3, 4, 8, 11] {
+            let (pixels, errors) = drawn(light, samples);
+            for (x, y) in (1..SIDE - 1).flat_map(|y| (1..SIDE - 1).map(move |x| (x, y))) {
+                let number = (y * SIDE + x) as usize;
+                let off = (pixels[number].color[0] - light([f64::from(x) + 0.5, f64::from(y) + 0.5])).abs();
+                assert!(off < 1e-6, "{samples} samples at {x}, {y}: {off} off");
+            }
+            // Pixels of the border have no slope, so that those beside them have an error.
+            let inner = errors[(SIDE / 2 * SIDE + SIDE / 2) as usize];
+            assert!(inner < 1e-6 && errors[0] > 1e-4, "{samples} samples: {inner} and {}", errors[0]);
+        }
+    }
+
+    #[test]
+    fn light_beside_a_step_stays_as_it_is() {
+        let (pixels, errors) = drawn(|[x, _]| if x < 4.0 { 0.0 } else { 1.0 }, 8);
+        assert!((0..).zip(&pixels).all(|(number, pixel)| pixel.color == [f32::from(u8::from(number % SIDE >= 4)); 4]));
+        assert!(errors.iter().all(|error| *error == 0.0), "{errors:?}");
+    }
+
+    #[test]
+    fn channels_stay_within_their_range() {
+        let (pixels, _) = drawn(|[x, y]| f32::from(u8::from((x - 3.3) * (x - 3.3) + (y - 4.2) * (y - 4.2) < 6.0)), 2);
+        assert!(pixels.iter().all(|pixel| pixel.color.iter().all(|channel| (0.0..=1.0).contains(channel))));
+    }
+
+    #[test]
+    fn changes_by_chance_are_scaled_to_the_error_of_the_mean() {
+        let deviation = |before: u32, after: u32| Weights::of(after, 64).deviation(&Weights::of(before, 64));
+        assert!((deviation(8, 16) - 1.0).abs() < 1e-12, "half of the rays are new: the halves differ by twice as much");
+        assert!((deviation(1, 4) - 3f64.sqrt().recip()).abs() < 1e-12);
+        // The middle of two rays has 2/3 of the weight: sqrt(5)/3 of a ray's deviation, which changes by sqrt(2)/3.
+        let two = Weights::of(2, 2).deviation(&Weights::of(1, 2));
+        assert!((two - 2.5f64.sqrt()).abs() < 1e-12, "{two}");
+    }
 }

@@ -1,6 +1,5 @@
 //! A round of samples: more rays for some pixels.
 
-use super::moments::Moments;
 use super::pattern::Pattern;
 use crate::edges::mean;
 use crate::raster::{Pixel, Raster, SamplePoint, Tiling};
@@ -47,18 +46,8 @@ impl Tiling for SampleRound {
         }
     }
 
-    fn resolve(&self, tile: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>) {
-        let pixels = self.pixels.of_tile(tile).iter().zip(rays.chunks_exact(self.samples.len()));
-        let of_pixel = |(number, rays): (&u32, &[Pixel])| {
-            let pattern = Pattern::of(self.pixels.place(*number));
-            let mean = mean(rays);
-            (mean, Moments::of(rays, &mean.color, &pattern, self.samples.clone()))
-        };
-        pixels.map(of_pixel).unzip()
-    }
-
-    fn has_moments(&self) -> bool {
-        true
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        rays.chunks_exact(self.samples.len()).map(mean).collect()
     }
 
     fn raster(&self) -> Option<Raster> {

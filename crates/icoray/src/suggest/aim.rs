@@ -1,18 +1,27 @@
-//! The place of the camera.
+//! The place of the camera: over the side on which the field shows, or over the region that has data.
 
+use super::look::{Kind, Look};
+use super::numbers::to_step;
 use super::survey::Survey;
+use super::{FILLED, FOV_DEG};
 use glam::DVec3;
 use icoray_grid::Grid;
+use icoray_grid::grid::unit_vector;
 use std::f64::consts::PI;
 
-/// Bands of latitude whose means are zonal means.
+/// Bands of latitude whose means are zonal means, and sectors of longitude.
 const BANDS: usize = 36;
+const SECTORS: usize = 72;
+/// Degrees between places that are tried.
+const APART_DEG: f64 = 5.0;
 /// A field whose deviations are less than this part of its variance has none to face.
 const LEAST_VARIANCE: f64 = 1e-4;
-/// Where deviations are spread more evenly than this there is no side to face: 0 is even, 1 a single place.
-const LEAST_SIDED: f64 = 0.1;
-/// Latitudes beyond which the camera does not go by itself, degrees.
-const STEEPEST_DEG: f64 = 45.0;
+/// A place shows so many times as much as the usual one, or the camera stays there.
+const LEAST_GAIN: f64 = 1.1;
+/// Part by which a pole counts less than the equator, as pictures with north upwards are read more easily.
+const POLE: f64 = 0.3;
+/// A mesh whose cells are all within so many degrees of one place is a region.
+const WIDEST_REGION_DEG: f64 = 60.0;
 
 /// A place below the camera, degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,41 +35,132 @@ pub(super) struct Aim {
 impl Aim {
     const DEFAULT: Self = Aim { lon_deg: 0.0, lat_deg: 25.0, is_of_field: false };
 
-    /// The middle of where the field differs from its zonal mean.
-    pub fn new(grid: &Grid, survey: &Survey) -> Self {
-        let direction = |column: usize| grid.direction(column as u32);
-        let band = |column: usize| {
-            let part = direction(column).z.clamp(-1.0, 1.0).asin() / PI + 0.5;
-            ((part * BANDS as f64) as usize).min(BANDS - 1)
+    /// The place from which most is seen: of what is dense, or else of where the field differs from its zonal mean.
+    pub fn new(grid: &Grid, survey: &Survey, look: &Look, exaggeration: f64) -> Self {
+        let weights = match look.kind {
+            Kind::Signed | Kind::Upper | Kind::Lower => {
+                let opacity = |depth: &f64| 1.0 - (-depth / look.unit_length).exp();
+                Some(look.depths(survey, exaggeration).iter().map(opacity).collect())
+            }
+            _ => deviations(grid, survey),
         };
-        let places: Vec<usize> = (0..grid.cells()).map(band).collect();
-        let count = survey.height.len();
-        let mut means = vec![[0.0; 2]; BANDS * count];
-        let mut layers = vec![[0.0; 2]; count];
-        survey.each(|column, layer, value| {
-            let [number, sum] = &mut means[places[column] * count + layer];
-            (*number, *sum) = (*number + 1.0, *sum + value);
-            let [number, sum] = &mut layers[layer];
-            (*number, *sum) = (*number + 1.0, *sum + value);
-        });
-        let (mut toward, mut deviations, mut variance) = (DVec3::ZERO, 0.0, 0.0);
-        survey.each(|column, layer, value| {
-            let [number, sum] = means[places[column] * count + layer];
-            let deviation = (value - sum / number).powi(2);
-            let [number, sum] = layers[layer];
-            variance += (value - sum / number).powi(2);
-            deviations += deviation;
-            toward += deviation * direction(column);
-        });
-        if !(deviations > LEAST_VARIANCE * variance && toward.length() > LEAST_SIDED * deviations) {
-            return Self::DEFAULT;
-        }
-        let toward = toward / deviations;
-        // Not -0, nor -180.
-        let to_five = |deg: f64| if deg < -177.5 { 180.0 } else { (deg / 5.0).round() * 5.0 + 0.0 };
-        let has_lon = toward.x.hypot(toward.y) > 0.5 * LEAST_SIDED;
-        let lon_deg = if has_lon { to_five(toward.y.atan2(toward.x).to_degrees()) } else { 0.0 };
-        let lat_deg = to_five(toward.normalize().z.asin().to_degrees());
-        Aim { lon_deg, lat_deg: lat_deg.clamp(-STEEPEST_DEG, STEEPEST_DEG), is_of_field: true }
+        weights.map_or(Self::DEFAULT, |weights: Vec<f64>| Self::over(grid, survey, &weights))
     }
+
+    fn over(grid: &Grid, survey: &Survey, weights: &[f64]) -> Self {
+        let mut bins = vec![DVec3::ZERO; BANDS * SECTORS];
+        for (column, weight) in survey.columns().zip(weights) {
+            let direction = grid.direction(column as u32);
+            let sector = (direction.y.atan2(direction.x) / PI + 1.0) / 2.0;
+            let sector = ((sector * SECTORS as f64) as usize).min(SECTORS - 1);
+            bins[band(direction) * SECTORS + sector] += *weight * direction;
+        }
+        bins.retain(|bin| *bin != DVec3::ZERO);
+        let seen = |aim: &Self| {
+            let toward = unit_vector(aim.lon_deg.to_radians(), aim.lat_deg.to_radians());
+            let sum: f64 = bins.iter().map(|bin| bin.dot(toward).max(0.0).powi(2) / bin.length()).sum();
+            sum * (1.0 - POLE * (aim.lat_deg / 90.0).powi(2))
+        };
+        let (mut best, mut most) = (Self::DEFAULT, LEAST_GAIN * seen(&Self::DEFAULT));
+        let steps = |end: f64| (0..=(2.0 * end / APART_DEG) as i32).map(move |i| f64::from(i) * APART_DEG - end);
+        for lat_deg in steps(90.0) {
+            // From the usual longitude to both sides: of equal places the nearest.
+            for lon_deg in (0..=36).flat_map(|i| [f64::from(i), f64::from(-i)]).map(|i| i * APART_DEG + 0.0) {
+                let aim = Aim { lon_deg, lat_deg, is_of_field: true };
+                let shown = seen(&aim);
+                // By more than rounding.
+                if shown > most * (1.0 + 1e-3) {
+                    (best, most) = (aim, shown);
+                }
+            }
+        }
+        best
+    }
+}
+
+fn band(direction: DVec3) -> usize {
+    let part = direction.z.clamp(-1.0, 1.0).asin() / PI + 0.5;
+    ((part * BANDS as f64) as usize).min(BANDS - 1)
+}
+
+/// The squares of what a column's values differ from their zonal means by; `None` where that is next to nothing.
+fn deviations(grid: &Grid, survey: &Survey) -> Option<Vec<f64>> {
+    let place = |column: usize| band(grid.direction(column as u32));
+    let count = survey.height.len();
+    let mut means = vec![[0.0; 2]; BANDS * count];
+    let mut layers = vec![[0.0; 2]; count];
+    survey.each(|column, layer, value| {
+        let [number, sum] = &mut means[place(column) * count + layer];
+        (*number, *sum) = (*number + 1.0, *sum + value);
+        let [number, sum] = &mut layers[layer];
+        (*number, *sum) = (*number + 1.0, *sum + value);
+    });
+    let mut variance = 0.0;
+    let from = |value: f64, [number, sum]: [f64; 2]| (value - sum / number).powi(2);
+    survey.each(|_, layer, value| variance += from(value, layers[layer]));
+    let of_column = |column: usize| {
+        let values = survey.shown.iter().map(|layer| (survey.value(column, *layer), *layer));
+        let here = values.filter(|(value, _)| !value.is_nan());
+        here.map(|(value, layer)| from(value, means[place(column) * count + layer])).sum::<f64>()
+    };
+    let found: Vec<f64> = survey.columns().map(of_column).collect();
+    (found.iter().sum::<f64>() > LEAST_VARIANCE * variance).then_some(found)
+}
+
+/// The part of the sphere that the mesh covers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Region {
+    pub lon_deg: f64,
+    pub lat_deg: f64,
+    middle: DVec3,
+    /// Width or height, planet radii, whichever is the larger.
+    pub across: f64,
+}
+
+impl Region {
+    /// `None` where the mesh is global.
+    pub fn of(grid: &Grid) -> Option<Self> {
+        let cells = || (0..grid.cells()).map(|cell| grid.direction(cell as u32));
+        let mut middle = cells().sum::<DVec3>().try_normalize()?;
+        let least = cells().map(|cell| cell.dot(middle)).fold(1.0, f64::min);
+        if least < WIDEST_REGION_DEG.to_radians().cos() {
+            return None;
+        }
+        // To the middle of the box around it, as the camera sees it.
+        for _ in 0..4 {
+            let [east, north] = axes(middle);
+            let [[west, right], [south, top]] = [east, north].map(|axis| ends(cells().map(|cell| cell.dot(axis))));
+            middle = (middle + 0.5 * (west + right) * east + 0.5 * (south + top) * north).normalize();
+        }
+        let width = |[low, high]: [f64; 2]| high - low;
+        let across = axes(middle).map(|axis| width(ends(cells().map(|cell| cell.dot(axis)))));
+        let across = across[0].max(across[1]).max(1e-6);
+        let rounded = |angle: f64| to_step(angle.to_degrees(), 0.02 * across.to_degrees()) + 0.0;
+        let (lon_deg, lat_deg) = (rounded(middle.y.atan2(middle.x)), rounded(middle.z.clamp(-1.0, 1.0).asin()));
+        Some(Region { lon_deg, lat_deg, middle, across })
+    }
+
+    /// The camera's distance from the planet's centre from which the region, up to radius `outer`, fills a picture that
+    /// is `aspect` times as wide as high.
+    pub fn distance(&self, grid: &Grid, outer: f64, aspect: f64) -> f64 {
+        let half = FILLED * (0.5 * FOV_DEG.to_radians()).tan();
+        let [east, north] = axes(self.middle);
+        let needed = |cell: u32| {
+            let direction = grid.direction(cell);
+            let aside = (direction.dot(east).abs() / aspect).max(direction.dot(north).abs());
+            outer * (direction.dot(self.middle) + aside / half)
+        };
+        let farthest = (0..grid.cells()).map(|cell| needed(cell as u32)).fold(outer, f64::max);
+        to_step(farthest, 0.02 * (farthest - outer).max(1e-6))
+    }
+}
+
+/// Unit vectors to the east and to the north at a place.
+fn axes(middle: DVec3) -> [DVec3; 2] {
+    let east = DVec3::Z.cross(middle).try_normalize().unwrap_or(DVec3::Y);
+    [east, middle.cross(east)]
+}
+
+fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }

@@ -7,13 +7,18 @@
 //!
 //! - **Both signs** (the 1st and the 99th percentile have different signs and similar magnitudes): a diverging colour
 //!   map about 0, opaque in the tails of the magnitude, clear around 0.
-//! - **Stratified** (layer means explain most of the variance, as of potential temperature or density): three thin
-//!   shells, at values that the lowest layer has too, so that the edges of the shells are seen.
-//! - **One tail** (one end of the distribution is much longer, as of humidity or a tracer): opaque towards that end.
-//! - **Otherwise**: opaque at both ends, translucent in the middle.
+//! - **Stratified** (layer means explain most of the variance, as of potential temperature or density): two thin
+//!   shells, at values that the lowest layer has too, so that the edges of the shells are seen. Where the lowest layer
+//!   has about one value, the field less the mean of each layer is shown instead; where no layer has another value than
+//!   its mean, all layers, behind a cut.
+//! - **Otherwise**: the longer end of the distribution, in no more than a third of the columns. Positive values of many
+//!   decades have a logarithmic scale.
+//! - **On a surface**: all values.
 //!
 //! Each value counts the same, so that layers count most where the model has many of them. The camera faces the side on
-//! which the field differs most from its zonal mean, at a distance that shows the whole planet.
+//! which most of it is seen, at a distance that shows the whole planet, or the region that the mesh covers.
+//!
+//! Colours are those that stand out from dark ground, which is grey, so that no hue is mixed into them.
 //!
 //! ```
 //! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Scene, Shape, suggest};
@@ -39,7 +44,7 @@ mod survey;
 mod tests;
 mod text;
 
-use aim::Aim;
+use aim::{Aim, Region};
 use icoray_grid::Grid;
 use icoray_grid::Layers;
 use icoray_grid::{CenterField, Field, Location};
@@ -52,8 +57,10 @@ use survey::Survey;
 const THICKNESS: f64 = 0.1;
 /// Full vertical angle of the camera, degrees.
 const FOV_DEG: f64 = 30.0;
-/// Part of the picture's height that the planet fills.
-const FILLED: f64 = 0.86;
+/// Part of the picture that the planet or the region fills, in height or width.
+const FILLED: f64 = 0.97;
+/// Thickness of a region's shell, of its width.
+const REGION_THICKNESS: f64 = 0.15;
 
 /// Choices of the caller; those that are `None` are suggested.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -82,6 +89,8 @@ pub struct Options {
     pub backend: Option<Backend>,
     /// Which of several GPUs.
     pub device: Option<Adapter>,
+    /// The title has no time, as the data have none.
+    pub is_timeless: bool,
     /// Lines for the comment at the top of the text, such as the command that draws it.
     pub head: Vec<String>,
 }
@@ -108,10 +117,13 @@ pub fn scene(name: &str, grid: &Grid, layers: &Layers, field: &Field, options: &
     let survey = survey.ok_or_else(|| {
         Error::new(ErrorKind::Field, format!("{name}: all values are missing, expected some to draw"))
     })?;
-    let exaggeration = options.exaggeration.unwrap_or_else(|| exaggeration(&layers));
+    let region = Region::of(grid);
+    let thickness = region.map_or(THICKNESS, |region| THICKNESS.min(REGION_THICKNESS * region.across));
+    let exaggeration = options.exaggeration.unwrap_or_else(|| exaggeration(&layers, thickness));
     let look = Look::new(&survey, exaggeration, options);
-    let aim = Aim::new(grid, &survey);
-    Ok(text::Suggested { name, layers: &layers, exaggeration, look, aim, options }.text())
+    let anomaly = if look.is_of_anomaly { survey.anomaly() } else { None };
+    let aim = Aim::new(grid, anomaly.as_ref().unwrap_or(&survey), &look, exaggeration);
+    Ok(text::Suggested { name, grid, layers: &layers, exaggeration, look, aim, region, options }.text())
 }
 
 impl Options {
@@ -142,11 +154,11 @@ pub fn check_color_map(name: &str) -> Result<()> {
     Err(Error::new(ErrorKind::Argument, context))
 }
 
-/// A number that makes the shell about [`THICKNESS`] thick.
-fn exaggeration(layers: &Layers) -> f64 {
+/// A number that makes the shell about `thickness` planet radii thick.
+fn exaggeration(layers: &Layers, thickness: f64) -> f64 {
     let radius = layers.radius_m();
-    let thickness = (radius[0] - radius[radius.len() - 1]).abs() / layers.planet_radius_m();
-    numbers::round(THICKNESS / thickness).max(1.0)
+    let true_thickness = (radius[0] - radius[radius.len() - 1]).abs() / layers.planet_radius_m();
+    numbers::round(thickness / true_thickness).max(1.0)
 }
 
 /// The number of the field's layer at or nearest to a level, in the field's order.

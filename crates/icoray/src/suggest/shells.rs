@@ -3,7 +3,7 @@
 use super::survey::Survey;
 
 /// Shares of the outermost or innermost layer that the shown surfaces cut off, percent, the smallest dome first.
-const SHARES: [f64; 3] = [22.0, 36.0, 50.0];
+const SHARES: [f64; 2] = [22.0, 48.0];
 /// Part of the columns that meet a surface which is shown.
 const LEAST_MET: f64 = 0.02;
 

@@ -15,6 +15,10 @@ pub(super) struct Survey<'f> {
     pub shown: Vec<usize>,
     /// Each how many-th column is looked at.
     step: usize,
+    /// Subtracted from the values of each layer.
+    reference: Vec<f64>,
+    /// Mean of each layer; 0 where all its values are missing.
+    means: Vec<f64>,
     /// Values, rising; at least one.
     sorted: Vec<f64>,
     /// Part of the variance that the means of the layers explain, 0 to 1.
@@ -27,14 +31,25 @@ impl<'f> Survey<'f> {
         let planet = layers.planet_radius_m();
         let height: Vec<f64> = layers.radius_m().iter().map(|radius| radius / planet - 1.0).collect();
         let shown = only.map_or_else(|| (0..height.len()).collect(), |layer| vec![layer]);
+        let reference = vec![0.0; height.len()];
+        Self::less(field, height, shown, reference)
+    }
+
+    /// The same of the values less the mean of their layer.
+    pub fn anomaly(&self) -> Option<Self> {
+        Self::less(self.field, self.height.clone(), self.shown.clone(), self.means.clone())
+    }
+
+    fn less(field: &'f Field<'f>, height: Vec<f64>, shown: Vec<usize>, reference: Vec<f64>) -> Option<Self> {
         let shape = field.shape();
         let step = (shape.columns * shape.layers).div_ceil(MAX_SAMPLES).max(1);
-        let mut survey = Survey { field, height, shown, step, sorted: Vec::new(), stratified: 0.0 };
+        let (means, sorted) = (vec![0.0; height.len()], Vec::new());
+        let mut survey = Survey { field, height, shown, step, reference, means, sorted, stratified: 0.0 };
         let mut sorted = Vec::new();
         survey.each(|_, _, value| sorted.push(value));
         sorted.sort_unstable_by(f64::total_cmp);
         survey.sorted = sorted;
-        survey.stratified = survey.stratification();
+        survey.stratify();
         (!survey.sorted.is_empty()).then_some(survey)
     }
 
@@ -45,7 +60,7 @@ impl<'f> Survey<'f> {
 
     /// The value of a column on a layer, NaN where it is missing.
     pub fn value(&self, column: usize, layer: usize) -> f64 {
-        self.field.value(column, layer)
+        self.field.value(column, layer) - self.reference[layer]
     }
 
     /// Calls `take(column, layer, value)` for each value that is there.
@@ -65,14 +80,35 @@ impl<'f> Survey<'f> {
         of(&self.sorted, percent)
     }
 
-    /// The same of the magnitudes.
-    pub fn percentiles_of_magnitude<const N: usize>(&self, percents: [f64; N]) -> [f64; N] {
-        let mut magnitudes: Vec<f64> = self.sorted.iter().map(|value| value.abs()).collect();
-        magnitudes.sort_unstable_by(f64::total_cmp);
-        percents.map(|percent| of(&magnitudes, percent))
+    /// Least and largest value.
+    pub fn ends(&self) -> [f64; 2] {
+        [0.0, 100.0].map(|percent| self.percentile(percent))
     }
 
-    fn stratification(&self) -> f64 {
+    /// The values above 0, rising; empty where any is below 0.
+    pub fn positive(&self) -> &[f64] {
+        match self.sorted[0] < 0.0 {
+            true => &[],
+            false => &self.sorted[self.sorted.partition_point(|value| *value <= 0.0)..],
+        }
+    }
+
+    /// `measure` of all values, and the largest of it in each column; both rising, values that have none left out.
+    pub fn measured(&self, measure: impl Fn(f64) -> f64) -> [Vec<f64>; 2] {
+        let rising = |mut values: Vec<f64>| {
+            values.retain(|value| value.is_finite());
+            values.sort_unstable_by(f64::total_cmp);
+            values
+        };
+        let most = |column: usize| {
+            let values = self.shown.iter().map(|layer| measure(self.value(column, *layer)));
+            values.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let all = self.sorted.iter().map(|value| measure(*value)).collect();
+        [rising(all), rising(self.columns().map(most).collect())]
+    }
+
+    fn stratify(&mut self) {
         let mut layers = vec![[0.0; 2]; self.height.len()];
         self.each(|_, layer, value| {
             let [number, sum] = &mut layers[layer];
@@ -81,16 +117,15 @@ impl<'f> Survey<'f> {
         let (mut total, mut sum) = (0.0, 0.0);
         layers.iter().for_each(|[number, of_layer]| (total, sum) = (total + number, sum + of_layer));
         let mean = sum / total;
-        let between = |[number, sum]: &[f64; 2]| {
-            if *number > 0.0 { number * (sum / number - mean).powi(2) } else { 0.0 }
-        };
-        let between: f64 = layers.iter().map(between).sum();
+        self.means = layers.iter().map(|[number, sum]| if *number > 0.0 { sum / number } else { 0.0 }).collect();
+        let between = layers.iter().zip(&self.means).map(|([number, _], of_layer)| number * (of_layer - mean).powi(2));
+        let between: f64 = between.sum();
         let all: f64 = self.sorted.iter().map(|value| (value - mean).powi(2)).sum();
-        if all > 0.0 { between / all } else { 0.0 }
+        self.stratified = if all > 0.0 { between / all } else { 0.0 };
     }
 }
 
 /// A percentile of values that rise.
-fn of(sorted: &[f64], percent: f64) -> f64 {
+pub(super) fn of(sorted: &[f64], percent: f64) -> f64 {
     sorted[(percent / 100.0 * (sorted.len() - 1) as f64).round() as usize]
 }

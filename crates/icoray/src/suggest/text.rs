@@ -1,26 +1,29 @@
 //! The text of the suggested scene.
 
-use super::aim::Aim;
+use super::aim::{Aim, Region};
 use super::look::{Kind, Look};
 use super::numbers::to_step;
 use super::{FILLED, FOV_DEG, Options};
-use icoray_grid::Layers;
 use icoray_grid::numbers::text as number;
-use icoray_scene::{Adapter, Backend, Level};
+use icoray_grid::{Grid, Layers};
+use icoray_scene::{Adapter, Backend, Level, Scale};
 use std::fmt::Write;
 
-/// Radii of planets that have Earth's coasts, metres.
+/// Radii of planets that have Earth's coasts, metres, and that of meshes that are still to be scaled to it.
 const EARTH_M: std::ops::Range<f64> = 6.3e6..6.45e6;
+const UNSCALED_M: f64 = 1.0;
 /// Width and height of the picture.
-const SIZE: (u32, u32) = (960, 720);
+const SIZE: (u32, u32) = (900, 720);
 
 /// Contents of the text.
 pub(super) struct Suggested<'s> {
     pub name: &'s str,
+    pub grid: &'s Grid<'s>,
     pub layers: &'s Layers,
     pub exaggeration: f64,
     pub look: Look,
     pub aim: Aim,
+    pub region: Option<Region>,
     pub options: &'s Options,
 }
 
@@ -31,20 +34,30 @@ impl Suggested<'_> {
             text += &format!("# {}\n", line.replace(['\n', '\r'], " "));
         }
         text += &format!("# {}: {}\n\n", self.name.replace(['\n', '\r'], " "), self.look.kind.describe());
-        for part in [self.root(), self.camera(), self.shown(), self.light(), self.ground(), self.labels()] {
+        let parts = [
+            self.root(),
+            self.camera(),
+            self.derived(),
+            self.shown(),
+            self.cut(),
+            self.light(),
+            self.ground(),
+            self.labels(),
+        ];
+        for part in parts {
             text += &part;
         }
         text
     }
 
     fn root(&self) -> String {
-        let Options { tolerance, samples, backend, device, size, .. } = self.options;
+        let Options { tolerance, samples, backend, device, .. } = self.options;
         let mut text = String::new();
         let mut line = |key: &str, value: &str, what: &str| put(&mut text, key, value, what);
-        line("field", &quoted(self.name), "a variable of the model");
+        line("field", &quoted(&self.shown_name()), "a variable of the model, or derived below");
         line("exaggeration", &number(self.exaggeration), "factor on heights; 1 is true to scale");
-        line("background", "\"#0b0f16\"", "or \"transparent\"");
-        line("core", "\"#36424e\"", "the opaque planet below the lowest layer; or \"transparent\"");
+        line("background", "\"#0a0d11\"", "or \"transparent\"");
+        line("core", "\"#242424\"", "the opaque planet below the lowest layer; or \"transparent\"");
         if let Some(tolerance) = tolerance {
             line("tolerance", &number(*tolerance), "largest error of a channel");
         }
@@ -64,7 +77,7 @@ impl Suggested<'_> {
             Some(Adapter::Name(name)) => line("device", &quoted(name), "which GPU"),
             None => (),
         }
-        let (width, height) = size.unwrap_or(SIZE);
+        let (width, height) = self.size();
         text += &format!("\n[image]\nwidth = {width}\nheight = {height}\n");
         text
     }
@@ -73,26 +86,67 @@ impl Suggested<'_> {
         let Options { lon_deg, lat_deg, distance, .. } = self.options;
         let outer = self.layers.radius_m().iter().copied().fold(0.0, f64::max) / self.layers.planet_radius_m();
         let radius = 1.0 + self.exaggeration * (outer - 1.0).max(0.0);
-        let farthest = radius / (FILLED * 0.5 * FOV_DEG.to_radians()).sin();
-        let why = match self.aim.is_of_field {
-            true => "the side on which the field differs most from its zonal mean",
-            false => "degrees east",
+        let (width, height) = self.size();
+        let (place, farthest, why) = match &self.region {
+            Some(region) => {
+                let distance = region.distance(self.grid, radius, f64::from(width) / f64::from(height));
+                ([region.lon_deg, region.lat_deg], distance, "the middle of the mesh")
+            }
+            None => {
+                let aspect = (f64::from(width) / f64::from(height)).min(1.0);
+                let distance = to_step(radius / (FILLED * aspect * 0.5 * FOV_DEG.to_radians()).sin(), 0.01);
+                let why = if self.aim.is_of_field { "where most of the field is seen" } else { "degrees east" };
+                ([self.aim.lon_deg, self.aim.lat_deg], distance, why)
+            }
         };
         let mut text = "\n[camera]\n".to_owned();
-        put(&mut text, "lon", &number(lon_deg.unwrap_or(self.aim.lon_deg)), why);
-        put(&mut text, "lat", &number(lat_deg.unwrap_or(self.aim.lat_deg)), "degrees north");
-        let distance = number(distance.unwrap_or(to_step(farthest, 0.01)));
-        put(&mut text, "distance", &distance, "from the planet's centre, planet radii");
+        put(&mut text, "lon", &number(lon_deg.unwrap_or(place[0])), why);
+        put(&mut text, "lat", &number(lat_deg.unwrap_or(place[1])), "degrees north");
+        put(&mut text, "distance", &number(distance.unwrap_or(farthest)), "from the planet's centre, planet radii");
         put(&mut text, "fov", &number(FOV_DEG), "full vertical angle, degrees");
+        text
+    }
+
+    fn size(&self) -> (u32, u32) {
+        self.options.size.unwrap_or(SIZE)
+    }
+
+    /// The name of the field that is shown.
+    fn shown_name(&self) -> String {
+        if self.look.is_of_anomaly { format!("{}_anomaly", self.name) } else { self.name.to_owned() }
+    }
+
+    fn derived(&self) -> String {
+        if !self.look.is_of_anomaly {
+            return String::new();
+        }
+        let mut text = "\n[[derive]]\n".to_owned();
+        put(&mut text, "name", &quoted(&self.shown_name()), "");
+        put(&mut text, "anomaly", &quoted(self.name), "as each layer has about one value");
+        put(&mut text, "from", "\"zonal mean\"", "");
+        put(&mut text, "band", "180", "degrees of latitude: the mean of the whole layer");
+        text
+    }
+
+    fn cut(&self) -> String {
+        if !self.look.is_cut {
+            return String::new();
+        }
+        let lon = self.options.lon_deg.unwrap_or(self.region.map_or(self.aim.lon_deg, |region| region.lon_deg));
+        let mut text = "\n[[clip]]                   # a sector, so that the inside is seen\n".to_owned();
+        put(&mut text, "lon", &format!("[{}, {}]", number(lon), number(lon + 90.0)), "");
+        put(&mut text, "lat", "[0, 90]", "");
         text
     }
 
     /// The volume, or the surface.
     fn shown(&self) -> String {
-        let Look { map, range: [low, high], opacity, unit_length, .. } = &self.look;
+        let Look { map, scale, range: [low, high], opacity, unit_length, .. } = &self.look;
         let range = format!("[{}, {}]", number(*low), number(*high));
+        let is_log = *scale == Scale::Log;
         if let Some(level) = self.options.surface {
-            let transfer = format!("{{ map = {}, range = {range} }}", quoted(map));
+            let scale = if is_log { ", scale = \"log\"" } else { "" };
+            let transfer = format!("{{ map = {}, range = {range}{scale} }}", quoted(map));
             let mut text = "\n[[surfaces]]\n".to_owned();
             let (key, value) = level_keys(level);
             put(&mut text, key, &value, "from 0, the innermost; or \"top\", \"bottom\"; or height_m");
@@ -105,6 +159,9 @@ impl Suggested<'_> {
         let mut text = "\n[transfer]\n".to_owned();
         put(&mut text, "map", &quoted(map), "colour map; with _r behind it the other way round");
         put(&mut text, "range", &range, "its ends; fixed, so that times can be compared");
+        if is_log {
+            put(&mut text, "scale", "\"log\"", "or \"linear\"");
+        }
         text += "# [value, opacity after unit_length], linear between\n";
         put(&mut text, "opacity", &format!("[{stops}]"), "");
         put(&mut text, "unit_length", &number(*unit_length), "planet radii, after exaggeration");
@@ -114,52 +171,66 @@ impl Suggested<'_> {
     fn light(&self) -> String {
         let mut text = "\n[light]\n".to_owned();
         // Colours that are to be read from the bar are not shaded.
-        if self.options.surface.is_some() || self.look.kind == Kind::Whole {
+        if self.options.surface.is_some() || self.look.kind == Kind::Layered {
             put(&mut text, "kind", "\"none\"", "colours are those of the bar; or \"headlight\", \"sun\"");
             return text;
         }
         put(&mut text, "kind", "\"headlight\"", "from the eye; or \"sun\" with lon and lat, or \"none\"");
-        put(&mut text, "ambient", "0.45", "");
-        put(&mut text, "diffuse", "0.55", "");
-        put(&mut text, "specular", "0.15", "strength of the highlight");
+        put(&mut text, "ambient", "0.6", "");
+        put(&mut text, "diffuse", "0.4", "");
+        put(&mut text, "specular", "0.1", "strength of the highlight");
         text
     }
 
     fn ground(&self) -> String {
-        let is_earth = EARTH_M.contains(&self.layers.planet_radius_m());
-        // Nothing of the ground is seen through what is dense throughout.
-        let (key, on) = match self.options.surface {
-            Some(level) => match level_keys(level) {
-                ("layer", layer) => ("on", layer),
-                height => height,
-            },
-            None if self.look.kind == Kind::Whole => ("on", quoted("top")),
-            None => ("on", quoted("ground")),
+        let radius_m = self.layers.planet_radius_m();
+        let is_earth = EARTH_M.contains(&radius_m) || radius_m == UNSCALED_M;
+        let ground = ("on", quoted("ground"));
+        // The ground is seen under a volume, and around the data of a mesh with holes.
+        let levels = match self.options.surface.map(level_keys) {
+            Some(("layer", layer)) => vec![("on", layer)],
+            Some(height) => vec![height],
+            None => Vec::new(),
         };
-        let is_on_ground = on == quoted("ground");
+        let is_ground_seen = levels.is_empty() || self.grid.void_triangles() > 0;
         let mut text = String::new();
-        if is_earth && is_on_ground {
+        if is_earth && is_ground_seen {
             text += "\n[ground]                   # the core is painted with land and sea; leave this out for other planets\n";
-            text += "land = \"#4d5548\"\nocean = \"#26384e\"\n";
+            text += "land = \"#2e2e2e\"\nocean = \"#1c1c1c\"\n";
         }
-        let mut lines = |pattern: &str, what: &str, width: &str, opacity: &str| {
-            text += "\n[[lines]]\n";
-            put(&mut text, "pattern", &quoted(pattern), what);
-            put(&mut text, key, &on, "");
-            put(&mut text, "color", if is_on_ground { "\"white\"" } else { "\"black\"" }, "");
-            put(&mut text, "width", width, "pixels");
-            put(&mut text, "opacity", opacity, "");
-        };
-        if is_earth {
-            lines("coast", "Natural Earth 1:110m", "1.2", "0.6");
+        for (key, on) in levels.into_iter().chain(is_ground_seen.then_some(ground)) {
+            let color = if on == quoted("ground") { "\"white\"" } else { "\"black\"" };
+            let mut lines = |pattern: &str, what: &str, width: &str, opacity: &str| {
+                text += "\n[[lines]]\n";
+                put(&mut text, "pattern", &quoted(pattern), what);
+                put(&mut text, key, &on, "");
+                put(&mut text, "color", color, "");
+                put(&mut text, "width", width, "pixels");
+                put(&mut text, "opacity", opacity, "");
+            };
+            if is_earth {
+                lines("coast", "Natural Earth", "1.2", "0.6");
+            }
+            lines("graticule", "meridians and parallels", "0.7", "0.25");
+            put(&mut text, "spacing", &number(self.spacing_deg()), "degrees");
         }
-        lines("graticule", "meridians and parallels, each 30 degrees", "0.7", "0.25");
         text
+    }
+
+    /// Degrees between lines of the graticule: some of them cross a region.
+    fn spacing_deg(&self) -> f64 {
+        let across = self.region.map_or(f64::INFINITY, |region| region.across.to_degrees());
+        let fits = |spacing: &f64| *spacing <= 0.4 * across;
+        [30.0, 15.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2].into_iter().find(fits).unwrap_or(0.1)
     }
 
     fn labels(&self) -> String {
         let mut text = "\n[labels]                   # in PNG files; without this section there are none\n".to_owned();
-        put(&mut text, "title", "\"{field}\\n{time}\"", "");
+        let time = if self.options.is_timeless { "" } else { "\\n{time}" };
+        put(&mut text, "title", &format!("\"{{name}} ({{units}}){time}\""), "");
+        if self.look.is_of_anomaly {
+            put(&mut text, "name", &quoted(&format!("{}, less the mean of each layer", self.name)), "");
+        }
         text += "\n[output]\n";
         put(&mut text, "file", "\"{field}_{step:06}.png\"", "also $Y-$M-$D_$h for the date");
         text

@@ -1,7 +1,7 @@
 //! Pixels with the edge of a surface in them, against pictures of many more rays.
 
 use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture};
-use icoray::{Certainty, Frame, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, Scene};
+use icoray::{Certainty, Frame, Grid, IcosahedralMesh, Layers, Precision, Ranks, Rendered, Renderer, Scene};
 
 const LAYERS: usize = 5;
 const SIDE: u32 = 96;
@@ -196,6 +196,30 @@ fn errors_of_edges_are_bounds_too() {
     assert_eq!(loose.report.error.certainty, Certainty::Bound);
     assert!(loose.report.error.max <= 1.01e-3);
     assert_eq!(count_beyond(&loose, &exact, 0.0), 0);
+}
+
+#[test]
+fn edges_are_the_same_at_every_tolerance() {
+    let data = Data::new(3);
+    // Matter through which surfaces are seen by a share of the light from all to nothing.
+    let haze = CLEAR.replace("[[0, 0.0]]", "[[-1, 0.0], [0.2, 0.6], [1.2, 0.9]]\nunit_length = 0.02");
+    for (surface, precision) in [(DOME, Precision::F64), (DOME, Precision::F32), (LAYER, Precision::F64)] {
+        let clear = surface.replace("opacity = 0.5\n", "") + "opacity = 1e-9\n";
+        for tables in [format!("{haze}{clear}{LIT}"), format!("{haze}{surface}{CUT}")] {
+            let drawn = |tolerance: &str| {
+                let scene = scene(SIDE, true, &format!("tolerance = {tolerance}"), &tables);
+                data.draw(&Scene { precision, ..scene })
+            };
+            let exact = drawn("1e-6");
+            assert!(exact.report.edge_pixels > 100, "{tables}: {}", exact.report.edge_pixels);
+            for tolerance in ["1e-4", "1e-3", "1e-2"] {
+                let frame = drawn(tolerance);
+                // Pixels at the limits of what counts may be an edge in one picture.
+                let beyond = count_beyond(&frame, &exact, 0.0);
+                assert!(beyond <= 2, "{precision:?}, {tolerance}: {beyond} of {tables}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod common;
 mod corruption;
 mod culled;
 mod edges;
+mod first_pictures;
 mod grid;
 mod holes;
 mod labels;

@@ -1,7 +1,7 @@
 //! Means of several rays per pixel, against pictures of 144 pixels for each.
 
-use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture};
-use icoray::{Frame, FrameReport, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, Scene};
+use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture, pixel_difference};
+use icoray::{Frame, FrameReport, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, SamplingReport, Scene};
 use icoray_test_support::Random;
 
 const LAYERS: usize = 4;
@@ -102,16 +102,20 @@ fn means_are_those_of_areas_within_the_errors_told() {
         let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
         let mean_off = |frame: &Frame| off(frame, &exact).iter().sum::<f64>();
         let one = mean_off(&data.draw(&scene(SIDE, "antialias = false", &tables)));
-        for (samples, better) in [(4, 1.5), (16, 4.0), (64, 8.0)] {
+        let mut before = one;
+        for (samples, better) in [(2, 1.0), (3, 1.2), (4, 1.5), (8, 3.0), (16, 4.0), (64, 8.0)] {
             let frame = data.draw(&scene(SIDE, &format!("samples = {samples}\nantialias = false"), &tables));
             let now = mean_off(&frame);
-            assert!(one > better * now, "{name}, {samples}: {one} and {now} off");
+            assert!(one > better * now && now < before, "{name}, {samples}: {one}, {before} and {now} off");
+            before = now;
             // 144 rays do not give the mean over the area either.
             let told = frame.sampling_error.iter().zip(&frame.error).map(|(sampling, error)| sampling + error + 5e-4);
             let beyond =
                 off(&frame, &exact).into_iter().zip(told).filter(|(off, told)| *off > f64::from(*told)).count();
             let shown = frame.error.iter().filter(|error| **error > 0.0).count();
-            assert!(beyond * 20 <= shown, "{name}, {samples}: {beyond} of {shown}");
+            // Two rays miss more steps than several.
+            let share = if samples < 4 { 10 } else { 20 };
+            assert!(beyond * share <= shown, "{name}, {samples}: {beyond} of {shown}");
             let sampling = frame.report.sampling;
             let error = sampling.error.unwrap();
             let largest = frame.sampling_error.iter().fold(0.0f32, |largest, error| largest.max(*error));
@@ -138,18 +142,21 @@ fn pixels_at_edges_take_no_fewer_rays_than_without_samples() {
 
 #[test]
 fn smooth_pictures_take_no_more_than_the_first_round() {
-    let data = Data::smooth(6);
-    let near = |keys: &str| {
-        let mut scene = scene(64, keys, DENSE);
-        scene.camera = icoray::Camera::above(50.0, 20.0, 2.5, 12.0).unwrap();
-        data.draw(&scene)
-    };
-    let frame = near("samples = 64\ntolerance = 5e-3");
-    let sampling = frame.report.sampling;
-    assert!((4.0..4.4).contains(&sampling.rays_per_pixel), "{sampling:?}");
-    assert!(sampling.error.unwrap().mean < 5e-3, "{sampling:?}");
-    // Where all of it is to be exact, all take all.
-    assert!(near("samples = 16\ntolerance = 1e-7").report.sampling.rays_per_pixel > 15.9);
+    // Cells of 4 and of 18 pixels across: slopes change where they meet.
+    for level in [6, 4] {
+        let data = Data::smooth(level);
+        let near = |keys: &str| {
+            let mut scene = scene(64, keys, DENSE);
+            scene.camera = icoray::Camera::above(50.0, 20.0, 2.5, 12.0).unwrap();
+            data.draw(&scene)
+        };
+        let frame = near("samples = 64\ntolerance = 5e-5");
+        let sampling = frame.report.sampling;
+        assert!((4.0..4.4).contains(&sampling.rays_per_pixel), "{level}: {sampling:?}");
+        assert!(sampling.error.unwrap().mean < 5e-5, "{level}: {sampling:?}");
+        // Where all of it is to be exact, all take all.
+        assert!(near("samples = 16\ntolerance = 1e-7").report.sampling.rays_per_pixel > 15.9);
+    }
 }
 
 #[test]
@@ -216,7 +223,34 @@ fn fragments_have_samples_too() {
 fn samples_are_taken_where_a_budget_leaves_time() {
     let data = Data::noise(3);
     let hurried = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1", DENSE)).report;
-    assert_eq!((hurried.sampling.rays_per_pixel, hurried.sampling.error), (1.0, None));
+    assert!(hurried.sampling.rays_per_pixel <= 1.0, "{hurried:?}");
     let patient = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1e9", DENSE)).report;
     assert!(patient.sampling.rays_per_pixel > 10.0 && patient.sampling.error.is_some(), "{patient:?}");
+}
+
+#[test]
+fn nothing_is_known_of_pixels_that_are_not_traced() {
+    let (noise, smooth) = (Data::noise(4), Data::smooth(4));
+    for (name, data, tables) in shown(&noise, &smooth).into_iter().filter(|(name, ..)| !name.starts_with("lit")) {
+        let whole = data.draw(&scene(100, "tolerance = 1e-6\nantialias = false", &tables));
+        let mut hurried = scene(100, "samples = 16", &tables);
+        hurried.time_budget_ms = Some(1e-3);
+        let frame = data.draw(&hurried);
+        assert_eq!(frame.report.quality.pixel_step, 32, "{name}");
+        assert_eq!(count_beyond(&frame, &whole, 0.0), 0, "{name}");
+        // Beside the shell all is known.
+        let [beside, between, traced] = [1, 50 * 100 + 50, 64 * 100 + 64];
+        assert_eq!([frame.error[beside], frame.error[between]], [0.0, 1.0], "{name}");
+        assert!((1e-9..0.1).contains(&frame.error[traced]), "{name}: {}", frame.error[traced]);
+        // The estimate is apart.
+        let estimate = &frame.sampling_error;
+        assert!(estimate[between] > 0.0 && [estimate[beside], estimate[traced]] == [0.0; 2], "{name}");
+        let unknown: Vec<usize> = (0..frame.error.len()).filter(|i| frame.error[*i] == 1.0).collect();
+        let beyond = unknown.iter().filter(|i| pixel_difference(&frame, &whole, **i) > estimate[**i]).count();
+        // A field of chance has details that 3 x 3 traced pixels know nothing of.
+        assert!(beyond * 5 <= unknown.len(), "{name}: {beyond} of {}", unknown.len());
+        let SamplingReport { rays_per_pixel, error, .. } = frame.report.sampling;
+        let largest = estimate.iter().fold(0.0f32, |largest, error| largest.max(*error));
+        assert_eq!((rays_per_pixel, error.unwrap().max), (25e-4, f64::from(largest)), "{name}");
+    }
 }

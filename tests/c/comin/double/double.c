@@ -94,7 +94,7 @@ void comin_var_get_shape(t_comin_var_handle *handle, int shape[5])
     memcpy(shape, of, sizeof of);
 }
 
-/* An iterator is the number of a key. The place of what plugins have added is not told: of few. */
+/* An iterator is the number of a key. The place of what plugins have added is not told: of few and many. */
 static const char *const keys[] = {"units", "hgrid_id"};
 
 static const double_variable *described(struct t_comin_var_descriptor descriptor)
@@ -109,7 +109,11 @@ static const double_variable *described(struct t_comin_var_descriptor descriptor
     return double_icon.variable;
 }
 
-static int key_count(struct t_comin_var_descriptor of) { return strcmp(described(of)->of->name, "few") == 0 ? 1 : 2; }
+static int key_count(struct t_comin_var_descriptor of)
+{
+    const char *name = described(of)->of->name;
+    return strcmp(name, "few") == 0 || strcmp(name, "many") == 0 ? 1 : 2;
+}
 
 static t_comin_metadata_iterator *iterator(int number)
 {

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64};
-use icoray_core::{Derivation, How, IcosahedralMesh, Volume};
+use icoray_core::output::Stamp;
+use icoray_core::{Derivation, How, IcosahedralMesh, Renderer, Script, Volume};
 use std::ffi::CString;
 
 const LAYERS: usize = 3;
@@ -152,6 +153,38 @@ fn a_missing_field_is_named_with_all_that_are_needed() {
     plain.volumes[0].field = "w".into();
     let expected = "the scene's field \"w\" was not given by icoray_field_set; given: [\"q\", \"t\"]";
     assert_eq!(model.refused(&plain), (icoray_status::ICORAY_ERR_FIELD, expected.into()));
+}
+
+#[test]
+fn a_2d_field_has_its_values_on_all_layers_and_is_shown_as_a_surface() {
+    let mut model = Model::new();
+    let cells = model.q.len() / LAYERS;
+    let values: Vec<f64> = (0..cells).map(|cell| cell as f64 / cells as f64).collect();
+    // As a model without columns would have it, the stride of the one layer means nothing.
+    model.give("ps", &icoray_array { columns: cells as i64, layers: 1, column_stride: 1, ..model.centers(&values) });
+    let volume = SCENE.replace("opacity = [[-1, 0.1], [1, 0.9]]", "");
+    let shot = |text: &str| {
+        let script = model.inputs.named(&Arc::new(Script::parse(text).unwrap()));
+        let stamp = Stamp { step: 1, ..Stamp::default() };
+        script.views()[0].shots(&stamp).next().unwrap()
+    };
+    let drawn = |text: &str| {
+        let given = model.inputs.frame_inputs(shot(text)).unwrap();
+        let fact = given.fields_2d().1;
+        let renderer = Renderer::new(1).unwrap();
+        (renderer.render(&given.scene, &given.grid, &given.layers, given.fields).unwrap().pixels, fact)
+    };
+    let (surface, fact) = drawn(&volume.replace("\"q\"", "\"ps\""));
+    assert_eq!(fact, "[\"ps\"]");
+    let color = "transfer = { map = \"viridis\", range = [-1, 1] }";
+    let clear = "opacity = [[-1, 0.0], [1, 0.0]]";
+    let explicit =
+        format!("{}\n{clear}\n[[surfaces]]\nlayer = 0\nfield = \"ps\"\n{color}", volume.replace("\"q\"", "\"ps\""));
+    assert!(surface == drawn(&explicit).0 && surface.iter().any(|pixel| pixel[3] > 0.9));
+    // One with an opacity is a volume, as is one with layers.
+    assert!(shot(&SCENE.replace("\"q\"", "\"ps\"")).scene.scenery.surfaces.is_empty());
+    assert!(shot(&volume).scene.scenery.surfaces.is_empty());
+    assert_eq!(drawn(SCENE).1, "[]");
 }
 
 #[test]

@@ -1,11 +1,24 @@
 use super::*;
-use crate::ground::screen_jacobian::{SurfaceHit, View};
+use crate::ground::screen_jacobian::SurfaceHit;
 use icoray_scene::Camera;
 use icoray_test_support::Random;
 
+/// Cameras from which coasts are at either scale.
+fn views() -> [View; 2] {
+    [4.0, 1.05].map(|distance| View::new(Camera::above(0.0, 0.0, distance, 30.0).unwrap(), 700))
+}
+
+#[test]
+fn islands_that_are_small_are_seen_from_near() {
+    let [far, near] = views().map(|view| Coast::of(&view));
+    for (name, lon, lat) in [("Mallorca", 3.0, 39.6), ("Gotland", 18.5, 57.4)] {
+        assert!(!far.is_land(lon, lat) && near.is_land(lon, lat), "{name}");
+    }
+}
+
 #[test]
 fn places_are_where_they_are() {
-    let coast = Coast::get();
+    let coasts = views().map(|view| Coast::of(&view));
     let land = [
         ("Paris", 2.35, 48.86),
         ("Ulaanbaatar", 106.9, 47.9),
@@ -37,16 +50,17 @@ fn places_are_where_they_are() {
         ("Hudson Bay", -85.0, 60.0),
     ];
     for (name, lon, lat) in land {
-        assert!(coast.is_land(lon, lat), "{name}");
+        assert!(coasts.iter().all(|coast| coast.is_land(lon, lat)), "{name}");
     }
     for (name, lon, lat) in sea {
-        assert!(!coast.is_land(lon, lat), "{name}");
+        assert!(!coasts.iter().any(|coast| coast.is_land(lon, lat)), "{name}");
     }
 }
 
 #[test]
 fn a_way_that_crosses_an_odd_number_of_coasts_leads_from_land_to_sea() {
-    let (coast, all) = (Coast::get(), segments());
+    let [view, _] = views();
+    let (coast, all) = (Coast::of(&view), segments(&view));
     let mut random = Random::new(1);
     let cross =
         |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0;
@@ -66,7 +80,7 @@ fn a_way_that_crosses_an_odd_number_of_coasts_leads_from_land_to_sea() {
 
 #[test]
 fn a_part_of_the_earth_is_land() {
-    let coast = Coast::get();
+    let coast = Coast::of(&views()[1]);
     let mut random = Random::new(1);
     let count = 40_000;
     let is_land = |_: &i32| {
@@ -94,7 +108,8 @@ fn brute(place: DVec3, all: &[Segment]) -> f64 {
 
 #[test]
 fn distances_are_those_to_the_nearest_of_all_coasts() {
-    let (coast, all) = (Coast::get(), segments());
+    let [view, _] = views();
+    let (coast, all) = (Coast::of(&view), segments(&view));
     let mut random = Random::new(1);
     let mut near = 0;
     let poles = [[0.0, -90.0], [10.0, 90.0], [180.0, -84.5], [-180.0, -16.2], [179.99, 68.9], [-179.99, 65.0]];
