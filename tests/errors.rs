@@ -4,7 +4,7 @@
 
 use icoray::{Certainty, Frame, Lights, Precision, Renderer, Scene};
 use icoray_study::methods::Job;
-use icoray_study::oracle::Oracle;
+use icoray_study::oracle;
 use icoray_study::sphere::{Sphere, multi_scale};
 use icoray_test_support::count;
 use icoray_tests::scene;
@@ -38,7 +38,7 @@ impl<'s> Look<'s> {
     fn new(name: &str, sphere: &'s Sphere, scene: Scene) -> Self {
         let (grid, field) = (sphere.grid().unwrap(), sphere.field().unwrap());
         let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
-        let truth = Oracle::new(&job).unwrap().picture(&Renderer::new(0).unwrap());
+        let truth = oracle::picture(&job, &Renderer::new(0).unwrap()).unwrap();
         let most = if scene.lighting.is_some() { 60.0 } else { 20.0 };
         Look { name: name.into(), sphere, scene, truth, most }
     }

@@ -1,4 +1,4 @@
-//! Pictures against what they must be: closed forms, a brute-force integration of the same interpolant, themselves.
+//! Pictures against what they must be: closed forms, the same interpolant over all triangles, themselves.
 
 use glam::DVec3;
 use icoray::{
@@ -6,10 +6,10 @@ use icoray::{
     Shape, Source,
 };
 use icoray_study::fig6;
-use icoray_study::reference::Reference;
+use icoray_study::methods::Job;
+use icoray_study::oracle;
 use icoray_study::sphere::{Sphere, multi_scale};
 use icoray_tests::{covered, difference, scene};
-use rayon::prelude::*;
 
 const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.5\nfov = 40";
 const KNOTS: &str = r##"unit_length = 0.1
@@ -21,15 +21,11 @@ fn render(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
     Renderer::new(2).unwrap().render(scene, grid, layers, field).unwrap()
 }
 
-fn reference(scene: &Scene, grid: &Grid, radius: &[f64], field: &Field, steps: usize) -> Vec<[f32; 4]> {
-    let reference = Reference::new(grid, radius, field, scene);
-    let eye = DVec3::from_array(scene.camera.eye());
-    let pixels = (0..scene.height).flat_map(|y| (0..scene.width).map(move |x| (x, y))).collect::<Vec<_>>();
-    let light = |(x, y)| {
-        let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
-        reference.trace(eye, dir, steps).map(|c| c as f32)
-    };
-    pixels.into_par_iter().map(light).collect()
+/// The exact picture, found by intersection with all triangles.
+fn brute_force(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Vec<[f32; 4]> {
+    let job = Job { scene, grid, layers, field };
+    let pixels = oracle::brute_force(&job, &Renderer::new(2).unwrap()).unwrap();
+    pixels.into_iter().map(|pixel| pixel.map(|c| c as f32)).collect()
 }
 
 /// Chord of a ray inside the convex polyhedron of the mesh's facets at radius `r`, by its planes alone.
@@ -112,7 +108,7 @@ fn the_radial_field_converges_to_its_ground_truth() {
     }
 }
 
-/// (c): every method against tiny steps through the same interpolant; the exact method as closely as the steps go.
+/// (c): every method against the exact integral of the same interpolant.
 #[test]
 fn pictures_match_brute_force() {
     let sphere = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
@@ -127,7 +123,7 @@ fn pictures_match_brute_force() {
     ];
     for (camera, core) in cases {
         let mut scene = scene(40, camera, KNOTS, &format!("{core}\nprecision = \"f64\""));
-        let expected = reference(&scene, &grid, sphere.layers.radius_m(), &field, 20_000);
+        let expected = brute_force(&scene, &grid, &sphere.layers, &field);
         let exact = difference(&render(&scene, &grid, &sphere.layers, &field).pixels, &expected);
         scene.precision = Precision::F32;
         let single = difference(&render(&scene, &grid, &sphere.layers, &field).pixels, &expected);
@@ -135,7 +131,7 @@ fn pictures_match_brute_force() {
         scene.method = Method::Paper;
         let paper = difference(&render(&scene, &grid, &sphere.layers, &field).pixels, &expected);
         println!("{camera:?} {core}: exact {exact:?}, f32 {single:?}, paper {paper:?}");
-        assert!(exact.max < 1e-5 && exact.rmse < 1e-6 && exact.not_finite == 0, "{camera} {core}: {exact:?}");
+        assert!(exact.max < 1e-6 && exact.rmse < 1e-7 && exact.not_finite == 0, "{camera} {core}: {exact:?}");
         assert!(single.max < 3e-5 && single.not_finite == 0, "{camera} {core}: {single:?}");
         assert!(paper.max < 0.15 && paper.rmse < 0.03, "{camera} {core}: {paper:?}");
         assert!(paper.rmse > exact.rmse, "the comparison cannot tell the methods apart: {paper:?} {exact:?}");
@@ -143,7 +139,7 @@ fn pictures_match_brute_force() {
 }
 
 /// Lighting: the gradient is the mean over the incident frusta and interpolated like the value; the renderer takes it
-/// once per piece, the reference at each step.
+/// once per piece, the oracle at each node.
 #[test]
 fn lit_pictures_match_brute_force() {
     let sphere = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
@@ -155,7 +151,7 @@ fn lit_pictures_match_brute_force() {
         "kind = \"headlight\"\nambient = 0\nspecular = 0",
     ] {
         let lit = scene(40, FAR, &format!("{KNOTS}\n[light]\n{light}"), "core = \"transparent\"\nprecision = \"f64\"");
-        let expected = reference(&lit, &grid, sphere.layers.radius_m(), &field, 4000);
+        let expected = brute_force(&lit, &grid, &sphere.layers, &field);
         let picture = render(&lit, &grid, &sphere.layers, &field);
         let d = difference(&picture.pixels, &expected);
         println!("{light:?}: {d:?}");
@@ -182,13 +178,12 @@ fn missing_values_are_void_frusta() {
     let fill = Some(f64::from(-9e33f32));
     let field = Field::new(sphere.values.as_slice().into(), shape, Location::Center, fill).unwrap();
     let mut scene = scene(40, FAR, KNOTS, "core = \"#203040\"\nprecision = \"f64\"");
-    let expected = reference(&scene, &grid, sphere.layers.radius_m(), &field, 20_000);
+    let expected = brute_force(&scene, &grid, &sphere.layers, &field);
     for precision in [Precision::F64, Precision::F32] {
         scene.precision = precision;
         let frame = render(&scene, &grid, &sphere.layers, &field);
         let d = difference(&frame.pixels, &expected);
-        // The reference's steps do not stop at voids, so its error is a step's there.
-        assert!(d.max < 2e-3 && d.rmse < 1e-4 && d.not_finite == 0, "{d:?}");
+        assert!(d.max < 3e-5 && d.rmse < 1e-6 && d.not_finite == 0, "{d:?}");
         assert!(frame.report.counts.void_frusta > 1000);
         assert_eq!(frame.report.missing_values, 2 * cells.div_ceil(7) as u64);
     }
@@ -196,7 +191,7 @@ fn missing_values_are_void_frusta() {
     let mut lit = scene.clone();
     lit.lighting =
         Some(Lighting { source: Source::Headlight, ambient: 0.1, diffuse: 0.9, specular: 0.0, shininess: 8.0 });
-    let expected = reference(&lit, &grid, sphere.layers.radius_m(), &field, 20_000);
+    let expected = brute_force(&lit, &grid, &sphere.layers, &field);
     let d = difference(&render(&lit, &grid, &sphere.layers, &field).pixels, &expected);
     assert!(d.rmse < 1e-3 && d.not_finite == 0, "lit: {d:?}");
     // All missing: an empty shell, and no error.

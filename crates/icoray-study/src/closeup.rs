@@ -2,7 +2,7 @@
 
 use crate::methods::Method;
 use crate::results::say;
-use crate::scenes::{self, Dataset, Detail, PreparedDataset, StudyScene, data_directory};
+use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory};
 use icoray::{Camera, Error, ErrorKind, Renderer, Result};
 use std::io::Write;
 use std::path::PathBuf;
@@ -58,7 +58,7 @@ impl View {
     ) -> Result<()> {
         let data = data_directory(self.data.as_deref());
         for scene in scenes {
-            match scene.dataset.load(Detail::of(self.quick), &data)? {
+            match scene.dataset.load(self.quick, &data)? {
                 Some(dataset) => dataset.with(renderer, |prepared| draw(scene, prepared, out))?,
                 None => say!(out, "{} skipped: no file in {}", scene.name, data.display())?,
             }

@@ -6,6 +6,7 @@
 
 use crate::compare::Comparison;
 use crate::montage::amplified;
+use crate::oracle::{Spans, over};
 use crate::results::{make_directory, progress, say};
 use crate::shading::{self, pixel_direction};
 use crate::sphere::Sphere;
@@ -79,7 +80,7 @@ knots = [ {{ value = 1.000, color = "#3b0f70", opacity = 0.0 }}, {{ value = 1.02
 }
 
 /// Light along one ray through perfect spheres, by the midpoint rule between the exact ends of the shell.
-fn exact_ray(scene: &Scene, eye: DVec3, dir: DVec3, steps: usize) -> [f32; 4] {
+fn exact_ray(scene: &Scene, spans: &Spans, eye: DVec3, dir: DVec3, steps: usize) -> [f32; 4] {
     let along = -eye.dot(dir);
     let b2 = (eye + along * dir).length_squared();
     let half = |r: f64| (r * r - b2).max(0.0).sqrt();
@@ -89,9 +90,9 @@ fn exact_ray(scene: &Scene, eye: DVec3, dir: DVec3, steps: usize) -> [f32; 4] {
     let h = (end - start) / steps as f64;
     for i in 0..steps {
         let p = eye + (start + (i as f64 + 0.5) * h) * dir;
-        let (own, extinction) = shading::transfer(scene, OUTER - INNER, p.length());
-        let alpha = -(-extinction * h).exp_m1();
-        color += transmittance * alpha * shading::lit(scene, own, p.normalize(), dir);
+        let span = spans.at(p.length());
+        let alpha = -(-span.extinction(0.0, p.length()) * h).exp_m1();
+        color += transmittance * alpha * shading::lit(scene, span.color(0.0, p.length()), p.normalize(), dir);
         transmittance *= 1.0 - alpha;
     }
     if let (true, Some(core)) = (hits_core, scene.core) {
@@ -99,15 +100,14 @@ fn exact_ray(scene: &Scene, eye: DVec3, dir: DVec3, steps: usize) -> [f32; 4] {
         color += transmittance * shading::ground(scene, DVec3::from_array(core), normal, dir);
         transmittance = 0.0;
     }
-    let back = scene.background.map_or(DVec3::ZERO, DVec3::from_array);
-    let [r, g, b] = (color + transmittance * back).to_array().map(|c| c as f32);
-    [r, g, b, if scene.background.is_some() { 1.0 } else { (1.0 - transmittance) as f32 }]
+    over(scene.background, [color.x, color.y, color.z, 1.0 - transmittance]).map(|c| c as f32)
 }
 
 /// The ground truth as a frame.
 fn ground_truth(scene: &Scene, steps: usize, like: &Frame) -> Frame {
     let eye = DVec3::from_array(scene.camera.eye());
-    let pixel = |i: u32| exact_ray(scene, eye, pixel_direction(scene, i), steps);
+    let spans = Spans::new(&scene.volumes[0].transfer, OUTER - INNER);
+    let pixel = |i: u32| exact_ray(scene, &spans, eye, pixel_direction(scene, i), steps);
     let pixels = (0..scene.width * scene.height).into_par_iter().map(pixel).collect();
     Frame { pixels, ..like.clone() }
 }

@@ -2,11 +2,11 @@
 //! default method and the oracle, with amplified differences from the oracle, at equal step and at equal time.
 
 use crate::closeup::{AtStep, METHODS, View};
-use crate::compare::{Comparison, median};
+use crate::compare::Comparison;
 use crate::methods::{Job, Method, Picture};
 use crate::montage::{Montage, Tile, amplified};
-use crate::oracle::Oracle;
-use crate::results::{CsvFile, progress, say};
+use crate::oracle;
+use crate::results::{Table, number, progress, say};
 use crate::scenes::{PreparedDataset, StudyScene};
 use icoray::{Renderer, Result};
 use std::io::Write;
@@ -37,6 +37,7 @@ const SEARCH: usize = 8;
 const NEAR: f64 = 0.05;
 
 const COLUMNS: &str = "scene,equal,method,parameter,seconds,rmse,max_error";
+const PRINTED: &str = "equal,method,parameter,seconds,rmse,max_error";
 
 /// A picture with its time and error.
 struct TimedPicture {
@@ -49,16 +50,8 @@ struct TimedPicture {
 
 impl TimedPicture {
     fn row(&self, scene: &str, equal: &str) -> [String; 7] {
-        let [seconds, rmse, max] =
-            [self.seconds, self.distance.rmse, self.distance.max].map(|number| format!("{number:.6e}"));
+        let [seconds, rmse, max] = [self.seconds, self.distance.rmse, self.distance.max].map(number);
         [scene, equal, self.method, &self.parameter, &seconds, &rmse, &max].map(str::to_owned)
-    }
-
-    fn line(&self, equal: &str) -> String {
-        format!(
-            "  equal {equal}: {:<10} {:<16} {:>8.3} s, RMSE {:.2e}, maximum {:.2e}",
-            self.method, self.parameter, self.seconds, self.distance.rmse, self.distance.max
-        )
     }
 
     fn tiles(&self, truth: &[[f64; 4]], amplify: f64) -> [Tile; 2] {
@@ -78,13 +71,12 @@ impl TimedPicture {
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let scenes = options.view.scenes(&options.scenes, 256)?;
     let all_threads = Renderer::new(0)?;
-    let mut table = CsvFile::create(options.out.join("fig8.csv"), COLUMNS)?;
+    let mut table = Table::create(options.out.join("fig8.csv"), COLUMNS, PRINTED)?;
     options.view.each(&scenes, &all_threads, out, |scene, prepared, out| {
         let pictures = montage(options, prepared, scene, &all_threads)?;
-        say!(out, "{}", scene.name)?;
+        say!(out, "{}\n{}", scene.name, table.heading())?;
         for (equal, picture) in pictures {
-            table.row(picture.row(&scene.name, equal))?;
-            say!(out, "{}", picture.line(equal))?;
+            say!(out, "{}", table.row(&picture.row(&scene.name, equal))?)?;
         }
         Ok(())
     })?;
@@ -100,10 +92,10 @@ fn montage(
 ) -> Result<Vec<(&'static str, TimedPicture)>> {
     let job = prepared.job(&scene.scene);
     let renderer = Renderer::new(options.view.threads)?;
-    let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats.max(1) };
+    let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats };
     let bar = progress(2 + 2 * METHODS.len(), &scene.name);
     bar.set_message("oracle");
-    let truth = Oracle::new(&job)?.picture(all_threads);
+    let truth = oracle::picture(&job, all_threads)?;
     bar.inc(1);
     let tolerance = scene.scene.tolerance;
     bar.set_message("exact");
@@ -174,13 +166,8 @@ impl PictureTimer<'_> {
         parameter: String,
         truth: &[[f64; 4]],
     ) -> Result<TimedPicture> {
-        let picture: Picture = method.render(&self.job, self.renderer)?;
-        let mut seconds = vec![picture.seconds];
-        for _ in 1..self.repeats {
-            seconds.push(method.render(&self.job, self.renderer)?.seconds);
-        }
-        let distance = Comparison::new(&picture.pixels, truth);
-        let (seconds, pixels) = (median(seconds), picture.pixels);
+        let Picture { pixels, seconds, .. } = method.timed(&self.job, self.renderer, self.repeats)?;
+        let distance = Comparison::new(&pixels, truth);
         Ok(TimedPicture { method: name, parameter, seconds, pixels, distance })
     }
 

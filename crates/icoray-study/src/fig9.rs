@@ -5,7 +5,7 @@ use crate::closeup::{METHODS, View};
 use crate::compare::median;
 use crate::methods::{Job, Method};
 use crate::plot::{Chart, Line};
-use crate::results::{CsvFile, progress, say};
+use crate::results::{Table, progress, say};
 use crate::scenes::StudyScene;
 use icoray::{Renderer, Result};
 use std::io::Write;
@@ -64,13 +64,14 @@ impl Rate {
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let scenes = options.view.scenes(&options.scenes, 160)?;
     let renderer = Renderer::new(options.view.threads)?;
-    let mut table = CsvFile::create(options.out.join("fig9.csv"), COLUMNS)?;
+    let mut table = Table::create(options.out.join("fig9.csv"), COLUMNS, "")?;
     options.view.each(&scenes, &renderer, out, |scene, prepared, out| {
         let job = prepared.job(&scene.scene);
         let rates = rates(options, &job, &scene.name, &renderer)?;
-        let exact_s = exact_s(options, &job, &renderer)?;
+        let exact = Method::Exact { tolerance: scene.scene.tolerance };
+        let exact_s = exact.timed(&job, &renderer, options.view.repeats)?.seconds;
         for rate in &rates {
-            table.row(rate.row(&scene.name))?;
+            table.row(&rate.row(&scene.name))?;
         }
         chart(scene, &rates, exact_s).write(&options.out.join(format!("fig9_{}.svg", scene.name)))?;
         print(scene, &rates, exact_s, out)
@@ -98,13 +99,6 @@ fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Resul
     }
     bar.finish_and_clear();
     Ok(rates)
-}
-
-/// Seconds of the default method at the scene's tolerance.
-fn exact_s(options: &Options, job: &Job, renderer: &Renderer) -> Result<f64> {
-    let exact = Method::Exact { tolerance: job.scene.tolerance };
-    let seconds = (0..options.view.repeats.max(1)).map(|_| Ok(exact.render(job, renderer)?.seconds));
-    Ok(median(seconds.collect::<Result<Vec<f64>>>()?))
 }
 
 fn chart(scene: &StudyScene, rates: &[Rate], exact_s: f64) -> Chart {

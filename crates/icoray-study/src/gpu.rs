@@ -4,7 +4,7 @@
 //! Peak rates of the device are measured in the same run ([`icoray_gpu::Peaks`]); `cost` counts bytes and operations of
 //! frames.
 
-use crate::results::{CsvFile, make_directory, progress, say, write_file};
+use crate::results::{Table, make_directory, progress, say, write_file};
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
 use benchmark::{Benchmark, Row, Setting};
@@ -130,17 +130,17 @@ fn measure(
     options: &Options,
     out: &mut dyn Write,
 ) -> Result<Vec<Vec<Row>>> {
-    let mut csv = CsvFile::create(options.out.join("gpu.csv"), table::COLUMNS)?;
+    let mut csv = Table::create(options.out.join("gpu.csv"), table::COLUMNS, table::PRINTED)?;
     let bar = progress(settings.len() * multi_scale::TRANSFERS.len(), "gpu");
-    say!(out, "{}", table::HEADING)?;
+    say!(out, "{}", csv.heading())?;
     let mut all = Vec::new();
     for setting in settings {
         let mut rows = Vec::new();
         for (transfer, opacity) in multi_scale::TRANSFERS {
             bar.set_message(format!("{}x{} {} {transfer}", setting.size.0, setting.size.1, setting.light()));
             let row = benchmark.row(setting, transfer, opacity)?;
-            csv.row(table::cells(&row, &benchmark.peaks))?;
-            bar.suspend(|| say!(out, "{}", table::line(&row, &benchmark.peaks)))?;
+            let line = csv.row(&table::cells(&row, &benchmark.peaks))?;
+            bar.suspend(|| say!(out, "{line}"))?;
             bar.inc(1);
             rows.push(row);
         }

@@ -1,8 +1,7 @@
 //! The studies of the program `icoray-study NAME`: errors, run times and comparisons of icoray.
 //!
-//! [`mod@oracle`] renders a scene to ten digits, [`mod@reference`] is an independent, slow evaluation that oracle and
-//! renderer are tested against, [`methods`] are the methods that the paper compares with, and [`stability::truth`] is
-//! the exact integral in double-double.
+//! [`mod@oracle`] renders a scene to ten digits, [`methods`] are the methods that the paper compares with, and
+//! [`stability::truth`] is the exact integral in double-double.
 
 mod closeup;
 mod compare;
@@ -23,7 +22,6 @@ mod peak;
 mod plan;
 mod plot;
 mod ranks;
-pub mod reference;
 mod renumber;
 mod results;
 mod scenes;

@@ -3,8 +3,8 @@
 
 use crate::compare::Comparison;
 use crate::methods::Method;
-use crate::oracle::Oracle;
-use crate::results::{progress, say, write_file};
+use crate::oracle;
+use crate::results::{progress, say};
 use crate::sphere::Sphere;
 use glam::DVec3;
 use icoray::{Precision, Renderer, Result, Scene};
@@ -37,9 +37,6 @@ pub struct Options {
     /// Threads; 0 is all.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// A file for the table, comma-separated.
-    #[arg(long)]
-    pub csv: Option<std::path::PathBuf>,
 }
 
 /// Values along a side of a table from the command line.
@@ -135,7 +132,7 @@ pub fn in_step(options: &Options, kind: Kind) -> Result<Vec<Series>> {
     let sphere = Sphere::new(options.level, options.layers, [1.0, 1.3], field)?;
     let sizes: Vec<f64> = (0..=options.halvings).map(|i| options.step / f64::from(1u32 << i)).collect();
     sphere.with_job(&scene(kind, options.size)?, |job| {
-        let truth = Oracle::new(job)?.picture(&renderer);
+        let truth = oracle::picture(job, &renderer)?;
         let of = |(method, with, to_oracle): Stepped| {
             let picture = |step: f64| Ok(with(step).render(job, &renderer)?.pixels);
             let own = if to_oracle { None } else { Some(picture(sizes[sizes.len() - 1] / 8.0)?) };
@@ -168,7 +165,7 @@ pub fn in_mesh(options: &Options, kind: Kind) -> Result<Vec<Series>> {
     for level in 1..=options.levels {
         let sphere = Sphere::new(level, 1 + (1 << level), [1.0, 1.3], field)?;
         sphere.with_job(&scene, |job| {
-            let truth = Oracle::new(job)?.picture(&renderer);
+            let truth = oracle::picture(job, &renderer)?;
             for (series, (_, method)) in list.iter_mut().zip(methods) {
                 series.sizes.push(1.107 / f64::from(1u32 << level));
                 series.rmse.push(Comparison::new(&method.render(job, &renderer)?.pixels, &truth).rmse);
@@ -190,22 +187,8 @@ fn print(out: &mut dyn Write, list: &[Series]) -> Result<()> {
     Ok(())
 }
 
-/// The table for a file: a line per error.
-fn lines(refined: &str, list: &[Series]) -> String {
-    let mut text = String::new();
-    for s in list {
-        let orders = std::iter::once(String::new()).chain(s.orders().into_iter().map(|o| format!("{o:.3}")));
-        let limit = s.from_oracle.map_or(String::new(), |d| format!("{d:.3e}"));
-        for ((size, error), order) in s.sizes.iter().zip(&s.rmse).zip(orders) {
-            text += &format!("{refined},{:?},\"{}\",{size},{error:.3e},{order},{limit}\n", s.kind, s.method);
-        }
-    }
-    text
-}
-
 /// Measures and prints a line per method and transfer function.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
-    let mut table = String::from("refined,transfer,method,size,rmse,order,limit from oracle\n");
     say!(
         out,
         "RMSE over premultiplied channels; {} bisections, {} layers, steps from {} planet radii on, halved",
@@ -220,7 +203,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         let list = in_step(options, kind)?;
         bar.suspend(|| print(out, &list))?;
         bar.inc(1);
-        table += &lines("step", &list);
     }
     bar.set_message("meshes");
     let levels = options.levels;
@@ -229,10 +211,9 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         let list = in_mesh(options, kind)?;
         bar.suspend(|| print(out, &list))?;
         bar.inc(1);
-        table += &lines("mesh", &list);
     }
     bar.finish_and_clear();
-    options.csv.as_ref().map_or(Ok(()), |path| write_file(path, table))
+    Ok(())
 }
 
 #[cfg(test)]

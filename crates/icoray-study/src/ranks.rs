@@ -3,12 +3,12 @@
 //! Ranks are threads that compute one after the other ([`sequential`]), so that the seconds of each are those of a
 //! processor of its own. The network is not simulated: bytes are reported instead.
 
-use crate::results::{CsvFile, progress, say};
+use crate::results::{Table, number, progress, say};
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
 use icoray::ranks::local_nodes;
 use icoray::{Decomposition, Error, ErrorKind, FrameReport, Grid, Ranks, Rendered, Renderer, Result, Scene};
-use partition::{MeshPart, Partition};
+use partition::MeshPart;
 use rayon::prelude::*;
 use sequential::SequentialRank;
 use std::io::Write;
@@ -43,9 +43,9 @@ pub struct Options {
     /// Frames behind the first, whose costs the second is dealt by; the one whose busiest rank took least is reported.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
-    /// Directory for ranks.csv, if it is wanted.
-    #[arg(long)]
-    pub out: Option<PathBuf>,
+    /// Directory of ranks.csv.
+    #[arg(long, default_value = "out/ranks")]
+    pub out: PathBuf,
 }
 
 /// How a picture is shared out.
@@ -61,23 +61,12 @@ pub enum Sharing {
     Random,
 }
 
-impl Sharing {
-    fn partition(self) -> Option<Partition> {
-        match self {
-            Sharing::Tiles => None,
-            Sharing::Patches => Some(Partition::Patches),
-            Sharing::Rows => Some(Partition::Rows),
-            Sharing::Random => Some(Partition::Random),
-        }
-    }
-}
-
 const COLUMNS: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,fragments_per_rank,\
     fragments_per_pixel,sent_bytes_per_rank,sent_bytes_per_pixel,rank_0_received_bytes,compose_s,\
     copied_bytes_per_rank,copy_s";
 
-const HEADING: &str = "transfer  sharing ranks busiest s speedup balance tiles/rank fragm./rank fragm./pix. \
-    KiB s./rank bytes/pixel KiB at rank 0 compose s KiB c./rank  copy s";
+const PRINTED: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,\
+    fragments_per_pixel,sent_bytes_per_pixel,rank_0_received_bytes,compose_s,copied_bytes_per_rank,copy_s";
 
 /// Draws and prints a line per transfer function, sharing and number of ranks.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
@@ -93,21 +82,20 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
              other, on {processors} processors: seconds are of a rank's own work, range of the field included, without a network. Of {}\n\
              frames after the first, the one whose busiest rank took least. Balance: mean over most of the seconds that ranks drew.\n\
              tiles: all ranks have all data; patches, rows, random: each has its cells and a halo, in Morton order, in the mesh's or\n\
-             anywhere. Ranks of a node put their parts together: KiB that each writes for it, and the seconds of the slowest.",
+             anywhere. Ranks of a node put their parts together: bytes that each writes for it, and the seconds of the slowest.",
         options.layers,
         options.frames
     )?;
-    let create = |directory: &PathBuf| CsvFile::create(directory.join("ranks.csv"), COLUMNS);
-    let csv = options.out.as_ref().map(create).transpose()?;
+    let csv = Table::create(options.out.join("ranks.csv"), COLUMNS, PRINTED)?;
     let scenes = multi_scale::TRANSFERS.map(|(_, opacity)| multi_scale::scene(size, opacity, "", ""));
     let scenes: Vec<Scene> = scenes.into_iter().collect::<Result<_>>()?;
-    say!(out, "{HEADING}")?;
+    say!(out, "{}", csv.heading())?;
     let mut table = Output { size, csv, alone: vec![None; scenes.len()], out };
     let bar = progress(options.sharing.len() * options.ranks.len() + 1, "ranks");
     for &sharing in &options.sharing {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
-            let parts = sharing.partition().map(|partition| MeshPart::all(&sphere, partition, ranks));
+            let parts = (sharing != Sharing::Tiles).then(|| MeshPart::all(&sphere, sharing, ranks));
             let simulation = Simulation::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
             for (scene, frame) in simulation.frames(ranks)?.into_iter().enumerate() {
                 bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;
@@ -237,7 +225,7 @@ fn on_threads<T: Send, R: Send>(team: Vec<T>, work: impl Fn(T) -> Result<R> + Sy
 /// Writes a row per frame: a printed line and a row of the CSV file.
 struct Output<'o> {
     out: &'o mut dyn Write,
-    csv: Option<CsvFile>,
+    csv: Table,
     size: u32,
     /// For each scene, the seconds of one rank with all data.
     alone: Vec<Option<f64>>,
@@ -261,25 +249,12 @@ impl Output<'_> {
         let compose_s = frame.iter().fold(0.0, |max: f64, rank| max.max(rank.report.ranks.compose_s));
         let copied: f64 = frame.iter().map(|rank| rank.report.bytes_copied as f64).sum();
         let copy_s = frame.iter().fold(0.0, |max: f64, rank| max.max(rank.report.timing.copy_s));
-        say!(
-            self.out,
-            "{transfer:>8} {sharing:>8} {ranks:>5} {busiest_s:>9.3} {:>7} {balance:>7.3} {:>10} {:>11.0} {:>11.2} {:>11.0} {:>11.1} {:>13.0} {compose_s:>9.3} {:>10.0} {copy_s:>7.3}",
-            speedup.map_or_else(String::new, |speedup| format!("{speedup:.2}")),
-            format!("{min}-{max}"),
-            fragments / each,
-            fragments / pixels,
-            sent / each / 1024.0,
-            sent / pixels,
-            received / 1024.0,
-            copied / each / 1024.0,
-        )?;
-        let Some(csv) = &mut self.csv else { return Ok(()) };
-        let speedup = speedup.map_or_else(String::new, |speedup| speedup.to_string());
+        let speedup = speedup.map_or_else(String::new, number);
         let mut cells = vec![transfer.to_owned(), sharing, ranks.to_string()];
-        cells.extend([busiest_s.to_string(), speedup]);
+        cells.extend([number(busiest_s), speedup]);
         let numbers = [balance, min as f64, max as f64, fragments / each, fragments / pixels];
         let of_bytes = [sent / each, sent / pixels, received, compose_s, copied / each, copy_s];
-        cells.extend(numbers.iter().chain(&of_bytes).map(f64::to_string));
-        csv.row(cells)
+        cells.extend(numbers.into_iter().chain(of_bytes).map(number));
+        say!(self.out, "{}", self.csv.row(&cells)?)
     }
 }

@@ -1,56 +1,55 @@
-//! Numbers a mesh's cells and corners along a space-filling curve, as models do for their caches.
+//! New numbers for a mesh's cells and corners: along a space-filling curve, as models do for their caches, or those of
+//! a part.
 
 use crate::shading::direction;
 use icoray::IcosahedralMesh;
 
-/// Bits of a coordinate along the curve.
-const BITS: u32 = 10;
+/// Marks rows that are left out.
+pub(crate) const MISSING: i32 = -1;
 
 /// Renumbers cells and corners so that those near to each other have close numbers. Edges keep their numbers.
 pub(crate) fn along_curve(mesh: &mut IcosahedralMesh) {
     let cells = order(&mesh.lon_center_rad, &mesh.lat_center_rad);
     let corners = order(&mesh.lon_corner_rad, &mesh.lat_corner_rad);
     for column in [&mut mesh.lon_center_rad, &mut mesh.lat_center_rad] {
-        *column = permuted::<_, 1>(column, &cells);
+        *column = rows(column, 1, &cells).collect();
     }
     for column in [&mut mesh.lon_corner_rad, &mut mesh.lat_corner_rad] {
-        *column = permuted::<_, 1>(column, &corners);
+        *column = rows(column, 1, &corners).collect();
     }
-    mesh.cell_corner = permuted::<_, 6>(&mesh.cell_corner, &cells);
-    mesh.corner_cell = permuted::<_, 3>(&mesh.corner_cell, &corners);
-    mesh.corner_edge = permuted::<_, 3>(&mesh.corner_edge, &corners);
-    let (new_cell, new_corner) = (inverse(&cells), inverse(&corners));
+    mesh.cell_corner = rows(&mesh.cell_corner, 6, &cells).collect();
+    mesh.corner_cell = rows(&mesh.corner_cell, 3, &corners).collect();
+    mesh.corner_edge = rows(&mesh.corner_edge, 3, &corners).collect();
+    let (new_cell, new_corner) = (numbers(&cells, cells.len()), numbers(&corners, corners.len()));
     mesh.corner_cell.iter_mut().for_each(|cell| *cell = new_cell[*cell as usize]);
     mesh.cell_corner.iter_mut().for_each(|corner| *corner = new_corner[*corner as usize]);
     mesh.edge_corner.iter_mut().for_each(|corner| *corner = new_corner[*corner as usize]);
 }
 
 /// The places in the order of Morton's curve through space.
-fn order(lon: &[f64], lat: &[f64]) -> Vec<usize> {
-    let key = |k: usize| {
-        let place = direction(lon[k], lat[k]).to_array();
-        let [x, y, z] = place.map(|x| ((0.5 * (x + 1.0)) * f64::from((1 << BITS) - 1)) as u64);
-        (0..BITS).fold(0, |key, bit| {
-            let of = |x: u64, axis: u32| (x >> bit & 1) << (3 * bit + axis);
-            key | of(x, 0) | of(y, 1) | of(z, 2)
-        })
-    };
-    let mut order: Vec<usize> = (0..lon.len()).collect();
-    order.sort_by_cached_key(|k| key(*k));
+fn order(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..lon_rad.len()).collect();
+    order.sort_by_cached_key(|k| morton(lon_rad[*k], lat_rad[*k]));
     order
 }
 
-/// Rows of `N` elements in a new order.
-fn permuted<X: Copy, const N: usize>(rows: &[X], order: &[usize]) -> Vec<X> {
-    let rows = rows.as_chunks::<N>().0;
-    order.iter().flat_map(|row| rows[*row]).collect()
+/// Morton code of a direction in the cube around the sphere, with 16 bits per axis.
+pub(crate) fn morton(lon_rad: f64, lat_rad: f64) -> u64 {
+    let at = direction(lon_rad, lat_rad).to_array().map(|x| ((x + 1.0) * 32767.5) as u64);
+    let bits = (0..48).map(|bit| (at[bit % 3] >> (bit / 3) & 1) << bit);
+    bits.sum()
 }
 
-/// The new number of each old one.
-fn inverse(order: &[usize]) -> Vec<i32> {
-    let mut numbers = vec![0; order.len()];
-    (0..).zip(order).for_each(|(new, old)| numbers[*old] = new);
+/// For each of `count` rows its position in `kept`, or [`MISSING`].
+pub(crate) fn numbers(kept: &[usize], count: usize) -> Vec<i32> {
+    let mut numbers = vec![MISSING; count];
+    (0..).zip(kept).for_each(|(number, &row)| numbers[row] = number);
     numbers
+}
+
+/// The entries of rows of `width`.
+pub(crate) fn rows<'a, V: Copy>(table: &'a [V], width: usize, kept: &'a [usize]) -> impl Iterator<Item = V> + 'a {
+    kept.iter().flat_map(move |&row| table[row * width..(row + 1) * width].iter().copied())
 }
 
 #[cfg(test)]

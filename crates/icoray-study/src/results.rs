@@ -38,30 +38,49 @@ pub(crate) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
     std::fs::write(path, content).map_err(|e| io_error(path, e))
 }
 
-/// A CSV file, flushed after every row.
-pub(crate) struct CsvFile {
-    path: PathBuf,
-    writer: csv::Writer<File>,
+/// A number of a table.
+pub(crate) fn number(value: f64) -> String {
+    format!("{value:.6e}")
 }
 
-impl CsvFile {
-    /// Creates the file, in a directory that is made if it does not exist, with its header; `columns` are names with
-    /// commas between.
-    pub fn create(path: PathBuf, columns: &str) -> Result<Self> {
+/// A table as a CSV file, flushed after every row, some columns of which are printed.
+pub(crate) struct Table {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+    columns: Vec<&'static str>,
+    printed: Vec<&'static str>,
+}
+
+impl Table {
+    /// Creates the file, in a directory that is made if it does not exist, with its header; `columns` and
+    /// `printed` are names with commas between.
+    pub fn create(path: PathBuf, columns: &'static str, printed: &'static str) -> Result<Self> {
         path.parent().map_or(Ok(()), make_directory)?;
         let writer = csv::Writer::from_path(&path).map_err(|e| io_error(&path, e))?;
-        let mut file = CsvFile { path, writer };
-        file.row(columns.split(','))?;
-        Ok(file)
+        let [columns, printed] = [columns, printed].map(|names| names.split(',').collect());
+        let mut table = Table { path, writer, columns, printed };
+        let names: Vec<String> = table.columns.iter().map(ToString::to_string).collect();
+        table.row(&names).map(|_| table)
     }
 
-    /// Appends a row.
+    /// The names of the printed columns.
+    pub fn heading(&self) -> String {
+        self.line(&self.columns)
+    }
+
+    /// Appends a row; returns its printed line.
     ///
     /// # Errors
     /// [`ErrorKind::Io`] where it cannot be written or has more or fewer cells than the header.
-    pub fn row(&mut self, cells: impl IntoIterator<Item: AsRef<[u8]>>) -> Result<()> {
+    pub fn row(&mut self, cells: &[String]) -> Result<String> {
         self.writer.write_record(cells).map_err(|e| io_error(&self.path, e))?;
-        self.writer.flush().map_err(|e| io_error(&self.path, e))
+        self.writer.flush().map_err(|e| io_error(&self.path, e))?;
+        Ok(self.line(cells))
+    }
+
+    fn line(&self, cells: &[impl AsRef<str>]) -> String {
+        let cells = self.columns.iter().zip(cells).filter(|(name, _)| self.printed.contains(name));
+        cells.map(|(name, cell)| format!("{:>1$}", cell.as_ref(), name.len().max(12))).collect::<Vec<_>>().join(" ")
     }
 }
 

@@ -1,18 +1,7 @@
-//! Transfer function and lighting of a scene, evaluated from its knots and keys, for references.
+//! Rays and lighting of a scene, evaluated from its keys, for references.
 
 use glam::DVec3;
 use icoray::{Lighting, Scene, Source};
-
-/// Colour and extinction per planet radius at value `f`, for a shell of the given thickness.
-pub(crate) fn transfer(scene: &Scene, thickness: f64, f: f64) -> (DVec3, f64) {
-    let knots = &scene.volumes[0].transfer.knots;
-    let unit = scene.volumes[0].transfer.unit_length.unwrap_or(thickness);
-    let above = knots.partition_point(|k| k.value <= f);
-    let (a, b) = (&knots[above.saturating_sub(1)], &knots[above.min(knots.len() - 1)]);
-    let w = if b.value > a.value { ((f - a.value) / (b.value - a.value)).clamp(0.0, 1.0) } else { 0.0 };
-    let color = DVec3::from_array(a.color).lerp(DVec3::from_array(b.color), w);
-    (color, (a.extinction + w * (b.extinction - a.extinction)) / unit)
-}
 
 /// Unit direction of the ray of pixel `i`, row by row from the top.
 pub(crate) fn pixel_direction(scene: &Scene, i: u32) -> DVec3 {

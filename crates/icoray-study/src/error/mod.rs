@@ -12,10 +12,10 @@ mod tolerances;
 mod verdict;
 
 use crate::montage::frame;
-use crate::oracle::Oracle;
+use crate::oracle;
 use crate::plot::{Chart, Line};
-use crate::results::{CsvFile, progress, say, write_file};
-use crate::scenes::{self, Dataset, Detail, PreparedDataset, StudyScene, data_directory};
+use crate::results::{Table, progress, say, write_file};
+use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory};
 use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
@@ -103,13 +103,13 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     }
     let scenes = options.scenes()?;
     let data = data_directory(options.data.as_deref());
-    let table = CsvFile::create(options.out.join("error.csv"), table::COLUMNS)?;
+    let table = Table::create(options.out.join("error.csv"), table::COLUMNS, table::PRINTED)?;
     say!(
         out,
         "median of {} repeats on {}; errors are of premultiplied linear channels, 0 to 1\n{}",
         options.repeats,
         threads(&renderer),
-        table::HEADING
+        table.heading()
     )?;
     let mut study = Study {
         options,
@@ -126,7 +126,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         bounds_hold: (0, 0),
     };
     for group in scenes.chunk_by(|a, b| a.dataset == b.dataset) {
-        match group[0].dataset.load(Detail::of(options.quick), &data)? {
+        match group[0].dataset.load(options.quick, &data)? {
             Some(dataset) => dataset
                 .with(&all_threads, |prepared| group.iter().try_for_each(|scene| study.scene(prepared, scene)))?,
             None => {
@@ -145,7 +145,7 @@ struct Study<'a> {
     out: &'a mut dyn Write,
     renderer: Renderer,
     all_threads: &'a Renderer,
-    table: CsvFile,
+    table: Table,
     bar: Bar,
     scenes: usize,
     begun: usize,
@@ -162,7 +162,7 @@ impl Study<'_> {
         self.begun += 1;
         self.bar.set_prefix(format!("{} ({} of {})", scene.name, self.begun, self.scenes));
         self.bar.set_message("oracle");
-        let truth = Oracle::new(&job)?.picture(self.all_threads);
+        let truth = oracle::picture(&job, self.all_threads)?;
         self.picture(scene, &truth)?;
         let ladders = sweep::ladders(prepared.thickness(&scene.scene)?, lit, self.options.quick);
         let effort = Effort { repeats: self.options.repeats, longest_s: self.options.longest };
@@ -172,8 +172,8 @@ impl Study<'_> {
         let measured = measure::measure(&job, &truth, &ladders, effort, &self.renderer, &self.bar)?;
         self.bar.reset();
         for m in &measured {
-            self.table.row(table::row(&scene.name, m))?;
-            self.bar.suspend(|| say!(self.out, "{}", table::line(&scene.name, m)))?;
+            let line = self.table.row(&table::row(&scene.name, m))?;
+            self.bar.suspend(|| say!(self.out, "{line}"))?;
         }
         self.charts(scene, &measured)?;
         self.judge(&scene.name, lit, &measured);

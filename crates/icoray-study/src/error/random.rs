@@ -1,12 +1,13 @@
-//! Random scenes of all kinds, every pixel against the oracle of whole scenes.
+//! Random scenes of all kinds, every pixel against the oracle.
 
 #[path = "../../../icoray/tests/suite/culled/mod.rs"]
 mod culled;
 mod draw;
 
 use crate::compare::median;
-use crate::oracle::{Data, WholeScene};
+use crate::oracle::{Data, Oracle, PANEL};
 use crate::results::say;
+use crate::shading::pixel_direction;
 use crate::stability::truth::pixel_error;
 use draw::{Drawn, KINDS};
 use glam::DVec3;
@@ -100,10 +101,10 @@ fn check(
     let frame = renderer.render(scene, &grid, &drawn.layers, drawn.model_fields()?)?;
     group.seconds += start.elapsed().as_secs_f64();
     let data = Data { grid: &grid, layers: &drawn.layers, heights: &drawn.heights, fields: &drawn.fields };
-    let oracle = WholeScene::new(scene, data)?;
+    let oracle = Oracle::new(scene, data, PANEL)?;
     let others: Vec<Vec<_>> = (0..MOVED).map(|k| drawn.fields.iter().map(|field| moved(field, k)).collect()).collect();
-    let moved = others.iter().map(|fields| WholeScene::new(scene, Data { fields, ..data }));
-    let doubts = moved.chain([WholeScene::new(scene, data).map(WholeScene::halved)]).collect::<Result<Vec<_>>>()?;
+    let moved = others.iter().map(|fields| Oracle::new(scene, Data { fields, ..data }, PANEL));
+    let doubts = moved.chain([Oracle::new(scene, data, 0.5 * PANEL)]).collect::<Result<Vec<_>>>()?;
     let pixels = (0..frame.pixels.len()).into_par_iter();
     let found: Vec<Found> = all.run(|| pixels.map(|i| pixel(&frame, i, drawn, (&oracle, &doubts))).collect());
     group.scenes += 1;
@@ -168,18 +169,16 @@ fn moved<'n>((name, values): &(&'n str, Vec<f64>), number: usize) -> (&'n str, V
 /// Compares pixel `i`. Where it is beyond its error, the oracle is asked again, with panels of half the depth and with
 /// eyes and values that are a few units in the last place away: a pixel is undecided where that moves the truth by half
 /// of the error or more.
-fn pixel(frame: &Frame, i: usize, drawn: &Drawn, (oracle, doubts): (&WholeScene, &[WholeScene])) -> Found {
+fn pixel(frame: &Frame, i: usize, drawn: &Drawn, (oracle, doubts): (&Oracle, &[Oracle])) -> Found {
     let scene = &drawn.scene;
-    let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
-    let eye = DVec3::from_array(scene.camera.eye());
-    let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+    let (eye, dir) = (DVec3::from_array(scene.camera.eye()), pixel_direction(scene, i as u32));
     let told = f64::from(frame.error[i]);
     let Some(truth) = oracle.pixel(eye, dir) else {
         return Found { truth: [f64::NAN; 4], off: 0.0, told, is_undecided: true };
     };
     let off = pixel_error(frame.pixels[i], &truth);
     let far = 4.0 * f64::EPSILON * (1.0 + eye.length());
-    let moves = |oracle: &WholeScene, step: DVec3| {
+    let moves = |oracle: &Oracle, step: DVec3| {
         let again = oracle.pixel(eye + far * step, dir);
         again.is_none_or(|again| (0..4).any(|k| (again[k] - truth[k]).abs() >= 0.5 * off))
     };
@@ -204,7 +203,7 @@ mod tests {
             let drawn = Drawn::new(seed).unwrap();
             let grid = drawn.grid();
             let data = Data { grid: &grid, layers: &drawn.layers, heights: &drawn.heights, fields: &drawn.fields };
-            let oracle = WholeScene::new(&drawn.scene, data).unwrap();
+            let oracle = Oracle::new(&drawn.scene, data, PANEL).unwrap();
             let fields = drawn.model_fields().unwrap();
             let mut frame = renderer.render(&drawn.scene, &grid, &drawn.layers, fields).unwrap();
             for i in [0, 7 * 25 + 11] {

@@ -1,7 +1,7 @@
 //! What a tolerance costs and gives: seconds, frusta, true and reported errors of the kinds of scenes.
 
 use crate::compare::{BoundCheck, Comparison, median};
-use crate::oracle::{Data, WholeScene};
+use crate::oracle::{Data, Oracle, PANEL};
 use crate::results::{replace_section, say};
 use crate::sphere::{Sphere, multi_scale};
 use glam::DVec3;
@@ -81,7 +81,7 @@ fn table(renderer: &Renderer, all: &Renderer, [width, height]: [u32; 2]) -> Resu
             contents.concat()
         ))?;
         let data = Data { grid: &grid, layers: &layers, heights: &[], fields: &named };
-        let oracle = WholeScene::new(&scene, data)?;
+        let oracle = Oracle::new(&scene, data, PANEL)?;
         let pixel = |i: u32| {
             let dir = crate::shading::pixel_direction(&scene, i);
             oracle.pixel(DVec3::from_array(scene.camera.eye()), dir).unwrap_or([f64::NAN; 4])

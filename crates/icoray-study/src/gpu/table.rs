@@ -1,4 +1,4 @@
-//! Measurements as printed lines, as a CSV file and as tables in Markdown.
+//! Measurements as rows of a table, and as tables in Markdown.
 
 use super::benchmark::{Benchmark, OnGpu, Row};
 use icoray_gpu::Peaks;
@@ -8,6 +8,10 @@ use std::fmt::Write as _;
 pub(super) const COLUMNS: &str = "transfer,width,height,light,tolerance,device_ms,device_clock,prepare_ms,upload_ms,\
     bytes_uploaded,end_to_end_ms,cpu_ms,columns,frusta,frusta_per_s,bytes_read,memory_percent,flops,\
     f32_percent,upload_bytes_per_s,upload_percent,rmse_to_cpu,max_to_cpu,left_to_cpu";
+
+/// Those that are printed.
+pub(super) const PRINTED: &str = "transfer,width,height,light,tolerance,device_ms,upload_ms,end_to_end_ms,cpu_ms,\
+    frusta_per_s,memory_percent,f32_percent,upload_percent,rmse_to_cpu,max_to_cpu,left_to_cpu";
 
 fn percent(rate: f64, max: f64) -> f64 {
     100.0 * rate / max
@@ -22,7 +26,7 @@ fn percents(gpu: &OnGpu, peaks: &Peaks) -> [f64; 3] {
     ]
 }
 
-/// A row's cells in the file; those of the GPU are empty if the picture was left to the CPU.
+/// A row's cells; those of the GPU are empty if the picture was left to the CPU.
 pub(super) fn cells(row: &Row, peaks: &Peaks) -> Vec<String> {
     let ms = |seconds: f64| format!("{:.4}", 1e3 * seconds);
     let (width, height) = row.setting.size;
@@ -64,34 +68,6 @@ pub(super) fn peaks(peaks: &Peaks) -> String {
         giga(peaks.memory),
         giga(peaks.flops)
     )
-}
-
-/// The head of the lines.
-pub(super) const HEADING: &str = "    picture light toler. transfer  device ms upload ms end to end    CPU ms   frusta/s  memory    \
-    f32  upload     RMSE      max";
-
-/// A row's line.
-pub(super) fn line(row: &Row, peaks: &Peaks) -> String {
-    let (width, height) = row.setting.size;
-    let picture = format!("{width}x{height}");
-    let (light, tolerance) = (row.setting.light(), row.setting.tolerance);
-    let head = format!("{picture:>11} {light:>5} {tolerance:>6.0e} {:>8}", row.transfer);
-    let cpu = 1e3 * row.cpu_s;
-    match &row.gpu {
-        Err(reason) => format!("{head} CPU {cpu:.2} ms; left to it: {reason}"),
-        Ok(gpu) => {
-            let [memory, f32, upload] = percents(gpu, peaks);
-            format!(
-                "{head} {:>10.3} {:>9.2} {:>10.2} {cpu:>9.2} {:>10.2e} {memory:>6.1}% {f32:>5.1}% {upload:>6.1}% {:>8.1e} {:>8.1e}",
-                1e3 * gpu.device_s(),
-                1e3 * gpu.report.device.upload_s,
-                1e3 * gpu.end_s,
-                gpu.rate(),
-                gpu.difference.rmse,
-                gpu.difference.max
-            )
-        }
-    }
 }
 
 /// Milliseconds with three significant digits, and at least all before the point.
@@ -190,6 +166,5 @@ mod tests {
         assert_eq!(cells.len(), COLUMNS.split(',').count());
         assert_eq!((cell("cpu_ms"), cell("left_to_cpu"), cell("device_ms")), ("250.0000", "too large", ""));
         assert_eq!((cell("transfer"), cell("light"), cell("tolerance")), ("dense", "lit", "1e-2"));
-        assert!(line(&row, &peaks).ends_with("CPU 250.00 ms; left to it: too large"));
     }
 }

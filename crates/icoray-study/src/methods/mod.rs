@@ -15,6 +15,7 @@ mod wedge;
 pub use crate::job::Job;
 pub(crate) use march::Picture;
 
+use crate::compare::median;
 use crate::job::PreparedJob;
 use icoray::{Renderer, Result, Scene};
 use march::midpoints;
@@ -63,6 +64,14 @@ impl Method {
             Method::Paper => shipped(job, renderer, icoray::Method::Paper, job.scene.tolerance),
             _ => self.sampled(job, renderer),
         }
+    }
+
+    /// The picture with the median seconds of so many runs, at least one.
+    pub(crate) fn timed(&self, job: &Job, renderer: &Renderer, repeats: usize) -> Result<Picture> {
+        let picture = self.render(job, renderer)?;
+        let again = (1..repeats).map(|_| Ok(self.render(job, renderer)?.seconds));
+        let seconds = again.chain([Ok(picture.seconds)]).collect::<Result<_>>()?;
+        Ok(Picture { seconds: median(seconds), ..picture })
     }
 
     fn sampled(&self, job: &Job, renderer: &Renderer) -> Result<Picture> {

@@ -9,13 +9,10 @@
 
 use super::march::{Accumulated, FrustumWindow, Interpolant, StepRule};
 use crate::job::PreparedJob;
-use crate::oracle::{FrustumInterpolant, Gauss, Piece, Radiance, Spans};
+use crate::oracle::{Blend, Course, FrustumInterpolant, Gauss, PANEL, Part, Radiance, Spans};
 use crate::shading::RayLighting;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-
-/// Optical depth of the panels that entries are integrated by.
-const PANEL: f64 = 0.25;
 
 /// Premultiplied colour and absorbed part of segments of one length, by the normalised values at front and back.
 #[derive(Debug)]
@@ -72,18 +69,21 @@ impl Table {
 fn segment(spans: &Spans, gauss: &Gauss, f: [f64; 2], length: f64, attenuated: bool) -> [f32; 4] {
     let mut radiance = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
     let mut emission = DVec3::ZERO;
-    let mut at = f[0];
-    spans.cut(0.0, f, |span, next, _| {
-        let share = if f[0] == f[1] { 1.0 } else { (next - at) / (f[1] - f[0]) };
-        if share > 0.0 && !span.is_clear {
-            let interpolant = FrustumInterpolant { f: [at, next], bend: 0.0, eps: 0.0 };
-            let piece = Piece { interpolant, base: 0.0, span, length: length * share };
-            piece.plain(gauss, PANEL, &mut radiance);
-            emission += piece.emission(gauss);
+    let course = Course { base: 0.0, f: FrustumInterpolant { f, bend: 0.0, eps: 0.0 } };
+    let knots = spans.knots_between(f[0].min(f[1]), f[0].max(f[1])).iter().map(|knot| (knot - f[0]) / (f[1] - f[0]));
+    let mut cuts: Vec<f64> = knots.filter(|u| 0.0 < *u && *u < 1.0).chain([0.0, 1.0]).collect();
+    cuts.sort_by(f64::total_cmp);
+    for pair in cuts.windows(2) {
+        let span = spans.at(course.f.at(0.5 * (pair[0] + pair[1])));
+        if pair[0] < pair[1] && !span.is_clear {
+            let part = (course.part([pair[0], pair[1]], span), span);
+            let parts = vec![Part { color: part, extinction: part, normal: None }];
+            let length = length * (pair[1] - pair[0]);
+            let blend = Blend { gauss, parts, length, lighting: None, limit: PANEL };
+            blend.add(&mut radiance);
+            emission += blend.emission();
         }
-        at = next;
-        true
-    });
+    }
     let color = (if attenuated { radiance.color } else { emission }).as_vec3();
     [color.x, color.y, color.z, (1.0 - radiance.transmittance) as f32]
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::compare::Comparison;
-use crate::oracle::Oracle;
+use crate::oracle;
 use crate::sphere::{Sphere, multi_scale};
 use glam::DVec3;
 
@@ -37,7 +37,7 @@ fn pictures(sphere: &Sphere, scene: &Scene, methods: &[Method]) -> (Vec<Picture>
     let renderer = Renderer::new(2).unwrap();
     let draw = |job: &Job| {
         let pictures = methods.iter().map(|method| method.render(job, &renderer)).collect::<Result<_>>()?;
-        Ok((pictures, Oracle::new(job)?.picture(&renderer)))
+        Ok((pictures, oracle::picture(job, &renderer)?))
     };
     sphere.with_job(scene, draw).unwrap()
 }

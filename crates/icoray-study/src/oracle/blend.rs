@@ -1,16 +1,22 @@
-//! The integral of a piece of a ray in which several volumes overlap: the values of all monotone between knots.
+//! The integral of a piece of a ray in which several volumes may overlap: the values of all monotone between knots.
 //!
-//! There extinctions and colours are smooth. As in [`Piece`](super::Piece), panels of little optical depth have 8 Gauss
-//! nodes each. Under light they are halved until halves agree with the whole and normals hardly turn from node to node:
-//! where a gradient passes close to zero its normal turns over in a moment, which all nodes may miss.
+//! There extinctions and colours are smooth. A piece is cut into panels of little optical depth; in each, 8 Gauss nodes
+//! give the depth up to every node by collocation and the light by quadrature, both of order 16. Under light panels are
+//! halved until halves agree with the whole and normals hardly turn from node to node: where a gradient passes close to
+//! zero its normal turns over in a moment, which all nodes may miss.
 
+use super::direction_of;
 use super::gauss::{Gauss, NODES};
 use super::interpolant::FrustumInterpolant;
-use super::panel::{MIN_TRANSMITTANCE, Radiance, STEEP};
 use super::spans::Span;
-use super::{component, direction_of, zeros};
 use crate::shading::RayLighting;
 use glam::DVec3;
+
+/// Transmittance at which rays end.
+pub(crate) const MIN_TRANSMITTANCE: f64 = 1e-17;
+
+/// Panels are short enough that heights change by no more than this part.
+const STEEP: f64 = 0.25;
 
 /// Most halvings of a panel under light.
 const LEVELS: u32 = 24;
@@ -22,30 +28,48 @@ const LIT_TOLERANCE: f64 = 1e-11;
 /// the first that count, are some 1e-12.
 const SMOOTH: f64 = 1e-6;
 
+/// Accumulated premultiplied linear RGB and transmittance.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Radiance {
+    pub color: DVec3,
+    pub transmittance: f64,
+}
+
 /// A field along a frustum: its value is `base + f`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course {
+pub(crate) struct Course {
     pub base: f64,
     pub f: FrustumInterpolant,
 }
 
+impl Course {
+    /// The part from `from` to `to`, inside one span: an end on a knot to rounding has the knot's value.
+    pub fn part(&self, range: [f64; 2], span: &Span) -> Self {
+        let rounding = 4.0 * f64::EPSILON * (self.f.f[0].abs() + self.f.f[1].abs() + self.f.bend.abs());
+        let ends = range.map(|u| {
+            let f = self.f.at(u);
+            let knots = [span.low - self.base, span.high - self.base];
+            knots.into_iter().find(|knot| (knot - f).abs() <= rounding).unwrap_or(f)
+        });
+        Course { base: self.base, f: self.f.part(range, ends) }
+    }
+}
+
 /// One volume in a piece.
 #[derive(Debug)]
-pub(super) struct Part<'s> {
+pub(crate) struct Part<'s> {
     pub color: (Course, &'s Span),
     pub extinction: (Course, &'s Span),
     /// Components of the gradient of the field that gives the extinction, in a lit scene.
     pub normal: Option<[FrustumInterpolant; 3]>,
 }
 
-/// The volumes of a piece, over places u, 0 to 1, of a frustum of the given length in planet radii.
+/// The volumes of a piece, over places u, 0 to 1, of the given length in planet radii.
 #[derive(Debug)]
-pub(super) struct Blend<'s> {
+pub(crate) struct Blend<'s> {
     pub gauss: &'s Gauss,
     pub parts: Vec<Part<'s>>,
     pub length: f64,
-    /// Relative change of the value's denominator along the frustum.
-    pub eps: f64,
     pub lighting: Option<&'s RayLighting>,
     /// Most optical depth of a panel.
     pub limit: f64,
@@ -54,7 +78,12 @@ pub(super) struct Blend<'s> {
 impl Part<'_> {
     fn extinction(&self, u: f64) -> f64 {
         let (course, span) = &self.extinction;
-        span.extinction(course.base, course.f.at(u))
+        (span.extinction(course.base, course.f.f[0]) + span.extinction_slope * course.f.since_start(u)).max(0.0)
+    }
+
+    fn color(&self, u: f64) -> DVec3 {
+        let (course, span) = &self.color;
+        span.color(course.base, course.f.f[0]) + span.color_slope * course.f.since_start(u)
     }
 
     /// The unit normal, or zero for none.
@@ -73,27 +102,36 @@ struct Panel {
 }
 
 impl Blend<'_> {
-    /// Adds the light from `from` to `to` behind `radiance`.
-    pub fn add(&self, [from, to]: [f64; 2], radiance: &mut Radiance) {
+    /// Adds the light of the piece behind `radiance`.
+    pub fn add(&self, radiance: &mut Radiance) {
         let normals = self.parts.iter().filter_map(|part| part.normal.as_ref());
         let lights = self.lighting.into_iter().flat_map(|lighting| [lighting.towards, lighting.halfway]);
         let mut cuts: Vec<f64> = normals
             .flat_map(|normal| lights.clone().flat_map(|v| zeros(&component(normal, v))))
             .flatten()
-            .filter(|u| from < *u && *u < to)
-            .chain([from, to])
+            .filter(|u| 0.0 < *u && *u < 1.0)
+            .chain([0.0, 1.0])
             .collect();
         cuts.sort_by(f64::total_cmp);
         cuts.windows(2).for_each(|pair| self.panels([pair[0], pair[1]], radiance));
     }
 
+    /// The unlit light of the piece without absorption.
+    pub fn emission(&self) -> DVec3 {
+        let node = |j: usize| {
+            let glow = |part: &Part| part.extinction(self.gauss.node[j]) * part.color(self.gauss.node[j]);
+            self.gauss.weight[j] * self.length * self.parts.iter().map(glow).sum::<DVec3>()
+        };
+        (0..NODES).map(node).sum()
+    }
+
     /// The same where no shade has a kink.
     fn panels(&self, [from, to]: [f64; 2], radiance: &mut Radiance) {
-        let density = |u: f64| self.parts.iter().map(|part| self.length * part.extinction(u)).collect::<Vec<f64>>();
-        let height = |u: f64| 1.0 + self.eps * u;
+        let eps = self.parts.first().map_or(0.0, |part| part.extinction.0.f.eps);
+        let height = |u: f64| 1.0 + eps * u;
         let fits = |u: f64, h: f64| {
-            let deepest: f64 = density(u).iter().zip(density(u + h)).map(|(a, b)| a.max(b)).sum();
-            deepest * h <= self.limit && self.eps.abs() * h <= STEEP * height(u).min(height(u + h))
+            let deepest: f64 = self.parts.iter().map(|part| part.extinction(u).max(part.extinction(u + h))).sum();
+            self.length * deepest * h <= self.limit && eps.abs() * h <= STEEP * height(u).min(height(u + h))
         };
         let (mut u, mut width) = (from, to - from);
         while u < to && radiance.transmittance > MIN_TRANSMITTANCE {
@@ -127,9 +165,8 @@ impl Blend<'_> {
             }
             for (j, node) in self.gauss.node.iter().enumerate() {
                 let own = h * self.length * part.extinction(u + h * node);
-                let (course, span) = &part.color;
                 density[j] += own;
-                glow[j] += own * (span.color(course.base, course.f.at(u + h * node)) * bodies[j] + highlights[j]);
+                glow[j] += own * (part.color(u + h * node) * bodies[j] + highlights[j]);
             }
         }
         let (mut color, mut whole) = (DVec3::ZERO, 0.0);
@@ -160,6 +197,25 @@ impl Blend<'_> {
     }
 }
 
+/// The component along `v` of a vector whose components run along the same stretch.
+fn component(of: &[FrustumInterpolant; 3], v: DVec3) -> FrustumInterpolant {
+    let dot = |get: &dyn Fn(&FrustumInterpolant) -> f64| v.dot(DVec3::new(get(&of[0]), get(&of[1]), get(&of[2])));
+    FrustumInterpolant { f: [dot(&|c| c.f[0]), dot(&|c| c.f[1])], bend: dot(&|c| c.bend), eps: of[0].eps }
+}
+
+/// Where a course is zero, at most twice.
+fn zeros(interpolant: &FrustumInterpolant) -> [Option<f64>; 2] {
+    let turn = interpolant.extremum();
+    let parts = match turn {
+        None => [Some([0.0, 1.0]), None],
+        Some(u) => [Some([0.0, u]), Some([u, 1.0])],
+    };
+    parts.map(|part| {
+        let [a, b] = part?;
+        (interpolant.at(a) * interpolant.at(b) < 0.0).then(|| interpolant.meets(0.0, a, b))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,10 +237,9 @@ mod tests {
             let course = (Course { base: 0.0, f: along([0.5, 0.5]) }, spans.at(0.5));
             let normal = Some([along([-1.0, 1.0]), along([close, close]), along([0.0, 0.0])]);
             let parts = vec![Part { color: course, extinction: course, normal }];
-            let blend =
-                Blend { gauss: &gauss, parts, length: 1.0, eps: 0.0, lighting: lighting.as_ref(), limit: PANEL };
+            let blend = Blend { gauss: &gauss, parts, length: 1.0, lighting: lighting.as_ref(), limit: PANEL };
             let mut radiance = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
-            blend.add([0.0, 1.0], &mut radiance);
+            blend.add(&mut radiance);
             let expected = 1e-9 * ((1.0 + close * close).sqrt() - close);
             assert!((radiance.color.x - expected).abs() < 1e-17, "{close}: {:e} {expected:e}", radiance.color.x);
         }

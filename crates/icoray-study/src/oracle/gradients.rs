@@ -74,3 +74,27 @@ impl<R: Fn(u32, usize) -> f64 + Sync, V: Fn(u32, usize) -> f64 + Sync> GradientI
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sphere::Sphere;
+
+    /// A field that is linear in space is so in each frustum, on layers of any heights.
+    #[test]
+    fn the_gradient_of_a_linear_field_is_its_slope() {
+        const LAYERS: usize = 4;
+        let slope = DVec3::new(0.3, -0.7, 0.2);
+        let sphere = Sphere::new(2, LAYERS, [1.0, 1.3], |p| p.length()).unwrap();
+        let (grid, heights) = (sphere.grid().unwrap(), sphere.terrain());
+        for native in [false, true] {
+            let radius = |cell: u32, layer: usize| match native {
+                true => 1.0 + heights[cell as usize * LAYERS + layer],
+                false => sphere.layers.radius_m()[layer],
+            };
+            let value = |cell, layer| slope.dot(radius(cell, layer) * grid.direction(cell));
+            let input = GradientInput { grid: &grid, layers: LAYERS, radius, value, partial: native };
+            assert!(input.gradients().iter().all(|gradient| gradient.distance(slope) < 1e-13), "{native}");
+        }
+    }
+}

@@ -4,51 +4,6 @@
 //! linear over linear, which together make `f(u) = f0 + (f1 - f0) u + bend · u (1 - u)/(1 + eps u)`: at most one
 //! extremum, and no coefficient that cancels.
 
-use icoray::Frustum;
-
-/// Heights closer than this to a layer are on it: bounds the rounding of the sum of three weights.
-const ON_LAYER: f64 = 1e-15;
-
-/// The geometry of one stretch, for any quantity that is given at the six vertices.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FrustumGeometry {
-    /// Fraction of the way from the lower to the upper layer, at entry and exit.
-    lambda: [f64; 2],
-    /// Barycentric weights of the second and third vertex, at entry and exit.
-    weight: [[f64; 2]; 2],
-    eps: f64,
-}
-
-impl FrustumGeometry {
-    pub fn new(frustum: &Frustum, radius: &[f64]) -> Self {
-        let rho = frustum.alpha.map(|[a, b, c]| a + b + c);
-        let (low, high) = (radius[frustum.layer], radius[frustum.layer + 1]);
-        let lambda = rho.map(|rho| match rho {
-            r if r < low + ON_LAYER => 0.0,
-            r if r > high - ON_LAYER => 1.0,
-            r => (r - low) / (high - low),
-        });
-        let weight = [0, 1].map(|i| [frustum.alpha[i][1] / rho[i], frustum.alpha[i][2] / rho[i]]);
-        FrustumGeometry { lambda, weight, eps: (rho[1] - rho[0]) / rho[0] }
-    }
-
-    /// The course of a quantity with the given values on the lower and upper layer, less `base`.
-    #[inline]
-    pub fn interpolant(&self, low: &[f64; 3], high: &[f64; 3], base: f64) -> FrustumInterpolant {
-        let rise = [high[0] - low[0], high[1] - low[1], high[2] - low[2]];
-        let mut f = self.lambda.map(|l| (low[0] - base) + l * rise[0]);
-        let mut bend = 0.0;
-        for k in 1..3 {
-            let difference = self.lambda.map(|l| (low[k] - low[0]) + l * (rise[k] - rise[0]));
-            let (from, to) = (self.weight[0][k - 1], self.weight[1][k - 1]);
-            f[0] += from * difference[0];
-            f[1] += to * difference[1];
-            bend += (to - from) * (self.eps * difference[0] - (difference[1] - difference[0]));
-        }
-        FrustumInterpolant { f, bend, eps: self.eps }
-    }
-}
-
 /// A quantity along a stretch, or along a part of one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FrustumInterpolant {

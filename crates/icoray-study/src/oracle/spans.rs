@@ -76,24 +76,4 @@ impl Spans {
         let first = self.knots.partition_point(|k| *k < low);
         &self.knots[first..first.max(self.knots.partition_point(|k| *k <= high))]
     }
-
-    /// Cuts a monotone course of the value, from `base + f[0]` to `base + f[1]`, at knots. Calls `piece` for each span
-    /// with the course's value, less `base`, at the end of the span, and whether it is the last; until `piece`
-    /// returns false.
-    ///
-    /// The first span is that of the course's start, a value on a knot being above it unless the course falls; the
-    /// others follow in order, so that no value on a knot is looked up.
-    pub fn cut(&self, base: f64, f: [f64; 2], mut piece: impl FnMut(&Span, f64, bool) -> bool) {
-        let falls = f[1] < f[0];
-        let mut k = self.knots.partition_point(|k| if falls { k - base < f[0] } else { k - base <= f[0] });
-        loop {
-            let span = &self.spans[k];
-            let knot = if falls { span.low } else { span.high } - base;
-            let is_last = if falls { f[1] >= knot } else { f[1] <= knot };
-            if !piece(span, if is_last { f[1] } else { knot }, is_last) || is_last {
-                return;
-            }
-            k = if falls { k - 1 } else { k + 1 };
-        }
-    }
 }

@@ -11,31 +11,26 @@ use crate::stability::dd::Dd;
 use crate::stability::path::Column;
 
 /// A triangle's column along a ray, and where its layers are.
-#[derive(Debug)]
-pub(super) struct LayeredColumn<'c> {
+pub(crate) struct LayeredColumn<'c, R> {
     pub column: &'c Column,
-    /// Radii of the layers at the three cells.
-    radius: Vec<[f64; 3]>,
+    pub layers: usize,
+    /// Radius of a layer at a cell.
+    pub radius: R,
 }
 
 /// A part of a ray between two layers.
-#[derive(Debug)]
-pub(super) struct Frustum {
+pub(crate) struct Frustum {
     /// Weights of the lower and upper vertices at the start, in the middle and at the end.
-    weight: [[f64; 6]; 3],
-    pub eps: f64,
+    pub weight: [[Dd; 6]; 3],
+    /// `ψ - ψ'` at the start and at the end, which is as the height.
+    pub height: [Dd; 2],
 }
 
-impl<'c> LayeredColumn<'c> {
-    pub fn new(column: &'c Column, layers: usize, radius: impl Fn(u32, usize) -> f64) -> Self {
-        let radius = (0..layers).map(|layer| column.cells.map(|cell| radius(cell, layer))).collect();
-        LayeredColumn { column, radius }
-    }
-
+impl<R: Fn(u32, usize) -> f64> LayeredColumn<'_, R> {
     /// The terms of ψ at `t`.
     fn terms(&self, layer: usize, t: Dd) -> [Dd; 3] {
         let alpha = self.column.coordinates(t);
-        [0, 1, 2].map(|k| alpha[k] / Dd::from(self.radius[layer][k]))
+        [0, 1, 2].map(|k| alpha[k] / Dd::from((self.radius)(self.column.cells[k], layer)))
     }
 
     fn psi(&self, layer: usize, t: Dd) -> Dd {
@@ -45,14 +40,14 @@ impl<'c> LayeredColumn<'c> {
 
     /// The number of layers at or below the point at `t`.
     pub fn layers_below(&self, t: Dd) -> usize {
-        (0..self.radius.len()).take_while(|layer| self.psi(*layer, t) >= Dd::ONE).count()
+        (0..self.layers).take_while(|layer| self.psi(*layer, t) >= Dd::ONE).count()
     }
 
     /// The column's ends and the places between them where the ray crosses a layer, in order, with its number.
     pub fn crossings(&self) -> Vec<(Dd, Option<usize>)> {
         let [start, end] = self.column.t;
         let mut found = vec![(start, None), (end, None)];
-        for layer in 0..self.radius.len() {
+        for layer in 0..self.layers {
             let ends = [self.psi(layer, start), self.psi(layer, end)];
             if (ends[0] >= Dd::ONE) != (ends[1] >= Dd::ONE) {
                 let t = start + (end - start) * ((Dd::ONE - ends[0]) / (ends[1] - ends[0]));
@@ -84,10 +79,9 @@ impl<'c> LayeredColumn<'c> {
             let depth = below - above;
             let [down, up] = [(Dd::ONE - above) / depth, (below - Dd::ONE) / depth];
             let weight = |k: usize| if k < 3 { down * low[k] } else { up * high[k - 3] };
-            ([0, 1, 2, 3, 4, 5].map(|k| weight(k).to_f64()), depth)
+            ([0, 1, 2, 3, 4, 5].map(weight), depth)
         });
-        let eps = (places[2].1 / places[0].1 - Dd::ONE).to_f64();
-        Frustum { weight: places.map(|(weight, _)| weight), eps }
+        Frustum { weight: places.map(|(weight, _)| weight), height: [places[0].1, places[2].1] }
     }
 }
 
@@ -98,9 +92,10 @@ impl Frustum {
             return None;
         }
         let base = values[0];
-        let at = |weight: [f64; 6]| (1..6).map(|k| weight[k] * (values[k] - base)).sum::<f64>();
+        let at = |weight: [Dd; 6]| (1..6).map(|k| weight[k].to_f64() * (values[k] - base)).sum::<f64>();
         let [start, middle, end] = self.weight.map(at);
-        let bend = (middle - 0.5 * (start + end)) * 4.0 * (1.0 + 0.5 * self.eps);
-        Some(Course { base, f: FrustumInterpolant { f: [start, end], bend, eps: self.eps } })
+        let eps = (self.height[1] / self.height[0] - Dd::ONE).to_f64();
+        let bend = (middle - 0.5 * (start + end)) * 4.0 * (1.0 + 0.5 * eps);
+        Some(Course { base, f: FrustumInterpolant { f: [start, end], bend, eps } })
     }
 }

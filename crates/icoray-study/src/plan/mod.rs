@@ -5,7 +5,7 @@
 
 mod cases;
 
-use crate::results::{CsvFile, progress, say};
+use crate::results::{Table, progress, say};
 use crate::sphere::Sphere;
 use cases::Case;
 use icoray::{FrameReport, Grid, Renderer, Result, Savings, Scene};
@@ -110,39 +110,24 @@ impl Row<'_> {
         cells.extend([with.read, without.read, with.made, without.made].map(|n| n.to_string()));
         cells
     }
-
-    fn line(&self) -> String {
-        let Row { scene, saving, with, without } = self;
-        let mega = |with: u64, without: u64| (without as f64 - with as f64) * 1e-6;
-        format!(
-            "{scene:>12} {saving:>10} {:>10.1} {:>10.1} {:>9.1} {:>12.2} {:>12.2}",
-            1e3 * with.seconds,
-            1e3 * without.seconds,
-            self.spared(),
-            mega(with.read, without.read),
-            mega(with.made, without.made),
-        )
-    }
 }
 
 /// Renders, prints a line for each scene and saving, and writes them to `plan.csv`.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let cases = cases::named(&options.scenes)?;
-    let mut csv = CsvFile::create(options.out.join("plan.csv"), Row::HEAD)?;
+    let mut csv = Table::create(options.out.join("plan.csv"), Row::HEAD, Row::HEAD)?;
     let renderers = Renderers::new(options.threads)?;
     say!(
         out,
-        "level {} x {} layers, {} x {} pixels, {} thread(s), least of {} frames; ms per frame, MB that are spared",
+        "level {} x {} layers, {} x {} pixels, {} thread(s), least of {} frames\n{}",
         options.level,
         options.layers,
         options.size,
         options.size,
         renderers.all.threads(),
-        options.frames.max(1)
+        options.frames.max(1),
+        csv.heading()
     )?;
-    let head = ["scene", "saving", "with", "without", "spared %", "MB of reads", "MB made"];
-    let [scene, saving, with, without, spared, read, made] = head;
-    say!(out, "{scene:>12} {saving:>10} {with:>10} {without:>10} {spared:>9} {read:>12} {made:>12}")?;
     let bar = progress(cases.len(), "plan");
     for case in &cases {
         bar.set_message(case.name);
@@ -151,8 +136,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         let scene = (case.scene)(options.size)?;
         let rows = renderers.measure(case, &scene, &grid, &sphere, options.frames.max(1))?;
         for row in rows {
-            bar.suspend(|| say!(out, "{}", row.line()))?;
-            csv.row(row.cells())?;
+            let line = csv.row(&row.cells())?;
+            bar.suspend(|| say!(out, "{line}"))?;
         }
         bar.inc(1);
     }

@@ -1,55 +1,26 @@
 //! Domain decomposition as in a model: own cells, a halo one cell wide, local numbers.
 
-use crate::shading::direction;
+use super::Sharing;
+use crate::renumber::{MISSING, morton, numbers, rows};
 use crate::sphere::Sphere;
 use icoray::{IcosahedralMesh, Owned, PartCells};
+use icoray_test_support::Random;
 use rayon::prelude::*;
 
-/// Marks entries that a rank does not have.
-const MISSING: i32 = -1;
-
-/// Assignment of cells to ranks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Partition {
-    /// Segments of the Morton order: compact patches.
-    Patches,
-    /// Segments of the mesh's own order.
-    Rows,
-    /// Random ranks.
-    Random,
-}
-
-impl Partition {
-    /// The rank of each cell; ranks have equal numbers of cells, or one more.
-    pub fn owners(self, mesh: &IcosahedralMesh, ranks: usize) -> Vec<usize> {
-        let key = |cell: usize| match self {
-            Partition::Patches => morton(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]),
-            Partition::Rows => cell as u64,
-            Partition::Random => split_mix_64(cell as u64),
-        };
-        let mut order: Vec<usize> = (0..mesh.cells()).collect();
-        order.par_sort_by_cached_key(|cell| key(*cell));
-        let mut owners = vec![0; order.len()];
-        for (place, cell) in order.iter().enumerate() {
-            owners[*cell] = place * ranks / order.len();
-        }
-        owners
+/// The rank of each cell; ranks have equal numbers of cells, or one more.
+fn owners(mesh: &IcosahedralMesh, sharing: Sharing, ranks: usize) -> Vec<usize> {
+    let key = |cell: usize| match sharing {
+        Sharing::Patches => morton(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]),
+        Sharing::Tiles | Sharing::Rows => cell as u64,
+        Sharing::Random => Random::at(cell).bits(),
+    };
+    let mut order: Vec<usize> = (0..mesh.cells()).collect();
+    order.par_sort_by_cached_key(|cell| key(*cell));
+    let mut owners = vec![0; order.len()];
+    for (place, cell) in order.iter().enumerate() {
+        owners[*cell] = place * ranks / order.len();
     }
-}
-
-/// Morton code of a direction in the cube around the sphere, with 16 bits per axis.
-fn morton(lon_rad: f64, lat_rad: f64) -> u64 {
-    let at = direction(lon_rad, lat_rad).to_array().map(|x| ((x + 1.0) * 32767.5) as u64);
-    let bits = (0..48).map(|bit| (at[bit % 3] >> (bit / 3) & 1) << bit);
-    bits.sum()
-}
-
-/// SplitMix64 hash.
-fn split_mix_64(n: u64) -> u64 {
-    let z = (n + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    owners
 }
 
 /// One rank's part of a sphere.
@@ -64,8 +35,8 @@ pub(super) struct MeshPart {
 
 impl MeshPart {
     /// The parts of all ranks.
-    pub fn all(sphere: &Sphere, partition: Partition, ranks: usize) -> Vec<Self> {
-        let owners = partition.owners(&sphere.mesh, ranks);
+    pub fn all(sphere: &Sphere, sharing: Sharing, ranks: usize) -> Vec<Self> {
+        let owners = owners(&sphere.mesh, sharing, ranks);
         (0..ranks).into_par_iter().map(|rank| Self::new(sphere, &owners, rank)).collect()
     }
 
@@ -113,16 +84,4 @@ impl MeshPart {
 /// Numbers of the rows that `stays` selects.
 fn kept<const N: usize>(table: &[[i32; N]], stays: impl Fn(&[i32; N]) -> bool) -> Vec<usize> {
     (0..table.len()).filter(|&row| stays(&table[row])).collect()
-}
-
-/// For each of `count` rows its position in `kept`.
-fn numbers(kept: &[usize], count: usize) -> Vec<i32> {
-    let mut numbers = vec![MISSING; count];
-    (0..).zip(kept).for_each(|(number, &row)| numbers[row] = number);
-    numbers
-}
-
-/// The entries of rows of `width`.
-fn rows<'a, V: Copy>(table: &'a [V], width: usize, kept: &'a [usize]) -> impl Iterator<Item = V> + 'a {
-    kept.iter().flat_map(move |&row| table[row * width..(row + 1) * width].iter().copied())
 }

@@ -28,37 +28,20 @@ pub enum Dataset {
     Stiff,
 }
 
-/// Resolution of synthetic grids.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Detail {
-    /// As documented for each dataset.
-    Full,
-    /// 642 cells and 8 layers, for a quick look at whether all goes well.
-    Quick,
-}
-
-impl Detail {
-    pub fn of(quick: bool) -> Self {
-        if quick { Detail::Quick } else { Detail::Full }
-    }
-}
-
 /// A dataset in memory.
 #[derive(Debug)]
-pub struct LoadedDataset(Source);
-
-#[derive(Debug)]
-enum Source {
+pub enum LoadedDataset {
     Synthetic(Sphere),
     File { file: Box<icoray_dataset::Dataset>, layers: Layers, field: OwnedField },
 }
 
 impl Dataset {
-    /// Generates or reads grid and field; `None` if the file is not in `data`.
-    pub fn load(self, detail: Detail, data: &Path) -> Result<Option<LoadedDataset>> {
+    /// Generates or reads grid and field; `None` if the file is not in `data`. Where it is `quick`, synthetic grids have 642
+    /// cells and 8 layers.
+    pub fn load(self, quick: bool, data: &Path) -> Result<Option<LoadedDataset>> {
         let synthetic = |level, layers, ends, f: fn(glam::DVec3) -> f64| {
-            let (level, layers) = if detail == Detail::Quick { (3, 8) } else { (level, layers) };
-            Sphere::new(level, layers, ends, f).map(|sphere| Some(LoadedDataset(Source::Synthetic(sphere))))
+            let (level, layers) = if quick { (3, 8) } else { (level, layers) };
+            Sphere::new(level, layers, ends, f).map(|sphere| Some(LoadedDataset::Synthetic(sphere)))
         };
         match self {
             Dataset::Radial => synthetic(5, 61, [fig6::INNER, fig6::OUTER], |p| p.length()),
@@ -79,7 +62,7 @@ fn read(data: &Path, name: &str) -> Result<Option<LoadedDataset>> {
     let file = icoray_netcdf::open(path)?;
     let layers = file.layers(name)?;
     let field = file.read_field(name, MPAS_TIME)?;
-    Ok(Some(LoadedDataset(Source::File { file: Box::new(file), layers, field })))
+    Ok(Some(LoadedDataset::File { file: Box::new(file), layers, field }))
 }
 
 /// The directory of data files: `given`, or what `ICORAY_TEST_DATA` names, or `../shared/data`.
@@ -91,9 +74,11 @@ pub(crate) fn data_directory(given: Option<&Path>) -> PathBuf {
 impl LoadedDataset {
     /// Checks the grid, averages a field at corners to cells, and hands both to `work`.
     pub fn with<R>(&self, renderer: &Renderer, work: impl FnOnce(&PreparedDataset) -> Result<R>) -> Result<R> {
-        let (grid, layers, field) = match &self.0 {
-            Source::Synthetic(sphere) => (renderer.run(|| sphere.grid())?, &sphere.layers, sphere.field()?),
-            Source::File { file, layers, field } => (renderer.run(|| file.mesh().grid())?, layers, field.field()?),
+        let (grid, layers, field) = match self {
+            LoadedDataset::Synthetic(sphere) => (renderer.run(|| sphere.grid())?, &sphere.layers, sphere.field()?),
+            LoadedDataset::File { file, layers, field } => {
+                (renderer.run(|| file.mesh().grid())?, layers, field.field()?)
+            }
         };
         let center = match field.location() {
             Location::Center => None,

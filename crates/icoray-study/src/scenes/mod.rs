@@ -5,7 +5,7 @@ pub(crate) mod multi_scale;
 mod stiff;
 
 pub(crate) use dataset::data_directory;
-pub use dataset::{Dataset, Detail, PreparedDataset};
+pub use dataset::{Dataset, PreparedDataset};
 
 use crate::fig6;
 use icoray::{Error, ErrorKind, Precision, Result, Scene};

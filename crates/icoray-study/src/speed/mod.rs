@@ -7,7 +7,7 @@
 pub use options::{Options, Size};
 pub(crate) use options::{count, size};
 
-use crate::results::{CsvFile, make_directory, progress, replace_section, say, write_file};
+use crate::results::{Table, make_directory, progress, replace_section, say, write_file};
 use benchmark::Benchmark;
 use case::Setting;
 use icoray::{IcosahedralMesh, Result};
@@ -39,7 +39,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let bandwidths = machine::read_bandwidths(&options.threads)?;
     say!(out, "{}", table::bandwidths(&bandwidths))?;
     let counter = if options.uncounted { None } else { Some(Tool::find()) };
-    let mut csv = CsvFile::create(options.out.join("speed.csv"), table::COLUMNS)?;
+    let mut csv = Table::create(options.out.join("speed.csv"), table::COLUMNS, table::PRINTED)?;
     let (mut setups, mut memory, mut rows) = (Vec::new(), Vec::new(), Vec::new());
     let bar = progress(options.sizes().len() * settings.len(), "speed");
     for size in options.sizes() {
@@ -47,12 +47,12 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         setups.push(benchmark.setup.clone());
         memory.extend(benchmark.memory.iter().map(|(light, memory)| (size, *light, *memory)));
         let grid = benchmark.sphere.grid()?;
-        bar.suspend(|| say!(out, "{}", benchmark.setup.line()).and_then(|()| say!(out, "{}", table::HEADING)))?;
+        bar.suspend(|| say!(out, "{}\n{}", benchmark.setup.line(), csv.heading()))?;
         for setting in &settings {
             bar.set_message(format!("{size} {} {}", setting.light, setting.case.name));
             for row in benchmark.rows(&grid, setting)? {
-                csv.row(table::cells(&row, options, &bandwidths))?;
-                bar.suspend(|| say!(out, "{}", table::line(&row, &bandwidths)))?;
+                let line = csv.row(&table::cells(&row, options, &bandwidths))?;
+                bar.suspend(|| say!(out, "{line}"))?;
                 rows.push(row);
             }
             bar.inc(1);

@@ -1,4 +1,4 @@
-//! Measurements as printed lines and as rows of a CSV file.
+//! Measurements as rows of a table.
 
 use super::benchmark::Row;
 use super::machine::Bandwidth;
@@ -7,6 +7,10 @@ use super::options::{Options, cores};
 pub(super) const COLUMNS: &str = "level,layers,cells,pixels,threads,transfer,light,tolerance,method,precision,frames,\
     frame_least_s,frame_median_s,prepare_s,render_s,rays,columns,frusta_crossed,frusta_read,scalar_pieces,\
     frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent,field_bytes,derived_bytes";
+
+/// Those that are printed.
+pub(super) const PRINTED: &str = "transfer,light,tolerance,threads,frame_least_s,frame_median_s,prepare_s,render_s,\
+    frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent";
 
 /// The bandwidths in words.
 pub(super) fn bandwidths(all: &[Bandwidth]) -> String {
@@ -20,7 +24,7 @@ pub(super) fn percent(row: &Row, all: &[Bandwidth]) -> f64 {
     100.0 * row.bytes as f64 / row.report.timing.render_s / max
 }
 
-/// A row's cells in the file.
+/// A row's cells.
 pub(super) fn cells(row: &Row, options: &Options, bandwidths: &[Bandwidth]) -> Vec<String> {
     let (setting, timing, counts) = (&row.setting, &row.report.timing, &row.report.counts);
     let method = if setting.case.integrates { options.method.as_str() } else { "none" };
@@ -37,31 +41,4 @@ pub(super) fn cells(row: &Row, options: &Options, bandwidths: &[Bandwidth]) -> V
     cells.extend([row.bytes.to_string(), format!("{:.2}", percent(row, bandwidths))]);
     cells.extend([row.field_bytes, row.report.derived_bytes].map(|n| n.to_string()));
     cells
-}
-
-/// The head of the lines.
-pub(super) const HEADING: &str = "transfer light toler. threads  least s median s prepare s   rays s    columns     frusta crossed/s    \
-    read/s scalar  GB read of memory derived";
-
-/// A row's line.
-pub(super) fn line(row: &Row, bandwidths: &[Bandwidth]) -> String {
-    let (setting, report) = (&row.setting, &row.report);
-    let [crossed, read] = row.rates();
-    format!(
-        "{:>8} {:>5} {:>6.0e} {:>7} {:>8.3} {:>8.3} {:>9.3} {:>8.3} {:>10} {:>10} {crossed:>9.2e} {read:>9.2e} {:>5.1}% {:>8.2} {:>8.1}% {:>6.1}%",
-        setting.case.name,
-        setting.light,
-        setting.tolerance,
-        report.threads,
-        row.least_s(),
-        row.median_s(),
-        report.timing.prepare_s,
-        report.timing.render_s,
-        report.counts.columns,
-        report.counts.frusta,
-        row.scalar_percent(),
-        1e-9 * row.bytes as f64,
-        percent(row, bandwidths),
-        100.0 * report.derived_bytes as f64 / row.field_bytes as f64,
-    )
 }

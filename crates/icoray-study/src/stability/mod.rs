@@ -16,7 +16,7 @@ pub mod truth;
 #[cfg(test)]
 mod tests;
 
-use crate::results::{make_directory, progress, say, write_file};
+use crate::results::{progress, say, write_file};
 use cases::CaseMesh;
 use icoray::{Grid, IcosahedralMesh, Renderer, Result};
 use measure::Row;
@@ -76,8 +76,7 @@ pub(crate) fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let page = table::page(&rows);
     say!(out, "\n{page}")?;
     let Some(directory) = &options.out else { return Ok(()) };
-    make_directory(directory)?;
+    table::write_csv(directory.join("stability.csv"), &rows)?;
     write_file(&directory.join("STABILITY.md"), &page)?;
-    write_file(&directory.join("stability.csv"), table::csv(&rows))?;
     say!(out, "STABILITY.md and stability.csv in {}", directory.display())
 }

@@ -5,7 +5,7 @@
 
 use super::dd::Dd;
 use glam::DVec3;
-use icoray::Grid;
+use icoray::{Frustum, Grid};
 
 /// A ray as the renderer is given it: all numbers are taken as exact.
 #[derive(Debug, Clone, Copy)]
@@ -47,6 +47,14 @@ pub struct Column {
 }
 
 impl Column {
+    /// The part of a column that is a frustum of the traversal, of some length.
+    pub(crate) fn around(frustum: &Frustum) -> Self {
+        let (t, [from, to]) = (frustum.t.map(Dd::from), frustum.alpha.map(|alpha| alpha.map(Dd::from)));
+        let speed = [0, 1, 2].map(|k| (to[k] - from[k]) / (t[1] - t[0]));
+        let start = [0, 1, 2].map(|k| from[k] - t[0] * speed[k]);
+        Column { cells: frustum.cells, is_void: false, t, start, speed }
+    }
+
     /// Coordinates of the ray's point at `t` in the three unit vectors.
     pub fn coordinates(&self, t: Dd) -> [Dd; 3] {
         [0, 1, 2].map(|k| self.start[k] + t * self.speed[k])

@@ -2,7 +2,10 @@
 
 use super::cases::GROUPS;
 use super::measure::{RUNS, Row, Run};
+use crate::results::{Table, number};
+use icoray::Result;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 /// A number to one digit, which is reproducible across machines.
 fn short(value: f64) -> String {
@@ -80,30 +83,21 @@ pub fn page(all: &[Row]) -> String {
     )
 }
 
-/// All numbers, one line per case and run.
-pub fn csv(all: &[Row]) -> String {
-    let mut text = String::from(
-        "group,case,precision,tolerance,rays,seen,error,error_well_posed,ill_posed,bound,over_bound,not_finite,lost\n",
-    );
+const COLUMNS: &str = "group,case,precision,tolerance,rays,seen,error,error_well_posed,ill_posed,bound,over_bound,\
+    not_finite,lost";
+
+/// Writes all numbers, a row per case and run.
+pub fn write_csv(path: PathBuf, all: &[Row]) -> Result<()> {
+    let mut table = Table::create(path, COLUMNS, "")?;
     for row in all {
         for ((precision, tolerance), run) in RUNS.iter().zip(&row.run) {
-            let _ = writeln!(
-                text,
-                "{},\"{}\",{},{tolerance:e},{},{},{:e},{:e},{},{:e},{},{},{}",
-                row.group,
-                row.name,
-                format!("{precision:?}").to_lowercase(),
-                row.rays,
-                row.seen,
-                run.error,
-                run.well_posed_error,
-                run.ill_posed,
-                run.bound,
-                run.over_bound,
-                run.not_finite,
-                row.lost
-            );
+            let mut cells = vec![row.group.to_owned(), row.name.clone(), format!("{precision:?}").to_lowercase()];
+            cells.extend([format!("{tolerance:e}"), row.rays.to_string(), row.seen.to_string()]);
+            cells.extend([run.error, run.well_posed_error].map(number));
+            cells.extend([run.ill_posed.to_string(), number(run.bound)]);
+            cells.extend([run.over_bound, run.not_finite, row.lost].map(|n| n.to_string()));
+            table.row(&cells)?;
         }
     }
-    text
+    Ok(())
 }

@@ -5,7 +5,7 @@ use super::measure::{self, Row};
 use super::path::Ray;
 use super::truth::Truth;
 use super::{suite, table};
-use crate::reference::Reference;
+use crate::oracle::{Data, Oracle, PANEL};
 use crate::sphere::{Sphere, multi_scale};
 use glam::DVec3;
 use icoray::{Grid, IcosahedralMesh, Layers, Renderer, Scene};
@@ -44,9 +44,9 @@ fn stability_reference_is_the_closed_form_where_all_is_constant() {
     }
 }
 
-/// The slow reference of the pictures' tests, in f64 and tiny steps, shares no code with this one.
+/// The oracle integrates the same columns in f64 by code of its own.
 #[test]
-fn stability_reference_agrees_with_tiny_steps() {
+fn stability_reference_agrees_with_the_oracle() {
     let sphere = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
     let (grid, field) = (sphere.grid().unwrap(), sphere.field().unwrap());
     let scene = scene(
@@ -56,12 +56,14 @@ fn stability_reference_agrees_with_tiny_steps() {
     );
     let radius = sphere.layers.radius_m();
     let truth = Truth::new(&grid, &field, radius, false, &scene);
-    let steps = Reference::new(&grid, radius, &field, &scene);
+    let fields = [("f", sphere.values.iter().map(|value| f64::from(*value)).collect())];
+    let data = Data { grid: &grid, layers: &sphere.layers, heights: &[], fields: &fields };
+    let oracle = Oracle::new(&scene, data, PANEL).unwrap();
     for ray in rays() {
-        let (exact, brute) = (truth.trace(&ray).unwrap(), steps.trace(ray.eye, ray.dir, 100_000));
+        let (exact, other) = (truth.trace(&ray).unwrap(), oracle.pixel(ray.eye, ray.dir).unwrap());
         assert!(exact[3] > 0.3, "{ray:?} sees nothing");
         for k in 0..4 {
-            assert!((exact[k] - brute[k]).abs() < 3e-5, "{ray:?}: {exact:?} against {brute:?}");
+            assert!((exact[k] - other[k]).abs() < 1e-13, "{ray:?}: {exact:?} against {other:?}");
         }
     }
 }

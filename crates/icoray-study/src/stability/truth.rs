@@ -4,6 +4,7 @@ use super::dd::Dd;
 use super::gauss::Gauss;
 use super::path::{Column, Ray, columns};
 use super::radiance::{FrustumInterpolant, NODES, Radiance, Transfer};
+use crate::oracle::way::LayeredColumn;
 use icoray::{Field, Grid, Scene};
 
 /// A scene over a grid and a field at cell centres whose first layer is the lowest.
@@ -70,9 +71,9 @@ impl<'a> Truth<'a> {
                 }
                 continue;
             }
-            for t in self.gaps(&column) {
-                let height = column.height((t[0] + t[1]) / 2.0);
-                let above = self.radius.partition_point(|r| Dd::from(*r) <= height);
+            for pair in self.layered(&column).crossings().windows(2).filter(|pair| pair[0].0 < pair[1].0) {
+                let t = [pair[0].0, pair[1].0];
+                let above = self.layered(&column).layers_below((t[0] + t[1]) / 2.0);
                 if above < self.radius.len() {
                     way.push(Stretch { layer: above.checked_sub(1), t, column });
                 }
@@ -84,17 +85,9 @@ impl<'a> Truth<'a> {
         Ok(way)
     }
 
-    /// A column cut where it crosses layers.
-    fn gaps(&self, column: &Column) -> Vec<[Dd; 2]> {
-        let ends = column.t.map(|t| column.height(t));
-        let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-        let first = self.radius.partition_point(|r| Dd::from(*r) <= low);
-        let passed = self.radius[first..].iter().take_while(|r| Dd::from(**r) < high);
-        let mut cuts: Vec<Dd> = passed.filter_map(|r| column.reaches(*r)).collect();
-        cuts.retain(|t| *t > column.t[0] && *t < column.t[1]);
-        cuts.extend(column.t);
-        cuts.sort_by(|a, b| a.partial_cmp(b).expect("cuts are numbers"));
-        cuts.windows(2).map(|w| [w[0], w[1]]).collect()
+    fn layered<'c>(&self, column: &'c Column) -> LayeredColumn<'c, impl Fn(u32, usize) -> f64 + use<'c, 'a>> {
+        let radius = self.radius;
+        LayeredColumn { column, layers: radius.len(), radius: |_, layer| radius[layer] }
     }
 
     /// The values of a column's cells on a layer, counted from the lowest; `None` where one is missing.
@@ -106,20 +99,11 @@ impl<'a> Truth<'a> {
 
     /// The value along a stretch, `None` in a void.
     fn interpolant(&self, layer: usize, stretch: &Stretch) -> Option<FrustumInterpolant> {
-        let (column, [from, to]) = (&stretch.column, stretch.t);
-        let lower = self.values(column.cells, layer)?;
-        let upper = self.values(column.cells, layer + 1)?;
-        let bottom = Dd::from(self.radius[layer]);
-        let thickness = Dd::from(self.radius[layer + 1]) - bottom;
-        let value = |t: Dd| {
-            let [_, b, c] = column.coordinates(t);
-            let height = column.height(t);
-            let at = (height - bottom) / thickness;
-            let over = [0, 1, 2].map(|k| lower[k] + at * (upper[k] - lower[k]));
-            over[0] + (b * (over[1] - over[0]) + c * (over[2] - over[0])) / height
-        };
-        let values = [from, (from + to) / 2.0, to].map(value);
-        Some(FrustumInterpolant::transmittance(values, [column.height(from), column.height(to)]))
+        let [lower, upper] = [self.values(stretch.column.cells, layer)?, self.values(stretch.column.cells, layer + 1)?];
+        let frustum = self.layered(&stretch.column).frustum(layer, stretch.t);
+        let difference = |k: usize| if k < 3 { lower[k] - lower[0] } else { upper[k - 3] - lower[0] };
+        let value = |weight: [Dd; 6]| (1..6).fold(lower[0], |sum, k| sum + weight[k] * difference(k));
+        Some(FrustumInterpolant::transmittance(frustum.weight.map(value), frustum.height))
     }
 
     /// Radiance along a ray: premultiplied linear RGB and opacity.

@@ -14,9 +14,9 @@ pub use options::Options;
 
 use crate::compare::Comparison;
 use crate::montage::{self, Montage, Tile};
-use crate::oracle::Oracle;
+use crate::oracle;
 use crate::peak::PeakMemory;
-use crate::results::{CsvFile, make_directory, progress, replace_section, say, write_file};
+use crate::results::{Table, make_directory, progress, replace_section, say, write_file};
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
 use icoray::{Field, Renderer, Result, Scene};
@@ -30,7 +30,7 @@ use std::time::Instant;
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     make_directory(&options.out)?;
     let environment = Environment::new(&options.python, &options.out.join("environment"), out)?;
-    let mut table = CsvFile::create(options.out.join("vtk.csv"), COLUMNS)?;
+    let mut table = Table::create(options.out.join("vtk.csv"), COLUMNS, "")?;
     HEAD.iter().try_for_each(|line| say!(out, "{line}"))?;
     let runs = options.levels.len() * options.transfers.len() * (1 + options.renderers.len());
     let bar = progress(runs, "vtk");
@@ -46,7 +46,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             let model = Model::new(*level, options, &scene, name)?;
             bar.set_message(format!("n={level} {name}, icoray"));
             let ours = model.ours()?;
-            table.row(ours.cells(options))?;
+            table.row(&ours.cells(options))?;
             bar.suspend(|| say!(out, "{}", ours.line()))?;
             bar.inc(1);
             rows.push(ours);
@@ -54,7 +54,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
                 bar.set_message(format!("n={level} {name}, {renderer}"));
                 match model.theirs(&environment, renderer)? {
                     Ok(row) => {
-                        table.row(row.cells(options))?;
+                        table.row(&row.cells(options))?;
                         bar.suspend(|| say!(out, "{}", row.line()))?;
                         rows.push(row);
                     }
@@ -89,7 +89,7 @@ impl<'o> Model<'o> {
         let sphere = Sphere::new(level, options.layers, [1.0, 1.15], sphere::multi_scale)?;
         let directory = options.out.join(format!("n{level}_{transfer}"));
         let renderer = Renderer::new(0)?;
-        let truth = sphere.with_job(scene, |job| Ok(Oracle::new(job)?.picture(&renderer)))?;
+        let truth = sphere.with_job(scene, |job| oracle::picture(job, &renderer))?;
         make_directory(&directory)?;
         export::write(&directory, scene, &sphere)?;
         Ok(Model { options, level, transfer, scene, sphere, truth, directory })

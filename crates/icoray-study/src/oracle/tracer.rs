@@ -1,70 +1,16 @@
-//! Whole scenes to ten digits: several volumes, isosurfaces, surfaces, cuts and layers of any heights.
-//!
-//! A ray's columns and layers are found in double-double over all triangles of a small mesh; nothing of the renderer's
-//! traversal or integration is used. Each frustum is cut at the extremum of every field, at knots, bounds of cuts and
-//! surfaces; the smooth pieces between are those of [`Blend`].
+//! One ray through a scene: its columns, layers and frusta, cut into pieces between surfaces.
 
-#[cfg(test)]
-mod tests;
-
-use super::blend::{Blend, Course, Part};
-use super::gauss::Gauss;
-use super::gradients::GradientInput;
-use super::panel::{MIN_TRANSMITTANCE, Radiance};
-use super::spans::Spans;
 use super::way::{Frustum, LayeredColumn};
-use super::{FrustumInterpolant, PANEL, direction_of, over};
-use crate::shading::{self, RayLighting, direction};
+use super::{Blend, Course, MIN_TRANSMITTANCE, Map, Oracle, Part, Radiance, direction_of, find, over};
+use crate::shading::{self, RayLighting};
 use crate::stability::dd::Dd;
-use crate::stability::path::{Column, Ray, columns};
+use crate::stability::path::{Column, Ray};
 use glam::DVec3;
-use icoray::{Clip, Error, ErrorKind, Grid, Heights, Layers, Level, Paint, Result, Scene, Source, TransferFunction};
-
-/// A mesh with fields at its cells.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Data<'a> {
-    pub grid: &'a Grid<'a>,
-    /// Layers from the innermost on.
-    pub layers: &'a Layers,
-    /// Heights of each column's layers in metres, level-fastest; for scenes with native heights.
-    pub heights: &'a [f64],
-    /// Names and values, level-fastest; NaN where a value is missing.
-    pub fields: &'a [(&'a str, Vec<f64>)],
-}
-
-/// A transfer function of a field.
-#[derive(Debug)]
-struct Map {
-    field: usize,
-    spans: Spans,
-}
-
-#[derive(Debug)]
-struct Medium {
-    color: Map,
-    extinction: Map,
-}
-
-/// A scene over data, to be evaluated.
-#[derive(Debug)]
-pub(crate) struct WholeScene<'a> {
-    scene: &'a Scene,
-    data: Data<'a>,
-    /// Radii of all cells' layers, planet radii.
-    radius: Vec<f64>,
-    layers: usize,
-    /// Least radius of the innermost layer, that of the core below holes, and greatest radius of all.
-    range: [f64; 2],
-    media: Vec<Medium>,
-    /// Gradients of each field at all vertices, in a lit scene.
-    gradients: Vec<Vec<DVec3>>,
-    gauss: Gauss,
-    panel: f64,
-}
+use icoray::{Level, Paint, Source};
 
 /// A ray that is traced.
-struct Tracer<'o, 'a> {
-    oracle: &'o WholeScene<'a>,
+pub(super) struct Tracer<'o, 'a> {
+    oracle: &'o Oracle<'a>,
     eye: DVec3,
     dir: DVec3,
     lighting: Option<RayLighting>,
@@ -80,144 +26,21 @@ enum Met {
     Sheet(usize),
 }
 
-impl<'a> WholeScene<'a> {
-    /// Prepares gradients and transfer functions.
-    ///
-    /// # Errors
-    /// As [`Layers::shell`]; [`ErrorKind::Scene`] where a field is unknown.
-    pub fn new(scene: &'a Scene, data: Data<'a>) -> Result<Self> {
-        let shell = data.layers.shell(scene.exaggeration)?;
-        let (layers, cells) = (shell.len(), data.grid.cells());
-        let stretch = scene.exaggeration / data.layers.planet_radius_m();
-        let is_native = scene.scenery.heights == Heights::Native;
-        let radius: Vec<f64> = match is_native {
-            true => data.heights.iter().map(|height| 1.0 + stretch * height).collect(),
-            false => shell.iter().copied().cycle().take(layers * cells).collect(),
-        };
-        let lowest = radius.iter().step_by(layers).copied().fold(shell[0], f64::min);
-        let highest = radius.iter().copied().fold(shell[layers - 1], f64::max);
-        let thickness = shell[layers - 1] - shell[0];
-        let map = |name: &str, transfer: &TransferFunction| {
-            Ok(Map { field: find(&data, name)?, spans: Spans::new(transfer, thickness) })
-        };
-        let medium = |volume: &icoray::Volume| {
-            let own = (&volume.field, &volume.transfer);
-            let (by, extinction) = volume.opacity.as_ref().map_or(own, |by| (&by.field, &by.transfer));
-            Ok(Medium { color: map(own.0, own.1)?, extinction: map(by, extinction)? })
-        };
-        let media = scene.volumes.iter().map(medium).collect::<Result<_>>()?;
-        let gradients = |(_, values): &(&str, Vec<f64>)| {
-            let at = |cell: u32, layer: usize| cell as usize * layers + layer;
-            let radius = |cell, layer| radius[at(cell, layer)];
-            let value = |cell, layer| values[at(cell, layer)];
-            GradientInput { grid: data.grid, layers, radius, value, partial: is_native }.gradients()
-        };
-        let lit = data.fields.iter().filter(|_| scene.lighting.is_some());
-        let (gradients, range) = (lit.map(gradients).collect(), [lowest, highest]);
-        Ok(WholeScene { scene, data, radius, layers, range, media, gradients, gauss: Gauss::new(), panel: PANEL })
-    }
-
-    /// The same with panels of half the depth.
-    pub fn halved(self) -> Self {
-        WholeScene { panel: 0.5 * self.panel, ..self }
-    }
-
-    /// Premultiplied linear RGBA along a ray, over the background; `None` where the mesh has a gap.
-    pub fn pixel(&self, eye: DVec3, dir: DVec3) -> Option<[f64; 4]> {
-        let lighting = RayLighting::new(self.scene, dir);
+impl<'o, 'a> Tracer<'o, 'a> {
+    pub fn new(oracle: &'o Oracle<'a>, eye: DVec3, dir: DVec3) -> Self {
+        let lighting = RayLighting::new(oracle.scene, dir);
         let radiance = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
-        let bounds = self.scene.scenery.clips.iter().flat_map(|clip| self.bounds(clip, eye, dir)).collect();
-        let mut tracer = Tracer { oracle: self, eye, dir, lighting, bounds, radiance };
-        let inner = self.scene.core.map(|_| self.range[0]);
-        for column in columns(self.data.grid, &Ray { eye, dir }, self.range[1], inner).ok()? {
-            tracer.column(&column);
-            if tracer.radiance.transmittance <= MIN_TRANSMITTANCE {
-                break;
-            }
-        }
-        let [r, g, b] = tracer.radiance.color.to_array();
-        Some(over(self.scene.background, [r, g, b, 1.0 - tracer.radiance.transmittance]))
+        let bounds = oracle.scene.scenery.clips.iter().flat_map(|clip| oracle.bounds(clip, eye, dir)).collect();
+        Tracer { oracle, eye, dir, lighting, bounds, radiance }
     }
 
-    fn radius(&self, cell: u32, layer: usize) -> f64 {
-        self.radius[cell as usize * self.layers + layer]
+    /// Premultiplied linear RGBA over the background.
+    pub fn pixel(&self) -> [f64; 4] {
+        let [r, g, b] = self.radiance.color.to_array();
+        over(self.oracle.scene.background, [r, g, b, 1.0 - self.radiance.transmittance])
     }
 
-    fn radius_of(&self, height_m: f64) -> f64 {
-        1.0 + self.scene.exaggeration * height_m / self.data.layers.planet_radius_m()
-    }
-
-    /// Values of a quantity at the vertices below and above a gap.
-    fn six(&self, cells: [u32; 3], gap: usize, value: impl Fn(usize) -> f64) -> [f64; 6] {
-        [0, 1, 2, 3, 4, 5].map(|k| value(cells[k % 3] as usize * self.layers + gap + k / 3))
-    }
-
-    /// All places where a ray may pass a bound of a cut.
-    fn bounds(&self, clip: &Clip, eye: DVec3, dir: DVec3) -> Vec<f64> {
-        let mut found = Vec::new();
-        // a t² + 2 b t + c = 0
-        let mut quadratic = |a: f64, b: f64, c: f64| {
-            let root = (b * b - a * c).max(0.0).sqrt();
-            let q = -(b + root.copysign(b));
-            found.extend([q / a, c / q]);
-        };
-        for height in clip.height_m.into_iter().flatten() {
-            quadratic(1.0, eye.dot(dir), eye.length_squared() - self.radius_of(height).powi(2));
-        }
-        for lat in clip.region.into_iter().flat_map(|region| region.lat_deg) {
-            let s2 = lat.to_radians().sin().powi(2);
-            let of = |p: DVec3, q: DVec3| p.z * q.z - s2 * p.dot(q);
-            quadratic(of(dir, dir), of(eye, dir), of(eye, eye));
-        }
-        let plane = |normal: DVec3, distance: f64| (distance - normal.dot(eye)) / normal.dot(dir);
-        let meridians = clip.region.into_iter().flat_map(|region| region.lon_deg);
-        found.extend(meridians.map(|lon| plane(direction(lon.to_radians() + std::f64::consts::FRAC_PI_2, 0.0), 0.0)));
-        found.extend(clip.half_space.map(|half| plane(lon_lat(half.towards_deg), half.distance)));
-        found
-    }
-
-    /// Whether a place between or on `layers` is shown.
-    fn shows(&self, layers: [usize; 2], at: DVec3) -> bool {
-        self.scene.scenery.clips.iter().all(|clip| {
-            let heights = clip.height_m.map(|ends| ends.map(|height| self.radius_of(height)));
-            let is_inside = clip.region.is_none_or(|region| region.holds(at))
-                && clip.layers.is_none_or(|[low, high]| layers[0] >= low && layers[1] <= high)
-                && heights.is_none_or(|[low, high]| low <= at.length() && at.length() <= high)
-                && clip.half_space.is_none_or(|half| lon_lat(half.towards_deg).dot(at) > half.distance);
-            is_inside != clip.cuts_inside
-        })
-    }
-
-    /// The outward normal of a layer where facet weights are `weight`; that of a sphere on concentric layers.
-    fn normal(&self, cells: [u32; 3], layer: usize, weight: [f64; 3], at: DVec3) -> DVec3 {
-        if self.scene.scenery.heights == Heights::Mean {
-            return at.normalize();
-        }
-        let grid = self.data.grid;
-        let place = |cell: u32| self.radius(cell, layer) * grid.direction(cell);
-        let vertex = |cell: u32| {
-            let facets = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner)).map(|triangle| {
-                let [a, b, c] = grid.triangle(triangle).map(place);
-                let across = (b - a).cross(c - a);
-                across * across.dot(grid.direction(cell)).signum()
-            });
-            facets.sum::<DVec3>().normalize()
-        };
-        (0..3).map(|k| weight[k] * vertex(cells[k])).sum::<DVec3>().normalize()
-    }
-}
-
-fn lon_lat([lon, lat]: [f64; 2]) -> DVec3 {
-    direction(lon.to_radians(), lat.to_radians())
-}
-
-fn find(data: &Data, name: &str) -> Result<usize> {
-    let found = data.fields.iter().position(|field| field.0 == name);
-    found.ok_or_else(|| Error::new(ErrorKind::Scene, format!("the scene shows {name:?}, expected a field of the data")))
-}
-
-impl<'o> Tracer<'o, '_> {
-    fn ends(&self) -> bool {
+    pub fn ends(&self) -> bool {
         self.radiance.transmittance <= MIN_TRANSMITTANCE
     }
 
@@ -238,13 +61,13 @@ impl<'o> Tracer<'o, '_> {
         shading::ground(self.oracle.scene, color, if is_turned { -normal } else { normal }, self.dir)
     }
 
-    fn core(&mut self, normal: DVec3) {
+    pub fn core(&mut self, normal: DVec3) {
         if let Some(color) = self.oracle.scene.core {
             self.over(shading::ground(self.oracle.scene, DVec3::from_array(color), normal, self.dir), 1.0);
         }
     }
 
-    fn column(&mut self, column: &Column) {
+    pub fn column(&mut self, column: &Column) {
         let oracle = self.oracle;
         if column.is_void {
             let ray = Ray { eye: self.eye, dir: self.dir };
@@ -253,7 +76,7 @@ impl<'o> Tracer<'o, '_> {
             }
             return;
         }
-        let layered = LayeredColumn::new(column, oracle.layers, |cell, layer| oracle.radius(cell, layer));
+        let layered = self.layered(column);
         for pair in layered.crossings().windows(2) {
             let (ends, crossed) = ([pair[0].0, pair[1].0], pair[1].1);
             if ends[0] < ends[1] {
@@ -275,8 +98,21 @@ impl<'o> Tracer<'o, '_> {
         }
     }
 
+    fn layered<'c>(&self, column: &'c Column) -> LayeredColumn<'c, impl Fn(u32, usize) -> f64 + use<'o, 'c, 'a>> {
+        let oracle = self.oracle;
+        LayeredColumn { column, layers: oracle.layers, radius: |cell, layer| oracle.radius(cell, layer) }
+    }
+
+    /// A frustum of the traversal.
+    pub fn stretch(&mut self, frustum: &icoray::Frustum) {
+        if frustum.t[0] < frustum.t[1] {
+            let column = Column::around(frustum);
+            self.frustum(&self.layered(&column), frustum.layer, column.t);
+        }
+    }
+
     /// The surfaces on a layer, the first in front.
-    fn layer(&mut self, layered: &LayeredColumn, layer: usize, t: Dd) {
+    fn layer(&mut self, layered: &LayeredColumn<'_, impl Fn(u32, usize) -> f64>, layer: usize, t: Dd) {
         let (oracle, cells, at) = (self.oracle, layered.column.cells, self.at(t.to_f64()));
         for surface in &oracle.scene.scenery.surfaces {
             let number = match surface.at {
@@ -299,7 +135,7 @@ impl<'o> Tracer<'o, '_> {
         }
     }
 
-    fn frustum(&mut self, layered: &LayeredColumn, gap: usize, ends: [Dd; 2]) {
+    fn frustum(&mut self, layered: &LayeredColumn<'_, impl Fn(u32, usize) -> f64>, gap: usize, ends: [Dd; 2]) {
         let (oracle, cells) = (self.oracle, layered.column.cells);
         let frustum = layered.frustum(gap, ends);
         let fields = oracle.data.fields.iter();
@@ -374,32 +210,31 @@ impl<'o> Tracer<'o, '_> {
         frustum: &Frustum,
         place: ([u32; 3], usize),
         courses: &[Option<Course>],
-        [from, to]: [f64; 2],
+        range: [f64; 2],
         length: f64,
     ) {
         let oracle = self.oracle;
-        let middle = 0.5 * (from + to);
+        let middle = 0.5 * (range[0] + range[1]);
         let mut parts = Vec::new();
         for medium in &oracle.media {
             let of = |map: &'o Map| {
                 let course = courses[map.field]?;
-                Some((course, map.spans.at(course.base + course.f.at(middle))))
+                let span = map.spans.at(course.base + course.f.at(middle));
+                Some((course.part(range, span), span))
             };
             let (Some(color), Some(extinction)) = (of(&medium.color), of(&medium.extinction)) else { continue };
             if extinction.1.is_clear {
                 continue;
             }
             let normal = self.gradient(medium.extinction.field, frustum, place);
-            let normal =
-                normal.map(|axes| axes.map(|Course { base, f }| FrustumInterpolant { f: f.f.map(|f| base + f), ..f }));
+            let normal = normal.map(|axes| axes.map(|Course { base, f }| f.part(range, range.map(|u| base + f.at(u)))));
             parts.push(Part { color, extinction, normal });
         }
         if parts.is_empty() {
             return;
         }
-        let (lighting, limit, eps) = (self.lighting.as_ref(), oracle.panel, frustum.eps);
-        let blend = Blend { gauss: &oracle.gauss, parts, length, eps, lighting, limit };
-        blend.add([from, to], &mut self.radiance);
+        let (lighting, limit, length) = (self.lighting.as_ref(), oracle.panel, length * (range[1] - range[0]));
+        Blend { gauss: &oracle.gauss, parts, length, lighting, limit }.add(&mut self.radiance);
     }
 
     /// A surface at `u` of a frustum, `t` along the ray.
