@@ -2,6 +2,7 @@
 
 use icoray::Frame;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 /// Number of bins that are sent.
 const BINS: usize = 128;
@@ -103,57 +104,35 @@ impl Probe {
         });
         Probe { found, field, units, error, step: None }
     }
-}
 
-/// [`Probe`] as it is sent; missing values are null.
-#[derive(Serialize)]
-pub(crate) struct ProbeAnswer {
-    hit: bool,
-    lon: f64,
-    lat: f64,
-    height_m: f64,
-    value: Option<f64>,
-    units: Option<String>,
-    field: String,
-    error: Option<f32>,
-    step: Option<i64>,
-    alpha: f64,
-    is_core: bool,
-    along: Vec<AlongAnswer>,
-    column: ColumnAnswer,
-}
-
-#[derive(Serialize)]
-struct AlongAnswer {
-    distance: f64,
-    height_m: f64,
-    value: Option<f64>,
-    length: f64,
-    weight: f64,
-}
-
-#[derive(Serialize)]
-struct ColumnAnswer {
-    height_m: Vec<f64>,
-    values: Vec<Option<f64>>,
-}
-
-impl From<Probe> for ProbeAnswer {
-    fn from(probe: Probe) -> Self {
-        let Probe { found, field, units, error, step } = probe;
-        let icoray::Probe { lon_lat_deg: [lon, lat], height_m, value, alpha, is_core, along, column } = found;
-        let known = |value: f64| Some(value).filter(|value| value.is_finite());
-        let along = along.iter().map(|point| AlongAnswer {
-            distance: point.distance,
-            height_m: point.height_m,
-            value: known(point.value),
-            length: point.length,
-            weight: point.weight,
+    /// What is sent; missing values are null, as JSON has no NaN.
+    pub(crate) fn answer(&self) -> Value {
+        let Probe { found, field, units, error, step } = self;
+        let along = found.along.iter().map(|point| {
+            json!({
+                "distance": point.distance,
+                "height_m": point.height_m,
+                "value": point.value,
+                "length": point.length,
+                "weight": point.weight,
+            })
         });
-        let along = along.collect();
-        let [heights, values] = [0, 1].map(|k| column.iter().map(|row| row[k]).collect::<Vec<f64>>());
-        let column = ColumnAnswer { height_m: heights, values: values.into_iter().map(known).collect() };
-        ProbeAnswer { hit: true, lon, lat, height_m, value, units, field, error, step, alpha, is_core, along, column }
+        let of_column = |k: usize| found.column.iter().map(|row| row[k]).collect::<Vec<f64>>();
+        json!({
+            "hit": true,
+            "lon": found.lon_lat_deg[0],
+            "lat": found.lon_lat_deg[1],
+            "height_m": found.height_m,
+            "value": found.value,
+            "units": units,
+            "field": field,
+            "error": error,
+            "step": step,
+            "alpha": found.alpha,
+            "is_core": found.is_core,
+            "along": along.collect::<Vec<_>>(),
+            "column": { "height_m": of_column(0), "values": of_column(1) },
+        })
     }
 }
 
@@ -175,5 +154,22 @@ mod tests {
         assert!(histogram.counts.iter().all(|count| (6..=9).contains(count)), "{:?}", histogram.counts);
         let Percentiles { p1, p50, p99, .. } = histogram.percentiles;
         assert!((p1 - 10.0).abs() < 2.0 && (p50 - 500.0).abs() < 2.0 && (p99 - 989.0).abs() < 2.0);
+    }
+
+    #[test]
+    fn missing_values_are_sent_as_null() {
+        let point = icoray::ProbePoint { distance: 1.0, height_m: 2.0, value: f64::NAN, length: 3.0, weight: 0.5 };
+        let found = icoray::Probe {
+            lon_lat_deg: [1.0, 2.0],
+            height_m: 3.0,
+            value: None,
+            alpha: 0.25,
+            is_core: false,
+            along: vec![point],
+            column: vec![[0.0, 7.5], [1e3, f64::NAN]],
+        };
+        let answer = Probe::new(found, ("q".into(), None), [0.5; 2], None).answer();
+        assert_eq!((&answer["value"], &answer["along"][0]["value"]), (&Value::Null, &Value::Null));
+        assert_eq!(answer["column"], json!({ "height_m": [0.0, 1e3], "values": [7.5, null] }));
     }
 }

@@ -1,6 +1,5 @@
 //! Requests of the page and what they are answered with.
 
-use crate::answers::ProbeAnswer;
 use crate::describe::{DescribeAnswer, Description, hex};
 use crate::guard;
 use crate::hub::{Hub, Question, Reply};
@@ -200,10 +199,8 @@ impl Api {
         if !at.iter().all(|place: &f64| (0.0..=1.0).contains(place)) {
             return Err(Refusal(StatusCode::BAD_REQUEST, format!("x = {}, y = {}, expected 0 to 1", at[0], at[1])));
         }
-        Ok(match self.ask(|reply| Question::Probe { at, reply }).await? {
-            Some(probe) => json_answer(&ProbeAnswer::from(probe)),
-            None => json_answer(&json!({ "hit": false })),
-        })
+        let probe = self.ask(|reply| Question::Probe { at, reply }).await?;
+        Ok(json_answer(&probe.map_or_else(|| json!({ "hit": false }), |probe| probe.answer())))
     }
 
     async fn picture(&self, query: &str) -> Outcome {
@@ -295,21 +292,7 @@ where
 
 /// The value of a key of the query, with its escapes.
 fn parameter(query: &str, key: &str) -> Option<String> {
-    let pairs = query.split('&').filter_map(|pair| pair.split_once('='));
-    pairs.into_iter().find(|(name, _)| *name == key).map(|(_, value)| unescaped(value))
-}
-
-fn unescaped(text: &str) -> String {
-    let (mut bytes, mut rest) = (Vec::new(), text.as_bytes());
-    while let Some((byte, behind)) = rest.split_first() {
-        let escaped = behind.get(..2).filter(|_| *byte == b'%').and_then(|digits| {
-            let digits = std::str::from_utf8(digits).ok()?;
-            u8::from_str_radix(digits, 16).ok()
-        });
-        bytes.push(escaped.unwrap_or(if *byte == b'+' { b' ' } else { *byte }));
-        rest = if escaped.is_some() { &behind[2..] } else { behind };
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
+    form_urlencoded::parse(query.as_bytes()).find(|(name, _)| name == key).map(|(_, value)| value.into_owned())
 }
 
 fn number<T: std::str::FromStr>(query: &str, key: &str) -> Result<T, Refusal> {

@@ -18,6 +18,10 @@ pub(crate) struct Communicator {
     pub is_given_up: Arc<AtomicBool>,
 }
 
+// SAFETY: a handle, which MPI lets any thread hold. Calls with it are made by the thread that makes calls on the host's
+// context, one at a time; that MPI may be called there is the host's promise, checked where a team is opened.
+unsafe impl Send for Communicator {}
+
 impl Communicator {
     /// A duplicate of a communicator.
     pub fn duplicate(of: ffi::MPI_Comm, is_given_up: Arc<AtomicBool>) -> Result<Self> {

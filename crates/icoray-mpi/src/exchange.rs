@@ -13,9 +13,9 @@ impl MpiTeam {
     /// Exchanges in messages of at most `max_bytes` bytes. Two ranks agree on the lengths first, so both know how many
     /// messages there will be, and those between two ranks stay in order.
     pub(crate) fn exchange_in_parts(&self, mut mine: Vec<Vec<u8>>, max_bytes: usize) -> Result<Vec<Vec<u8>>> {
-        assert_eq!(mine.len(), self.comm.size, "bytes for each rank");
+        assert_eq!(mine.len(), self.comm().size, "bytes for each rank");
         // The own part is neither copied nor sent.
-        let own = std::mem::take(&mut mine[self.comm.rank]);
+        let own = std::mem::take(&mut mine[self.comm().rank]);
         let lengths = self.exchange_lengths(&mine)?;
         let mut theirs: Vec<Vec<u8>> = lengths.iter().map(|length| vec![0; *length as usize]).collect();
         let mut requests = Vec::new();
@@ -33,19 +33,19 @@ impl MpiTeam {
             return Err(started.err().unwrap_or(e));
         }
         started?;
-        theirs[self.comm.rank] = own;
+        theirs[self.comm().rank] = own;
         Ok(theirs)
     }
 
     /// Number of bytes that each rank sends to this one.
     fn exchange_lengths(&self, mine: &[Vec<u8>]) -> Result<Vec<u64>> {
         let lengths: Vec<u64> = mine.iter().map(|bytes| bytes.len() as u64).collect();
-        let mut theirs = vec![0u64; self.comm.size];
+        let mut theirs = vec![0u64; self.comm().size];
         // SAFETY: one number for each rank and one of each, in arrays as long as there are ranks.
         let code = unsafe {
             let (from, to) = (lengths.as_ptr().cast(), theirs.as_mut_ptr().cast());
             let number = ffi::RSMPI_UINT64_T;
-            ffi::MPI_Alltoall(from, 1, number, to, 1, number, self.comm.handle)
+            ffi::MPI_Alltoall(from, 1, number, to, 1, number, self.comm().handle)
         };
         check("MPI_Alltoall", code)?;
         Ok(theirs)
@@ -68,7 +68,7 @@ impl MpiTeam {
                 // SAFETY: the part is as long as it says and stays, as the caller sees to; the request is written.
                 let code = unsafe {
                     let (to, count) = (part.as_mut_ptr().cast(), part.len() as c_int);
-                    ffi::MPI_Irecv(to, count, ffi::RSMPI_UINT8_T, rank, TAG, self.comm.handle, &mut request)
+                    ffi::MPI_Irecv(to, count, ffi::RSMPI_UINT8_T, rank, TAG, self.comm().handle, &mut request)
                 };
                 check("MPI_Irecv", code)?;
                 requests.push(request);
@@ -80,7 +80,7 @@ impl MpiTeam {
                 // SAFETY: as above; the part is only read.
                 let code = unsafe {
                     let (from, count) = (part.as_ptr().cast(), part.len() as c_int);
-                    ffi::MPI_Isend(from, count, ffi::RSMPI_UINT8_T, rank, TAG, self.comm.handle, &mut request)
+                    ffi::MPI_Isend(from, count, ffi::RSMPI_UINT8_T, rank, TAG, self.comm().handle, &mut request)
                 };
                 check("MPI_Isend", code)?;
                 requests.push(request);

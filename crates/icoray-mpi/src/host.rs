@@ -2,7 +2,7 @@
 
 use crate::communicator::{Communicator, flag, is_finalized};
 use crate::error::{check, failed};
-use crate::queue::MessageQueue;
+use icoray::ranks::MessageQueue;
 use icoray::{Error, ErrorKind, Result};
 use mpi::ffi;
 use std::ffi::c_char;
@@ -14,15 +14,14 @@ use std::sync::Arc;
 /// If MPI was finalised, or a rank has left before the others, drop does not free it.
 #[derive(Debug)]
 pub struct MpiTeam {
-    pub(crate) comm: Communicator,
-    pub(crate) queue: MessageQueue,
+    pub(crate) queue: MessageQueue<Communicator>,
 }
 
-// SAFETY: a handle, which MPI lets any thread hold. Calls with it are made by the thread that makes calls on the host's
-// context, one at a time; that MPI may be called there is the host's promise, checked where a team is opened.
-unsafe impl Send for MpiTeam {}
-
 impl MpiTeam {
+    pub(crate) fn comm(&self) -> &Communicator {
+        self.queue.comm()
+    }
+
     /// The ranks of `fortran_comm`: `MPI_Comm_c2f(comm)` in C, `comm` in Fortran's `mpi`, `comm%MPI_VAL` in `mpi_f08`.
     /// Collective over it.
     ///
@@ -55,7 +54,7 @@ impl MpiTeam {
             return Err(failed("the communicator is between two groups; expected one of one group".into()));
         }
         let comm = Communicator::duplicate(given, Arc::default())?;
-        Ok(MpiTeam { comm, queue: MessageQueue::default() })
+        Ok(MpiTeam { queue: MessageQueue::new(comm) })
     }
 }
 

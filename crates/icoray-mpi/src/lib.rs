@@ -7,7 +7,6 @@
 //! A build is for one MPI. Handles of Open MPI and MPICH have different types, so a host that runs the other one is
 //! refused before any handle is used.
 
-mod channel;
 mod communicator;
 mod error;
 mod exchange;

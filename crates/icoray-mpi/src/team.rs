@@ -1,10 +1,9 @@
 //! The collective operations and messages of a team.
 
-use crate::channel::Channel;
-use crate::communicator::is_finalized;
+use crate::communicator::{Communicator, is_finalized};
 use crate::error::{check, failed};
 use crate::host::MpiTeam;
-use icoray::ranks::{NodeShare, PointToPoint};
+use icoray::ranks::{MessageQueue, NodeShare, PointToPoint};
 use icoray::{Result, Team};
 use mpi::ffi;
 use std::ffi::c_int;
@@ -18,7 +17,7 @@ impl MpiTeam {
         // SAFETY: as long as it says, on all ranks, and there until the call returns.
         let code = unsafe {
             let (start, count) = (bytes.as_mut_ptr().cast(), bytes.len() as c_int);
-            ffi::MPI_Bcast(start, count, ffi::RSMPI_UINT8_T, 0, self.comm.handle)
+            ffi::MPI_Bcast(start, count, ffi::RSMPI_UINT8_T, 0, self.comm().handle)
         };
         check("MPI_Bcast", code)
     }
@@ -26,11 +25,11 @@ impl MpiTeam {
 
 impl Team for MpiTeam {
     fn rank(&self) -> usize {
-        self.comm.rank
+        self.comm().rank
     }
 
     fn size(&self) -> usize {
-        self.comm.size
+        self.comm().size
     }
 
     fn is_gone(&self) -> bool {
@@ -38,12 +37,12 @@ impl Team for MpiTeam {
     }
 
     fn give_up(&mut self) {
-        self.comm.is_given_up.store(true, Relaxed);
+        self.comm().is_given_up.store(true, Relaxed);
     }
 
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
-        let (comm, length) = (self.comm.handle, mine.len() as u64);
-        let mut lengths = vec![0u64; self.comm.size];
+        let (comm, length) = (self.comm().handle, mine.len() as u64);
+        let mut lengths = vec![0u64; self.comm().size];
         // SAFETY: one number of each rank, for which there is room; both are there until the call returns.
         let code = unsafe {
             let (from, to) = ((&raw const length).cast(), lengths.as_mut_ptr().cast());
@@ -57,7 +56,7 @@ impl Team for MpiTeam {
             return Err(failed(format!("ranks have {total} bytes to share, expected at most {MAX_MESSAGE}")));
         }
         let counts: Vec<c_int> = lengths.iter().map(|length| *length as c_int).collect();
-        let mut starts = Vec::with_capacity(self.comm.size);
+        let mut starts = Vec::with_capacity(self.comm().size);
         let mut end = 0;
         for count in &counts {
             starts.push(end);
@@ -87,7 +86,7 @@ impl Team for MpiTeam {
     }
 
     fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
-        self.queue.send(self.comm.handle, 0, bytes)
+        self.queue.send(0, bytes)
     }
 
     fn is_sent(&mut self) -> Result<bool> {
@@ -95,7 +94,7 @@ impl Team for MpiTeam {
     }
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
-        self.queue.try_receive(self.comm.handle)
+        self.queue.try_receive()
     }
 
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
@@ -103,7 +102,8 @@ impl Team for MpiTeam {
     }
 
     fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
-        Ok(Box::new(Channel::new(self)?))
+        let comm = Communicator::duplicate(self.comm().handle, self.comm().is_given_up.clone())?;
+        Ok(Box::new(MessageQueue::new(comm)))
     }
 
     fn node_rank(&mut self) -> Result<usize> {

@@ -31,27 +31,27 @@ impl MpiTeam {
     /// Memory shared by the ranks of this rank's node. Collective.
     pub(crate) fn share_node(&self, bytes: usize) -> Result<NodeShare> {
         let group = self.node_group()?;
-        let mine = [self.comm.rank as u64, u64::from(has_room(&window_directory(), bytes + STATE))];
+        let mine = [self.comm().rank as u64, u64::from(has_room(&window_directory(), bytes + STATE))];
         let [leader, has_room] = group.broadcast(mine)?;
         if group.size == 1 {
-            return Ok(NodeShare::alone(self.comm.rank, bytes));
+            return Ok(NodeShare::alone(self.comm().rank, bytes));
         }
         let window = if has_room == 1 { Window::new(group, bytes)? } else { None };
         Ok(match window {
             Some(window) => NodeShare { leader: leader as usize, is_refused: false, memory: Box::new(window) },
-            None => NodeShare { is_refused: true, ..NodeShare::alone(self.comm.rank, bytes) },
+            None => NodeShare { is_refused: true, ..NodeShare::alone(self.comm().rank, bytes) },
         })
     }
 
     /// The team's number of the first rank of this rank's `group`. Collective over the group.
     pub(crate) fn leader(&self, group: &Communicator) -> Result<usize> {
-        let [leader, _] = group.broadcast([self.comm.rank as u64, 0])?;
+        let [leader, _] = group.broadcast([self.comm().rank as u64, 0])?;
         Ok(leader as usize)
     }
 
     /// The ranks of this host. Collective.
     pub(crate) fn host_group(&self) -> Result<Communicator> {
-        let comm = self.comm.handle;
+        let comm = self.comm().handle;
         self.split(|key, new| {
             // SAFETY: a communicator and a handle that is written.
             unsafe { ffi::MPI_Comm_split_type(comm, ffi::RSMPI_COMM_TYPE_SHARED, key, ffi::RSMPI_INFO_NULL, new) }
@@ -69,8 +69,8 @@ impl MpiTeam {
 
     /// The group that `split` makes of this communicator, in the order of its ranks.
     fn split(&self, split: impl FnOnce(c_int, *mut ffi::MPI_Comm) -> c_int) -> Result<Communicator> {
-        let key = self.comm.rank as c_int;
-        Communicator::new("MPI_Comm_split", self.comm.is_given_up.clone(), |new| split(key, new))
+        let key = self.comm().rank as c_int;
+        Communicator::new("MPI_Comm_split", self.comm().is_given_up.clone(), |new| split(key, new))
     }
 }
 

@@ -5,7 +5,6 @@
 //! icoray-mpi, the communicator is duplicated, so that messages of the host are not received here.
 //! Ranks of a node do not share memory.
 
-mod channel;
 mod communicator;
 mod exchange;
 mod queue;
@@ -13,9 +12,9 @@ mod team;
 
 use crate::error::of_class;
 use communicator::Communicator;
+use icoray::ranks::MessageQueue;
 use icoray::{Error, ErrorKind};
 use pyo3::prelude::*;
-use queue::MessageQueue;
 
 pub(crate) use team::PyTeam;
 
@@ -43,7 +42,7 @@ pub(crate) fn team(comm: &Bound<PyAny>) -> PyResult<PyTeam> {
         return Err(bad("the communicator is between two groups; expected one of one group"));
     }
     let comm = Communicator::duplicate(&mpi, &comm, Default::default())?;
-    Ok(PyTeam { comm, queue: MessageQueue::default() })
+    Ok(PyTeam { queue: MessageQueue::new(comm) })
 }
 
 /// MPI must be initialised, and callable on this thread.

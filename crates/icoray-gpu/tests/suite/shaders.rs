@@ -130,7 +130,7 @@ fn structs_have_the_same_layout_in_rust_and_wgsl() {
         spans steps column_stride layer_stride color_tolerance min_transmittance brightest start page_columns first_layer last_layer);
     same_layout!(&picture, Span: low high anchor extinction color extinction_slope color_slope steepest is_clear
         brightest);
-    same_layout!(&picture, Step: value extinction);
+    same_layout!(&picture, Step: value extinction slope);
     same_layout!(&picture, ShellLayer: radius_hi radius_lo curvature inverse);
     same_layout!(&picture, Piece: left top width height first stride hint);
     same_layout!(&picture, Shading: light_hi ambient light_lo diffuse specular shininess sharpness

@@ -1,33 +1,25 @@
-//! Messages in flight while ranks render. No call waits in MPI, which would occupy a processor.
+//! The non-blocking calls by which messages are sent and received.
 
+use super::attached;
 use super::communicator::Communicator;
+use icoray::Result;
+use icoray::ranks::Requests;
 use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use std::collections::VecDeque;
-use std::mem::{forget, take};
 
 /// The tag of these messages, which no other operation uses.
 const TAG: i32 = 1;
 
-/// Pending sends and receives.
-#[derive(Debug, Default)]
-pub(super) struct MessageQueue {
-    sending: VecDeque<PendingMessage>,
-    /// In the order in which each rank sent them.
-    receiving: VecDeque<(usize, PendingMessage)>,
-}
-
 /// A request of mpi4py with the bytes that MPI reads or writes until it is complete.
 #[derive(Debug)]
-pub(super) struct PendingMessage {
-    pub request: Py<PyAny>,
-    pub bytes: Py<PyArray1<u8>>,
+pub(crate) struct PendingMessage {
+    request: Py<PyAny>,
+    bytes: Py<PyArray1<u8>>,
 }
 
 impl PendingMessage {
-    /// Whether the request is complete.
-    fn is_done(&self, py: Python) -> PyResult<bool> {
-        self.request.bind(py).call_method0("Test")?.is_truthy()
+    fn new(request: Bound<PyAny>, bytes: Bound<PyArray1<u8>>) -> Self {
+        PendingMessage { request: request.unbind(), bytes: bytes.unbind() }
     }
 }
 
@@ -37,60 +29,56 @@ pub(super) fn taken(bytes: &Bound<PyArray1<u8>>) -> PyResult<Vec<u8>> {
     if bytes.len() == 0 { Ok(Vec::new()) } else { Ok(bytes.to_vec()?) }
 }
 
-impl MessageQueue {
-    /// Starts to send a message to rank `to`.
-    pub fn send(&mut self, py: Python, comm: &Communicator, to: usize, bytes: Vec<u8>) -> PyResult<()> {
-        let bytes = PyArray1::from_vec(py, bytes);
-        let request = comm.handle.bind(py).call_method1("Isend", (&bytes, to, TAG))?.unbind();
-        self.sending.push_back(PendingMessage { request, bytes: bytes.unbind() });
-        Ok(())
+impl Requests for Communicator {
+    type Pending = PendingMessage;
+
+    fn rank(&self) -> usize {
+        self.rank
     }
 
-    /// Frees completed sends; whether none are left. MPI progresses the others in this call.
-    pub fn is_sent(&mut self, py: Python) -> PyResult<bool> {
-        while let Some(first) = self.sending.front() {
-            if !first.is_done(py)? {
-                return Ok(false);
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn is_gone(&self) -> bool {
+        Communicator::is_gone(self)
+    }
+
+    fn start_send(&self, to: usize, bytes: Vec<u8>) -> Result<PendingMessage> {
+        attached(|py| {
+            let bytes = PyArray1::from_vec(py, bytes);
+            Ok(PendingMessage::new(self.handle.bind(py).call_method1("Isend", (&bytes, to, TAG))?, bytes))
+        })
+    }
+
+    fn start_receive(&self) -> Result<Option<(usize, PendingMessage)>> {
+        attached(|py| {
+            let mpi = self.mpi.bind(py);
+            let status = mpi.getattr("Status")?.call0()?;
+            let arguments = (mpi.getattr("ANY_SOURCE")?, TAG, &status);
+            let message = self.handle.bind(py).call_method1("Improbe", arguments)?;
+            if message.is_none() {
+                return Ok(None);
             }
-            self.sending.pop_front();
-        }
-        Ok(true)
+            let count: usize = status.call_method0("Get_count")?.extract()?;
+            let rank: usize = status.call_method0("Get_source")?.extract()?;
+            let bytes = PyArray1::<u8>::zeros(py, count, false);
+            Ok(Some((rank, PendingMessage::new(message.call_method1("Irecv", (&bytes,))?, bytes))))
+        })
     }
 
-    /// The next complete message, with the rank that sent it.
-    pub fn try_receive(&mut self, py: Python, comm: &Communicator) -> PyResult<Option<(usize, Vec<u8>)>> {
-        while let Some(receiving) = next_message(py, comm)? {
-            self.receiving.push_back(receiving);
-        }
-        let Some((rank, first)) = self.receiving.front() else { return Ok(None) };
-        if !first.is_done(py)? {
-            return Ok(None);
-        }
-        let (rank, bytes) = (*rank, taken(first.bytes.bind(py))?);
-        self.receiving.pop_front();
-        Ok(Some((rank, bytes)))
+    fn start_barrier(&self) -> Result<PendingMessage> {
+        attached(|py| {
+            let request = self.handle.bind(py).call_method0("Ibarrier")?;
+            Ok(PendingMessage::new(request, PyArray1::zeros(py, 0, false)))
+        })
     }
-}
 
-impl Drop for MessageQueue {
-    /// MPI may still read or write what is not complete.
-    fn drop(&mut self) {
-        forget((take(&mut self.sending), take(&mut self.receiving)));
+    fn is_done(&self, pending: &mut PendingMessage) -> Result<bool> {
+        attached(|py| pending.request.bind(py).call_method0("Test")?.is_truthy())
     }
-}
 
-/// Starts to receive the next message from any rank, if there is one.
-fn next_message(py: Python, comm: &Communicator) -> PyResult<Option<(usize, PendingMessage)>> {
-    let mpi = comm.mpi.bind(py);
-    let status = mpi.getattr("Status")?.call0()?;
-    let arguments = (mpi.getattr("ANY_SOURCE")?, TAG, &status);
-    let message = comm.handle.bind(py).call_method1("Improbe", arguments)?;
-    if message.is_none() {
-        return Ok(None);
+    fn bytes_of(&self, complete: PendingMessage) -> Result<Vec<u8>> {
+        attached(|py| taken(complete.bytes.bind(py)))
     }
-    let count: usize = status.call_method0("Get_count")?.extract()?;
-    let rank: usize = status.call_method0("Get_source")?.extract()?;
-    let bytes = PyArray1::<u8>::zeros(py, count, false);
-    let request = message.call_method1("Irecv", (&bytes,))?.unbind();
-    Ok(Some((rank, PendingMessage { request, bytes: bytes.unbind() })))
 }

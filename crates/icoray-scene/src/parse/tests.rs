@@ -25,6 +25,10 @@ pub(super) fn assert_says(error: &Error, words: &str, text: &str) {
     }
 }
 
+fn parsed(text: &str) -> Scene {
+    scene(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
 /// Each text is refused with an error that has all of its words.
 fn refused(cases: &[(String, &str)]) {
     for (text, words) in cases {

@@ -14,14 +14,13 @@ pub struct LocalTeam {
     /// `None` once [`Team::point_to_point`] has returned it.
     beside: Option<LocalMessages>,
     node: Arc<LocalNode>,
-    /// Among those of its node.
-    node_rank: usize,
 }
 
 /// To and from each rank, oneself included.
 #[derive(Debug)]
 struct Channels {
     rank: usize,
+    node_rank: usize,
     to: Vec<Sender<Message>>,
     from: Receiver<Message>,
 }
@@ -53,8 +52,8 @@ pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
             nodes[nodes.len() - 1].clone()
         });
         let node_rank = node_of[..rank].iter().filter(|node| **node == node_of[rank]).count();
-        let tree = Tree::new(Channels { rank, to: to.clone(), from });
-        LocalTeam { tree, beside: Some(beside), node_rank, node }
+        let tree = Tree::new(Channels { rank, node_rank, to: to.clone(), from });
+        LocalTeam { tree, beside: Some(beside), node }
     });
     team.collect()
 }
@@ -70,6 +69,10 @@ impl Link for Channels {
 
     fn size(&self) -> usize {
         self.to.len()
+    }
+
+    fn node_rank(&self) -> usize {
+        self.node_rank
     }
 
     fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
@@ -125,7 +128,7 @@ impl Team for LocalTeam {
     }
 
     fn node_rank(&mut self) -> Result<usize> {
-        Ok(self.node_rank)
+        self.tree.node_rank()
     }
 
     fn node_leader(&mut self) -> Result<usize> {

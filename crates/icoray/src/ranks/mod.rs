@@ -23,6 +23,7 @@ mod gather;
 mod load_balance;
 mod local;
 mod mesh;
+mod message_queue;
 mod node;
 mod node_fields;
 mod nodes;
@@ -42,6 +43,7 @@ pub(crate) use columns::GatherInputs;
 pub use decomposition::Decomposition;
 pub(crate) use gather::{FrameSummary, TileAssignment};
 pub use local::{LocalTeam, local_nodes, local_team};
+pub use message_queue::{MessageQueue, Requests};
 pub(crate) use node::Node;
 pub use node::{NodeMemory, NodeShare};
 pub(crate) use node_fields::{NodeFields, Stored};
@@ -62,6 +64,7 @@ use std::time::Duration;
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be
 /// in step, and the team is of no more use.
+#[expect(clippy::missing_errors_doc, reason = "the trait has them")]
 pub trait Team: Send {
     /// This process's number, from 0.
     fn rank(&self) -> usize;
@@ -79,29 +82,23 @@ pub trait Team: Send {
     fn give_up(&mut self) {}
 
     /// Hands every rank's bytes to all, in order of rank.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>>;
 
     /// Rank 0's bytes to all; those of others are let go.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>>;
 
     /// Begins to send bytes to rank 0, from any other, without waiting.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn send(&mut self, bytes: Vec<u8>) -> Result<()>;
 
     /// Helps along what this rank is sending; whether all of it has gone. It has to have, before the next collective
     /// call.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn is_sent(&mut self) -> Result<bool>;
 
     /// At rank 0: bytes that have come, with the number of the rank that sent them, in the order in which that rank
     /// did.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
 
     /// At rank 0, with nothing else to do: returns when there may be bytes to receive, or a little later.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn wait(&mut self) -> Result<()> {
         sleep(NAP);
         Ok(())
@@ -112,38 +109,32 @@ pub trait Team: Send {
     ///
     /// # Panics
     /// When `mine` has not as many entries as there are ranks.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>>;
 
     /// This process's number among those of its node, from 0. Collective. By itself a team takes all to be on one node.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn node_rank(&mut self) -> Result<usize> {
         Ok(self.rank())
     }
 
     /// The number of the first rank of this one's node. Collective. By itself a team takes all to be on one node.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn node_leader(&mut self) -> Result<usize> {
         Ok(0)
     }
 
     /// The lowest of the ranks that share memory with this one, of [`Self::node`]. Collective. By itself a team takes
     /// none to share.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn memory_leader(&mut self) -> Result<usize> {
         Ok(self.rank())
     }
 
     /// Memory of so many bytes for each node, as many on all ranks. Where none can be shared, each rank has its own.
     /// Collective; so is dropping it, unless ranks are gone or the team was given up.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
         Ok(NodeShare::alone(self.rank(), bytes))
     }
 
     /// Messages between the same ranks, apart from those of this team. Collective; so is dropping them, unless ranks
     /// are gone or the team was given up. By itself a team has none: [`ErrorKind::Unsupported`].
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
         Err(Error::new(ErrorKind::Unsupported, "these ranks cannot render in the background"))
     }

@@ -13,16 +13,15 @@ use std::fmt;
 ///
 /// # Panics
 /// [`Self::put`] outside of these two and outside of the memory, [`Self::bytes`] between them.
+#[expect(clippy::missing_errors_doc, reason = "the trait has them")]
 pub trait NodeMemory: Send {
     /// Waits until all have read what they want.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn begin(&mut self) -> Result<()>;
 
     /// Writes bytes from the place `at`, where no other rank of the node does.
     fn put(&mut self, at: usize, bytes: &[u8]);
 
     /// Waits until all have written, and sees what they have.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn settle(&mut self) -> Result<()>;
 
     /// All of it, at a multiple of 8 bytes.

@@ -4,7 +4,6 @@
 //! messages lie in a channel until the thread that owns the transport moves them on, by calls of [`MessagePump::pump`]
 //! that return at once; those that arrive go back through another channel.
 
-use super::Team;
 use super::tree::{Link, Message, Tree};
 use super::wire::{WireError, decode, encode};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
@@ -36,6 +35,7 @@ type Addressed = (usize, Vec<u8>);
 ///
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then this is of no more use.
+#[expect(clippy::missing_errors_doc, reason = "the trait has them")]
 pub trait PointToPoint: Send {
     /// This process's number, from 0.
     fn rank(&self) -> usize;
@@ -49,19 +49,15 @@ pub trait PointToPoint: Send {
     }
 
     /// Begins to send a message of at most 2^31 - 1 bytes to another rank.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()>;
 
     /// Moves on what this rank is sending; whether all of it has gone.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn is_sent(&mut self) -> Result<bool>;
 
     /// A message that has arrived, with the number of the rank that sent it.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
 
     /// Whether all ranks have called this since it last returned true. It is called again until it does.
-    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn try_meet(&mut self) -> Result<bool>;
 }
 
@@ -70,9 +66,9 @@ pub trait PointToPoint: Send {
 pub(crate) fn pumped(transport: Box<dyn PointToPoint>, node_rank: usize) -> (PumpedTeam, MessagePump) {
     let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
     let (rank, size) = (transport.rank(), transport.size());
-    let mailbox = Mailbox { rank, size, outbox, inbox: received, begun: BTreeMap::new(), most: MAX_BYTES };
+    let mailbox = Mailbox { rank, size, node_rank, outbox, inbox: received, begun: BTreeMap::new(), most: MAX_BYTES };
     let pump = MessagePump { transport, to_send, inbox: Some(inbox) };
-    (PumpedTeam { tree: Tree::new(mailbox), node_rank }, pump)
+    (Tree::new(mailbox), pump)
 }
 
 fn gone() -> Error {
@@ -183,9 +179,10 @@ fn turn(
 
 /// The team's end of the channels.
 #[derive(Debug)]
-struct Mailbox {
+pub(crate) struct Mailbox {
     rank: usize,
     size: usize,
+    node_rank: usize,
     outbox: Sender<Addressed>,
     inbox: Receiver<Result<Addressed>>,
     /// Messages of which some has arrived, by sender.
@@ -232,6 +229,10 @@ impl Link for Mailbox {
         self.size
     }
 
+    fn node_rank(&self) -> usize {
+        self.node_rank
+    }
+
     fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
         let (mut bytes, kind) = match body {
             Ok(bytes) => (bytes, END),
@@ -270,61 +271,7 @@ impl Link for Mailbox {
 }
 
 /// A team whose messages a [`MessagePump`] moves.
-#[derive(Debug)]
-pub(crate) struct PumpedTeam {
-    tree: Tree<Mailbox>,
-    node_rank: usize,
-}
-
-impl Team for PumpedTeam {
-    fn rank(&self) -> usize {
-        self.tree.link.rank
-    }
-
-    fn size(&self) -> usize {
-        self.tree.link.size
-    }
-
-    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
-        self.tree.share(mine)
-    }
-
-    fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
-        self.tree.broadcast(mine)
-    }
-
-    fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
-        self.tree.send(bytes)
-    }
-
-    fn is_sent(&mut self) -> Result<bool> {
-        Ok(true)
-    }
-
-    fn try_receive(&mut self) -> Result<Option<Addressed>> {
-        self.tree.try_receive()
-    }
-
-    fn wait(&mut self) -> Result<()> {
-        self.tree.wait()
-    }
-
-    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
-        self.tree.exchange(mine)
-    }
-
-    fn node_rank(&mut self) -> Result<usize> {
-        Ok(self.node_rank)
-    }
-
-    fn begin_frame(&mut self) {
-        self.tree.begin_frame();
-    }
-
-    fn break_off(&mut self, error: &Error) {
-        self.tree.break_off(error);
-    }
-}
+pub(crate) type PumpedTeam = Tree<Mailbox>;
 
 #[cfg(test)]
 mod tests;

@@ -5,8 +5,9 @@
 //! call, as ranks run ahead of each other.
 //!
 //! Calls belong to frames. A rank whose frame has ended by an error notifies its parent and children, and so on. No
-//! rank waits for one that has left a frame, and the next frame begins afresh ([`Tree::begin_frame`]).
+//! rank waits for one that has left a frame, and the next frame begins afresh ([`Team::begin_frame`]).
 
+use super::Team;
 use super::wire::{decode, decode_next, encode};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::mem::take;
@@ -19,7 +20,7 @@ const FRAME: u32 = 32;
 
 /// A message between two ranks.
 #[derive(Debug)]
-pub(super) struct Message {
+pub(crate) struct Message {
     pub from: usize,
     /// Number of its collective call, or of the last one before it.
     pub call: u64,
@@ -28,10 +29,13 @@ pub(super) struct Message {
 }
 
 /// Carries messages. Those of one rank for another one arrive in their order.
-pub(super) trait Link {
+pub(crate) trait Link {
     fn rank(&self) -> usize;
 
     fn size(&self) -> usize;
+
+    /// Among the ranks of its node.
+    fn node_rank(&self) -> usize;
 
     /// Sends a message without waiting.
     fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()>;
@@ -45,7 +49,7 @@ pub(super) trait Link {
 
 /// Collective calls over a link.
 #[derive(Debug)]
-pub(super) struct Tree<L> {
+pub(crate) struct Tree<L> {
     pub link: L,
     fan_out: usize,
     /// Number of the last collective call.
@@ -56,7 +60,7 @@ pub(super) struct Tree<L> {
     broken: Option<Error>,
 }
 
-impl<L: Link> Tree<L> {
+impl<L: Link + Send> Tree<L> {
     pub fn new(link: L) -> Self {
         Tree { link, fan_out: FAN_OUT, call: 0, early: Vec::new(), broken: None }
     }
@@ -70,66 +74,12 @@ impl<L: Link> Tree<L> {
         first.min(self.link.size())..(first + self.fan_out).min(self.link.size())
     }
 
-    /// Every rank's bytes, in order of rank.
-    pub fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
-        self.call += 1;
-        let mut bytes = encode(&(self.link.rank(), mine));
-        for child in self.children() {
-            bytes.append(&mut self.receive(child)?);
-        }
-        let all = self.hand_up(bytes)?;
-        let all = self.broadcast(all)?;
-        let mut unread = &all[..];
-        let mut shared = vec![Vec::new(); self.link.size()];
-        while !unread.is_empty() {
-            let (rank, bytes): (usize, &[u8]) = decode_next(&mut unread)?;
-            let of_rank = shared.get_mut(rank);
-            *of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))? = bytes.to_vec();
-        }
-        Ok(shared)
-    }
-
     /// Sends what the ranks below and this one have to the parent; the root keeps it.
     fn hand_up(&mut self, bytes: Vec<u8>) -> Result<Vec<u8>> {
         match self.parent() {
             Some(parent) => self.link.post(parent, self.call, Ok(bytes)).map(|()| Vec::new()),
             None => Ok(bytes),
         }
-    }
-
-    /// Rank 0's bytes.
-    pub fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
-        self.call += 1;
-        let bytes = match self.parent() {
-            Some(parent) => self.receive(parent)?,
-            None => mine,
-        };
-        for child in self.children() {
-            self.link.post(child, self.call, Ok(bytes.clone()))?;
-        }
-        Ok(bytes)
-    }
-
-    /// Hands `mine[j]` to rank `j`. Only what is not empty is sent: the ranks agree first on how many send to each.
-    ///
-    /// # Panics
-    /// When `mine` has not as many entries as there are ranks.
-    pub fn exchange(&mut self, mut mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
-        let (rank, size) = (self.link.rank(), self.link.size());
-        assert_eq!(mine.len(), size, "bytes for each rank");
-        let own = take(&mut mine[rank]);
-        let senders = self.count_senders(&mine)?;
-        self.call += 1;
-        for (to, bytes) in mine.into_iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
-            self.link.post(to, self.call, Ok(bytes))?;
-        }
-        let mut theirs = vec![Vec::new(); size];
-        for _ in 0..senders {
-            let (from, bytes) = self.next_where(|_| true)?;
-            theirs[from] = bytes;
-        }
-        theirs[rank] = own;
-        Ok(theirs)
     }
 
     /// Number of ranks that have something for this one.
@@ -143,43 +93,6 @@ impl<L: Link> Tree<L> {
         let sums = self.hand_up(encode(&counts))?;
         let sums: Vec<u64> = decode(&self.broadcast(sums)?)?;
         Ok(sums.get(self.link.rank()).copied().unwrap_or(0))
-    }
-
-    /// Sends bytes to rank 0.
-    pub fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
-        self.link.post(0, self.call, Ok(bytes))
-    }
-
-    /// Bytes that were sent since the last collective call.
-    pub fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
-        while let Some(message) = self.link.try_next()? {
-            self.keep(message);
-        }
-        self.take_where(|_| true)
-    }
-
-    /// Waits until there are bytes to receive.
-    pub fn wait(&mut self) -> Result<()> {
-        while self.broken.is_none() && !self.early.iter().any(|message| message.call == self.call) {
-            let message = self.link.next()?;
-            self.keep(message);
-        }
-        Ok(())
-    }
-
-    /// A frame begins: messages of those before are dropped.
-    pub fn begin_frame(&mut self) {
-        let frame = (self.call >> FRAME) + 1;
-        (self.call, self.broken) = (frame << FRAME, None);
-        take(&mut self.early).into_iter().for_each(|message| self.keep(message));
-    }
-
-    /// This rank's frame has ended by `error`, which others may not know.
-    pub fn break_off(&mut self, error: &Error) {
-        for neighbour in self.parent().into_iter().chain(self.children()) {
-            // No rank waits if no rank can be reached.
-            let _ = self.link.post(neighbour, self.call, Err(error.clone()));
-        }
     }
 
     /// The bytes that `of` sends in this call.
@@ -217,6 +130,105 @@ impl<L: Link> Tree<L> {
             Err(error) if its == mine => self.broken = self.broken.take().or(Some(error)),
             body => self.early.push(Message { body, ..message }),
         }
+    }
+}
+
+impl<L: Link + Send> Team for Tree<L> {
+    fn rank(&self) -> usize {
+        self.link.rank()
+    }
+
+    fn size(&self) -> usize {
+        self.link.size()
+    }
+
+    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
+        self.call += 1;
+        let mut bytes = encode(&(self.link.rank(), mine));
+        for child in self.children() {
+            bytes.append(&mut self.receive(child)?);
+        }
+        let all = self.hand_up(bytes)?;
+        let all = self.broadcast(all)?;
+        let mut unread = &all[..];
+        let mut shared = vec![Vec::new(); self.link.size()];
+        while !unread.is_empty() {
+            let (rank, bytes): (usize, &[u8]) = decode_next(&mut unread)?;
+            let of_rank = shared.get_mut(rank);
+            *of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))? = bytes.to_vec();
+        }
+        Ok(shared)
+    }
+
+    fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
+        self.call += 1;
+        let bytes = match self.parent() {
+            Some(parent) => self.receive(parent)?,
+            None => mine,
+        };
+        for child in self.children() {
+            self.link.post(child, self.call, Ok(bytes.clone()))?;
+        }
+        Ok(bytes)
+    }
+
+    /// Only what is not empty is sent: the ranks agree first on how many send to each.
+    fn exchange(&mut self, mut mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        let (rank, size) = (self.link.rank(), self.link.size());
+        assert_eq!(mine.len(), size, "bytes for each rank");
+        let own = take(&mut mine[rank]);
+        let senders = self.count_senders(&mine)?;
+        self.call += 1;
+        for (to, bytes) in mine.into_iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
+            self.link.post(to, self.call, Ok(bytes))?;
+        }
+        let mut theirs = vec![Vec::new(); size];
+        for _ in 0..senders {
+            let (from, bytes) = self.next_where(|_| true)?;
+            theirs[from] = bytes;
+        }
+        theirs[rank] = own;
+        Ok(theirs)
+    }
+
+    fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
+        self.link.post(0, self.call, Ok(bytes))
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        Ok(true)
+    }
+
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        while let Some(message) = self.link.try_next()? {
+            self.keep(message);
+        }
+        self.take_where(|_| true)
+    }
+
+    fn wait(&mut self) -> Result<()> {
+        while self.broken.is_none() && !self.early.iter().any(|message| message.call == self.call) {
+            let message = self.link.next()?;
+            self.keep(message);
+        }
+        Ok(())
+    }
+
+    fn begin_frame(&mut self) {
+        let frame = (self.call >> FRAME) + 1;
+        (self.call, self.broken) = (frame << FRAME, None);
+        take(&mut self.early).into_iter().for_each(|message| self.keep(message));
+    }
+
+    fn break_off(&mut self, error: &Error) {
+        for neighbour in self.parent().into_iter().chain(self.children()) {
+            // No rank waits if no rank can be reached.
+            let _ = self.link.post(neighbour, self.call, Err(error.clone()));
+        }
+    }
+
+    fn node_rank(&mut self) -> Result<usize> {
+        Ok(self.link.node_rank())
     }
 }
 

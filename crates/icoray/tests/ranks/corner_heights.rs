@@ -1,8 +1,8 @@
 //! Heights at corners, as ICON has them: the picture of the same heights averaged by hand to cells, alone and over ranks.
 
 use crate::common::{
-    FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, level_fastest, on_ranks, picture,
-    refusal,
+    FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, laid_out, level_fastest, on_ranks,
+    picture, refusal,
 };
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, directions, partitions, without_holes};
@@ -97,14 +97,7 @@ fn heights_at_corners_are_averaged_to_the_bit() {
     let renderer = Renderer::new(2).unwrap();
     for (i, scene) in scenes().into_iter().enumerate() {
         let shape = [Shape::level_fastest, Shape::cell_fastest, |c, l| Shape::blocked(c, l, 7)][i](count, LAYERS);
-        let (_, last) = shape.extent().unwrap();
-        let mut wide = vec![f64::NAN; last as usize + 1];
-        for (corner, layer) in (0..count).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
-            let block = if shape.block == 0 { count } else { shape.block };
-            let first =
-                (corner % block) as isize * shape.column_stride + (corner / block) as isize * shape.block_stride;
-            wide[(first + layer as isize * shape.layer_stride) as usize] = heights[corner * LAYERS + layer];
-        }
+        let wide = laid_out(&shape, f64::NAN, |corner, layer| heights[corner * LAYERS + layer]);
         let narrow = OwnedReals::F32(wide.iter().map(|height| *height as f32).collect());
         type Round = fn(f64) -> f64;
         let cases: [(OwnedReals, f64, Round); 2] =

@@ -29,6 +29,21 @@ where
     level_fastest(values, layers, Location::Center)
 }
 
+/// An array with the value of each column and layer where `shape` puts it, and `gap` between them.
+pub fn laid_out<S: Copy>(shape: &Shape, gap: S, value: impl Fn(usize, usize) -> S) -> Vec<S> {
+    let (_, last) = shape.extent().unwrap_or((0, -1));
+    let mut array = vec![gap; (last + 1) as usize];
+    let block = if shape.block == 0 { shape.columns.max(1) } else { shape.block };
+    for column in 0..shape.columns {
+        let inside = (column % block) as isize * shape.column_stride;
+        let start = shape.offset as isize + inside + (column / block) as isize * shape.block_stride;
+        for layer in 0..shape.layers {
+            array[(start + layer as isize * shape.layer_stride) as usize] = value(column, layer);
+        }
+    }
+    array
+}
+
 /// The columns `rows` of `all`, level-fastest.
 pub fn columns_of<S: Copy>(all: &[S], rows: &[usize], layers: usize) -> Vec<S> {
     rows.iter().flat_map(|row| &all[row * layers..][..layers]).copied().collect()

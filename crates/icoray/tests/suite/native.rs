@@ -4,7 +4,7 @@ use icoray::{
     Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, Reals, Renderer, Savings, Scene, Shape,
 };
 
-use crate::common::{at_centers, bits, count_beyond, difference};
+use crate::common::{at_centers, bits, count_beyond, difference, laid_out};
 use crate::culled::{Culled, Mark, Style, holes};
 
 const LAYERS: usize = 12;
@@ -165,24 +165,11 @@ fn heights_are_read_wherever_they_lie() {
         bits(&Renderer::new(2).unwrap().render(&scene, &grid, &layers, fields).unwrap())
     };
     let given = |cell: usize, layer: usize| model.heights[cell * LAYERS + layer];
-    let filled = |shape: &Shape| {
-        let (_, last) = shape.extent().unwrap();
-        let mut array = vec![f64::NAN; last as usize + 1];
-        for cell in 0..cells {
-            let block = if shape.block == 0 { cells } else { shape.block };
-            let start = (cell % block) as isize * shape.column_stride + (cell / block) as isize * shape.block_stride;
-            for layer in 0..LAYERS {
-                let at = shape.offset as isize + start + layer as isize * shape.layer_stride;
-                array[at as usize] = given(cell, layer);
-            }
-        }
-        array
-    };
     let expected = draw(Shape::level_fastest(cells, LAYERS), model.heights.as_slice().into(), false);
     for shape in
         [Shape::level_fastest(cells, LAYERS), Shape::cell_fastest(cells, LAYERS), Shape::blocked(cells, LAYERS, 7)]
     {
-        let double = filled(&shape);
+        let double = laid_out(&shape, f64::NAN, given);
         let single: Vec<f32> = double.iter().map(|height| *height as f32).collect();
         assert!(draw(shape, double.as_slice().into(), false) == expected, "{shape:?} in f64");
         assert!(draw(shape, single.as_slice().into(), false) == expected, "{shape:?} in f32");

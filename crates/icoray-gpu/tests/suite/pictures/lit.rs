@@ -102,13 +102,7 @@ fn lit_beside_missing_values() {
         for (name, shape) in
             [("level-fastest", Shape::level_fastest(cells, count)), ("cell-fastest", Shape::cell_fastest(cells, count))]
         {
-            let mut data = vec![f64::NAN; cells * count];
-            for cell in 0..cells {
-                for layer in 0..count {
-                    let at = cell as isize * shape.column_stride + there(layer) as isize * shape.layer_stride;
-                    data[at as usize] = with_gaps(&grid, cell, layer, count);
-                }
-            }
+            let data = laid_out(&shape, f64::NAN, |cell, layer| with_gaps(&grid, cell, there(layer), count));
             let field = Field::new(data.as_slice().into(), shape, Location::Center, Some(FILL)).unwrap();
             let name = format!("lit, missing, {name}, falling {is_falling}");
             let frame = compare(&name, &scene, &grid, &layers, &field);

@@ -95,19 +95,8 @@ fn layouts_and_missing_values() {
     let mut first: Option<Frame> = None;
     for (name, shape) in shapes {
         for is_falling in [false, true] {
-            let (_, end) = shape.extent().unwrap();
-            let mut data = vec![f64::NAN; end as usize + 1];
-            for cell in 0..cells {
-                for layer in 0..count {
-                    let there = if is_falling { count - 1 - layer } else { layer };
-                    let base = match shape.block {
-                        0 => cell as isize * shape.column_stride,
-                        block => (cell % block) as isize + (cell / block) as isize * shape.block_stride,
-                    };
-                    let place = shape.offset as isize + base + there as isize * shape.layer_stride;
-                    data[place as usize] = with_gaps(&grid, cell, layer, count);
-                }
-            }
+            let there = |layer: usize| if is_falling { count - 1 - layer } else { layer };
+            let data = laid_out(&shape, f64::NAN, |cell, layer| with_gaps(&grid, cell, there(layer), count));
             let layers = if is_falling { &falling } else { &layers };
             let field = Field::new(data.as_slice().into(), shape, Location::Center, Some(FILL)).unwrap();
             let frame = compare(&format!("{name}, falling {is_falling}"), &scene, &grid, layers, &field);

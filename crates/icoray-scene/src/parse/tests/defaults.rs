@@ -6,10 +6,6 @@ use crate::scene::Source;
 use crate::scenery::{Level, Paint, Pattern, Surface};
 use crate::script::Script;
 
-fn parsed(text: &str) -> Scene {
-    scene(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
-}
-
 /// The volume that is shown where nothing is said: viridis over percentiles, rising opacity.
 fn has_default_volume(scene: &Scene) -> bool {
     let coloring = scene.volumes[0].coloring.as_ref().unwrap();

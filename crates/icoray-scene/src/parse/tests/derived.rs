@@ -6,7 +6,7 @@ use crate::scenery::{Derivation, How};
 const SHOWN: &str = "[transfer]\nrange = [0, 1]\nopacity = [[0, 0.5]]\n";
 
 fn derived(text: &str) -> Scene {
-    scene(&format!("field = \"a\"\n{CAMERA}{SHOWN}{text}\n")).unwrap_or_else(|e| panic!("{e}\n{text}"))
+    parsed(&format!("field = \"a\"\n{CAMERA}{SHOWN}{text}\n"))
 }
 
 #[test]

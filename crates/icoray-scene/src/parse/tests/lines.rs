@@ -4,7 +4,7 @@ use super::*;
 use crate::scenery::{Clip, HalfSpace, Level, Lines, LonLatBox, Pattern};
 
 fn shown(text: &str) -> Scenery {
-    scene(&format!("field = \"q\"\n{CAMERA}{text}\n")).unwrap_or_else(|e| panic!("{e}\n{text}")).scenery
+    parsed(&format!("field = \"q\"\n{CAMERA}{text}\n")).scenery
 }
 
 #[test]

@@ -7,11 +7,11 @@ const SMOOTH: &str = "[[surfaces]]\nlayer = 3\nfield = \"w\"\nopacity = 0.5\n[su
                       range = { percentile = [1, 99] }\ncenter = 0\nscale = \"symlog\"\nthreshold = 0.1\n";
 
 fn surfaces(text: &str) -> Vec<Surface> {
-    scene(&format!("field = \"q\"\n{CAMERA}{text}")).unwrap_or_else(|e| panic!("{e}\n{text}")).scenery.surfaces
+    parsed(&format!("field = \"q\"\n{CAMERA}{text}")).scenery.surfaces
 }
 
 fn isosurfaces(text: &str) -> Vec<Isosurface> {
-    scene(&format!("{CAMERA}{text}")).unwrap_or_else(|e| panic!("{e}\n{text}")).scenery.isosurfaces
+    parsed(&format!("{CAMERA}{text}")).scenery.isosurfaces
 }
 
 #[test]

@@ -6,10 +6,6 @@ use crate::transfer::Knot;
 
 const TRANSFER: &str = "map = \"viridis\"\nrange = [250, 400]\nopacity = [[300, 0.0], [350, 0.8]]\n";
 
-fn parsed(text: &str) -> Scene {
-    scene(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
-}
-
 #[test]
 fn a_list_of_one_volume_is_the_short_form() {
     let short = parsed(&format!("field = \"q\"\n{CAMERA}[transfer]\n{TRANSFER}"));

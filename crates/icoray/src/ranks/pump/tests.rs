@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::ranks::tests::on_teams;
-use crate::ranks::{Ranks, local_team};
+use crate::ranks::{Ranks, Team, local_team};
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread;
 
@@ -11,8 +11,8 @@ fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut PumpedTeam) -> R + Sync) -
     on_teams(&vec![0; size], |mut team| {
         let (mut pumped, mut pump) = pumped(team.point_to_point().unwrap(), team.rank());
         // Few children and short pieces, so that few ranks and bytes have many of them.
-        pumped.tree = pumped.tree.with_fan_out(2);
-        pumped.tree.link.most = 100;
+        pumped = pumped.with_fan_out(2);
+        pumped.link.most = 100;
         let is_done = AtomicBool::new(false);
         thread::scope(|scope| {
             let worker = scope.spawn(|| {

@@ -1,7 +1,7 @@
 //! Columns that are spread over ranks, each of which has the whole grid's tables: bitwise the picture of the whole
 //! field.
 
-use crate::common::{assert_same_refusal, at_centers, bits, difference, on_nodes, picture, refusal};
+use crate::common::{assert_same_refusal, at_centers, bits, difference, laid_out, on_nodes, picture, refusal};
 use icoray::{
     Decomposition, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers, Location, Owned,
     OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
@@ -70,18 +70,7 @@ impl Layout {
 
     /// The values of some cells, as they lie; `value` is of a cell and a layer.
     fn lay<S: Copy + Default>(self, cells: &[usize], value: impl Fn(usize, usize) -> S) -> Vec<S> {
-        let shape = self.shape(cells.len());
-        let (_, high) = shape.extent().unwrap_or((0, -1));
-        let mut values = vec![S::default(); (high + 1) as usize];
-        for (column, cell) in cells.iter().enumerate() {
-            let (inside, block) =
-                if shape.block == 0 { (column, 0) } else { (column % shape.block, column / shape.block) };
-            let first = inside * shape.column_stride as usize + block * shape.block_stride as usize;
-            for layer in 0..LAYERS {
-                values[first + layer * shape.layer_stride as usize] = value(*cell, layer);
-            }
-        }
-        values
+        laid_out(&self.shape(cells.len()), S::default(), |column, layer| value(cells[column], layer))
     }
 }
 

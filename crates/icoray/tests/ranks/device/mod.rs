@@ -28,6 +28,34 @@ enum Manner {
     Twice,
 }
 
+impl Manner {
+    /// Gives some of `count` tiles: `band` those from a first one to an end, `torn` a tile and a half.
+    fn give(self, count: usize, band: impl Fn(usize, usize), torn: impl Fn()) -> Result<(), FallbackReason> {
+        match self {
+            _ if count == 0 => {}
+            Manner::All => band(0, count),
+            Manner::Backwards => {
+                band(count / 2, count);
+                band(0, count / 2);
+            }
+            Manner::Some => {
+                (0..count).step_by(3).for_each(|i| band(i, i + 1));
+                return Err(FallbackReason::new("the paint is used up"));
+            }
+            Manner::Panic => {
+                band(0, 1);
+                panic!("the brush is broken");
+            }
+            Manner::Torn => torn(),
+            Manner::Twice => {
+                band(0, count);
+                band(0, count);
+            }
+        }
+        Ok(())
+    }
+}
+
 /// A device whose rays show where they are.
 #[derive(Debug)]
 struct Painter {
@@ -72,31 +100,11 @@ impl Device for Painter {
             let rays = rays(&tiles[first..end]);
             give(Band { first, rays: &rays, seconds: 1.0 });
         };
-        let count = tiles.len();
-        match self.manner {
-            _ if count == 0 => {}
-            Manner::All => band(0, count),
-            Manner::Backwards => {
-                band(count / 2, count);
-                band(0, count / 2);
-            }
-            Manner::Some => {
-                (0..count).step_by(3).for_each(|i| band(i, i + 1));
-                return Err(FallbackReason::new("the paint is used up"));
-            }
-            Manner::Panic => {
-                band(0, 1);
-                panic!("the brush is broken");
-            }
-            Manner::Torn => {
-                let rays = rays(&tiles[..2]);
-                give(Band { first: 0, rays: &rays[..rays.len() - 1], seconds: 1.0 });
-            }
-            Manner::Twice => {
-                band(0, count);
-                band(0, count);
-            }
-        }
+        let torn = || {
+            let rays = rays(&tiles[..2]);
+            give(Band { first: 0, rays: &rays[..rays.len() - 1], seconds: 1.0 });
+        };
+        self.manner.give(tiles.len(), band, torn)?;
         Ok(DeviceCost { upload_s: 0.5, device_s: Some(0.25), bytes_uploaded: 7, ..DeviceCost::default() })
     }
 }

@@ -51,30 +51,11 @@ impl Device for PartPainter {
             let (rays, all) = all(&tiles[first..end]);
             give(Fragments { first, rays: &rays, all: &all });
         };
-        let count = tiles.len();
-        match self.0 {
-            Manner::All => band(0, count),
-            Manner::Backwards => {
-                band(count / 2, count);
-                band(0, count / 2);
-            }
-            Manner::Some => {
-                (0..count).step_by(3).for_each(|i| band(i, i + 1));
-                return Err(FallbackReason::new("the paint is used up"));
-            }
-            Manner::Panic => {
-                band(0, 1);
-                panic!("the brush is broken");
-            }
-            Manner::Torn => {
-                let (rays, all) = all(&tiles[..2]);
-                give(Fragments { first: 0, rays: &rays, all: &all[1..] });
-            }
-            Manner::Twice => {
-                band(0, count);
-                band(0, count);
-            }
-        }
+        let torn = || {
+            let (rays, all) = all(&tiles[..2]);
+            give(Fragments { first: 0, rays: &rays, all: &all[1..] });
+        };
+        self.0.give(tiles.len(), band, torn)?;
         Ok(DeviceCost { device_s: Some(0.25), ..DeviceCost::default() })
     }
 }

@@ -1,0 +1,122 @@
+//! Messages over the non-blocking requests of MPI, by whatever binding it is called. No call waits in MPI, which would
+//! occupy a processor.
+
+use super::PointToPoint;
+use icoray_grid::Result;
+use std::collections::VecDeque;
+use std::mem::{forget, take};
+
+/// The non-blocking calls of a communicator that nothing else sends on.
+///
+/// # Errors
+/// All methods: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the call fails.
+#[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+pub trait Requests: Send {
+    /// A request, with the bytes that are read or written until it is complete.
+    type Pending: Send;
+
+    /// This process's number, from 0.
+    fn rank(&self) -> usize;
+
+    /// Number of processes, at least 1.
+    fn size(&self) -> usize;
+
+    /// Whether ranks can be reached no more. Not collective.
+    fn is_gone(&self) -> bool;
+
+    /// Starts to send a message to rank `to` (`MPI_Isend`).
+    fn start_send(&self, to: usize, bytes: Vec<u8>) -> Result<Self::Pending>;
+
+    /// Starts to receive the next message from any rank, if there is one (`MPI_Improbe`, `MPI_Imrecv`); returns the
+    /// rank that sent it.
+    fn start_receive(&self) -> Result<Option<(usize, Self::Pending)>>;
+
+    /// Enters a barrier (`MPI_Ibarrier`).
+    fn start_barrier(&self) -> Result<Self::Pending>;
+
+    /// Whether a request is complete (`MPI_Test`). It is not called again for one that is.
+    fn is_done(&self, pending: &mut Self::Pending) -> Result<bool>;
+
+    /// The bytes of a complete request.
+    fn bytes_of(&self, complete: Self::Pending) -> Result<Vec<u8>>;
+}
+
+/// Messages in flight on a communicator.
+#[derive(Debug)]
+pub struct MessageQueue<C: Requests> {
+    comm: C,
+    sending: VecDeque<C::Pending>,
+    /// In the order in which each rank sent them.
+    receiving: VecDeque<(usize, C::Pending)>,
+    /// The barrier that this rank has entered, until all have.
+    barrier: Option<C::Pending>,
+}
+
+impl<C: Requests> MessageQueue<C> {
+    /// Messages on `comm`.
+    pub fn new(comm: C) -> Self {
+        MessageQueue { comm, sending: VecDeque::new(), receiving: VecDeque::new(), barrier: None }
+    }
+
+    /// The communicator.
+    pub fn comm(&self) -> &C {
+        &self.comm
+    }
+}
+
+impl<C: Requests> PointToPoint for MessageQueue<C> {
+    fn rank(&self) -> usize {
+        self.comm.rank()
+    }
+
+    fn size(&self) -> usize {
+        self.comm.size()
+    }
+
+    fn is_gone(&self) -> bool {
+        self.comm.is_gone()
+    }
+
+    fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
+        self.sending.push_back(self.comm.start_send(to, bytes)?);
+        Ok(())
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        // MPI progresses the others in this call.
+        while let Some(first) = self.sending.front_mut() {
+            if !self.comm.is_done(first)? {
+                return Ok(false);
+            }
+            self.sending.pop_front();
+        }
+        Ok(true)
+    }
+
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        while let Some(receiving) = self.comm.start_receive()? {
+            self.receiving.push_back(receiving);
+        }
+        let Some((_, first)) = self.receiving.front_mut() else { return Ok(None) };
+        let is_done = self.comm.is_done(first)?;
+        let complete = is_done.then(|| self.receiving.pop_front()).flatten();
+        complete.map(|(rank, first)| Ok((rank, self.comm.bytes_of(first)?))).transpose()
+    }
+
+    fn try_meet(&mut self) -> Result<bool> {
+        let mut barrier = match self.barrier.take() {
+            Some(barrier) => barrier,
+            None => self.comm.start_barrier()?,
+        };
+        let have_met = self.comm.is_done(&mut barrier)?;
+        self.barrier = (!have_met).then_some(barrier);
+        Ok(have_met)
+    }
+}
+
+impl<C: Requests> Drop for MessageQueue<C> {
+    /// Leaks what is not complete: MPI may still read or write it.
+    fn drop(&mut self) {
+        forget((take(&mut self.sending), take(&mut self.receiving), self.barrier.take()));
+    }
+}
