@@ -243,11 +243,12 @@ def render(
     progress : bool or callable
         True shows a bar of tqdm; a callable gets the numbers of tiles that are drawn, and of all.
     time : int, str or date, optional
-        Number from 0, negative from the last, or date. The last without it, or the first where `scene` is given.
+        Number from 0, negative from the last, or date. The last without it.
     layers : slice, (int, int) or str, optional
         The layers that are read and drawn, counted from 0.
     scene : Scene, str or os.PathLike, optional
-        What to draw and how; without it a scene is suggested for the field's values.
+        What to draw and how; without it a scene is suggested for the field's values. One that names a field alone, or
+        to which `field` gives another, has the look of the suggestion.
     view : str, optional
         The one to draw of a scene with several [[views]].
     lon, lat : float, optional
