@@ -30,6 +30,7 @@ pub fn sample(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     attrs.set_item("sphere_radius", sphere_radius_m)?;
     let dataset = PyDict::new(py);
     dataset.set_item("attrs", attrs)?;
+    dataset.set_item("coords", PyDict::new(py))?;
     dataset.set_item("data_vars", described)?;
     Ok(dataset)
 }
