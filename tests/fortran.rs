@@ -275,7 +275,7 @@ fn the_example_draws_its_pictures() {
         let count = |shows: fn([u8; 3]) -> bool| picture.pixels().filter(|pixel| shows(pixel.0)).count();
         let [red, blue] = [count(|[r, _, b]| r > b.saturating_add(40)), count(|[r, _, b]| b > r.saturating_add(40))];
         assert!(red.min(blue) > 10_000, "step {step}: {red} red and {blue} blue pixels");
-        assert!(count(|rgb| rgb == [255; 3]) > 100, "step {step}: no labels");
+        assert!(count(|rgb| rgb.iter().all(|channel| *channel > 240)) > 100, "step {step}: no labels");
     }
 }
 

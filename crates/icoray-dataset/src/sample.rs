@@ -32,8 +32,8 @@ const ASYMMETRY: f64 = 0.25;
 const ATTRIBUTES: [(&str, &str); 2] =
     [("on_a_sphere", "YES"), ("title", "Two vortices on a sphere that wind up a tracer, computed by icoray")];
 
-/// A dataset that follows the conventions of MPAS, in memory: 2,562 cells, 16 layers between 0 and 16 km, two times, and
-/// the fields `tracer`, `theta` and `vorticity`.
+/// A dataset that follows the conventions of MPAS, in memory: 2,562 cells, 16 layers between 0 and 16 km, two times,
+/// and the fields `tracer` (1), `theta` (K) and `vorticity` (1/s).
 #[derive(Debug)]
 pub struct Sample {
     /// Names and values of the global attributes that are text.

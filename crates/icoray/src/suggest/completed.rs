@@ -11,8 +11,8 @@ const LOOK: [&str; 5] = ["transfer", "opacity", "volumes", "surfaces", "isosurfa
 const OTHER: [&str; 5] = ["lines", "ground", "derive", "views", "sweep"];
 
 /// The text of a scene that names a field alone, over the scene that `suggested` returns for this field (`""` for the
-/// first one): its own keys, such as `[camera]` or `every`, go before those of the suggestion. `None` where the scene has
-/// a look of its own, or is no TOML.
+/// first one): its own keys, such as `[camera]` or `every`, go before those of the suggestion. `None` where the scene
+/// has a look of its own, or is no TOML.
 ///
 /// With a `field`, the scene is made to show that one: what it says of the look of others is left out.
 ///
