@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 import recipes
-from conftest import PATIENCE, data_file, png_pixels
+from conftest import PATIENCE, png_pixels
 
 import icoray
 
