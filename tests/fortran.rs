@@ -269,7 +269,13 @@ fn the_example_draws_its_pictures() {
     assert_eq!((text(&output.stdout).lines().count(), text(&output.stderr).as_str()), (4, ""));
     for step in [0, 10, 20, 30] {
         let picture = directory.path().join(format!("pictures/wave_{step}.png"));
-        assert_eq!(image::open(picture).unwrap().into_rgba8().dimensions(), (640, 480));
+        let picture = image::open(picture).unwrap().into_rgb8();
+        assert_eq!(picture.dimensions(), (640, 480));
+        // Red and blue on grey ground, and labels in white.
+        let count = |shows: fn([u8; 3]) -> bool| picture.pixels().filter(|pixel| shows(pixel.0)).count();
+        let [red, blue] = [count(|[r, _, b]| r > b.saturating_add(40)), count(|[r, _, b]| b > r.saturating_add(40))];
+        assert!(red.min(blue) > 10_000, "step {step}: {red} red and {blue} blue pixels");
+        assert!(count(|rgb| rgb.iter().all(|channel| *channel > 240)) > 100, "step {step}: no labels");
     }
 }
 

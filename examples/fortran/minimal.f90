@@ -9,11 +9,15 @@ program minimal
   character(len=*), parameter :: scene = &
     'field = "wave"'//nl// &
     'every = 10'//nl// &
-    'exaggeration = 40'//nl// &
-    '[image]'//nl//'width = 640'//nl//'height = 480'//nl// &
-    '[camera]'//nl//'lon = 20'//nl//'lat = 35'//nl//'distance = 3.2'//nl//'fov = 45'//nl// &
-    '[transfer]'//nl//'map = "viridis"'//nl//'range = [-1, 1]'//nl// &
-    'opacity = [[-1, 0.8], [0, 0], [1, 0.9]]'//nl// &
+    'exaggeration = 20'//nl// &
+    'background = "#0a0d11"'//nl//'core = "#242424"'//nl// &
+    'image = { width = 640, height = 480 }'//nl// &
+    'camera = { lon = 20, lat = 35, distance = 4.5, fov = 30 }'//nl// &
+    'ground = { land = "#2e2e2e", ocean = "#1c1c1c" }'//nl// &
+    'labels = { title = "A wave that turns around a planet\n{time}" }'//nl// &
+    '[transfer]'//nl//'map = "coolwarm_bright"'//nl//'range = [-1, 1]'//nl// &
+    'opacity = [[-1, 0.9], [-0.2, 0], [0.2, 0], [1, 0.9]]'//nl// &
+    '[[lines]]'//nl//'pattern = "coast"'//nl//'on = "ground"'//nl//'color = "white"'//nl//'opacity = 0.6'//nl// &
     '[output]'//nl//'file = "wave_{step}.png"'//nl
   type(icoray_context) :: ctx
   type(icoray_mesh) :: mesh

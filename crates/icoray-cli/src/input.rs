@@ -37,13 +37,17 @@ pub struct LayerOption {
     pub layers: LayerSelection,
 }
 
-/// Reads and checks a scene file; `None` where it has no keys and draws nothing.
-pub fn script(path: &Path) -> Result<Option<Script>> {
-    let text = std::fs::read_to_string(path).map_err(|e| {
+/// Reads a scene file.
+pub fn scene_text(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|e| {
         let context = format!("{}: cannot read the scene: {e}", path.display());
         Error::new(ErrorKind::Io, context)
-    })?;
-    Script::parse_optional(&text).map_err(|e| e.within(path.display()))
+    })
+}
+
+/// Reads and checks a scene file; `None` where it has no keys and draws nothing.
+pub fn script(path: &Path) -> Result<Option<Script>> {
+    Script::parse_optional(&scene_text(path)?).map_err(|e| e.within(path.display()))
 }
 
 /// The location of a field as a word after "at".

@@ -2,7 +2,7 @@
 //!
 //! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes them,
 //! `icoray animate` makes a picture that moves, `icoray info` says what a file holds, `icoray plan` what a scene reads and
-//! leaves out, `icoray devices` which GPUs can draw. Results go to stdout, progress to stderr
+//! leaves out, `icoray devices` which GPUs can draw, `icoray sample` writes a file to try these on. Results go to stdout, progress to stderr
 //! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2. A command that
 //! reads NetCDF-4 files runs in a child process, as damage of such a file may end it.
 #![forbid(unsafe_code)]
@@ -18,6 +18,7 @@ mod plan;
 mod printed;
 mod ranks;
 mod render;
+mod sample;
 mod scene_options;
 mod selection;
 mod suggested;
@@ -56,6 +57,8 @@ enum Command {
     /// Takes the options of `icoray render` and draws nothing: -o names the planned picture, --save-scene writes
     /// the suggested scene, --error has no effect.
     Plan(render::Args),
+    /// Write a file to try the other commands on: 2,562 cells, 16 layers, two times, three fields
+    Sample(sample::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,
     /// Read a file that may end this process, and keep nothing
@@ -101,6 +104,7 @@ fn main() -> ExitCode {
         Command::TryReading(args) => isolated::run(&args).map_err(failure::Failure::from),
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
+        Command::Sample(args) => sample::run(&args, &mut out),
         Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),
         Command::Study { words } => return no_study(&words),
     };

@@ -24,8 +24,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let Opened { renderer, file, .. } = &opened;
     let Scenes { script, grid, suggested } = opened.scenes(&args.selection, &progress)?;
     let (series, target) = args.output_options.choose(&script, &opened)?;
-    progress.stage("checking the grid and looking at fields");
-    let grid = renderer.run(|| grid.map_or_else(|| file.mesh().grid(), Ok))?;
+    progress.stage("looking at fields");
     progress.suspend(|| args.save_scene(suggested.as_ref(), out))?;
     let time = series.times[0];
     let stamp = series.stamp(time);

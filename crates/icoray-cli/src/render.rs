@@ -112,13 +112,9 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     let (series, target) = ranks.collective(args.output_options.choose(&script, &opened))?;
     let queue = ranks.is_root().then(|| args.output_options.queue(&series, &target)).transpose();
     let mut queue = ranks.collective(queue)?;
-    progress.stage("checking the grid and reading layers");
-    let prepared = renderer.run(|| {
-        let grid = grid.map_or_else(|| file.mesh().grid(), Ok)?;
-        let scene_fields = SceneFields::new(file, &script, &args.selection.layer_option.layers, grid.cells())?;
-        Ok((grid, scene_fields))
-    });
-    let (grid, scene_fields) = ranks.collective(prepared)?;
+    progress.stage("reading layers");
+    let layers = &args.selection.layer_option.layers;
+    let scene_fields = ranks.collective(renderer.run(|| SceneFields::new(file, &script, layers, grid.cells())))?;
     let open_s = start.elapsed().as_secs_f64();
     let drawing = Drawing { scene_fields: &scene_fields, grid: &grid, renderer };
     let job = Job { drawing, target: &target, open_s };

@@ -39,17 +39,20 @@ pub struct Opened {
     /// Numbers of the selected times, and whether they were selected as a series.
     pub times: Vec<usize>,
     pub is_series: bool,
-    /// The script of the scene file, if given.
-    pub given: Option<Script>,
+    /// The text of the scene file, if given; it is that of a script.
+    pub given: Option<String>,
 }
 
 impl Selection {
     /// Reads the scene file, if given, and opens the model's files; `None` if the scene has no keys.
     pub fn open(&self, progress: &Progress) -> Result<Option<Opened>> {
-        let given = match self.scene_options.scene.as_deref().map(input::script).transpose()? {
-            Some(None) => return Ok(None),
-            given => given.flatten(),
-        };
+        let scene = self.scene_options.scene.as_deref();
+        let given = scene.map(input::scene_text).transpose()?;
+        if let (Some(text), Some(path)) = (&given, scene)
+            && Script::parse_optional(text).map_err(|e| e.within(path.display()))?.is_none()
+        {
+            return Ok(None);
+        }
         progress.stage(format!("reading {}", self.input.file.display()));
         let renderer = gpu::renderer(self.threads)?.with_progress(progress.tiles());
         let file = self.input.open()?;

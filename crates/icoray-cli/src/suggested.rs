@@ -126,8 +126,8 @@ fn summary(selection: &Selection, info: &FieldInfo, others: &[&FieldInfo]) -> St
 /// The scenes to render.
 pub struct Scenes<'f> {
     pub script: Script,
-    /// The file's grid, if it was needed to suggest the scene.
-    pub grid: Option<Grid<'f>>,
+    /// The file's grid.
+    pub grid: Grid<'f>,
     /// The suggestion, if no scene was given.
     pub suggested: Option<Suggested>,
 }
@@ -135,17 +135,29 @@ pub struct Scenes<'f> {
 impl Opened {
     /// The scenes of the scene file with the overrides of the command line, or a suggested scene.
     pub fn scenes(&self, selection: &Selection, progress: &Progress) -> Result<Scenes<'_>> {
-        let Some(mut script) = self.given.clone() else {
+        let Some(given) = &self.given else {
             let (suggested, grid) = Suggested::new(selection, self, progress)?;
             let script = Script::parse(&suggested.text).map_err(|e| e.within("the suggested scene"))?;
-            return Ok(Scenes { script, grid: Some(grid), suggested: Some(suggested) });
+            return Ok(Scenes { script, grid, suggested: Some(suggested) });
         };
+        let (text, grid) = self.completed(given, selection, progress)?;
+        let mut script = Script::parse(&text)?;
         if script.lacks_field() {
             script.name_first_field(&first_field(&self.file)?.name);
         }
         script.show_as_surfaces(|name| self.file.field_info(name).is_ok_and(FieldInfo::is_2d));
         selection.overrides.apply(&mut script)?;
-        Ok(Scenes { script, grid: None, suggested: None })
+        Ok(Scenes { script, grid, suggested: None })
+    }
+
+    /// The text of a scene with the suggestion for what it leaves open, or for the field of `--field`; and the grid.
+    pub fn completed(&self, text: &str, selection: &Selection, progress: &Progress) -> Result<(String, Grid<'_>)> {
+        progress.stage("checking the grid");
+        let grid = self.renderer.run(|| self.file.mesh().grid())?;
+        let of = (text, selection.scene_options.field.as_deref());
+        let (time, layers) = (self.times[self.times.len() - 1], &selection.layer_option.layers);
+        let text = self.file.completed_scene((&grid, &self.renderer), of, time, layers)?;
+        Ok((text, grid))
     }
 }
 

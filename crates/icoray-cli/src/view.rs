@@ -3,11 +3,10 @@
 use crate::failure::CommandResult;
 use crate::selection::{Opened, Selection};
 use crate::suggested::{self, Suggested};
-use icoray::{Error, ErrorKind, Result};
+use icoray::Result;
 use icoray_dataset::view::{self, Viewer};
 use icoray_live::{LiveView, Options, PictureSize};
 use icoray_progress::Progress;
-use std::fs;
 use std::io::Write;
 
 /// Arguments of `icoray view`.
@@ -51,11 +50,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 
 /// The text of the scene that is shown first: that of the scene file, or a suggested one.
 fn text(selection: &Selection, opened: &Opened, progress: &Progress) -> Result<String> {
-    let Some(path) = &selection.scene_options.scene else {
+    let Some(given) = &opened.given else {
         let (suggested, _) = Suggested::new(selection, opened, progress)?;
         return Ok(suggested.text);
     };
     selection.overrides.expect_none()?;
-    let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the scene: {e}", path.display()));
-    fs::read_to_string(path).map_err(failed)
+    Ok(opened.completed(given, selection, progress)?.0)
 }

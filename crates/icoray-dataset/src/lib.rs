@@ -15,6 +15,8 @@
 //! [`SceneFields`] finds what a scene needs of a dataset, [`Series`] reads it time by time, [`Drawing`] draws it, and
 //! with the feature `live` the module `view` answers the live page.
 //!
+//! [`Sample`] is a small dataset to try these on.
+//!
 //! A 2D field, such as surface pressure, has the same values on as many layers as are asked for, and costs the memory
 //! of one.
 #![forbid(unsafe_code)]
@@ -32,6 +34,7 @@ mod likely_fields;
 mod mesh;
 mod native_height_cache;
 mod reals;
+mod sample;
 mod scene_fields;
 mod sea;
 mod series;
@@ -54,6 +57,7 @@ pub use layer_selection::LayerSelection;
 pub use layering::Layering;
 pub use mesh::{Convention, Mesh};
 pub use native_height_cache::NativeHeightCache;
+pub use sample::{Sample, SampleValues, SampleVariable};
 pub use scene_fields::{Key, SceneField, SceneFields};
 pub use series::{FieldCache, Series};
 pub use source::{Attribute, Dimension, Kind, Source, Variable};

@@ -28,6 +28,25 @@ impl Dataset {
         let field = read.field()?;
         renderer.run(|| suggest::scene(&info.name, grid, &layers, &field, &options))
     }
+
+    /// The text of a scene that leaves its look to the suggestion, completed as [`suggest::completed`] has it by the
+    /// suggestion for its field at a time; another text as it is.
+    ///
+    /// # Errors
+    /// As [`Dataset::suggest_scene`], [`Dataset::field_info`] and [`Dataset::first_field`].
+    pub fn completed_scene(
+        &self,
+        with: (&Grid, &Renderer),
+        (text, field): (&str, Option<&str>),
+        time: usize,
+        layers_wanted: &LayerSelection,
+    ) -> Result<String> {
+        let completed = suggest::completed(text, field, |name, options| {
+            let info = if name.is_empty() { self.first_field()? } else { self.field_info(name)? };
+            self.suggest_scene(with, (info, time), layers_wanted, options)
+        });
+        Ok(completed?.unwrap_or_else(|| text.to_owned()))
+    }
 }
 
 /// Options for a 2D field.

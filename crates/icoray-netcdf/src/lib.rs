@@ -22,10 +22,12 @@ mod guard;
 mod hdf5_errors;
 mod nc_file;
 mod outline;
+mod sample_file;
 
 pub use guard::{end_process, watch_calls};
 pub use icoray_dataset::Dataset;
 pub use outline::Outline;
+pub use sample_file::write_sample;
 
 use icoray::Result;
 use icoray_dataset::{Mesh, Source};

@@ -32,6 +32,8 @@ mod _icoray {
     #[pymodule_export]
     use crate::dataset::View;
     #[pymodule_export]
+    use crate::dataset::sample::sample;
+    #[pymodule_export]
     use crate::field::Field;
     #[pymodule_export]
     use crate::grid::Grid;

@@ -210,7 +210,21 @@ def test_scenes_take_keys_and_short_names(mpas: Any, tmp_path: pathlib.Path):
     assert not same(moved, as_given)
     assert same(moved, icoray.render(mpas, scene=scene, time=0, camera={"lon": 80}))
     assert icoray.render(mpas, scene=scene, size=(40, 30)).pixels.shape == (30, 40, 4)
+    last = icoray.render(mpas, scene=scene, time=-1)
+    assert same(icoray.render(mpas, scene=scene), last) and not same(last, as_given)
     assert icoray.render(mpas, "theta", samples=4, **LOOK).report["sampling"]["samples"] == 4
+
+
+def test_a_scene_that_names_a_field_alone_is_the_suggestion(mpas: Any):
+    size = {"size": (96, 80)}
+    for field in ("theta", "vorticity", "surface_pressure"):
+        assert same(icoray.render(mpas, scene=f"field = '{field}'", **size), icoray.render(mpas, field, **size))
+    # A scene that shows another field gives it that one's look, and keeps camera and light.
+    view = {"distance": 4, "exaggeration": 50, "light": {"kind": "none"}, **LOOK}
+    saved = icoray.open(mpas).scene("theta", **view)
+    other = icoray.render(mpas, "vorticity", scene=saved)
+    assert same(other, icoray.render(mpas, "vorticity", **view))
+    assert not same(other, icoray.render(mpas, scene=saved))
 
 
 @pytest.mark.parametrize(

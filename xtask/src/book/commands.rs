@@ -27,6 +27,9 @@ const SLOW: &str = "slow";
 /// What a page calls that builds and installs the library.
 const INSTALLING: &str = "cargo xtask install";
 
+/// The start of the command by which a block writes its own data file.
+const SAMPLING: &str = "icoray sample ";
+
 /// The script of a page, in the page's folder.
 const SCRIPT: &str = "commands.sh";
 
@@ -63,7 +66,10 @@ pub fn attribute_fault(fence: &Fence) -> Option<String> {
     let is_slow = || fence.attributes.iter().any(|word| word == SLOW);
     let missing = if fence.text.contains("cargo ") && !is_slow() {
         Some("it calls cargo, which may build for minutes; expected ```sh slow")
-    } else if fence.text.contains(".nc ") && !needs_of(fence).any(|need| need == "data") {
+    } else if fence.text.contains(".nc ")
+        && !fence.text.contains(SAMPLING)
+        && !needs_of(fence).any(|need| need == "data")
+    {
         Some("it reads a data file; expected ```sh needs=data")
     } else {
         None

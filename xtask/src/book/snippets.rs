@@ -78,9 +78,17 @@ mod tests {
         assert_eq!(fault_of("```text\nx"), 0);
         assert_eq!(fault_of("```sh needs=mpi slow\nx"), 0);
         assert_eq!(fault_of("```toml part\nx = 1"), 0);
-        for bad in
-            ["```\nx", "```python\nx", "```c\nx", "```rust\nx", "```sh needs=luck\nx", "```sh often\nx", "```toml x\ny"]
-        {
+        assert_eq!(fault_of("```sh\nicoray sample a.nc\nicoray info a.nc x"), 0);
+        for bad in [
+            "```\nx",
+            "```python\nx",
+            "```c\nx",
+            "```rust\nx",
+            "```sh needs=luck\nx",
+            "```sh often\nx",
+            "```sh\nicoray info a.nc x",
+            "```toml x\ny",
+        ] {
             assert_eq!(fault_of(bad), 1, "{bad}");
         }
     }

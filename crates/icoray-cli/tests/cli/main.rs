@@ -20,6 +20,7 @@ mod ranks;
 mod real;
 mod refused;
 mod run;
+mod sample;
 mod suggested;
 mod surfaces;
 mod times;

@@ -80,6 +80,39 @@ fn a_saved_scene_draws_the_last_time_as_the_suggestion_does() {
 }
 
 #[test]
+fn a_scene_that_names_a_field_alone_is_the_suggestion() {
+    let folder = lone();
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let draw = |scene: &str, more: &[&str]| {
+        fs::write(folder.path().join("own.toml"), scene).unwrap();
+        let draw = ["render", "made.nc", "--scene", "own.toml", "-o", "own.exr"];
+        prints(icoray(folder.path()).args(draw).args(more));
+        bytes("own.exr")
+    };
+    for field in ["w", "vorticity", "surface_pressure"] {
+        render(
+            folder.path(),
+            &["--field", field, "-o", "a.exr", "--save-scene", "saved.toml", "--existing", "overwrite"],
+        );
+        let suggested = bytes("a.exr");
+        let image = "image = { width = 96, height = 72 }";
+        assert!(draw(&format!("field = '{field}'\n{image}"), &[]) == suggested, "{field}");
+        // Keys of its own go first.
+        let moved = format!("field = '{field}'\n{image}\ncamera = {{ lon = 100 }}");
+        assert!(draw(&moved, &[]) != suggested, "{field}: the camera stays");
+        // A saved scene shows other fields in their own look.
+        let saved = fs::read_to_string(folder.path().join("saved.toml")).unwrap();
+        let other = draw(&saved, &["--field", "rho"]);
+        let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "own.toml", "--field", "rho"]));
+        has(&text, &["rho"]);
+        assert!(other != suggested, "{field}: --field changes nothing");
+    }
+    // A look of its own stays.
+    let own = scene("theta", 0.0, 42.0);
+    assert!(draw(&own, &[]) != draw("field = 'theta'", &["--size", "96x96"]), "the look of the scene is not its own");
+}
+
+#[test]
 fn options_change_the_camera_and_the_heights_of_a_scene() {
     let given = scene("theta", 0.0, 42.0);
     let folder = folder(&Made::history(), &given);
@@ -113,7 +146,7 @@ fn bad_values_are_named_with_what_was_expected() {
     refused(&["--surface", "4"], 1, &["surface on layer 4, expected 0 to 3"]);
     refused(&["--field", "thita"], 1, &["--field thita", "there is no field thita", "theta, w"]);
     refused(&["--save-scene", "no/where.toml"], 1, &["--save-scene no/where.toml"]);
-    for option in [["--field", "w"], ["--colormap", "vik"], ["--range", "0..1"], ["--save-scene", "s.toml"]] {
+    for option in [["--colormap", "vik"], ["--range", "0..1"], ["--save-scene", "s.toml"]] {
         let all = [&["--scene", "scene.toml"], &option[..]].concat();
         refused(&all, 2, &[option[0], "cannot be used with", "--scene"]);
     }

@@ -37,7 +37,7 @@ from ._errors import (
     UnsupportedError,
 )
 from ._icoray import Context, Field, Grid, Image, Layers, Renderer, Scene, __version__
-from ._render import Dataset, View, open, render, view
+from ._render import Dataset, View, open, render, sample, view
 
 __all__ = [
     "ArgumentError",
@@ -68,5 +68,6 @@ __all__ = [
     "__version__",
     "open",
     "render",
+    "sample",
     "view",
 ]

@@ -21,6 +21,7 @@ __all__ = [
     "Renderer",
     "Scene",
     "View",
+    "sample",
 ]
 
 _Path: TypeAlias = str | os.PathLike[str]
@@ -398,6 +399,7 @@ class Context:
         *_error: type[BaseException] | BaseException | TracebackType | None,
     ) -> None: ...
 
+def sample() -> dict[str, Any]: ...
 @final
 class Dataset:
     def __new__(cls, stores: Sequence[Any]) -> Dataset: ...

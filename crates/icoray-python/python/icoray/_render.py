@@ -181,10 +181,40 @@ def open(data: Any, mesh: Any = ()) -> Dataset:  # noqa: A001
 
     Examples
     --------
-    >>> ds = icoray.open("history.nc", mesh="init.nc")  # doctest: +SKIP
-    >>> images = [ds.render("theta", time=t) for t in range(len(ds.times))]  # doctest: +SKIP
+    >>> import icoray
+    >>> ds = icoray.open(icoray.sample())
+    >>> images = [ds.render("theta", time=t, size=(80, 64)) for t in range(len(ds.times))]
     """
     return Dataset(data, mesh)
+
+
+def sample() -> Any:
+    """A dataset to try the package on: two vortices that wind up a plume.
+
+    It has a mesh of MPAS of 2,562 cells, 16 layers up to 16 km, two times, and the fields `tracer`, `theta` (K) and
+    `vorticity` (1/s). `icoray sample FILE.nc` writes it as a file.
+
+    Returns
+    -------
+    xarray.Dataset
+        In memory, its arrays its own.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Where xarray is not installed.
+
+    Examples
+    --------
+    >>> import icoray
+    >>> ds = icoray.sample()
+    >>> ds.tracer.dims, dict(ds.sizes)["nCells"]
+    (('Time', 'nCells', 'nVertLevels'), 2562)
+    >>> icoray.render(ds, size=(320, 256)).pixels.shape
+    (256, 320, 4)
+    """
+    xarray = importlib.import_module("xarray")
+    return xarray.decode_cf(xarray.Dataset.from_dict(_icoray.sample()))
 
 
 def render(
@@ -213,11 +243,12 @@ def render(
     progress : bool or callable
         True shows a bar of tqdm; a callable gets the numbers of tiles that are drawn, and of all.
     time : int, str or date, optional
-        Number from 0, negative from the last, or date. The last without it, or the first where `scene` is given.
+        Number from 0, negative from the last, or date. The last without it.
     layers : slice, (int, int) or str, optional
         The layers that are read and drawn, counted from 0.
     scene : Scene, str or os.PathLike, optional
-        What to draw and how; without it a scene is suggested for the field's values.
+        What to draw and how; without it a scene is suggested for the field's values. One that names a field alone, or
+        to which `field` gives another, has the look of the suggestion.
     view : str, optional
         The one to draw of a scene with several [[views]].
     lon, lat : float, optional
@@ -253,8 +284,9 @@ def render(
 
     Examples
     --------
-    >>> image = icoray.render(xarray.open_dataset("mpas.nc"), "theta", time=2)  # doctest: +SKIP
-    >>> image.save("theta.png")  # doctest: +SKIP
+    >>> import icoray
+    >>> image = icoray.render(icoray.sample(), "theta", time=1, size=(320, 256))
+    >>> image.save("theta.png")
     """
     return _opened(data, mesh).render(field, renderer=renderer, progress=progress, **options)
 

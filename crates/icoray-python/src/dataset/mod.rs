@@ -1,6 +1,7 @@
 //! Datasets of xarray and uxarray: what `icoray.open` returns.
 
 mod request;
+pub(crate) mod sample;
 mod source;
 #[cfg(feature = "live")]
 mod view;

@@ -33,7 +33,6 @@ impl<'py> Request<'py> {
     pub fn time(&self, dataset: &Dataset) -> PyResult<usize> {
         let text = match self.given.get_item("time")? {
             Some(time) => time.str()?.to_string(),
-            None if self.given.contains("scene")? => "0".into(),
             None => "-1".into(),
         };
         let selection: TimeSelection = text.parse().map_err(|e| argument(format!("time: {text:?}: {e}")))?;
@@ -53,11 +52,15 @@ impl<'py> Request<'py> {
         let view: Option<String> = self.get("view")?;
         let text = match self.given.get_item("scene")? {
             Some(given) => {
-                self.expect_none(&["field", "colormap", "range", "surface"])?;
-                match given.cast::<Scene>() {
+                self.expect_none(&["colormap", "range", "surface"])?;
+                let text = match given.cast::<Scene>() {
                     Ok(scene) => scene.get().text().to_owned(),
                     Err(_) => scene::read(&given)?.0,
-                }
+                };
+                let (field, layers) = (self.get::<String>("field")?, self.layers);
+                renderer.draw(py, None, move |inner| {
+                    opened.dataset.completed_scene((opened.grid(), inner), (&text, field.as_deref()), time, &layers)
+                })?
             }
             None => self.suggested(py, opened, renderer, time)?,
         };

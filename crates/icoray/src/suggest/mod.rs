@@ -36,6 +36,7 @@
 //! ```
 
 mod aim;
+mod completed;
 mod look;
 mod numbers;
 mod shells;
@@ -45,6 +46,7 @@ mod tests;
 mod text;
 
 use aim::{Aim, Region};
+pub use completed::completed;
 use icoray_grid::Grid;
 use icoray_grid::Layers;
 use icoray_grid::{CenterField, Field, Location};

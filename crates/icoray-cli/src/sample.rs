@@ -1,0 +1,28 @@
+//! `icoray sample`: a file to try the other commands on.
+
+use crate::failure::CommandResult;
+use crate::render::ExistingFiles;
+use icoray::output::Existing;
+use icoray_dataset::Sample;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Arguments of `icoray sample`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The file (.nc)
+    #[arg(value_name = "SAMPLE.nc")]
+    output: PathBuf,
+    /// What is done with a file of the same name
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
+    existing: ExistingFiles,
+}
+
+/// Writes the file and prints a command that draws it.
+pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
+    Existing::from(args.existing).check(&args.output)?;
+    icoray_netcdf::write_sample(&args.output, &Sample::new()?)?;
+    let path = args.output.display();
+    writeln!(out, "sample    {path}; icoray render {path} draws it")?;
+    Ok(())
+}
