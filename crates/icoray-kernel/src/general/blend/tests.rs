@@ -1,4 +1,5 @@
 use super::*;
+use crate::lit::HALVINGS;
 use crate::transfer::KernelKnot;
 use glam::DVec3;
 use icoray_test_support::{Random, count};
@@ -188,7 +189,8 @@ fn the_panels_of_a_piece_are_bounded() {
             1.0,
             &mut BlendBuffers::default(),
         );
-        assert!(places.get() <= 2 * MAX_PANELS + 2, "{} places", places.get());
+        let most = 2 * (HALVINGS[0] + HALVINGS[1]) as usize + 3;
+        assert!(places.get() <= most, "{} places", places.get());
         assert!(light.alpha.is_finite() && light.error.is_finite(), "{light:?}");
     }
 }
