@@ -50,6 +50,23 @@ impl<'t> Slopes<'t> {
         [course_of(way, &low, &high, 0), course_of(way, &low, &high, 1), course_of(way, &low, &high, 2)]
     }
 
+    /// How many times larger a gradient at a vertex is than that at an end of the frustum, `course`: as much more does
+    /// rounding turn the normal.
+    #[inline(always)]
+    pub fn cancelled<V: Machine>(&self, simd: V, lanes: &Lanes<V>, course: &[Course<V>; 3]) -> Floats<V> {
+        let (Slopes::Whole(_, layers) | Slopes::Packed(_, layers)) = *self else { return all(simd, 1.0) };
+        let (zero, layers) = (all(simd, 0.0), number(simd, layers));
+        let largest = |vector: Vectors<V>| vector[0].abs().max(vector[1].abs()).max(vector[2].abs());
+        let mut most = zero;
+        for cell in lanes.cells {
+            let upper = cell * layers + lanes.gap;
+            most = most.max(largest(self.at(simd, upper - 1))).max(largest(self.at(simd, upper)));
+        }
+        let [x, y, z] = course;
+        let least = largest([x[0], y[0], z[0]]).min(largest([x[1], y[1], z[1]]));
+        (most / least.max(f32::MIN_POSITIVE)).max(1.0)
+    }
+
     /// Starts to fetch the gradient at `layer` over a cell.
     #[inline(always)]
     pub fn prefetch(&self, cell: u32, layer: u32) {
@@ -150,6 +167,8 @@ pub(super) struct Lit<V: Machine> {
     pub from: Floats<V>,
     /// The part of a piece that is to be taken.
     pub fraction: Floats<V>,
+    /// What [`Slopes::cancelled`] says of the frustum, where it is asked.
+    pub cancelled: Floats<V>,
     /// How often pieces of the frustum were halved.
     halvings: Floats<V>,
     pub light: Vectors<V>,
@@ -166,6 +185,7 @@ impl<V: Machine> Lit<V> {
             eps: zero,
             from: zero,
             fraction: zero,
+            cancelled: all(simd, 1.0),
             halvings: zero,
             light: none,
             halfway: none,
@@ -355,14 +375,20 @@ impl<V: Machine> Lit<V> {
 impl<V: Machine> Shade<V> {
     /// `light` of a piece under this shade, as [`RayShading::apply`].
     #[inline(always)]
-    pub fn apply(&self, simd: V, common: &RayShading<f32>, piece: &Piece<'_, V>, light: &mut Light<V>) {
+    pub fn apply(
+        &self,
+        simd: V,
+        common: &RayShading<f32>,
+        (piece, cancelled): (&Piece<'_, V>, Floats<V>),
+        light: &mut Light<V>,
+    ) {
         let rise = (piece.part.f1 - piece.part.f0) * self.tilt;
         for k in 0..3 {
             let added = rise.mul_add(piece.medium.color_slope[k], self.highlight);
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
         light.error = light.error.mul_add(self.body, light.alpha * self.off);
-        let deviation = light.alpha * common.deviation;
+        let deviation = light.alpha * cancelled * common.deviation;
         let scale = self.body.max(all(simd, 1.0));
         light.variance = light.variance * scale * scale + deviation * deviation;
     }

@@ -56,7 +56,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         self.lanes.span = pieces.span;
         let medium = self.tables.spans.medium(simd, pieces.span);
         if N == 4 {
-            self.enter_light(crossing, &pieces, &medium, new & active);
+            scalar |= self.enter_light(crossing, &pieces, &medium, new & active);
         }
         let cut = self.lit.fraction.simd_lt(1.0).to_bitmask() as u32 & active & !scalar;
         if cut != 0 {
@@ -100,16 +100,31 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         self.end(active);
     }
 
-    /// Reads the gradients along the frusta of the lanes `new`, if any of them shows.
+    /// Reads the gradients along the frusta of the lanes `new`, if any of them shows. Returns those whose normals only
+    /// double precision knows, where there is a general kernel.
     #[inline(always)]
-    fn enter_light(&mut self, crossing: &Crossing<V, L::End<V>>, pieces: &Pieces<V>, medium: &Medium<V>, new: u32) {
-        let simd = self.simd;
+    fn enter_light(
+        &mut self,
+        crossing: &Crossing<V, L::End<V>>,
+        pieces: &Pieces<V>,
+        medium: &Medium<V>,
+        new: u32,
+    ) -> u32 {
+        let (simd, mut scalar) = (self.simd, 0);
         let is_dark = medium.extinction.simd_le(0.0) & medium.slope.simd_eq(0.0);
         let seen = new & ((!is_dark).to_bitmask() as u32 | pieces.more);
         if seen != 0 {
             let course = self.tables.slopes.read(simd, &self.lanes, &L::way(&self.lanes, crossing));
             self.lit.course.put(mask::<V>(simd, new), course);
+            if self.tracer.needs_sizes {
+                let cancelled = self.tables.slopes.cancelled(simd, &self.lanes, &course);
+                self.lit.cancelled = mask::<V>(simd, new).select(cancelled, self.lit.cancelled);
+                if self.scene.is_some() {
+                    scalar = cancelled.simd_gt(FAR).to_bitmask() as u32 & new;
+                }
+            }
         }
+        scalar
     }
 
     /// Lights the pieces of the lanes `taken`; returns those whose rays cannot afford the error of their shades.
@@ -130,7 +145,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let Some(common) = self.shading.as_ref().filter(|_| shown != 0) else { return 0 };
         let piece = Piece { part, medium, ends: integral.ends, range, eps };
         let shade = self.lit.shade(simd, common, &piece);
-        shade.apply(simd, common, &piece, light);
+        shade.apply(simd, common, (&piece, self.lit.cancelled), light);
         if self.tracer.is_coarse {
             return 0;
         }

@@ -227,7 +227,7 @@ impl<V: Machine> Way<V> for ConcentricWay<V> {
     }
 }
 
-/// Frusta with values beyond this at a vertex are left to the general kernel where there is one: rounding moves what is
+/// Frusta with values beyond this at a vertex, or gradients so many times larger than their own, are left to the general kernel where there is one: rounding moves what is
 /// seen in them.
 pub(super) const FAR: f32 = 64.0;
 

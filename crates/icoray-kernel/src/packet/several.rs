@@ -29,6 +29,8 @@ struct VolumeTable<'t> {
     extinction: usize,
     color: usize,
     slopes: Slopes<'t>,
+    /// [`Spans::needs_sizes`](crate::transfer::Spans::needs_sizes) of the extinction's field.
+    needs_sizes: bool,
 }
 
 impl<'t> VolumeTables<'t> {
@@ -41,12 +43,14 @@ impl<'t> VolumeTables<'t> {
         }
         let mut tables = Vec::new();
         for ([extinction, color], medium) in volumes.maps_of.iter().copied().zip(&general.scene.media) {
-            let gradients = general.scene.sources[medium.extinction.source].gradients().values();
+            let source = &general.scene.sources[medium.extinction.source];
+            let gradients = source.gradients().values();
             let slopes = match general.shading {
                 Some(_) => Slopes::new(gradients, layers)?,
                 None => Slopes::None,
             };
-            tables.push(VolumeTable { extinction, color, slopes });
+            let needs_sizes = volumes.maps[extinction].spans.needs_sizes(source.value_range());
+            tables.push(VolumeTable { extinction, color, slopes, needs_sizes });
         }
         Some(VolumeTables { maps, volumes: tables })
     }
@@ -167,16 +171,30 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         (upto, steps)
     }
 
-    /// Reads the gradients along the frusta of the lanes `new`, of the volumes that any of them shows.
+    /// Reads the gradients along the frusta of the lanes `new`, of the volumes that any of them shows. Returns those whose
+    /// normals only double precision knows.
     #[inline(always)]
-    fn enter_light<L: Layers>(&mut self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, L::End<V>>, new: u32) {
+    fn enter_light<L: Layers>(
+        &mut self,
+        simd: V,
+        lanes: &Lanes<V>,
+        crossing: &Crossing<V, L::End<V>>,
+        new: u32,
+    ) -> u32 {
+        let mut scalar = 0;
         for (volume, course) in self.tables.volumes.iter().zip(&mut self.courses) {
             let map = &self.maps[volume.extinction];
             let is_dark = map.is_dark() & map.pieces.upto.simd_eq(1.0);
             if new & (!is_dark).to_bitmask() as u32 != 0 {
-                course.put(mask::<V>(simd, new), volume.slopes.read(simd, lanes, &L::way(lanes, crossing)));
+                let read = volume.slopes.read(simd, lanes, &L::way(lanes, crossing));
+                course.put(mask::<V>(simd, new), read);
+                if volume.needs_sizes {
+                    let cancelled = volume.slopes.cancelled(simd, lanes, &read);
+                    scalar |= cancelled.simd_gt(FAR).to_bitmask() as u32 & new;
+                }
             }
         }
+        scalar
     }
 
     /// The volumes that any of the `active` lanes shows, at the places of the pieces; false where there are none.
@@ -233,7 +251,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         scalar |= steps & new;
         active &= !scalar;
         if N == 4 {
-            volumes.enter_light::<L>(simd, &self.lanes, crossing, new & active);
+            scalar |= volumes.enter_light::<L>(simd, &self.lanes, crossing, new & active);
+            active &= !scalar;
         }
         let from = self.lit.from;
         let to = upto.mul_add(all(simd, 1.0) - from, from);
