@@ -13,6 +13,8 @@ pub(super) struct SpanTables<'t> {
     numbers: Rows<'t, NUMBERS>,
     first: Table<'t, u32>,
     origin: f32,
+    /// The largest extinction.
+    pub densest: f32,
     /// Whether there are steps or narrow spans, whose edges only scalar code crosses.
     pub has_steps: bool,
 }
@@ -36,7 +38,8 @@ impl<'t> SpanTables<'t> {
         let ends = Rows::new([&rows.low, &rows.high])?;
         let numbers = Rows::new(std::array::from_fn(|k| rows.numbers[k].as_slice()))?;
         let first = Table::new(&rows.first)?;
-        Some(SpanTables { ends, numbers, first, origin: rows.origin, has_steps: spans.has_steps() })
+        let densest = spans.all().iter().fold(0.0f32, |most, span| most.max(span.extinction));
+        Some(SpanTables { ends, numbers, first, origin: rows.origin, densest, has_steps: spans.has_steps() })
     }
 
     /// The span of the value of each lane of `lanes`, the upper one where it lies on a knot, searched from `near`.

@@ -42,6 +42,9 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             self.counts.void_frusta += u64::from(void.count_ones());
             active &= !void;
             scalar = beyond;
+            if self.tracer.needs_sizes && self.scene.is_none() {
+                self.add_displacement(&part, new & !void);
+            }
             if self.scene.is_some() {
                 scalar |= self.lanes.size.simd_gt(FAR).to_bitmask() as u32 & new & !void;
             }
@@ -98,6 +101,18 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             self.scalar_frusta(scalar, crossing);
         }
         self.end(active);
+    }
+
+    /// Adds what rounding may do to new frusta with values far beyond those that are seen: it moves a part of them into
+    /// or out of any span.
+    #[inline(never)]
+    fn add_displacement(&mut self, part: &Part<V>, new: u32) {
+        let (simd, size) = (self.simd, self.lanes.size);
+        let far = mask::<V>(simd, new) & size.simd_gt(FAR);
+        let reach = part.reach(size);
+        let moved = part.length * self.tables.spans.densest * reach / (reach + (part.f1 - part.f0).abs());
+        let off = moved.min(1.0) * (all(simd, 1.0) - self.lanes.alpha);
+        self.lanes.variance = far.select(off.mul_add(off, self.lanes.variance), self.lanes.variance);
     }
 
     /// Reads the gradients along the frusta of the lanes `new`, if any of them shows. Returns those whose normals only
