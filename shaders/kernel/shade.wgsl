@@ -135,7 +135,9 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
 
 // The gradients of devices are not packed.
 fn ray_shading_deviation(s: RayShading) -> f32 {
-    return 0.5 * ROUNDING * s.sharpness;
+    // Rounding of the shade, and of gradients that are stored in single precision.
+    let highlight = 0.61 * sqrt(s.shininess) * s.specular;
+    return 0.5 * ROUNDING * sqrt(s.sharpness * s.sharpness + s.diffuse * s.diffuse + highlight * highlight);
 }
 
 fn ray_shading_apply(s: RayShading, light: Radiance, mean: MeanShade, change: vec3f) -> Radiance {
