@@ -34,7 +34,7 @@ static void drawn(icoray_ctx *ctx, int step, Field f, int rank, const int64_t *d
 
 void ndarrays(const char *directory)
 {
-    enum { F32 = ICORAY_F32, F64 = ICORAY_F64, AT = ICORAY_CENTER, L = LAYERS, P = 16, GROUPS = 3 };
+    enum { F32 = ICORAY_F32, F64 = ICORAY_F64, AT = ICORAY_CENTER, L = LAYERS, P = 8, GROUPS = 3 };
     static const char *const groups[GROUPS] = {"plain", "corner", "midway"};
     icoray_ctx *ctx = context(directory, "ndarrays", 2);
     for (int group = 0; group < GROUPS; group++) {

@@ -72,7 +72,7 @@ impl Sample {
     /// Computes the sample: about 2 MB.
     ///
     /// # Errors
-    /// [`ErrorKind::OutOfMemory`](icoray::ErrorKind::OutOfMemory) where the mesh does not fit.
+    /// [`icoray::ErrorKind::Memory`] where the mesh does not fit.
     pub fn new() -> icoray::Result<Self> {
         let mesh = IcosahedralMesh::new(LEVEL)?;
         let dimensions = vec![

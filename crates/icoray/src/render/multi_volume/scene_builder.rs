@@ -209,7 +209,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                     part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
                 }
             }
-            sources.push(FieldSource::new(field, plan.falling, light, cuts, self.context.range(number).0));
+            let value_range = renderer.run(|| self.context.range(number).0);
+            sources.push(FieldSource::new(field, plan.falling, light, cuts, value_range));
             keys.push(key);
         }
         Ok((sources, keys))
