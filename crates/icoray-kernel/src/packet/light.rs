@@ -199,6 +199,7 @@ impl<V: Machine> Lit<V> {
         self.from = new.select(all(simd, 0.0), self.from);
         self.fraction = new.select(all(simd, 1.0), self.fraction);
         self.halvings = new.select(all(simd, 0.0), self.halvings);
+        self.cancelled = new.select(all(simd, 1.0), self.cancelled);
     }
 
     /// Lanes whose pieces, which end at `to` of the frustum, may be halved.

@@ -12,7 +12,8 @@ pub(super) struct SpanTables<'t> {
     ends: Rows<'t, 2>,
     numbers: Rows<'t, NUMBERS>,
     first: Table<'t, u32>,
-    origin: f32,
+    /// The first knot.
+    pub origin: f32,
     /// The largest extinction.
     pub densest: f32,
     /// Whether there are steps or narrow spans, whose edges only scalar code crosses.

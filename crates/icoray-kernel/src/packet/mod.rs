@@ -443,9 +443,6 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         ray.light = self.lanes.light(lane);
         ray.min_transmittance = self.min_transmittance[lane];
         ray.size = self.lanes.size[lane];
-        if let Some(shading) = &mut ray.shading {
-            shading.deviation *= self.lit.cancelled[lane];
-        }
         Some(ray)
     }
 }

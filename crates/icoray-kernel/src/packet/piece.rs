@@ -43,7 +43,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             active &= !void;
             scalar = beyond;
             if self.tracer.needs_sizes && self.scene.is_none() {
-                self.add_displacement(&part, new & !void);
+                self.add_displacement(&part, self.tables.source.ends(simd, &vertices), new & !void);
             }
             if self.scene.is_some() {
                 scalar |= self.lanes.size.simd_gt(FAR).to_bitmask() as u32 & new & !void;
@@ -104,11 +104,11 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     }
 
     /// Adds what rounding may do to new frusta with values far beyond those that are seen: it moves a part of them into
-    /// or out of any span.
+    /// or out of any span, unless all values at the vertices lie on one side of the knots.
     #[inline(never)]
-    fn add_displacement(&mut self, part: &Part<V>, new: u32) {
-        let (simd, size) = (self.simd, self.lanes.size);
-        let far = mask::<V>(simd, new) & size.simd_gt(FAR);
+    fn add_displacement(&mut self, part: &Part<V>, [least, most]: [Floats<V>; 2], new: u32) {
+        let (simd, size, first) = (self.simd, self.lanes.size, self.tables.spans.origin);
+        let far = mask::<V>(simd, new) & size.simd_gt(FAR) & least.simd_lt(first + 1.0) & most.simd_gt(first);
         let reach = part.reach(size);
         let moved = part.length * self.tables.spans.densest * reach / (reach + (part.f1 - part.f0).abs());
         let off = moved.min(1.0) * (all(simd, 1.0) - self.lanes.alpha);

@@ -166,11 +166,17 @@ impl<'t> Source<'t> {
     /// a column's weights, which all of its frusta share, are those that count there.
     #[inline(always)]
     pub fn size<V: Machine>(&self, simd: V, vertices: &Vertices<V>) -> Floats<V> {
-        let Vertices { low: [a, b, c], high: [d, e, f] } = *vertices;
-        let (least, most) = (a.min(b).min(c).min(d).min(e).min(f), a.max(b).max(c).max(d).max(e).max(f));
-        let [least, most] = [least, most].map_inline(|value| self.normal(simd, value).abs());
-        let size = least.max(most);
+        let [least, most] = self.ends(simd, vertices);
+        let size = least.abs().max(most.abs());
         size.max(size + size - 1.0)
+    }
+
+    /// The least and the greatest of the normalised values at the vertices.
+    #[inline(always)]
+    pub fn ends<V: Machine>(&self, simd: V, vertices: &Vertices<V>) -> [Floats<V>; 2] {
+        let Vertices { low: [a, b, c], high: [d, e, f] } = *vertices;
+        let ends = [a.min(b).min(c).min(d).min(e).min(f), a.max(b).max(c).max(d).max(e).max(f)];
+        ends.map_inline(|value| self.normal(simd, value))
     }
 
     /// A value at a vertex, normalised.
