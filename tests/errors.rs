@@ -2,6 +2,7 @@
 //!
 //! The oracle integrates the same interpolant to ten digits by other means; every pixel of every picture is compared.
 
+use glam::DVec3;
 use icoray::{Certainty, Frame, Lights, Precision, Renderer, Scene};
 use icoray_study::methods::Job;
 use icoray_study::oracle;
@@ -130,6 +131,23 @@ fn decades_are_as_near_as_other_knots() {
         let [off, bound, worst, most] = look.check(tolerance, Precision::F64);
         assert!(bound < look.most * off.max(3e-8), "{bound:e} admitted, {off:e} off");
         assert!(worst <= tolerance + 6e-8 && most <= tolerance + 6e-8, "{worst:e} off, {most:e} admitted");
+    }
+}
+
+/// Values over decades keep their digits in f32, also about 0, and what is admitted follows these.
+#[test]
+fn fields_over_decades_admit_in_f32_what_rounding_does_to_them() {
+    let positive = |p: DVec3| 10f64.powf(3.0 * multi_scale(p).clamp(-1.0, 1.0) - 3.0);
+    let both = |p: DVec3| if p.y > 0.0 { positive(p) } else { -positive(p) };
+    let mirrored = DECADES.replace("value = 0, color", "value = -1, color = \"navy\", extinction = 7 }, { value = -1e-3, color = \"cyan\", extinction = 4 }, { value = 0, color");
+    for (name, knots, sphere) in [
+        ("log", DECADES, Sphere::new(4, 20, [1.0, 1.15], positive).unwrap()),
+        ("symlog", &mirrored, Sphere::new(4, 20, [1.0, 1.15], both).unwrap()),
+    ] {
+        let look = Look::new(name, &sphere, scene(96, FAR, knots, ""));
+        let [off, bound, worst, _] = look.check(1e-3, Precision::F32);
+        assert!(bound < look.most * off.max(1e-7), "{name}: {bound:e} admitted, {off:e} off");
+        assert!(worst <= 1e-3 + 1e-6, "{name}: {worst:e}");
     }
 }
 

@@ -66,9 +66,13 @@ struct Lit {
     interpolant: FrustumInterpolant,
 }
 
+// Most halvings of a piece at its start, and how many more there may be by its end.
+const HALVINGS_AT_START: f32 = 500.0;
+const HALVINGS_ALONG: f32 = 1500.0;
+
 // Whether a part that ends at `done` of its piece, or of its frustum, may be halved after so many halvings.
 fn may_halve(halvings: u32, done: f32) -> bool {
-    return f32(halvings) < 500.0 + 1500.0 * done;
+    return f32(halvings) < HALVINGS_AT_START + HALVINGS_ALONG * done;
 }
 
 // Most of `lighting.most_cuts`.

@@ -45,7 +45,7 @@ impl Budget {
         1.0 - absorbed > FAINTEST
     }
 
-    /// The same, of rays that reach all surfaces that are seen, whatever the tolerance.
+    /// This budget for rays that reach all surfaces that are seen, whatever the tolerance.
     #[inline]
     pub fn with_surfaces(self) -> Self {
         Budget { min_transmittance: self.min_transmittance.min(0.5 * FAINTEST), ..self }

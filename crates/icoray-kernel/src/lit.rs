@@ -118,14 +118,15 @@ pub fn spare<T: Real>(light: &Radiance<T>, color_tolerance: T) -> T {
 /// Part of the tolerance of all colours that the first pieces of a ray may spend before they have earned it.
 pub const ADVANCE: f64 = 0.1;
 
-/// Most halvings of a piece, whose parts are `HALVINGS[0]` and more by `HALVINGS[1]` of the way along it: what is hard at
-/// its start leaves something for the rest. What is not reached is in the error.
-pub const HALVINGS: [f64; 2] = [500.0, 1500.0];
+/// Most halvings of a piece at its start; what is hard there leaves something for the rest.
+pub const HALVINGS_AT_START: f64 = 500.0;
+/// How many more there may be by its end. What is not reached is in the error.
+pub const HALVINGS_ALONG: f64 = 1500.0;
 
 /// Whether a part that ends at `done` of its piece, 0 to 1, may be halved after so many halvings.
 #[inline(always)]
 pub fn may_halve(halvings: u32, done: f64) -> bool {
-    f64::from(halvings) < HALVINGS[0] + HALVINGS[1] * done
+    f64::from(halvings) < HALVINGS_AT_START + HALVINGS_ALONG * done
 }
 
 /// What is left to the parts of a piece that are to come.

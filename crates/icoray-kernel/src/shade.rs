@@ -103,8 +103,9 @@ impl Shading {
     }
 
     /// Standard deviation of a shade: what rounding of the shade gives to it, the more the sharper the highlight is, and
-    /// what rounding of gradients does, which are stored in single precision or packed. A normal that turns by a small angle changes the body by `diffuse` times
-    /// that at most, the highlight by `0.61 √shininess specular` times that, but hardly ever both.
+    /// what rounding of gradients does, which are stored in single precision or packed. A normal that turns by a small
+    /// angle changes the body by `diffuse` times that at most, the highlight by `0.61 √shininess specular` times that, but
+    /// hardly ever both.
     #[inline]
     pub fn deviation<T: Real>(&self) -> f64 {
         let rounded = 0.5 * T::ROUNDING * self.shininess.max(4.0);

@@ -238,7 +238,7 @@ impl<T: Real> Spans<T> {
     #[inline]
     pub fn needs_sizes(&self, values: Option<[f64; 2]>) -> bool {
         let [low, high] = self.range;
-        let is_far = |value: f64| ((value - low) / (high - low)).abs() > FAR;
+        let is_far = |value: f64| ((value - low) / (high - low)).abs() > OUTSIDE;
         self.has_steps || values.is_some_and(|ends| ends.into_iter().any(is_far))
     }
 
@@ -313,8 +313,8 @@ fn origin(knots: &[KernelKnot], width: f64) -> f64 {
 
 /// The part of the range of knots below which a span is a spike or a step rather than a part of a ramp.
 const NARROW: f64 = 1e-3;
-/// A normalised value that is far from those of the knots, which are at most 1 in size.
-const FAR: f64 = 4.0;
+/// A normalised value that is far outside of those of the knots, which are at most 1 in size.
+const OUTSIDE: f64 = 4.0;
 /// Spans narrower than this many last digits are steps too.
 const STEP: f64 = 2000.0;
 /// The steps between `spans`: values at which extinction or colour changes within rounding's reach.

@@ -173,6 +173,8 @@ fn constants_are_those_of_rust() {
         ("THIN", mirror::THIN),
         ("MAX_PANELS", mirror::MAX_PANELS as f32),
         ("MAX_CUTS", mirror::MAX_CUTS as f32),
+        ("HALVINGS_AT_START", mirror::HALVINGS[0] as f32),
+        ("HALVINGS_ALONG", mirror::HALVINGS[1] as f32),
     ] {
         assert_eq!(constant(module, name), f64::from(value), "{name}");
     }

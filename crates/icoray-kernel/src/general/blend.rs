@@ -6,8 +6,8 @@
 //! the ray ends. With lighting, each medium has one shade in a panel, that of its mean normal, as in the kernel of one
 //! field ([`RayShading::mean`]); where its light is centred is known from what it absorbs at the three places.
 //!
-//! The work is bounded by [`may_halve`], and what rounding does to values is not halved. The
-//! error of the panels that are left is told.
+//! The work is bounded by [`may_halve`], and what rounding does to values is not halved. The error of the panels that are
+//! left is told.
 
 use super::mean_color::{MeanColor, Mixture, Panel};
 use super::source::TransferMap;

@@ -12,8 +12,8 @@
 //! `8/105 (a4 e2 + a3 e3 + a2 e4 + a1 e2 e3)`, which does not vanish by accident, as a difference of two rules does. What
 //! is absorbed is known without the rule: by as much as the rule misses it, colours that differ may be mixed otherwise.
 //! The sum is no bound, but of 50,000 panels of random media none was beyond it, and it was 26 times the truth in the
-//! median (`blend/tests.rs`). Where optical depth is large and colours differ, it is larger than the difference of the colours,
-//! which then stands for it.
+//! median (`blend/tests.rs`). Where optical depth is large and colours differ, it is larger than the difference of the
+//! colours, which then stands for it.
 
 use icoray_grid::array::MapInline;
 

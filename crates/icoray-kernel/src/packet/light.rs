@@ -7,7 +7,7 @@ use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{Course, Vertices};
 use super::turn::{Spread, Turns, Vectors};
-use crate::lit::{ADVANCE, HALVINGS};
+use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
 use crate::shade::RayShading;
 use fearless_simd::prelude::*;
 use icoray_grid::gradient::Gradients;
@@ -205,7 +205,7 @@ impl<V: Machine> Lit<V> {
     /// Lanes whose pieces, which end at `to` of the frustum, may be halved.
     #[inline(always)]
     pub fn may_halve(&self, to: Floats<V>) -> Mask<V> {
-        let most = to * HALVINGS[1] as f32 + HALVINGS[0] as f32;
+        let most = to * HALVINGS_ALONG as f32 + HALVINGS_AT_START as f32;
         self.fraction.simd_gt(LEAST_FRACTION) & self.halvings.simd_lt(most)
     }
 

@@ -135,7 +135,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
                 let cancelled = self.tables.slopes.cancelled(simd, &self.lanes, &course);
                 self.lit.cancelled = mask::<V>(simd, new).select(cancelled, self.lit.cancelled);
                 if self.scene.is_some() {
-                    scalar = cancelled.simd_gt(FAR).to_bitmask() as u32 & new;
+                    scalar = cancelled.simd_gt(FAR).to_bitmask() as u32 & seen;
                 }
             }
         }

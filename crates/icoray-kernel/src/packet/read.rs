@@ -233,8 +233,8 @@ impl<V: Machine> Way<V> for ConcentricWay<V> {
     }
 }
 
-/// Frusta with values beyond this at a vertex, or gradients so many times larger than their own, are left to the general kernel where there is one: rounding moves what is
-/// seen in them.
+/// Frusta with values beyond this at a vertex, or gradients so many times larger than their own, are left to the general
+/// kernel where there is one: rounding moves what is seen in them.
 pub(super) const FAR: f32 = 64.0;
 
 /// A value is beyond all bounds where the sum of the sizes of a course's numbers is more than this.

@@ -185,12 +185,13 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         for (volume, course) in self.tables.volumes.iter().zip(&mut self.courses) {
             let map = &self.maps[volume.extinction];
             let is_dark = map.is_dark() & map.pieces.upto.simd_eq(1.0);
-            if new & (!is_dark).to_bitmask() as u32 != 0 {
+            let seen = new & (!is_dark).to_bitmask() as u32;
+            if seen != 0 {
                 let read = volume.slopes.read(simd, lanes, &L::way(lanes, crossing));
                 course.put(mask::<V>(simd, new), read);
                 if volume.needs_sizes {
                     let cancelled = volume.slopes.cancelled(simd, lanes, &read);
-                    scalar |= cancelled.simd_gt(FAR).to_bitmask() as u32 & new;
+                    scalar |= cancelled.simd_gt(FAR).to_bitmask() as u32 & seen;
                 }
             }
         }

@@ -8,3 +8,14 @@ fn no_pixel_of_random_scenes_is_beyond_its_error() {
     // The scenes are printed to the output, which an error does not carry.
     printed.unwrap_or_else(|e| panic!("{e}; icoray-study error --random 300 --seed 1 prints the scenes"));
 }
+
+/// Scenes that were wrong once: frames that did not end; a surface on the outermost layer along the axis; a smaller
+/// tolerance that made a picture worse; a core with two shades; fields that reach far beyond their transfer functions,
+/// unlit and lit; values over decades; last digits of lit isosurfaces.
+#[test]
+fn random_scenes_that_were_wrong_are_right() {
+    for seed in [274, 631, 1012, 807, 727, 1328, 3797, 4604, 1087, 5047, 357, 221, 2566, 1447, 79] {
+        let printed = study(["error", "--random", "1", "--seed", &seed.to_string()].into_iter());
+        printed.unwrap_or_else(|e| panic!("{e}; icoray-study error --random 1 --seed {seed} prints the scene"));
+    }
+}

@@ -6,7 +6,7 @@ pub mod light;
 
 use super::Span;
 use icoray_grid::real::Real;
-use icoray_kernel::lit::Lit;
+use icoray_kernel::lit::{HALVINGS_ALONG, HALVINGS_AT_START, Lit};
 use icoray_kernel::piece;
 use icoray_kernel::piece::{ErrorBudget, Radiance};
 use icoray_kernel::segment::Segment;
@@ -22,7 +22,9 @@ pub const SURFACE: f32 = <f32 as Real>::SURFACE as f32;
 pub const THIN: f32 = piece::THIN as f32;
 /// The most panels of equal length that a piece is integrated in.
 pub const MAX_PANELS: usize = piece::MAX_PANELS;
-/// How often a piece is halved for its light.
+/// How often a piece is halved at its start, and how many times more by its end.
+pub const HALVINGS: [f64; 2] = [HALVINGS_AT_START, HALVINGS_ALONG];
+/// How deep the halves of a piece are nested for its light.
 pub const MAX_CUTS: u32 = Lit::<f32, 4>::MAX_CUTS;
 
 /// `Segment::value`.

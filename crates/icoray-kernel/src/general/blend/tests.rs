@@ -1,5 +1,5 @@
 use super::*;
-use crate::lit::HALVINGS;
+use crate::lit::{HALVINGS_ALONG, HALVINGS_AT_START};
 use crate::transfer::KernelKnot;
 use glam::DVec3;
 use icoray_test_support::{Random, count};
@@ -189,7 +189,7 @@ fn the_panels_of_a_piece_are_bounded() {
             1.0,
             &mut BlendBuffers::default(),
         );
-        let most = 2 * (HALVINGS[0] + HALVINGS[1]) as usize + 3;
+        let most = 2 * (HALVINGS_AT_START + HALVINGS_ALONG) as usize + 3;
         assert!(places.get() <= most, "{} places", places.get());
         assert!(light.alpha.is_finite() && light.error.is_finite(), "{light:?}");
     }
