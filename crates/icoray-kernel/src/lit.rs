@@ -156,7 +156,7 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
     pub const MAX_CUTS: u32 = 20;
 
     /// The light of `piece`, which is `range` of the interpolant, where the ray has [`spare`] error to spend. The piece
-    /// is cut until it can be afforded, with at most `cuts` nested cuts and [`HALVINGS`].
+    /// is cut until it can be afforded, with at most `cuts` nested cuts and as many halvings as [`may_halve`] allows.
     #[inline]
     pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: T) -> Radiance<T> {
         self.part(piece, range, cuts, &mut Rest { spare, halvings: 0, range })
