@@ -92,7 +92,8 @@ fn ray_shading_mean_body(s: RayShading, turn: NormalTurn, color: ColorChange) ->
     let part = beyond / (reach + reach + LEAST);
     let forward = select(centre, -centre, sign * cosine.rise < 0.0);
     let kink = beyond * part * (1.0 - forward * (6.0 - 4.0 * part));
-    let body = s.ambient + s.diffuse * (level + kink);
+    // Rules that do not hold must not leave the range of what they approximate.
+    let body = s.ambient + s.diffuse * clamp(level + kink, 0.0, 1.0);
     let tilt = select(sign * cosine.rise * normal_turn_variance(turn) * s.diffuse, 0.0, crosses);
     let bend = abs(cosine.bend);
     let unsure = turn.spread.error_bound;
@@ -114,7 +115,7 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     let variance = cosine.rise * cosine.rise * normal_turn_variance(turn) + cosine.bend * cosine.bend * (1.0 / 45.0);
     let inverse = 1.0 / max(max(level * level, reach * reach), LEAST);
     let bent = 1.0 + 0.5 * sharp * (sharp - 1.0) * variance * inverse;
-    let highlight = min(power(level, sharp) * bent, 1.0);
+    let highlight = clamp(power(level, sharp) * bent, 0.0, 1.0);
     let x2 = sharp * turn.angle2;
     let root = sqrt(sharp);
     let x = root * turn.angle;

@@ -170,7 +170,8 @@ impl<T: Real> RayShading<T> {
         let part = beyond / (reach + reach + T::min_positive_value());
         let forward = if sign * cosine.rise < zero { -centre } else { centre };
         let kink = beyond * part * (T::one() - forward * (T::of(6.0) - T::of(4.0) * part));
-        let body = self.ambient + self.diffuse * (level + kink);
+        // Rules that do not hold must not leave the range of what they approximate.
+        let body = self.ambient + self.diffuse * (level + kink).max(zero).min(T::one());
         let tilt = if crosses { zero } else { sign * cosine.rise * turn.variance() * self.diffuse };
         let (bend, swing) = (cosine.bend.abs(), cosine.swing());
         let unsure = turn.spread.error_bound;
@@ -194,7 +195,7 @@ impl<T: Real> RayShading<T> {
         let variance = cosine.rise * cosine.rise * turn.variance() + cosine.bend * cosine.bend * T::of(1.0 / 45.0);
         let inverse = one / (level * level).max(reach * reach).max(T::min_positive_value());
         let bent = one + T::of(0.5) * s * (s - one) * variance * inverse;
-        let highlight = (level.power(s) * bent).min(one);
+        let highlight = (level.power(s) * bent).max(zero).min(one);
         // Angles in widths of the highlight.
         let (x2, root) = (s * turn.angle2, s.sqrt());
         let x = root * turn.angle;

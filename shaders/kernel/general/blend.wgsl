@@ -65,23 +65,25 @@ struct ShadedColors {
     off: f32,
 }
 
-// `through` is the transmittance in the middle and at the end; `at` are the gradients at the three places.
+// `through` is the transmittance in the middle and at the end, `unseen` the relative error of what all volumes absorb at
+// the three places; `at` are the gradients there.
 fn volume_shade(
     shading: RayShading,
     piece: VolumePiece,
     extinction: vec3f,
     own: VolumeColors,
     through: vec2f,
+    unseen: f32,
     at: mat3x3f,
 ) -> ShadedColors {
     let colors = own.at;
     let a = extinction.x;
     let m = extinction.y * through.x;
     let b = extinction.z * through.y;
-    let absorbed = (a + 4.0 * m + b) * (1.0 / 6.0);
-    let mean = absorbed + LEAST;
-    let bent = abs((a - m) + (b - m)) / mean;
-    let spread = LightSpread((b - a) / (12.0 * mean), min(0.2 * bent, 0.5));
+    // Of dense media the three places may see nothing.
+    let share = (a + 4.0 * m + b) * (1.0 / 6.0) + LEAST;
+    let bent = abs((a - m) + (b - m)) / share;
+    let spread = LightSpread((b - a) / (12.0 * share), min(0.2 * bent + 0.5 * unseen, 0.5));
     let rise = colors[2] - colors[0];
     let bends = abs(colors[0] - colors[1] - colors[1] + colors[2]);
     let bend = 2.0 * max(bends.x, max(bends.y, bends.z));
@@ -92,7 +94,7 @@ fn volume_shade(
     let added = rise * shade.tilt + vec3f(shade.shade.highlight);
     let body = shade.shade.body;
     let lit = mat3x3f(colors[0] * body + added, colors[1] * body + added, colors[2] * body + added);
-    return ShadedColors(VolumeColors(lit, own.tints * body), absorbed, shade.off);
+    return ShadedColors(VolumeColors(lit, own.tints * body), share, shade.off);
 }
 
 // All volumes at the three places of a piece: extinction, and colour times extinction; their slopes at its start and end;
@@ -127,6 +129,12 @@ fn mixture_and(mixture: Mixture, depths: VolumeDepths, color: VolumeColors, piec
         piece.length,
         abs(piece.eps),
     );
+}
+
+// The relative error of what volumes of these rates absorb at the three places of a piece.
+fn unseen_of(rates: vec3f, through: vec2f, length: f32, absorbed: f32) -> f32 {
+    let seen = length * (rates.x + 4.0 * rates.y * through.x + rates.z * through.y) * (1.0 / 6.0);
+    return abs(seen / max(absorbed, LEAST) - 1.0);
 }
 
 // The mean colour of what is absorbed, how far it may be off, and how far colours are apart.
@@ -181,9 +189,27 @@ fn mixture_mean(mixture: Mixture, through: vec2f, depth: f32, absorbed: f32) -> 
     if whole.w > 0.0 && off <= spread {
         return MeanColor(color, off, spread);
     }
-    // Simpson's rule: a mean of the colours that are there.
+    // Simpson's rule: a mean of the colours that are there. Nothing may be left in the middle and at the end of what
+    // begins to absorb at the start.
     let simpson = values[0] + 4.0 * values[1] + values[2];
-    return MeanColor(simpson.xyz / max(simpson.w, LEAST), spread, spread);
+    if simpson.w > LEAST {
+        return MeanColor(simpson.xyz / simpson.w, spread, spread);
+    }
+    return MeanColor(mixture_first(mixture), spread, spread);
+}
+
+// The first colour of a piece.
+fn mixture_first(mixture: Mixture) -> vec3f {
+    if mixture.rates.x > 0.0 {
+        return mixture.colors[0] / mixture.rates.x;
+    }
+    if mixture.thickening.x != 0.0 {
+        return mixture.tints[0] / mixture.thickening.x;
+    }
+    if mixture.rates.y > 0.0 {
+        return mixture.colors[1] / mixture.rates.y;
+    }
+    return mixture.colors[2] / max(mixture.rates.z, LEAST);
 }
 
 // How far colours are apart on a piece, by those at the places and by their slopes.

@@ -114,6 +114,9 @@ struct VolumeSums {
     // Optical depths of the pieces and of their first halves.
     depth: f32,
     front: f32,
+    // Extinctions at the three places, and the length of the pieces.
+    rates: vec3f,
+    length: f32,
     // What rounding does to colours and to the optical depth.
     rounds: vec2f,
     // Light that is absorbed, and the error of shades times that.
@@ -123,15 +126,16 @@ struct VolumeSums {
 
 // The light of all volumes on their pieces, which are `range` of the frustum.
 fn volumes_blend(shading: RayShading, range: vec2f) -> Blend {
-    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec2f(0.0), LEAST, 0.0);
+    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, 0.0);
 #volume     volume_add(VOLUMEu, &sums);
     let through = 1.0 - vec2f(absorbed_by(sums.front), absorbed_by(sums.depth));
     var sharpness = 0.0;
     if IS_LIT {
         sharpness = shading.sharpness;
-#volume         volume_add_lit(VOLUMEu, &sums, shading, through, range);
+        let unseen = unseen_of(sums.rates, through, sums.length, absorbed_by(sums.depth));
+#volume         volume_add_lit(VOLUMEu, &sums, shading, through, unseen, range);
     }
-    let off = sums.shade_off / sums.absorbed;
+    let off = sums.shade_off / max(sums.absorbed, LEAST);
     return blend_of(sums.mixture, sums.depth, through, sums.rounds, off, sharpness);
 }
 
@@ -143,6 +147,8 @@ fn volume_add(volume: u32, sums: ptr<function, VolumeSums>) {
     let depths = volume_depths(piece);
     (*sums).depth += depths.whole;
     (*sums).front += depths.front;
+    (*sums).rates += depths.extinction;
+    (*sums).length = piece.extinction.length;
     let slope = abs(spans[piece.extinction_span].extinction_slope);
     (*sums).rounds.y += piece.extinction.length * slope * segment_reach(piece.extinction);
     (*sums).rounds.x = max((*sums).rounds.x, spans[piece.color_span].steepest * segment_reach(piece.color));
@@ -151,7 +157,14 @@ fn volume_add(volume: u32, sums: ptr<function, VolumeSums>) {
     }
 }
 
-fn volume_add_lit(volume: u32, sums: ptr<function, VolumeSums>, shading: RayShading, through: vec2f, range: vec2f) {
+fn volume_add_lit(
+    volume: u32,
+    sums: ptr<function, VolumeSums>,
+    shading: RayShading,
+    through: vec2f,
+    unseen: f32,
+    range: vec2f,
+) {
     if !is_seen(volume) || is_dark(volume) {
         return;
     }
@@ -163,7 +176,7 @@ fn volume_add_lit(volume: u32, sums: ptr<function, VolumeSums>, shading: RayShad
         frustum_interpolant_gradient(course, 0.5 * (range.x + range.y)),
         frustum_interpolant_gradient(course, range.y),
     );
-    let lit = volume_shade(shading, piece, depths.extinction, volume_colors(piece), through, at);
+    let lit = volume_shade(shading, piece, depths.extinction, volume_colors(piece), through, unseen, at);
     (*sums).shade_off += lit.absorbed * lit.off;
     (*sums).absorbed += lit.absorbed;
     (*sums).mixture = mixture_and((*sums).mixture, depths, lit.color, piece.extinction);

@@ -178,7 +178,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             }
             let absorbed = -(-depth).exp_m1();
             let mut nodes = [first, middle, last];
-            let shade_off = self.shade(lit, &mut nodes);
+            let shade_off = self.shade(lit, &mut nodes, absorbed);
             let mean = self.mean(&nodes, absorbed);
             let rounded = self.rounding(&nodes, mean.spread);
             // Where light is centred in dense panels is known less well.
@@ -245,12 +245,15 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         tinted + spread * (thickened / a.max(m).max(b)).min(1.0)
     }
 
-    /// Puts the colours at the start, middle and end of a panel under light, each medium under its mean shade there.
-    /// Gives the error of the shades per absorbed light.
+    /// Puts the colours at the start, middle and end of a panel that absorbs so much under light, each medium under its
+    /// mean shade there. Returns the error of the shades per absorbed light.
     #[inline]
-    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3]) -> f64 {
+    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> f64 {
         let Some(shading) = self.shading else { return 0.0 };
         let through = nodes.each_ref().map_inline(|node| (nodes[0].depth - node.depth).exp());
+        let length = self.parts[0].segments[1].length * (nodes[2].u - nodes[0].u);
+        let absorbs = [0, 1, 2].map_inline(|i| through[i] * nodes[i].mixture.rate[0]);
+        let unseen = (length * simpson(absorbs) / absorbed - 1.0).abs();
         let (mut off, mut sum) = (0.0, 0.0);
         for node in nodes.iter_mut() {
             node.mixture = Mixture::default();
@@ -258,28 +261,34 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         for (k, part) in self.parts.iter().enumerate() {
             let parts = nodes.each_ref().map_inline(|node| &lit[node.lit + k]);
             let absorbs = [0, 1, 2].map_inline(|i| through[i] * parts[i].medium.extinction);
-            let MeanShade { shade, tilt, off: part_off } = part.mean_shade(shading, parts, absorbs);
+            let MeanShade { shade, tilt, off: part_off } = part.mean_shade(shading, parts, (absorbs, unseen));
             let rise = [0, 1, 2].map_inline(|k| parts[2].medium.color[k] - parts[0].medium.color[k]);
             for (node, LitNode { medium, .. }) in nodes.iter_mut().zip(parts) {
                 let lit = |k: usize| medium.color[k] * shade.body + shade.highlight + tilt * rise[k];
                 node.mixture.add(medium, [[0, 1, 2].map_inline(lit), medium.tint.map_inline(|c| c * shade.body)]);
             }
-            let absorbed = simpson(absorbs);
-            off += absorbed * part_off;
-            sum += absorbed;
+            // Of dense media the three places may see nothing.
+            let share = simpson(absorbs) + f64::MIN_POSITIVE;
+            off += share * part_off;
+            sum += share;
         }
-        if sum > 0.0 { off / sum } else { 0.0 }
+        off / sum
     }
 }
 
 impl MediumPiece<'_> {
-    /// The shade of the medium between three places, in which it absorbs so much of the light.
+    /// The shade of the medium between three places, in which it absorbs so much of the light; `unseen` is the relative
+    /// error of what all media absorb there.
     #[inline]
-    fn mean_shade(&self, shading: &RayShading<f64>, parts: [&LitNode; 3], absorbs: [f64; 3]) -> MeanShade<f64> {
-        let [a, m, b] = absorbs;
-        let mean = simpson(absorbs) + f64::MIN_POSITIVE;
+    fn mean_shade(
+        &self,
+        shading: &RayShading<f64>,
+        parts: [&LitNode; 3],
+        ([a, m, b], unseen): ([f64; 3], f64),
+    ) -> MeanShade<f64> {
+        let mean = simpson([a, m, b]) + f64::MIN_POSITIVE;
         let bent = (a - m - m + b).abs() / mean;
-        let spread = LightSpread { centre: (b - a) / (12.0 * mean), error_bound: (0.2 * bent).min(0.5) };
+        let spread = LightSpread { centre: (b - a) / (12.0 * mean), error_bound: (0.2 * bent + 0.5 * unseen).min(0.5) };
         let eps = self.segments[1].eps;
         let turn = NormalTurn::of(&parts.map_inline(|part| part.gradient), eps, spread);
         let [start, middle, end] = parts.map_inline(|part| &part.medium.color);

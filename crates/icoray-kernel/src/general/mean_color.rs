@@ -132,10 +132,12 @@ impl MeanColor {
         if whole > 0.0 && off <= spread {
             return MeanColor { color, off, spread };
         }
-        // Simpson's rule: a mean of the colours that are there.
+        // Simpson's rule: a mean of the colours that are there. Nothing may be left in the middle and at the end of what
+        // begins to absorb at the start.
         let simpson = |[a, m, b]: [f64; 3]| a + 4.0 * m + b;
         let whole = simpson(rates.values);
-        let color = channels.map_inline(|channel| if whole > 0.0 { simpson(channel.values) / whole } else { 0.0 });
+        let first = || at.iter().find_map(|place| place.own_color()).map_or([0.0; 3], |[color, _]| color);
+        let color = if whole > 0.0 { channels.map_inline(|channel| simpson(channel.values) / whole) } else { first() };
         MeanColor { color, off: spread, spread }
     }
 }

@@ -80,22 +80,23 @@ impl<V: Machine> VolumeNodes<V> {
         }
     }
 
-    /// Puts the colours under the mean shade of the volume. `through` is the transmittance at the places. Returns the
-    /// light that the volume absorbs, and the error of the shade.
+    /// Puts the colours under the mean shade of the volume. `through` is the transmittance at the places, `unseen` the
+    /// relative error of what all volumes absorb there. Returns the light that the volume absorbs, and the error of the
+    /// shade.
     #[inline(always)]
     fn shade(
         &mut self,
         simd: V,
-        through: &[Floats<V>; 2],
+        (through, unseen): (&[Floats<V>; 2], Floats<V>),
         (lit, shading): (&Lit<V>, &RayShading<f32>),
         (course, range): (&GradientCourse<V>, [Floats<V>; 2]),
     ) -> [Floats<V>; 2] {
-        let [a, m, b] = self.extinction;
-        let (m, b) = (m * through[0], b * through[1]);
-        let absorbed = (m.mul_add(4.0, a) + b) * (1.0 / 6.0);
-        let mean = absorbed + f32::MIN_POSITIVE;
-        let bent = (a - m - m + b).abs() / mean;
-        let spread = Spread { centre: (b - a) / (mean * 12.0), error_bound: (bent * 0.2).min(0.5) };
+        let [a, m, b] = weighted::<V>(self.extinction, through);
+        // Of dense media the three places may see nothing.
+        let share = simpson::<V>([a, m, b]) + f32::MIN_POSITIVE;
+        let bent = (a - m - m + b).abs() / share;
+        let error_bound = unseen.mul_add(0.5, bent * 0.2).min(0.5);
+        let spread = Spread { centre: (b - a) / (share * 12.0), error_bound };
         let Shade { body, tilt, highlight, off } =
             lit.shade_of(simd, shading, (course, range, lit.eps), spread, &self.change);
         for k in 0..3 {
@@ -107,8 +108,20 @@ impl<V: Machine> VolumeNodes<V> {
                 self.tint[end][k] *= body;
             }
         }
-        [absorbed, off]
+        [share, off]
     }
+}
+
+/// Values at three places, of which the light comes from the start by these transmittances.
+#[inline(always)]
+fn weighted<V: Machine>([a, m, b]: [Floats<V>; 3], through: &[Floats<V>; 2]) -> [Floats<V>; 3] {
+    [a, m * through[0], b * through[1]]
+}
+
+/// Simpson's mean.
+#[inline(always)]
+fn simpson<V: Machine>([a, m, b]: [Floats<V>; 3]) -> Floats<V> {
+    (m.mul_add(4.0, a) + b) * (1.0 / 6.0)
 }
 
 /// Optical depth of a part with these extinctions at its ends.
@@ -161,18 +174,22 @@ impl<V: Machine> Blend<V> {
     #[inline(always)]
     pub fn of(simd: V, volumes: &mut [VolumeNodes<V>], lighting: Option<Lighting<'_, V>>, is_coarse: bool) -> Self {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
-        let (mut depth, mut front) = (zero, zero);
+        let (mut depth, mut front, mut length, mut rates) = (zero, zero, zero, [zero; 3]);
         for volume in &*volumes {
             (depth, front) = (depth + volume.depth[0], front + volume.depth[1]);
+            length = length.max(volume.length);
+            rates = [0, 1, 2].map_inline(|i: usize| rates[i] + volume.extinction[i]);
         }
         let absorbed = absorbed_by(simd, depth);
         let through = [one - absorbed_by(simd, front), one - absorbed];
         let (mut shade_off, mut sharpness) = (zero, 0.0);
         if let Some((lit, shading, courses, range)) = lighting {
-            let (mut sum, mut off) = (all(simd, f32::MIN_POSITIVE), zero);
+            let seen = length * simpson::<V>(weighted::<V>(rates, &through));
+            let unseen = (seen / absorbed.max(f32::MIN_POSITIVE) - 1.0).abs();
+            let (mut sum, mut off) = (zero, zero);
             for volume in volumes.iter_mut() {
                 let course = &courses[volume.number];
-                let [share, shade_off] = volume.shade(simd, &through, (lit, shading), (course, range));
+                let [share, shade_off] = volume.shade(simd, (&through, unseen), (lit, shading), (course, range));
                 (sum, off) = (sum + share, share.mul_add(shade_off, off));
             }
             (shade_off, sharpness) = (off / sum, shading.sharpness);
@@ -277,16 +294,16 @@ impl<V: Machine> Mixture<V> {
     fn mean(&self, simd: V, through: [Floats<V>; 2], [depth, absorbed]: [Floats<V>; 2]) -> MeanColor<V> {
         let zero = all(simd, 0.0);
         let fades = [self.rates[0] * self.length, self.rates[2] * self.length];
-        let weighted = |values: [Floats<V>; 3], slopes: [Floats<V>; 2]| Nodes::<V> {
-            values: [values[0], values[1] * through[0], values[2] * through[1]],
+        let nodes = |values: [Floats<V>; 3], slopes: [Floats<V>; 2]| Nodes::<V> {
+            values: weighted::<V>(values, &through),
             slopes: [slopes[0] - fades[0] * values[0], (slopes[1] - fades[1] * values[2]) * through[1]],
         };
-        let rates = weighted(self.rates, self.thickening);
+        let rates = nodes(self.rates, self.thickening);
         let whole = rates.mean();
         let inverse = all(simd, 1.0) / whole;
         let (mut color, mut sizes) = ([zero; 3], [zero; 4]);
         for k in 0..3 {
-            let channel = weighted(self.colors.map_inline(|color| color[k]), self.tints.map_inline(|tint| tint[k]));
+            let channel = nodes(self.colors.map_inline(|color| color[k]), self.tints.map_inline(|tint| tint[k]));
             color[k] = channel.mean() * inverse;
             let found = channel.less(color[k], &rates).coefficients();
             sizes = [0, 1, 2, 3].map_inline(|i: usize| sizes[i].max(found[i]));
@@ -300,27 +317,28 @@ impl<V: Machine> Mixture<V> {
         let e3 = e2.mul_add(e2.sqrt(), bent);
         let e4 = e2.mul_add(e2, bent * depth.mul_add(0.25, uneven));
         let missed = e2 * a1.mul_add(e3, a4) + a3 * e3 + a2 * e4;
-        let spread = self.spread(simd);
+        let (spread, first) = self.spread(simd);
         let longer = self.length / absorbed.max(f32::MIN_POSITIVE);
         let off = missed * longer * (24.0 / 105.0) + spread * (longer * whole - 1.0).abs();
         let is_near = whole.simd_gt(zero) & off.simd_le(spread);
         if !is_near.all_true() {
-            // Simpson's rule: a mean of the colours that are there.
-            let weights = [all(simd, 1.0), through[0] * 4.0, through[1]];
-            let sum = |values: [Floats<V>; 3]| {
-                weights[0].mul_add(values[0], weights[1].mul_add(values[1], weights[2] * values[2]))
-            };
-            let inverse = all(simd, 1.0) / sum(self.rates).max(f32::MIN_POSITIVE);
+            // Simpson's rule: a mean of the colours that are there. Nothing may be left in the middle and at the end of
+            // what begins to absorb at the start.
+            let mean = |values: [Floats<V>; 3]| simpson::<V>(weighted::<V>(values, &through));
+            let whole = mean(self.rates);
+            let inverse = all(simd, 1.0) / whole;
             for (k, channel) in color.iter_mut().enumerate() {
-                *channel = is_near.select(*channel, sum(self.colors.map_inline(|color| color[k])) * inverse);
+                let simpson = mean(self.colors.map_inline(|color| color[k])) * inverse;
+                let simpson = whole.simd_gt(f32::MIN_POSITIVE).select(simpson, first[k]);
+                *channel = is_near.select(*channel, simpson);
             }
         }
         MeanColor { color, off: is_near.select(off, spread), spread }
     }
 
-    /// How far colours are apart on the pieces, by those at the places and by their slopes.
+    /// How far colours are apart on the pieces, by those at the places and by their slopes, and the first of them.
     #[inline(always)]
-    fn spread(&self, simd: V) -> Floats<V> {
+    fn spread(&self, simd: V) -> (Floats<V>, [Floats<V>; 3]) {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let most = all(simd, f32::MAX);
         let has = self.rates.map_inline(|rate| rate.simd_gt(zero));
@@ -329,7 +347,7 @@ impl<V: Machine> Mixture<V> {
         let begins = self.thickening.map_inline(|thickening| one / thickening);
         let [enters, leaves] = self.thickening.map_inline(|thickening| !thickening.simd_eq(zero));
         let is_there = [has[0] | enters, has[1], has[2] | leaves];
-        let (mut spread, mut steepest) = (zero, zero);
+        let (mut spread, mut steepest, mut first) = (zero, zero, [zero; 3]);
         for k in 0..3 {
             let (mut low, mut high) = (most, zero - most);
             let mut here = [0, 1, 2].map_inline(|place: usize| self.colors[place][k] * inverse[place]);
@@ -343,8 +361,9 @@ impl<V: Machine> Mixture<V> {
                 high = is_there[place].select(high.max(here[place]), high);
             }
             spread = spread.max(high - low);
+            first[k] = is_there[0].select(here[0], is_there[1].select(here[1], here[2]));
         }
-        steepest.mul_add(0.25, spread)
+        (steepest.mul_add(0.25, spread), first)
     }
 }
 

@@ -337,6 +337,8 @@ impl<V: Machine> Lit<V> {
         let skewed = color_bend * (eps.abs() * 0.015 + centre.abs() * 0.1) * swing;
         let changed = change * (bend * 0.12 + (unsure + apart) * swing + turn.across) + skewed;
         let off = (brightest * even + changed).min(brightest) * common.diffuse;
+        // Rules that do not hold must not leave the range of what they approximate.
+        let body = body.max(zero).min(1.0);
         (body * common.diffuse + common.ambient, tilt, off)
     }
 
@@ -351,7 +353,7 @@ impl<V: Machine> Lit<V> {
         let variance = rise2 * turn.variance() + cosine.bend * cosine.bend * (1.0 / 45.0);
         let inverse = one / (level * level).max(reach * reach).max(f32::MIN_POSITIVE);
         let bent = variance * inverse * (0.5 * s * (s - 1.0)) + 1.0;
-        let highlight = (power(simd, level, s) * bent).min(one);
+        let highlight = (power(simd, level, s) * bent).max(zero).min(one);
         // Angles in widths of the highlight.
         let (x2, root) = (turn.angle2 * s, s.sqrt());
         let x = turn.angle * root;

@@ -321,3 +321,41 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
     // The rule is an estimate: gradients at random are harder than those of a field.
     assert!(beyond.len() * 10_000 <= 3 * cases, "{}:\n{}", beyond.len(), beyond.join("\n"));
 }
+
+/// Of a dense panel that begins clear, the middle and the end see nothing.
+#[test]
+fn dense_media_that_begin_clear_show_the_shade_of_their_front() {
+    let clear = medium(0, &[knot(0.0, [0.9, 0.2, 0.1], 0.0), knot(1.0, [0.1, 0.1, 0.9], 1.0)]);
+    let shading = crate::shade::Shading {
+        ambient: 0.2,
+        diffuse: 0.7,
+        specular: 0.5,
+        shininess: 40.0,
+        towards_light: None,
+        is_packed: false,
+    };
+    let shading = shading.along::<f64>(DVec3::NEG_X);
+    let gradient = |_: usize, u: f64| [1.0 - 1.5 * u, 0.1 + u, 0.0];
+    for length in [1e2, 1e4, 1e7, 1e12] {
+        let f = segment(0.0, 1.0, 0.0, 0.0, length);
+        let parts = [MediumPiece::new(&clear, [f, f], 0.5, 0).unwrap()];
+        // All light comes from in front of an optical depth of 72.
+        let to = (12.0 / length.sqrt()).min(1.0);
+        let front = segment(0.0, to, 0.0, 0.0, to * length);
+        let front = [MediumPiece::new(&clear, [front, front], 0.5, 0).unwrap()];
+        let exact = lit_by_brute_force(&front, |slot, u| gradient(slot, to * u), &shading, to * length);
+        for share in [1e3, 5e-3] {
+            let mut light = Radiance::none();
+            let blend = Blend {
+                parts: &parts,
+                gradient,
+                shading: Some(&shading),
+                color_tolerance: share,
+                min_transmittance: 0.0,
+            };
+            blend.add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
+            let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+            assert!(off <= light.error + 1e-5, "{length}, {share}: {off} off, {light:?}, {exact:?}");
+        }
+    }
+}
