@@ -230,6 +230,14 @@ impl<T: Real> RayShading<T> {
         light
     }
 
+    /// Standard deviation of the shade across a gradient of this size, mixed of gradients of size `from`: rounding of
+    /// these turns it the more the smaller it is.
+    #[inline]
+    pub fn deviation_of(&self, from: T, size: T) -> T {
+        let turned = self.deviation * (from / size.max(T::min_positive_value())).max(T::one());
+        turned.min(self.diffuse + self.specular)
+    }
+
     /// Light on an opaque surface with the outward normal `normal`, on its outer side only.
     #[inline]
     pub fn solid(&self, normal: DVec3) -> T {

@@ -37,6 +37,8 @@ pub(super) struct MediumPiece<'w> {
     segments: [Segment<f64>; 2],
     /// Where the gradients of the extinction's field are.
     pub slot: usize,
+    /// The largest component of these at the frustum's vertices; 0 without light.
+    pub gradient_size: f64,
     /// What rounding of values does to the colour, and to the extinction.
     rounding: [f64; 2],
 }
@@ -56,7 +58,7 @@ impl<'w> MediumPiece<'w> {
             color.steepest() * medium.color.scale() * reach[0],
             extinction.extinction_slope().abs() * medium.extinction.scale() * reach[1],
         ];
-        Some(MediumPiece { medium, spans: [color, extinction], segments, slot, rounding })
+        Some(MediumPiece { medium, spans: [color, extinction], segments, slot, gradient_size: 0.0, rounding })
     }
 
     /// Extinction and colour, each with its slope.
@@ -178,7 +180,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             }
             let absorbed = -(-depth).exp_m1();
             let mut nodes = [first, middle, last];
-            let shade_off = self.shade(lit, &mut nodes, absorbed);
+            let [shade_off, deviation] = self.shade(lit, &mut nodes, absorbed);
             let mean = self.mean(&nodes, absorbed);
             let rounded = self.rounding(&nodes, mean.spread);
             // Where light is centred in dense panels is known less well.
@@ -188,7 +190,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             let spare = earned.max(0.0) / light.transmittance().max(f64::MIN_POSITIVE);
             let is_near = (off - self.color_tolerance) * absorbed <= spare || off <= rounded;
             if is_near || !may_halve(halvings, (last.u - from) / (to - from)) {
-                let off_by = absorbed * rounded;
+                let off_by = absorbed * rounded.hypot(deviation);
                 let error = absorbed * off;
                 light.over(&Radiance { error, variance: off_by * off_by, ..Radiance::plain(mean.color, absorbed) });
                 if light.transmittance() <= self.min_transmittance {
@@ -246,15 +248,16 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     }
 
     /// Puts the colours at the start, middle and end of a panel that absorbs so much under light, each medium under its
-    /// mean shade there. Returns the error of the shades per absorbed light.
+    /// mean shade there. Returns the error of the shades per absorbed light, and their standard deviation by rounding of
+    /// the gradients at the vertices.
     #[inline]
-    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> f64 {
-        let Some(shading) = self.shading else { return 0.0 };
+    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> [f64; 2] {
+        let Some(shading) = self.shading else { return [0.0; 2] };
         let through = nodes.each_ref().map_inline(|node| (nodes[0].depth - node.depth).exp());
         let length = self.parts[0].segments[1].length * (nodes[2].u - nodes[0].u);
         let absorbs = [0, 1, 2].map_inline(|i| through[i] * nodes[i].mixture.rate[0]);
         let unseen = (length * simpson(absorbs) / absorbed - 1.0).abs();
-        let (mut off, mut sum) = (0.0, 0.0);
+        let (mut off, mut deviation, mut sum) = (0.0, 0.0, 0.0);
         for node in nodes.iter_mut() {
             node.mixture = Mixture::default();
         }
@@ -270,9 +273,11 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             // Of dense media the three places may see nothing.
             let share = simpson(absorbs) + f64::MIN_POSITIVE;
             off += share * part_off;
+            let sizes = parts.map_inline(|part| largest(&part.gradient));
+            deviation += share * shading.deviation_of(part.gradient_size, sizes[0].min(sizes[1]).min(sizes[2]));
             sum += share;
         }
-        off / sum
+        [off / sum, deviation / sum]
     }
 }
 
@@ -297,6 +302,12 @@ impl MediumPiece<'_> {
         let change = most(&|k| end[k] - start[k]) + bend;
         shading.mean(&turn, &ColorChange { brightest: self.spans[0].brightest(), change, bend, eps })
     }
+}
+
+/// The largest component of a vector.
+#[inline]
+pub(super) fn largest(vector: &[f64; 3]) -> f64 {
+    vector.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
 /// Simpson's mean.

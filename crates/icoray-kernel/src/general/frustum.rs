@@ -1,6 +1,6 @@
 //! Volumes and surfaces along a ray between two layers of a column, in order.
 
-use super::blend::{Blend, BlendBuffers, MediumPiece};
+use super::blend::{Blend, BlendBuffers, MediumPiece, largest};
 use super::surfaces::{Material, SurfaceHeight};
 use super::wedge::{Facet, FacetSide, FrustumPoint, Wedge};
 use super::{KernelScene, RayState};
@@ -26,9 +26,17 @@ pub(super) struct Scratch<'w> {
     parts: Vec<MediumPiece<'w>>,
     /// The number of each medium that may be seen.
     media: Vec<usize>,
-    /// The components of each field's gradient along it, where they were computed.
-    gradients: Vec<Option<[Segment<f64>; 3]>>,
+    /// Each field's gradient along it, where that was computed.
+    gradients: Vec<Option<GradientCourse>>,
     blend: BlendBuffers,
+}
+
+/// A gradient along a frustum.
+#[derive(Debug, Clone)]
+struct GradientCourse {
+    components: [Segment<f64>; 3],
+    /// The largest component at the vertices.
+    size: f64,
 }
 
 /// A ray's way through a frustum, or a part of it: its start, middle and end.
@@ -273,17 +281,19 @@ impl<'r> RayState<'r, '_> {
             return Flow::On;
         }
         if self.shading.is_some() {
-            for part in &*parts {
-                gradients[part.slot].get_or_insert_with(|| {
-                    let [lower, upper] = at_vertices(scene, wedge, gap, part.slot);
-                    [0, 1, 2].map_inline(|axis| way.interpolant([&lower[axis], &upper[axis]]))
+            for part in parts.iter_mut() {
+                let course = gradients[part.slot].get_or_insert_with(|| {
+                    let vertices @ [lower, upper] = &at_vertices(scene, wedge, gap, part.slot);
+                    let components = [0, 1, 2].map_inline(|axis| way.interpolant([&lower[axis], &upper[axis]]));
+                    GradientCourse { components, size: size_of(vertices) }
                 });
+                part.gradient_size = course.size;
             }
         }
         let gradient = |source: usize, u: f64| {
             let bend = u * (1.0 - u) / (1.0 + way.eps * u);
             let at = |axis: &Segment<f64>| axis.f0 + (axis.f1 - axis.f0) * u + axis.kappa * bend;
-            gradients[source].as_ref().map_or([0.0; 3], |[x, y, z]| [at(x), at(y), at(z)])
+            gradients[source].as_ref().map_or([0.0; 3], |course| course.components.each_ref().map_inline(at))
         };
         let (color_tolerance, min_transmittance) = (self.color_tolerance, self.min_transmittance);
         let blend = Blend { parts, gradient, shading: self.shading.as_ref(), color_tolerance, min_transmittance };
@@ -316,9 +326,11 @@ impl<'r> RayState<'r, '_> {
                 let mut off = 0.0;
                 if let Some(shading) = &self.shading {
                     let place = FrustumPoint::new(wedge, facets, at, FacetSide::Between);
-                    let shade = shading.shade(mixed(&at_vertices(scene, wedge, gap, surface.source), &place));
+                    let vertices = at_vertices(scene, wedge, gap, surface.source);
+                    let gradient = mixed(&vertices, &place);
+                    let shade = shading.shade(gradient);
                     color = color.map_inline(|c| c * shade.body + shade.highlight);
-                    off = surface.opacity * shading.deviation;
+                    off = surface.opacity * shading.deviation_of(size_of(&vertices), largest(&gradient));
                 }
                 self.cross_boundary(Boundary::Isosurface(k), t);
                 self.light.over(&Radiance { variance: off * off, ..Radiance::plain(color, surface.opacity) });
@@ -338,6 +350,12 @@ impl<'r> RayState<'r, '_> {
 #[inline]
 fn at_vertices(scene: &KernelScene, wedge: &Wedge, gap: usize, source: usize) -> [[[f64; 3]; 3]; 2] {
     [gap - 1, gap].map_inline(|layer| scene.sources[source].gradients_at(wedge.cells, layer))
+}
+
+/// The largest component of gradients at vertices.
+#[inline]
+fn size_of(vertices: &[[[f64; 3]; 3]; 2]) -> f64 {
+    vertices.as_flattened().iter().fold(0.0, |most, components| most.max(largest(components)))
 }
 
 /// The gradient at a place between them.

@@ -6,7 +6,7 @@
 
 use super::integral::{Light, absorbed_by, bend_factor};
 use super::lanes::Lanes;
-use super::light::{Change, GradientCourse, Lit, Shade};
+use super::light::{Change, GradientCourse, Lit, Shade, deviation_of};
 use super::medium::Medium;
 use super::part::{Part, all};
 use super::turn::Spread;
@@ -182,7 +182,7 @@ impl<V: Machine> Blend<V> {
         }
         let absorbed = absorbed_by(simd, depth);
         let through = [one - absorbed_by(simd, front), one - absorbed];
-        let (mut shade_off, mut sharpness) = (zero, 0.0);
+        let (mut shade_off, mut deviation) = (zero, zero);
         if let Some((lit, shading, courses, range)) = lighting {
             let seen = length * simpson::<V>(weighted::<V>(rates, &through));
             let unseen = (seen / absorbed.max(f32::MIN_POSITIVE) - 1.0).abs();
@@ -191,8 +191,9 @@ impl<V: Machine> Blend<V> {
                 let course = &courses[volume.number];
                 let [share, shade_off] = volume.shade(simd, (&through, unseen), (lit, shading), (course, range));
                 (sum, off) = (sum + share, share.mul_add(shade_off, off));
+                deviation = share.mul_add(deviation_of::<V>(shading, course.cancelled), deviation);
             }
-            (shade_off, sharpness) = (off / sum, shading.sharpness);
+            (shade_off, deviation) = (off / sum, deviation / sum);
         }
         let mut mixture = Mixture::none(simd);
         let (mut rounded, mut thickened) = (zero, zero);
@@ -209,7 +210,7 @@ impl<V: Machine> Blend<V> {
         let unsure = depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
         let (told, off) = (unsure.mul_add(shade_off, off), unsure.mul_add(cut_for, off));
         let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
-        let shaded = absorbed * (0.25 * f32::EPSILON * sharpness);
+        let shaded = absorbed * deviation;
         let light = Light {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,
@@ -348,7 +349,7 @@ impl<V: Machine> Mixture<V> {
         let [enters, leaves] = self.thickening.map_inline(|thickening| !thickening.simd_eq(zero));
         let is_there = [has[0] | enters, has[1], has[2] | leaves];
         let (mut spread, mut steepest, mut first) = (zero, zero, [zero; 3]);
-        for k in 0..3 {
+        for (k, first) in first.iter_mut().enumerate() {
             let (mut low, mut high) = (most, zero - most);
             let mut here = [0, 1, 2].map_inline(|place: usize| self.colors[place][k] * inverse[place]);
             for (end, place) in [0, 2].into_iter().enumerate() {
@@ -361,7 +362,7 @@ impl<V: Machine> Mixture<V> {
                 high = is_there[place].select(high.max(here[place]), high);
             }
             spread = spread.max(high - low);
-            first[k] = is_there[0].select(here[0], is_there[1].select(here[1], here[2]));
+            *first = is_there[0].select(here[0], is_there[1].select(here[1], here[2]));
         }
         (steepest.mul_add(0.25, spread), first)
     }

@@ -35,11 +35,11 @@ impl<'t> Slopes<'t> {
         }
     }
 
-    /// The gradient along each lane's frustum, component by component.
+    /// The gradient along each lane's frustum.
     #[inline(always)]
-    pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, way: &impl Way<V>) -> [Course<V>; 3] {
+    pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, way: &impl Way<V>) -> GradientCourse<V> {
         let (Slopes::Whole(_, layers) | Slopes::Packed(_, layers)) = *self else {
-            return [[all(simd, 0.0); 3]; 3];
+            return GradientCourse::none(simd);
         };
         let upper = lanes.gap;
         let layers = number(simd, layers);
@@ -47,24 +47,13 @@ impl<'t> Slopes<'t> {
         let [a, b, c] = [a * layers + upper, b * layers + upper, c * layers + upper];
         let low = [self.at(simd, a - 1), self.at(simd, b - 1), self.at(simd, c - 1)];
         let high = [self.at(simd, a), self.at(simd, b), self.at(simd, c)];
-        [course_of(way, &low, &high, 0), course_of(way, &low, &high, 1), course_of(way, &low, &high, 2)]
-    }
-
-    /// How many times larger a gradient at a vertex is than that at an end of the frustum, `course`: as much more does
-    /// rounding turn the normal.
-    #[inline(always)]
-    pub fn cancelled<V: Machine>(&self, simd: V, lanes: &Lanes<V>, course: &[Course<V>; 3]) -> Floats<V> {
-        let (Slopes::Whole(_, layers) | Slopes::Packed(_, layers)) = *self else { return all(simd, 1.0) };
-        let (zero, layers) = (all(simd, 0.0), number(simd, layers));
-        let largest = |vector: Vectors<V>| vector[0].abs().max(vector[1].abs()).max(vector[2].abs());
-        let mut most = zero;
-        for cell in lanes.cells {
-            let upper = cell * layers + lanes.gap;
-            most = most.max(largest(self.at(simd, upper - 1))).max(largest(self.at(simd, upper)));
-        }
-        let [x, y, z] = course;
-        let least = largest([x[0], y[0], z[0]]).min(largest([x[1], y[1], z[1]]));
-        (most / least.max(f32::MIN_POSITIVE)).max(1.0)
+        let components =
+            [course_of(way, &low, &high, 0), course_of(way, &low, &high, 1), course_of(way, &low, &high, 2)];
+        let most = low.iter().chain(&high).fold(all(simd, 0.0), |most, vector| most.max(largest::<V>(vector)));
+        let [x, y, z] = &components;
+        let least = largest::<V>(&[x[0], y[0], z[0]]).min(largest::<V>(&[x[1], y[1], z[1]]));
+        let cancelled = (most / least.max(f32::MIN_POSITIVE)).max(1.0);
+        GradientCourse { components, cancelled }
     }
 
     /// Starts to fetch the gradient at `layer` over a cell.
@@ -101,6 +90,19 @@ impl<'t> Slopes<'t> {
     }
 }
 
+/// Standard deviation of shades whose gradients are so much smaller than those at the vertices:
+/// [`RayShading::deviation_of`].
+#[inline(always)]
+pub(super) fn deviation_of<V: Machine>(common: &RayShading<f32>, cancelled: Floats<V>) -> Floats<V> {
+    (cancelled * common.deviation).min(common.diffuse + common.specular)
+}
+
+/// The largest component of each lane's vector.
+#[inline(always)]
+fn largest<V: Machine>([x, y, z]: &Vectors<V>) -> Floats<V> {
+    x.abs().max(y.abs()).max(z.abs())
+}
+
 /// A component of gradients along each lane's frustum.
 #[inline(always)]
 fn course_of<V: Machine>(way: &impl Way<V>, low: &[Vectors<V>; 3], high: &[Vectors<V>; 3], k: usize) -> Course<V> {
@@ -117,21 +119,27 @@ fn signed<V: Machine>(bits: Numbers<V>) -> Floats<V> {
 
 /// The gradient along each lane's frustum.
 #[derive(Clone, Copy)]
-pub(super) struct GradientCourse<V: Machine>([Course<V>; 3]);
+pub(super) struct GradientCourse<V: Machine> {
+    components: [Course<V>; 3],
+    /// How many times larger a gradient at a vertex is than that at an end of the frustum: as much more does rounding
+    /// turn the normal.
+    pub cancelled: Floats<V>,
+}
 
 impl<V: Machine> GradientCourse<V> {
     /// No gradients.
     #[inline(always)]
     pub fn none(simd: V) -> Self {
-        GradientCourse([[all(simd, 0.0); 3]; 3])
+        GradientCourse { components: [[all(simd, 0.0); 3]; 3], cancelled: all(simd, 1.0) }
     }
 
     /// Puts the gradients along the frusta of the lanes of `new`.
     #[inline(always)]
-    pub fn put(&mut self, new: Mask<V>, course: [Course<V>; 3]) {
-        for (row, number) in self.0.as_flattened_mut().iter_mut().zip(course.as_flattened()) {
+    pub fn put(&mut self, new: Mask<V>, course: &Self) {
+        for (row, number) in self.components.as_flattened_mut().iter_mut().zip(course.components.as_flattened()) {
             *row = new.select(*number, *row);
         }
+        self.cancelled = new.select(course.cancelled, self.cancelled);
     }
 
     /// The gradients at the start, in the middle and at the end of a piece.
@@ -146,13 +154,14 @@ impl<V: Machine> GradientCourse<V> {
     fn at(&self, simd: V, u: Floats<V>, eps: Floats<V>) -> Vectors<V> {
         let one = all(simd, 1.0);
         let bent = u * (one - u) / eps.mul_add(u, one);
-        let [x, y, z] = &self.0;
+        let [x, y, z] = &self.components;
         [along::<V>(x, u, bent), along::<V>(y, u, bent), along::<V>(z, u, bent)]
     }
 
     /// The gradient along a lane's frustum at its start, at its end, and its bend.
     pub fn interpolant(&self, lane: usize) -> [[f32; 3]; 3] {
-        let at = |k: usize| [self.0[0][k][lane], self.0[1][k][lane], self.0[2][k][lane]];
+        let [x, y, z] = &self.components;
+        let at = |k: usize| [x[k][lane], y[k][lane], z[k][lane]];
         [at(0), at(1), at(2)]
     }
 }
@@ -167,8 +176,6 @@ pub(super) struct Lit<V: Machine> {
     pub from: Floats<V>,
     /// The part of a piece that is to be taken.
     pub fraction: Floats<V>,
-    /// What [`Slopes::cancelled`] says of the frustum, where it is asked.
-    pub cancelled: Floats<V>,
     /// How often pieces of the frustum were halved.
     halvings: Floats<V>,
     pub light: Vectors<V>,
@@ -185,7 +192,6 @@ impl<V: Machine> Lit<V> {
             eps: zero,
             from: zero,
             fraction: zero,
-            cancelled: all(simd, 1.0),
             halvings: zero,
             light: none,
             halfway: none,
@@ -199,7 +205,6 @@ impl<V: Machine> Lit<V> {
         self.from = new.select(all(simd, 0.0), self.from);
         self.fraction = new.select(all(simd, 1.0), self.fraction);
         self.halvings = new.select(all(simd, 0.0), self.halvings);
-        self.cancelled = new.select(all(simd, 1.0), self.cancelled);
     }
 
     /// Lanes whose pieces, which end at `to` of the frustum, may be halved.
@@ -391,7 +396,7 @@ impl<V: Machine> Shade<V> {
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
         light.error = light.error.mul_add(self.body, light.alpha * self.off);
-        let deviation = light.alpha * cancelled * common.deviation;
+        let deviation = light.alpha * deviation_of::<V>(common, cancelled);
         let scale = self.body.max(all(simd, 1.0));
         light.variance = light.variance * scale * scale + deviation * deviation;
     }

@@ -130,13 +130,9 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let seen = new & ((!is_dark).to_bitmask() as u32 | pieces.more);
         if seen != 0 {
             let course = self.tables.slopes.read(simd, &self.lanes, &L::way(&self.lanes, crossing));
-            self.lit.course.put(mask::<V>(simd, new), course);
-            if self.tracer.needs_sizes {
-                let cancelled = self.tables.slopes.cancelled(simd, &self.lanes, &course);
-                self.lit.cancelled = mask::<V>(simd, new).select(cancelled, self.lit.cancelled);
-                if self.scene.is_some() {
-                    scalar = cancelled.simd_gt(FAR).to_bitmask() as u32 & seen;
-                }
+            self.lit.course.put(mask::<V>(simd, new), &course);
+            if self.scene.is_some() {
+                scalar = course.cancelled.simd_gt(FAR).to_bitmask() as u32 & seen;
             }
         }
         scalar
@@ -160,7 +156,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let Some(common) = self.shading.as_ref().filter(|_| shown != 0) else { return 0 };
         let piece = Piece { part, medium, ends: integral.ends, range, eps };
         let shade = self.lit.shade(simd, common, &piece);
-        shade.apply(simd, common, (&piece, self.lit.cancelled), light);
+        shade.apply(simd, common, (&piece, self.lit.course.cancelled), light);
         if self.tracer.is_coarse {
             return 0;
         }

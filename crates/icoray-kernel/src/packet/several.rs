@@ -29,8 +29,6 @@ struct VolumeTable<'t> {
     extinction: usize,
     color: usize,
     slopes: Slopes<'t>,
-    /// [`Spans::needs_sizes`](crate::transfer::Spans::needs_sizes) of the extinction's field.
-    needs_sizes: bool,
 }
 
 impl<'t> VolumeTables<'t> {
@@ -49,8 +47,7 @@ impl<'t> VolumeTables<'t> {
                 Some(_) => Slopes::new(gradients, layers)?,
                 None => Slopes::None,
             };
-            let needs_sizes = volumes.maps[extinction].spans.needs_sizes(source.value_range());
-            tables.push(VolumeTable { extinction, color, slopes, needs_sizes });
+            tables.push(VolumeTable { extinction, color, slopes });
         }
         Some(VolumeTables { maps, volumes: tables })
     }
@@ -188,11 +185,8 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
             let seen = new & (!is_dark).to_bitmask() as u32;
             if seen != 0 {
                 let read = volume.slopes.read(simd, lanes, &L::way(lanes, crossing));
-                course.put(mask::<V>(simd, new), read);
-                if volume.needs_sizes {
-                    let cancelled = volume.slopes.cancelled(simd, lanes, &read);
-                    scalar |= cancelled.simd_gt(FAR).to_bitmask() as u32 & seen;
-                }
+                course.put(mask::<V>(simd, new), &read);
+                scalar |= read.cancelled.simd_gt(FAR).to_bitmask() as u32 & seen;
             }
         }
         scalar
