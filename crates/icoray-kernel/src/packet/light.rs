@@ -49,7 +49,10 @@ impl<'t> Slopes<'t> {
         let high = [self.at(simd, a), self.at(simd, b), self.at(simd, c)];
         let components =
             [course_of(way, &low, &high, 0), course_of(way, &low, &high, 1), course_of(way, &low, &high, 2)];
-        let most = low.iter().chain(&high).fold(all(simd, 0.0), |most, vector| most.max(largest::<V>(vector)));
+        let mut most = all(simd, 0.0);
+        for vertex in 0..3 {
+            most = most.max(largest::<V>(&low[vertex]).max(largest::<V>(&high[vertex])));
+        }
         let [x, y, z] = &components;
         let least = largest::<V>(&[x[0], y[0], z[0]]).min(largest::<V>(&[x[1], y[1], z[1]]));
         let cancelled = (most / least.max(f32::MIN_POSITIVE)).max(1.0);
