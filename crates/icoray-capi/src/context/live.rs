@@ -156,7 +156,11 @@ impl Context {
             if !is_steered {
                 self.viewers.own = None;
             }
-            text.clone_into(&mut self.scene_text);
+            self.keep_text(text.to_owned());
+            if is_steered {
+                // What viewers leave open is drawn as it is.
+                self.open_views.clear();
+            }
         });
         if let Some(page) = &mut self.viewers.page {
             page.taken(outcome, self.viewers.own.is_some(), stamp, &mut self.drawing);
@@ -244,6 +248,11 @@ impl Context {
     /// Shows viewers a scene that the model has set.
     pub(super) fn show_new_scene(&mut self) {
         self.viewers = Viewers { page: self.viewers.page.take(), ..Viewers::default() };
+        self.show_scene();
+    }
+
+    /// Shows viewers the model's own scene, as it is drawn from now on.
+    pub(super) fn show_scene(&mut self) {
         if let (Some(page), SceneChoice::Script(script)) = (&mut self.viewers.page, &self.scene)
             && let Some(live) = script.live()
         {

@@ -4,7 +4,9 @@ use super::{Context, SceneChoice, missing};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::message::listed;
 use crate::types::icoray_status;
-use icoray_core::Script;
+use icoray_core::output::Stamp;
+use icoray_core::{Error, ErrorKind, Script, Shot, View, suggest};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -60,10 +62,50 @@ impl Context {
             self.drawing.render_in_background(&mut self.ranks)?;
         }
         self.scene = scene;
-        self.scene_text = String::from_utf8_lossy(&root_message.0).into_owned();
+        self.keep_text(String::from_utf8_lossy(&root_message.0).into_owned());
         self.show_new_scene();
         self.warn_of_unknown_fields();
         Ok(())
+    }
+
+    /// Keeps the text of the scene that is drawn from now on.
+    pub(super) fn keep_text(&mut self, text: String) {
+        self.open_views = suggest::open_views(&text);
+        self.scene_text = text;
+    }
+
+    /// A view that is due, with the look that is suggested for the values of its field if it names a field alone. The
+    /// scene has that look from then on; while all values are missing the view stays as it is. Collective.
+    pub(super) fn completed<'v>(&mut self, view: &'v View, stamp: &Stamp) -> Outcome<Cow<'v, View>> {
+        let open = self.open_views.contains(view.name());
+        let Some(shot) = view.shots(stamp).next().filter(|_| open) else { return Ok(Cow::Borrowed(view)) };
+        let text = self.suggested(shot, stamp)?;
+        let Some(text) = text else { return Ok(Cow::Borrowed(view)) };
+        let SceneChoice::Script(scene) = self.parsed(text.as_bytes())? else { return Ok(Cow::Borrowed(view)) };
+        let named = self.inputs.named(&scene);
+        self.scene = SceneChoice::Script(scene);
+        self.keep_text(text);
+        self.show_scene();
+        let completed = named.views().iter().find(|completed| completed.name() == view.name());
+        Ok(Cow::Owned(completed.unwrap_or(view).clone()))
+    }
+
+    /// The text of the scene with the suggestion for the field of a picture in its view. Collective.
+    fn suggested(&mut self, shot: Shot, stamp: &Stamp) -> Outcome<Option<String>> {
+        let view = shot.name.clone();
+        let given = self.picture_inputs(shot, stamp)?;
+        let Context { drawing, ranks, scene_text, .. } = self;
+        let text = suggest::completed(scene_text, Some(&view), None, |_, options| {
+            let (name, field) = given
+                .fields
+                .iter()
+                .next()
+                .ok_or_else(|| Error::new(ErrorKind::Internal, "a picture without a field"))?;
+            let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
+            let data = (&*given.grid, given.held.as_deref(), &*given.layers);
+            drawing.renderer().suggest_held(ranks, data, (name, field), &options)
+        });
+        text.map_err(|error| Failure::from(error).of_picture(&view, stamp.step))
     }
 
     /// Logs a warning, at rank 0, for fields of the scene that are none of those that the model has named by now.

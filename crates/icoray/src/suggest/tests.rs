@@ -1,7 +1,7 @@
 //! Scenes for synthetic fields: the choice for each kind of distribution, and the keys of the text.
 
 use super::*;
-use icoray_grid::{IcosahedralMesh, Shape};
+use icoray_grid::{IcosahedralMesh, Location, Shape};
 use icoray_scene::{ColorRange, Pattern, Scale, Scene};
 
 const HEIGHT_M: [f64; 6] = [0.0, 2e3, 4e3, 8e3, 12e3, 20e3];
