@@ -152,3 +152,6 @@ impl Context {
         Ok(SceneChoice::Script(Arc::new(script)))
     }
 }
+
+#[cfg(test)]
+mod tests;
