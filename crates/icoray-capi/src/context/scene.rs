@@ -5,7 +5,8 @@ use crate::boundary::{Failure, Outcome, caught};
 use crate::message::listed;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{Error, ErrorKind, Script, Shot, View, suggest};
+use icoray_core::suggest::{self, Suggestion};
+use icoray_core::{Error, ErrorKind, Script, Shot, View};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -75,37 +76,42 @@ impl Context {
     }
 
     /// A view that is due, with the look that is suggested for the values of its field if it names a field alone. The
-    /// scene has that look from then on; while all values are missing the view stays as it is. Collective.
+    /// scene has that look from then on, unless it is provisional; while all values are missing the view stays as it is.
+    /// Collective.
     pub(super) fn completed<'v>(&mut self, view: &'v View, stamp: &Stamp) -> Outcome<Cow<'v, View>> {
-        let open = self.open_views.contains(view.name());
-        let Some(shot) = view.shots(stamp).next().filter(|_| open) else { return Ok(Cow::Borrowed(view)) };
-        let text = self.suggested(shot, stamp)?;
-        let Some(text) = text else { return Ok(Cow::Borrowed(view)) };
-        let SceneChoice::Script(scene) = self.parsed(text.as_bytes())? else { return Ok(Cow::Borrowed(view)) };
+        let is_open = self.open_views.contains(view.name());
+        let Some(shot) = view.shots(stamp).next().filter(|_| is_open) else { return Ok(Cow::Borrowed(view)) };
+        let Some(suggestion) = self.suggested(shot, stamp)? else { return Ok(Cow::Borrowed(view)) };
+        let SceneChoice::Script(scene) = self.parsed(suggestion.text.as_bytes())? else {
+            return Ok(Cow::Borrowed(view));
+        };
         let named = self.inputs.named(&scene);
-        self.scene = SceneChoice::Script(scene);
-        self.keep_text(text);
-        self.show_scene();
+        if !suggestion.is_provisional {
+            self.scene = SceneChoice::Script(scene);
+            self.keep_text(suggestion.text);
+            self.show_scene();
+        }
         let completed = named.views().iter().find(|completed| completed.name() == view.name());
         Ok(Cow::Owned(completed.unwrap_or(view).clone()))
     }
 
-    /// The text of the scene with the suggestion for the field of a picture in its view. Collective.
-    fn suggested(&mut self, shot: Shot, stamp: &Stamp) -> Outcome<Option<String>> {
+    /// The scene's text with the suggestion for the field of a picture in its view. Collective.
+    fn suggested(&mut self, shot: Shot, stamp: &Stamp) -> Outcome<Option<Suggestion>> {
         let view = shot.name.clone();
         let given = self.picture_inputs(shot, stamp)?;
         let Context { drawing, ranks, scene_text, .. } = self;
+        let mut is_provisional = false;
         let text = suggest::completed(scene_text, Some(&view), None, |_, options| {
-            let (name, field) = given
-                .fields
-                .iter()
-                .next()
-                .ok_or_else(|| Error::new(ErrorKind::Internal, "a picture without a field"))?;
+            let no_field = || Error::new(ErrorKind::Internal, "a picture without a field");
+            let field = given.fields.iter().next().ok_or_else(no_field)?;
             let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
             let data = (&*given.grid, given.held.as_deref(), &*given.layers);
-            drawing.renderer().suggest_held(ranks, data, (name, field), &options)
+            let suggestion = drawing.renderer().suggest_held(ranks, data, field, &options)?;
+            is_provisional = suggestion.as_ref().is_some_and(|suggestion| suggestion.is_provisional);
+            Ok(suggestion.map(|suggestion| suggestion.text))
         });
-        text.map_err(|error| Failure::from(error).of_picture(&view, stamp.step))
+        let text = text.map_err(|error| Failure::from(error).of_picture(&view, stamp.step))?;
+        Ok(text.map(|text| Suggestion { text, is_provisional }))
     }
 
     /// Logs a warning, at rank 0, for fields of the scene that are none of those that the model has named by now.

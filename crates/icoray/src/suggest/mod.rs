@@ -54,8 +54,9 @@ use icoray_grid::Grid;
 use icoray_grid::Layers;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::{Adapter, Backend, Level};
-use look::Look;
+use look::{Kind, Look};
 use sample::Sample;
+use serde::{Deserialize, Serialize};
 use survey::Survey;
 
 /// Part of the planet's radius that the exaggerated shell is thick, about.
@@ -107,12 +108,13 @@ pub struct Options {
 /// [`ErrorKind::Argument`] for an option that is out of range, or an unknown colour map.
 pub fn scene(name: &str, grid: &Grid, layers: &Layers, field: &Field, options: &Options) -> Result<String> {
     options.check()?;
-    let text = of_sample(name, layers, &Sample::of_whole(name, grid, field)?, options)?;
-    text.ok_or_else(|| Error::new(ErrorKind::Field, format!("{name}: all values are missing, expected some to draw")))
+    let suggestion = of_sample(name, layers, &Sample::of_whole(name, grid, field)?, options)?;
+    let missing = || Error::new(ErrorKind::Field, format!("{name}: all values are missing, expected some to draw"));
+    suggestion.map(|suggestion| suggestion.text).ok_or_else(missing)
 }
 
-/// The text for a field's values; `None` where all are missing.
-fn of_sample(name: &str, layers: &Layers, sample: &Sample, options: &Options) -> Result<Option<String>> {
+/// The suggestion for a field's values; `None` where all are missing.
+fn of_sample(name: &str, layers: &Layers, sample: &Sample, options: &Options) -> Result<Option<Suggestion>> {
     let layers = &layers.for_field(sample.layers)?;
     let shown = options.surface.map(|level| nearest_layer(layers, level)).transpose()?;
     let Some(survey) = Survey::new(layers, sample, shown) else { return Ok(None) };
@@ -122,7 +124,18 @@ fn of_sample(name: &str, layers: &Layers, sample: &Sample, options: &Options) ->
     let look = Look::new(&survey, exaggeration, options);
     let anomaly = if look.is_of_anomaly { survey.anomaly() } else { None };
     let aim = Aim::new(anomaly.as_ref().unwrap_or(&survey), &look, exaggeration);
-    Ok(Some(text::Suggested { name, sample, layers, exaggeration, look, aim, region, options }.text()))
+    let is_provisional = matches!(look.kind, Kind::Constant | Kind::Layered);
+    let text = text::Suggested { name, sample, layers, exaggeration, look, aim, region, options }.text();
+    Ok(Some(Suggestion { text, is_provisional }))
+}
+
+/// A scene for the values of a field as they are now.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Suggestion {
+    /// The text of a scene file.
+    pub text: String,
+    /// All values are the same, or all of each layer: values that differ later may want another scene.
+    pub is_provisional: bool,
 }
 
 impl Options {

@@ -53,7 +53,9 @@ fn check(
     let texts = spread.on_nodes(nodes, |ranks, part, grid, held| {
         let (held, renderer) = (held.unwrap(), Renderer::new(1).unwrap());
         suggested((&rows(part), value), of, |layers, field| {
-            renderer.suggest_held(ranks, (grid, Some(&held), layers), ("q", field), options)
+            renderer
+                .suggest_held(ranks, (grid, Some(&held), layers), ("q", field), options)
+                .map(|found| found.map(|s| s.text))
         })
     });
     for text in texts {

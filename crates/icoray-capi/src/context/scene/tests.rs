@@ -12,7 +12,7 @@ use std::thread::scope;
 
 const HEIGHT_M: [f64; 3] = [0.0, 4e3, 9e3];
 const EARTH_M: f64 = 6.371e6;
-const STEPS: i64 = 4;
+const STEPS: i64 = 5;
 const SCENE: &str = "image = { width = 48, height = 40 }
 camera = { lon = 30 }
 [[views]]
@@ -21,7 +21,7 @@ field = 'f'
 [[views]]
 name = 'rain'
 volumes = [{ field = 'r' }]
-at_steps = [2, 3]
+at_steps = [3, 4]
 core = 'transparent'
 [[views]]
 name = 'own'
@@ -29,10 +29,11 @@ field = 'f'
 transfer = { map = 'magma' }
 ";
 
-/// The values of a field at a step, level-fastest; the wave grows, and has none at the first step.
+/// The values of a field at a step, level-fastest; the wave grows, has none at the first step, and is flat at the next.
 fn values(mesh: &IcosahedralMesh, field: &str, step: i64) -> Vec<f64> {
     let of = |cell: usize, layer: usize| match field {
         "f" if step == 0 => f64::NAN,
+        "f" if step == 1 => layer as f64,
         "f" => step as f64 * (3.0 * mesh.lon_center_rad[cell]).sin() * (1.0 + layer as f64),
         _ => (4.0 * (mesh.lon_center_rad[cell] - 0.3 * step as f64).cos()).exp(),
     };
@@ -130,7 +131,7 @@ fn expected(mesh: &IcosahedralMesh) -> String {
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
     let text = suggest::completed(SCENE, None, None, |field, options| {
-        let values = values(mesh, field, if field == "f" { 1 } else { 2 });
+        let values = values(mesh, field, if field == "f" { 2 } else { 3 });
         let shape = Shape::level_fastest(mesh.cells(), layers_of(field));
         let given = Field::new(values.as_slice().into(), shape, Location::Center, None)?.on_layers(layers.count());
         let options = if field == "f" { options } else { options.for_2d() };
@@ -148,13 +149,15 @@ fn views_that_name_a_field_alone_keep_the_look_of_its_first_values() {
     let whole = pictures(mesh, &[], &text, false);
     let names: Vec<&str> = whole.keys().map(String::as_str).collect();
     let of = |view: &str, steps: &[i32]| steps.iter().map(|step| format!("{view}_{step:06}.png")).collect::<Vec<_>>();
-    let all = [of("own_f", &[0, 1, 2, 3]), of("rain_r", &[2, 3]), of("wave_f", &[0, 1, 2, 3])].concat();
+    let all = [of("own_f", &[0, 1, 2, 3, 4]), of("rain_r", &[3, 4]), of("wave_f", &[0, 1, 2, 3, 4])].concat();
     assert_eq!(names, all);
     for in_background in [false, true] {
         for nodes in [&[][..], &[0], &[0, 0], &[0, 0, 0, 0]] {
             let mut found = pictures(mesh, nodes, SCENE, in_background);
-            // Where there are no values there is nothing to choose a look from.
-            assert!(found.insert("wave_f_000000.png".into(), whole["wave_f_000000.png"].clone()).is_some());
+            // Without values, or with those of the layers alone, there is no look to keep.
+            for early in ["wave_f_000000.png", "wave_f_000001.png"] {
+                assert!(found.insert(early.into(), whole[early].clone()).is_some_and(|own| own != whole[early]));
+            }
             let differ: Vec<&String> = whole.keys().filter(|name| found.get(*name) != whole.get(*name)).collect();
             assert!(
                 differ.is_empty(),
