@@ -29,23 +29,23 @@ impl Dataset {
         renderer.run(|| suggest::scene(&info.name, grid, &layers, &field, &options))
     }
 
-    /// The text of a scene that leaves its look to the suggestion, completed as [`suggest::completed`] has it by the
-    /// suggestion for its field at a time; another text as it is.
+    /// The text of a scene, completed as [`suggest::completed`] has it by the suggestion for its field at a time; as it
+    /// is where there is nothing to complete.
     ///
     /// # Errors
     /// As [`Dataset::suggest_scene`], [`Dataset::field_info`] and [`Dataset::first_field`].
     pub fn completed_scene(
         &self,
         with: (&Grid, &Renderer),
-        (text, field): (&str, Option<&str>),
+        wanted: &suggest::Completion,
         time: usize,
         layers_wanted: &LayerSelection,
     ) -> Result<String> {
-        let completed = suggest::completed(text, None, field, |name, options| {
+        let completed = suggest::completed(wanted, &mut |name, options| {
             let info = if name.is_empty() { self.first_field()? } else { self.field_info(name)? };
             self.suggest_scene(with, (info, time), layers_wanted, options).map(Some)
         });
-        Ok(completed?.unwrap_or_else(|| text.to_owned()))
+        Ok(completed?.unwrap_or_else(|| wanted.text.to_owned()))
     }
 }
 

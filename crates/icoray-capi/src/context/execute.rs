@@ -168,7 +168,7 @@ impl Context {
     /// Renders a picture, or appends it to those that the background renders from one copy of the fields.
     fn draw_shot<'a>(&mut self, shot: Shot, stamp: &Stamp, copied: &mut Vec<FrameInputs<'a>>) -> Outcome<()> {
         let name = shot.name.clone();
-        let frame_inputs = self.picture_inputs(shot, stamp)?;
+        let frame_inputs = self.picture_inputs(shot, stamp, true)?;
         self.warn_about_holes(&frame_inputs);
         if self.drawing.is_in_background() {
             copied.push(frame_inputs);
@@ -178,13 +178,18 @@ impl Context {
         drawn.map_err(|failure| failure.of_picture(&name, stamp.step))
     }
 
-    /// The inputs of a picture, which all ranks can render. Collective.
-    pub(super) fn picture_inputs<'a>(&mut self, shot: Shot, stamp: &Stamp) -> Outcome<FrameInputs<'a>> {
+    /// The inputs of a picture, which all ranks can render, and whose files may be made if it `is_written`. Collective.
+    pub(super) fn picture_inputs<'a>(
+        &mut self,
+        shot: Shot,
+        stamp: &Stamp,
+        is_written: bool,
+    ) -> Outcome<FrameInputs<'a>> {
         let name = shot.name.clone();
         let Context { inputs, drawing, ranks, .. } = self;
         let mine = caught(|| {
             drawing.refuse_if_off()?;
-            if ranks.is_root() && !drawing.is_in_background() {
+            if is_written && ranks.is_root() && !drawing.is_in_background() {
                 // Names that are wrong or taken are known before the first ray.
                 drawing.check_names(&shot.scene, stamp)?;
             }

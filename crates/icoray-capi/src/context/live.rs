@@ -13,6 +13,7 @@ use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
+use icoray_core::suggest::Completion;
 use icoray_core::{ColumnCount, Plan, Script, Shot};
 use icoray_live::Histogram;
 use std::collections::{BTreeMap, BTreeSet};
@@ -110,7 +111,12 @@ impl Context {
         page.count_pictures(&mut self.drawing);
         let mut sent = page.take(&self.inputs, &script, &self.scene_text);
         let first = self.inputs.first.as_deref();
-        sent.is_announced = sent.scene.as_deref().is_some_and(|text| self.viewers.lacks_fields(text, first));
+        sent.is_announced = sent.announced().is_some_and(|text| self.viewers.lacks_fields(&text, first));
+        if sent.is_announced
+            && let Some([_, _, field]) = sent.look.take_if(|_| sent.scene.is_none())
+        {
+            sent.scene = Some(format!("field = {field:?}\n"));
+        }
         self.viewers.unwanted.clear();
         sent
     }
@@ -121,7 +127,7 @@ impl Context {
             (&mut self.viewers.page, &self.scene, self.ranks.size() > 1)
         {
             let sent = page.take(&self.inputs, script, &self.scene_text);
-            self.viewers.announce(sent.scene.as_deref());
+            self.viewers.announce(sent.announced().as_deref());
         }
     }
 
@@ -135,6 +141,9 @@ impl Context {
         self.viewers.budgets_ms = if self.viewers.own.is_some() { sent.budgets_ms.clone() } else { BTreeMap::new() };
         if let Some(field) = &sent.histogram {
             self.answer_histogram(field);
+        }
+        if let Some([text, view, field]) = &sent.look {
+            self.answer_look(&Completion { text, view: Some(view), field: Some(field), is_steered: true }, stamp);
         }
         let script = self.script()?;
         if let (Some((at, view)), Some(script)) = (&sent.probe, &script) {
@@ -221,6 +230,14 @@ impl Context {
         };
         if let Some(page) = &mut self.viewers.page {
             page.answer_histogram(name, found, &self.inputs);
+        }
+    }
+
+    /// Suggests a look for a field. Collective.
+    fn answer_look(&mut self, wanted: &Completion, stamp: &Stamp) {
+        let found = self.suggested(wanted, stamp);
+        if let Some(page) = &mut self.viewers.page {
+            page.answer_look(found);
         }
     }
 

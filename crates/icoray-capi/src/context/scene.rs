@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome, caught};
 use crate::message::listed;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::suggest::{self, Suggestion};
+use icoray_core::suggest::{self, Completion, Options, Suggestion};
 use icoray_core::{Error, ErrorKind, Script, Shot, View};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -79,9 +79,12 @@ impl Context {
     /// scene has that look from then on, unless it is provisional; while all values are missing the view stays as it is.
     /// Collective.
     pub(super) fn completed<'v>(&mut self, view: &'v View, stamp: &Stamp) -> Outcome<Cow<'v, View>> {
-        let is_open = self.open_views.contains(view.name());
-        let Some(shot) = view.shots(stamp).next().filter(|_| is_open) else { return Ok(Cow::Borrowed(view)) };
-        let Some(suggestion) = self.suggested(shot, stamp)? else { return Ok(Cow::Borrowed(view)) };
+        if !self.open_views.contains(view.name()) {
+            return Ok(Cow::Borrowed(view));
+        }
+        let text = self.scene_text.clone();
+        let wanted = Completion { text: &text, view: Some(view.name()), ..Completion::default() };
+        let Some(suggestion) = self.suggested(&wanted, stamp)? else { return Ok(Cow::Borrowed(view)) };
         let SceneChoice::Script(scene) = self.parsed(suggestion.text.as_bytes())? else {
             return Ok(Cow::Borrowed(view));
         };
@@ -95,23 +98,42 @@ impl Context {
         Ok(Cow::Owned(completed.unwrap_or(view).clone()))
     }
 
-    /// The scene's text with the suggestion for the field of a picture in its view. Collective.
-    fn suggested(&mut self, shot: Shot, stamp: &Stamp) -> Outcome<Option<Suggestion>> {
-        let view = shot.name.clone();
-        let given = self.picture_inputs(shot, stamp)?;
-        let Context { drawing, ranks, scene_text, .. } = self;
-        let mut is_provisional = false;
-        let text = suggest::completed(scene_text, Some(&view), None, |_, options| {
-            let no_field = || Error::new(ErrorKind::Internal, "a picture without a field");
-            let field = given.fields.iter().next().ok_or_else(no_field)?;
-            let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
-            let data = (&*given.grid, given.held.as_deref(), &*given.layers);
-            let suggestion = drawing.renderer().suggest_held(ranks, data, field, &options)?;
+    /// The text of a scene with what is suggested for the values of its field at this step; `None` where all are
+    /// missing. Collective.
+    pub(super) fn suggested(&mut self, wanted: &Completion, stamp: &Stamp) -> Outcome<Option<Suggestion>> {
+        let (mut is_provisional, mut failed) = (false, None);
+        let text = suggest::completed(wanted, &mut |name, options| {
+            let found = self.suggested_for((wanted.view.unwrap_or(""), name), options, stamp);
+            let (suggestion, failure) = found.map_or_else(|failure| (None, Some(failure)), |found| (found, None));
+            failed = failure;
             is_provisional = suggestion.as_ref().is_some_and(|suggestion| suggestion.is_provisional);
             Ok(suggestion.map(|suggestion| suggestion.text))
         });
-        let text = text.map_err(|error| Failure::from(error).of_picture(&view, stamp.step))?;
-        Ok(text.map(|text| Suggestion { text, is_provisional }))
+        failed.map_or(Ok(()), Err)?;
+        Ok(text?.map(|text| Suggestion { text, is_provisional }))
+    }
+
+    /// The scene that is suggested for a field (`""`: the first one) in a view. Collective.
+    fn suggested_for(
+        &mut self,
+        (view, field): (&str, &str),
+        options: Options,
+        stamp: &Stamp,
+    ) -> Outcome<Option<Suggestion>> {
+        let mut script = Script::parse("every = 1")?;
+        if !field.is_empty() {
+            script.name_first_field(field);
+        }
+        let script = self.inputs.named(&Arc::new(script));
+        let scene = script.views()[0].shots(stamp).next().map(|shot| shot.scene);
+        let scene = scene.ok_or_else(|| Error::new(ErrorKind::Internal, "a view without a picture"))?;
+        let given = self.picture_inputs(Shot { name: view.to_owned(), scene }, stamp, false)?;
+        let no_field = || Error::new(ErrorKind::Internal, "a picture without a field");
+        let field = given.fields.iter().next().ok_or_else(no_field)?;
+        let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
+        let data = (&*given.grid, given.held.as_deref(), &*given.layers);
+        let found = self.drawing.renderer().suggest_held(&mut self.ranks, data, field, &options);
+        found.map_err(|error| Failure::from(error).of_picture(view, stamp.step))
     }
 
     /// Logs a warning, at rank 0, for fields of the scene that are none of those that the model has named by now.

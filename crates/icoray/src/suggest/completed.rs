@@ -10,35 +10,50 @@ use toml::{Table, Value};
 const LOOK: [&str; 5] = ["transfer", "opacity", "volumes", "surfaces", "isosurfaces"];
 /// Further keys of scenes for which no scene is suggested: they may draw without a volume, or several pictures.
 const OTHER: [&str; 4] = ["lines", "ground", "derive", "sweep"];
+/// Further keys that a suggestion fits to its field.
+const SUGGESTED: [&str; 5] = ["exaggeration", "light", "ground", "lines", "clip"];
 
 /// The names of the views of a scene's text that name a field alone; that of a text without `[[views]]` is empty.
 pub fn open_views(text: &str) -> BTreeSet<String> {
     views(text).into_iter().filter(|(_, keys)| is_open(keys)).map(|(name, _)| name).collect()
 }
 
-/// The text of a scene whose views that name a field alone, or of these the one called `view`, have the keys of the
-/// scene that `suggested` returns for this field (`""` for the first one), and before them their own, such as `[camera]`
-/// or `every`. `None` where all views have a look of their own, where `suggested` returns none, or the text is no TOML.
+/// A scene that is to be completed.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Completion<'c> {
+    /// Its text.
+    pub text: &'c str,
+    /// The view to complete, instead of all that name a field alone; `""` in a text without views.
+    pub view: Option<&'c str>,
+    /// A field to show instead of the view's own.
+    pub field: Option<&'c str>,
+    /// Fields may not be derived, nor the picture's size be set.
+    pub is_steered: bool,
+}
+
+/// Returns the scene that is suggested for a field (`""` for the first one); `None` where there is nothing to suggest.
+pub type Suggest<'s> = dyn FnMut(&str, Options) -> Result<Option<String>> + 's;
+
+/// The text of a scene whose views that name a field alone have the keys of the scene that `suggested` returns for this
+/// field, and before them their own, such as `[camera]` or `every`. `None` where all views have a look of their own,
+/// where `suggested` returns none, or the text is no TOML.
 ///
-/// With a `field`, each of these views is made to show that one: what it says of the look of others is left out.
+/// With a [`Completion::field`] each view is made to show that one: what it says of the look of others is left out, and
+/// what `suggested` returns for the field before.
 ///
 /// # Errors
 /// Those of `suggested`; [`ErrorKind::Scene`] where the texts cannot be merged.
-pub fn completed(
-    text: &str,
-    view: Option<&str>,
-    field: Option<&str>,
-    mut suggested: impl FnMut(&str, Options) -> Result<Option<String>>,
-) -> Result<Option<String>> {
+pub fn completed(wanted: &Completion, suggested: &mut Suggest) -> Result<Option<String>> {
     let mut whole = None;
-    for (name, mut own) in views(text).into_iter().filter(|(name, _)| view.is_none_or(|view| view == name)) {
-        match field {
-            Some(field) => show(&mut own, field),
+    let is_wanted = |name: &str| wanted.view.is_none_or(|view| view == name);
+    for (name, mut own) in views(wanted.text).into_iter().filter(|(name, _)| is_wanted(name)) {
+        match wanted.field {
+            Some(field) => show(&mut own, field, wanted.is_steered, suggested),
             None if !is_open(&own) => continue,
             None => (),
         }
-        let Some(keys) = with_look(&own, &mut suggested)? else { continue };
-        let before = whole.as_deref().unwrap_or(text);
+        let Some(keys) = with_look(&own, wanted.is_steered, suggested)? else { continue };
+        let before = whole.as_deref().unwrap_or(wanted.text);
         whole = Some(if name.is_empty() { written(&keys)? } else { with_view(before, &name, keys)? });
     }
     Ok(whole)
@@ -74,9 +89,18 @@ fn is_open(keys: &Table) -> bool {
 }
 
 /// Makes the keys show another field.
-fn show(keys: &mut Table, field: &str) {
-    for key in LOOK.into_iter().chain(["derive"]) {
-        keys.remove(key);
+fn show(keys: &mut Table, field: &str, is_steered: bool, suggested: &mut Suggest) {
+    // What the suggestion for the field before says goes; where there is none, all stays.
+    let before = suggested(&model_field(keys), options(&Table::new(), is_steered)).ok().flatten();
+    let before = before.and_then(|text| text.parse::<Table>().ok()).unwrap_or_default();
+    for key in SUGGESTED {
+        if keys.get(key) == before.get(key) {
+            keys.remove(key);
+        }
+    }
+    LOOK.into_iter().for_each(|key| drop(keys.remove(key)));
+    if !is_steered {
+        keys.remove("derive");
     }
     // The long name of another field.
     if let Some(Value::Table(labels)) = keys.get_mut("labels") {
@@ -85,22 +109,34 @@ fn show(keys: &mut Table, field: &str) {
     keys.insert("field".into(), field.into());
 }
 
-/// A view's own keys, and those of the suggestion for its field; names of files stay its own.
-fn with_look(
-    own: &Table,
-    suggested: &mut impl FnMut(&str, Options) -> Result<Option<String>>,
-) -> Result<Option<Table>> {
+/// The field of the model that the keys show, or whose anomaly.
+fn model_field(keys: &Table) -> String {
+    let name = keys.get("field").and_then(Value::as_str).unwrap_or("");
+    let derived = keys.get("derive").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    let its = derived.iter().find(|derived| derived.get("name").and_then(Value::as_str) == Some(name));
+    its.and_then(|derived| derived.get("anomaly")?.as_str()).unwrap_or(name).to_owned()
+}
+
+fn options(own: &Table, is_steered: bool) -> Options {
     let image = own.get("image");
     let side = |key| image?.get(key)?.as_integer()?.try_into().ok();
-    let options = Options {
+    Options {
         exaggeration: own.get("exaggeration").and_then(number),
         size: side("width").zip(side("height")),
+        is_underived: is_steered,
         ..Options::default()
-    };
+    }
+}
+
+/// A view's own keys, and those of the suggestion for its field; names of files stay its own.
+fn with_look(own: &Table, is_steered: bool, suggested: &mut Suggest) -> Result<Option<Table>> {
     let name = own.get("field").and_then(Value::as_str).unwrap_or("");
-    let Some(suggested) = suggested(name, options)? else { return Ok(None) };
+    let Some(suggested) = suggested(name, options(own, is_steered))? else { return Ok(None) };
     let mut suggested = parsed(&suggested)?;
     suggested.remove("output");
+    if is_steered {
+        suggested.remove("image");
+    }
     if own.get("core").and_then(Value::as_str) == Some("transparent") {
         // There is no ground to paint.
         suggested.remove("ground");

@@ -48,7 +48,7 @@ mod tests;
 mod text;
 
 use aim::{Aim, Region};
-pub use completed::{completed, open_views};
+pub use completed::{Completion, Suggest, completed, open_views};
 use icoray_grid::Field;
 use icoray_grid::Grid;
 use icoray_grid::Layers;
@@ -95,6 +95,8 @@ pub struct Options {
     pub backend: Option<Backend>,
     /// Which of several GPUs.
     pub device: Option<Adapter>,
+    /// The field is not shown less the mean of each layer.
+    pub is_underived: bool,
     /// The title has no time, as the data have none.
     pub is_timeless: bool,
     /// Lines for the comment at the top of the text, such as the command that draws it.

@@ -130,7 +130,8 @@ fn array(values: &[f64], layers: usize) -> icoray_array {
 fn expected(mesh: &IcosahedralMesh) -> String {
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
-    let text = suggest::completed(SCENE, None, None, |field, options| {
+    let wanted = Completion { text: SCENE, ..Default::default() };
+    let text = suggest::completed(&wanted, &mut |field, options| {
         let values = values(mesh, field, if field == "f" { 2 } else { 3 });
         let shape = Shape::level_fastest(mesh.cells(), layers_of(field));
         let given = Field::new(values.as_slice().into(), shape, Location::Center, None)?.on_layers(layers.count());
