@@ -1494,8 +1494,9 @@ contains
   end subroutine heights_view
 
   !> Loads the scene, one picture or several views, from a TOML file (ICORAY_ERR_IO, ICORAY_ERR_SCENE); on failure the
-  !> previous scene, if any, stays in effect. Collective over the ranks of icoray_open: rank 0 reads its file and sends
-  !> the text to the others, whose paths are not read.
+  !> previous scene, if any, stays in effect. A view that names a field alone has the colours, opacities and camera that
+  !> suit the first values that it shows, and keeps them. Collective over the ranks of icoray_open: rank 0 reads its file
+  !> and sends the text to the others, whose paths are not read.
   subroutine icoray_scene_load(ctx, path, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: path

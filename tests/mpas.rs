@@ -154,7 +154,11 @@ fn a_scene_that_is_missing_or_wrong_is_a_line_in_the_log() {
     let program = ATMOSPHERE.compile(&["-DMPAS_USE_MPI_F08"], directory);
     let cases: [(&str, Change, &str); 3] = [
         ("missing", |_| None, "icoray.toml: cannot read the scene"),
-        ("wrong", |scene| Some(scene.replace("fov = 30", "fov = 450")), "key camera.fov: 450, expected"),
+        (
+            "wrong",
+            |scene| Some(scene.replace("[labels]", "[camera]\nfov = 450\n[labels]")),
+            "key camera.fov: 450, expected",
+        ),
         (
             "other",
             |scene| Some(scene.replace("field = \"theta\"", &format!("field = \"{}\"", "x".repeat(900)))),

@@ -144,7 +144,7 @@ fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
     let run = Run::new(mpi, "mpi_parts");
     run.alone(50);
     let whole = files(&run.at("one/whole"));
-    assert_eq!(whole.len(), 8, "{:?}", whole.keys());
+    assert_eq!(whole.len(), 9, "{:?}", whole.keys());
     assert!(whole == files(&run.at("one/part")), "one process draws another picture of a part that has all");
     for &(ranks, node) in runs {
         let name = format!("{ranks}_{node}");

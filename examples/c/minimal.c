@@ -14,25 +14,11 @@
 enum { LAYERS = 8, STEPS = 12 };
 static const double RADIUS = 6371e3, PI = 3.14159265358979323846; /* metres; half a turn */
 
-/* What to draw and from where, in the words of a scene file; lengths in planet radii, angles in degrees. */
+/* What to draw and from where, in the words of a scene file; lengths in planet radii, angles in degrees. Colours and
+ * opacities are those that suit the first values. */
 static const char SCENE[] = "field = 'q'\n"
-                            "exaggeration = 50\n"
-                            "background = '#0a0d11'\n"
-                            "core = '#242424'\n"
                             "image = { width = 640, height = 512 }\n"
-                            "camera = { lon = 0, lat = 20, distance = 4.5, fov = 30 }\n"
-                            "ground = { land = '#2e2e2e', ocean = '#1c1c1c' }\n"
-                            "labels = { title = \"A blob that travels eastward\\n{time}\" }\n"
-                            "[transfer]\n"
-                            "map = 'viridis_bright'\n"
-                            "range = [0, 1]\n"
-                            "opacity = [[0.1, 0], [0.9, 0.9]]\n"
-                            "unit_length = 0.05\n"
-                            "[[lines]]\n"
-                            "pattern = 'coast'\n"
-                            "on = 'ground'\n"
-                            "color = 'white'\n"
-                            "opacity = 0.6\n"
+                            "camera = { lon = 0, lat = 20 }\n"
                             "[output]\n"
                             "file = 'blob_{step:06}.png'\n";
 
@@ -74,6 +60,7 @@ int main(void)
     check(ctx, icoray_grid_set(ctx, &grid));
     check(ctx, icoray_layers_set(ctx, &layers));
     check(ctx, icoray_scene_text(ctx, SCENE));
+    check(ctx, icoray_field_describe(ctx, "q", "a tracer that travels eastward", "kg m-3"));
 
     for (int step = 0; step <= STEPS; step++) {
         /* The model computes ... */

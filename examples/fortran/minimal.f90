@@ -7,17 +7,10 @@ program minimal
   real(real64), parameter :: planet_m = 6371220, top_m = 30000, step_s = 3600
   character, parameter :: nl = new_line('a')
   character(len=*), parameter :: scene = &
-    'field = "wave"'//nl// &
+    'field = "wave"'//nl// &   ! its colours and opacities are those that suit the first values
     'every = 10'//nl// &
-    'exaggeration = 20'//nl// &
-    'background = "#0a0d11"'//nl//'core = "#242424"'//nl// &
     'image = { width = 640, height = 480 }'//nl// &
-    'camera = { lon = 20, lat = 35, distance = 4.5, fov = 30 }'//nl// &
-    'ground = { land = "#2e2e2e", ocean = "#1c1c1c" }'//nl// &
-    'labels = { title = "A wave that turns around a planet\n{time}" }'//nl// &
-    '[transfer]'//nl//'map = "coolwarm_bright"'//nl//'range = [-1, 1]'//nl// &
-    'opacity = [[-1, 0.9], [-0.2, 0], [0.2, 0], [1, 0.9]]'//nl// &
-    '[[lines]]'//nl//'pattern = "coast"'//nl//'on = "ground"'//nl//'color = "white"'//nl//'opacity = 0.6'//nl// &
+    'camera = { lon = 20, lat = 35 }'//nl// &
     '[output]'//nl//'file = "wave_{step}.png"'//nl
   type(icoray_context) :: ctx
   type(icoray_mesh) :: mesh
@@ -43,6 +36,8 @@ program minimal
   call icoray_layers_set(ctx, radius_m, planet_m, ierr)
   call report_error(ierr)
   call icoray_scene_text(ctx, scene, ierr)   ! or icoray_scene_load(ctx, 'scene.toml', ierr)
+  call report_error(ierr)
+  call icoray_field_describe(ctx, 'wave', 'a wave that turns around the planet', 'm s-1', ierr)
   call report_error(ierr)
 
   do step = 0, 30

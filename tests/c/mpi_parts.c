@@ -20,6 +20,8 @@ static const struct {
     /* From within the shell, and forced, which makes no difference. */
     {"f32_inside", "f", "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110", "core = \"transparent\"\nranks = \"fragments\"",
      ""},
+    /* A field alone: it has the look that is suggested for the values of all ranks. */
+    {"f32_look", "v", NULL, "", ""},
 };
 static const char *const KINDS[PARTITIONS] = {"contiguous", "random", "single_cell", "no_cell"};
 
@@ -37,6 +39,11 @@ static void hear(void *user, int32_t level, const char *message)
 static void set(icoray_ctx *ctx, size_t scene)
 {
     int is_wide = strncmp(SCENES[scene].name, "f64", 3) == 0;
+    if (SCENES[scene].camera == NULL) {
+        OK(icoray_scene_text(ctx, text_of("field = \"%s\"\ntolerance = 1e-6\nimage = { width = 34, height = 28 }\n"
+                                          "[output]\nfile = \"%s.exr\"\n", SCENES[scene].field, SCENES[scene].name)));
+        return;
+    }
     OK(icoray_scene_text(ctx, text_of(
         "field = \"%s\"\nexaggeration = 60\nprecision = \"%.3s\"\ntolerance = %s\n%s\n[image]\nwidth = 34\n"
         "height = 28\n[camera]\n%s\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"

@@ -121,6 +121,7 @@ fn a_model_over_ranks_is_watched_and_steered() {
     };
     // The other ranks hear of another field in the call after which it is wanted.
     choose_fields(run, 1);
+    choose_looks(run);
 }
 
 /// Viewers of a model that computes the fields that are wanted choose another one and go back; either is drawn `late`
@@ -169,4 +170,47 @@ fn fields_that_viewers_choose_are_wanted_before_they_are_drawn() {
         run
     };
     choose_fields(run, 0);
+}
+
+/// A scene that names a field alone is steered in the look that it has got; another field has its own, from values that
+/// were computed for it.
+fn choose_looks(run: impl Fn(&Path, &Path) -> Command) {
+    const OPEN: &str = "field = \"f\"\nimage = { width = 40, height = 30 }\n[output]\nfile = \"frame_{step}.png\"\n";
+    let Watched { folder, to, mut model, viewer } = Watched::run(&format!("{OPEN}{LIVE}"), &run);
+    let shown = || viewer.get("/api/scene").json();
+    let first = shown();
+    assert_eq!(first["values"]["transfer"]["map"], "coolwarm_bright", "{first}");
+    // All fields are known once they were set.
+    model.draw();
+    let asked = viewer.clone();
+    let answer = model.draw_until(std::thread::spawn(move || asked.ask("POST /api/look?field=g", "")));
+    assert_eq!(answer.status, 200, "{}", text(&answer.body));
+    let second = shown();
+    assert_eq!((&second["values"]["field"], &second["values"]["lines"]), (&"g".into(), &first["values"]["lines"]));
+    // The values of g are half those of f.
+    let [of_f, of_g] = [&first, &second].map(|scene| scene["values"]["transfer"]["range"][1].as_f64().unwrap());
+    assert!((of_g / of_f - 0.5).abs() < 0.02, "{of_f}, {of_g}");
+    let drawn_first = drawn(&to, 1);
+    model.draw();
+    let step = model.draw();
+    let log = model.end();
+    assert!(!log.contains("cannot be drawn"), "{log}");
+    assert!(drawn(&to, step) != drawn_first);
+    let scene = second["text"].as_str().unwrap().replace("[live]\ntime_budget_ms = 1000000000.0\n", "");
+    let scene = written(folder.path(), "g.toml", &scene);
+    let alone = folder.path().join("g");
+    let mut model = Model::start(&mut run(&alone, &scene));
+    while model.draw() < step {}
+    model.end();
+    assert!(drawn(&alone, step) == drawn(&to, step));
+}
+
+#[test]
+fn viewers_choose_fields_that_have_looks_of_their_own() {
+    let program = compile_c(&["live", "host_common", "check"]);
+    choose_looks(|to, scene| {
+        let mut run = command(&program, to.parent().unwrap());
+        run.arg(to).arg(scene).arg("wants");
+        run
+    });
 }

@@ -6,6 +6,7 @@ use crate::drawing::Drawing;
 use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Script, View};
+use std::collections::BTreeSet;
 use std::sync::{Arc, Weak};
 
 mod collective;
@@ -33,6 +34,8 @@ pub struct Context {
     scene: SceneChoice,
     /// The text of the scene.
     scene_text: String,
+    /// Names of its views whose look is still to be suggested.
+    open_views: BTreeSet<String>,
     viewers: Viewers,
     /// The stamp of the previous icoray_execute.
     before: Option<Stamp>,
@@ -69,6 +72,7 @@ impl Context {
             inputs: Inputs::default(),
             scene: SceneChoice::Open,
             scene_text: String::new(),
+            open_views: BTreeSet::new(),
             viewers: Viewers::default(),
             before: None,
             levels: TimeLevels::default(),

@@ -228,9 +228,10 @@ pub unsafe extern "C" fn icoray_field_describe(
 }
 
 /// Loads the scene from a TOML file: one picture or several views, with their triggers and camera motions. A file
-/// that has only comments draws nothing. On failure (ICORAY_ERR_SCENE names line and key; ICORAY_ERR_IO if the file
-/// cannot be read, or pictures of that name or in that folder could not be written) the previous scene, if any, stays
-/// in effect.
+/// that has only comments draws nothing. A view that names a field alone (field = "theta") has the colours, opacities and
+/// camera that suit the first values that it shows, and keeps them. On failure (ICORAY_ERR_SCENE names line and key;
+/// ICORAY_ERR_IO if the file cannot be read, or pictures of that name or in that folder could not be written) the previous
+/// scene, if any, stays in effect.
 ///
 /// Collective over the communicator of icoray_open. Rank 0 reads its file and sends the text to the other ranks, whose
 /// paths are not read; NULL is refused on every rank. A failure on one rank is the status of all ranks.

@@ -11,7 +11,7 @@ pub struct SceneOptions {
     pub scene: Option<PathBuf>,
     /// Field to draw, instead of the first one that looks like a physical field (no heights or other variables of the
     /// grid; those that have layers first, then those that change with time). A 2D field is drawn as a surface.
-    /// With --scene the field is shown in its own look; camera, light, picture and output are those of the scene
+    /// With --scene the field is shown in its own look; camera, picture and output are those of the scene
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// Colour map, such as viridis, vik or rdylbu_r (_r is the other way round)

@@ -154,9 +154,10 @@ impl Opened {
     pub fn completed(&self, text: &str, selection: &Selection, progress: &Progress) -> Result<(String, Grid<'_>)> {
         progress.stage("checking the grid");
         let grid = self.renderer.run(|| self.file.mesh().grid())?;
-        let of = (text, selection.scene_options.field.as_deref());
+        let field = selection.scene_options.field.as_deref();
+        let wanted = suggest::Completion { text, field, ..Default::default() };
         let (time, layers) = (self.times[self.times.len() - 1], &selection.layer_option.layers);
-        let text = self.file.completed_scene((&grid, &self.renderer), of, time, layers)?;
+        let text = self.file.completed_scene((&grid, &self.renderer), &wanted, time, layers)?;
         Ok((text, grid))
     }
 }

@@ -181,23 +181,45 @@ static int is_there(const struct t_comin_var_descriptor *wanted)
     return found;
 }
 
-/* ICON tells the place of each of its variables; those of plugins, without it, are at triangles. The key is looked for
- * first, as asking for one that is not there leaves an error too. */
-static host_place place_of(struct t_comin_var_descriptor of)
+/* Whether ICON tells this of a variable: asking for a key that is not there leaves an error too. */
+static int has_key(struct t_comin_var_descriptor of, const char *key)
 {
-    int place = COMIN_HGRID_UNSTRUCTURED_CELL, is_told = 0;
+    int is_told = 0;
     void *at = comin_metadata_get_iterator_begin(of), *end = comin_metadata_get_iterator_end(of);
     for (; !comin_metadata_iterator_compare(at, end); comin_metadata_iterator_next(at)) {
-        is_told |= strcmp(comin_metadata_iterator_get_key(at), "hgrid_id") == 0;
+        is_told |= strcmp(comin_metadata_iterator_get_key(at), key) == 0;
     }
     comin_metadata_iterator_delete(at);
     comin_metadata_iterator_delete(end);
-    if (is_told) {
+    return is_told;
+}
+
+/* Of variables of plugins ICON tells no place: they are at triangles. */
+static host_place place_of(struct t_comin_var_descriptor of)
+{
+    int place = COMIN_HGRID_UNSTRUCTURED_CELL;
+    if (has_key(of, "hgrid_id")) {
         comin_metadata_get_integer(of, "hgrid_id", &place);
     }
     return place == COMIN_HGRID_UNSTRUCTURED_CELL     ? HOST_TRIANGLES
            : place == COMIN_HGRID_UNSTRUCTURED_VERTEX ? HOST_VERTICES
                                                       : HOST_EDGES;
+}
+
+void host_describe(const char *name, int domain, const char *key, char *to, size_t size)
+{
+    struct t_comin_var_descriptor of;
+    const char *text = NULL;
+    int length = 0;
+    memset(&of, 0, sizeof of);
+    snprintf(of.name, sizeof of.name, "%s", name);
+    of.id = domain;
+    if (has_key(of, key)) {
+        comin_metadata_get_character(of, key, &text, &length);
+    }
+    if (!copied(to, size, text, length)) {
+        to[0] = 0;
+    }
 }
 
 void *host_request(const char *name, int domain, host_place *place)

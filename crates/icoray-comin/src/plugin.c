@@ -86,7 +86,12 @@ static int request_fields(void)
             snprintf(line, sizeof line, "the scene reads %s, and ICON has %s", name,
                      fields[i].place == HOST_EDGES ? "it at edges: expected a variable at triangles" : "no such variable");
             host_warn_once(line);
+            continue;
         }
+        char long_name[256], units[64];
+        host_describe(variable, fields[i].domain, "long_name", long_name, sizeof long_name);
+        host_describe(variable, fields[i].domain, "units", units, sizeof units);
+        icoray_field_describe(context, name, long_name, units);
     }
     return 1;
 }

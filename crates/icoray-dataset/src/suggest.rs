@@ -29,23 +29,23 @@ impl Dataset {
         renderer.run(|| suggest::scene(&info.name, grid, &layers, &field, &options))
     }
 
-    /// The text of a scene that leaves its look to the suggestion, completed as [`suggest::completed`] has it by the
-    /// suggestion for its field at a time; another text as it is.
+    /// The text of a scene, completed as [`suggest::completed`] has it by the suggestion for its field at a time; as it
+    /// is where there is nothing to complete.
     ///
     /// # Errors
     /// As [`Dataset::suggest_scene`], [`Dataset::field_info`] and [`Dataset::first_field`].
     pub fn completed_scene(
         &self,
         with: (&Grid, &Renderer),
-        (text, field): (&str, Option<&str>),
+        wanted: &suggest::Completion,
         time: usize,
         layers_wanted: &LayerSelection,
     ) -> Result<String> {
-        let completed = suggest::completed(text, field, |name, options| {
+        let completed = suggest::completed(wanted, &mut |name, options| {
             let info = if name.is_empty() { self.first_field()? } else { self.field_info(name)? };
-            self.suggest_scene(with, (info, time), layers_wanted, options)
+            self.suggest_scene(with, (info, time), layers_wanted, options).map(Some)
         });
-        Ok(completed?.unwrap_or_else(|| text.to_owned()))
+        Ok(completed?.unwrap_or_else(|| wanted.text.to_owned()))
     }
 }
 
@@ -55,6 +55,5 @@ fn as_surface(info: &FieldInfo, options: suggest::Options) -> Result<suggest::Op
         let context = format!("surface {layer}: {} is a 2D field, expected 0", info.name);
         return Err(Error::new(ErrorKind::Argument, context));
     }
-    let exaggeration = Some(options.exaggeration.unwrap_or(1.0));
-    Ok(suggest::Options { surface: Some(Level::Layer(0)), exaggeration, ..options })
+    Ok(options.for_2d())
 }

@@ -147,6 +147,10 @@ impl<'v> Viewer<'v> {
                 let from = (data.fields, data.heights);
                 reply.send(answers::probe((scene, at), self.dataset, &data.drawing, from, known));
             }
+            Question::Look { look, reply } => {
+                let with = (self.grid, self.renderer);
+                reply.send(self.dataset.completed_scene(with, &look.completion(false), time, self.layers_wanted));
+            }
             Question::Picture { reply, .. } => {
                 reply.send(known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone())));
             }

@@ -60,7 +60,7 @@ export function change(changes, { time, view } = {}) {
   return new Promise((resolve) => push({ changes, time, view, isMoving: false, resolve }));
 }
 
-/** Calls `/api/undo`, `/api/redo` or `/api/load` in turn with the changes. */
+/** Calls `/api/undo`, `/api/redo`, `/api/load` or `/api/look` in turn with the changes. */
 export function act(path, value) {
   rest();
   return new Promise((resolve) => push({ path, value, changes: [], isMoving: false, resolve }));

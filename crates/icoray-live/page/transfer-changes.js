@@ -96,6 +96,15 @@ export function toMap(target, resolved, transfer) {
   return [{ path: target.path, value: { map: 'viridis', ...unit, range: resolved.range.map((v) => neat(v, 5)) } }];
 }
 
+/** Whether nothing but one volume or 2D field is shown: another field of the data has a look of its own in its place. */
+export function isShownAlone(target, field, scene, fields) {
+  const { derive = [], isosurfaces = [] } = scene.values;
+  const isDerived = derive.some((derived) => derived.name === field);
+  const is2d = fields.some((known) => known.name === target.field && known.layers === 0);
+  const isWhole = target.path[0] === 'transfer' || target.path[0] === 'volumes' || is2d;
+  return !isDerived && isWhole && isosurfaces.length === 0 && targetsOf(scene).length === 1;
+}
+
 /** Changes that show another field: what is given in values of the old one is dropped or becomes parts of the range. */
 export function fieldChanges(target, resolved, transfer, field, scene) {
   const changes = [{ path: target.fieldPath, value: field }];

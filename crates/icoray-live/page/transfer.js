@@ -4,7 +4,7 @@
 import { plain, rounded } from './format.js';
 import { markersOf, moveMarker, newIsosurface } from './markers.js';
 import { openTab } from './panel.js';
-import { change, move, rest } from './sender.js';
+import { act, change, move, rest } from './sender.js';
 import { histogram, on, say, store, valueAt } from './store.js';
 import * as changes from './transfer-changes.js';
 import * as model from './transfer-model.js';
@@ -27,7 +27,9 @@ const panel = makePanel({
   curve: { move: moved, done: rest, add, remove, select },
   open,
   field: (name) => {
-    choosing = change(changes.fieldChanges(target, resolved, transfer, name, store.scene));
+    choosing = changes.isShownAlone(target, name, store.scene, store.describe.fields)
+      ? act(`/api/look?field=${encodeURIComponent(name)}`)
+      : change(changes.fieldChanges(target, resolved, transfer, name, store.scene));
   },
   map: (name) => send('map', name),
   reverse: (isOn) => send('reverse', isOn || null),

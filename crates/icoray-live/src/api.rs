@@ -2,7 +2,7 @@
 
 use crate::describe::{DescribeAnswer, Description, hex};
 use crate::guard;
-use crate::hub::{Hub, Question, Reply};
+use crate::hub::{Hub, Look, Question, Reply};
 use crate::page;
 use crate::picture::Picture;
 use crate::session::{ChangeRequest, Session};
@@ -109,6 +109,7 @@ impl Api {
             ("histogram", &Method::GET) => self.histogram(&query).await,
             ("probe", &Method::GET) => self.probe(&query).await,
             ("picture", &Method::GET) => self.picture(&query).await,
+            ("look", &Method::POST) => self.look(&query).await,
             ("change", &Method::POST) => {
                 let change: ChangeRequest = serde_json::from_slice(&body(request).await?).map_err(bad)?;
                 self.changed(|session| session.change(&change))
@@ -120,8 +121,8 @@ impl Api {
             ("undo", &Method::POST) => self.changed(|session| session.step(true)),
             ("redo", &Method::POST) => self.changed(|session| session.step(false)),
             (
-                "describe" | "scene" | "frame" | "histogram" | "probe" | "picture" | "change" | "load" | "undo"
-                | "redo",
+                "describe" | "scene" | "frame" | "histogram" | "probe" | "picture" | "look" | "change" | "load"
+                | "undo" | "redo",
                 _,
             ) => Err(wrong_method()),
             _ => Err(nothing_here()),
@@ -201,6 +202,25 @@ impl Api {
         }
         let probe = self.ask(|reply| Question::Probe { at, reply }).await?;
         Ok(json_answer(&probe.map_or_else(|| json!({ "hit": false }), |probe| probe.answer())))
+    }
+
+    /// Shows another field in the look that is suggested for it.
+    async fn look(&self, query: &str) -> Outcome {
+        let field = parameter(query, "field").ok_or_else(|| missing("field"))?;
+        loop {
+            let (text, view) = self.hub.look(|session| (session.text().to_owned(), session.view().to_owned()));
+            let look = Box::new(Look { field: field.clone(), view, text: text.clone() });
+            let found = self.ask(|reply| Question::Look { look, reply }).await?;
+            let mut is_same = true;
+            let answer = self.changed(|session| {
+                is_same = session.text() == text;
+                if is_same { session.replace(&found) } else { Ok(()) }
+            });
+            // Where another viewer has changed the scene meanwhile, that one is to show the field.
+            if is_same {
+                return answer;
+            }
+        }
     }
 
     async fn picture(&self, query: &str) -> Outcome {

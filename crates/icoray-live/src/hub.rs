@@ -5,6 +5,7 @@ use crate::document;
 use crate::picture::Picture;
 use crate::session::Session;
 use icoray::output::write_text;
+use icoray::suggest::Completion;
 use icoray::{Error, Frame, Scene};
 use std::collections::VecDeque;
 use std::path::Path;
@@ -41,6 +42,14 @@ pub enum Question {
         /// Takes the answer.
         reply: Reply<Option<Probe>>,
     },
+    /// The text of the scene in which the view that is looked at shows another field, in the look that is suggested for
+    /// its values at the time that is shown.
+    Look {
+        /// What is wanted.
+        look: Box<Look>,
+        /// Takes the answer.
+        reply: Reply<String>,
+    },
     /// The picture at rest, as it is written to a file.
     Picture {
         /// Number of the time, in place of the one that is shown.
@@ -48,6 +57,24 @@ pub enum Question {
         /// Takes the answer.
         reply: Reply<Frame>,
     },
+}
+
+/// Another field in a view of a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Look {
+    /// Name of the field.
+    pub field: String,
+    /// Name of the view; empty for a scene without views.
+    pub view: String,
+    /// The text of the scene.
+    pub text: String,
+}
+
+impl Look {
+    /// As a completion, for a page whose viewers steer a program if it `is_steered`.
+    pub fn completion(&self, is_steered: bool) -> Completion<'_> {
+        Completion { text: &self.text, view: Some(&self.view), field: Some(&self.field), is_steered }
+    }
 }
 
 /// Takes the answer to a question.
@@ -151,6 +178,7 @@ impl Question {
         match self {
             Question::Histogram { reply, .. } => reply.send(Err(error)),
             Question::Probe { reply, .. } => reply.send(Err(error)),
+            Question::Look { reply, .. } => reply.send(Err(error)),
             Question::Picture { reply, .. } => reply.send(Err(error)),
         }
     }

@@ -40,7 +40,7 @@ mod steering;
 
 pub use answers::{Histogram, Percentiles, Probe};
 pub use describe::{Description, FieldDescription};
-pub use hub::{Change, DrawRequest, Question, Reply, Request, Taken};
+pub use hub::{Change, DrawRequest, Look, Question, Reply, Request, Taken};
 pub use session::{NamedScene, PictureSize, SceneReader};
 pub use steering::{SharedSteered, Steered, steering_reader};
 

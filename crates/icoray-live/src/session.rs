@@ -243,11 +243,20 @@ impl Session {
     /// # Errors
     /// As [`Self::change`].
     pub fn load(&mut self, text: &str) -> Result<(), String> {
+        self.replace(text)?;
+        self.follows_size = self.lacks_size();
+        Ok(())
+    }
+
+    /// As [`Self::load`], for pictures of the same size.
+    ///
+    /// # Errors
+    /// As [`Self::change`].
+    pub fn replace(&mut self, text: &str) -> Result<(), String> {
         let views = self.read(text)?;
         self.push_undo(self.text.clone());
         self.show(text.to_owned(), views);
         (self.before, self.is_moving) = (None, false);
-        self.follows_size = self.lacks_size();
         self.revision += 1;
         Ok(())
     }

@@ -59,6 +59,7 @@ int main(int argc, char **argv)
         const icon_variable *of = &icon_variables[i];
         if (of->place != AT_EDGES) {
             values[i] = array(ctx, &grid, of->name, of->levels > 0 ? of->levels : 1, of->place);
+            check(ctx, icoray_field_describe(ctx, of->name, of->long_name, of->units));
         }
     }
     check(ctx, icoray_scene_load(ctx, argv[1]));

@@ -5,9 +5,14 @@
 #include <stdlib.h>
 
 const icon_variable icon_variables[ALL_VARIABLES] = {
-    {"temp", LEVELS, AT_TRIANGLES}, {"w", LEVELS + 1, AT_TRIANGLES}, {"ps", 0, AT_TRIANGLES},
-    {"qv", LEVELS, AT_TRIANGLES},   {"vn", LEVELS, AT_EDGES},        {"omega_z", LEVELS, AT_VERTICES},
-    {"few", LEVELS, AT_TRIANGLES},  {"many", LEVELS, AT_EDGES}};
+    {"temp", LEVELS, AT_TRIANGLES, "temperature", "K"},
+    {"w", LEVELS + 1, AT_TRIANGLES, "vertical velocity", "m s-1"},
+    {"ps", 0, AT_TRIANGLES, "surface pressure", "Pa"},
+    {"qv", LEVELS, AT_TRIANGLES, "specific humidity", "kg kg-1"},
+    {"vn", LEVELS, AT_EDGES, "velocity", "m s-1"},
+    {"omega_z", LEVELS, AT_VERTICES, "", "s-1  "},
+    {"few", LEVELS, AT_TRIANGLES, "few", "1"},
+    {"many", LEVELS, AT_EDGES, "many", "1"}};
 const double icon_half_levels[LEVELS + 1] = {24e3, 16e3, 10e3, 5e3, 2e3, 0.0};
 
 double icon_height(double lon, double lat, int level)

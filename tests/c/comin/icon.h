@@ -25,6 +25,7 @@ typedef struct {
     const char *name;
     int levels; /* 0: none */
     int place;
+    const char *long_name, *units;
 } icon_variable;
 extern const icon_variable icon_variables[ALL_VARIABLES];
 

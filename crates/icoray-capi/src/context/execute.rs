@@ -114,14 +114,18 @@ impl Context {
         let scheduled = scheduled.unwrap_or_default();
         let (mut failures, mut known, mut copied) = (Failures::default(), Summaries::new(), Vec::new());
         for view in &scheduled {
-            match self.holds(view, &scheduled, &mut known, stamp) {
+            let drawn = match self.holds(view, &scheduled, &mut known, stamp) {
                 Ok(false) => continue,
-                Ok(true) => {}
+                Ok(true) => self.completed(view, stamp),
+                Err(failure) => Err(failure),
+            };
+            let view = match drawn {
+                Ok(view) => view,
                 Err(failure) => {
                     self.picture_failed(failure, view.name(), &mut failures)?;
                     continue;
                 }
-            }
+            };
             for shot in view.shots(stamp) {
                 let shot = self.viewers.within_budget(shot);
                 if let Err(failure) = self.draw_shot(shot, stamp, &mut copied) {
@@ -164,11 +168,28 @@ impl Context {
     /// Renders a picture, or appends it to those that the background renders from one copy of the fields.
     fn draw_shot<'a>(&mut self, shot: Shot, stamp: &Stamp, copied: &mut Vec<FrameInputs<'a>>) -> Outcome<()> {
         let name = shot.name.clone();
-        let named = |failure: Failure| failure.of_picture(&name, stamp.step);
+        let frame_inputs = self.picture_inputs(shot, stamp, true)?;
+        self.warn_about_holes(&frame_inputs);
+        if self.drawing.is_in_background() {
+            copied.push(frame_inputs);
+            return Ok(());
+        }
+        let drawn = self.drawing.draw(&mut self.ranks, stamp, frame_inputs);
+        drawn.map_err(|failure| failure.of_picture(&name, stamp.step))
+    }
+
+    /// The inputs of a picture, which all ranks can render, and whose files may be made if it `is_written`. Collective.
+    pub(super) fn picture_inputs<'a>(
+        &mut self,
+        shot: Shot,
+        stamp: &Stamp,
+        is_written: bool,
+    ) -> Outcome<FrameInputs<'a>> {
+        let name = shot.name.clone();
         let Context { inputs, drawing, ranks, .. } = self;
         let mine = caught(|| {
             drawing.refuse_if_off()?;
-            if ranks.is_root() && !drawing.is_in_background() {
+            if is_written && ranks.is_root() && !drawing.is_in_background() {
                 // Names that are wrong or taken are known before the first ray.
                 drawing.check_names(&shot.scene, stamp)?;
             }
@@ -179,13 +200,7 @@ impl Context {
             Ok(frame_inputs)
         });
         let facts = mine.iter().flat_map(|given| [given.grid_description(), given.fields_2d()]).collect();
-        let frame_inputs = self.agree_on_picture(mine.map_err(named), &name, facts)?;
-        self.warn_about_holes(&frame_inputs);
-        if self.drawing.is_in_background() {
-            copied.push(frame_inputs);
-            return Ok(());
-        }
-        self.drawing.draw(&mut self.ranks, stamp, frame_inputs).map_err(named)
+        self.agree_on_picture(mine.map_err(|failure| failure.of_picture(&name, stamp.step)), &name, facts)
     }
 
     /// This rank's value if all ranks succeeded, render the same view and have equal `facts`. Collective.

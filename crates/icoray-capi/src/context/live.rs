@@ -13,6 +13,7 @@ use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
+use icoray_core::suggest::Completion;
 use icoray_core::{ColumnCount, Plan, Script, Shot};
 use icoray_live::Histogram;
 use std::collections::{BTreeMap, BTreeSet};
@@ -110,7 +111,12 @@ impl Context {
         page.count_pictures(&mut self.drawing);
         let mut sent = page.take(&self.inputs, &script, &self.scene_text);
         let first = self.inputs.first.as_deref();
-        sent.is_announced = sent.scene.as_deref().is_some_and(|text| self.viewers.lacks_fields(text, first));
+        sent.is_announced = sent.announced().is_some_and(|text| self.viewers.lacks_fields(&text, first));
+        if sent.is_announced
+            && let Some([_, _, field]) = sent.look.take_if(|_| sent.scene.is_none())
+        {
+            sent.scene = Some(format!("field = {field:?}\n"));
+        }
         self.viewers.unwanted.clear();
         sent
     }
@@ -121,7 +127,7 @@ impl Context {
             (&mut self.viewers.page, &self.scene, self.ranks.size() > 1)
         {
             let sent = page.take(&self.inputs, script, &self.scene_text);
-            self.viewers.announce(sent.scene.as_deref());
+            self.viewers.announce(sent.announced().as_deref());
         }
     }
 
@@ -135,6 +141,9 @@ impl Context {
         self.viewers.budgets_ms = if self.viewers.own.is_some() { sent.budgets_ms.clone() } else { BTreeMap::new() };
         if let Some(field) = &sent.histogram {
             self.answer_histogram(field);
+        }
+        if let Some([text, view, field]) = &sent.look {
+            self.answer_look(&Completion { text, view: Some(view), field: Some(field), is_steered: true }, stamp);
         }
         let script = self.script()?;
         if let (Some((at, view)), Some(script)) = (&sent.probe, &script) {
@@ -156,7 +165,11 @@ impl Context {
             if !is_steered {
                 self.viewers.own = None;
             }
-            text.clone_into(&mut self.scene_text);
+            self.keep_text(text.to_owned());
+            if is_steered {
+                // What viewers leave open is drawn as it is.
+                self.open_views.clear();
+            }
         });
         if let Some(page) = &mut self.viewers.page {
             page.taken(outcome, self.viewers.own.is_some(), stamp, &mut self.drawing);
@@ -220,6 +233,14 @@ impl Context {
         }
     }
 
+    /// Suggests a look for a field. Collective.
+    fn answer_look(&mut self, wanted: &Completion, stamp: &Stamp) {
+        let found = self.suggested(wanted, stamp);
+        if let Some(page) = &mut self.viewers.page {
+            page.answer_look(found);
+        }
+    }
+
     /// Follows the ray through a place of a view's picture. Collective.
     fn answer_probe(&mut self, at: [f64; 2], view: &str, script: &Script, stamp: &Stamp) {
         let mine = caught(|| {
@@ -244,6 +265,11 @@ impl Context {
     /// Shows viewers a scene that the model has set.
     pub(super) fn show_new_scene(&mut self) {
         self.viewers = Viewers { page: self.viewers.page.take(), ..Viewers::default() };
+        self.show_scene();
+    }
+
+    /// Shows viewers the model's own scene, as it is drawn from now on.
+    pub(super) fn show_scene(&mut self) {
         if let (Some(page), SceneChoice::Script(script)) = (&mut self.viewers.page, &self.scene)
             && let Some(live) = script.live()
         {

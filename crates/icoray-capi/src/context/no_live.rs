@@ -43,6 +43,8 @@ impl Context {
         self.script()
     }
 
+    pub(super) fn show_scene(&mut self) {}
+
     pub(super) fn show_new_scene(&mut self) {
         self.viewers.0 = false;
     }

@@ -4,7 +4,10 @@ use super::{Context, SceneChoice, missing};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::message::listed;
 use crate::types::icoray_status;
-use icoray_core::Script;
+use icoray_core::output::Stamp;
+use icoray_core::suggest::{self, Completion, Options, Suggestion};
+use icoray_core::{Error, ErrorKind, Script, Shot, View};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -60,10 +63,77 @@ impl Context {
             self.drawing.render_in_background(&mut self.ranks)?;
         }
         self.scene = scene;
-        self.scene_text = String::from_utf8_lossy(&root_message.0).into_owned();
+        self.keep_text(String::from_utf8_lossy(&root_message.0).into_owned());
         self.show_new_scene();
         self.warn_of_unknown_fields();
         Ok(())
+    }
+
+    /// Keeps the text of the scene that is drawn from now on.
+    pub(super) fn keep_text(&mut self, text: String) {
+        self.open_views = suggest::open_views(&text);
+        self.scene_text = text;
+    }
+
+    /// A view that is due, with the look that is suggested for the values of its field if it names a field alone. The
+    /// scene has that look from then on, unless it is provisional; while all values are missing the view stays as it is.
+    /// Collective.
+    pub(super) fn completed<'v>(&mut self, view: &'v View, stamp: &Stamp) -> Outcome<Cow<'v, View>> {
+        if !self.open_views.contains(view.name()) {
+            return Ok(Cow::Borrowed(view));
+        }
+        let text = self.scene_text.clone();
+        let wanted = Completion { text: &text, view: Some(view.name()), ..Completion::default() };
+        let Some(suggestion) = self.suggested(&wanted, stamp)? else { return Ok(Cow::Borrowed(view)) };
+        let SceneChoice::Script(scene) = self.parsed(suggestion.text.as_bytes())? else {
+            return Ok(Cow::Borrowed(view));
+        };
+        let named = self.inputs.named(&scene);
+        if !suggestion.is_provisional {
+            self.scene = SceneChoice::Script(scene);
+            self.keep_text(suggestion.text);
+            self.show_scene();
+        }
+        let completed = named.views().iter().find(|completed| completed.name() == view.name());
+        Ok(Cow::Owned(completed.unwrap_or(view).clone()))
+    }
+
+    /// The text of a scene with what is suggested for the values of its field at this step; `None` where all are
+    /// missing. Collective.
+    pub(super) fn suggested(&mut self, wanted: &Completion, stamp: &Stamp) -> Outcome<Option<Suggestion>> {
+        let (mut is_provisional, mut failed) = (false, None);
+        let text = suggest::completed(wanted, &mut |name, options| {
+            let found = self.suggested_for((wanted.view.unwrap_or(""), name), options, stamp);
+            let (suggestion, failure) = found.map_or_else(|failure| (None, Some(failure)), |found| (found, None));
+            failed = failure;
+            is_provisional = suggestion.as_ref().is_some_and(|suggestion| suggestion.is_provisional);
+            Ok(suggestion.map(|suggestion| suggestion.text))
+        });
+        failed.map_or(Ok(()), Err)?;
+        Ok(text?.map(|text| Suggestion { text, is_provisional }))
+    }
+
+    /// The scene that is suggested for a field (`""`: the first one) in a view. Collective.
+    fn suggested_for(
+        &mut self,
+        (view, field): (&str, &str),
+        options: Options,
+        stamp: &Stamp,
+    ) -> Outcome<Option<Suggestion>> {
+        let mut script = Script::parse("every = 1")?;
+        if !field.is_empty() {
+            script.name_first_field(field);
+        }
+        let script = self.inputs.named(&Arc::new(script));
+        let scene = script.views()[0].shots(stamp).next().map(|shot| shot.scene);
+        let scene = scene.ok_or_else(|| Error::new(ErrorKind::Internal, "a view without a picture"))?;
+        let given = self.picture_inputs(Shot { name: view.to_owned(), scene }, stamp, false)?;
+        let no_field = || Error::new(ErrorKind::Internal, "a picture without a field");
+        let field = given.fields.iter().next().ok_or_else(no_field)?;
+        let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
+        let data = (&*given.grid, given.held.as_deref(), &*given.layers);
+        let found = self.drawing.renderer().suggest_held(&mut self.ranks, data, field, &options);
+        found.map_err(|error| Failure::from(error).of_picture(view, stamp.step))
     }
 
     /// Logs a warning, at rank 0, for fields of the scene that are none of those that the model has named by now.
@@ -110,3 +180,6 @@ impl Context {
         Ok(SceneChoice::Script(Arc::new(script)))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -87,6 +87,10 @@ impl<'a> Pictures<'a> {
                 let from = (&fields, &self.heights);
                 reply.send(answers::probe((&shot.scene, at), self.file, drawing, from, Some(shown)));
             }
+            Question::Look { look, reply } => {
+                let with = (drawing.grid, drawing.renderer);
+                reply.send(self.file.completed_scene(with, &look.completion(true), due.time, layers_wanted));
+            }
             Question::Picture { reply, .. } => reply.send(Ok(shown.clone())),
         }
     }

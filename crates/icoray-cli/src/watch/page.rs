@@ -90,6 +90,7 @@ impl Page {
     pub fn asked_fields(&self) -> Vec<String> {
         let asked = self.questions.iter().filter_map(|question| match question {
             Question::Histogram { field, .. } => Some(field.clone()),
+            Question::Look { look, .. } => Some(look.field.clone()),
             _ => None,
         });
         let set = self.change.iter().filter_map(|change| Script::parse(&change.text).ok());

@@ -188,6 +188,32 @@ const CHOOSE_W: &str = "const select = document.querySelector('#colours select[a
      select.dispatchEvent(new Event('change'));";
 
 #[test]
+fn another_field_has_its_own_look() {
+    let Some(shown) = Shown::start() else { return };
+    let Shown { browser, viewer, folder } = &shown;
+    let first = viewer.get("/api/scene").json()["values"].clone();
+    browser.changed_by(|| drop(browser.js(CHOOSE_W)));
+    browser.until_text("#facts", "w");
+    let values = viewer.get("/api/scene").json()["values"].clone();
+    let alone = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--field", "w"]));
+    let alone = alone.get("/api/scene").json()["values"].clone();
+    assert_eq!([&values["field"], &values["transfer"]], [&alone["field"], &alone["transfer"]]);
+    assert!(values["transfer"] != first["transfer"] && values["camera"] == first["camera"]);
+    // Beside a second volume a choice changes that one alone.
+    let volumes = r#"[{"field":"w","transfer":{"map":"magma"}},{"field":"rho","transfer":{"map":"viridis"}}]"#;
+    let changes = format!(
+        r#"{{"changes":[{{"path":["field"],"value":null}},{{"path":["transfer"],"value":null}},
+        {{"path":["volumes"],"value":{volumes}}}]}}"#
+    );
+    assert_eq!(viewer.post("/api/change", &changes).status, 200);
+    browser.until_page("two volumes", "return store.scene.values.volumes?.length === 2;");
+    browser.js(&CHOOSE_W.replace("'w'", "'theta'"));
+    browser.until_page("the choice", "return store.scene.values.volumes?.[0].field === 'theta';");
+    assert_eq!(viewer.get("/api/scene").json()["values"]["volumes"][1]["field"], "rho");
+    browser.is_quiet();
+}
+
+#[test]
 fn an_isosurface_is_suggested_for_the_field_that_was_chosen() {
     let Some(shown) = Shown::start() else { return };
     let Shown { browser, viewer, .. } = &shown;

@@ -107,6 +107,18 @@ fn a_scene_that_names_a_field_alone_is_the_suggestion() {
         has(&text, &["rho"]);
         assert!(other != suggested, "{field}: --field changes nothing");
     }
+    // Each view that names a field alone has its look, beside one with a look of its own.
+    let image = "image = { width = 96, height = 72 }\ncore = 'transparent'\noutput.file = '{view}.exr'\n";
+    let views = "[[views]]\nname = 'a'\nfield = 'w'\n[[views]]\nname = 'b'\nvolumes = [{ field = 'vorticity' }]\n\
+                 [[views]]\nname = 'c'\nfield = 'w'\ntransfer = { map = 'magma' }\n";
+    fs::write(folder.path().join("views.toml"), format!("{image}{views}")).unwrap();
+    prints(icoray(folder.path()).args(["render", "made.nc", "--scene", "views.toml", "-o", "views"]));
+    let pixels = |name: &str| image::open(folder.path().join(name)).unwrap().to_rgba32f();
+    for (view, field) in [("a", "w"), ("b", "vorticity")] {
+        draw(&format!("field = '{field}'\n{}", image.replace("output.file = '{view}.exr'\n", "")), &[]);
+        assert!(pixels(&format!("views/{view}.exr")) == pixels("own.exr"), "{view}");
+    }
+    assert!(pixels("views/c.exr") != pixels("views/a.exr"));
     // A look of its own stays.
     let own = scene("theta", 0.0, 42.0);
     assert!(draw(&own, &[]) != draw("field = 'theta'", &["--size", "96x96"]), "the look of the scene is not its own");

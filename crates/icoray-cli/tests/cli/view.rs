@@ -4,6 +4,7 @@ use crate::made::Made;
 use crate::run::{fails, icoray, prints, scene};
 use crate::viewer::Viewer;
 use netcdf::Options;
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -79,6 +80,42 @@ fn changes_are_taken_whole_and_undone() {
     assert_eq!(viewer.post("/api/load", "field = 'theta'\nzzz = 2\n").status, 400);
     assert_eq!(viewer.post("/api/load", "field = 'theta'\n").status, 200);
     assert_eq!(text(), "field = 'theta'\n");
+}
+
+#[test]
+fn another_field_is_shown_in_its_own_look() {
+    let folder = folder();
+    let start = |field: &str| Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--field", field]));
+    let sized = |viewer: &Viewer, size: &str| {
+        viewer.post("/api/change", &format!(r#"{{"size":{size}}}"#)).json()["revision"].as_u64().unwrap()
+    };
+    let viewer = start("theta");
+    let values = || viewer.get("/api/scene").json()["values"].clone();
+    sized(&viewer, "[120,90]");
+    let first = values();
+    for field in ["w", "surface_pressure", "theta"] {
+        assert_eq!(viewer.post(&format!("/api/look?field={field}"), "").status, 200, "{field}");
+        let other = start(field);
+        sized(&other, "[120,90]");
+        let (shown, alone) = (values(), other.get("/api/scene").json()["values"].clone());
+        let keys: BTreeSet<&String> = [&shown, &alone].iter().flat_map(|v| v.as_object().unwrap().keys()).collect();
+        // The place of the camera stays.
+        for key in keys.into_iter().filter(|key| *key != "camera") {
+            assert_eq!(shown[key], alone[key], "{field}: {key}");
+        }
+    }
+    assert_eq!(values(), first);
+    // What a hand has changed stays.
+    viewer.post("/api/change", r#"{"changes":[{"path":["light"],"value":{"kind":"sun","lon":3,"lat":4}}]}"#);
+    viewer.post("/api/look?field=w", "");
+    assert_eq!((&values()["light"]["lon"], &values()["lines"]), (&3.into(), &first["lines"]));
+    // The picture has the page's size as before.
+    let facts = viewer.at_rest(sized(&viewer, "[160,100]"));
+    assert_eq!((&facts["width"], facts["error"].as_str()), (&160.into(), None), "{facts}");
+    viewer.post("/api/undo", "");
+    assert_eq!(values()["field"], "theta");
+    let answer = viewer.post("/api/look?field=zzz", "");
+    assert!(answer.status == 422 && answer.json()["error"].as_str().unwrap().contains("zzz"), "{}", answer.json());
 }
 
 #[test]

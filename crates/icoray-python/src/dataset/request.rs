@@ -59,7 +59,8 @@ impl<'py> Request<'py> {
                 };
                 let (field, layers) = (self.get::<String>("field")?, self.layers);
                 renderer.draw(py, None, move |inner| {
-                    opened.dataset.completed_scene((opened.grid(), inner), (&text, field.as_deref()), time, &layers)
+                    let wanted = suggest::Completion { text: &text, field: field.as_deref(), ..Default::default() };
+                    opened.dataset.completed_scene((opened.grid(), inner), &wanted, time, &layers)
                 })?
             }
             None => self.suggested(py, opened, renderer, time)?,

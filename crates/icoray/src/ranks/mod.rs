@@ -50,7 +50,7 @@ pub(crate) use node_fields::{NodeFields, Stored};
 pub use part::Part;
 pub use pump::PointToPoint;
 pub(crate) use pump::{MessagePump, pumped};
-pub(crate) use wire::{decode_list, decode_next, encode, encode_lists};
+pub(crate) use wire::{decode_list, decode_lists, decode_next, encode, encode_lists};
 
 use icoray_grid::{Error, ErrorKind, Result};
 pub(crate) use load_balance::TileCosts;

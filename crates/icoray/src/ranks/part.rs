@@ -32,6 +32,8 @@ type CellsOfRanks = Vec<Vec<u32>>;
 /// A rank's part of a grid, agreed on by all ranks.
 #[derive(Debug, Clone)]
 pub struct Part {
+    /// Number of each cell in the whole grid, from 0.
+    numbers: Vec<u64>,
     owns_cell: Vec<bool>,
     region: OwnedRegion,
     /// For each rank, own cells whose values it needs.
@@ -86,7 +88,7 @@ impl Part {
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
         let agreed = Agreed::new(ranks, grid, cells)?;
         let mates = vec![ranks.rank()];
-        Part::of_mates(ranks, grid, agreed.tables, mates, false)
+        Part::of_mates(ranks, grid, (agreed.global, agreed.tables), mates, false)
     }
 
     /// The part that the ranks of a node have together. Collective.
@@ -99,20 +101,21 @@ impl Part {
         let owns_triangle: Vec<bool> = (0..grid.triangles() as u32).map(owns).collect();
         let (sends, receives) = node_partners(ranks, mesh, nodes)?;
         let tables = PartTables { owns_cell, owns_triangle, sends, receives };
-        Part::of_mates(ranks, grid, tables, nodes.mates(), true)
+        Part::of_mates(ranks, grid, (mesh.global.clone(), tables), nodes.mates(), true)
     }
 
-    /// The part of `tables`, which `mates` share. Collective.
+    /// The part of `tables`, whose cells have these numbers, which `mates` share. Collective.
     fn of_mates(
         ranks: &mut Ranks,
         grid: &Grid,
-        tables: PartTables,
+        (numbers, tables): (Vec<u64>, PartTables),
         mates: Vec<usize>,
         is_of_node: bool,
     ) -> Result<Self> {
         let PartTables { owns_cell, owns_triangle, sends, receives } = tables;
         let rank = ranks.rank();
         let part = Part {
+            numbers,
             region: OwnedRegion::new(grid, owns_triangle),
             owns_cell,
             sends,
@@ -173,6 +176,11 @@ impl Part {
     /// Whether this rank counts a cell in sums over all ranks: exactly one rank counts each cell.
     pub(crate) fn counts(&self, cell: usize) -> bool {
         self.owns_cell[cell] && cell % self.mates.len() == self.place
+    }
+
+    /// A cell's number in the whole grid, from 0.
+    pub(crate) fn number(&self, cell: usize) -> u64 {
+        self.numbers[cell]
     }
 
     /// As [`Self::counts`], of a triangle; false for numbers out of range.

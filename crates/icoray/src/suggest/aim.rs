@@ -2,10 +2,10 @@
 
 use super::look::{Kind, Look};
 use super::numbers::to_step;
+use super::sample::Sample;
 use super::survey::Survey;
 use super::{FILLED, FOV_DEG};
 use glam::DVec3;
-use icoray_grid::Grid;
 use icoray_grid::grid::unit_vector;
 use std::f64::consts::PI;
 
@@ -36,21 +36,21 @@ impl Aim {
     const DEFAULT: Self = Aim { lon_deg: 0.0, lat_deg: 25.0, is_of_field: false };
 
     /// The place from which most is seen: of what is dense, or else of where the field differs from its zonal mean.
-    pub fn new(grid: &Grid, survey: &Survey, look: &Look, exaggeration: f64) -> Self {
+    pub fn new(survey: &Survey, look: &Look, exaggeration: f64) -> Self {
         let weights = match look.kind {
             Kind::Signed | Kind::Upper | Kind::Lower => {
                 let opacity = |depth: &f64| 1.0 - (-depth / look.unit_length).exp();
                 Some(look.depths(survey, exaggeration).iter().map(opacity).collect())
             }
-            _ => deviations(grid, survey),
+            _ => deviations(survey),
         };
-        weights.map_or(Self::DEFAULT, |weights: Vec<f64>| Self::over(grid, survey, &weights))
+        weights.map_or(Self::DEFAULT, |weights: Vec<f64>| Self::over(survey, &weights))
     }
 
-    fn over(grid: &Grid, survey: &Survey, weights: &[f64]) -> Self {
+    fn over(survey: &Survey, weights: &[f64]) -> Self {
         let mut bins = vec![DVec3::ZERO; BANDS * SECTORS];
         for (column, weight) in survey.columns().zip(weights) {
-            let direction = grid.direction(column as u32);
+            let direction = survey.direction(column);
             let sector = (direction.y.atan2(direction.x) / PI + 1.0) / 2.0;
             let sector = ((sector * SECTORS as f64) as usize).min(SECTORS - 1);
             bins[band(direction) * SECTORS + sector] += *weight * direction;
@@ -84,8 +84,8 @@ fn band(direction: DVec3) -> usize {
 }
 
 /// The squares of what a column's values differ from their zonal means by; `None` where that is next to nothing.
-fn deviations(grid: &Grid, survey: &Survey) -> Option<Vec<f64>> {
-    let place = |column: usize| band(grid.direction(column as u32));
+fn deviations(survey: &Survey) -> Option<Vec<f64>> {
+    let place = |column: usize| band(survey.direction(column));
     let count = survey.height.len();
     let mut means = vec![[0.0; 2]; BANDS * count];
     let mut layers = vec![[0.0; 2]; count];
@@ -119,8 +119,8 @@ pub(super) struct Region {
 
 impl Region {
     /// `None` where the mesh is global.
-    pub fn of(grid: &Grid) -> Option<Self> {
-        let cells = || (0..grid.cells()).map(|cell| grid.direction(cell as u32));
+    pub fn of(sample: &Sample) -> Option<Self> {
+        let cells = || sample.directions.iter().copied();
         let mut middle = cells().sum::<DVec3>().try_normalize()?;
         let least = cells().map(|cell| cell.dot(middle)).fold(1.0, f64::min);
         if least < WIDEST_REGION_DEG.to_radians().cos() {
@@ -142,15 +142,14 @@ impl Region {
 
     /// The camera's distance from the planet's centre from which the region, up to radius `outer`, fills a picture that
     /// is `aspect` times as wide as high.
-    pub fn distance(&self, grid: &Grid, outer: f64, aspect: f64) -> f64 {
+    pub fn distance(&self, sample: &Sample, outer: f64, aspect: f64) -> f64 {
         let half = FILLED * (0.5 * FOV_DEG.to_radians()).tan();
         let [east, north] = axes(self.middle);
-        let needed = |cell: u32| {
-            let direction = grid.direction(cell);
+        let needed = |direction: &DVec3| {
             let aside = (direction.dot(east).abs() / aspect).max(direction.dot(north).abs());
             outer * (direction.dot(self.middle) + aside / half)
         };
-        let farthest = (0..grid.cells()).map(|cell| needed(cell as u32)).fold(outer, f64::max);
+        let farthest = sample.directions.iter().map(needed).fold(outer, f64::max);
         to_step(farthest, 0.02 * (farthest - outer).max(1e-6))
     }
 }

@@ -109,6 +109,7 @@ impl Look {
         let (kind, shells) = kind(survey, options.surface.is_some());
         if kind == Kind::Layered
             && options.range.is_none()
+            && !options.is_underived
             && let Some(anomaly) = survey.anomaly().filter(|anomaly| largest(anomaly) > 10.0 * SAME * largest(survey))
         {
             return Look { is_of_anomaly: true, ..Look::new(&anomaly, exaggeration, options) };

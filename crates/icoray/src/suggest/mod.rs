@@ -37,8 +37,10 @@
 
 mod aim;
 mod completed;
+mod held;
 mod look;
 mod numbers;
+mod sample;
 mod shells;
 mod survey;
 #[cfg(test)]
@@ -46,13 +48,15 @@ mod tests;
 mod text;
 
 use aim::{Aim, Region};
-pub use completed::completed;
+pub use completed::{Completion, Suggest, completed, open_views};
+use icoray_grid::Field;
 use icoray_grid::Grid;
 use icoray_grid::Layers;
-use icoray_grid::{CenterField, Field, Location};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::{Adapter, Backend, Level};
-use look::Look;
+use look::{Kind, Look};
+use sample::Sample;
+use serde::{Deserialize, Serialize};
 use survey::Survey;
 
 /// Part of the planet's radius that the exaggerated shell is thick, about.
@@ -91,6 +95,8 @@ pub struct Options {
     pub backend: Option<Backend>,
     /// Which of several GPUs.
     pub device: Option<Adapter>,
+    /// The field is not shown less the mean of each layer.
+    pub is_underived: bool,
     /// The title has no time, as the data have none.
     pub is_timeless: bool,
     /// Lines for the comment at the top of the text, such as the command that draws it.
@@ -104,31 +110,43 @@ pub struct Options {
 /// [`ErrorKind::Argument`] for an option that is out of range, or an unknown colour map.
 pub fn scene(name: &str, grid: &Grid, layers: &Layers, field: &Field, options: &Options) -> Result<String> {
     options.check()?;
-    let layers = layers.for_field(field.shape().layers)?;
-    let average = match field.location() {
-        Location::Corner => Some(CenterField::average(grid, field)?),
-        Location::Center => None,
-    };
-    let field = average.as_ref().map_or(*field, CenterField::field);
-    if field.shape().columns != grid.cells() {
-        let context = format!("{name}: {} columns, expected {}", field.shape().columns, grid.cells());
-        return Err(Error::new(ErrorKind::Field, context));
-    }
-    let shown = options.surface.map(|level| nearest_layer(&layers, level)).transpose()?;
-    let survey = Survey::new(&layers, &field, shown);
-    let survey = survey.ok_or_else(|| {
-        Error::new(ErrorKind::Field, format!("{name}: all values are missing, expected some to draw"))
-    })?;
-    let region = Region::of(grid);
+    let suggestion = of_sample(name, layers, &Sample::of_whole(name, grid, field)?, options)?;
+    let missing = || Error::new(ErrorKind::Field, format!("{name}: all values are missing, expected some to draw"));
+    suggestion.map(|suggestion| suggestion.text).ok_or_else(missing)
+}
+
+/// The suggestion for a field's values; `None` where all are missing.
+fn of_sample(name: &str, layers: &Layers, sample: &Sample, options: &Options) -> Result<Option<Suggestion>> {
+    let layers = &layers.for_field(sample.layers)?;
+    let shown = options.surface.map(|level| nearest_layer(layers, level)).transpose()?;
+    let Some(survey) = Survey::new(layers, sample, shown) else { return Ok(None) };
+    let region = Region::of(sample);
     let thickness = region.map_or(THICKNESS, |region| THICKNESS.min(REGION_THICKNESS * region.across));
-    let exaggeration = options.exaggeration.unwrap_or_else(|| exaggeration(&layers, thickness));
+    let exaggeration = options.exaggeration.unwrap_or_else(|| exaggeration(layers, thickness));
     let look = Look::new(&survey, exaggeration, options);
     let anomaly = if look.is_of_anomaly { survey.anomaly() } else { None };
-    let aim = Aim::new(grid, anomaly.as_ref().unwrap_or(&survey), &look, exaggeration);
-    Ok(text::Suggested { name, grid, layers: &layers, exaggeration, look, aim, region, options }.text())
+    let aim = Aim::new(anomaly.as_ref().unwrap_or(&survey), &look, exaggeration);
+    let is_provisional = matches!(look.kind, Kind::Constant | Kind::Layered);
+    let text = text::Suggested { name, sample, layers, exaggeration, look, aim, region, options }.text();
+    Ok(Some(Suggestion { text, is_provisional }))
+}
+
+/// A scene for the values of a field as they are now.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Suggestion {
+    /// The text of a scene file.
+    pub text: String,
+    /// All values are the same, or all of each layer: values that differ later may want another scene.
+    pub is_provisional: bool,
 }
 
 impl Options {
+    /// The same for a 2D field, which is shown as a surface, without exaggeration unless the options have one.
+    #[must_use]
+    pub fn for_2d(self) -> Self {
+        Options { surface: Some(Level::Layer(0)), exaggeration: self.exaggeration.or(Some(1.0)), ..self }
+    }
+
     fn check(&self) -> Result<()> {
         let bad = |what: String| Err(Error::new(ErrorKind::Argument, what));
         if let Some(map) = &self.color_map {

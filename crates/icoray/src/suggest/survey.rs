@@ -1,20 +1,16 @@
 //! Statistics of a field's values: percentiles, and the fraction of the variance that lies between layers.
 
-use icoray_grid::Field;
+use super::sample::Sample;
+use glam::DVec3;
 use icoray_grid::Layers;
 
-/// Values that are looked at, at most; of larger fields each k-th column is.
-const MAX_SAMPLES: usize = 1 << 20;
-
 /// A field, looked at once. Each value counts the same: layers count most where the model has many of them.
-pub(super) struct Survey<'f> {
-    field: &'f Field<'f>,
+pub(super) struct Survey<'s> {
+    sample: &'s Sample,
     /// Height of each of the field's layers over the planet's surface, planet radii.
     pub height: Vec<f64>,
     /// Numbers of the layers that are shown.
     pub shown: Vec<usize>,
-    /// Each how many-th column is looked at.
-    step: usize,
     /// Subtracted from the values of each layer.
     reference: Vec<f64>,
     /// Mean of each layer; 0 where all its values are missing.
@@ -25,26 +21,24 @@ pub(super) struct Survey<'f> {
     pub stratified: f64,
 }
 
-impl<'f> Survey<'f> {
+impl<'s> Survey<'s> {
     /// Looks at all layers, or at one; `None` where all its values are missing.
-    pub fn new(layers: &Layers, field: &'f Field<'f>, only: Option<usize>) -> Option<Self> {
+    pub fn new(layers: &Layers, sample: &'s Sample, only: Option<usize>) -> Option<Self> {
         let planet = layers.planet_radius_m();
         let height: Vec<f64> = layers.radius_m().iter().map(|radius| radius / planet - 1.0).collect();
         let shown = only.map_or_else(|| (0..height.len()).collect(), |layer| vec![layer]);
         let reference = vec![0.0; height.len()];
-        Self::less(field, height, shown, reference)
+        Self::less(sample, height, shown, reference)
     }
 
     /// The same of the values less the mean of their layer.
     pub fn anomaly(&self) -> Option<Self> {
-        Self::less(self.field, self.height.clone(), self.shown.clone(), self.means.clone())
+        Self::less(self.sample, self.height.clone(), self.shown.clone(), self.means.clone())
     }
 
-    fn less(field: &'f Field<'f>, height: Vec<f64>, shown: Vec<usize>, reference: Vec<f64>) -> Option<Self> {
-        let shape = field.shape();
-        let step = (shape.columns * shape.layers).div_ceil(MAX_SAMPLES).max(1);
+    fn less(sample: &'s Sample, height: Vec<f64>, shown: Vec<usize>, reference: Vec<f64>) -> Option<Self> {
         let (means, sorted) = (vec![0.0; height.len()], Vec::new());
-        let mut survey = Survey { field, height, shown, step, reference, means, sorted, stratified: 0.0 };
+        let mut survey = Survey { sample, height, shown, reference, means, sorted, stratified: 0.0 };
         let mut sorted = Vec::new();
         survey.each(|_, _, value| sorted.push(value));
         sorted.sort_unstable_by(f64::total_cmp);
@@ -54,13 +48,18 @@ impl<'f> Survey<'f> {
     }
 
     /// The columns that are looked at.
-    pub fn columns(&self) -> impl Iterator<Item = usize> + use<> {
-        (0..self.field.shape().columns).step_by(self.step)
+    pub fn columns(&self) -> std::ops::Range<usize> {
+        0..self.sample.columns()
+    }
+
+    /// The unit vector to a column.
+    pub fn direction(&self, column: usize) -> DVec3 {
+        self.sample.directions[column]
     }
 
     /// The value of a column on a layer, NaN where it is missing.
     pub fn value(&self, column: usize, layer: usize) -> f64 {
-        self.field.value(column, layer) - self.reference[layer]
+        self.sample.value(column, layer) - self.reference[layer]
     }
 
     /// Calls `take(column, layer, value)` for each value that is there.

@@ -1,7 +1,7 @@
 //! Scenes for synthetic fields: the choice for each kind of distribution, and the keys of the text.
 
 use super::*;
-use icoray_grid::{IcosahedralMesh, Shape};
+use icoray_grid::{IcosahedralMesh, Location, Shape};
 use icoray_scene::{ColorRange, Pattern, Scale, Scene};
 
 const HEIGHT_M: [f64; 6] = [0.0, 2e3, 4e3, 8e3, 12e3, 20e3];
@@ -118,7 +118,8 @@ fn layers_of_one_value_show_what_differs_from_their_mean_or_are_cut() {
     assert!((lon - 115.0).abs() < 11.0 && lat.abs() < 11.0, "{lon} {lat}");
     // A range is one of the field's own values.
     let ranged = scene_for(bubble, &Options { range: Some([300.0, 380.0]), ..Options::default() });
-    for scene in [ranged, scene_for(layers, &Options::default())] {
+    let underived = scene_for(bubble, &Options { is_underived: true, ..Options::default() });
+    for scene in [ranged, underived, scene_for(layers, &Options::default())] {
         assert!(scene.field() == "q" && scene.scenery.clips.len() == 1);
     }
 }
@@ -142,6 +143,7 @@ fn what_is_asked_for_is_in_the_text() {
         color_map: Some("plasma_r".into()),
         range: Some([-2e-6, 4e-6]),
         surface: None,
+        is_underived: true,
         is_timeless: true,
         size: Some((33, 21)),
         tolerance: Some(1e-5),

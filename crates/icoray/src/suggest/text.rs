@@ -3,9 +3,10 @@
 use super::aim::{Aim, Region};
 use super::look::{Kind, Look};
 use super::numbers::to_step;
+use super::sample::Sample;
 use super::{FILLED, FOV_DEG, Options};
+use icoray_grid::Layers;
 use icoray_grid::numbers::text as number;
-use icoray_grid::{Grid, Layers};
 use icoray_scene::{Adapter, Backend, Level, Scale};
 use std::fmt::Write;
 
@@ -18,7 +19,7 @@ const SIZE: (u32, u32) = (900, 720);
 /// Contents of the text.
 pub(super) struct Suggested<'s> {
     pub name: &'s str,
-    pub grid: &'s Grid<'s>,
+    pub sample: &'s Sample,
     pub layers: &'s Layers,
     pub exaggeration: f64,
     pub look: Look,
@@ -89,7 +90,7 @@ impl Suggested<'_> {
         let (width, height) = self.size();
         let (place, farthest, why) = match &self.region {
             Some(region) => {
-                let distance = region.distance(self.grid, radius, f64::from(width) / f64::from(height));
+                let distance = region.distance(self.sample, radius, f64::from(width) / f64::from(height));
                 ([region.lon_deg, region.lat_deg], distance, "the middle of the mesh")
             }
             None => {
@@ -192,7 +193,7 @@ impl Suggested<'_> {
             Some(height) => vec![height],
             None => Vec::new(),
         };
-        let is_ground_seen = levels.is_empty() || self.grid.void_triangles() > 0;
+        let is_ground_seen = levels.is_empty() || self.sample.has_holes;
         let mut text = String::new();
         if is_earth && is_ground_seen {
             text += "\n[ground]                   # the core is painted with land and sea; leave this out for other planets\n";

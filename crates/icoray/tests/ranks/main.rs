@@ -11,6 +11,7 @@ mod parts;
 mod several;
 #[path = "../suite/spread/mod.rs"]
 mod spread;
+mod suggested;
 
 // For `culled`, which other crates and the library's own tests include too.
 use icoray::{Grid, GridTables, IcosahedralMesh, LonLat};

@@ -66,6 +66,8 @@ bool comin_metadata_iterator_compare(t_comin_metadata_iterator *it1, t_comin_met
 void comin_metadata_iterator_next(t_comin_metadata_iterator *it);
 void comin_metadata_iterator_delete(t_comin_metadata_iterator *it);
 void comin_metadata_get_integer(struct t_comin_var_descriptor var_descriptor, const char *key, int *val);
+void comin_metadata_get_character(struct t_comin_var_descriptor var_descriptor, const char *key, char const **val,
+                                  int *len);
 
 #if COMIN_DOUBLE >= 3
 void *comin_var_get_ptr(t_comin_var_handle *handle);

@@ -95,7 +95,7 @@ void comin_var_get_shape(t_comin_var_handle *handle, int shape[5])
 }
 
 /* An iterator is the number of a key. The place of what plugins have added is not told: of few and many. */
-static const char *const keys[] = {"units", "hgrid_id"};
+static const char *const keys[] = {"units", "long_name", "hgrid_id"};
 
 static const double_variable *described(struct t_comin_var_descriptor descriptor)
 {
@@ -112,7 +112,7 @@ static const double_variable *described(struct t_comin_var_descriptor descriptor
 static int key_count(struct t_comin_var_descriptor of)
 {
     const char *name = described(of)->of->name;
-    return strcmp(name, "few") == 0 || strcmp(name, "many") == 0 ? 1 : 2;
+    return strcmp(name, "few") == 0 || strcmp(name, "many") == 0 ? 1 : 3;
 }
 
 static t_comin_metadata_iterator *iterator(int number)
@@ -144,11 +144,21 @@ void comin_metadata_iterator_delete(t_comin_metadata_iterator *it) { free(it); }
 
 void comin_metadata_get_integer(struct t_comin_var_descriptor of, const char *key, int *value)
 {
-    if (strcmp(key, "hgrid_id") != 0 || key_count(of) < 2) {
+    if (strcmp(key, "hgrid_id") != 0 || key_count(of) < 3) {
         set_error("no such key");
         return;
     }
     *value = described(of)->of->place;
+}
+
+void comin_metadata_get_character(struct t_comin_var_descriptor of, const char *key, char const **val, int *len)
+{
+    const icon_variable *variable = described(of)->of;
+    if (strcmp(key, "units") != 0 && (strcmp(key, "long_name") != 0 || key_count(of) < 3)) {
+        set_error("no such key");
+        return;
+    }
+    text_of(strcmp(key, "units") == 0 ? variable->units : variable->long_name, val, len);
 }
 
 t_comin_var_descr_list_iterator *comin_var_get_descr_list_head(void) { return (void *)double_icon.variable; }

@@ -7,9 +7,10 @@ use crate::context::viewer_message::ViewerMessage;
 use crate::drawing::Drawing;
 use crate::host::without_signals;
 use icoray_core::output::{Stamp, printed_units};
+use icoray_core::suggest::Suggestion;
 use icoray_core::{Error, ErrorKind, Frame, Live, Result, Script};
 use icoray_live::{
-    Change, Description, FieldDescription, Histogram, LiveView, Options, PictureSize, Probe, Question, Reply,
+    Change, Description, FieldDescription, Histogram, LiveView, Look, Options, PictureSize, Probe, Question, Reply,
     SharedSteered, Steered, steering_reader,
 };
 use std::collections::BTreeMap;
@@ -33,6 +34,7 @@ pub(super) struct Page {
     /// What was taken and is not done yet: a call in which the ranks do not agree does nothing.
     change: Option<Change>,
     histograms: Vec<(String, Reply<Histogram>)>,
+    looks: Vec<(Box<Look>, Reply<String>)>,
     /// With the view of which a place is asked.
     probes: Vec<([f64; 2], String, Reply<Option<Probe>>)>,
 }
@@ -58,8 +60,9 @@ impl Page {
                 view.show(frame, revision);
             }
         })));
-        let (budget, change, histograms, probes) = (TimeBudget::new(live.time_budget_ms), None, Vec::new(), Vec::new());
-        Ok(Page { view, address, steered, budget, change, histograms, probes })
+        let budget = TimeBudget::new(live.time_budget_ms);
+        let (histograms, looks, probes) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(Page { view, address, steered, budget, change: None, histograms, looks, probes })
     }
 
     fn steered(&self) -> MutexGuard<'_, Steered> {
@@ -98,6 +101,7 @@ impl Page {
         for question in taken.questions {
             match question {
                 Question::Histogram { field, reply } => self.histograms.push((field, reply)),
+                Question::Look { look, reply } => self.looks.push((look, reply)),
                 Question::Probe { at, reply } => self.probes.push((at, taken.view.clone(), reply)),
                 Question::Picture { reply, .. } => {
                     let shown = self.view.shown().map(|frame| Frame::clone(&frame));
@@ -106,6 +110,7 @@ impl Page {
             }
         }
         self.histograms.retain(|(_, reply)| !reply.is_gone());
+        self.looks.retain(|(_, reply)| !reply.is_gone());
         self.probes.retain(|(_, _, reply)| !reply.is_gone());
         let scene = self.change.as_ref().map(|change| change.text.clone());
         let scene = scene.filter(|text| *text == own || self.budget.is_open());
@@ -115,6 +120,7 @@ impl Page {
             is_announced: false,
             budgets_ms: if is_own { BTreeMap::new() } else { self.budget.of_views(script) },
             histogram: self.histograms.first().map(|(name, _)| name.clone()),
+            look: self.looks.first().map(|(look, _)| [&look.text, &look.view, &look.field].map(String::clone)),
             probe: self.probes.first().map(|(at, view, _)| (*at, view.clone())),
         }
     }
@@ -147,6 +153,17 @@ impl Page {
         for (_, reply) in self.histograms.extract_if(.., |(its, _)| its == name) {
             reply.send(histogram.clone());
         }
+    }
+
+    /// Answers the first who has asked for the look of a field.
+    pub fn answer_look(&mut self, found: Outcome<Option<Suggestion>>) {
+        if self.looks.is_empty() {
+            return;
+        }
+        let (look, reply) = self.looks.remove(0);
+        let missing = || unanswered(&format!("{}: all values are missing, expected some to draw", look.field));
+        let text = found.map_err(|failure| unanswered(&failure.message));
+        reply.send(text.and_then(|found| found.map(|found| found.text).ok_or_else(missing)));
     }
 
     /// Answers the first probe, with the name of the field that was probed.

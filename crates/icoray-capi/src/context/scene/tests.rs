@@ -1,0 +1,170 @@
+//! Scenes that name fields alone: they have the look of the first values that they show, on any number of ranks.
+
+use super::*;
+use crate::types::{ICORAY_CENTER, ICORAY_F64, icoray_array, icoray_config};
+use icoray_core::ranks::local_nodes;
+use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks, Shape};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::ptr;
+use std::thread::scope;
+
+const HEIGHT_M: [f64; 3] = [0.0, 4e3, 9e3];
+const EARTH_M: f64 = 6.371e6;
+const STEPS: i64 = 5;
+const SCENE: &str = "image = { width = 48, height = 40 }
+camera = { lon = 30 }
+[[views]]
+name = 'wave'
+field = 'f'
+[[views]]
+name = 'rain'
+volumes = [{ field = 'r' }]
+at_steps = [3, 4]
+core = 'transparent'
+[[views]]
+name = 'own'
+field = 'f'
+transfer = { map = 'magma' }
+";
+
+/// The values of a field at a step, level-fastest; the wave grows, has none at the first step, and is flat at the next.
+fn values(mesh: &IcosahedralMesh, field: &str, step: i64) -> Vec<f64> {
+    let of = |cell: usize, layer: usize| match field {
+        "f" if step == 0 => f64::NAN,
+        "f" if step == 1 => layer as f64,
+        "f" => step as f64 * (3.0 * mesh.lon_center_rad[cell]).sin() * (1.0 + layer as f64),
+        _ => (4.0 * (mesh.lon_center_rad[cell] - 0.3 * step as f64).cos()).exp(),
+    };
+    let layers = layers_of(field);
+    (0..mesh.cells() * layers).map(|at| of(at / layers, at % layers)).collect()
+}
+
+fn layers_of(field: &str) -> usize {
+    if field == "f" { HEIGHT_M.len() } else { 1 }
+}
+
+/// The pictures of a scene, by name; each rank has some of the cells, and rank 0 all where there is no other.
+fn pictures(
+    mesh: &'static IcosahedralMesh,
+    nodes: &[usize],
+    text: &str,
+    in_background: bool,
+) -> BTreeMap<String, Vec<u8>> {
+    let folder = std::env::temp_dir().join(format!(
+        "icoray-look-{}-{}-{}-{in_background}",
+        std::process::id(),
+        text.len(),
+        nodes.len() + 10 * nodes.last().unwrap_or(&9)
+    ));
+    let run = |ranks: Ranks| {
+        // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
+        let config: icoray_config = unsafe { std::mem::zeroed() };
+        let config = icoray_config { threads: 1, async_render: in_background.into(), ..config };
+        let (rank, size) = (ranks.rank(), ranks.size());
+        let mut context = Context::new(&config, folder.to_str().unwrap(), &ranks, 1).unwrap();
+        context.join(ranks).unwrap();
+        let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
+        context.set_grid("", Ok(mesh.tables())).unwrap();
+        context.set_layers("", Ok(layers.radius_m()), EARTH_M).unwrap();
+        if size > 1 {
+            let global: Vec<i64> = (0..mesh.cells() as i64).collect();
+            let marks: Vec<i32> = (0..mesh.cells()).map(|cell| (cell % size == rank).into()).collect();
+            let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
+            context.set_part(|| Ok(("", cells, None))).unwrap();
+        }
+        let rain = Description { long_name: Some("rain rate".into()), units: Some("mm h-1".into()) };
+        context.describe_field("r", rain).unwrap();
+        context.set_scene("icoray_scene_text", || Ok(SceneSource::Text(text))).unwrap();
+        for step in 0..STEPS {
+            let given = ["f", "r"].map(|field| (field, values(mesh, field, step)));
+            for (field, values) in &given {
+                let array = array(values, layers_of(field));
+                context.set_field(field, Ok(&array)).unwrap();
+            }
+            context.execute(Ok(Stamp { step, time_s: 60.0 * step as f64, date: None })).unwrap();
+            context.wait().unwrap();
+        }
+        context.finish().unwrap();
+    };
+    match nodes {
+        [] => run(Ranks::alone()),
+        nodes => scope(|threads| {
+            let team = |team| threads.spawn(|| run(Ranks::new(Box::new(team))));
+            let all: Vec<_> = local_nodes(nodes).into_iter().map(team).collect();
+            all.into_iter().for_each(|rank| rank.join().unwrap());
+        }),
+    }
+    let files = read(&folder);
+    fs::remove_dir_all(&folder).unwrap();
+    files
+}
+
+fn read(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap());
+    let files = files.map(|file| (file.file_name().into_string().unwrap(), fs::read(file.path()).unwrap()));
+    files.filter(|(name, _)| name.ends_with(".png")).collect()
+}
+
+fn array(values: &[f64], layers: usize) -> icoray_array {
+    icoray_array {
+        struct_size: size_of::<icoray_array>(),
+        data: values.as_ptr().cast(),
+        r#type: ICORAY_F64,
+        location: ICORAY_CENTER,
+        columns: (values.len() / layers) as i64,
+        layers: layers as i64,
+        column_stride: layers as i64,
+        layer_stride: 1,
+        block: 0,
+        block_stride: 0,
+        has_fill: 0,
+        fill_value: 0.0,
+        grid_name: ptr::null(),
+        layers_name: ptr::null(),
+    }
+}
+
+/// The scene with the look that a file of the first values would have.
+fn expected(mesh: &IcosahedralMesh) -> String {
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
+    let wanted = Completion { text: SCENE, ..Default::default() };
+    let text = suggest::completed(&wanted, &mut |field, options| {
+        let values = values(mesh, field, if field == "f" { 2 } else { 3 });
+        let shape = Shape::level_fastest(mesh.cells(), layers_of(field));
+        let given = Field::new(values.as_slice().into(), shape, Location::Center, None)?.on_layers(layers.count());
+        let options = if field == "f" { options } else { options.for_2d() };
+        suggest::scene(field, &grid, &layers, &given, &options).map(Some)
+    });
+    text.unwrap().unwrap()
+}
+
+#[test]
+fn views_that_name_a_field_alone_keep_the_look_of_its_first_values() {
+    let mesh: &IcosahedralMesh = Box::leak(Box::new(IcosahedralMesh::new(3).unwrap()));
+    let text = expected(mesh);
+    let count = |key: &str| text.matches(key).count();
+    assert_eq!((count("coolwarm_bright"), count("[[views.surfaces]]"), count("magma")), (1, 1, 1), "{text}");
+    let whole = pictures(mesh, &[], &text, false);
+    let names: Vec<&str> = whole.keys().map(String::as_str).collect();
+    let of = |view: &str, steps: &[i32]| steps.iter().map(|step| format!("{view}_{step:06}.png")).collect::<Vec<_>>();
+    let all = [of("own_f", &[0, 1, 2, 3, 4]), of("rain_r", &[3, 4]), of("wave_f", &[0, 1, 2, 3, 4])].concat();
+    assert_eq!(names, all);
+    for in_background in [false, true] {
+        for nodes in [&[][..], &[0], &[0, 0], &[0, 0, 0, 0]] {
+            let mut found = pictures(mesh, nodes, SCENE, in_background);
+            // Without values, or with those of the layers alone, there is no look to keep.
+            for early in ["wave_f_000000.png", "wave_f_000001.png"] {
+                assert!(found.insert(early.into(), whole[early].clone()).is_some_and(|own| own != whole[early]));
+            }
+            let differ: Vec<&String> = whole.keys().filter(|name| found.get(*name) != whole.get(*name)).collect();
+            assert!(
+                differ.is_empty(),
+                "{nodes:?}, in the background {in_background}: {differ:?} of {:?}",
+                found.keys()
+            );
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Scenes for fields that are spread over ranks.
+
+use super::sample::Sample;
+use super::{Options, Suggestion, of_sample};
+use crate::fields::Fields;
+use crate::ranks::{Decomposition, GatherInputs, Part, Ranks};
+use crate::render::Renderer;
+use icoray_grid::{Field, Grid, Layers, Result};
+
+impl Renderer {
+    /// The text of [`suggest::scene`](super::scene) for a field of which each rank has what `held` says; `None` where
+    /// all values are missing. Collective; the text is the same on all ranks, and on any number of them that of the
+    /// whole field. Ranks with columns or parts put the field together as for a frame; where nodes have parts, rank 0 is sent
+    /// the values that it looks at, at most 8 MiB.
+    ///
+    /// # Errors
+    /// The same on all ranks: as [`suggest::scene`](super::scene), and as [`Self::render_columns`].
+    pub fn suggest_held(
+        &self,
+        ranks: &mut Ranks,
+        (grid, held, layers): (&Grid, Option<&Decomposition>, &Layers),
+        (name, field): (&str, &Field),
+        options: &Options,
+    ) -> Result<Option<Suggestion>> {
+        let Some(Decomposition::Columns(columns)) = held else {
+            return self.suggest_over(ranks, (grid, None, layers), (name, field), options);
+        };
+        let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs: Vec::new() };
+        let gathered = columns.gather(ranks, &inputs, || Ok(Fields::new([(name, *field)])))?;
+        let fields = ranks.collective(gathered.fields());
+        let suggestion = fields.and_then(|fields| {
+            let from = (gathered.grid(grid), gathered.part(), layers);
+            self.suggest_over(ranks, from, (name, fields.first(name)?), options)
+        });
+        gathered.leave(ranks);
+        suggestion
+    }
+
+    /// The suggestion for a field that all ranks, or their nodes, have whole or a `part` of. Collective.
+    fn suggest_over(
+        &self,
+        ranks: &mut Ranks,
+        (grid, part, layers): (&Grid, Option<&Part>, &Layers),
+        (name, field): (&str, &Field),
+        options: &Options,
+    ) -> Result<Option<Suggestion>> {
+        let of_parts = part.map(|part| Sample::of_parts(ranks, part, grid, field)).transpose()?;
+        let is_root = ranks.is_root();
+        let suggestion = ranks.attempt(|| {
+            options.check()?;
+            self.run(|| match of_parts {
+                _ if !is_root => Ok(None),
+                Some(sample) => of_sample(name, layers, &sample, options),
+                None => of_sample(name, layers, &Sample::of_whole(name, grid, field)?, options),
+            })
+        });
+        ranks.agree_on(suggestion, Vec::new())
+    }
+}

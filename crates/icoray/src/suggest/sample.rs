@@ -1,0 +1,84 @@
+//! The values of a field that a suggestion looks at, and where they are.
+
+use crate::ranks::{Part, Ranks, decode_lists, encode_lists};
+use glam::DVec3;
+use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Result};
+
+/// Values that are looked at, at most; of larger fields each k-th column is.
+const MAX_VALUES: usize = 1 << 20;
+/// A mesh has holes where its triangles cover less of the sphere.
+const COVERED: f64 = 1.0 - 1e-9;
+
+/// Columns of a field in the order of the whole grid's cells.
+pub(super) struct Sample {
+    /// Unit vectors to the columns.
+    pub directions: Vec<DVec3>,
+    /// Layers of each.
+    pub layers: usize,
+    /// Level-fastest; NaN where missing.
+    values: Vec<f64>,
+    /// Whether the mesh has holes.
+    pub has_holes: bool,
+}
+
+/// A column between ranks: its number in the whole grid, its direction, its values.
+type Column = (u64, [f64; 3], Vec<f64>);
+
+impl Sample {
+    /// Of a field over a whole grid.
+    pub fn of_whole(name: &str, grid: &Grid, field: &Field) -> Result<Self> {
+        let average = match field.location() {
+            Location::Corner => Some(CenterField::average(grid, field)?),
+            Location::Center => None,
+        };
+        let field = average.as_ref().map_or(*field, CenterField::field);
+        let (columns, layers) = (field.shape().columns, field.shape().layers);
+        if columns != grid.cells() {
+            let context = format!("{name}: {columns} columns, expected {}", grid.cells());
+            return Err(Error::new(ErrorKind::Field, context));
+        }
+        let cells = || (0..columns).step_by(step(columns, layers));
+        let directions = cells().map(|cell| grid.direction(cell as u32)).collect();
+        let values = cells().flat_map(|cell| (0..layers).map(move |layer| field.value(cell, layer))).collect();
+        Ok(Sample { directions, layers, values, has_holes: grid.void_triangles() > 0 })
+    }
+
+    /// Of a field of which each node has a part: at rank 0 that of the whole field, elsewhere one without columns.
+    /// Collective.
+    pub fn of_parts(ranks: &mut Ranks, part: &Part, grid: &Grid, field: &Field) -> Result<Self> {
+        let layers = field.shape().layers;
+        let step = step(part.cells() as usize, layers) as u64;
+        let column = |cell: usize| -> Column {
+            let values = (0..layers).map(|layer| field.value(cell, layer)).collect();
+            (part.number(cell), grid.direction(cell as u32).to_array(), values)
+        };
+        let is_taken = |cell: &usize| part.counts(*cell) && part.number(*cell).is_multiple_of(step);
+        let mut for_ranks = vec![Vec::new(); ranks.size()];
+        for_ranks[0] = (0..grid.cells()).filter(is_taken).map(column).collect();
+        let received = ranks.exchange(encode_lists(&for_ranks))?;
+        let columns = decode_lists::<Column>(&received).map(|lists| lists.concat());
+        let mut columns = ranks.collective(columns)?;
+        columns.sort_unstable_by_key(|(number, ..)| *number);
+        Ok(Sample {
+            directions: columns.iter().map(|(_, direction, _)| DVec3::from_array(*direction)).collect(),
+            layers,
+            values: columns.into_iter().flat_map(|(.., values)| values).collect(),
+            has_holes: part.covered() < COVERED,
+        })
+    }
+
+    /// How many columns there are.
+    pub fn columns(&self) -> usize {
+        self.directions.len()
+    }
+
+    /// The value of a column on a layer, NaN where it is missing.
+    pub fn value(&self, column: usize, layer: usize) -> f64 {
+        self.values[column * self.layers + layer]
+    }
+}
+
+/// Each how many-th column is looked at.
+fn step(columns: usize, layers: usize) -> usize {
+    (columns * layers).div_ceil(MAX_VALUES).max(1)
+}
