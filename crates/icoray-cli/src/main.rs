@@ -25,11 +25,15 @@ mod suggested;
 mod view;
 mod watch;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// In-situ ray casting of geodesic grids.
+///
+/// `icoray FILE.nc` is `icoray render FILE.nc`.
 #[derive(Parser)]
 #[command(name = "icoray", version)]
 struct Cli {
@@ -85,7 +89,7 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    let Cli { is_isolated, command } = Cli::parse();
+    let Cli { is_isolated, command } = Cli::parse_from(with_command(std::env::args_os().collect()));
     if is_isolated {
         isolated::begin();
     } else if let Some(input) = command.input() {
@@ -116,6 +120,18 @@ fn main() -> ExitCode {
         Err(failure::Failure::ReportedByRoot) => ExitCode::SUCCESS,
         Err(failure) => complain(&failure),
     }
+}
+
+/// The words of the command line, with `render` before a file that stands in place of a command.
+fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
+    let first = words.iter().skip(1).position(|word| !word.to_string_lossy().starts_with('-')).map(|at| at + 1);
+    if let Some(at) = first
+        && Cli::command().find_subcommand(&words[at]).is_none()
+        && Path::new(&words[at]).extension().is_some_and(|ending| ending == "nc" || ending == "nc4")
+    {
+        words.insert(at, "render".into());
+    }
+    words
 }
 
 /// Prints an error; the exit code of one.

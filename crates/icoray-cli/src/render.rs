@@ -40,6 +40,9 @@ pub struct OutputOptions {
     /// Map of the picture's errors, instead of the scene's output.error; for one picture
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
+    /// Print all lines of a picture's summary, in place of picture, field and range
+    #[arg(short, long)]
+    verbose: bool,
     /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete;
     /// never-modify keeps them, and the command fails before it draws. report.csv, and the scene's lists and
     /// databases, are added to either way
@@ -117,7 +120,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     let scene_fields = ranks.collective(renderer.run(|| SceneFields::new(file, &script, layers, grid.cells())))?;
     let open_s = start.elapsed().as_secs_f64();
     let drawing = Drawing { scene_fields: &scene_fields, grid: &grid, renderer };
-    let job = Job { drawing, target: &target, open_s };
+    let job = Job { drawing, target: &target, open_s, is_verbose: args.output_options.verbose };
     let mut pictures = Pictures::new(file, &series, job, &progress);
     let outcome = match queue {
         Some(_) => progress.suspend(|| {

@@ -1,11 +1,10 @@
 //! The scenes to render: those of the scene file, or a suggested one.
 
 use crate::selection::{Opened, Selection};
-use icoray::output::Existing;
-use icoray::{Error, ErrorKind, Grid, Result, Script, suggest};
+use icoray::output::{Existing, write_text};
+use icoray::{Error, Grid, Result, Script, suggest};
 use icoray_dataset::{Dataset, FieldInfo};
 use icoray_progress::Progress;
-use std::fs;
 use std::path::Path;
 
 /// Maximum number of other fields that are named.
@@ -42,9 +41,8 @@ impl Suggested {
 
     /// Writes the text to a file.
     pub fn save(&self, path: &Path, existing: Existing) -> Result<()> {
-        existing.check(path).map_err(|e| e.within("--save-scene"))?;
-        let failed = |e| Error::new(ErrorKind::Io, format!("--save-scene {}: {e}", path.display()));
-        fs::write(path, &self.text).map_err(failed)
+        let written = existing.check(path).and_then(|()| write_text(path, "the scene", &self.text));
+        written.map_err(|e| e.within("--save-scene"))
     }
 }
 
@@ -68,6 +66,10 @@ fn options(selection: &Selection, opened: &Opened, time: usize) -> suggest::Opti
         color_map: scene_options.colormap.clone(),
         range: scene_options.range,
         surface: scene_options.surface,
+        isosurface: scene_options.isosurface,
+        background: overrides.background.clone(),
+        light: overrides.light.map(|light| light.0),
+        is_unlabelled: overrides.no_labels,
         size: overrides.size,
         tolerance: overrides.tolerance,
         samples: overrides.samples,

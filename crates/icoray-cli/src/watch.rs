@@ -77,6 +77,9 @@ pub struct Args {
     overrides: Overrides,
     #[command(flatten)]
     layer_option: LayerOption,
+    /// Print all lines of a picture's summary
+    #[arg(short, long)]
+    verbose: bool,
     /// Number of threads; 0 is as many as there are cores to use
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,

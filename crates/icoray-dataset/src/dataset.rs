@@ -10,7 +10,7 @@ use crate::sea::Sea;
 use crate::source::Source;
 use crate::sources::Sources;
 use crate::times::Times;
-use icoray::{ErrorKind, Grid, Layers, Result};
+use icoray::{ErrorKind, Grid, Layers, Result, did_you_mean};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
@@ -172,7 +172,10 @@ impl Dataset {
             Some(variable) => {
                 format!("variable {variable} is not a field, expected float or double over {expected}")
             }
-            None => format!("there is no field {name}"),
+            None => {
+                let names = self.fields.iter().map(|f| f.name.as_str());
+                format!("there is no field {name}{}", did_you_mean(name, names))
+            }
         };
         let names: Vec<&str> = self.fields.iter().map(|f| f.name.as_str()).collect();
         let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };

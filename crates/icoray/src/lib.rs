@@ -101,7 +101,7 @@ pub use icoray_scene::{
     Pattern, Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
     TransferFunction, View, Volume,
 };
-pub use icoray_scene::{color_map_stops, color_maps, keys, srgb8};
+pub use icoray_scene::{color_map_stops, color_maps, did_you_mean, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};
 pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, PartCorners, Ranks, Team};
 pub use render::{Histogram, Probe, ProbePoint, Rendered, Renderer};

@@ -146,7 +146,8 @@ impl Watch<'_> {
             queue.pass_on(page.shows());
         }
         let mut queue = Some(queue);
-        let job = Job { drawing: Drawing { scene_fields: &scene_fields, grid, renderer }, target, open_s: *open_s };
+        let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
+        let job = Job { drawing, target, open_s: *open_s, is_verbose: args.verbose };
         let mut pictures = Pictures::new(file, &series, job, progress);
         let mut ranks = Ranks::alone();
         for (number, moment) in moments.iter().enumerate() {

@@ -113,7 +113,7 @@ fn a_scene_that_names_a_field_alone_is_the_suggestion() {
 }
 
 #[test]
-fn options_change_the_camera_and_the_heights_of_a_scene() {
+fn options_change_the_looks_of_a_scene() {
     let given = scene("theta", 0.0, 42.0);
     let folder = folder(&Made::history(), &given);
     let edited = given.replace("lon = 190", "lon = -35").replace("lat = 45", "lat = 10");
@@ -126,7 +126,38 @@ fn options_change_the_camera_and_the_heights_of_a_scene() {
     let options = ["--lon", "-35", "--lat", "10", "--distance", "4", "--exaggeration", "20"];
     let changed = draw("scene.toml", &options, "changed.exr");
     assert!(changed == draw("edited.toml", &[], "edited.exr"), "the pictures differ");
-    assert!(changed != draw("scene.toml", &[], "plain.exr"), "the options change nothing");
+    let plain = draw("scene.toml", &[], "plain.exr");
+    assert!(changed != plain, "the options change nothing");
+    for (key, value, options) in [
+        ("\"#101820\"", "\"white\"", ["--background", "white"]),
+        ("kind = \"headlight\"", "kind = \"none\"", ["--light", "none"]),
+        ("kind = \"headlight\"", "kind = \"sun\"\nlon = -10\nlat = 20", ["--light", "-10,20"]),
+    ] {
+        fs::write(folder.path().join("edited.toml"), given.replace(key, value)).unwrap();
+        let changed = draw("scene.toml", &options, "changed.exr");
+        assert!(changed != plain && changed == draw("edited.toml", &[], "edited.exr"), "{options:?}");
+    }
+    fs::write(folder.path().join("edited.toml"), given.clone() + "[labels]\n").unwrap();
+    let labelled = draw("edited.toml", &[], "a.png");
+    assert!(labelled != draw("edited.toml", &["--no-labels"], "b.png"), "labels stay");
+}
+
+#[test]
+fn an_isosurface_is_saved_and_what_lies_off_the_values_is_said() {
+    let folder = lone();
+    let said = |options: &[&str]| render(folder.path(), &[&["--field", "theta", "-o", "a.exr"], options].concat());
+    let text = said(&["--isosurface", "2020", "--background", "white", "--light", "10,20", "--save-scene", "iso.toml"]);
+    assert!(!text.contains("theta is "), "{text}");
+    let saved = ["render", "made.nc", "--scene", "iso.toml", "-o", "b.exr"];
+    prints(icoray(folder.path()).args(saved));
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("a.exr") == bytes("b.exr"), "the saved scene draws another picture");
+    let text = said(&["--isosurface", "5000"]);
+    has(&text, &["note      theta is 2000 to 2041.375: it has no isosurface of 5000\n"]);
+    let text = said(&["--range", "1000..1500"]);
+    has(&text, &["note      theta is 2000 to 2041.375: colours from 1000 to 1500 show no difference of it\n"]);
+    let flat = ["render", "made.nc", "--field", "surface_pressure", "--isosurface", "3"];
+    fails(icoray(folder.path()).args(flat), 1, &["isosurface 3: surface_pressure is a 2D field"]);
 }
 
 #[test]
@@ -143,9 +174,15 @@ fn bad_values_are_named_with_what_was_expected() {
     refused(&["--range", "3..1"], 2, &["--range", "3..1", "the lower first"]);
     refused(&["--colormap", "jet2"], 2, &["--colormap", "jet2", "viridis"]);
     refused(&["--surface", "-1"], 2, &["--surface", "-1", "from 0, the innermost"]);
+    refused(&["--background", "mauvish"], 2, &["--background", "expected an opaque CSS colour"]);
+    refused(&["--light", "sun"], 2, &["--light", "longitude and latitude below a sun"]);
     refused(&["--surface", "4"], 1, &["surface on layer 4, expected 0 to 3"]);
-    refused(&["--field", "thita"], 1, &["--field thita", "there is no field thita", "theta, w"]);
-    refused(&["--save-scene", "no/where.toml"], 1, &["--save-scene no/where.toml"]);
+    refused(
+        &["--field", "thita"],
+        1,
+        &["--field thita", "no field thita (did you mean \"theta\"?); fields in the file: ", "theta, w"],
+    );
+    refused(&["--save-scene", "made.nc/s.toml"], 1, &["--save-scene: made.nc/s.toml"]);
     for option in [["--colormap", "vik"], ["--range", "0..1"], ["--save-scene", "s.toml"]] {
         let all = [&["--scene", "scene.toml"], &option[..]].concat();
         refused(&all, 2, &[option[0], "cannot be used with", "--scene"]);

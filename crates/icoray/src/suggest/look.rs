@@ -109,6 +109,7 @@ impl Look {
         let (kind, shells) = kind(survey, options.surface.is_some());
         if kind == Kind::Layered
             && options.range.is_none()
+            && options.isosurface.is_none()
             && let Some(anomaly) = survey.anomaly().filter(|anomaly| largest(anomaly) > 10.0 * SAME * largest(survey))
         {
             return Look { is_of_anomaly: true, ..Look::new(&anomaly, exaggeration, options) };
@@ -140,6 +141,7 @@ impl Look {
             Some(range) => look.stretch(range),
             None => look.range = look.range.map(|end| look.rounded(end)),
         }
+        look.is_cut &= options.isosurface.is_none();
         look.tidy();
         look
     }
