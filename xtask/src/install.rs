@@ -3,6 +3,7 @@
 mod archive;
 mod catalyst;
 mod comin;
+mod command;
 mod place;
 mod template;
 
@@ -18,6 +19,7 @@ use crate::step::{Step, Steps, print_line};
 use crate::system;
 use crate::workspace::{Workspace, variable};
 use comin::Comin;
+use command::Placed;
 use place::{Content, Item};
 
 /// The version of the whole workspace.
@@ -63,10 +65,12 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     let comin = options.comin.as_ref().map(|prefix| Comin::find(&workspace.given(prefix))).transpose()?;
     // The plugin draws over the ranks of ICON.
     let mpi = options.mpi || comin.is_some();
-    let mut steps = Steps::new(3 + usize::from(comin.is_some()) + usize::from(options.catalyst));
+    let mut steps =
+        Steps::new(3 + usize::from(comin.is_some()) + usize::from(options.catalyst) + usize::from(options.command));
     steps.run("looking for system packages", |step| {
         let needed = if mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
-        system::provide(needed, may_install, step)
+        let files = if options.command { requirements::FOR_FILES } else { &[] };
+        system::provide(&[needed, files].concat(), may_install, step)
     })?;
     // Before the build, which takes minutes.
     layout.check()?;
@@ -80,6 +84,10 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
         let title = "building the implementation of Catalyst (about 2 minutes)";
         let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, !options.no_gpu, step))?;
         built.catalyst = Some(library);
+    }
+    if options.command {
+        let title = "building the command (about 3 minutes)";
+        built.command = steps.run(title, |step| command::build(workspace, PROFILE, mpi, !options.no_gpu, step))?;
     }
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
     print_line("");
@@ -119,6 +127,8 @@ pub struct Built {
     plugin: Option<PathBuf>,
     /// The implementation of Catalyst, where it was asked for.
     catalyst: Option<PathBuf>,
+    /// The files of the command, where it was asked for.
+    command: Vec<Placed>,
 }
 
 /// Builds both libraries, with MPI or without, and with GPUs or without.
@@ -140,7 +150,7 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     check_shared(workspace, &shared, mpi)?;
     let directory = products.join("reduced");
     let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions(workspace)?, &directory, step)?;
-    Ok(Built { shared, archive, plugin: None, catalyst: None })
+    Ok(Built { shared, archive, plugin: None, catalyst: None, command: Vec::new() })
 }
 
 /// Fails unless a shared library exports the functions of the header, and has the properties of an installed one.
@@ -178,6 +188,7 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
     for (path, file) in [(lib(comin::PLUGIN), &built.plugin), (catalyst, &built.catalyst)] {
         items.extend(file.as_deref().map(|file| item(path, Content::File(file), 0o755)));
     }
+    items.extend(built.command.iter().map(|(file, path, mode)| item(path.clone(), Content::File(file), *mode)));
     place::place(&items)?;
     let mut files = Vec::new();
     for Item { path, content, .. } in items {

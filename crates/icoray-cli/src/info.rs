@@ -13,6 +13,7 @@ const MAX_TIMES: usize = 12;
 
 /// Arguments of `icoray info`.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n  icoray info history.nc\n  icoray info history.nc --mesh init.nc --ranges")]
 pub struct Args {
     #[command(flatten)]
     pub input: Input,

@@ -22,8 +22,17 @@ use std::path::PathBuf;
 use std::time::Instant;
 pub use target::Target;
 
+/// Examples of `icoray render --help`.
+const EXAMPLES: &str = "\
+Examples:
+  icoray render history.nc                                    a first picture
+  icoray render history.nc --field w --lon 180 -o w.png
+  icoray render history.nc --field theta --isosurface 300 --save-scene scene.toml
+  icoray render history.nc --scene scene.toml --time all -o pictures";
+
 /// Arguments of `icoray render`.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     #[command(flatten)]
     pub selection: Selection,

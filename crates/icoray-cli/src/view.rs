@@ -11,6 +11,9 @@ use std::io::Write;
 
 /// Arguments of `icoray view`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  icoray view history.nc\n  icoray view history.nc --mesh init.nc --scene scene.toml"
+)]
 pub struct Args {
     #[command(flatten)]
     pub selection: Selection,

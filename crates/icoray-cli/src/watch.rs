@@ -34,6 +34,9 @@ use std::time::{Duration, Instant};
 
 /// Arguments of `icoray watch`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  icoray watch RUN --files 'history.*.nc' --mesh init.nc --scene scene.toml -o pictures"
+)]
 pub struct Args {
     /// Directory that the model writes to
     #[arg(value_name = "DIR")]

@@ -73,7 +73,7 @@ pub(super) fn write(
     encode: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
 ) -> Result<()> {
     existing.check(path)?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder(path);
     let failed = |e: io::Error| io_error(path, &format!("cannot write {what}"), cause(&e));
     let file = temporary(folder).map_err(|e| io_error(path, &format!("cannot create {what}"), cause(&e)))?;
     let mut out = BufWriter::new(file.as_file());
@@ -89,6 +89,11 @@ pub(super) fn write(
         Err(e) if e.kind() == io::ErrorKind::AlreadyExists && existing == Existing::NeverModify => Err(exists(path)),
         moved => moved.map(drop).map_err(failed),
     }
+}
+
+/// The folder of a file.
+pub(super) fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// The error that says that `path` is taken.

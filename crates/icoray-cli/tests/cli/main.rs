@@ -21,6 +21,8 @@ mod real;
 mod refused;
 mod run;
 mod sample;
+#[cfg(unix)]
+mod shell;
 mod suggested;
 mod surfaces;
 mod times;
