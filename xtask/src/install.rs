@@ -3,7 +3,6 @@
 mod archive;
 mod catalyst;
 mod comin;
-mod command;
 mod place;
 mod template;
 
@@ -19,7 +18,6 @@ use crate::step::{Step, Steps, print_line};
 use crate::system;
 use crate::workspace::{Workspace, variable};
 use comin::Comin;
-use command::Placed;
 use place::{Content, Item};
 
 /// The version of the whole workspace.
@@ -87,9 +85,13 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     }
     if options.command {
         let title = "building the command (about 3 minutes)";
-        built.command = steps.run(title, |step| command::build(workspace, PROFILE, mpi, !options.no_gpu, step))?;
+        built.command = Some(steps.run(title, |step| build_command(workspace, mpi, !options.no_gpu, step))?);
     }
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
+    if let Some(program) = &built.command {
+        let share = layout.root().join("share");
+        workspace.shell.cmd(program).arg("manual").arg(share).quiet().run()?;
+    }
     print_line("");
     let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
     for (path, what) in &installed.files {
@@ -127,8 +129,8 @@ pub struct Built {
     plugin: Option<PathBuf>,
     /// The implementation of Catalyst, where it was asked for.
     catalyst: Option<PathBuf>,
-    /// The files of the command, where it was asked for.
-    command: Vec<Placed>,
+    /// The command, where it was asked for.
+    command: Option<PathBuf>,
 }
 
 /// Builds both libraries, with MPI or without, and with GPUs or without.
@@ -150,7 +152,15 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     check_shared(workspace, &shared, mpi)?;
     let directory = products.join("reduced");
     let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions(workspace)?, &directory, step)?;
-    Ok(Built { shared, archive, plugin: None, catalyst: None, command: Vec::new() })
+    Ok(Built { shared, archive, plugin: None, catalyst: None, command: None })
+}
+
+/// Builds the command as the library is built.
+fn build_command(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Result<PathBuf, Error> {
+    let cargo = workspace.cargo(["build", "--package", "icoray-cli", "--profile", PROFILE]);
+    let cargo = cargo.args((!gpu).then_some("--no-default-features")).args(mpi.then_some("--features=mpi"));
+    step.quiet(if mpi { cargo.envs(libclang::variable()) } else { cargo })?;
+    Ok(workspace.products(PROFILE).join("icoray"))
 }
 
 /// Fails unless a shared library exports the functions of the header, and has the properties of an installed one.
@@ -188,7 +198,7 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
     for (path, file) in [(lib(comin::PLUGIN), &built.plugin), (catalyst, &built.catalyst)] {
         items.extend(file.as_deref().map(|file| item(path, Content::File(file), 0o755)));
     }
-    items.extend(built.command.iter().map(|(file, path, mode)| item(path.clone(), Content::File(file), *mode)));
+    items.extend(built.command.as_deref().map(|file| item("bin/icoray".into(), Content::File(file), 0o755)));
     place::place(&items)?;
     let mut files = Vec::new();
     for Item { path, content, .. } in items {

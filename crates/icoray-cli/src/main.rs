@@ -3,7 +3,7 @@
 //! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes them,
 //! `icoray animate` makes a picture that moves, `icoray info` says what a file holds, `icoray plan` what a scene reads and
 //! leaves out, `icoray devices` which GPUs can draw, `icoray colormaps` which colours there are, `icoray sample` writes a file
-//! to try these on, `icoray completions` and `icoray manual` what shells and `man` need. Results go to stdout, progress to stderr
+//! to try these on, `icoray manual` what shells and `man` know of the command. Results go to stdout, progress to stderr
 //! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2. A command that
 //! reads NetCDF-4 files runs in a child process, as damage of such a file may end it.
 #![forbid(unsafe_code)]
@@ -15,6 +15,7 @@ mod gpu;
 mod info;
 mod input;
 mod isolated;
+mod manual;
 mod overrides;
 mod plan;
 mod printed;
@@ -23,7 +24,6 @@ mod render;
 mod sample;
 mod scene_options;
 mod selection;
-mod shell;
 mod suggested;
 mod view;
 mod watch;
@@ -68,10 +68,8 @@ enum Command {
     Sample(sample::Args),
     /// Draw all colour maps with their names
     Colormaps(color_maps::Args),
-    /// Print completions of the command for a shell
-    Completions(shell::CompletionArgs),
-    /// Write manual pages of all commands
-    Manual(shell::ManualArgs),
+    /// Write manual pages of all commands, and completions for bash, zsh and fish
+    Manual(manual::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,
     /// Read a file that may end this process, and keep nothing
@@ -119,8 +117,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&args, &mut out),
         Command::Sample(args) => sample::run(&args, &mut out),
         Command::Colormaps(args) => color_maps::run(&args, &mut out),
-        Command::Completions(args) => shell::complete(&args, Cli::command(), &mut out),
-        Command::Manual(args) => shell::write_manual(&args, Cli::command()),
+        Command::Manual(args) => manual::run(&args, Cli::command()),
         Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),
         Command::Study { words } => return no_study(&words),
     };
