@@ -41,7 +41,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         true => PictureSize::Viewer,
         false => PictureSize::SceneOrViewer,
     };
-    let description = view::describe(&opened.file, suggested::command(selection, &opened, None));
+    let description = view::describe(&opened.file, suggested::command(selection, None));
     let options = Options { port: args.port, size, is_framed: false };
     let live = LiveView::open(&options, description, (text, time), reader)?;
     opened.renderer = opened.renderer.with_stop(live.stop());

@@ -21,6 +21,7 @@ mod real;
 mod refused;
 mod run;
 mod sample;
+mod series;
 #[cfg(unix)]
 mod shell;
 mod suggested;

@@ -28,13 +28,16 @@ fn a_file_alone_is_drawn() {
         &[
             "scene     suggested for theta, the first field with layers; --field takes also w, vorticity, rho, surface_pressure\n",
             // The last time.
-            "picture   theta_000002.png (96 x 72)",
+            "picture   theta_2013-10-27_00.00.00_000002.png (96 x 72)",
             "time 2 (2013-10-27_00:00:00)",
         ],
     );
-    shows_something(&folder.path().join("theta_000002.png"), 96, 72);
+    shows_something(&folder.path().join("theta_2013-10-27_00.00.00_000002.png"), 96, 72);
     let text = render(folder.path(), &["--field", "vorticity", "--time", "0"]);
-    has(&text, &["scene     suggested for vorticity\n", "picture   vorticity_000000.png", "time 0"]);
+    has(
+        &text,
+        &["scene     suggested for vorticity\n", "picture   vorticity_2013-10-25_00.00.00_000000.png", "time 0"],
+    );
 }
 
 #[test]
@@ -53,7 +56,9 @@ fn the_saved_scene_draws_the_same_picture() {
             let text = render(folder.path(), &[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
             has(&text, &["; saved as my scene.toml\n"]);
             let pictures = |name: &str| match more.contains(&"all") {
-                true => [0, 1, 2].map(|time| bytes(&format!("pictures/theta_{time:06}.png"))).concat(),
+                true => [0, 1, 2]
+                    .map(|time| bytes(&format!("pictures/theta_2013-10-{}_00.00.00_{time:06}.png", 25 + time)))
+                    .concat(),
                 false => bytes(name),
             };
             let drawn = pictures(first);
@@ -225,7 +230,7 @@ fn a_field_without_values_is_an_error_and_a_constant_one_is_drawn() {
     made.f64s("w").fill(0.0);
     let (folder, _) = made.write(Options::_64BIT_OFFSET);
     fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &["theta: all values are missing"]);
-    has(&render(folder.path(), &["--field", "w"]), &["picture   w_000002.png"]);
+    has(&render(folder.path(), &["--field", "w"]), &["picture   w_2013-10-27_00.00.00_000002.png"]);
 }
 
 #[test]
@@ -246,7 +251,10 @@ fn plan_takes_what_render_takes() {
     }
     let mut plan = icoray(folder.path());
     let text = prints(plan.args(["plan", "made.nc", "--save-scene", "saved.toml"]));
-    has(&text, &["scene     suggested for theta", "saved as saved.toml", "picture: theta_000002.png"]);
+    has(
+        &text,
+        &["scene     suggested for theta", "saved as saved.toml", "picture: theta_2013-10-27_00.00.00_000002.png"],
+    );
     assert!(folder.path().join("saved.toml").exists());
 }
 

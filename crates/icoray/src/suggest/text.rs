@@ -254,7 +254,12 @@ impl Suggested<'_> {
             }
         }
         text += "\n[output]\n";
-        put(&mut text, "file", "\"{field}_{step:06}.png\"", "also $Y-$M-$D_$h for the date");
+        put(
+            &mut text,
+            "file",
+            "\"{field}_{when}.png\"",
+            "date, if there is one, and step; also {step:06}, $Y-$M-$D_$h",
+        );
         text
     }
 }
