@@ -63,10 +63,12 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     let comin = options.comin.as_ref().map(|prefix| Comin::find(&workspace.given(prefix))).transpose()?;
     // The plugin draws over the ranks of ICON.
     let mpi = options.mpi || comin.is_some();
-    let mut steps = Steps::new(3 + usize::from(comin.is_some()) + usize::from(options.catalyst));
+    let mut steps =
+        Steps::new(3 + usize::from(comin.is_some()) + usize::from(options.catalyst) + usize::from(options.command));
     steps.run("looking for system packages", |step| {
         let needed = if mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
-        system::provide(needed, may_install, step)
+        let files = if options.command { requirements::FOR_FILES } else { &[] };
+        system::provide(&[needed, files].concat(), may_install, step)
     })?;
     // Before the build, which takes minutes.
     layout.check()?;
@@ -81,7 +83,15 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
         let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, !options.no_gpu, step))?;
         built.catalyst = Some(library);
     }
+    if options.command {
+        let title = "building the command (about 3 minutes)";
+        built.command = Some(steps.run(title, |step| build_command(workspace, mpi, !options.no_gpu, step))?);
+    }
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
+    if let Some(program) = &built.command {
+        let share = layout.root().join("share");
+        workspace.shell.cmd(program).arg("manual").arg(share).quiet().run()?;
+    }
     print_line("");
     let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
     for (path, what) in &installed.files {
@@ -119,6 +129,8 @@ pub struct Built {
     plugin: Option<PathBuf>,
     /// The implementation of Catalyst, where it was asked for.
     catalyst: Option<PathBuf>,
+    /// The command, where it was asked for.
+    command: Option<PathBuf>,
 }
 
 /// Builds both libraries, with MPI or without, and with GPUs or without.
@@ -140,7 +152,15 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     check_shared(workspace, &shared, mpi)?;
     let directory = products.join("reduced");
     let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions(workspace)?, &directory, step)?;
-    Ok(Built { shared, archive, plugin: None, catalyst: None })
+    Ok(Built { shared, archive, plugin: None, catalyst: None, command: None })
+}
+
+/// Builds the command as the library is built.
+fn build_command(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Result<PathBuf, Error> {
+    let cargo = workspace.cargo(["build", "--package", "icoray-cli", "--profile", PROFILE]);
+    let cargo = cargo.args((!gpu).then_some("--no-default-features")).args(mpi.then_some("--features=mpi"));
+    step.quiet(if mpi { cargo.envs(libclang::variable()) } else { cargo })?;
+    Ok(workspace.products(PROFILE).join("icoray"))
 }
 
 /// Fails unless a shared library exports the functions of the header, and has the properties of an installed one.
@@ -178,6 +198,7 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
     for (path, file) in [(lib(comin::PLUGIN), &built.plugin), (catalyst, &built.catalyst)] {
         items.extend(file.as_deref().map(|file| item(path, Content::File(file), 0o755)));
     }
+    items.extend(built.command.as_deref().map(|file| item("bin/icoray".into(), Content::File(file), 0o755)));
     place::place(&items)?;
     let mut files = Vec::new();
     for Item { path, content, .. } in items {

@@ -116,6 +116,9 @@ pub struct InstallOptions {
     /// With the plugin for ICON, for the ComIn that is installed in DIR; turns on --mpi
     #[arg(long, value_name = "DIR")]
     pub comin: Option<PathBuf>,
+    /// With the command icoray, its completions for bash, zsh and fish, and its manual pages
+    #[arg(long)]
+    pub command: bool,
     /// With the implementation of Catalyst 2 for hosts that link Kitware's libcatalyst
     #[arg(long)]
     pub catalyst: bool,
@@ -140,8 +143,12 @@ mod tests {
     #[test]
     fn lines_are_taken_or_refused() {
         Options::command().debug_assert();
-        for line in ["demo --profile dev", "gallery", "test --all --no-install", "install --libdir lib/x --comin icon"]
-        {
+        for line in [
+            "demo --profile dev",
+            "gallery",
+            "test --all --no-install",
+            "install --libdir lib/x --comin icon --command",
+        ] {
             assert!(parse(line).is_ok(), "{line}");
         }
         for (line, code, message) in [

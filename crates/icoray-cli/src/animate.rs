@@ -1,4 +1,4 @@
-//! `icoray animate`: an animated PNG.
+//! `icoray animate`: an animated PNG, or a film by ffmpeg.
 
 use crate::failure::CommandResult;
 use crate::render::ExistingFiles;
@@ -13,9 +13,8 @@ pub struct Args {
     /// Pictures (.png), all of one size, in their order
     #[arg(value_name = "PICTURE.png", required = true)]
     pictures: Vec<PathBuf>,
-    /// The animation (.png). For other formats give ffmpeg the list that a scene's output.concat names:
-    /// ffmpeg -safe 0 -i list.ffconcat film.mp4
-    #[arg(short, long, value_name = "ANIMATION.png")]
+    /// The animation: .png; or .mp4 or .gif, for which ffmpeg must be installed
+    #[arg(short, long, value_name = "ANIMATION")]
     output: PathBuf,
     /// Pictures per second, 0.001 to 1000
     #[arg(long, value_name = "N", default_value_t = 10.0)]

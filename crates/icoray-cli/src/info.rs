@@ -13,6 +13,7 @@ const MAX_TIMES: usize = 12;
 
 /// Arguments of `icoray info`.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n  icoray info history.nc\n  icoray info history.nc --mesh init.nc --ranges")]
 pub struct Args {
     #[command(flatten)]
     pub input: Input,
@@ -24,7 +25,7 @@ pub struct Args {
 /// Prints mesh, times, layers and fields. A failed check of the grid and missing layers are printed, not returned.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
-    progress.stage(format!("reading {}", args.input.file.display()));
+    progress.stage(format!("reading {}", args.input.files[0].display()));
     let file = args.input.open()?;
     let mut text = Vec::new();
     describe(args, &file, &progress, &mut text)?;
@@ -36,9 +37,9 @@ fn describe(args: &Args, file: &Dataset, progress: &Progress, out: &mut impl Wri
     let mesh = file.mesh();
     let tables = mesh.tables();
     let [cells, corners, edges] = [tables.cells(), tables.corners(), tables.edges()];
-    writeln!(out, "file       {}", file.path().display())?;
-    for path in &args.input.mesh {
-        writeln!(out, "mesh file  {}", path.display())?;
+    let Input { files, minus, mesh: others } = &args.input;
+    for (name, paths) in [("file", files), ("minus", minus), ("mesh file", others)] {
+        paths.iter().try_for_each(|path| writeln!(out, "{name:<9}  {}", path.display()))?;
     }
     writeln!(out, "mesh       {}: {cells} cells, {corners} corners, {edges} edges", mesh.convention())?;
     writeln!(out, "cells      {}", polygons(&tables))?;

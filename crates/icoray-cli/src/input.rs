@@ -7,9 +7,13 @@ use std::path::{Path, PathBuf};
 /// Where fields and mesh are.
 #[derive(clap::Args)]
 pub struct Input {
-    /// File of MPAS or ICON with the fields, mostly with the mesh too
-    #[arg(value_name = "FILE.nc")]
-    pub file: PathBuf,
+    /// Files of MPAS, ICON or another model with the fields, mostly with the mesh too: several files of one run are one
+    /// series by their dates, whose variables may be in files of their own
+    #[arg(value_name = "FILE.nc", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Draw differences: the values less those of these files, of the same mesh and layers, at the same dates
+    #[arg(long, value_name = "OTHER.nc", num_args = 1..)]
+    pub minus: Vec<PathBuf>,
     /// File with what FILE.nc lacks: the mesh, as in the run's init or grid file, or the heights of layers; may be
     /// given several times
     #[arg(long, value_name = "MESH.nc")]
@@ -19,12 +23,25 @@ pub struct Input {
 impl Input {
     /// All files.
     pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
-        std::iter::once(&self.file).chain(&self.mesh)
+        self.files.iter().chain(&self.minus).chain(&self.mesh)
     }
 
     /// Opens all files.
     pub fn open(&self) -> Result<Dataset> {
-        icoray_netcdf::open_with(&self.file, &self.mesh)
+        let mut dataset = icoray_netcdf::open_all(&self.files, &self.mesh)?;
+        if !self.minus.is_empty() {
+            dataset.subtract(icoray_netcdf::open_on(&self.minus, &self.mesh, dataset.shared_mesh())?)?;
+        }
+        Ok(dataset)
+    }
+
+    /// The files as words of a command line.
+    pub fn words(&self) -> Vec<String> {
+        let mut words: Vec<String> = self.files.iter().map(|file| file.to_string_lossy().into()).collect();
+        for (option, paths) in [("--minus", &self.minus), ("--mesh", &self.mesh)] {
+            words.extend(paths.iter().flat_map(|path| [option.into(), path.to_string_lossy().into()]));
+        }
+        words
     }
 }
 

@@ -2,17 +2,20 @@
 //!
 //! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes them,
 //! `icoray animate` makes a picture that moves, `icoray info` says what a file holds, `icoray plan` what a scene reads and
-//! leaves out, `icoray devices` which GPUs can draw, `icoray sample` writes a file to try these on. Results go to stdout, progress to stderr
+//! leaves out, `icoray devices` which GPUs can draw, `icoray colormaps` which colours there are, `icoray sample` writes a file
+//! to try these on, `icoray manual` what shells and `man` know of the command. Results go to stdout, progress to stderr
 //! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2. A command that
 //! reads NetCDF-4 files runs in a child process, as damage of such a file may end it.
 #![forbid(unsafe_code)]
 
 mod animate;
+mod color_maps;
 mod failure;
 mod gpu;
 mod info;
 mod input;
 mod isolated;
+mod manual;
 mod overrides;
 mod plan;
 mod printed;
@@ -25,11 +28,15 @@ mod suggested;
 mod view;
 mod watch;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// In-situ ray casting of geodesic grids.
+///
+/// `icoray FILE.nc` is `icoray render FILE.nc`.
 #[derive(Parser)]
 #[command(name = "icoray", version)]
 struct Cli {
@@ -59,6 +66,10 @@ enum Command {
     Plan(render::Args),
     /// Write a file to try the other commands on: 2,562 cells, 16 layers, two times, three fields
     Sample(sample::Args),
+    /// Draw all colour maps with their names
+    Colormaps(color_maps::Args),
+    /// Write manual pages of all commands, and completions for bash, zsh and fish
+    Manual(manual::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,
     /// Read a file that may end this process, and keep nothing
@@ -85,7 +96,7 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    let Cli { is_isolated, command } = Cli::parse();
+    let Cli { is_isolated, command } = Cli::parse_from(with_command(std::env::args_os().collect()));
     if is_isolated {
         isolated::begin();
     } else if let Some(input) = command.input() {
@@ -105,6 +116,8 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
         Command::Sample(args) => sample::run(&args, &mut out),
+        Command::Colormaps(args) => color_maps::run(&args, &mut out),
+        Command::Manual(args) => manual::run(&args, Cli::command()),
         Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),
         Command::Study { words } => return no_study(&words),
     };
@@ -116,6 +129,18 @@ fn main() -> ExitCode {
         Err(failure::Failure::ReportedByRoot) => ExitCode::SUCCESS,
         Err(failure) => complain(&failure),
     }
+}
+
+/// The words of the command line, with `render` before a file that stands in place of a command.
+fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
+    let first = words.iter().skip(1).position(|word| !word.to_string_lossy().starts_with('-')).map(|at| at + 1);
+    if let Some(at) = first
+        && Cli::command().find_subcommand(&words[at]).is_none()
+        && Path::new(&words[at]).extension().is_some_and(|ending| ending == "nc" || ending == "nc4")
+    {
+        words.insert(at, "render".into());
+    }
+    words
 }
 
 /// Prints an error; the exit code of one.

@@ -1,7 +1,7 @@
 //! Options that change a scene: its camera, size, quality and device.
 
 use crate::gpu::DeviceOptions;
-use icoray::{Error, ErrorKind, Result, Scene, Script};
+use icoray::{Error, ErrorKind, Lighting, Result, Scene, Script, Source};
 
 /// What of a scene is otherwise.
 #[derive(clap::Args)]
@@ -18,6 +18,15 @@ pub struct Overrides {
     /// Factor on heights; also instead of the scene's
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = factor)]
     pub exaggeration: Option<f64>,
+    /// CSS colour behind everything, or "transparent"; also instead of the scene's
+    #[arg(long, value_name = "COLOR", value_parser = background)]
+    pub background: Option<String>,
+    /// "headlight", "none", or longitude and latitude below a sun, such as 90,20; also instead of the scene's
+    #[arg(long, value_name = "KIND", allow_hyphen_values = true, value_parser = light)]
+    pub light: Option<Light>,
+    /// Draw no title and no colour bar
+    #[arg(long)]
+    pub no_labels: bool,
     #[command(flatten)]
     pub device_options: DeviceOptions,
     /// Picture size in pixels, instead of the scene's
@@ -30,6 +39,10 @@ pub struct Overrides {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Scene::MAX_SAMPLES)))]
     pub samples: Option<u32>,
 }
+
+/// Where light comes from; without a source there is none.
+#[derive(Clone, Copy)]
+pub struct Light(pub Option<Source>);
 
 type Parsed<T> = std::result::Result<T, String>;
 
@@ -44,6 +57,26 @@ fn lon(text: &str) -> Parsed<f64> {
 
 fn lat(text: &str) -> Parsed<f64> {
     within(text, -90.0, 90.0)
+}
+
+/// The scene of these keys alone, and a field.
+fn scene_of(keys: &str) -> Result<Scene> {
+    Scene::parse(&format!("field = \"any\"\n{keys}"))
+}
+
+fn background(text: &str) -> Parsed<String> {
+    let expected = |_| "expected an opaque CSS colour such as #ff8800 or black, or \"transparent\"".to_owned();
+    scene_of(&format!("background = {text:?}")).map(|_| text.to_owned()).map_err(expected)
+}
+
+fn light(text: &str) -> Parsed<Light> {
+    let place = text.split_once(',').and_then(|(at_lon, at_lat)| Some((lon(at_lon).ok()?, lat(at_lat).ok()?)));
+    match (text, place) {
+        ("none", _) => Ok(Light(None)),
+        ("headlight", _) => Ok(Light(Some(Source::Headlight))),
+        (_, Some((lon_deg, lat_deg))) => Ok(Light(Some(Source::Sun { lon_deg, lat_deg }))),
+        _ => Err("expected headlight, none, or longitude and latitude below a sun, such as 90,20".to_owned()),
+    }
 }
 
 fn factor(text: &str) -> Parsed<f64> {
@@ -75,6 +108,9 @@ impl Overrides {
             ("--lat", self.lat.is_some()),
             ("--distance", self.distance.is_some()),
             ("--exaggeration", self.exaggeration.is_some()),
+            ("--background", self.background.is_some()),
+            ("--light", self.light.is_some()),
+            ("--no-labels", self.no_labels),
             ("--size", self.size.is_some()),
             ("--tolerance", self.tolerance.is_some()),
             ("--samples", self.samples.is_some()),
@@ -105,6 +141,16 @@ impl Overrides {
             }
             if let Some(tolerance) = self.tolerance {
                 scene.tolerance = tolerance;
+            }
+            if let Some(background) = &self.background {
+                scene.background = scene_of(&format!("background = {background:?}"))?.background;
+            }
+            if let Some(Light(source)) = self.light {
+                let usual = scene.lighting.or(scene_of("[light]")?.lighting);
+                scene.lighting = source.and_then(|source| Some(Lighting { source, ..usual? }));
+            }
+            if self.no_labels {
+                scene.labels = None;
             }
             scene.samples = self.samples.unwrap_or(scene.samples);
             self.device_options.apply(scene);

@@ -22,8 +22,17 @@ use std::path::PathBuf;
 use std::time::Instant;
 pub use target::Target;
 
+/// Examples of `icoray render --help`.
+const EXAMPLES: &str = "\
+Examples:
+  icoray render history.nc                                    a first picture
+  icoray render history.nc --field w --lon 180 -o w.png
+  icoray render history.nc --field theta --isosurface 300 --save-scene scene.toml
+  icoray render history.nc --scene scene.toml --time all -o pictures";
+
 /// Arguments of `icoray render`.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     #[command(flatten)]
     pub selection: Selection,
@@ -40,6 +49,9 @@ pub struct OutputOptions {
     /// Map of the picture's errors, instead of the scene's output.error; for one picture
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
+    /// Print all lines of a picture's summary, in place of picture, field and range
+    #[arg(short, long)]
+    verbose: bool,
     /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete;
     /// never-modify keeps them, and the command fails before it draws. report.csv, and the scene's lists and
     /// databases, are added to either way
@@ -117,7 +129,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     let scene_fields = ranks.collective(renderer.run(|| SceneFields::new(file, &script, layers, grid.cells())))?;
     let open_s = start.elapsed().as_secs_f64();
     let drawing = Drawing { scene_fields: &scene_fields, grid: &grid, renderer };
-    let job = Job { drawing, target: &target, open_s };
+    let job = Job { drawing, target: &target, open_s, is_verbose: args.output_options.verbose };
     let mut pictures = Pictures::new(file, &series, job, &progress);
     let outcome = match queue {
         Some(_) => progress.suspend(|| {

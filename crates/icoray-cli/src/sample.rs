@@ -20,7 +20,7 @@ pub struct Args {
 
 /// Writes the file and prints a command that draws it.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
-    Existing::from(args.existing).check(&args.output)?;
+    Existing::from(args.existing).prepare(&args.output)?;
     icoray_netcdf::write_sample(&args.output, &Sample::new()?)?;
     let path = args.output.display();
     writeln!(out, "sample    {path}; icoray render {path} draws it")?;

@@ -24,6 +24,10 @@ pub struct SceneOptions {
     /// "bottom"
     #[arg(long, value_name = "LAYER", conflicts_with = "scene", allow_hyphen_values = true, value_parser = level)]
     pub surface: Option<Level>,
+    /// Draw the surface on which the field has this value instead of a volume
+    #[arg(long, value_name = "VALUE", conflicts_with_all = ["scene", "surface", "range", "colormap"],
+        allow_hyphen_values = true)]
+    pub isosurface: Option<f64>,
     /// Write the suggested scene, with comments, to this file: with --scene it draws the same picture
     #[arg(long, value_name = "SCENE.toml", conflicts_with = "scene")]
     pub save_scene: Option<PathBuf>,

@@ -53,7 +53,7 @@ impl Selection {
         {
             return Ok(None);
         }
-        progress.stage(format!("reading {}", self.input.file.display()));
+        progress.stage(format!("reading {}", self.input.files[0].display()));
         let renderer = gpu::renderer(self.threads)?.with_progress(progress.tiles());
         let file = self.input.open()?;
         let time = self.time.as_ref().unwrap_or(&TimeSelection::LAST);

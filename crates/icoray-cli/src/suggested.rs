@@ -1,11 +1,10 @@
 //! The scenes to render: those of the scene file, or a suggested one.
 
 use crate::selection::{Opened, Selection};
-use icoray::output::Existing;
-use icoray::{Error, ErrorKind, Grid, Result, Script, suggest};
+use icoray::output::{Existing, write_text};
+use icoray::{Error, Grid, Result, Script, suggest};
 use icoray_dataset::{Dataset, FieldInfo};
 use icoray_progress::Progress;
-use std::fs;
 use std::path::Path;
 
 /// Maximum number of other fields that are named.
@@ -33,7 +32,7 @@ impl Suggested {
         let grid = opened.renderer.run(|| file.mesh().grid())?;
         let time = opened.times[opened.times.len() - 1];
         progress.stage(format!("looking at {name}"));
-        let options = options(selection, opened, time);
+        let options = options(selection, time);
         let (with, of) = ((&grid, &opened.renderer), (info, time));
         let text = file.suggest_scene(with, of, &selection.layer_option.layers, options)?;
         let summary = summary(selection, info, &others);
@@ -42,9 +41,8 @@ impl Suggested {
 
     /// Writes the text to a file.
     pub fn save(&self, path: &Path, existing: Existing) -> Result<()> {
-        existing.check(path).map_err(|e| e.within("--save-scene"))?;
-        let failed = |e| Error::new(ErrorKind::Io, format!("--save-scene {}: {e}", path.display()));
-        fs::write(path, &self.text).map_err(failed)
+        let written = existing.check(path).and_then(|()| write_text(path, "the scene", &self.text));
+        written.map_err(|e| e.within("--save-scene"))
     }
 }
 
@@ -58,7 +56,7 @@ pub fn first_field(file: &Dataset) -> Result<&FieldInfo> {
 }
 
 /// Options of the suggestion from the command line.
-fn options(selection: &Selection, opened: &Opened, time: usize) -> suggest::Options {
+fn options(selection: &Selection, time: usize) -> suggest::Options {
     let (scene_options, overrides) = (&selection.scene_options, &selection.overrides);
     suggest::Options {
         lon_deg: overrides.lon,
@@ -68,23 +66,25 @@ fn options(selection: &Selection, opened: &Opened, time: usize) -> suggest::Opti
         color_map: scene_options.colormap.clone(),
         range: scene_options.range,
         surface: scene_options.surface,
+        isosurface: scene_options.isosurface,
+        background: overrides.background.clone(),
+        light: overrides.light.map(|light| light.0),
+        is_unlabelled: overrides.no_labels,
         size: overrides.size,
         tolerance: overrides.tolerance,
         samples: overrides.samples,
         backend: overrides.device_options.backend(),
         device: overrides.device_options.device().cloned(),
-        head: vec![command(selection, opened, Some(time))],
+        head: vec![command(selection, Some(time))],
         ..suggest::Options::default()
     }
 }
 
 /// The command line that renders the saved scene, at this time unless others are selected; without one, that of a time
 /// that is still to be added.
-pub fn command(selection: &Selection, opened: &Opened, time: Option<usize>) -> String {
-    let mut words = vec!["icoray".into(), "render".into(), word(&opened.file.path().to_string_lossy())];
-    for mesh in &selection.input.mesh {
-        words.extend(["--mesh".into(), word(&mesh.to_string_lossy())]);
-    }
+pub fn command(selection: &Selection, time: Option<usize>) -> String {
+    let mut words = vec!["icoray".into(), "render".into()];
+    words.extend(selection.input.words().iter().map(|text| word(text)));
     let saved = selection.scene_options.save_scene.as_deref().unwrap_or(Path::new("scene.toml"));
     words.extend(["--scene".into(), word(&saved.to_string_lossy())]);
     if let Some(time) = time {

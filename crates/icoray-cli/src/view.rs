@@ -11,6 +11,9 @@ use std::io::Write;
 
 /// Arguments of `icoray view`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  icoray view history.nc\n  icoray view history.nc --mesh init.nc --scene scene.toml"
+)]
 pub struct Args {
     #[command(flatten)]
     pub selection: Selection,
@@ -38,7 +41,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         true => PictureSize::Viewer,
         false => PictureSize::SceneOrViewer,
     };
-    let description = view::describe(&opened.file, suggested::command(selection, &opened, None));
+    let description = view::describe(&opened.file, suggested::command(selection, None));
     let options = Options { port: args.port, size, is_framed: false };
     let live = LiveView::open(&options, description, (text, time), reader)?;
     opened.renderer = opened.renderer.with_stop(live.stop());

@@ -34,6 +34,9 @@ use std::time::{Duration, Instant};
 
 /// Arguments of `icoray watch`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  icoray watch RUN --files 'history.*.nc' --mesh init.nc --scene scene.toml -o pictures"
+)]
 pub struct Args {
     /// Directory that the model writes to
     #[arg(value_name = "DIR")]
@@ -77,6 +80,9 @@ pub struct Args {
     overrides: Overrides,
     #[command(flatten)]
     layer_option: LayerOption,
+    /// Print all lines of a picture's summary
+    #[arg(short, long)]
+    verbose: bool,
     /// Number of threads; 0 is as many as there are cores to use
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,

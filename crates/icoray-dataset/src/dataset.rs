@@ -10,7 +10,7 @@ use crate::sea::Sea;
 use crate::source::Source;
 use crate::sources::Sources;
 use crate::times::Times;
-use icoray::{ErrorKind, Grid, Layers, Result};
+use icoray::{ErrorKind, Grid, Layers, Result, did_you_mean};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
@@ -30,11 +30,13 @@ pub struct Dataset {
     /// Those of the fields' file, then those of joined files that are not among them.
     pub(crate) fields: Vec<FieldInfo>,
     /// Number of those of the fields' file.
-    own_fields: usize,
+    pub(crate) own_fields: usize,
     sea: OnceLock<Option<Sea>>,
     /// Heights that were read, by the field's name.
     heights: Mutex<HashMap<String, LayerHeights>>,
     pub(crate) joined: Vec<Joined>,
+    /// The dataset whose values are subtracted.
+    pub(crate) minus: Option<Box<Joined>>,
 }
 
 impl Dataset {
@@ -70,8 +72,9 @@ impl Dataset {
         let fields = source.variables().iter().filter(|variable| !variable.name.contains(char::is_control));
         let fields: Vec<FieldInfo> =
             fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
-        let (own_fields, sea, heights, joined) = (fields.len(), OnceLock::new(), Mutex::default(), Vec::new());
-        Ok(Dataset { sources, mesh, sphere_radius_m, times, fields, own_fields, sea, heights, joined })
+        let (own_fields, sea, heights) = (fields.len(), OnceLock::new(), Mutex::default());
+        let (joined, minus) = (Vec::new(), None);
+        Ok(Dataset { sources, mesh, sphere_radius_m, times, fields, own_fields, sea, heights, joined, minus })
     }
 
     /// The path of the fields' source, or its name.
@@ -172,7 +175,10 @@ impl Dataset {
             Some(variable) => {
                 format!("variable {variable} is not a field, expected float or double over {expected}")
             }
-            None => format!("there is no field {name}"),
+            None => {
+                let names = self.fields.iter().map(|f| f.name.as_str());
+                format!("there is no field {name}{}", did_you_mean(name, names))
+            }
         };
         let names: Vec<&str> = self.fields.iter().map(|f| f.name.as_str()).collect();
         let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
@@ -220,9 +226,12 @@ impl Dataset {
         let sea = self.sea()?;
         let mut field = OwnedField::read(self.sources.fields(), info, time, layers.clone())?;
         if let Some(sea) = sea {
-            sea.mask_dry(info, layers, &mut field);
+            sea.mask_dry(info, layers.clone(), &mut field);
         }
-        Ok(field)
+        match &self.minus {
+            Some(minus) => field.less(&minus.file.read_layers(name, minus.record(name, time)?, layers)?),
+            None => Ok(field),
+        }
     }
 
     /// Reads the heights on which a field's layers lie, and how far terrain bends them.

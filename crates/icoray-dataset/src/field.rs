@@ -279,6 +279,25 @@ impl OwnedField {
         Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, values, fill })
     }
 
+    /// The values less those of another field.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] where that has other columns or layers.
+    pub(crate) fn less(self, other: &OwnedField) -> Result<Self> {
+        let shape = |field: &OwnedField| (field.info.location, field.values.shape.columns, field.values.shape.layers);
+        if shape(&self) != shape(other) {
+            let context = format!(
+                "{}: {:?} less {:?}, expected the same place, columns and layers",
+                self.info.name,
+                shape(&self),
+                shape(other)
+            );
+            return Err(Error::new(ErrorKind::Field, context));
+        }
+        let values = self.values.less(self.fill, &other.values, other.fill);
+        Ok(OwnedField { values, fill: f64::NAN, ..self })
+    }
+
     /// The field, borrowed.
     ///
     /// # Errors

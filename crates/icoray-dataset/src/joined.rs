@@ -1,6 +1,7 @@
 //! Fields of several files of one mesh, joined by the dates of their times.
 
 use crate::dataset::Dataset;
+use crate::field::FieldInfo;
 use icoray::{Error, ErrorKind, Result};
 
 /// A file whose fields are joined to those of another.
@@ -14,6 +15,27 @@ pub(crate) struct Joined {
 }
 
 impl Joined {
+    /// A file of the same mesh beside another, `own`: records of the same date belong together; of files without dates
+    /// those of the same number.
+    fn new(own: &Dataset, file: Dataset) -> Result<Self> {
+        if (own.mesh().cells(), own.mesh().corners()) != (file.mesh().cells(), file.mesh().corners()) {
+            let context = format!(
+                "{}: a mesh of {} cells, expected {} as in {}",
+                file.path().display(),
+                file.mesh().cells(),
+                own.mesh().cells(),
+                own.path().display()
+            );
+            return Err(Error::new(ErrorKind::Grid, context));
+        }
+        let record = |(number, date): (usize, &Option<String>)| match date {
+            Some(date) => file.times().iter().position(|its| its.as_ref() == Some(date)),
+            None => file.times().get(number).filter(|its| its.is_none()).map(|_| number),
+        };
+        let records = own.times().iter().enumerate().map(record).collect();
+        Ok(Joined { records, dates: own.times().to_vec(), file })
+    }
+
     /// The record of a field at a time of the other file. A field that does not depend on time has all.
     pub(crate) fn record(&self, name: &str, time: usize) -> Result<usize> {
         if !self.file.field_info(name)?.time_dependent {
@@ -34,27 +56,30 @@ impl Dataset {
     /// # Errors
     /// [`ErrorKind::Grid`] when the other mesh has more or fewer cells or corners.
     pub fn join(&mut self, file: Dataset) -> Result<()> {
-        let (own, other) = (self.mesh(), file.mesh());
-        if (own.cells(), own.corners()) != (other.cells(), other.corners()) {
-            let context = format!(
-                "{}: a mesh of {} cells, expected {} as in {}",
-                file.path().display(),
-                other.cells(),
-                own.cells(),
-                self.path().display()
-            );
-            return Err(Error::new(ErrorKind::Grid, context));
-        }
-        let record = |date: &Option<String>| {
-            let date = date.as_ref()?;
-            file.times().iter().position(|its| its.as_ref() == Some(date))
-        };
-        let records = self.times().iter().map(record).collect();
-        let dates = self.times().to_vec();
-        let lacking = file.fields().iter().filter(|info| self.fields.iter().all(|known| known.name != info.name));
+        let joined = Joined::new(self, file)?;
+        let lacking =
+            joined.file.fields().iter().filter(|info| self.fields.iter().all(|known| known.name != info.name));
         let lacking: Vec<_> = lacking.cloned().collect();
         self.fields.extend(lacking);
-        self.joined.push(Joined { file, records, dates });
+        self.joined.push(joined);
+        Ok(())
+    }
+
+    /// Makes this a dataset of differences: the values of each field less those of another dataset of the same mesh and
+    /// layers, at the same date, or at the same record where there are no dates. Fields that the other lacks are left
+    /// out.
+    ///
+    /// # Errors
+    /// As [`Dataset::join`]. Reading a field fails where the other has no record of its date, or other layers.
+    pub fn subtract(&mut self, other: Dataset) -> Result<()> {
+        let minus = Joined::new(self, other)?;
+        let from = minus.file.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.fields.retain(|info| minus.file.fields().iter().any(|other| other.name == info.name));
+        self.own_fields = self.fields.len();
+        for FieldInfo { name, description, .. } in &mut self.fields {
+            description.long_name = Some(format!("{}, less {from}", description.long_name.as_ref().unwrap_or(name)));
+        }
+        self.minus = Some(Box::new(minus));
         Ok(())
     }
 

@@ -22,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 mod calendar;
+mod combined;
 mod dataset;
 mod drawing;
 mod field;
@@ -48,6 +49,7 @@ mod values;
 #[cfg(feature = "live")]
 pub mod view;
 
+pub use combined::Combined;
 pub use dataset::Dataset;
 pub use drawing::Drawing;
 pub use field::{FieldInfo, OwnedField, Precision};

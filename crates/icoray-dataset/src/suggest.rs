@@ -11,7 +11,7 @@ impl Dataset {
     ///
     /// # Errors
     /// As [`Dataset::read_layers`], [`Dataset::layer_heights`], [`LayerSelection::of`] and [`suggest::scene`];
-    /// [`ErrorKind::Argument`] where another surface than layer 0 of a 2D field is asked for.
+    /// [`ErrorKind::Argument`] where another surface than layer 0, or an isosurface, of a 2D field is asked for.
     pub fn suggest_scene(
         &self,
         (grid, renderer): (&Grid, &Renderer),
@@ -53,6 +53,10 @@ impl Dataset {
 fn as_surface(info: &FieldInfo, options: suggest::Options) -> Result<suggest::Options> {
     if let Some(Level::Layer(layer @ 1..)) = options.surface {
         let context = format!("surface {layer}: {} is a 2D field, expected 0", info.name);
+        return Err(Error::new(ErrorKind::Argument, context));
+    }
+    if let Some(value) = options.isosurface {
+        let context = format!("isosurface {value}: {} is a 2D field, expected one with layers", info.name);
         return Err(Error::new(ErrorKind::Argument, context));
     }
     Ok(options.for_2d())

@@ -111,6 +111,24 @@ impl ShapedValues {
         (offset as isize + column as isize * column_stride + layer as isize * layer_stride) as usize
     }
 
+    /// These values less others of the same columns and layers; NaN where one is its mark for missing values.
+    pub(crate) fn less(&self, own_fill: f64, other: &Self, fill: f64) -> Self {
+        let layers = self.stored_layers();
+        let value = |of: &Self, fill: f64, at: (usize, usize)| {
+            let value = of.as_reals().get(of.element(at.0, at.1));
+            if value == fill { f64::NAN } else { value }
+        };
+        let places = (0..self.shape.columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
+        let values = places.map(|at| value(self, own_fill, at) - value(other, fill, at));
+        let reals = match self.as_reals() {
+            Reals::F32(_) => OwnedReals::F32(values.map(|value| value as f32).collect()),
+            Reals::F64(_) => OwnedReals::F64(values.collect()),
+        };
+        let plain = Shape::level_fastest(self.shape.columns, layers);
+        let layer_stride = self.shape.layer_stride.signum().abs();
+        ShapedValues { shape: Shape { layers: self.shape.layers, layer_stride, ..plain }, reals: Stored::Owned(reals) }
+    }
+
     fn any(&self, holds: impl Fn(f64) -> bool) -> bool {
         let (reals, layers) = (self.as_reals(), self.stored_layers());
         (0..self.shape.columns).any(|column| (0..layers).any(|layer| holds(reals.get(self.element(column, layer)))))

@@ -3,7 +3,7 @@
 
 use crate::document;
 use crate::session::{NamedScene, SceneReader};
-use icoray::{Error, ErrorKind, Scene, Script, View};
+use icoray::{Error, ErrorKind, Scene, Script, View, did_you_mean};
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -73,7 +73,8 @@ pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<Sce
         }
         if let Some(missing) = script.model_fields().into_iter().find(|name| !steered.fields.contains(name)) {
             let known: Vec<&str> = steered.fields.iter().map(String::as_str).collect();
-            return refused(format!("field {missing:?}, expected one of {}", known.join(", ")));
+            let hint = did_you_mean(&missing, known.iter().copied());
+            return refused(format!("field {missing:?}{hint}, expected one of {}", known.join(", ")));
         }
         let scene = |view: &View| {
             let scene = view.scenes().next();

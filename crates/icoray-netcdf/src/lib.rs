@@ -30,7 +30,7 @@ pub use outline::Outline;
 pub use sample_file::write_sample;
 
 use icoray::Result;
-use icoray_dataset::{Mesh, Source};
+use icoray_dataset::{Combined, Mesh, Source};
 use nc_file::NcFile;
 use std::path::Path;
 use std::sync::Arc;
@@ -59,21 +59,26 @@ pub fn open(path: impl AsRef<Path>) -> Result<Dataset> {
 /// # Errors
 /// As [`open`].
 pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<Dataset> {
-    Dataset::new(opened(path.as_ref())?, all_opened(others)?)
+    open_all(&[path], others)
 }
 
-/// As [`open_with`], for a mesh that is in memory already: no mesh tables are read.
+/// As [`open_with`], for files of one run that are read as one ([`Combined::new`]).
 ///
 /// # Errors
-/// As [`Dataset::on_mesh`] and [`open`].
-pub fn open_on(path: impl AsRef<Path>, others: &[impl AsRef<Path>], mesh: Arc<Mesh>) -> Result<Dataset> {
-    Dataset::on_mesh(opened(path.as_ref())?, all_opened(others)?, mesh)
+/// As [`open`] and [`Combined::new`].
+pub fn open_all(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>]) -> Result<Dataset> {
+    Dataset::new(Combined::new(all_opened(paths)?)?, all_opened(others)?)
 }
 
-fn opened(path: &Path) -> Result<Box<dyn Source>> {
-    Ok(Box::new(NcFile::open(path)?))
+/// As [`open_all`], for a mesh that is in memory already: no mesh tables are read.
+///
+/// # Errors
+/// As [`Dataset::on_mesh`] and [`open_all`].
+pub fn open_on(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>], mesh: Arc<Mesh>) -> Result<Dataset> {
+    Dataset::on_mesh(Combined::new(all_opened(paths)?)?, all_opened(others)?, mesh)
 }
 
 fn all_opened(paths: &[impl AsRef<Path>]) -> Result<Vec<Box<dyn Source>>> {
-    paths.iter().map(|path| opened(path.as_ref())).collect()
+    let opened = |path: &_| -> Result<Box<dyn Source>> { Ok(Box::new(NcFile::open(AsRef::as_ref(path))?)) };
+    paths.iter().map(opened).collect()
 }

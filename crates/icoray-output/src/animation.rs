@@ -1,4 +1,5 @@
-//! Animated PNG: pictures one after the other, of each but the first only what differs from the one before.
+//! Animated PNG: pictures one after the other, of each but the first only what differs from the one before; and MP4 and
+//! GIF by ffmpeg.
 
 use super::atomic;
 use crate::atomic::Existing;
@@ -6,8 +7,9 @@ use crate::path::io_error;
 use icoray_grid::{Error, ErrorKind, Result};
 use png::{BitDepth, BlendOp, ColorType, Decoder, DisposeOp, Encoder, Transformations};
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
+use std::process::{ChildStdin, Command, Stdio};
 
 /// Size, length and bytes of a written animation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,19 +35,28 @@ struct Region {
     size: [u32; 2],
 }
 
+/// Options of ffmpeg by the ending of the file: sides of an MP4 are even, a GIF has the best 256 colours of its pictures.
+const FILMS: [(&str, &[&str]); 2] = [
+    ("mp4", &["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]),
+    ("gif", &["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"]),
+];
+
 /// Writes the PNG pictures, all of one size, as an animated PNG to `path`, to be shown again and again at `fps`
-/// pictures per second. Pictures are read one by one.
+/// pictures per second; where `path` ends in `.mp4` or `.gif`, through the program ffmpeg, which must be installed.
+/// Pictures are read one by one.
 ///
 /// # Errors
-/// [`ErrorKind::Argument`] where there is no picture, where one has another size than the first, where `path` does not
-/// end in `.png` or is one of the pictures, or where `fps` is not 0.001 to 1000; [`ErrorKind::Io`] where a file cannot
-/// be read or written, [`ErrorKind::Exists`] as [`Existing`] says.
+/// [`ErrorKind::Argument`] where there is no picture, where one has another size than the first, where `path` has
+/// another ending or is one of the pictures, or where `fps` is not 0.001 to 1000; [`ErrorKind::Io`] where a file cannot
+/// be read or written or ffmpeg is missing or fails, [`ErrorKind::Exists`] as [`Existing`] says.
 pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Existing) -> Result<Animated> {
     let bad = |what: String| Error::new(ErrorKind::Argument, what);
     let [first, rest @ ..] = pictures else { return Err(bad("an animation of no pictures".into())) };
-    if path.extension().is_none_or(|ending| ending != "png") {
-        return Err(bad(format!("{}: expected a name that ends in .png", path.display())));
+    let film = FILMS.iter().find(|(ending, _)| path.extension().is_some_and(|its| its == *ending));
+    if film.is_none() && path.extension().is_none_or(|ending| ending != "png") {
+        return Err(bad(format!("{}: expected a name that ends in .png, .mp4 or .gif", path.display())));
     }
+    existing.prepare(path)?;
     let same_file = |picture: &&PathBuf| {
         std::fs::canonicalize(picture).is_ok_and(|picture| std::fs::canonicalize(path).is_ok_and(|p| p == picture))
     };
@@ -57,8 +68,22 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
     let frames = u32::try_from(pictures.len()).map_err(|_| bad(format!("{} pictures", pictures.len())))?;
     let mut shown = read(first)?;
     let size = shown.size;
+    let following = |picture: &PathBuf| {
+        let next = read(picture)?;
+        if next.size != size {
+            let ([w, h], [first_w, first_h]) = (next.size, size);
+            let (path, first) = (picture.display(), first.display());
+            let wish = format!("expected all pictures to be as large as {first}, {first_w} x {first_h}");
+            return Err(bad(format!("{path}: is {w} x {h} pixels, {wish}")));
+        }
+        Ok(next)
+    };
     let failed = |e: png::EncodingError| io_error(path, "cannot write the animation", e);
     atomic::write(path, existing, "the animation", |out| {
+        if let Some((ending, options)) = film {
+            let pictures = std::iter::once(Ok(shown)).chain(rest.iter().map(following));
+            return encode_film(path, (ending, options), (pictures, size), fps, out);
+        }
         let mut encoder = Encoder::new(out, size[0], size[1]);
         encoder.set_color(ColorType::Rgba);
         encoder.set_depth(BitDepth::Eight);
@@ -72,13 +97,7 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
         let mut writer = encoder.write_header().map_err(failed)?;
         writer.write_image_data(&shown.rgba).map_err(failed)?;
         for path in rest {
-            let next = read(path)?;
-            if next.size != size {
-                let ([w, h], [first_w, first_h]) = (next.size, size);
-                let (path, first) = (path.display(), first.display());
-                let wish = format!("expected all pictures to be as large as {first}, {first_w} x {first_h}");
-                return Err(bad(format!("{path}: is {w} x {h} pixels, {wish}")));
-            }
+            let next = following(path)?;
             let region = differing(&shown, &next);
             // Dimension and position are each checked against the other's current value.
             writer.reset_frame_position().map_err(failed)?;
@@ -91,6 +110,46 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
     })?;
     let bytes = path.metadata().map_err(|e| io_error(path, "cannot read the file", e))?.len();
     Ok(Animated { size, frames, bytes })
+}
+
+/// Encodes pictures by ffmpeg, into a file beside the animation first, as it goes back in what it writes.
+fn encode_film(
+    path: &Path,
+    (ending, options): (&str, &[&str]),
+    (pictures, [width, height]): (impl Iterator<Item = Result<Picture>>, [u32; 2]),
+    fps: f64,
+    out: &mut impl Write,
+) -> Result<()> {
+    let failed = |e: io::Error| io_error(path, "cannot write the animation", atomic::cause(&e));
+    let mut name = tempfile::Builder::new();
+    let name =
+        name.prefix(".icoray-").suffix(&format!(".{ending}")).tempfile_in(atomic::folder(path)).map_err(failed)?;
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", &format!("{width}x{height}")]);
+    ffmpeg.args(["-r", &fps.to_string(), "-i", "-"]).args(options).arg(name.path());
+    let mut ffmpeg =
+        ffmpeg.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().map_err(|e| {
+            let wish =
+                format!("expected the program ffmpeg for .{ending}: install it, or take a name that ends in .png");
+            io_error(path, &wish, e)
+        })?;
+    let feed = |mut input: ChildStdin| -> Result<()> {
+        for picture in pictures {
+            // Why ffmpeg ends early is in what it prints.
+            if input.write_all(&picture?.rgba).is_err() {
+                break;
+            }
+        }
+        Ok(())
+    };
+    let fed = ffmpeg.stdin.take().map_or(Ok(()), feed);
+    let ended = ffmpeg.wait_with_output().map_err(failed)?;
+    fed?;
+    if !ended.status.success() {
+        let said = String::from_utf8_lossy(&ended.stderr);
+        return Err(io_error(path, "ffmpeg cannot write it", said.lines().last().unwrap_or("it says nothing")));
+    }
+    io::copy(&mut File::open(name.path()).map_err(failed)?, out).map(drop).map_err(failed)
 }
 
 /// Seconds that a picture is shown, as a fraction.
@@ -228,10 +287,11 @@ mod tests {
         let both = |name: &str| vec![first.clone(), at(name)];
         for (path, pictures, fps, kind, part) in [
             ("m.png", vec![], 10.0, ErrorKind::Argument, "no pictures"),
-            ("m.gif", both("a.png"), 10.0, ErrorKind::Argument, "ends in .png"),
+            ("m.avi", both("a.png"), 10.0, ErrorKind::Argument, "ends in .png, .mp4 or .gif"),
             ("m.png", both("a.png"), 0.0, ErrorKind::Argument, "0 pictures per second, expected 0.001"),
             ("m.png", both("a.png"), f64::NAN, ErrorKind::Argument, "NaN pictures"),
             ("a.png", both("a.png"), 10.0, ErrorKind::Argument, "is one of the pictures"),
+            ("a.png/m.png", both("a.png"), 10.0, ErrorKind::Io, "cannot write the file: Not a directory"),
             ("m.png", both("b.png"), 10.0, ErrorKind::Argument, "b.png: is 2 x 3 pixels, expected"),
             ("m.png", both("c.png"), 10.0, ErrorKind::Io, "c.png: cannot read the picture"),
             ("m.png", both("d.png"), 10.0, ErrorKind::Io, "d.png: cannot read the picture"),

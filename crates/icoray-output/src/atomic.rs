@@ -5,7 +5,8 @@
 //! whole. The other name begins with a dot and ends in `.tmp`; the file of that name goes when anything fails, a panic
 //! included. Only a process that is killed leaves it behind.
 
-use crate::path::io_error;
+use crate::folder::check_file;
+use crate::path::{io_error, made_folder};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -37,6 +38,16 @@ impl Existing {
             _ => Ok(()),
         }
     }
+
+    /// Makes the folder of a file that is still to be computed, and refuses a name that could not be written then.
+    ///
+    /// # Errors
+    /// As [`Existing::check`]; [`ErrorKind::Io`] where the folder cannot be made or written to.
+    pub fn prepare(self, path: &Path) -> Result<()> {
+        self.check(path)?;
+        made_folder(path)?;
+        check_file(path)
+    }
 }
 
 /// Writes a text to the file at `path`, whole or not at all, in place of one that is there. Makes the folder.
@@ -44,7 +55,7 @@ impl Existing {
 /// # Errors
 /// [`ErrorKind::Io`] names the file.
 pub fn write_text(path: &Path, what: &str, text: &str) -> Result<()> {
-    crate::path::made_folder(path)?;
+    made_folder(path)?;
     write(path, Existing::Overwrite, what, |out| {
         out.write_all(text.as_bytes()).map_err(|e| io_error(path, &format!("cannot write {what}"), cause(&e)))
     })
@@ -62,7 +73,7 @@ pub(super) fn write(
     encode: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
 ) -> Result<()> {
     existing.check(path)?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder(path);
     let failed = |e: io::Error| io_error(path, &format!("cannot write {what}"), cause(&e));
     let file = temporary(folder).map_err(|e| io_error(path, &format!("cannot create {what}"), cause(&e)))?;
     let mut out = BufWriter::new(file.as_file());
@@ -78,6 +89,11 @@ pub(super) fn write(
         Err(e) if e.kind() == io::ErrorKind::AlreadyExists && existing == Existing::NeverModify => Err(exists(path)),
         moved => moved.map(drop).map_err(failed),
     }
+}
+
+/// The folder of a file.
+pub(super) fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// The error that says that `path` is taken.

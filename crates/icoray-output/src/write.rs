@@ -3,6 +3,7 @@
 use crate::atomic::Existing;
 use crate::error_map::write_error_map_with;
 use crate::frame::Frame;
+use crate::label::{self, Canvas};
 use crate::path::made_folder;
 use crate::{exr_file, lists, png_file, report};
 use icoray_grid::{Error, ErrorKind, Result};
@@ -53,6 +54,16 @@ pub fn png_bytes(frame: &Frame) -> Result<Vec<u8>> {
 /// [`ErrorKind::Io`] where it cannot be encoded.
 pub fn exr_bytes(frame: &Frame) -> Result<Vec<u8>> {
     exr_file::bytes(frame)
+}
+
+/// Writes a picture of all colour maps with their names to the PNG file at `path`; `existing` as in
+/// [`write_picture_with`].
+///
+/// # Errors
+/// As [`write_picture_with`].
+pub fn write_color_maps(path: &Path, existing: Existing) -> Result<()> {
+    let Canvas { width, height, rgba } = label::maps();
+    png_file::write_rgba(path, [width, height], &rgba, &[], existing)
 }
 
 /// Writes `frame` into `directory` under the name that `output` gives, the map of its errors beside it where that has a

@@ -33,6 +33,7 @@ pub use camera::Camera;
 pub use coloring::{ColorRange, Coloring};
 pub use labels::{LabelPlace, Labels};
 pub use method::Method;
+pub use parse::hint::did_you_mean;
 pub use quality::{Lights, Quality};
 pub use scale::Scale;
 pub use scene::{Lighting, Precision, Scene, Scheme, Source};

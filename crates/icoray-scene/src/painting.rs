@@ -2,7 +2,7 @@
 
 use crate::coloring::{ColorRange, Coloring};
 use crate::scene::Scene;
-use crate::scenery::{Opacity, Paint};
+use crate::scenery::{Isosurface, Opacity, Paint};
 use crate::transfer::TransferFunction;
 use icoray_grid::Result;
 
@@ -46,6 +46,23 @@ impl Scene {
             }
         });
         volumes.chain(paints).collect()
+    }
+
+    /// The colour maps and isosurfaces that lie off the values of their field, of which `values` has the least and the
+    /// greatest by name, as sentences.
+    pub fn off_values(&self, values: &[(String, [f64; 2])]) -> Vec<String> {
+        let of = |field: &str| values.iter().find(|(known, _)| known == field).map(|(_, range)| *range);
+        let lies_off = |field: &str, [from, to]: [f64; 2]| of(field).filter(|[low, high]| to < *low || *high < from);
+        let maps = self.paintings().into_iter().filter_map(|Painting { field, transfer, coloring, .. }| {
+            let ends @ [from, to] = coloring.and_then(Coloring::fixed).unwrap_or(transfer.range());
+            let [low, high] = lies_off(field, ends).filter(|_| transfer.knots.iter().any(|k| k.extinction > 0.0))?;
+            Some(format!("{field} is {low} to {high}: colours from {from} to {to} show no difference of it"))
+        });
+        let surfaces = self.scenery.isosurfaces.iter().filter_map(|Isosurface { field, value, .. }| {
+            let [low, high] = lies_off(field, [*value; 2])?;
+            Some(format!("{field} is {low} to {high}: it has no isosurface of {value}"))
+        });
+        maps.chain(surfaces).collect()
     }
 
     /// The same, to be changed, in the same order.

@@ -114,7 +114,7 @@ impl Template {
                 Segment::Text(plain) => text += plain,
                 // Zero-padding puts a minus sign before the zeros.
                 Segment::Step { width } => text += &format!("{:0width$}", stamp.step),
-                Segment::When => text += &when(stamp)?,
+                Segment::When => text += &when(stamp),
                 Segment::Word(name) => text += &word(name),
                 Segment::Date(place) => text += date(stamp)?[*place],
             }
@@ -123,14 +123,11 @@ impl Template {
     }
 }
 
-/// The step with six digits, after the date where the stamp has one.
-fn when(stamp: &Stamp) -> Result<String> {
+/// The step with six digits, after the date where the stamp has one that is understood.
+fn when(stamp: &Stamp) -> String {
     let step = format!("{:06}", stamp.step);
-    if stamp.date.is_none() {
-        return Ok(step);
-    }
-    let [year, month, day, hour, minute, second] = date(stamp)?;
-    Ok(format!("{year}-{month}-{day}_{hour}.{minute}.{second}_{step}"))
+    let Ok([year, month, day, hour, minute, second]) = date(stamp) else { return step };
+    format!("{year}-{month}-{day}_{hour}.{minute}.{second}_{step}")
 }
 
 /// A value as a part of one file's name.

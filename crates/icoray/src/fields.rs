@@ -1,7 +1,7 @@
 //! The fields of a frame, by name.
 
 use icoray_grid::{Error, ErrorKind, Field, Layers, Result};
-use icoray_scene::{Heights, Scene};
+use icoray_scene::{Heights, Scene, did_you_mean};
 
 /// Borrowed fields by name.
 ///
@@ -65,11 +65,12 @@ impl<'f> Fields<'f> {
         let found = self.named.iter().find(|(known, _)| known == name);
         found.map(|(_, field)| field).ok_or_else(|| {
             let known: Vec<&str> = self.named.iter().map(|(name, _)| name.as_str()).collect();
+            let hint = did_you_mean(name, known.iter().copied());
             let known = match &self.unnamed {
                 Some(_) => "only the first field".into(),
                 None => format!("{known:?}"),
             };
-            Error::new(ErrorKind::Scene, format!("the scene shows field {name:?}, and there is {known}"))
+            Error::new(ErrorKind::Scene, format!("the scene shows field {name:?}{hint}, and there is {known}"))
         })
     }
 

@@ -101,7 +101,7 @@ pub use icoray_scene::{
     Pattern, Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
     TransferFunction, View, Volume,
 };
-pub use icoray_scene::{color_map_stops, color_maps, keys, srgb8};
+pub use icoray_scene::{color_map_stops, color_maps, did_you_mean, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};
 pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, PartCorners, Ranks, Team};
 pub use render::{Histogram, Probe, ProbePoint, Rendered, Renderer};
@@ -143,8 +143,8 @@ pub use snapshot::Snapshot;
 pub mod output {
     pub use icoray_output::{
         Animated, Existing, Mask, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, exr_bytes,
-        png_bytes, printed_units, rgba8, write_animation, write_error_map, write_error_map_with, write_frame,
-        write_frame_with, write_picture, write_picture_with, write_text,
+        png_bytes, printed_units, rgba8, write_animation, write_color_maps, write_error_map, write_error_map_with,
+        write_frame, write_frame_with, write_picture, write_picture_with, write_text,
     };
     pub use icoray_scene::name::{FrameNames, NameTemplate, Output, Stamp};
     pub use icoray_scene::series::{Cinema, Concat, Series};

@@ -198,6 +198,16 @@ impl Renderer {
         };
         let empty = prepared.iter().enumerate().filter(|(number, field)| is_empty(*number, field));
         report.without_values = empty.map(|(_, field)| field.name().to_owned()).collect();
+        let range = |(number, field): (usize, &PreparedField)| {
+            let range = match number {
+                0 => report.value_range,
+                _ if has_whole => context.range(number).0,
+                _ => None,
+            };
+            Some((field.name().to_owned(), range?))
+        };
+        report.value_ranges = prepared.iter().enumerate().filter_map(range).collect();
+        report.off_values = scene.off_values(&report.value_ranges);
         prepared.into_iter().chain(heights).for_each(|field| field.keep(&self.frame_cache, grid));
         Ok(rendered)
     }

@@ -1,16 +1,17 @@
-//! Log lines about pictures with errors above the tolerance, and with many cells in a pixel, one of each per view, and
-//! about fields without values, one per field.
+//! Log lines about pictures with errors above the tolerance, with many cells in a pixel, and with colours off the values,
+//! one of each per view, and about fields without values, one per field.
 
 use crate::log::{Level, Log};
 use icoray_core::FrameReport;
 use icoray_core::output::Stamp;
 use std::collections::BTreeSet;
 
-/// Views with a logged warning, and with a logged hint; fields with a logged warning.
+/// Views with a logged warning, with a logged hint, and with a logged colour off the values; fields with a logged warning.
 #[derive(Debug, Default)]
 pub(super) struct ErrorWarnings {
     logged: Names,
     hinted: Names,
+    off_values: Names,
     empty: Names,
 }
 
@@ -37,12 +38,15 @@ impl Names {
 
 impl ErrorWarnings {
     /// Logs a warning for the first picture of a view that has pixels with an error above the tolerance, and a hint for
-    /// the first that shows many cells in a pixel by one ray; a warning for the first of a field without values.
+    /// the first that shows many cells in a pixel by one ray, or colours and isosurfaces off the values; a warning for the first of a field without values.
     pub fn log_frame(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport, log: &Log) {
         let step = stamp.step;
         let of = view.map_or_else(String::new, |view| format!(", view {view:?}"));
         if let Some(hint) = report.sampling.hint().filter(|_| self.hinted.add(view)) {
             log.say(Level::Info, &format!("step {step}{of}: {hint}"));
+        }
+        if !report.off_values.is_empty() && self.off_values.add(view) {
+            log.say(Level::Info, &format!("step {step}{of}: {}", report.off_values.join("; ")));
         }
         for field in report.without_values.iter().filter(|field| self.empty.add(Some(field.as_str()))) {
             let line = format!(

@@ -15,6 +15,8 @@ pub struct Job<'a> {
     pub target: &'a Target,
     /// Seconds from the start to the first picture.
     pub open_s: f64,
+    /// Whether summaries have all lines.
+    pub is_verbose: bool,
 }
 
 impl Job<'_> {
@@ -37,43 +39,48 @@ impl Job<'_> {
 
     fn summary(&self, shot: &Shot, frame: &Frame, stamp: &Stamp, read_s: f64) -> Result<PictureSummary> {
         let scene = &shot.scene;
-        let date = stamp.date.as_deref().unwrap_or("no date");
         let path = self.target.path(&scene.output, stamp, scene.field())?;
-        let (report, counts) = (&frame.report, &frame.report.counts);
-        let scene_fields = self.drawing.scene_fields.of(scene)?;
-        let heights = self.drawing.scene_fields.native(scene)?;
-        let heights = heights.map_or_else(String::new, |native| format!("heights   {}\n", native.description));
-        let view = if shot.name.is_empty() { String::new() } else { format!("view      {}\n", shot.name) };
-        let fields: Vec<String> = scene_fields
-            .iter()
-            .map(|SceneField { info, range }| {
-                let (name, place) = (&info.name, input::place(info.location));
-                let layers = if info.is_2d() { "2D".into() } else { format!("{} layers", range.len()) };
-                format!("field     {name} at {place}, {layers}, time {} ({date})\n", stamp.step)
-            })
-            .collect();
-        let units = scene_fields.first().and_then(|first| first.info.description.units.as_deref());
-        let hint = report.sampling.hint().map_or_else(String::new, |hint| format!("\nhint      {hint}"));
-        let before = format!(
-            "picture   {} ({} x {})\n\
-             {view}{}{heights}\
-             range     {}, {} missing\n\
-             rays      {}, {} columns, {} frusta ({} void)\n\
-             error     {}\n\
-             quality   {}\n\
-             sampling  {}; cells per pixel {}{hint}\n\
-             seconds   open {:.3}, read {read_s:.3}, prepare {:.3}, render {:.3}, write ",
+        let report = &frame.report;
+        let fields = self.drawing.scene_fields.of(scene)?;
+        let units = fields.first().and_then(|first| first.info.description.units.as_deref());
+        let mut text = format!(
+            "picture   {} ({} x {})\nfield     {}\nrange     {}, {} missing",
             path.display(),
             frame.width,
             frame.height,
-            fields.concat(),
+            in_words(&fields, stamp),
             input::range(report.value_range, units),
             report.missing_values,
+        );
+        text.extend(report.off_values.iter().map(|note| format!("\nnote      {note}")));
+        text.extend(report.sampling.hint().map(|hint| format!("\nhint      {hint}")));
+        let (device, left_to_cpu) = (report.device.name.as_deref(), report.device.left_to_cpu.as_deref());
+        if self.is_verbose || report.error.over > 0 {
+            text += &format!("\nerror     {}", report.error);
+        }
+        if self.is_verbose || left_to_cpu.is_some() {
+            text += &format!("\ndrawn on  {}", gpu::drawn_on(device, left_to_cpu));
+        }
+        let details = self.is_verbose.then(|| self.details(shot, frame, read_s)).transpose()?;
+        Ok(PictureSummary { text, details })
+    }
+
+    /// The other lines of a summary, before and after the seconds of writing.
+    fn details(&self, shot: &Shot, frame: &Frame, read_s: f64) -> Result<[String; 2]> {
+        let (report, counts) = (&frame.report, &frame.report.counts);
+        let heights = self.drawing.scene_fields.native(&shot.scene)?;
+        let heights = heights.map_or_else(String::new, |native| format!("heights   {}\n", native.description));
+        let view = if shot.name.is_empty() { String::new() } else { format!("view      {}\n", shot.name) };
+        let before = format!(
+            "{view}{heights}\
+             rays      {}, {} columns, {} frusta ({} void)\n\
+             quality   {}\n\
+             sampling  {}; cells per pixel {}\n\
+             seconds   open {:.3}, read {read_s:.3}, prepare {:.3}, render {:.3}, write ",
             counts.rays,
             counts.columns,
             counts.frusta,
             counts.void_frusta,
-            report.error,
             report.quality,
             report.sampling,
             report.sampling.cells_per_pixel,
@@ -81,14 +88,22 @@ impl Job<'_> {
             report.timing.prepare_s,
             report.timing.render_s,
         );
-        let drawn_on = gpu::drawn_on(report.device.name.as_deref(), report.device.left_to_cpu.as_deref());
-        let (threads, left_out) = (report.threads, report.left_out.join("; "));
+        let threads = report.threads;
         let ranks = if report.ranks.count > 1 {
             format!("{} ranks of {threads} threads", report.ranks.count)
         } else {
             format!("{threads} threads")
         };
-        let after = format!(" ({ranks})\ndrawn on  {drawn_on}\nleft out  {left_out}");
-        Ok(PictureSummary(before, after))
+        Ok([before, format!(" ({ranks})\nleft out  {}", report.left_out.join("; "))])
     }
+}
+
+/// The fields of a picture and its time.
+fn in_words(fields: &[SceneField], stamp: &Stamp) -> String {
+    let field = |SceneField { info, range }: &SceneField| {
+        let layers = if info.is_2d() { "2D".into() } else { format!("{} layers", range.len()) };
+        format!("{} at {}, {layers}", info.name, input::place(info.location))
+    };
+    let fields: Vec<String> = fields.iter().map(field).collect();
+    format!("{}, time {} ({})", fields.join("; "), stamp.step, stamp.date.as_deref().unwrap_or("no date"))
 }

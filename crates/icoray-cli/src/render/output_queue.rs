@@ -8,13 +8,17 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Instant;
 
-/// The summary of a picture: the text before and after the seconds of writing.
-pub struct PictureSummary(pub String, pub String);
+/// The summary of a picture.
+pub struct PictureSummary {
+    pub text: String,
+    /// What follows before and after the seconds of writing, if it is to be printed.
+    pub details: Option<[String; 2]>,
+}
 
 impl PictureSummary {
     fn with_write_time(self, write_s: f64) -> String {
-        let PictureSummary(before, after) = self;
-        format!("{before}{write_s:.3}{after}")
+        let details = self.details.map(|[before, after]| format!("\n{before}{write_s:.3}{after}"));
+        self.text + &details.unwrap_or_default()
     }
 }
 
@@ -56,11 +60,14 @@ impl<'a> OutputQueue<'a> {
     /// Checks that the files of a picture can be written.
     pub fn check(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<()> {
         if let Some(map) = self.error_map {
-            self.existing.check(map)?;
+            self.existing.prepare(map)?;
         }
         match &self.destination {
-            Destination::File(path) => self.existing.check(path),
-            Destination::Directory(writer) => writer.check(names, stamp, field).map(drop),
+            Destination::File(path) => self.existing.prepare(path),
+            Destination::Directory(writer) => {
+                writer.check_folders(names, stamp, field)?;
+                writer.check(names, stamp, field).map(drop)
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! The target of pictures, from the option `--output`.
 
-use icoray::output::{Output, Stamp};
+use icoray::output::{Existing, Output, Stamp};
 use icoray::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf, absolute};
 
@@ -32,13 +32,14 @@ impl Target {
         }
     }
 
-    /// The directory at `path`, for pictures whose number is not known.
+    /// The directory at `path`, for pictures whose number is not known; makes it.
     pub fn directory(path: &Path) -> Result<Self> {
         let is_picture = path.extension().is_some_and(|ending| ending == "png" || ending == "exr");
         if is_picture && !path.is_dir() {
             let what = "expected a directory, the scene's output.file names the pictures";
             return Err(Error::new(ErrorKind::Argument, format!("-o {}: {what}", path.display())));
         }
+        Existing::Overwrite.prepare(&path.join("report.csv"))?;
         Ok(Target::Directory(path.to_owned()))
     }
 

@@ -77,16 +77,16 @@ impl Watch<'_> {
         let first = &moment.sources[0].path;
         let given = known.filter(|mesh| self.args.mesh.iter().any(|path| path == mesh.path()));
         let mut file = match given {
-            Some(mesh) => icoray_netcdf::open_on(first, &others_of(first), Arc::clone(mesh))?,
+            Some(mesh) => icoray_netcdf::open_on(&[first], &others_of(first), Arc::clone(mesh))?,
             None => match icoray_netcdf::open_with(first, &self.args.mesh) {
                 Ok(alone) if moment.sources.len() == 1 => return Ok(alone),
-                Ok(alone) => icoray_netcdf::open_on(first, &others_of(first), alone.shared_mesh())?,
+                Ok(alone) => icoray_netcdf::open_on(&[first], &others_of(first), alone.shared_mesh())?,
                 Err(_) if moment.sources.len() > 1 => icoray_netcdf::open_with(first, &others_of(first))?,
                 Err(error) => return Err(error),
             },
         };
         for source in &moment.sources[1..] {
-            file.join(icoray_netcdf::open_on(&source.path, &others_of(&source.path), file.shared_mesh())?)?;
+            file.join(icoray_netcdf::open_on(&[&source.path], &others_of(&source.path), file.shared_mesh())?)?;
         }
         Ok(file)
     }
@@ -146,7 +146,8 @@ impl Watch<'_> {
             queue.pass_on(page.shows());
         }
         let mut queue = Some(queue);
-        let job = Job { drawing: Drawing { scene_fields: &scene_fields, grid, renderer }, target, open_s: *open_s };
+        let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
+        let job = Job { drawing, target, open_s: *open_s, is_verbose: args.verbose };
         let mut pictures = Pictures::new(file, &series, job, progress);
         let mut ranks = Ranks::alone();
         for (number, moment) in moments.iter().enumerate() {

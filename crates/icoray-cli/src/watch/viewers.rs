@@ -95,7 +95,7 @@ impl Watch<'_> {
         let layers_wanted = &self.args.layer_option.layers;
         let scene_fields = self.renderer.run(|| SceneFields::new(file, &script, layers_wanted, grid.cells()))?;
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer: self.renderer };
-        let job = Job { drawing, target: self.target, open_s: 0.0 };
+        let job = Job { drawing, target: self.target, open_s: 0.0, is_verbose: false };
         let mut pictures = Pictures::new(file, &series, job, self.progress);
         let due = pictures.read(time)?;
         let Some(shot) = pictures.shot(&due, view) else { return Ok(None) };

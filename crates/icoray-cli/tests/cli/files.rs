@@ -15,8 +15,9 @@ pub fn folder(made: &Made, scene: &str) -> TempDir {
     folder
 }
 
+/// Renders; all lines of the summaries.
 pub fn render(folder: &Path, more: &[&str]) -> String {
-    prints(icoray(folder).args(["render", "made.nc", "--scene", "scene.toml"]).args(more))
+    prints(icoray(folder).args(["render", "made.nc", "--scene", "scene.toml", "-v"]).args(more))
 }
 
 /// As [`render`], for a command that must fail.
@@ -28,13 +29,17 @@ pub fn render_fails(folder: &Path, more: &[&str], code: i32, parts: &[&str]) {
 #[test]
 fn a_named_picture_is_written_and_reported() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
-    let text = render(folder.path(), &["--time", "0", "-o", "out.png"]);
+    let picture = folder.path().join("new/er/out.png");
+    let draw = ["--time", "0", "-o", "new/er/out.png"];
+    let brief = "picture   new/er/out.png (96 x 96)\n\
+                 field     theta at cells, 4 layers, time 0 (2013-10-25_00:00:00)\n\
+                 range     0 to 41.375 K, 0 missing\n";
+    assert_eq!(prints(icoray(folder.path()).args(["made.nc", "--scene", "scene.toml"]).args(draw)), brief);
+    let text = render(folder.path(), &draw);
     let expected = [
-        "picture   out.png (96 x 96)",
-        "field     theta at cells, 4 layers, time 0 (2013-10-25_00:00:00)",
-        "range     0 to 41.375 K, 0 missing",
-        "rays      ",
+        brief,
         "error     at most ",
+        "rays      ",
         "quality   tolerance 1e-3, light ",
         "sampling  1 ray per pixel; cells per pixel mean 0.",
         "seconds   open ",
@@ -43,7 +48,6 @@ fn a_named_picture_is_written_and_reported() {
     ];
     has(&text, &expected);
     assert_eq!(text.lines().count(), 10, "{text}");
-    let picture = folder.path().join("out.png");
     shows_something(&picture, 96, 96);
     let date = "2013-10-25_00:00:00";
     says(&picture, &[("Software", &software()), ("field", "theta"), ("step", "0"), ("date", date)]);
@@ -133,15 +137,12 @@ fn a_picture_that_cannot_be_written_stops_the_command() {
         render_fails(folder.path(), &["--time", "all", "--size", "8x8"], 1, parts);
     };
     fs::create_dir(at("theta")).unwrap();
-    // Known before the first time is drawn.
     fs::write(at("theta/26"), "").unwrap();
     stops(&["theta/26/x.png: cannot write the file: Not a directory"]);
-    assert!(!at("theta/25").exists());
-    // Known when the second time is written: a link to nothing looks like a folder that is missing yet.
     fs::remove_file(at("theta/26")).unwrap();
     std::os::unix::fs::symlink("nowhere", at("theta/26")).unwrap();
-    stops(&["theta/26: cannot make the directory"]);
-    assert!(at("theta/25/x.png").exists());
+    stops(&["theta/26/x.png: cannot write to the folder ", "theta/26: No such file"]);
+    assert!(!at("theta/25").exists(), "known before the first time is drawn");
 }
 
 #[test]

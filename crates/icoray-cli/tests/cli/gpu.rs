@@ -88,7 +88,7 @@ fn the_cpu_draws_where_no_adapter_is_found() {
     // Drivers are looked for by the first only where there is a GPU.
     for (backend, reason) in [("auto", ": no "), ("gpu", ": no Vulkan adapter was found\n")] {
         let mut command = icoray(folder.path());
-        command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "out.png", "--backend", backend]);
+        command.args(["render", "made.nc", "--scene", "scene.toml", "-v", "-o", "out.png", "--backend", backend]);
         // Either name, as loaders of Vulkan have known it.
         let text = prints(command.env("VK_DRIVER_FILES", &missing).env("VK_ICD_FILENAMES", &missing));
         let reason = if cfg!(feature = "gpu") { reason } else { "" };

@@ -21,6 +21,9 @@ mod real;
 mod refused;
 mod run;
 mod sample;
+mod series;
+#[cfg(unix)]
+mod shell;
 mod suggested;
 mod surfaces;
 mod times;

@@ -32,7 +32,7 @@ fn a_terminal_sees_the_stages_and_the_pictures() {
     }
     let text = printed(folder.path(), "render made.nc --time all --size 400x300");
     has(&text, &["reading made.nc", "drawing picture 1 of 3", "drawing picture 3 of 3", " left"]);
-    has(&text, &["picture   theta_000002.png"]);
+    has(&text, &["picture   theta_2013-10-27_00.00.00_000002.png"]);
     let text = printed(folder.path(), "info made.nc --ranges");
     has(&text, &["reading made.nc", "reading vorticity", "passes the check"]);
     let text = printed(folder.path(), "plan made.nc");
@@ -46,5 +46,6 @@ fn nothing_is_on_stderr_that_is_no_terminal() {
     for words in ["render made.nc --time all --size 64x48", "info made.nc --ranges", "plan made.nc"] {
         prints(icoray(folder.path()).args(words.split(' ')));
     }
-    prints(icoray(folder.path()).args(["animate", "-o", "a.png", "theta_000000.png", "theta_000001.png"]));
+    let pictures = ["theta_2013-10-25_00.00.00_000000.png", "theta_2013-10-26_00.00.00_000001.png"];
+    prints(icoray(folder.path()).args(["animate", "-o", "a.png"]).args(pictures));
 }

@@ -50,7 +50,9 @@ fn several_times_need_several_names() {
     let same = good.clone() + "[output]\nfile = \"same.png\"\n";
     refused(&same, &["--time", "all"], 1, &["output.file", "times 0 and 1 both \"same.png\"", "{step}"]);
     refused(&good, &["-o", "one.jpg"], 1, &["one.jpg", ".png or .exr"]);
-    refused(&good, &["-o", "nowhere/one.png"], 1, &["nowhere/one.png", "cannot create the picture"]);
+    refused(&good, &["-o", "made.nc/one.png"], 1, &["made.nc/one.png: cannot write the file: Not a directory"]);
+    refused(&good, &["-o", "/proc/no/one.png"], 1, &["/proc/no: cannot make the directory"]);
+    refused(&good, &["-o", "one.png", "--error", "/proc/map.png"], 1, &["/proc/map.png: cannot write to the folder"]);
 }
 
 #[test]

@@ -28,13 +28,16 @@ fn a_file_alone_is_drawn() {
         &[
             "scene     suggested for theta, the first field with layers; --field takes also w, vorticity, rho, surface_pressure\n",
             // The last time.
-            "picture   theta_000002.png (96 x 72)",
+            "picture   theta_2013-10-27_00.00.00_000002.png (96 x 72)",
             "time 2 (2013-10-27_00:00:00)",
         ],
     );
-    shows_something(&folder.path().join("theta_000002.png"), 96, 72);
+    shows_something(&folder.path().join("theta_2013-10-27_00.00.00_000002.png"), 96, 72);
     let text = render(folder.path(), &["--field", "vorticity", "--time", "0"]);
-    has(&text, &["scene     suggested for vorticity\n", "picture   vorticity_000000.png", "time 0"]);
+    has(
+        &text,
+        &["scene     suggested for vorticity\n", "picture   vorticity_2013-10-25_00.00.00_000000.png", "time 0"],
+    );
 }
 
 #[test]
@@ -53,7 +56,9 @@ fn the_saved_scene_draws_the_same_picture() {
             let text = render(folder.path(), &[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
             has(&text, &["; saved as my scene.toml\n"]);
             let pictures = |name: &str| match more.contains(&"all") {
-                true => [0, 1, 2].map(|time| bytes(&format!("pictures/theta_{time:06}.png"))).concat(),
+                true => [0, 1, 2]
+                    .map(|time| bytes(&format!("pictures/theta_2013-10-{}_00.00.00_{time:06}.png", 25 + time)))
+                    .concat(),
                 false => bytes(name),
             };
             let drawn = pictures(first);
@@ -125,7 +130,7 @@ fn a_scene_that_names_a_field_alone_is_the_suggestion() {
 }
 
 #[test]
-fn options_change_the_camera_and_the_heights_of_a_scene() {
+fn options_change_the_looks_of_a_scene() {
     let given = scene("theta", 0.0, 42.0);
     let folder = folder(&Made::history(), &given);
     let edited = given.replace("lon = 190", "lon = -35").replace("lat = 45", "lat = 10");
@@ -138,7 +143,38 @@ fn options_change_the_camera_and_the_heights_of_a_scene() {
     let options = ["--lon", "-35", "--lat", "10", "--distance", "4", "--exaggeration", "20"];
     let changed = draw("scene.toml", &options, "changed.exr");
     assert!(changed == draw("edited.toml", &[], "edited.exr"), "the pictures differ");
-    assert!(changed != draw("scene.toml", &[], "plain.exr"), "the options change nothing");
+    let plain = draw("scene.toml", &[], "plain.exr");
+    assert!(changed != plain, "the options change nothing");
+    for (key, value, options) in [
+        ("\"#101820\"", "\"white\"", ["--background", "white"]),
+        ("kind = \"headlight\"", "kind = \"none\"", ["--light", "none"]),
+        ("kind = \"headlight\"", "kind = \"sun\"\nlon = -10\nlat = 20", ["--light", "-10,20"]),
+    ] {
+        fs::write(folder.path().join("edited.toml"), given.replace(key, value)).unwrap();
+        let changed = draw("scene.toml", &options, "changed.exr");
+        assert!(changed != plain && changed == draw("edited.toml", &[], "edited.exr"), "{options:?}");
+    }
+    fs::write(folder.path().join("edited.toml"), given.clone() + "[labels]\n").unwrap();
+    let labelled = draw("edited.toml", &[], "a.png");
+    assert!(labelled != draw("edited.toml", &["--no-labels"], "b.png"), "labels stay");
+}
+
+#[test]
+fn an_isosurface_is_saved_and_what_lies_off_the_values_is_said() {
+    let folder = lone();
+    let said = |options: &[&str]| render(folder.path(), &[&["--field", "theta", "-o", "a.exr"], options].concat());
+    let text = said(&["--isosurface", "2020", "--background", "white", "--light", "10,20", "--save-scene", "iso.toml"]);
+    assert!(!text.contains("theta is "), "{text}");
+    let saved = ["render", "made.nc", "--scene", "iso.toml", "-o", "b.exr"];
+    prints(icoray(folder.path()).args(saved));
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("a.exr") == bytes("b.exr"), "the saved scene draws another picture");
+    let text = said(&["--isosurface", "5000"]);
+    has(&text, &["note      theta is 2000 to 2041.375: it has no isosurface of 5000\n"]);
+    let text = said(&["--range", "1000..1500"]);
+    has(&text, &["note      theta is 2000 to 2041.375: colours from 1000 to 1500 show no difference of it\n"]);
+    let flat = ["render", "made.nc", "--field", "surface_pressure", "--isosurface", "3"];
+    fails(icoray(folder.path()).args(flat), 1, &["isosurface 3: surface_pressure is a 2D field"]);
 }
 
 #[test]
@@ -155,9 +191,15 @@ fn bad_values_are_named_with_what_was_expected() {
     refused(&["--range", "3..1"], 2, &["--range", "3..1", "the lower first"]);
     refused(&["--colormap", "jet2"], 2, &["--colormap", "jet2", "viridis"]);
     refused(&["--surface", "-1"], 2, &["--surface", "-1", "from 0, the innermost"]);
+    refused(&["--background", "mauvish"], 2, &["--background", "expected an opaque CSS colour"]);
+    refused(&["--light", "sun"], 2, &["--light", "longitude and latitude below a sun"]);
     refused(&["--surface", "4"], 1, &["surface on layer 4, expected 0 to 3"]);
-    refused(&["--field", "thita"], 1, &["--field thita", "there is no field thita", "theta, w"]);
-    refused(&["--save-scene", "no/where.toml"], 1, &["--save-scene no/where.toml"]);
+    refused(
+        &["--field", "thita"],
+        1,
+        &["--field thita", "no field thita (did you mean \"theta\"?); fields in the file: ", "theta, w"],
+    );
+    refused(&["--save-scene", "made.nc/s.toml"], 1, &["--save-scene: made.nc/s.toml"]);
     for option in [["--colormap", "vik"], ["--range", "0..1"], ["--save-scene", "s.toml"]] {
         let all = [&["--scene", "scene.toml"], &option[..]].concat();
         refused(&all, 2, &[option[0], "cannot be used with", "--scene"]);
@@ -200,7 +242,7 @@ fn a_field_without_values_is_an_error_and_a_constant_one_is_drawn() {
     made.f64s("w").fill(0.0);
     let (folder, _) = made.write(Options::_64BIT_OFFSET);
     fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &["theta: all values are missing"]);
-    has(&render(folder.path(), &["--field", "w"]), &["picture   w_000002.png"]);
+    has(&render(folder.path(), &["--field", "w"]), &["picture   w_2013-10-27_00.00.00_000002.png"]);
 }
 
 #[test]
@@ -221,7 +263,10 @@ fn plan_takes_what_render_takes() {
     }
     let mut plan = icoray(folder.path());
     let text = prints(plan.args(["plan", "made.nc", "--save-scene", "saved.toml"]));
-    has(&text, &["scene     suggested for theta", "saved as saved.toml", "picture: theta_000002.png"]);
+    has(
+        &text,
+        &["scene     suggested for theta", "saved as saved.toml", "picture: theta_2013-10-27_00.00.00_000002.png"],
+    );
     assert!(folder.path().join("saved.toml").exists());
 }
 

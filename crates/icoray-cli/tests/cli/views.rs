@@ -53,7 +53,7 @@ fn views_of_a_series_are_drawn_when_it_is_their_turn() {
     ];
     assert_eq!(pictures(&at), expected);
     assert_eq!(text.matches("picture ").count(), 5, "{text}");
-    has(&text, &["picture   out/w_w_000001.png (32 x 32)\nview      w\nfield     w at cells, 5 layers, time 1"]);
+    has(&text, &["picture   out/w_w_000001.png (32 x 32)\nfield     w at cells, 5 layers, time 1"]);
     says(&at.join("late_rho_000002.png"), &[("field", "rho"), ("view", "late"), ("time_s", "172800")]);
     let list = "ffconcat version 1.0\n\
                 file 'theta_theta_000000.png'\nduration 0.04\n\
@@ -157,8 +157,8 @@ fn a_scene_of_several_fields_reads_these() {
     let text = render(folder.path(), &["--time", "0", "-o", "out", "--size", "48x48"]);
     let fields = |view: &str| {
         let block = text.split("picture ").find(|block| block.contains(&format!("view      {view}\n")));
-        let lines = block.unwrap().lines().filter_map(|line| line.strip_prefix("field     "));
-        lines.map(|line| line.split(' ').next().unwrap()).collect::<Vec<_>>().join(" ")
+        let line = block.unwrap().lines().find_map(|line| line.strip_prefix("field     "));
+        line.unwrap().split("; ").map(|line| line.split(' ').next().unwrap()).collect::<Vec<_>>().join(" ")
     };
     assert_eq!([fields("two"), fields("one"), fields("made")], ["theta rho", "theta", "theta rho"]);
     let picture = |name: &str| image::open(folder.path().join("out").join(name)).unwrap().into_bytes();

@@ -28,6 +28,12 @@ pub struct FrameReport {
     pub edge_pixels: u64,
     /// Least and greatest value of the field; `None` if all are missing.
     pub value_range: Option<[f64; 2]>,
+    /// Least and greatest value of each field that is shown and has values, by name; where ranks have parts, of the first
+    /// field only.
+    pub value_ranges: Vec<(String, [f64; 2])>,
+    /// Colours and isosurfaces that show nothing of these values ([`Scene::off_values`](icoray_scene::Scene::off_values)),
+    /// as text.
+    pub off_values: Vec<String>,
     /// Number of values that are NaN, infinite or the fill value.
     pub missing_values: u64,
     /// Names of the fields shown all of whose values are missing; where ranks have parts, of the first field only.

@@ -2,7 +2,8 @@
 //!
 //! Values run along the bar. Across it, the part away from the ticks shows the colour itself, and none where the
 //! opacity is zero; the part beside the ticks shows the colour with the opacity of one unit of length. Both are drawn
-//! over a grey checkerboard. If the opacity does not depend on the value, the whole breadth shows the colour.
+//! over a grey checkerboard. If the opacity does not depend on the value, the whole breadth shows the colour. An end beyond
+//! which the field has values has an arrow.
 
 use super::block::Block;
 use super::font::{Mask, Size};
@@ -25,6 +26,8 @@ pub(super) struct Bar<'s> {
     range: [f64; 2],
     transfer: &'s TransferFunction,
     shows_opacity: bool,
+    /// Least and greatest value of the field, if known.
+    pub values: Option<[f64; 2]>,
 }
 
 /// Sizes in pixels.
@@ -57,12 +60,25 @@ impl Sizes {
             line: pixels(0.07),
         }
     }
+
+    /// Length of an arrow.
+    fn arrow(self) -> i64 {
+        (self.breadth / 2).max(2)
+    }
 }
 
 impl<'s> Bar<'s> {
     /// A bar of all colours of a transfer function, opaque.
     pub fn opaque(scale: Scale, transfer: &'s TransferFunction) -> Self {
-        Bar { field: "", opacity_by: None, scale, range: transfer.range(), transfer, shows_opacity: false }
+        Bar {
+            field: "",
+            opacity_by: None,
+            scale,
+            range: transfer.range(),
+            transfer,
+            shows_opacity: false,
+            values: None,
+        }
     }
 
     /// The bars of a scene: one for each distinct colouring by values.
@@ -84,7 +100,18 @@ impl<'s> Bar<'s> {
         let (scale, range) = coloring.unwrap_or((Scale::Linear, transfer.range()));
         let opacity_by = if let OpacityOf::Other(other) = opacity { Some(other.field.as_str()) } else { None };
         let shows_opacity = opacity == OpacityOf::Itself;
-        (range[0] < range[1]).then_some(Bar { field, opacity_by, scale, range, transfer, shows_opacity })
+        let values = None;
+        (range[0] < range[1]).then_some(Bar { field, opacity_by, scale, range, transfer, shows_opacity, values })
+    }
+
+    /// The arrow at an end with values beyond it, pointing upwards, and its colour; that of the text at a clear end.
+    fn arrow(&self, end: usize, sizes: Sizes) -> Option<(Mask, Option<[u8; 3]>)> {
+        let values = self.values?;
+        let is_beyond = if end == 0 { values[0] < self.range[0] } else { values[1] > self.range[1] };
+        let (color, extinction) = self.transfer.at(self.range[end]);
+        let color = (extinction > 0.0).then(|| color.map(|channel| srgb_byte(channel as f32)));
+        let width = sizes.breadth + 2 * sizes.line;
+        is_beyond.then(|| (Mask::triangle(width, sizes.arrow()), color))
     }
 
     /// Distance of a value from the bar's start, in pixels, on a bar of `length` pixels.
@@ -132,8 +159,14 @@ impl<'s> Bar<'s> {
         let labels: Vec<Mask> = ticks.major.iter().map(|(_, label)| text.line(label)).collect();
         let widest = labels.iter().map(|mask| mask.width).max().unwrap_or(0);
         // Labels of the ends and a long caption extend beyond the bar.
-        let top = (text.height() / 2).max((caption.height - length) / 2);
+        let top = (text.height() / 2).max((caption.height - length) / 2).max(line + sizes.arrow());
         let mut block = Block::default();
+        if let Some((mask, color)) = self.arrow(0, sizes) {
+            block.mark(0, top + length + line, mask.upwards().upwards(), color);
+        }
+        if let Some((mask, color)) = self.arrow(1, sizes) {
+            block.mark(0, top - line - mask.height, mask, color);
+        }
         let colors = (0..length).rev().flat_map(|at| self.across(at, length, breadth)).collect();
         block.colors(line, top, breadth, colors);
         block.outline([0, top - line, breadth + 2 * line, length + 2 * line], line);
@@ -163,8 +196,14 @@ impl<'s> Bar<'s> {
             let half = (mask.width + 1) / 2;
             (half - column(*value)).max(column(*value) + half - length)
         });
-        let left = ends.max().unwrap_or(0).max((caption.width - length) / 2).max(line);
+        let left = ends.max().unwrap_or(0).max((caption.width - length) / 2).max(line + sizes.arrow());
         let mut block = Block::default();
+        if let Some((mask, color)) = self.arrow(0, sizes) {
+            block.mark(left - line - mask.height, 0, mask.upwards(), color);
+        }
+        if let Some((mask, color)) = self.arrow(1, sizes) {
+            block.mark(left + length + line, 0, mask.upwards().upwards().upwards(), color);
+        }
         let rows: Vec<Vec<[u8; 3]>> = (0..length).map(|at| self.across(at, length, breadth).collect()).collect();
         let colors = (0..breadth as usize).flat_map(|i| rows.iter().map(move |row| row[i])).collect();
         block.colors(left, line, length, colors);

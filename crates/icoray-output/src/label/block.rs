@@ -32,7 +32,12 @@ impl Block {
     }
 
     pub fn text(&mut self, x: i64, y: i64, mask: Mask) {
-        self.put(x, y, mask.width, mask.height, Item::Text { mask, ink: None });
+        self.mark(x, y, mask, None);
+    }
+
+    /// A mask in a colour, or in that of the text.
+    pub fn mark(&mut self, x: i64, y: i64, mask: Mask, ink: Option<[u8; 3]>) {
+        self.put(x, y, mask.width, mask.height, Item::Text { mask, ink });
     }
 
     pub fn rule(&mut self, x: i64, y: i64, width: i64, height: i64) {

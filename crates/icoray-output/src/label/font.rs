@@ -114,6 +114,15 @@ impl Mask {
         Mask { width, height: lines.iter().map(|line| line.height).sum(), ink: rows.collect() }
     }
 
+    /// A triangle that points upwards.
+    pub(super) fn triangle(width: i64, height: i64) -> Self {
+        let ink = |x: i64, y: i64| {
+            let half = 0.5 * width as f32 * (y as f32 + 0.5) / height as f32;
+            (half - (x as f32 + 0.5 - 0.5 * width as f32).abs() + 0.5).clamp(0.0, 1.0)
+        };
+        Mask { width, height, ink: (0..height).flat_map(|y| (0..width).map(move |x| ink(x, y))).collect() }
+    }
+
     /// The mask rotated by 90 degrees, reading upwards.
     pub(super) fn upwards(&self) -> Self {
         let (width, height) = (self.height, self.width);

@@ -126,8 +126,12 @@ impl<'f> Page<'f> {
         f64::from(self.sizes.caption.0)
     }
 
-    fn bars(&self) -> Vec<Bar<'_>> {
-        if self.legend.labels.bar { Bar::all(&self.legend.scene) } else { Vec::new() }
+    fn bars(&self) -> Vec<Bar<'f>> {
+        let mut bars = if self.legend.labels.bar { Bar::all(&self.legend.scene) } else { Vec::new() };
+        let known = &self.frame.report.value_ranges;
+        let values = |field: &str| known.iter().find(|(name, _)| name == field).map(|(_, values)| *values);
+        bars.iter_mut().for_each(|bar| bar.values = values(bar.field));
+        bars
     }
 
     fn caption(&self, bar: &Bar, exponent: i32) -> Vec<String> {

@@ -8,12 +8,14 @@ mod block;
 mod canvas;
 mod font;
 mod layout;
+mod maps;
 mod ticks;
 mod units;
 mod words;
 
 pub(crate) use canvas::Canvas;
 pub use font::Mask;
+pub(crate) use maps::maps;
 pub use units::printed_units;
 
 use crate::frame::{Frame, Legend};

@@ -135,6 +135,21 @@ fn the_bars_colours_are_the_transfer_functions() {
 }
 
 #[test]
+fn arrows_stand_at_the_ends_that_have_values_beyond_them() {
+    let scene = scene(512, 512, 8.0, "place = \"bottom\"");
+    for (values, beyond) in [([0.0, 10.0], [false; 2]), ([-1.0, 10.0], [true, false]), ([2.0, 11.0], [false, true])] {
+        let mut frame = frame(&scene);
+        frame.report.value_ranges = vec![("theta".into(), values)];
+        let canvas = labelled(&frame);
+        let [left, right, top, bottom] = outline(&canvas);
+        for (x, end, has_arrow) in [(left - 2, 0.0, beyond[0]), (right + 2, 10.0, beyond[1])] {
+            let color = scene.volumes[0].transfer.at(end).0.map(|c| crate::srgb::srgb_byte(c as f32));
+            assert_eq!(pixel(&canvas, x, (top + bottom) / 2) == color, has_arrow, "{values:?}");
+        }
+    }
+}
+
+#[test]
 fn every_place_is_where_it_says() {
     let colored = |canvas: &Canvas, x, y| count(canvas, x, y, is_colored);
     for (place, x, y) in

@@ -2,6 +2,7 @@
 
 use super::log::log_to_python;
 use crate::error::argument;
+use icoray::did_you_mean;
 use icoray_context::types::{
     ICORAY_BLOCK, ICORAY_DISABLE, ICORAY_DROP_OLDEST, ICORAY_IGNORE, ICORAY_LOG_DEBUG, ICORAY_NEVER_MODIFY,
     ICORAY_OVERWRITE, ICORAY_WARN, icoray_config,
@@ -50,6 +51,7 @@ fn chosen(name: &str, word: &str, words: &[(&str, i32)]) -> PyResult<i32> {
     let found = words.iter().find(|(known, _)| *known == word).map(|(_, number)| *number);
     found.ok_or_else(|| {
         let known: Vec<&str> = words.iter().map(|(known, _)| *known).collect();
-        argument(format!("{name}: {word:?}, expected one of {known:?}"))
+        let hint = did_you_mean(word, known.iter().copied());
+        argument(format!("{name}: {word:?}{hint}, expected one of {known:?}"))
     })
 }

@@ -2,18 +2,25 @@
 
 use icoray_grid::Error;
 
-/// The word of `words` that differs from `found` by the fewest letters, where these are few.
+/// The word of `words` that differs from `found` by the fewest letters, where these are few and not all.
 pub(super) fn nearest<'w>(found: &str, words: impl IntoIterator<Item = &'w str>) -> Option<&'w str> {
     let found = found.to_lowercase();
-    let most = (found.chars().count() / 3).max(1);
+    let letters = found.chars().count();
+    let most = (letters / 3).max(1).min(letters.saturating_sub(1));
     let off = |word: &str| strsim::damerau_levenshtein(&found, &word.to_lowercase());
     let near = words.into_iter().map(|word| (off(word), word)).filter(|(off, _)| *off <= most);
     near.min_by_key(|(off, _)| *off).map(|(_, word)| word)
 }
 
-/// The question to put behind a sentence that has listed the words.
-pub(super) fn meant(found: &str, words: &[&str]) -> String {
-    nearest(found, words.iter().copied()).map_or_else(String::new, |word| format!("; did you mean {word:?}?"))
+/// The question to put behind a word that is not one of `words`, before these are listed; empty where none is near.
+///
+/// ```
+/// let names = ["theta", "vorticity"];
+/// assert_eq!(icoray_scene::did_you_mean("thita", names), " (did you mean \"theta\"?)");
+/// assert_eq!(icoray_scene::did_you_mean("rain", names), "");
+/// ```
+pub fn did_you_mean<'w>(found: &str, words: impl IntoIterator<Item = &'w str>) -> String {
+    nearest(found, words).map_or_else(String::new, |word| format!(" (did you mean {word:?}?)"))
 }
 
 /// The same for an error of serde's, which names an unknown key or word and those that it knows in backquotes.
@@ -25,7 +32,9 @@ pub(crate) fn with_hint(error: &Error) -> Error {
         [found, known @ ..] if is_of_serde => nearest(found, known.iter().copied()),
         _ => None,
     };
-    hint.map_or_else(|| error.clone(), |word| Error::new(error.kind(), format!("{context}; did you mean `{word}`?")))
+    let (Some(word), [found, ..]) = (hint, quoted.as_slice()) else { return error.clone() };
+    let asked = context.replacen(&format!("`{found}`"), &format!("`{found}` (did you mean `{word}`?)"), 1);
+    Error::new(error.kind(), asked)
 }
 
 #[cfg(test)]
@@ -35,19 +44,23 @@ mod tests {
 
     #[test]
     fn near_words_are_found_and_others_are_not() {
-        let words = ["camera", "transfer", "core", "clip"];
-        for (found, expected) in
-            [("camra", Some("camera")), ("Tranfser", Some("transfer")), ("cor", Some("core")), ("zebra", None)]
-        {
+        let words = ["camera", "transfer", "core", "clip", "q"];
+        for (found, expected) in [
+            ("camra", Some("camera")),
+            ("Tranfser", Some("transfer")),
+            ("cor", Some("core")),
+            ("zebra", None),
+            ("x", None),
+        ] {
             assert_eq!(nearest(found, words), expected, "{found}");
         }
     }
 
     #[test]
-    fn hints_stand_behind_the_known_words() {
+    fn hints_stand_before_the_known_words() {
         let error = |text: &str| with_hint(&Error::new(ErrorKind::Scene, text)).to_string();
         let unknown = "line 1: unknown field `feild`, expected one of `field`, `every`";
-        assert!(error(unknown).ends_with("`every`; did you mean `field`?"), "{}", error(unknown));
+        assert!(error(unknown).contains("`feild` (did you mean `field`?), expected one of"), "{}", error(unknown));
         assert!(!error("line 1: unknown field `xyz`, expected one of `field`, `every`").contains("mean"));
         assert!(!error("`a` is no `b`").contains("mean"));
     }

@@ -163,11 +163,11 @@ impl<'t> Text<'t> {
             let (or, hint) = match word {
                 "" => (String::new(), String::new()),
                 word if word == TRANSPARENT && NOTHING.contains(&text.to_lowercase().as_str()) => {
-                    (format!(", or {word:?}"), format!("; did you mean {word:?}?"))
+                    (format!(", or {word:?}"), format!(" (did you mean {word:?}?)"))
                 }
-                word => (format!(", or {word:?}"), hint::meant(text, &[word])),
+                word => (format!(", or {word:?}"), hint::did_you_mean(text, [word])),
             };
-            let what = format!("{text:?}, expected an opaque CSS colour such as \"#ff8800\"{or}{hint}");
+            let what = format!("{text:?}{hint}, expected an opaque CSS colour such as \"#ff8800\"{or}");
             self.bad(raw.span(), key, what)
         })
     }
@@ -182,8 +182,8 @@ impl<'t> Text<'t> {
     pub fn unknown_word(&self, raw: &Spanned<String>, key: &str) -> Error {
         let (found, words) = (raw.get_ref(), self.schema(key).choices());
         let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
-        let (hint, words) = (hint::meant(found, words), keys::alternatives(&quoted));
-        self.bad(raw.span(), key, format!("{found:?}, expected {words}{hint}"))
+        let (hint, words) = (hint::did_you_mean(found, words.iter().copied()), keys::alternatives(&quoted));
+        self.bad(raw.span(), key, format!("{found:?}{hint}, expected {words}"))
     }
 
     /// A colour, or `None` for the word "transparent".

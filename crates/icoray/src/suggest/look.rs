@@ -110,6 +110,7 @@ impl Look {
         if kind == Kind::Layered
             && options.range.is_none()
             && !options.is_underived
+            && options.isosurface.is_none()
             && let Some(anomaly) = survey.anomaly().filter(|anomaly| largest(anomaly) > 10.0 * SAME * largest(survey))
         {
             return Look { is_of_anomaly: true, ..Look::new(&anomaly, exaggeration, options) };
@@ -141,6 +142,7 @@ impl Look {
             Some(range) => look.stretch(range),
             None => look.range = look.range.map(|end| look.rounded(end)),
         }
+        look.is_cut &= options.isosurface.is_none();
         look.tidy();
         look
     }

@@ -53,7 +53,7 @@ use icoray_grid::Field;
 use icoray_grid::Grid;
 use icoray_grid::Layers;
 use icoray_grid::{Error, ErrorKind, Result};
-use icoray_scene::{Adapter, Backend, Level};
+use icoray_scene::{Adapter, Backend, Level, Source};
 use look::{Kind, Look};
 use sample::Sample;
 use serde::{Deserialize, Serialize};
@@ -85,6 +85,14 @@ pub struct Options {
     pub range: Option<[f64; 2]>,
     /// Show the values on this level as an opaque surface instead of a volume.
     pub surface: Option<Level>,
+    /// Show the surface on which the field has this value instead of a volume.
+    pub isosurface: Option<f64>,
+    /// A CSS colour, or `transparent`.
+    pub background: Option<String>,
+    /// Where light comes from; the inner `None` is no light.
+    pub light: Option<Option<Source>>,
+    /// Without title and colour bar.
+    pub is_unlabelled: bool,
     /// Width and height of the picture, pixels.
     pub size: Option<(u32, u32)>,
     /// Largest error of a channel ([`Scene::tolerance`](icoray_scene::Scene::tolerance)).
@@ -170,7 +178,8 @@ pub fn check_color_map(name: &str) -> Result<()> {
         return Ok(());
     }
     let maps = icoray_scene::color_maps();
-    let context = format!("colour map {name:?}, expected one of {maps}, or one with _r behind it");
+    let hint = icoray_scene::did_you_mean(name, maps.split(", "));
+    let context = format!("colour map {name:?}{hint}, expected one of {maps}, or one with _r behind it");
     Err(Error::new(ErrorKind::Argument, context))
 }
 

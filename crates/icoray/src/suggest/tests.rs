@@ -2,7 +2,7 @@
 
 use super::*;
 use icoray_grid::{IcosahedralMesh, Location, Shape};
-use icoray_scene::{ColorRange, Pattern, Scale, Scene};
+use icoray_scene::{ColorRange, Pattern, Scale, Scene, Source};
 
 const HEIGHT_M: [f64; 6] = [0.0, 2e3, 4e3, 8e3, 12e3, 20e3];
 const EARTH_M: f64 = 6.371e6;
@@ -144,6 +144,10 @@ fn what_is_asked_for_is_in_the_text() {
         range: Some([-2e-6, 4e-6]),
         surface: None,
         is_underived: true,
+        isosurface: None,
+        background: Some("white".into()),
+        light: Some(Some(Source::Sun { lon_deg: 20.0, lat_deg: -5.0 })),
+        is_unlabelled: true,
         is_timeless: true,
         size: Some((33, 21)),
         tolerance: Some(1e-5),
@@ -154,8 +158,11 @@ fn what_is_asked_for_is_in_the_text() {
     };
     let text = text_for(wave, &options).unwrap();
     assert!(text.starts_with("# one two\n"), "{text}");
-    assert!(!text.contains("{time}"), "{text}");
     let scene = Scene::parse(&text).unwrap();
+    assert_eq!((scene.background, &scene.labels), (Some([1.0; 3]), &None));
+    assert_eq!(scene.lighting.unwrap().source, Source::Sun { lon_deg: 20.0, lat_deg: -5.0 });
+    let title = text_for(wave, &Options { is_timeless: true, ..Options::default() }).unwrap();
+    assert!(title.contains("[labels]") && !title.contains("{time}"), "{title}");
     let [lon, lat, distance, _] = scene.camera.place();
     assert!((lon + 60.0).abs() < 1e-9 && (lat - 12.5).abs() < 1e-9 && (distance - 3.0).abs() < 1e-9);
     assert_eq!((scene.exaggeration, scene.width, scene.height, scene.tolerance), (7.0, 33, 21, 1e-5));
@@ -185,6 +192,20 @@ fn surfaces_are_coloured_by_their_own_layer() {
     let options = Options { surface: Some(Level::Layer(6)), ..Options::default() };
     let error = text_for(wave, &options).unwrap_err();
     assert!(error.context().contains("surface on layer 6, expected 0 to 5"), "{error}");
+}
+
+#[test]
+fn an_isosurface_is_all_that_is_shown() {
+    for value in [0.5, 3.0] {
+        let options = Options { isosurface: Some(value), ..Options::default() };
+        // Of the second field a clip would be suggested, or its anomaly.
+        for scene in [scene_for(wave, &options), scene_for(|_, _, height| height, &options)] {
+            let shown = &scene.scenery.isosurfaces;
+            assert!(shown.len() == 1 && shown[0].value == value && shown[0].field == "q" && scene.field() == "q");
+            assert!(scene.scenery.clips.is_empty() && scene.volumes[0].transfer.at(value).1 == 0.0);
+            assert_eq!(scene.lighting.unwrap().source, Source::Headlight);
+        }
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::sample::Sample;
 use super::{FILLED, FOV_DEG, Options};
 use icoray_grid::Layers;
 use icoray_grid::numbers::text as number;
-use icoray_scene::{Adapter, Backend, Level, Scale};
+use icoray_scene::{Adapter, Backend, Level, Scale, Source};
 use std::fmt::Write;
 
 /// Radii of planets that have Earth's coasts, metres, and that of meshes that are still to be scaled to it.
@@ -34,7 +34,8 @@ impl Suggested<'_> {
         for line in &self.options.head {
             text += &format!("# {}\n", line.replace(['\n', '\r'], " "));
         }
-        text += &format!("# {}: {}\n\n", self.name.replace(['\n', '\r'], " "), self.look.kind.describe());
+        let shown = if self.options.isosurface.is_some() { "one value" } else { self.look.kind.describe() };
+        text += &format!("# {}: {shown}\n\n", self.name.replace(['\n', '\r'], " "));
         let parts = [
             self.root(),
             self.camera(),
@@ -57,7 +58,8 @@ impl Suggested<'_> {
         let mut line = |key: &str, value: &str, what: &str| put(&mut text, key, value, what);
         line("field", &quoted(&self.shown_name()), "a variable of the model, or derived below");
         line("exaggeration", &number(self.exaggeration), "factor on heights; 1 is true to scale");
-        line("background", "\"#0a0d11\"", "or \"transparent\"");
+        let background = self.options.background.as_deref().unwrap_or("#0a0d11");
+        line("background", &quoted(background), "or \"transparent\"");
         line("core", "\"#242424\"", "the opaque planet below the lowest layer; or \"transparent\"");
         if let Some(tolerance) = tolerance {
             line("tolerance", &number(*tolerance), "largest error of a channel");
@@ -155,6 +157,12 @@ impl Suggested<'_> {
             put(&mut text, "transfer", &transfer, "colours; fixed, so that times can be compared");
             return text;
         }
+        if let Some(value) = self.options.isosurface {
+            let mut text = "\n[[isosurfaces]]\n".to_owned();
+            put(&mut text, "value", &number(value), "or values = [...] with colors = [...]");
+            put(&mut text, "color", "\"#f0a030\"", "or color_by, a field with a transfer");
+            return text;
+        }
         let stops = opacity.iter().map(|(value, opacity)| format!("[{}, {}]", number(*value), number(*opacity)));
         let stops = stops.collect::<Vec<_>>().join(", ");
         let mut text = "\n[transfer]\n".to_owned();
@@ -171,12 +179,23 @@ impl Suggested<'_> {
 
     fn light(&self) -> String {
         let mut text = "\n[light]\n".to_owned();
+        let Options { surface, isosurface, light, .. } = self.options;
         // Colours that are to be read from the bar are not shaded.
-        if self.options.surface.is_some() || self.look.kind == Kind::Layered {
-            put(&mut text, "kind", "\"none\"", "colours are those of the bar; or \"headlight\", \"sun\"");
-            return text;
+        let is_read = surface.is_some() || self.look.kind == Kind::Layered && isosurface.is_none();
+        match light.unwrap_or((!is_read).then_some(Source::Headlight)) {
+            None => {
+                put(&mut text, "kind", "\"none\"", "colours are those of the bar; or \"headlight\", \"sun\"");
+                return text;
+            }
+            Some(Source::Headlight) => {
+                put(&mut text, "kind", "\"headlight\"", "from the eye; or \"sun\" with lon and lat, or \"none\"");
+            }
+            Some(Source::Sun { lon_deg, lat_deg }) => {
+                put(&mut text, "kind", "\"sun\"", "from above a place; or \"headlight\" or \"none\"");
+                put(&mut text, "lon", &number(lon_deg), "degrees east");
+                put(&mut text, "lat", &number(lat_deg), "degrees north");
+            }
         }
-        put(&mut text, "kind", "\"headlight\"", "from the eye; or \"sun\" with lon and lat, or \"none\"");
         put(&mut text, "ambient", "0.6", "");
         put(&mut text, "diffuse", "0.4", "");
         put(&mut text, "specular", "0.1", "strength of the highlight");
@@ -226,14 +245,22 @@ impl Suggested<'_> {
     }
 
     fn labels(&self) -> String {
-        let mut text = "\n[labels]                   # in PNG files; without this section there are none\n".to_owned();
-        let time = if self.options.is_timeless { "" } else { "\\n{time}" };
-        put(&mut text, "title", &format!("\"{{name}} ({{units}}){time}\""), "");
-        if self.look.is_of_anomaly {
-            put(&mut text, "name", &quoted(&format!("{}, less the mean of each layer", self.name)), "");
+        let mut text = String::new();
+        if !self.options.is_unlabelled {
+            text += "\n[labels]                   # in PNG files; without this section there are none\n";
+            let time = if self.options.is_timeless { "" } else { "\\n{time}" };
+            put(&mut text, "title", &format!("\"{{name}} ({{units}}){time}\""), "");
+            if self.look.is_of_anomaly {
+                put(&mut text, "name", &quoted(&format!("{}, less the mean of each layer", self.name)), "");
+            }
         }
         text += "\n[output]\n";
-        put(&mut text, "file", "\"{field}_{step:06}.png\"", "also $Y-$M-$D_$h for the date");
+        put(
+            &mut text,
+            "file",
+            "\"{field}_{when}.png\"",
+            "date, if there is one, and step; also {step:06}, $Y-$M-$D_$h",
+        );
         text
     }
 }

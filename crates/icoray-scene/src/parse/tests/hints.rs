@@ -6,19 +6,19 @@ use crate::script::Script;
 #[test]
 fn near_misses_are_answered_with_what_was_meant() {
     for (text, words) in [
-        ("background = \"none\"", "\"none\", expected an opaque CSS colour | did you mean \"transparent\"?"),
+        ("background = \"none\"", "\"none\" (did you mean \"transparent\"?), expected an opaque CSS colour"),
         ("background = \"Transparent\"", "did you mean \"transparent\"?"),
-        ("core = \"off\"", "or \"transparent\"; did you mean \"transparent\"?"),
-        ("[labels]\ncolor = \"atuo\"", "or \"auto\"; did you mean \"auto\"?"),
+        ("core = \"off\"", "\"off\" (did you mean \"transparent\"?), expected | or \"transparent\""),
+        ("[labels]\ncolor = \"atuo\"", "\"atuo\" (did you mean \"auto\"?), expected | or \"auto\""),
         ("feild = \"q\"", "unknown field `feild` | did you mean `field`?"),
         ("backend = \"gpuu\"", "unknown variant `gpuu` | did you mean `gpu`?"),
         ("[camera]\nlongitude = 3\nalt = 3", "unknown field | `lon`, `lat`"),
         ("[camera]\norbt = 3", "did you mean `orbit`?"),
         ("veiws = 3", "did you mean `views`?"),
-        ("[transfer]\nmap = \"virdis\"", "did you mean \"viridis\"?"),
+        ("[transfer]\nmap = \"virdis\"", "\"virdis\" (did you mean \"viridis\"?), expected one of"),
         ("[transfer]\nscale = \"logarithmic\"", "expected \"linear\", \"log\" or \"symlog\""),
         ("[transfer]\nscale = \"lin\"\n[light]\nkind = \"head\"", "\"lin\", expected"),
-        ("[light]\nkind = \"headligth\"", "did you mean \"headlight\"?"),
+        ("[light]\nkind = \"headligth\"", "(did you mean \"headlight\"?), expected \"headlight\", "),
     ] {
         assert_says(&Script::parse(text).expect_err(text), words, text);
     }

@@ -49,9 +49,9 @@ pub(super) fn coloring(
             at,
             "transfer.map",
             format!(
-                "{name:?}, expected one of {}, or one with _r behind it{}",
-                *MAPS,
-                hint::meant(name, &MAPS.split(", ").collect::<Vec<_>>())
+                "{name:?}{}, expected one of {}, or one with _r behind it",
+                hint::did_you_mean(name, MAPS.split(", ")),
+                *MAPS
             ),
         )
     })?;

@@ -2,6 +2,7 @@
 
 use super::merge::merge;
 use super::section::take;
+use crate::did_you_mean;
 use crate::parse::text::Text;
 use crate::script::Script;
 use icoray_grid::{Error, ErrorKind, Result};
@@ -66,5 +67,6 @@ fn named_view<'t>(source: &Text, base: &mut DeTable<'t>, name: &str) -> Result<D
     }
     let known =
         if names.is_empty() { "the scene has no [[views]]".into() } else { format!("expected one of {names:?}") };
-    Err(Error::new(ErrorKind::Scene, format!("view {name:?}, {known}")))
+    let hint = did_you_mean(name, names.iter().map(String::as_str));
+    Err(Error::new(ErrorKind::Scene, format!("view {name:?}{hint}, {known}")))
 }

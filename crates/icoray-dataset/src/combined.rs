@@ -1,0 +1,211 @@
+//! Several sources as one: their records in the order of the dates, their other variables side by side.
+
+use crate::source::{Attribute, Dimension, Kind, Source, Variable};
+use crate::times::Times;
+use icoray::{ErrorKind, OwnedReals, Result};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Attributes that make values of what is stored: all sources of a variable must have the same.
+const STORED_AS: [&str; 4] = ["scale_factor", "add_offset", "_FillValue", "missing_value"];
+/// The variable of the dates, as MPAS has it.
+const DATES: &str = "xtime";
+
+/// Sources of one mesh, as the files of a run are, in which nothing is read twice.
+#[derive(Debug)]
+pub struct Combined {
+    sources: Vec<Box<dyn Source>>,
+    variables: Vec<Variable>,
+    /// The times in their order: the date, and sources with their record of it, in the order of the sources.
+    times: Vec<(Option<String>, Vec<Record>)>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Record {
+    source: usize,
+    record: usize,
+}
+
+impl Combined {
+    /// Combines sources: records of the same date become one time, records without dates follow each other. Variables
+    /// of several sources are read from the first that has them at a time; one that does not depend on time from the
+    /// first that has it. A single source stays as it is.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] where a variable has other dimensions in another source, or is stored in another way, or
+    /// where some of the sources have dates and one with several records has none; [`ErrorKind::Io`] as [`Times::read`].
+    pub fn new(mut sources: Vec<Box<dyn Source>>) -> Result<Box<dyn Source>> {
+        if sources.len() == 1 {
+            return Ok(sources.remove(0));
+        }
+        let times = times(&sources)?;
+        let mut variables: Vec<Variable> = Vec::new();
+        for source in &sources {
+            for variable in source.variables().iter().filter(|v| v.name != DATES) {
+                match variables.iter().find(|known| known.name == variable.name) {
+                    Some(known) => expect_alike(&sources, known, source.as_ref(), variable)?,
+                    None => variables.push(variable.clone()),
+                }
+            }
+        }
+        let mut time = None;
+        for dimension in variables.iter_mut().filter_map(|v| v.dimensions.first_mut()).filter(|d| d.is_time()) {
+            dimension.len = times.len();
+            time = Some(dimension.clone());
+        }
+        if let Some(time) = time.filter(|_| times.iter().any(|(date, _)| date.is_some())) {
+            let letters = Dimension { name: "StrLen".into(), len: 64 };
+            variables.push(Variable { name: DATES.into(), kind: Kind::Text, dimensions: vec![time, letters] });
+        }
+        Ok(Box::new(Combined { sources, variables, times }))
+    }
+
+    /// The first source that has a variable, and the variable there.
+    fn first_with(&self, variable: &Variable) -> Result<(usize, &Variable)> {
+        let sources = self.sources.iter().enumerate();
+        let mut found = sources.filter_map(|(i, source)| Some((i, source.variable(&variable.name)?)));
+        found.next().ok_or_else(|| self.lacks(variable, None))
+    }
+
+    /// The source of a variable at a time and the record there: `None` for all times.
+    fn at(&self, variable: &Variable, time: usize) -> Result<(usize, Option<usize>)> {
+        let records = self.times.get(time).map_or(&[][..], |(_, records)| records);
+        let is_there = |of: &&Record| self.sources[of.source].variable(&variable.name).is_some_and(is_over_time);
+        if let Some(Record { source, record }) = records.iter().find(is_there) {
+            return Ok((*source, Some(*record)));
+        }
+        // A source without dates has its one record at all times.
+        let (source, its) = self.first_with(variable)?;
+        let is_timed = self.times.iter().flat_map(|(_, records)| records).any(|record| record.source == source);
+        match (is_over_time(its), is_timed) {
+            (false, _) => Ok((source, None)),
+            (true, false) => Ok((source, Some(0))),
+            (true, true) => Err(self.lacks(variable, Some(time))),
+        }
+    }
+
+    fn lacks(&self, variable: &Variable, time: Option<usize>) -> icoray::Error {
+        let date = time.and_then(|time| self.times.get(time)?.0.as_deref());
+        let of = time.map_or_else(String::new, |time| format!(" of time {time} ({})", date.unwrap_or("no date")));
+        let own: &dyn Source = self;
+        own.error(ErrorKind::Field, format_args!("none of the files has {}{of}", variable.name))
+    }
+}
+
+fn is_over_time(variable: &Variable) -> bool {
+    variable.dimensions.first().is_some_and(Dimension::is_time)
+}
+
+/// The times of sources with values over time.
+fn times(sources: &[Box<dyn Source>]) -> Result<Vec<(Option<String>, Vec<Record>)>> {
+    let has_values = |v: &Variable| v.kind.is_number() && v.dimensions.len() > 1 && is_over_time(v);
+    let mut dated: BTreeMap<(usize, String), Vec<Record>> = BTreeMap::new();
+    let mut undated = Vec::new();
+    for (number, source) in sources.iter().enumerate().filter(|(_, s)| s.variables().iter().any(has_values)) {
+        let times = Times::read(source.as_ref())?;
+        for (record, date) in times.dates.into_iter().enumerate().take(times.records) {
+            let record = Record { source: number, record };
+            match date {
+                // A longer year is a later one.
+                Some(date) => dated.entry((date.len(), date)).or_default().push(record),
+                None => undated.push(record),
+            }
+        }
+    }
+    if dated.is_empty() {
+        return Ok(undated.into_iter().map(|record| (None, vec![record])).collect());
+    }
+    if let Some(Record { source, .. }) = undated.iter().find(|record| record.record > 0) {
+        let context = "its times have no dates, expected dates as in the other files";
+        return Err(sources[*source].error(ErrorKind::Field, context));
+    }
+    Ok(dated.into_iter().map(|((_, date), records)| (Some(date), records)).collect())
+}
+
+/// Checks that a variable is in another source as it is in those before.
+fn expect_alike(sources: &[Box<dyn Source>], known: &Variable, source: &dyn Source, other: &Variable) -> Result<()> {
+    if known.after_time() != other.after_time() {
+        let context = format!("{other}, expected the dimensions of {known} as in the files before");
+        return Err(source.error(ErrorKind::Field, context));
+    }
+    if other.kind == Kind::Integer && is_over_time(other) {
+        let before = sources.iter().find(|source| source.variable(&known.name).is_some());
+        for name in STORED_AS {
+            let here = source.attribute(Some(&other.name), name)?;
+            if before.is_some_and(|before| !before.attribute(Some(&known.name), name).is_ok_and(|its| its == here)) {
+                let context = format!("{name} of {} is another one than in the files before: unpack them", other.name);
+                return Err(source.error(ErrorKind::Field, context));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Source for Combined {
+    fn path(&self) -> &Path {
+        self.sources[0].path()
+    }
+
+    fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        for source in &self.sources {
+            if let Some(len) = source.dimension_len(name)? {
+                let is_time = name.eq_ignore_ascii_case("time");
+                return Ok(Some(if is_time { self.times.len() } else { len }));
+            }
+        }
+        Ok(None)
+    }
+
+    fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
+        for source in &self.sources {
+            let is_asked = variable.is_none_or(|variable| source.variable(variable).is_some());
+            if is_asked && let Some(attribute) = source.attribute(variable, name)? {
+                return Ok(Some(attribute));
+            }
+        }
+        Ok(None)
+    }
+
+    fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
+        if !is_over_time(variable) {
+            let (source, variable) = self.first_with(variable)?;
+            return self.sources[source].reals(variable, start, count);
+        }
+        let read = |time: usize| {
+            let (source, record) = self.at(variable, time)?;
+            let source = self.sources[source].as_ref();
+            let block = |first: Option<usize>, rest: &[usize]| [first.as_slice(), rest].concat();
+            let (start, count) = (block(record, &start[1..]), block(record.map(|_| 1), &count[1..]));
+            source.reals(source.expect(&variable.name)?, &start, &count)
+        };
+        let mut records = (start[0]..start[0] + count[0]).map(read).collect::<Result<Vec<_>>>()?;
+        if records.len() == 1 {
+            return Ok(records.remove(0));
+        }
+        let values = records.iter().flat_map(|reals| (0..reals.as_reals().len()).map(|i| reals.as_reals().get(i)));
+        Ok(OwnedReals::F64(values.collect()))
+    }
+
+    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
+        let (source, variable) = self.first_with(variable)?;
+        self.sources[source].integers(variable)
+    }
+
+    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
+        let (start, count) = variable.whole();
+        let reals = self.reals(variable, &start, &count)?;
+        Ok((0..reals.as_reals().len()).map(|i| reals.as_reals().get(i)).collect())
+    }
+
+    fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
+        if variable.name == DATES {
+            return self.times.iter().map(|(date, _)| date.clone()).take(rows).collect();
+        }
+        let rows_of = |(source, variable): (usize, &Variable)| self.sources[source].text_rows(variable, rows);
+        self.first_with(variable).map_or_else(|_| Vec::new(), rows_of)
+    }
+}
