@@ -168,10 +168,7 @@ impl Api {
 
     /// The command that draws the scene; none of a running model, whose scene file does.
     fn command(&self, session: &Session) -> String {
-        match self.description().command.as_str() {
-            "" => String::new(),
-            command => format!("{command} --time {}", session.time()),
-        }
+        self.description().command.replace("{time}", &session.time().to_string())
     }
 
     /// The next picture after one, when there is one.

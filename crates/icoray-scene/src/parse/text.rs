@@ -51,19 +51,23 @@ fn in_words(message: &str) -> String {
     if expected.is_empty() { before } else { format!("{before}, expected {expected}") }
 }
 
-/// The key whose name or value is at a place.
+/// The key of a table whose name or value is at a place.
 fn key_at(table: &DeTable, place: &Range<usize>) -> Option<String> {
     table.iter().find_map(|(key, value)| {
-        if key.span() == *place || value.span() == *place {
-            return Some(key.get_ref().to_string());
-        }
-        let within = match value.get_ref() {
-            DeValue::Table(table) => key_at(table, place),
-            DeValue::Array(list) => list.iter().find_map(|entry| key_at(entry.get_ref().as_table()?, place)),
-            _ => None,
-        };
-        within.map(|within| format!("{}.{within}", key.get_ref()))
+        let name = key.get_ref();
+        let within = if key.span() == *place { Some(String::new()) } else { key_within(value, place) };
+        within.map(|within| if within.is_empty() { name.to_string() } else { format!("{name}.{within}") })
     })
+}
+
+/// The key within a value that is at a place; empty where that is the value itself or an entry of it.
+fn key_within(value: &Spanned<DeValue>, place: &Range<usize>) -> Option<String> {
+    match value.get_ref() {
+        _ if value.span() == *place => Some(String::new()),
+        DeValue::Table(table) => key_at(table, place),
+        DeValue::Array(list) => list.iter().find_map(|entry| key_within(entry, place)),
+        _ => None,
+    }
 }
 
 impl<'t> Text<'t> {

@@ -29,7 +29,10 @@ fn near_misses_are_answered_with_what_was_meant() {
 #[test]
 fn keys_in_the_wrong_table_are_answered_with_theirs() {
     for (text, words) in [
-        ("image = { background = \"white\" }", "unknown field `background` | `background` is a key of the scene itself"),
+        (
+            "image = { background = \"white\" }",
+            "unknown field `background` | `background` is a key of the scene itself",
+        ),
         ("field = \"q\"\nlat = 3", "unknown field `lat` | `lat` is a key of `camera`"),
     ] {
         assert_says(&Script::parse(text).expect_err(text), words, text);
@@ -45,6 +48,7 @@ fn types_are_named_in_words_and_composed_texts_by_their_keys() {
         ("samples = [1]", "key samples: invalid type: list, expected an integer"),
         ("isosurfaces = { value = 1 }", "key isosurfaces: invalid type: table, expected a list"),
         ("[[isosurfaces]]\nvalue = \"x\"", "key isosurfaces.value: invalid type: string \"x\", expected a number"),
+        ("[[isosurfaces]]\nvalues = [\"x\"]", "key isosurfaces.values: invalid type: string \"x\", expected a number"),
         ("[camera]\nlat = 91", "key camera.lat: 91, expected a number from -90 to 90"),
     ] {
         assert_eq!(Script::parse_composed(text).expect_err(text).context(), expected);
