@@ -9,14 +9,14 @@
 //   hand.js            mouse, touch and the keyboard's cross on the picture
 //   timeline.js        slider of times, playing
 //   facts.js           the fact line and the status region
-//   probe.js, plot.js  the probe and its plots
+//   probe.js, plot.js  the probe and its plots; hover.js the value under the mouse
 //   transfer.js        the transfer function by hand; transfer-model.js its data, transfer-changes.js what a hand
 //                      changes in the scene, transfer-panel.js and transfer-rows.js its elements, curve.js its picture,
 //                      markers.js isosurfaces on the histogram, maps.js the swatches
 //   form.js            controls generated from the description; widgets.js a control for each type, hints.js slider
 //                      ranges and first entries, toml.js values as text
 //   files.js           save, load, command line
-//   views.js           the views of a scene
+//   views.js           the views of a scene, and links to what is shown
 //   animate.js         an animation of all times; apng.js puts it together
 //   panel.js, keys.js  tabs and sheet; shortcuts and their list
 //   dom.js, format.js, colour.js  elements, numbers, colours
@@ -26,13 +26,14 @@
 'use strict';
 
 import * as animate from './animate.js';
-import { takeToken } from './api.js';
+import { takeAddress } from './api.js';
 import { byId } from './dom.js';
 import * as facts from './facts.js';
 import * as files from './files.js';
 import * as form from './form.js';
 import { run } from './frames.js';
 import * as hand from './hand.js';
+import * as hover from './hover.js';
 import * as keys from './keys.js';
 import * as panel from './panel.js';
 import * as probe from './probe.js';
@@ -75,8 +76,8 @@ function showDescription({ title, program, live }) {
 }
 
 async function start() {
-  takeToken();
-  for (const part of [facts, panel, form, transfer, probe, files, views, animate, timeline, hand, keys]) part.start();
+  const linked = takeAddress();
+  for (const part of [facts, panel, form, transfer, probe, hover, files, views, animate, timeline, hand, keys]) part.start();
   setSize(size);
   on('describe', showDescription);
   on('scene', showState);
@@ -105,6 +106,7 @@ async function start() {
     }
   }
   say('', 'none');
+  await views.follow(linked);
   askForSize();
   run();
 }

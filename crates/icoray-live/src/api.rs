@@ -174,11 +174,13 @@ impl Api {
     /// The next picture after one, when there is one.
     async fn frame(&self, query: &str) -> Outcome {
         let after: u64 = number(query, "after")?;
+        // The page's canvas.
+        let room = number(query, "width").ok().zip(number(query, "height").ok()).map(<[f64; 2]>::from);
         let mut pictures = self.hub.pictures.subscribe();
         let is_next = |picture: &Option<Arc<Picture>>| picture.as_ref().is_some_and(|picture| picture.number > after);
         match timeout(NEXT_PICTURE, pictures.wait_for(is_next)).await {
             Ok(Ok(picture)) => {
-                let bytes = picture.as_ref().map(|picture| picture.bytes());
+                let bytes = picture.as_ref().map(|picture| picture.bytes(room));
                 Ok(typed("application/octet-stream", bytes.unwrap_or_default()))
             }
             _ => Ok(with_status(StatusCode::NO_CONTENT, Answer::default())),

@@ -34,6 +34,7 @@ const FILES: &[PageFile] = &files![
     "/frames.js" "frames.js" "text/javascript; charset=utf-8",
     "/hand.js" "hand.js" "text/javascript; charset=utf-8",
     "/hints.js" "hints.js" "text/javascript; charset=utf-8",
+    "/hover.js" "hover.js" "text/javascript; charset=utf-8",
     "/keys.js" "keys.js" "text/javascript; charset=utf-8",
     "/maps.js" "maps.js" "text/javascript; charset=utf-8",
     "/markers.js" "markers.js" "text/javascript; charset=utf-8",

@@ -2,12 +2,17 @@
 
 use crate::hub::DrawRequest;
 use hyper::body::Bytes;
-use icoray::output::png_bytes;
+use icoray::output::{png_bytes, png_layers};
 use icoray::{Certainty, Frame};
 use serde::Serialize;
 use std::sync::{Arc, OnceLock};
 
-/// A picture as it is sent: the length of the facts in four bytes, the facts as JSON, the PNG.
+/// Largest width of labels, pixels.
+const LARGEST: f64 = 8192.0;
+
+/// A picture as it is sent: the length of the facts in four bytes, the facts as JSON, the PNG. A page on which it has
+/// another size gets its PNG without labels, and these in a PNG of that size behind it, whose length is `labels` of the
+/// facts.
 #[derive(Debug)]
 pub(crate) struct Picture {
     pub number: u64,
@@ -17,7 +22,7 @@ pub(crate) struct Picture {
     pub drawn: Result<Arc<Frame>, String>,
     revision: u64,
     is_final: bool,
-    facts: Vec<u8>,
+    facts: serde_json::Value,
     /// Encoded at the first request, because a model draws many pictures without a viewer.
     bytes: OnceLock<Bytes>,
 }
@@ -94,7 +99,7 @@ impl Picture {
         // The ranges of maps are in the scene's order, volumes first.
         let color_range = report.colors.first().map(|colors| colors.range);
         let (revision, bytes) = (facts.revision, OnceLock::new());
-        let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
+        let facts = serde_json::to_value(&facts).expect("all keys of facts are text");
         Picture { number, color_range, drawn: Ok(frame), revision, is_final: true, facts, bytes }
     }
 
@@ -103,7 +108,7 @@ impl Picture {
         let DrawRequest { revision, time, is_moving, .. } = *request;
         let (why, bytes) = (error.to_string(), OnceLock::new());
         let facts = Facts { number, revision, time, is_moving, failure: Some(why.clone()), ..Facts::default() };
-        let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
+        let facts = serde_json::to_value(&facts).expect("all keys of facts are text");
         Picture { number, color_range: None, drawn: Err(why), revision, is_final: true, facts, bytes }
     }
 
@@ -112,10 +117,32 @@ impl Picture {
         self.is_final && self.revision >= revision
     }
 
-    /// All that is sent.
-    pub fn bytes(&self) -> Bytes {
-        let png = || self.drawn.as_ref().ok().and_then(|frame| png_bytes(frame).ok()).unwrap_or_default();
-        let length = (self.facts.len() as u32).to_le_bytes();
-        self.bytes.get_or_init(|| [&length[..], &self.facts, &png()].concat().into()).clone()
+    /// All that is sent to a page with so much room for a picture, width and height in pixels, where it says so.
+    pub fn bytes(&self, room: Option<[f64; 2]>) -> Bytes {
+        let frame = self.drawn.as_ref().ok();
+        if let (Some(frame), Some(room)) = (frame, room) {
+            let size = fitted([frame.width, frame.height], room);
+            let is_other = size != [frame.width, frame.height];
+            if let Some([picture, labels]) = is_other.then(|| png_layers(frame, size).ok().flatten()).flatten() {
+                let mut facts = self.facts.clone();
+                facts["labels"] = labels.len().into();
+                return sent(&facts, &[&picture, &labels]);
+            }
+        }
+        let png = || frame.and_then(|frame| png_bytes(frame).ok()).unwrap_or_default();
+        self.bytes.get_or_init(|| sent(&self.facts, &[&png()])).clone()
     }
+}
+
+/// The size of a picture that is made as large as the room for it.
+fn fitted([width, height]: [u32; 2], room: [f64; 2]) -> [u32; 2] {
+    let aspect = f64::from(width) / f64::from(height);
+    let fitted = room[0].min(room[1] * aspect).min(LARGEST);
+    [fitted, fitted / aspect].map(|side| side.round().max(1.0) as u32)
+}
+
+fn sent(facts: &serde_json::Value, parts: &[&[u8]]) -> Bytes {
+    let facts = facts.to_string();
+    let length = (facts.len() as u32).to_le_bytes();
+    [&length[..], facts.as_bytes(), &parts.concat()].concat().into()
 }

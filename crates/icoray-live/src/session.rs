@@ -7,6 +7,8 @@ use serde::Deserialize;
 /// Most steps that can be undone, and most bytes of their texts.
 const MAX_UNDO: usize = 200;
 const MAX_UNDO_BYTES: usize = 32 << 20;
+/// Pixels of the picture at rest between two that are traced while a hand moves, at most.
+const COARSEST: f64 = 8.0;
 /// Longest text of a scene, bytes: as long as a request's body.
 const MAX_TEXT: usize = 1 << 20;
 /// Most pages whose sizes are known.
@@ -191,6 +193,7 @@ impl Session {
             time_budget_ms: Some(scene.time_budget_ms.map_or(budget_ms, |own| own.min(budget_ms))),
             samples: 1,
             antialias: false,
+            largest_step: ((part * COARSEST) as u32).max(1),
             ..scene.clone()
         }
     }
@@ -379,6 +382,8 @@ mod tests {
         assert_eq!((session.scene().width, session.scene().height), (900, 600));
         let moving = session.moving_scene(80.0, [640, 480]);
         assert_eq!((moving.width, moving.height, moving.time_budget_ms), (640, 427, Some(80.0)));
+        // 5 of its pixels are 7 of those at rest.
+        assert_eq!(moving.largest_step, 5);
         let own = "field = \"q\"\nimage = { width = 40, height = 30 }\n";
         session.load(own).unwrap();
         session.change(&sized([900, 600], false)).unwrap();

@@ -22,6 +22,8 @@ const GRADIENTS: f64 = 0.5;
 pub(crate) struct Deadline {
     start: Instant,
     seconds: f64,
+    /// The largest step between traced pixels.
+    largest_step: u32,
     /// Ranks among which rays are shared out.
     ranks: f64,
 }
@@ -29,7 +31,8 @@ pub(crate) struct Deadline {
 impl Deadline {
     /// The scene's, if it has one, for a frame that so many ranks draw.
     pub fn of(scene: &Scene, start: Instant, ranks: usize) -> Option<Self> {
-        scene.time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0, ranks: ranks as f64 })
+        let Scene { time_budget_ms, largest_step, .. } = *scene;
+        time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0, largest_step, ranks: ranks as f64 })
     }
 
     /// Seconds that may still be planned.
@@ -57,14 +60,15 @@ impl Deadline {
         on_device: bool,
         mut trace: impl FnMut(&Quality, Raster),
     ) -> Quality {
-        choose(asked, raster, self.left(), self.ranks, |quality, left| {
+        let best = choose(asked, raster, self.left(), self.ranks, |quality, left| {
             let seconds = |raster: Raster| {
                 let start = Instant::now();
                 trace(quality, raster);
                 start.elapsed().as_secs_f64()
             };
             if on_device { Cost::on_device(raster, left, seconds) } else { Cost::on_cpu(raster, seconds) }
-        })
+        });
+        Quality { pixel_step: best.pixel_step.min(self.largest_step), ..best }
     }
 }
 

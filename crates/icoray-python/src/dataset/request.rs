@@ -32,6 +32,12 @@ impl<'py> Request<'py> {
         value.map(extracted).transpose()
     }
 
+    /// Whether no scene is given.
+    #[cfg(feature = "live")]
+    pub fn is_suggested(&self) -> PyResult<bool> {
+        Ok(!self.given.contains("scene")?)
+    }
+
     /// Whether the picture has a size of its own.
     #[cfg(feature = "live")]
     pub fn has_size(&self) -> PyResult<bool> {

@@ -32,7 +32,9 @@ impl View {
         let port = port.transpose()?;
         let renderer = Renderer::new(threads)?;
         let time = request.time(&opened.dataset)?;
-        let text = request.scene(py, opened, &renderer, time)?.text().to_owned();
+        let scene = request.scene(py, opened, &renderer, time)?;
+        let text = if request.is_suggested()? { view::without_head(scene.text()) } else { scene.text() };
+        let text = text.to_owned();
         let command = "image = icoray.render(data, scene=\"scene.toml\", time={time})".to_owned();
         let description = view::describe(&opened.dataset, command);
         let reader = view::reader(&opened.dataset);
