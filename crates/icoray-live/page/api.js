@@ -75,7 +75,8 @@ export async function call(path, options = {}) {
 async function body(response, kind) {
   try {
     return await response[kind]();
-  } catch {
+  } catch (error) {
+    if (error.name === 'AbortError') throw error;
     throw new ApiError(0, 'The program that serves this page has ended.');
   }
 }
@@ -84,8 +85,8 @@ async function body(response, kind) {
 export const get = async (path) => body(await call(path), 'json');
 
 /** Bytes of a GET call, or null for 204. */
-export async function bytes(path) {
-  const response = await call(path);
+export async function bytes(path, options) {
+  const response = await call(path, options);
   return response.status === 204 ? null : body(response, 'arrayBuffer');
 }
 

@@ -3,10 +3,11 @@
 
 import { bytes } from './api.js';
 import { byId } from './dom.js';
-import { emit, readDescription, readScene, say, store } from './store.js';
+import { emit, on, readDescription, readScene, say, store } from './store.js';
 import { draw, room } from './view.js';
 
 const RETRY = 2000;
+let inFlight = new AbortController();
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 /** The header, the picture and its labels of an answer; without a picture where the scene could not be drawn. */
@@ -26,6 +27,9 @@ async function follow(meta) {
   if (scene && !store.isMoving && meta.revision !== scene.revision) await readScene();
 }
 
+// Labels are made for the size that the page had when it asked.
+on('resize', () => inFlight.abort());
+
 /** Asks for pictures for ever. When the program has ended, tries again every two seconds. */
 export async function run() {
   let number = 0;
@@ -41,7 +45,9 @@ export async function run() {
         emit('back');
       }
       const [width, height] = room();
-      const buffer = await bytes(`/api/frame?after=${number}&width=${width}&height=${height}`);
+      inFlight = new AbortController();
+      const path = `/api/frame?after=${number}&width=${width}&height=${height}`;
+      const buffer = await bytes(path, { signal: inFlight.signal });
       if (!buffer) continue;
       const { meta, layers } = await decode(buffer);
       number = meta.number;
@@ -57,6 +63,7 @@ export async function run() {
       if (meta.refused) say(meta.refused, 'error');
       await follow(meta);
     } catch (error) {
+      if (error.name === 'AbortError') continue;
       if (error.isGone && !isGone) {
         isGone = true;
         say(error.message, 'error');

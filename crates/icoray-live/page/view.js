@@ -15,9 +15,10 @@ let picture = null;
 let labels = null;
 let box = { left: 0, top: 0, width: 1, height: 1 };
 
-/** The part of the stage, in CSS pixels, that a picture of this width over height takes. */
-function fit(aspect) {
+/** The part of the stage, in CSS pixels, that a picture of this width over height takes; all of it within `rounding`. */
+function fit(aspect, rounding = 0) {
   const { clientWidth: width, clientHeight: height } = canvas;
+  if (Math.abs(width / height / aspect - 1) <= rounding) return { left: 0, top: 0, width, height };
   const fitted = Math.min(width, height * aspect);
   return { left: (width - fitted) / 2, top: (height - fitted / aspect) / 2, width: fitted, height: fitted / aspect };
 }
@@ -51,7 +52,10 @@ export function paint() {
   const [width, height] = room();
   if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
   context.clearRect(0, 0, width, height);
-  box = fit(picture ? picture.width / picture.height : wantedAspect());
+  // Drafts have sides of whole pixels.
+  box = picture
+    ? fit(picture.width / picture.height, 1 / Math.min(picture.width, picture.height))
+    : fit(wantedAspect());
   if (!picture) return;
   context.imageSmoothingEnabled = true;
   context.imageSmoothingQuality = 'high';

@@ -7,8 +7,8 @@ use icoray::{Certainty, Frame};
 use serde::Serialize;
 use std::sync::{Arc, OnceLock};
 
-/// Largest width of labels, pixels.
-const LARGEST: f64 = 8192.0;
+/// Largest side of a page's labels, pixels.
+const LARGEST: f64 = 4096.0;
 
 /// A picture as it is sent: the length of the facts in four bytes, the facts as JSON, the PNG. A page on which it has
 /// another size gets its PNG without labels, and these in a PNG of that size behind it, whose length is `labels` of the
@@ -134,15 +134,36 @@ impl Picture {
     }
 }
 
-/// The size of a picture that is made as large as the room for it.
+/// The size of a picture that is made as large as the room for it; the room's own where sides of whole pixels have that
+/// aspect.
 fn fitted([width, height]: [u32; 2], room: [f64; 2]) -> [u32; 2] {
     let aspect = f64::from(width) / f64::from(height);
-    let fitted = room[0].min(room[1] * aspect).min(LARGEST);
-    [fitted, fitted / aspect].map(|side| side.round().max(1.0) as u32)
+    let room = room.map(|side| side.min(LARGEST));
+    let fitted = room[0].min(room[1] * aspect);
+    let is_same = (room[0] / room[1] / aspect - 1.0).abs() * f64::from(width.min(height)) <= 1.0;
+    let size = if is_same { room } else { [fitted, fitted / aspect] };
+    size.map(|side| side.round().max(1.0) as u32)
 }
 
 fn sent(facts: &serde_json::Value, parts: &[&[u8]]) -> Bytes {
     let facts = facts.to_string();
     let length = (facts.len() as u32).to_le_bytes();
     [&length[..], facts.as_bytes(), &parts.concat()].concat().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fitted;
+
+    #[test]
+    fn labels_have_the_size_of_the_picture_on_the_page() {
+        assert_eq!(fitted([640, 480], [1280.0, 1000.0]), [1280, 960]);
+        assert_eq!(fitted([480, 640], [1280.0, 1000.0]), [750, 1000]);
+        assert_eq!(fitted([661, 465], [908.0, 638.0]), [908, 638], "a draft whose sides are rounded");
+        for room in [[f64::NAN, 1.0], [-5.0, 9.0], [f64::INFINITY, f64::INFINITY], [1e300, 1e300], [0.0, 0.0]] {
+            for size in [[1, 16384], [16384, 1], [640, 480]] {
+                assert!(fitted(size, room).iter().all(|side| (1..=4096).contains(side)), "{size:?} {room:?}");
+            }
+        }
+    }
 }

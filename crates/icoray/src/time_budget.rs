@@ -207,6 +207,19 @@ mod tests {
 
     /// A device that is full at 50,000 rays, up to which it takes 2 ms.
     #[test]
+    fn a_raster_is_no_coarser_than_the_scene_allows() {
+        let deadline = Deadline { start: Instant::now(), seconds: 0.0, largest_step: 5, ranks: 1.0 };
+        let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
+        // The clock has moved on when a probe ends.
+        let takes_time = |_: &Quality, _: Raster| {
+            let start = Instant::now();
+            while start.elapsed().is_zero() {}
+        };
+        let raster = Raster { width: 640, height: 480, step: 1 };
+        assert_eq!(deadline.pick(asked, raster, false, takes_time).pixel_step, 5);
+    }
+
+    #[test]
     fn a_device_is_measured_until_it_is_full() {
         let seconds = |raster: Raster| {
             let rays = raster.part() * f64::from(RASTER.width * RASTER.height);
