@@ -48,11 +48,11 @@ let resizing = 0;
 let asked = '';
 
 /** Asks for a picture of the canvas's size, when that has changed. */
-function askForSize() {
+async function askForSize() {
   const wanted = size(false).join('x');
   if (!store.scene || wanted === asked) return;
   asked = wanted;
-  change([]);
+  await change([]);
 }
 
 function resized() {
@@ -106,9 +106,10 @@ async function start() {
     }
   }
   say('', 'none');
-  await views.follow(linked);
-  askForSize();
   run();
+  // A call that succeeds takes away what was said before.
+  await askForSize();
+  await views.follow(linked);
 }
 
 start();
