@@ -412,6 +412,18 @@ def test_a_page_is_served_until_it_is_closed(mpas: Any):
         urllib.request.urlopen(address, timeout=5)
 
 
+def test_a_page_keeps_the_size_that_a_call_gives(mpas: Any):
+    scene = icoray.open(mpas).scene("theta", lon=10)
+    for given, width in [({"size": (96, 80)}, 96), ({"size": (96, 80), "scene": scene}, 96), ({"lon": 10}, 300)]:
+        with icoray.view(mpas, "theta", **given) as view:
+            server, token = view.address.split("#")
+            headers = {"Authorization": f"Bearer {token}", "Content-Type": "application/json"}
+            body = json.dumps({"size": [300, 200]}).encode()
+            urllib.request.urlopen(urllib.request.Request(f"{server}api/change", body, headers)).close()
+            assert view.scene.width == width, given
+            assert not view.scene.to_toml().startswith("#"), "the comment is about a suggestion at one time"
+
+
 def test_uxarray_gives_the_picture_of_xarray(uxarray: Any, tmp_path: pathlib.Path):
     path = data_file("mpas_jw_10242.nc")
     dataset = uxarray.open_dataset(path, path)

@@ -41,7 +41,8 @@ impl<'py> Request<'py> {
     /// Whether the picture has a size of its own.
     #[cfg(feature = "live")]
     pub fn has_size(&self) -> PyResult<bool> {
-        self.given.contains("size")
+        let keys = self.given.get_item("keys")?;
+        Ok(self.given.contains("size")? || keys.is_some_and(|keys| keys.contains("image").unwrap_or(false)))
     }
 
     /// Number of the time that is drawn.
