@@ -5,6 +5,7 @@
 //   sender.js          changes on their way to the server, one call at a time, merged while a hand moves
 //   frames.js          the request for the next picture, always one in flight
 //   view.js            the canvas: fits pictures, places in a picture, the size to ask for
+//   lines.js           coasts and graticule over pictures of a moving hand
 //   camera.js          geometry of the camera (no state, no DOM)
 //   hand.js            mouse, touch and the keyboard's cross on the picture
 //   timeline.js        slider of times, playing

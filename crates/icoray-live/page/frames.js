@@ -3,6 +3,7 @@
 
 import { bytes } from './api.js';
 import { byId } from './dom.js';
+import { readCoast } from './lines.js';
 import { emit, on, readDescription, readScene, say, store } from './store.js';
 import { draw, room } from './view.js';
 
@@ -32,6 +33,7 @@ on('resize', () => inFlight.abort());
 
 /** Asks for pictures for ever. When the program has ended, tries again every two seconds. */
 export async function run() {
+  readCoast().catch(() => {});
   let number = 0;
   let isGone = false;
   for (;;) {
@@ -58,7 +60,7 @@ export async function run() {
         continue;
       }
       store.frame = meta;
-      draw(layers);
+      draw(layers, meta.overlay);
       emit('frame', meta);
       if (meta.refused) say(meta.refused, 'error');
       await follow(meta);

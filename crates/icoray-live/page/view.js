@@ -2,6 +2,7 @@
 'use strict';
 
 import { byId } from './dom.js';
+import { drawLines } from './lines.js';
 import { store } from './store.js';
 
 const LARGEST = 2048;
@@ -13,6 +14,7 @@ const canvas = byId('picture');
 const context = canvas.getContext('2d');
 let picture = null;
 let labels = null;
+let overlay = null;
 let box = { left: 0, top: 0, width: 1, height: 1 };
 
 /** The part of the stage, in CSS pixels, that a picture of this width over height takes; all of it within `rounding`. */
@@ -38,11 +40,11 @@ const density = () => window.devicePixelRatio || 1;
 /** Width and height of the canvas, pixels of the screen. */
 export const room = () => [canvas.clientWidth, canvas.clientHeight].map((side) => Math.round(side * density()));
 
-/** Shows a picture, with its labels where they lie over it in pixels of the screen, and keeps them until the next. */
-export function draw([bitmap, over = null]) {
+/** Shows a picture, with the labels and lines that lie over it in pixels of the screen, and keeps them until the next. */
+export function draw([bitmap, over = null], lines) {
   picture?.close();
   labels?.close();
-  [picture, labels] = [bitmap, over];
+  [picture, labels, overlay] = [bitmap, over, lines];
   paint();
 }
 
@@ -61,6 +63,7 @@ export function paint() {
   context.imageSmoothingQuality = 'high';
   const place = [box.left, box.top, box.width, box.height].map((side) => side * scale);
   context.drawImage(picture, ...place);
+  if (overlay) drawLines(context, place, overlay);
   if (labels) context.drawImage(labels, ...place.map(Math.round));
 }
 

@@ -11,7 +11,7 @@ use hyper::body::{Body, Bytes};
 use hyper::header::{self, HeaderValue};
 use hyper::{Method, Request, Response, StatusCode};
 use icoray::output::{exr_bytes, png_bytes};
-use icoray::{Frame, Scene, srgb8};
+use icoray::{Frame, Scene, coast_runs, srgb8};
 use serde::Serialize;
 use serde_json::json;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -105,6 +105,7 @@ impl Api {
         match (call, request.method()) {
             ("describe", &Method::GET) => Ok(json_answer(&DescribeAnswer::new(&self.description()))),
             ("scene", &Method::GET) => Ok(json_answer(&self.hub.look(|session| self.scene(session)))),
+            ("coast", &Method::GET) => Ok(typed("application/octet-stream", Bytes::from_static(coast_runs()))),
             ("frame", &Method::GET) => self.frame(&query).await,
             ("histogram", &Method::GET) => self.histogram(&query).await,
             ("probe", &Method::GET) => self.probe(&query).await,
@@ -120,8 +121,8 @@ impl Api {
             ("undo", &Method::POST) => self.changed(|session| session.step(true)),
             ("redo", &Method::POST) => self.changed(|session| session.step(false)),
             (
-                "describe" | "scene" | "frame" | "histogram" | "probe" | "picture" | "change" | "load" | "undo"
-                | "redo",
+                "describe" | "scene" | "coast" | "frame" | "histogram" | "probe" | "picture" | "change" | "load"
+                | "undo" | "redo",
                 _,
             ) => Err(wrong_method()),
             _ => Err(nothing_here()),

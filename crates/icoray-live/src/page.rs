@@ -37,6 +37,7 @@ const FILES: &[PageFile] = &files![
     "/hover.js" "hover.js" "text/javascript; charset=utf-8",
     "/keys.js" "keys.js" "text/javascript; charset=utf-8",
     "/maps.js" "maps.js" "text/javascript; charset=utf-8",
+    "/lines.js" "lines.js" "text/javascript; charset=utf-8",
     "/markers.js" "markers.js" "text/javascript; charset=utf-8",
     "/panel.js" "panel.js" "text/javascript; charset=utf-8",
     "/plot.js" "plot.js" "text/javascript; charset=utf-8",

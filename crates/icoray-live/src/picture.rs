@@ -3,7 +3,7 @@
 use crate::hub::DrawRequest;
 use hyper::body::Bytes;
 use icoray::output::{png_bytes, png_layers};
-use icoray::{Certainty, Frame};
+use icoray::{Certainty, Frame, Pattern, srgb8};
 use serde::Serialize;
 use std::sync::{Arc, OnceLock};
 
@@ -27,6 +27,42 @@ pub(crate) struct Picture {
     bytes: OnceLock<Bytes>,
 }
 
+/// Lines that the page draws over a picture, and the camera with which it was drawn.
+#[derive(Serialize)]
+struct Overlay {
+    eye: [f64; 3],
+    /// Forwards, to the right and upwards.
+    axes: [[f64; 3]; 3],
+    half_height: f64,
+    /// Of the ground, planet radii.
+    radius: f64,
+    lines: Vec<OverlayLines>,
+}
+
+#[derive(Serialize)]
+struct OverlayLines {
+    /// Degrees between meridians and parallels; none of coasts.
+    spacing: Option<f64>,
+    color: [u8; 3],
+    width: f64,
+    opacity: f64,
+}
+
+impl Overlay {
+    fn new(frame: &Frame, request: &DrawRequest) -> Option<Self> {
+        let legend = frame.legend.as_ref().filter(|_| !request.lines.is_empty())?;
+        let camera = &request.scene.camera;
+        let (axes, half_height) = camera.frame();
+        let lines = request.lines.iter().map(|lines| OverlayLines {
+            spacing: if let Pattern::Graticule { spacing_deg } = lines.pattern { Some(spacing_deg) } else { None },
+            color: srgb8(lines.color),
+            width: lines.width_px,
+            opacity: lines.opacity,
+        });
+        Some(Overlay { eye: camera.eye(), axes, half_height, radius: legend.ground_radius(), lines: lines.collect() })
+    }
+}
+
 /// What is seen, and how well.
 #[derive(Serialize, Default)]
 struct Facts<'f> {
@@ -48,6 +84,7 @@ struct Facts<'f> {
     quality: String,
     left_out: &'f [String],
     value_range: Option<[f64; 2]>,
+    overlay: Option<Overlay>,
     /// Why there is no picture.
     failure: Option<String>,
     /// Why what a viewer has set is not drawn.
@@ -63,6 +100,7 @@ impl Picture {
             pending: !request.is_final && !request.is_moving,
             time: request.time,
             time_label: frame.stamp.date.clone().unwrap_or_default(),
+            overlay: Overlay::new(&frame, request),
             seconds,
             ..Facts::default()
         };

@@ -90,6 +90,7 @@ pub use icoray_grid::{
     CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
     IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result, Shape, printable,
 };
+pub use icoray_kernel::ground::coast_runs;
 pub use icoray_kernel::{Counts, Frustum, Stretch, Traversal};
 pub use icoray_output::{
     CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,

@@ -15,14 +15,17 @@ const CORNER: &str = "const corner = () => {
      };";
 
 #[test]
-fn labels_of_drafts_are_as_sharp_as_at_rest() {
+fn labels_and_lines_of_drafts_are_as_sharp_as_at_rest() {
     let Some(shown) = Shown::start_with(SCREEN, false) else { return };
-    let Shown { browser, .. } = &shown;
+    let Shown { browser, viewer, .. } = &shown;
     browser.ask(&format!(
         "{CORNER} window.atRest = corner();
          const {{ on }} = await import('/store.js'); const {{ move }} = await import('/sender.js');
          on('frame', (frame) => {{
-           if (frame.is_moving) window.draft ??= {{ corner: corner(), width: frame.width, labels: frame.labels }};
+           if (!frame.is_moving || window.draft) return;
+           const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', {{ willReadFrequently: true }});
+           copy.drawImage(canvas, 0, 0);
+           window.draft = {{ ...frame, corner: corner(), copy }};
          }});
          move([{{ path: ['camera', 'lon'], value: 33 }}], {{ stays: true }});"
     ));
@@ -38,6 +41,27 @@ fn labels_of_drafts_are_as_sharp_as_at_rest() {
     browser.shot("draft");
     browser.ask("(await import('/sender.js')).rest();");
     browser.rests();
+    // Lines lie where the ground is, and are brighter than what is beside them.
+    let found = browser.ask(
+        "const { placeOn } = await import('/lines.js'); const { towards } = await import('/camera.js');
+         const { overlay, copy } = window.draft; const { width, height } = canvas;
+         const spacing = overlay.lines.find((lines) => lines.spacing !== null).spacing;
+         const light = ({ x, y }) => {
+           const { data } = copy.getImageData(Math.round(x * width) - 1, Math.round(y * height) - 1, 3, 3);
+           return Math.max(...data.filter((_, i) => i % 4 === 0));
+         };
+         const lons = Array.from({ length: 27 }, (_, i) => 20 + i);
+         const mean = (lat) => lons.reduce((sum, lon) =>
+           sum + light(placeOn(overlay, width / height, towards(lon, lat))) / lons.length, 0);
+         const at = placeOn(overlay, width / height, towards(30, 40));
+         return { at: [at.x, at.y], on: mean(spacing), beside: mean(spacing + 4), count: overlay.lines.length };",
+    );
+    let [on, beside] = ["on", "beside"].map(|key| found[key].as_f64().unwrap());
+    assert!(found["count"] == 2 && on > beside + 25.0, "{found}");
+    let seen = viewer.get(&format!("/api/probe?x={}&y={}", found["at"][0], found["at"][1])).json();
+    for (key, degrees) in [("lon", 30.0), ("lat", 40.0)] {
+        assert!((seen[key].as_f64().unwrap() - degrees).abs() < 4.0, "{seen}");
+    }
     browser.is_quiet();
 }
 
