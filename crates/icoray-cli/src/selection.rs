@@ -57,7 +57,8 @@ impl Selection {
         let renderer = gpu::renderer(self.threads)?.with_progress(progress.tiles());
         let file = self.input.open()?;
         let time = self.time.as_ref().unwrap_or(&TimeSelection::LAST);
-        let (times, is_series) = (time.of(file.times())?, time.is_series());
+        let times = time.of(file.times()).map_err(|e| e.within(format!("--time {time}")))?;
+        let is_series = time.is_series();
         Ok(Some(Opened { renderer, file, times, is_series, given }))
     }
 

@@ -80,17 +80,15 @@ fn options(selection: &Selection, time: usize) -> suggest::Options {
     }
 }
 
-/// The command line that renders the saved scene, at this time unless others are selected; without one, that of a time
-/// that is still to be added.
+/// The command line that renders the saved scene, at this time unless others are selected; without one, with `{time}` in
+/// its place.
 pub fn command(selection: &Selection, time: Option<usize>) -> String {
     let mut words = vec!["icoray".into(), "render".into()];
     words.extend(selection.input.words().iter().map(|text| word(text)));
     let saved = selection.scene_options.save_scene.as_deref().unwrap_or(Path::new("scene.toml"));
     words.extend(["--scene".into(), word(&saved.to_string_lossy())]);
-    if let Some(time) = time {
-        let time = selection.time.as_ref().map_or_else(|| time.to_string(), ToString::to_string);
-        words.extend(["--time".into(), word(&time)]);
-    }
+    let time = time.map(|time| selection.time.as_ref().map_or_else(|| time.to_string(), ToString::to_string));
+    words.extend(["--time".into(), time.map_or_else(|| "{time}".into(), |time| word(&time))]);
     if !selection.layer_option.layers.is_all() {
         words.extend(["--layers".into(), selection.layer_option.layers.to_string()]);
     }
@@ -137,7 +135,7 @@ impl Opened {
     pub fn scenes(&self, selection: &Selection, progress: &Progress) -> Result<Scenes<'_>> {
         let Some(given) = &self.given else {
             let (suggested, grid) = Suggested::new(selection, self, progress)?;
-            let script = Script::parse(&suggested.text).map_err(|e| e.within("the suggested scene"))?;
+            let script = Script::parse_composed(&suggested.text).map_err(|e| e.within("the suggested scene"))?;
             return Ok(Scenes { script, grid, suggested: Some(suggested) });
         };
         let (text, grid) = self.completed(given, selection, progress)?;

@@ -55,7 +55,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 fn text(selection: &Selection, opened: &Opened, progress: &Progress) -> Result<String> {
     let Some(given) = &opened.given else {
         let (suggested, _) = Suggested::new(selection, opened, progress)?;
-        return Ok(suggested.text);
+        return Ok(view::without_head(&suggested.text).to_owned());
     };
     selection.overrides.expect_none()?;
     Ok(opened.completed(given, selection, progress)?.0)

@@ -8,7 +8,7 @@ mod thickness;
 use crate::field::FieldInfo;
 use crate::mesh::{Convention, Mesh};
 use crate::source::{Source, Variable};
-use crate::sources::Sources;
+use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, Layers, Result};
 
 /// ICON's variables of heights over columns: of interfaces, then of full levels.
@@ -108,8 +108,10 @@ fn of_mpas(sources: &Sources) -> Result<ReadHeights<'_>> {
     }
     Err(sources.error(
         ErrorKind::Layers,
-        "no layer heights: looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), \
-         restingThickness(nCells, nVertLevels) and layerThickness(Time, nCells, nVertLevels)",
+        format_args!(
+            "no layer heights: looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), \
+             restingThickness(nCells, nVertLevels) and layerThickness(Time, nCells, nVertLevels); {IN_ANOTHER_FILE}"
+        ),
     ))
 }
 
@@ -125,7 +127,7 @@ fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Re
         ErrorKind::Layers,
         format_args!(
             "no heights for the {} layers of {}: looked for a coordinate {dimension}({dimension}) in metres or pascals, and for \
-             {} over {} or {} layers and {} cells; they may be in another file, such as the run's vertical grid",
+             {} over {} or {} layers and {} cells; {IN_ANOTHER_FILE}",
             info.layers,
             info.name,
             ICON_COLUMNS.join(", "),

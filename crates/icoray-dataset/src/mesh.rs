@@ -11,7 +11,7 @@ mod ugrid;
 
 pub use tables::{Convention, Mesh};
 
-use crate::sources::Sources;
+use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, Result};
 
 /// Reads the tables in the convention of the files; their content is checked by [`Mesh::grid`].
@@ -30,8 +30,10 @@ pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
     }
     Err(sources.error(
         ErrorKind::Grid,
-        "no mesh is known: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for ICON's \
-         (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, 6)), and \
-         for UGRID's (a variable with cf_role mesh_topology); it may be in another file, such as the run's grid file",
+        format_args!(
+            "no mesh is known: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for \
+             ICON's (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, \
+             6)), and for UGRID's (a variable with cf_role mesh_topology); {IN_ANOTHER_FILE}"
+        ),
     ))
 }

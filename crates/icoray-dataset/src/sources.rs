@@ -3,6 +3,10 @@
 use crate::source::{Dimension, Source, Variable};
 use icoray::{Error, ErrorKind, Result};
 
+/// What to do where tables or heights are missing; option and argument have this name.
+pub(crate) const IN_ANOTHER_FILE: &str =
+    "what is missing may be in another file, such as the run's init or grid file: give that file as `mesh`";
+
 /// Open files, of which the first has the fields.
 #[derive(Debug)]
 pub(crate) struct Sources(Vec<Box<dyn Source>>);

@@ -111,7 +111,7 @@ impl TimeSelection {
         let within = |keeps: &dyn Fn(&[i64]) -> bool| {
             let dates = times.iter().enumerate().filter_map(|(i, date)| Some((i, Date::new(date.as_ref()?)?)));
             let found: Vec<usize> = dates.filter(|(_, date)| keeps(&date.0)).map(|(i, _)| i).collect();
-            if found.is_empty() { Err(self.none_of(times)) } else { Ok(found) }
+            if found.is_empty() { Err(none_of(times)) } else { Ok(found) }
         };
         match &self.selector {
             TimeSelector::All => Ok((0..times.len()).collect()),
@@ -134,21 +134,22 @@ impl TimeSelection {
         let range = place(from.unwrap_or(0)).zip(place(to.unwrap_or(max)));
         match range {
             Some((from, to)) if from < to && to <= count => Ok(from..to),
-            _ => Err(self.error(format!("expected {} to {}, the file's times", -max, max - 1))),
+            _ => {
+                let context = format!("expected {} to {}, the file's times", -max, max - 1);
+                Err(Error::new(ErrorKind::Argument, context))
+            }
         }
     }
+}
 
-    fn none_of(&self, times: &[Option<String>]) -> Error {
-        let dates = || times.iter().flatten();
-        self.error(match (dates().next(), dates().next_back()) {
-            (Some(first), Some(last)) => format!("none of the file's times, which are {first} to {last}"),
-            _ => "the file's times have no dates, expected a number or \"all\"".into(),
-        })
-    }
-
-    fn error(&self, what: String) -> Error {
-        Error::new(ErrorKind::Argument, format!("--time {}: {what}", self.text))
-    }
+/// The error about a date that no time has.
+fn none_of(times: &[Option<String>]) -> Error {
+    let dates = || times.iter().flatten();
+    let context = match (dates().next(), dates().next_back()) {
+        (Some(first), Some(last)) => format!("none of the file's times, which are {first} to {last}"),
+        _ => "the file's times have no dates, expected a number".into(),
+    };
+    Error::new(ErrorKind::Argument, context)
 }
 
 #[cfg(test)]
@@ -190,7 +191,7 @@ mod tests {
     #[test]
     fn times_that_there_are_not_are_said() {
         for (text, part) in [
-            ("5", "--time 5: expected -5 to 4, the file's times"),
+            ("5", "expected -5 to 4, the file's times"),
             ("-6", "expected -5 to 4"),
             ("9223372036854775807", "expected -5 to 4"),
             ("-9223372036854775808", "expected -5 to 4"),

@@ -36,6 +36,15 @@ pub fn describe(dataset: &Dataset, command: String) -> Description {
     }
 }
 
+/// A suggested scene from its first key on: the comment above is about this scene and time, which viewers change.
+pub fn without_head(suggested: &str) -> &str {
+    let mut text = suggested;
+    while let Some((_, rest)) = text.split_once('\n').filter(|_| text.starts_with('#')) {
+        text = rest;
+    }
+    text.trim_start()
+}
+
 /// Answers the page from a dataset, on the thread that calls [`Viewer::run`].
 pub struct Viewer<'v> {
     dataset: &'v Dataset,

@@ -1,4 +1,4 @@
-// Calls of the server. Each call carries the token, which the page takes from its address once.
+// Calls of the server. Each call carries the token, which the page takes from its address once, with what a link adds to it.
 'use strict';
 
 const KEY = 'icoray-live-token';
@@ -16,13 +16,19 @@ export class ApiError extends Error {
   }
 }
 
-/** Takes the token from the address and removes it there; a reload finds it in the session's storage. */
-export function takeToken() {
-  const given = decodeURIComponent(location.hash.slice(1));
+/** The address of this page, with texts by name that `takeAddress` returns where it is opened. */
+export const addressOf = (texts) => `${location.origin}/#${[encodeURIComponent(token), new URLSearchParams(texts)].join('&')}`;
+
+/**
+ * Takes the token from the address and removes it there; a reload finds it in the session's storage. Returns the texts
+ * that a link has beside it.
+ */
+export function takeAddress() {
+  const [given, ...texts] = location.hash.slice(1).split('&');
   if (given) {
-    token = given;
+    token = decodeURIComponent(given);
     try {
-      sessionStorage.setItem(KEY, given);
+      sessionStorage.setItem(KEY, token);
     } catch {
       /* The token is kept in memory only. */
     }
@@ -34,8 +40,9 @@ export function takeToken() {
       token = '';
     }
   }
-  // Another program's address in the same tab differs in its token alone, for which browsers load nothing.
+  // Another address in the same tab differs behind the # alone, for which browsers load nothing.
   addEventListener('hashchange', () => location.hash.length > 1 && location.reload());
+  return Object.fromEntries(new URLSearchParams(texts.join('&')));
 }
 
 /** The response of a call; throws `ApiError` for any status but 2xx. */
@@ -68,7 +75,8 @@ export async function call(path, options = {}) {
 async function body(response, kind) {
   try {
     return await response[kind]();
-  } catch {
+  } catch (error) {
+    if (error.name === 'AbortError') throw error;
     throw new ApiError(0, 'The program that serves this page has ended.');
   }
 }
@@ -77,8 +85,8 @@ async function body(response, kind) {
 export const get = async (path) => body(await call(path), 'json');
 
 /** Bytes of a GET call, or null for 204. */
-export async function bytes(path) {
-  const response = await call(path);
+export async function bytes(path, options) {
+  const response = await call(path, options);
   return response.status === 204 ? null : body(response, 'arrayBuffer');
 }
 

@@ -5,18 +5,19 @@
 //   sender.js          changes on their way to the server, one call at a time, merged while a hand moves
 //   frames.js          the request for the next picture, always one in flight
 //   view.js            the canvas: fits pictures, places in a picture, the size to ask for
+//   lines.js           coasts and graticule over pictures of a moving hand
 //   camera.js          geometry of the camera (no state, no DOM)
 //   hand.js            mouse, touch and the keyboard's cross on the picture
 //   timeline.js        slider of times, playing
 //   facts.js           the fact line and the status region
-//   probe.js, plot.js  the probe and its plots
+//   probe.js, plot.js  the probe and its plots; hover.js the value under the mouse
 //   transfer.js        the transfer function by hand; transfer-model.js its data, transfer-changes.js what a hand
 //                      changes in the scene, transfer-panel.js and transfer-rows.js its elements, curve.js its picture,
 //                      markers.js isosurfaces on the histogram, maps.js the swatches
 //   form.js            controls generated from the description; widgets.js a control for each type, hints.js slider
 //                      ranges and first entries, toml.js values as text
 //   files.js           save, load, command line
-//   views.js           the views of a scene
+//   views.js           the views of a scene, and links to what is shown
 //   animate.js         an animation of all times; apng.js puts it together
 //   panel.js, keys.js  tabs and sheet; shortcuts and their list
 //   dom.js, format.js, colour.js  elements, numbers, colours
@@ -26,13 +27,14 @@
 'use strict';
 
 import * as animate from './animate.js';
-import { takeToken } from './api.js';
+import { takeAddress } from './api.js';
 import { byId } from './dom.js';
 import * as facts from './facts.js';
 import * as files from './files.js';
 import * as form from './form.js';
 import { run } from './frames.js';
 import * as hand from './hand.js';
+import * as hover from './hover.js';
 import * as keys from './keys.js';
 import * as panel from './panel.js';
 import * as probe from './probe.js';
@@ -47,11 +49,11 @@ let resizing = 0;
 let asked = '';
 
 /** Asks for a picture of the canvas's size, when that has changed. */
-function askForSize() {
+async function askForSize() {
   const wanted = size(false).join('x');
   if (!store.scene || wanted === asked) return;
   asked = wanted;
-  change([]);
+  await change([]);
 }
 
 function resized() {
@@ -75,8 +77,8 @@ function showDescription({ title, program, live }) {
 }
 
 async function start() {
-  takeToken();
-  for (const part of [facts, panel, form, transfer, probe, files, views, animate, timeline, hand, keys]) part.start();
+  const linked = takeAddress();
+  for (const part of [facts, panel, form, transfer, probe, hover, files, views, animate, timeline, hand, keys]) part.start();
   setSize(size);
   on('describe', showDescription);
   on('scene', showState);
@@ -105,8 +107,10 @@ async function start() {
     }
   }
   say('', 'none');
-  askForSize();
   run();
+  // A call that succeeds takes away what was said before.
+  await askForSize();
+  await views.follow(linked);
 }
 
 start();

@@ -75,7 +75,8 @@ export function degreesPerPixel(camera, height) {
   return Math.min(0.7, (2 * Math.tan((camera.fov * RAD) / 2) * room) / height / RAD);
 }
 
-const wrapped = (lon) => (lon > 360 ? lon - 360 : lon < -360 ? lon + 360 : lon);
+/** A longitude from -180 to 180 degrees. */
+const wrapped = (lon) => lon - 360 * Math.round(lon / 360);
 
 /** The camera turned so that a point under the hand follows it by `east` and `north` degrees on the ground. */
 export function turned(camera, east, north) {

@@ -3,7 +3,7 @@
 
 import { byId, h, iconButton, newId } from './dom.js';
 import { unmarked } from './format.js';
-import { additionOf, keepVolume, newEntry } from './hints.js';
+import { additionOf, isAdvanced, keepVolume, newEntry } from './hints.js';
 import { change, move } from './sender.js';
 import { emit, on, store, valueAt } from './store.js';
 import { makeWidget, resetButton } from './widgets.js';
@@ -63,9 +63,20 @@ function makeRow(section, key, base) {
 /** Rows for keys of the table at `base`; a key whose parts are keys of their own is shown by its parts. */
 export function makeKeys(keys, base, section = base.filter((part) => typeof part === 'string').join('.')) {
   const isGroup = (key) => keys.some((other) => other.name.startsWith(`${key.name}.`)) && /^table/.test(key.type);
-  const rows = keys.filter((key) => !isGroup(key)).map((key) => makeRow(section, key, base));
+  const made = keys.filter((key) => !isGroup(key)).map((key) => ({ key, row: makeRow(section, key, base) }));
+  const rows = made.map(({ row }) => row);
+  const elements = (wanted) => made.filter(({ key }) => isAdvanced(section, key) === wanted).map(({ row }) => row.element);
+  const advanced = elements(true);
+  const group =
+    advanced.length > 0 &&
+    h(
+      'details',
+      { class: 'section advanced' },
+      h('summary', {}, h('span', { class: 'name' }, 'advanced')),
+      h('div', { class: 'rows' }, ...advanced),
+    );
   return {
-    element: h('div', { class: 'rows' }, ...rows.map((row) => row.element)),
+    element: h('div', { class: 'rows' }, ...elements(false), group),
     update: (values) => rows.forEach((row) => row.update(values ?? {})),
   };
 }
@@ -219,7 +230,7 @@ function filter(text) {
     for (const row of rows) row.hidden = wanted !== '' && !isNamed && !row.dataset.find.includes(wanted);
     const hasFound = isNamed || rows.some((row) => !row.hidden);
     box.hidden = wanted !== '' && !hasFound;
-    if (wanted !== '' && hasFound) box.querySelector('details').open = true;
+    if (wanted !== '' && hasFound) for (const details of box.querySelectorAll('details')) details.open = true;
   }
 }
 

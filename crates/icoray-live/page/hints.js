@@ -4,6 +4,16 @@
 
 import { histogram, store } from './store.js';
 
+/** Keys that few need, folded away under the others of their section. */
+const ADVANCED = new Set([
+  ...['every', 'method', 'antialias', 'time_budget_ms', 'precision', 'ranks', 'backend', 'device', 'heights'],
+  ...['camera.eye', 'camera.target', 'camera.up', 'transfer.unit_length', 'transfer.scale', 'transfer.threshold'],
+  ...['transfer.opacity_in', 'transfer.range.percentile', 'transfer.range.union', 'transfer.range.hysteresis'],
+]);
+
+/** Whether a key of a section is one of those. */
+export const isAdvanced = (section, key) => ADVANCED.has(section ? `${section}.${key.name}` : key.name);
+
 /** Ranges of sliders: [low, high, isLogarithmic]. The number beside a slider accepts the whole range. */
 const SLIDERS = {
   exaggeration: [1, 300, true],

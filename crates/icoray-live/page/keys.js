@@ -4,7 +4,7 @@
 import { byId, h, takesKeys } from './dom.js';
 import { crossKey, toggleCross, turnBy, zoomBy } from './hand.js';
 import { saveScene } from './files.js';
-import { focusTab, show as showPanel } from './panel.js';
+import { focusTab, show as showPanel, toggleFullScreen } from './panel.js';
 import { act } from './sender.js';
 import { goTo, last, play, step } from './timeline.js';
 
@@ -47,6 +47,7 @@ const LIST = [
       ['Ctrl + S', 'save the scene'],
       ['1, 2, 3, 4', 'Colour, Scene, Probe, Files'],
       ['H', 'hide or show the panel'],
+      ['F', 'full screen, and back'],
       ['Escape', 'back to the picture'],
       ['?', 'this list'],
     ],
@@ -88,6 +89,7 @@ const PLAIN = {
   '−': () => zoomBy(1.12),
   p: () => toggleCross(),
   h: () => showPanel(),
+  f: () => toggleFullScreen(),
   '?': openHelp,
   1: () => focusTab(1),
   2: () => focusTab(2),

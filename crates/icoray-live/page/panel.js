@@ -2,6 +2,7 @@
 'use strict';
 
 import { byId } from './dom.js';
+import { say } from './store.js';
 
 const names = ['colours', 'scene', 'probe', 'files'];
 const tab = (name) => byId(`tab-${name}`);
@@ -25,6 +26,15 @@ export const isShown = () => !document.body.classList.contains('is-panel-hidden'
 export function show(isOpen = !isShown()) {
   document.body.classList.toggle('is-panel-hidden', !isOpen);
   byId('toggle-panel').setAttribute('aria-expanded', String(isOpen));
+}
+
+/** Shows the picture alone on the whole screen, or the page again. */
+export async function toggleFullScreen() {
+  try {
+    await (document.fullscreenElement ? document.exitFullscreen() : byId('main').requestFullscreen());
+  } catch (error) {
+    say(`The browser shows no full screen: ${error.message}`, 'error');
+  }
 }
 
 /** Which tab is open. */
@@ -55,6 +65,10 @@ export function start() {
     });
   });
   byId('toggle-panel').addEventListener('click', () => show());
+  byId('full-screen').addEventListener('click', toggleFullScreen);
+  document.addEventListener('fullscreenchange', () =>
+    byId('full-screen').setAttribute('aria-pressed', String(document.fullscreenElement !== null)),
+  );
   const grip = byId('grip');
   let from = null;
   const set = (height) => {

@@ -2,6 +2,7 @@
 'use strict';
 
 import { byId } from './dom.js';
+import { drawLines } from './lines.js';
 import { store } from './store.js';
 
 const LARGEST = 2048;
@@ -12,11 +13,14 @@ const NARROWEST = 0.86;
 const canvas = byId('picture');
 const context = canvas.getContext('2d');
 let picture = null;
+let labels = null;
+let overlay = null;
 let box = { left: 0, top: 0, width: 1, height: 1 };
 
-/** The part of the stage, in CSS pixels, that a picture of this width over height takes. */
-function fit(aspect) {
+/** The part of the stage, in CSS pixels, that a picture of this width over height takes; all of it within `rounding`. */
+function fit(aspect, rounding = 0) {
   const { clientWidth: width, clientHeight: height } = canvas;
+  if (Math.abs(width / height / aspect - 1) <= rounding) return { left: 0, top: 0, width, height };
   const fitted = Math.min(width, height * aspect);
   return { left: (width - fitted) / 2, top: (height - fitted / aspect) / 2, width: fitted, height: fitted / aspect };
 }
@@ -26,29 +30,41 @@ const wantedAspect = () => Math.max(NARROWEST, canvas.clientWidth / Math.max(1, 
 /** Width and height in pixels to ask for. */
 export function size(isMoving) {
   const { width, height } = fit(wantedAspect());
-  let scale = Math.min(window.devicePixelRatio || 1, LARGEST / Math.max(width, height));
+  let scale = Math.min(density(), LARGEST / Math.max(width, height));
   if (isMoving) scale = Math.min(scale, Math.sqrt(MOVING_PIXELS / (width * height)));
   return [Math.max(16, Math.round(width * scale)), Math.max(16, Math.round(height * scale))];
 }
 
-/** Shows a picture and keeps it until the next. */
-export function draw(bitmap) {
-  picture?.close?.();
-  picture = bitmap;
+const density = () => window.devicePixelRatio || 1;
+
+/** Width and height of the canvas, pixels of the screen. */
+export const room = () => [canvas.clientWidth, canvas.clientHeight].map((side) => Math.round(side * density()));
+
+/** Shows a picture, with the labels and lines that lie over it in pixels of the screen, and keeps them until the next. */
+export function draw([bitmap, over = null], lines) {
+  picture?.close();
+  labels?.close();
+  [picture, labels, overlay] = [bitmap, over, lines];
   paint();
 }
 
 /** Draws the last picture anew, as after a change of the window. */
 export function paint() {
-  const scale = window.devicePixelRatio || 1;
-  const [width, height] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
+  const scale = density();
+  const [width, height] = room();
   if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
   context.clearRect(0, 0, width, height);
-  box = fit(picture ? picture.width / picture.height : wantedAspect());
+  // Drafts have sides of whole pixels.
+  box = picture
+    ? fit(picture.width / picture.height, 1 / Math.min(picture.width, picture.height))
+    : fit(wantedAspect());
   if (!picture) return;
   context.imageSmoothingEnabled = true;
   context.imageSmoothingQuality = 'high';
-  context.drawImage(picture, box.left * scale, box.top * scale, box.width * scale, box.height * scale);
+  const place = [box.left, box.top, box.width, box.height].map((side) => side * scale);
+  context.drawImage(picture, ...place);
+  if (overlay) drawLines(context, place, overlay);
+  if (labels) context.drawImage(labels, ...place.map(Math.round));
 }
 
 /** Where the picture lies on the canvas, CSS pixels. */

@@ -1,6 +1,7 @@
-// The views of a scene: which one is shown, and new ones of where the camera is.
+// The views of a scene: which one is shown, new ones of where the camera is, and links to what is shown.
 'use strict';
 
+import { addressOf } from './api.js';
 import { byId, h } from './dom.js';
 import { change } from './sender.js';
 import { on, say, store } from './store.js';
@@ -27,10 +28,38 @@ async function add() {
   }
 }
 
+/** Copies a link to what is shown: the camera, the time and the view. */
+async function copyLink() {
+  const { values, time, view } = store.scene;
+  const hasTimes = store.describe.times.length > 0;
+  const camera = JSON.stringify(values.camera ?? {});
+  const link = addressOf({ camera, ...(hasTimes && { time }), ...(view && { view }) });
+  try {
+    await navigator.clipboard.writeText(link);
+    say('The link is copied. It is valid as long as this program runs.');
+  } catch {
+    say(link);
+  }
+}
+
+/** Shows what a link has. */
+export async function follow({ camera, time, view }) {
+  if (camera === undefined) return;
+  try {
+    const wanted = JSON.parse(camera);
+    const keys = new Set([...Object.keys(store.scene.values.camera ?? {}), ...Object.keys(wanted)]);
+    const changes = [...keys].map((key) => ({ path: ['camera', key], value: wanted[key] ?? null }));
+    await change(changes, { time: time === undefined ? undefined : Number(time), view });
+  } catch (error) {
+    say(`The link cannot be followed: ${error.message}`, 'error');
+  }
+}
+
 /** Listens to the list of views and the button that adds one. */
 export function start() {
   select.addEventListener('change', () => change([], { view: select.value }));
   byId('add-view').addEventListener('click', add);
+  byId('copy-link').addEventListener('click', copyLink);
   on('scene', show);
   // The views of a model that runs are its own: each writes pictures.
   on('describe', ({ live }) => {

@@ -11,7 +11,7 @@ use hyper::body::{Body, Bytes};
 use hyper::header::{self, HeaderValue};
 use hyper::{Method, Request, Response, StatusCode};
 use icoray::output::{exr_bytes, png_bytes};
-use icoray::{Frame, Scene, srgb8};
+use icoray::{Frame, Scene, coast_runs, srgb8};
 use serde::Serialize;
 use serde_json::json;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -105,6 +105,7 @@ impl Api {
         match (call, request.method()) {
             ("describe", &Method::GET) => Ok(json_answer(&DescribeAnswer::new(&self.description()))),
             ("scene", &Method::GET) => Ok(json_answer(&self.hub.look(|session| self.scene(session)))),
+            ("coast", &Method::GET) => Ok(typed("application/octet-stream", Bytes::from_static(coast_runs()))),
             ("frame", &Method::GET) => self.frame(&query).await,
             ("histogram", &Method::GET) => self.histogram(&query).await,
             ("probe", &Method::GET) => self.probe(&query).await,
@@ -121,8 +122,8 @@ impl Api {
             ("undo", &Method::POST) => self.changed(|session| session.step(true)),
             ("redo", &Method::POST) => self.changed(|session| session.step(false)),
             (
-                "describe" | "scene" | "frame" | "histogram" | "probe" | "picture" | "look" | "change" | "load"
-                | "undo" | "redo",
+                "describe" | "scene" | "coast" | "frame" | "histogram" | "probe" | "picture" | "look" | "change"
+                | "load" | "undo" | "redo",
                 _,
             ) => Err(wrong_method()),
             _ => Err(nothing_here()),
@@ -169,20 +170,19 @@ impl Api {
 
     /// The command that draws the scene; none of a running model, whose scene file does.
     fn command(&self, session: &Session) -> String {
-        match self.description().command.as_str() {
-            "" => String::new(),
-            command => format!("{command} --time {}", session.time()),
-        }
+        self.description().command.replace("{time}", &session.time().to_string())
     }
 
     /// The next picture after one, when there is one.
     async fn frame(&self, query: &str) -> Outcome {
         let after: u64 = number(query, "after")?;
+        // The page's canvas.
+        let room = number(query, "width").ok().zip(number(query, "height").ok()).map(<[f64; 2]>::from);
         let mut pictures = self.hub.pictures.subscribe();
         let is_next = |picture: &Option<Arc<Picture>>| picture.as_ref().is_some_and(|picture| picture.number > after);
         match timeout(NEXT_PICTURE, pictures.wait_for(is_next)).await {
             Ok(Ok(picture)) => {
-                let bytes = picture.as_ref().map(|picture| picture.bytes());
+                let bytes = picture.as_ref().map(|picture| picture.bytes(room));
                 Ok(typed("application/octet-stream", bytes.unwrap_or_default()))
             }
             _ => Ok(with_status(StatusCode::NO_CONTENT, Answer::default())),

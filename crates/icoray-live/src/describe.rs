@@ -22,7 +22,7 @@ pub struct Description {
     pub times: Vec<String>,
     /// Number of layers.
     pub layers: usize,
-    /// The command that draws the scene once it is saved as `scene.toml`, but for the time.
+    /// The command that draws the scene once it is saved as `scene.toml`; `{time}` stands for the number of the time.
     #[serde(skip)]
     pub command: String,
 }

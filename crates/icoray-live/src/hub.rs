@@ -6,7 +6,7 @@ use crate::picture::Picture;
 use crate::session::Session;
 use icoray::output::write_text;
 use icoray::suggest::Completion;
-use icoray::{Error, Frame, Scene};
+use icoray::{Error, Frame, Lines, Scene};
 use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -141,6 +141,8 @@ pub struct DrawRequest {
     pub scene: Scene,
     /// Number of the time.
     pub time: usize,
+    /// Lines that the page draws over the picture.
+    pub(crate) lines: Vec<Lines>,
     pub(crate) revision: u64,
     pub(crate) is_final: bool,
     pub(crate) is_moving: bool,
@@ -357,8 +359,10 @@ impl State {
             return Some(Request::Answer { question, scene: Box::new(session.scene().clone()), time });
         }
         let (revision, is_moving) = (session.revision(), session.is_moving());
-        let request =
-            |scene, is_final| Some(Request::Draw(Box::new(DrawRequest { scene, time, revision, is_final, is_moving })));
+        let request = |scene, is_final| {
+            let lines = if is_final { Vec::new() } else { session.lines_over() };
+            Some(Request::Draw(Box::new(DrawRequest { scene, time, lines, revision, is_final, is_moving })))
+        };
         let is_new = self.drawn < revision;
         if is_new && (is_moving || self.rest_s > QUICK_S) {
             return request(session.moving_scene(MOVING_MS, MOVING_SIZE), false);

@@ -2,12 +2,17 @@
 
 use crate::hub::DrawRequest;
 use hyper::body::Bytes;
-use icoray::output::png_bytes;
-use icoray::{Certainty, Frame};
+use icoray::output::{png_bytes, png_layers};
+use icoray::{Certainty, Frame, Pattern, srgb8};
 use serde::Serialize;
 use std::sync::{Arc, OnceLock};
 
-/// A picture as it is sent: the length of the facts in four bytes, the facts as JSON, the PNG.
+/// Largest side of a page's labels, pixels.
+const LARGEST: f64 = 4096.0;
+
+/// A picture as it is sent: the length of the facts in four bytes, the facts as JSON, the PNG. A page on which it has
+/// another size gets its PNG without labels, and these in a PNG of that size behind it, whose length is `labels` of the
+/// facts.
 #[derive(Debug)]
 pub(crate) struct Picture {
     pub number: u64,
@@ -17,9 +22,45 @@ pub(crate) struct Picture {
     pub drawn: Result<Arc<Frame>, String>,
     revision: u64,
     is_final: bool,
-    facts: Vec<u8>,
+    facts: serde_json::Value,
     /// Encoded at the first request, because a model draws many pictures without a viewer.
     bytes: OnceLock<Bytes>,
+}
+
+/// Lines that the page draws over a picture, and the camera with which it was drawn.
+#[derive(Serialize)]
+struct Overlay {
+    eye: [f64; 3],
+    /// Forwards, to the right and upwards.
+    axes: [[f64; 3]; 3],
+    half_height: f64,
+    /// Of the ground, planet radii.
+    radius: f64,
+    lines: Vec<OverlayLines>,
+}
+
+#[derive(Serialize)]
+struct OverlayLines {
+    /// Degrees between meridians and parallels; none of coasts.
+    spacing: Option<f64>,
+    color: [u8; 3],
+    width: f64,
+    opacity: f64,
+}
+
+impl Overlay {
+    fn new(frame: &Frame, request: &DrawRequest) -> Option<Self> {
+        let legend = frame.legend.as_ref().filter(|_| !request.lines.is_empty())?;
+        let camera = &request.scene.camera;
+        let (axes, half_height) = camera.frame();
+        let lines = request.lines.iter().map(|lines| OverlayLines {
+            spacing: if let Pattern::Graticule { spacing_deg } = lines.pattern { Some(spacing_deg) } else { None },
+            color: srgb8(lines.color),
+            width: lines.width_px,
+            opacity: lines.opacity,
+        });
+        Some(Overlay { eye: camera.eye(), axes, half_height, radius: legend.ground_radius(), lines: lines.collect() })
+    }
 }
 
 /// What is seen, and how well.
@@ -43,6 +84,7 @@ struct Facts<'f> {
     quality: String,
     left_out: &'f [String],
     value_range: Option<[f64; 2]>,
+    overlay: Option<Overlay>,
     /// Why there is no picture.
     failure: Option<String>,
     /// Why what a viewer has set is not drawn.
@@ -58,6 +100,7 @@ impl Picture {
             pending: !request.is_final && !request.is_moving,
             time: request.time,
             time_label: frame.stamp.date.clone().unwrap_or_default(),
+            overlay: Overlay::new(&frame, request),
             seconds,
             ..Facts::default()
         };
@@ -94,7 +137,7 @@ impl Picture {
         // The ranges of maps are in the scene's order, volumes first.
         let color_range = report.colors.first().map(|colors| colors.range);
         let (revision, bytes) = (facts.revision, OnceLock::new());
-        let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
+        let facts = serde_json::to_value(&facts).expect("all keys of facts are text");
         Picture { number, color_range, drawn: Ok(frame), revision, is_final: true, facts, bytes }
     }
 
@@ -103,7 +146,7 @@ impl Picture {
         let DrawRequest { revision, time, is_moving, .. } = *request;
         let (why, bytes) = (error.to_string(), OnceLock::new());
         let facts = Facts { number, revision, time, is_moving, failure: Some(why.clone()), ..Facts::default() };
-        let facts = serde_json::to_vec(&facts).expect("all keys of facts are text");
+        let facts = serde_json::to_value(&facts).expect("all keys of facts are text");
         Picture { number, color_range: None, drawn: Err(why), revision, is_final: true, facts, bytes }
     }
 
@@ -112,10 +155,53 @@ impl Picture {
         self.is_final && self.revision >= revision
     }
 
-    /// All that is sent.
-    pub fn bytes(&self) -> Bytes {
-        let png = || self.drawn.as_ref().ok().and_then(|frame| png_bytes(frame).ok()).unwrap_or_default();
-        let length = (self.facts.len() as u32).to_le_bytes();
-        self.bytes.get_or_init(|| [&length[..], &self.facts, &png()].concat().into()).clone()
+    /// All that is sent to a page with so much room for a picture, width and height in pixels, where it says so.
+    pub fn bytes(&self, room: Option<[f64; 2]>) -> Bytes {
+        let frame = self.drawn.as_ref().ok();
+        if let (Some(frame), Some(room)) = (frame, room) {
+            let size = fitted([frame.width, frame.height], room);
+            let is_other = size != [frame.width, frame.height];
+            if let Some([picture, labels]) = is_other.then(|| png_layers(frame, size).ok().flatten()).flatten() {
+                let mut facts = self.facts.clone();
+                facts["labels"] = labels.len().into();
+                return sent(&facts, &[&picture, &labels]);
+            }
+        }
+        let png = || frame.and_then(|frame| png_bytes(frame).ok()).unwrap_or_default();
+        self.bytes.get_or_init(|| sent(&self.facts, &[&png()])).clone()
+    }
+}
+
+/// The size of a picture that is made as large as the room for it; the room's own where sides of whole pixels have that
+/// aspect.
+fn fitted([width, height]: [u32; 2], room: [f64; 2]) -> [u32; 2] {
+    let aspect = f64::from(width) / f64::from(height);
+    let room = room.map(|side| side.min(LARGEST));
+    let fitted = room[0].min(room[1] * aspect);
+    let is_same = (room[0] / room[1] / aspect - 1.0).abs() * f64::from(width.min(height)) <= 1.0;
+    let size = if is_same { room } else { [fitted, fitted / aspect] };
+    size.map(|side| side.round().max(1.0) as u32)
+}
+
+fn sent(facts: &serde_json::Value, parts: &[&[u8]]) -> Bytes {
+    let facts = facts.to_string();
+    let length = (facts.len() as u32).to_le_bytes();
+    [&length[..], facts.as_bytes(), &parts.concat()].concat().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fitted;
+
+    #[test]
+    fn labels_have_the_size_of_the_picture_on_the_page() {
+        assert_eq!(fitted([640, 480], [1280.0, 1000.0]), [1280, 960]);
+        assert_eq!(fitted([480, 640], [1280.0, 1000.0]), [750, 1000]);
+        assert_eq!(fitted([661, 465], [908.0, 638.0]), [908, 638], "a draft whose sides are rounded");
+        for room in [[f64::NAN, 1.0], [-5.0, 9.0], [f64::INFINITY, f64::INFINITY], [1e300, 1e300], [0.0, 0.0]] {
+            for size in [[1, 16384], [16384, 1], [640, 480]] {
+                assert!(fitted(size, room).iter().all(|side| (1..=4096).contains(side)), "{size:?} {room:?}");
+            }
+        }
     }
 }

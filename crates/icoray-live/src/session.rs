@@ -1,12 +1,14 @@
 //! The state that viewers change: the scene, the time, and the history for undo.
 
 use crate::document::{self, Change};
-use icoray::Scene;
+use icoray::{LabelPlace, Level, Lines, Pattern, Scene};
 use serde::Deserialize;
 
 /// Most steps that can be undone, and most bytes of their texts.
 const MAX_UNDO: usize = 200;
 const MAX_UNDO_BYTES: usize = 32 << 20;
+/// Pixels of the picture at rest between two that are traced while a hand moves, at most.
+const COARSEST: f64 = 8.0;
 /// Longest text of a scene, bytes: as long as a request's body.
 const MAX_TEXT: usize = 1 << 20;
 /// Most pages whose sizes are known.
@@ -178,9 +180,19 @@ impl Session {
         self.is_moving = false;
     }
 
-    /// The scene for a frame while a hand moves: small, within a time, each pixel one ray.
-    pub fn moving_scene(&self, budget_ms: f64, most: [u32; 2]) -> Scene {
+    /// The lines that the page draws over pictures of a moving hand, as these are too small for them: coasts and
+    /// graticule on the ground, where labels lie over the picture too.
+    pub fn lines_over(&self) -> Vec<Lines> {
         let scene = self.scene();
+        let has_labels = scene.labels.as_ref().is_some_and(|labels| labels.place != LabelPlace::Below);
+        scene.scenery.lines.iter().filter(|lines| has_labels && is_over(lines)).cloned().collect()
+    }
+
+    /// The scene for a frame while a hand moves: small, within a time, each pixel one ray, without [`Self::lines_over`].
+    pub fn moving_scene(&self, budget_ms: f64, most: [u32; 2]) -> Scene {
+        let (scene, over) = (self.scene(), self.lines_over());
+        let mut scenery = scene.scenery.clone();
+        scenery.lines.retain(|lines| !over.contains(lines));
         let [width, height] = [scene.width, scene.height].map(f64::from);
         let most = self.moving_size.unwrap_or(most).map(f64::from);
         let part = (most[0] / width).min(most[1] / height).min(1.0);
@@ -191,6 +203,8 @@ impl Session {
             time_budget_ms: Some(scene.time_budget_ms.map_or(budget_ms, |own| own.min(budget_ms))),
             samples: 1,
             antialias: false,
+            scenery,
+            largest_step: ((part * COARSEST) as u32).max(1),
             ..scene.clone()
         }
     }
@@ -298,6 +312,11 @@ impl Session {
     }
 }
 
+fn is_over(lines: &Lines) -> bool {
+    let is_fixed = matches!(lines.pattern, Pattern::Coast | Pattern::Graticule { .. });
+    is_fixed && lines.on == Level::Ground && lines.region.is_none()
+}
+
 fn number_of(name: &str, views: &[NamedScene]) -> Result<usize, String> {
     let names = || views.iter().map(|view| format!("{:?}", view.name)).collect::<Vec<_>>().join(", ");
     let found = views.iter().position(|view| view.name == name);
@@ -388,6 +407,14 @@ mod tests {
         assert_eq!((session.scene().width, session.scene().height), (900, 600));
         let moving = session.moving_scene(80.0, [640, 480]);
         assert_eq!((moving.width, moving.height, moving.time_budget_ms), (640, 427, Some(80.0)));
+        let lines = "[[lines]]\npattern = \"coast\"\n[[lines]]\npattern = \"cells\"\n";
+        for (labels, traced) in [("", 2), ("[labels]\n", 1), ("[labels]\nplace = \"below\"\n", 2)] {
+            let session = self::session(&format!("{TEXT}[transfer]\n{lines}{labels}"));
+            let found = session.moving_scene(80.0, [640, 480]).scenery.lines.len();
+            assert_eq!((found, session.lines_over().len()), (traced, 2 - traced), "{labels}");
+        }
+        // 5 of its pixels are 7 of those at rest.
+        assert_eq!(moving.largest_step, 5);
         let own = "field = \"q\"\nimage = { width = 40, height = 30 }\n";
         session.load(own).unwrap();
         session.change(&sized([900, 600], false)).unwrap();

@@ -29,6 +29,7 @@ pub use frame::{
 pub use label::{Mask, printed_units};
 pub use outcomes::{Outcome, Outcomes};
 pub use write::{
-    exr_bytes, png_bytes, rgba8, write_color_maps, write_frame, write_frame_with, write_picture, write_picture_with,
+    exr_bytes, png_bytes, png_layers, rgba8, write_color_maps, write_frame, write_frame_with, write_picture,
+    write_picture_with,
 };
 pub use writer::{Submitted, WhenFull, Writer, WriterOptions, Written};

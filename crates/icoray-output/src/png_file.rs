@@ -8,6 +8,7 @@ use crate::label::Canvas;
 use crate::path::io_error;
 use crate::srgb::srgb_byte;
 use icoray_grid::{Error, ErrorKind, Result};
+use icoray_scene::LabelPlace;
 use std::io::Write;
 use std::path::Path;
 
@@ -27,9 +28,23 @@ pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()
 
 /// The content of the file that [`write`] writes.
 pub(super) fn bytes(frame: &Frame) -> Result<Vec<u8>> {
-    let Canvas { width, height, rgba } = labelled(frame);
+    encoded(&labelled(frame), &frame.describe())
+}
+
+/// The picture without labels, and the labels alone in another size; `None` where they do not lie over the picture.
+pub(super) fn layers(frame: &Frame, [width, height]: [u32; 2]) -> Result<Option<[Vec<u8>; 2]>> {
+    let Some(legend) = frame.legend.as_ref().filter(|legend| legend.labels.place != LabelPlace::Below) else {
+        return Ok(None);
+    };
+    let picture = Canvas { width: frame.width, height: frame.height, rgba: rgba8(frame) };
+    let mut labels = Canvas { width, height, rgba: vec![0; 4 * width as usize * height as usize] };
+    label::draw(&mut labels, frame, legend);
+    Ok(Some([encoded(&picture, &frame.describe())?, encoded(&labels, &[])?]))
+}
+
+fn encoded(canvas: &Canvas, texts: &[(String, String)]) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let done = encode_rgba(&mut bytes, [width, height], &rgba, &frame.describe());
+    let done = encode_rgba(&mut bytes, [canvas.width, canvas.height], &canvas.rgba, texts);
     done.map_err(|e| Error::new(ErrorKind::Io, format!("cannot encode the picture: {e}")))?;
     Ok(bytes)
 }

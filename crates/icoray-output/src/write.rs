@@ -48,6 +48,15 @@ pub fn png_bytes(frame: &Frame) -> Result<Vec<u8>> {
     png_file::bytes(frame)
 }
 
+/// A PNG of the pixels of `frame` without labels, and one of its labels alone on transparent ground, of another size in
+/// pixels. `None` where labels stand below the picture or there are none.
+///
+/// # Errors
+/// [`ErrorKind::Io`] where they cannot be encoded.
+pub fn png_layers(frame: &Frame, size: [u32; 2]) -> Result<Option<[Vec<u8>; 2]>> {
+    png_file::layers(frame, size)
+}
+
 /// The content of the EXR that [`write_picture`] writes.
 ///
 /// # Errors

@@ -173,10 +173,9 @@ impl Grid {
     ///     0 to 12; the grid has 10 * 4**level + 2 cells.
     #[staticmethod]
     #[pyo3(signature = (level))]
-    fn icosahedral(py: Python, level: u32) -> PyResult<Self> {
-        if level > icoray::MAX_LEVEL {
-            return Err(argument(format!("level: {level}, expected 0 to {}", icoray::MAX_LEVEL)));
-        }
+    fn icosahedral(py: Python, level: i64) -> PyResult<Self> {
+        let found = u32::try_from(level).ok().filter(|level| *level <= icoray::MAX_LEVEL);
+        let level = found.ok_or_else(|| argument(format!("level: {level}, expected 0 to {}", icoray::MAX_LEVEL)))?;
         let mesh = py.detach(|| with_threads(|| IcosahedralMesh::new(level))).map_err(raised)?;
         let real = |angle| made_reals(py, angle);
         Tables {

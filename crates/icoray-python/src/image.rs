@@ -1,6 +1,6 @@
 //! Pictures.
 
-use crate::error::raised;
+use crate::error::{argument, raised};
 use crate::report;
 use icoray::Frame;
 use icoray::output::{png_bytes, write_error_map, write_picture};
@@ -86,6 +86,32 @@ impl Image {
         let [height, width] = self.size();
         let bytes = py.detach(|| icoray::output::rgba8(&self.frame));
         bytes.into_pyarray(py).reshape([height, width, 4])
+    }
+
+    /// What `numpy.asarray` and `matplotlib.pyplot.imshow` take: the pixels of `to_rgba8`.
+    #[pyo3(signature = (dtype = None, copy = None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<&Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if copy == Some(false) {
+            return Err(argument("copy: False, expected True or None; `pixels` is an array without a copy".into()));
+        }
+        let pixels = self.to_rgba8(py)?.into_any();
+        dtype.map_or(Ok(pixels.clone()), |dtype| pixels.call_method1("astype", (dtype,)))
+    }
+
+    /// Shows the picture: a notebook below the cell, elsewhere the program that opens PNGs, which is given a temporary
+    /// file.
+    ///
+    /// Raises
+    /// ------
+    /// UnsupportedError
+    ///     Where there is no such program.
+    fn show(slf: &Bound<Self>) -> PyResult<()> {
+        slf.py().import("icoray._show")?.call_method1("show", (slf,)).map(drop)
     }
 
     /// Writes the picture: PNG (8-bit sRGB, with labels and texts) or EXR (linear floats, with the error as a fifth

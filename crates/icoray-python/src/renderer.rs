@@ -40,7 +40,7 @@ pub(crate) struct Renderer {
 impl Renderer {
     #[new]
     #[pyo3(signature = (threads = 0))]
-    pub fn new(threads: usize) -> PyResult<Self> {
+    pub fn new(threads: i64) -> PyResult<Self> {
         let (stop, tiles) = (Arc::<AtomicBool>::default(), Arc::<Tiles>::default());
         let counted = tiles.clone();
         let inner = made(threads, stop.clone())?.with_progress(Arc::new(move |done, all| counted.count(done, all)));
@@ -84,7 +84,7 @@ impl Renderer {
         field: &Bound<PyAny>,
         heights: Option<&Bound<PyAny>>,
     ) -> PyResult<Image> {
-        let scene = Scene::of(scene)?;
+        let scene = Scene::of_argument(scene)?;
         let scene = &scene.get().inner;
         let (grid, layers) = (&*grid.get().inner, &layers.get().inner);
         let given = GivenFields::new(field, heights.filter(|_| scene.scenery.heights == Heights::Native))?;
@@ -148,11 +148,11 @@ impl Renderer {
 }
 
 /// A renderer that ends a picture early where `stop` is set.
-pub(crate) fn made(threads: usize, stop: Arc<AtomicBool>) -> PyResult<icoray::Renderer> {
-    if threads > 4096 {
+pub(crate) fn made(threads: i64, stop: Arc<AtomicBool>) -> PyResult<icoray::Renderer> {
+    if !(0..=4096).contains(&threads) {
         return Err(argument(format!("threads: {threads}, expected 0 to 4096")));
     }
-    let made = icoray::Renderer::new(threads).map_err(raised)?.with_stop(stop);
+    let made = icoray::Renderer::new(threads as usize).map_err(raised)?.with_stop(stop);
     #[cfg(feature = "gpu")]
     let made = made.with_devices(Arc::new(icoray_gpu::Gpus));
     Ok(made)

@@ -52,12 +52,12 @@ impl Scene {
     fn new(
         source: Option<&Bound<PyAny>>,
         view: Option<&str>,
-        size: Option<(u32, u32)>,
+        size: Option<&Bound<PyAny>>,
         keys: Option<&Bound<PyDict>>,
     ) -> PyResult<Self> {
         let (text, path) = source.map(read).transpose()?.unwrap_or_default();
         let keys = table(size, keys)?;
-        Self::with(&text, view, keys).map_err(|error| raised(if path.is_empty() { error } else { error.within(path) }))
+        Self::with(&text, view, keys).map_err(|error| raised(within(&path, error)))
     }
 
     /// A scene of TOML text.
@@ -69,12 +69,10 @@ impl Scene {
 
     /// The same scene with other keys, given as for `Scene`.
     #[pyo3(signature = (*, size = None, **keys))]
-    fn replace(&self, size: Option<(u32, u32)>, keys: Option<&Bound<PyDict>>) -> PyResult<Self> {
-        let text = toml::to_string(&table(size, keys)?).map_err(|e| argument(format!("keys of a scene: {e}")))?;
+    fn replace(&self, size: Option<&Bound<PyAny>>, keys: Option<&Bound<PyDict>>) -> PyResult<Self> {
         let view = Script::parse(&self.text).map_err(raised)?.views()[0].name().to_owned();
         let view = (!view.is_empty()).then_some(view.as_str());
-        let text = Script::text_with(&self.text, view, &text).map_err(raised)?;
-        Self::of_text(text).map_err(raised)
+        Self::composed(self.text.clone(), view, table(size, keys)?).map_err(raised)
     }
 
     /// The text of a scene file with this scene: as it was read where no keys were given beside it.
@@ -123,24 +121,34 @@ impl Scene {
     }
 
     /// The scene of an argument: a scene, or what one is made of.
-    pub fn of<'py>(scene: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Self>> {
+    pub fn of_argument<'py>(scene: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Self>> {
         match scene.cast::<Self>() {
             Ok(scene) => Ok(scene.clone()),
             Err(_) => Bound::new(scene.py(), Self::new(Some(scene), None, None, None)?),
         }
     }
 
-    /// The scene of a text with other keys.
-    pub fn with(text: &str, view: Option<&str>, keys: toml::Table) -> icoray::Result<Self> {
+    /// The scene of a user's text with other keys.
+    fn with(text: &str, view: Option<&str>, keys: toml::Table) -> icoray::Result<Self> {
         if keys.is_empty() && view.is_none() {
-            return Self::of_text(text.to_owned());
+            return Self::of(&Script::parse(text)?, text.to_owned());
         }
-        let over = toml::to_string(&keys).map_err(|e| bad(format!("keys of a scene: {e}")))?;
-        Self::of_text(Script::text_with(text, view, &over)?)
+        Self::composed(text.to_owned(), view, keys)
     }
 
-    fn of_text(text: String) -> icoray::Result<Self> {
-        let script = Script::parse(&text)?;
+    /// The scene of a text that no user has seen, or that is right, with other keys.
+    pub fn composed(text: String, view: Option<&str>, keys: toml::Table) -> icoray::Result<Self> {
+        let text = if keys.is_empty() && view.is_none() {
+            text
+        } else {
+            let over = toml::to_string(&keys).map_err(|e| bad(format!("keys of a scene: {e}")))?;
+            Script::text_with(&text, view, &over)?
+        };
+        Self::of(&Script::parse_composed(&text)?, text)
+    }
+
+    /// The scene of a script and of its text.
+    fn of(script: &Script, text: String) -> icoray::Result<Self> {
         let names: Vec<&str> = script.views().iter().map(icoray::View::name).collect();
         let [view] = script.views() else {
             return Err(bad(format!(
@@ -167,7 +175,9 @@ pub(crate) fn read(source: &Bound<PyAny>) -> PyResult<(String, String)> {
     {
         return Ok((text, String::new()));
     }
-    let path: PathBuf = source.extract()?;
+    let path: PathBuf = source
+        .extract()
+        .map_err(|_| argument(format!("scene: {source:?}, expected a Scene, the path of a scene file, or its text")))?;
     let text = fs::read_to_string(&path).map_err(|e| {
         let message = format!("{}: cannot read the scene: {e}", path.display());
         raised(Error::new(ErrorKind::Io, message))
@@ -175,13 +185,33 @@ pub(crate) fn read(source: &Bound<PyAny>) -> PyResult<(String, String)> {
     Ok((text, path.display().to_string()))
 }
 
+/// The text of a source, with which nothing is wrong: errors name its path and lines.
+pub(crate) fn parsed(source: &Bound<PyAny>) -> PyResult<String> {
+    let (text, path) = read(source)?;
+    match Script::parse(&text) {
+        Ok(_) => Ok(text),
+        Err(error) => Err(raised(within(&path, error))),
+    }
+}
+
+/// The error of a text that was read from a path, if from any.
+fn within(path: &str, error: Error) -> Error {
+    if path.is_empty() { error } else { error.within(path) }
+}
+
+/// Width and height of a picture, pixels.
+pub(crate) fn size(size: &Bound<PyAny>) -> PyResult<(u32, u32)> {
+    let bad = |_| argument(format!("size: {size:?}, expected (width, height), two integers above 0"));
+    size.extract::<[u32; 2]>().map(<(u32, u32)>::from).map_err(bad)
+}
+
 /// Keys of a scene as TOML.
-fn table(size: Option<(u32, u32)>, keys: Option<&Bound<PyDict>>) -> PyResult<toml::Table> {
+fn table(size: Option<&Bound<PyAny>>, keys: Option<&Bound<PyDict>>) -> PyResult<toml::Table> {
     let mut table = match keys {
         Some(keys) => entries(keys, "", 0)?,
         None => toml::Table::new(),
     };
-    if let Some((width, height)) = size {
+    if let Some((width, height)) = size.map(self::size).transpose()? {
         let image = table.entry("image").or_insert_with(|| toml::Table::new().into());
         if let Some(image) = image.as_table_mut() {
             image.insert("width".into(), i64::from(width).into());

@@ -261,7 +261,7 @@ def test_failures_have_their_class(tmp_path, context, grid, wave):
         (icoray.SceneError, "line 1", lambda: context.scene_text("field = 1")),
         (icoray.FileError, "none.toml", lambda: context.scene_load(tmp_path / "none.toml")),
         (icoray.OrderError, "no frame has been rendered", context.report),
-        (icoray.FieldError, '"q" was refused by icoray_field_set', lambda: context.execute(0)),
+        (icoray.FieldError, '"q" was refused by field_set', lambda: context.execute(0)),
         (icoray.ArgumentError, "time_s", lambda: context.execute(0, float("nan"))),
         (icoray.ArgumentError, "date", lambda: context.execute(0, date="2026-11-24\0")),
     ]
@@ -286,7 +286,7 @@ def test_failures_have_their_class(tmp_path, context, grid, wave):
 def test_a_refused_array_is_named_where_it_is_missing(context, wave):
     with pytest.raises(icoray.FieldError, match="complex128"):
         context.field_set("q", wave + 1j)
-    with pytest.raises(icoray.FieldError, match='field "q" was refused by icoray_field_set: .*complex128'):
+    with pytest.raises(icoray.FieldError, match='field "q" was refused by field_set: .*complex128'):
         context.execute(0)
 
 

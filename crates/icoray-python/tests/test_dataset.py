@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
+import json
 import os
 import pathlib
+import re
 import subprocess
 import urllib.error
 import urllib.request
@@ -233,13 +236,20 @@ def test_a_scene_that_names_a_field_alone_is_the_suggestion(mpas: Any):
         ({"field": "nothing"}, icoray.FieldError, ["there is no field nothing", "theta"]),
         ({"time": 3}, icoray.ArgumentError, ["time", "3"]),
         ({"time": "2003-01"}, icoray.ArgumentError, ["3 times, expected one"]),
-        ({"time": "yesterday"}, icoray.ArgumentError, ["yesterday", "expected a number, a date"]),
-        ({"layers": "3"}, icoray.ArgumentError, ["layers: 3", "0..20"]),
+        ({"time": "yesterday"}, icoray.ArgumentError, ["yesterday", "expected a number from 0", "a date such as"]),
+        ({"layers": "3"}, icoray.ArgumentError, ["layers: '3'", "(0, 20)"]),
         ({"layers": (0, 9)}, icoray.ArgumentError, ["0..9", "of the 4 layers of theta"]),
         ({"field": "theta", "colormap": "nomap"}, icoray.Error, ["nomap"]),
-        ({"field": "theta", "surface": "up"}, icoray.ArgumentError, ["surface: up"]),
-        ({"field": "theta", "size": 7}, icoray.ArgumentError, ["size: 7"]),
-        ({"field": "theta", "camra": {}}, icoray.SceneError, ["camra"]),
+        ({"field": "theta", "surface": "up"}, icoray.ArgumentError, ["surface: 'up'"]),
+        ({"field": "theta", "size": 7}, icoray.ArgumentError, ["size: 7", "(width, height)"]),
+        ({"field": "theta", "camra": {}}, TypeError, ["unexpected keyword argument 'camra'", "did you mean 'camera'"]),
+        ({"field": "theta", "levels": 3}, TypeError, ["'levels'", "did you mean 'level'"]),
+        ({"field": "theta", "every": 2}, TypeError, ["'every'"]),
+        ({"field": "theta", "image": {"background": "white"}}, icoray.SceneError, ["a key of the scene itself"]),
+        ({"field": "theta", "vmin": 3}, icoray.ArgumentError, ["vmin", "expected vmin and vmax together"]),
+        ({"field": "theta", "cmap": "vik", "colormap": "vik"}, icoray.ArgumentError, ["no cmap beside colormap"]),
+        ({"field": "theta", "progress": 3}, icoray.ArgumentError, ["progress: 3", "a function of two numbers"]),
+        ({"field": "theta", "exaggeration": -1}, icoray.ArgumentError, ["exaggeration -1", "from 1e-6 to 1e6"]),
     ],
 )
 def test_refusals_name_the_argument(mpas: Any, arguments: dict[str, Any], kind: type[Exception], words: list[str]):
@@ -248,16 +258,135 @@ def test_refusals_name_the_argument(mpas: Any, arguments: dict[str, Any], kind: 
     assert all(word in str(refused.value) for word in words), refused.value
 
 
-def test_a_wrong_table_names_row_and_value(mpas: Any):
+WRONG: list[dict[str, Any]] = [
+    {"field": 3},
+    {"size": (-1, 2)},
+    {"size": (1.5, 2)},
+    {"size": (0, 2)},
+    {"lon": "a"},
+    {"lon": 400},
+    {"samples": -1},
+    {"samples": 100},
+    {"samples": 2**70},
+    {"range": ("a", 1)},
+    {"range": (2, 1)},
+    {"colormap": 3},
+    {"time": 9},
+    {"time": 1.5},
+    {"time": (0, 1)},
+    {"time": "1999"},
+    {"layers": 99},
+    {"layers": [0, 1]},
+    {"surface": 99},
+    {"surface": 2**70},
+    {"transfer": 3},
+    {"transfer": {"map": 3}},
+    {"transfer": {"rnge": [0, 1]}},
+    {"surfaces": {"layer": 0}},
+    {"surfaces": [3]},
+    {"isosurfaces": [{"value": "x"}]},
+    {"light": "headlight"},
+    {"core": 3},
+    {"labels": {"title": 3}},
+    {"antialias": "yes"},
+    {"camera": {"lon": 1, "eye": [3, 0, 0]}},
+    {"camera": {"eye": [3, 0]}},
+    {"opacity": [[1]]},
+    {"backend": "gpuu"},
+    {"view": 3},
+    {"view": "near"},
+    {"scene": "field = 'theta'", "samples": "a"},
+    {"scene": "field = 'theta'", "lon": 1000},
+    {"scene": "field = 'theta'", "colormap": "vik"},
+    {"scene": 3},
+    {"derive": [{"name": 3}]},
+]
+# Types of Rust, lines of a text that nobody wrote, options of the command and names of C.
+FOREIGN = re.compile(r"struct |Raw|\b[iuf](16|32|64)\b|usize|out of range integral|line \d|(^|\s)--\w|\d\.\.|icoray_")
+
+
+@pytest.mark.parametrize("arguments", WRONG, ids=str)
+def test_refusals_are_those_of_python(mpas: Any, arguments: dict[str, Any]):
+    with pytest.raises(icoray.Error) as refused:
+        icoray.render(mpas, **{"field": "theta", "size": (40, 30), **arguments})
+    assert not FOREIGN.search(str(refused.value)), refused.value
+    named = [name for name in arguments if name in str(refused.value)]
+    assert named or arguments.keys() <= {"lon", "colormap", "size", "range"}, refused.value
+
+
+def test_refusals_of_objects_are_those_of_python(mesh: icoray.Grid, mpas: Any, tmp_path: pathlib.Path):
+    layers = icoray.Layers.from_heights([0.0, 1e3], 6.371e6)
+    context = icoray.Context(tmp_path, "field = 'q'")
+    for wrong, words in [
+        (lambda: icoray.Scene(tolerance="a"), "key tolerance: .*expected a number"),
+        (lambda: icoray.Scene("field = 'q'", image={"width": "x"}), "key image.width: .*expected an integer"),
+        (lambda: icoray.Scene("field = 'q'").replace(camera=3), "key camera: .*expected a table"),
+        (lambda: icoray.Scene(size=(-1, 3)), "size: "),
+        (lambda: icoray.Scene("field = 3"), "field = 3"),
+        (lambda: icoray.Renderer(-1), "threads: -1, expected 0 to 4096"),
+        (lambda: icoray.Grid.icosahedral(-1), "level: -1, expected 0 to 12"),
+        (lambda: icoray.view(mpas, "theta", port=-1), "port: -1, expected 0 to 65535"),
+        (lambda: icoray.view(mpas, "theta", threads=-1), "threads: -1"),
+        (lambda: icoray.Context(threads=-1), "^threads: -1, expected"),
+        (lambda: context.execute(0), "execute was called before a grid was set; call grid_set first"),
+        (lambda: context.part_set(np.arange(3)), "grid"),
+        (lambda: context.layers_set(layers) or context.heights_set(np.zeros((3, 2))), "grid"),
+    ]:
+        with pytest.raises(icoray.Error, match=words) as refused:
+            wrong()
+        # Its own text has lines.
+        message = str(refused.value).replace("line 1 (field = 3)", "")
+        assert not FOREIGN.search(message), message
+    context.close()
+
+
+def test_names_of_matplotlib_and_xarray_are_understood(mpas: Any):
+    own = icoray.render(mpas, "theta", surface=1, colormap="plasma", range=(290, 310), **LOOK)
+    theirs = icoray.render(mpas, "theta", level=1, cmap="plasma", vmin=290, vmax=310, **LOOK)
+    assert same(own, theirs) and not same(own, icoray.render(mpas, "theta", surface=1, **LOOK))
+
+
+def test_arguments_are_parameters(mpas: Any):
+    for function in (icoray.render, icoray.view, icoray.Dataset.scene, icoray.Dataset.render, icoray.Dataset.view):
+        parameters = inspect.signature(function).parameters
+        assert {"time", "cmap", "lon", "transfer", "background"} <= parameters.keys()
+        assert all(parameter.kind is not parameter.VAR_KEYWORD for parameter in parameters.values())
+    # None is an argument that is not given.
+    given = dict.fromkeys(inspect.signature(icoray.Dataset.scene).parameters.keys() - {"self", "field", "size"})
+    assert icoray.open(mpas).scene("theta", **LOOK) == icoray.open(mpas).scene("theta", **{**given, **LOOK})
+
+
+def test_notebooks_complete_arguments(mpas: Any):
+    completer = pytest.importorskip("IPython.core.completer", reason="IPython is not installed")
+    ipython = completer.IPCompleter(namespace={"icoray": icoray, "ds": icoray.open(mpas)}, use_jedi=False)
+    for call in ("icoray.render(ds, 'theta', tr", "ds.render('theta', tr"):
+        _, found = ipython.complete(line_buffer=call, cursor_pos=len(call))
+        assert "transfer=" in found, found
+
+
+def test_a_notebook_shows_the_fields_of_a_dataset(mpas: Any):
+    mpas.theta.attrs["long_name"] = "<script>"
+    shown = icoray.open(mpas)._repr_html_()
+    assert "<script>" not in shown and "<td>&lt;script&gt;</td>" in shown
+    rows = [row.split("</td>")[0] for row in shown.split("<tr><td>")[1:]]
+    assert rows[0] == "theta" and sorted(rows) == sorted(icoray.open(mpas).fields)
+
+
+def test_a_wrong_table_names_row_and_value(mpas: Any, mesh: icoray.Grid):
     mpas.cellsOnVertex.values[7, 1] = 100_000
     with pytest.raises(icoray.GridError) as refused:
         icoray.open(mpas)
     assert "cellsOnVertex" in str(refused.value) and "(2, 8)" in str(refused.value), refused.value
     assert "100000, expected 1 to 642" in str(refused.value), refused.value
-    with pytest.raises(icoray.GridError, match="no mesh is known"):
+    with pytest.raises(icoray.GridError, match="no mesh is known.*give that file as `mesh`"):
         icoray.open(mpas[["xtime"]])
-    with pytest.raises(icoray.ArgumentError, match="expected a dataset of xarray"):
-        icoray.open(17)
+    with pytest.raises(icoray.GridError, match="give that file as `mesh`"):
+        icoray.open(mpas.theta)
+    with pytest.raises(icoray.LayersError, match="no layer heights.*give that file as `mesh`"):
+        icoray.open(datasets.mpas(mesh).drop_vars("zgrid")).render("theta")
+    for wrong in ((17, ()), (mpas, 17), (mpas, [17])):
+        with pytest.raises(icoray.ArgumentError, match="an? int, expected a dataset of xarray"):
+            icoray.open(*wrong)
 
 
 def test_progress_is_told(mpas: Any):
@@ -275,8 +404,24 @@ def test_a_page_is_served_until_it_is_closed(mpas: Any):
             assert "frame-ancestors 'self' http://localhost:*" in page.headers["Content-Security-Policy"]
         assert view.scene.field == "theta"
         assert view.address in view._repr_html_()
+        server, token = view.address.split("#")
+        asked = urllib.request.Request(f"{server}api/scene", headers={"Authorization": f"Bearer {token}"})
+        with urllib.request.urlopen(asked) as scene:
+            assert json.load(scene)["command"] == 'image = icoray.render(data, scene="scene.toml", time=2)'
     with pytest.raises(urllib.error.URLError):
         urllib.request.urlopen(address, timeout=5)
+
+
+def test_a_page_keeps_the_size_that_a_call_gives(mpas: Any):
+    scene = icoray.open(mpas).scene("theta", lon=10)
+    for given, width in [({"size": (96, 80)}, 96), ({"size": (96, 80), "scene": scene}, 96), ({"lon": 10}, 300)]:
+        with icoray.view(mpas, "theta", **given) as view:
+            server, token = view.address.split("#")
+            headers = {"Authorization": f"Bearer {token}", "Content-Type": "application/json"}
+            body = json.dumps({"size": [300, 200]}).encode()
+            urllib.request.urlopen(urllib.request.Request(f"{server}api/change", body, headers)).close()
+            assert view.scene.width == width, given
+            assert not view.scene.to_toml().startswith("#"), "the comment is about a suggestion at one time"
 
 
 def test_uxarray_gives_the_picture_of_xarray(uxarray: Any, tmp_path: pathlib.Path):

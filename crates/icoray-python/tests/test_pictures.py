@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import pathlib
+import sys
+import types
 
 import numpy as np
 import pytest
@@ -49,6 +51,44 @@ def test_an_image_lends_its_memory(renderer, scene, grid, layers, wave):
     copy = pixels.copy()
     del image, again
     np.testing.assert_array_equal(pixels, copy, "the view keeps the picture")
+
+
+def test_an_image_is_an_array_of_numpy(renderer, scene, grid, layers, wave):
+    image = renderer.render(scene, grid, layers, wave)
+    pixels = np.asarray(image)
+    assert pixels.dtype == np.uint8 and np.ptp(pixels) > 100
+    np.testing.assert_array_equal(pixels, image.to_rgba8())
+    np.testing.assert_array_equal(np.asarray(image, dtype=float), image.to_rgba8().astype(float))
+    with pytest.raises(icoray.ArgumentError, match="copy: False"):
+        image.__array__(copy=False)
+
+
+def test_matplotlib_shows_an_image(renderer, scene, grid, layers, wave):
+    figure = pytest.importorskip("matplotlib.figure", reason="matplotlib is not installed")
+    image = renderer.render(scene, grid, layers, wave)
+    shown = figure.Figure().subplots().imshow(image)
+    np.testing.assert_array_equal(shown.get_array(), image.to_rgba8())
+
+
+def test_an_image_is_shown(renderer, scene, grid, layers, wave, monkeypatch, tmp_path: pathlib.Path):
+    image = renderer.render(scene, grid, layers, wave)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "IPython", None)
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    image.show()
+    (file,) = tmp_path.glob("icoray-*.png")
+    assert opened == [file.as_uri()] and file.read_bytes() == image._repr_png_()
+    monkeypatch.setattr("webbrowser.open", lambda address: False)
+    with pytest.raises(icoray.UnsupportedError, match="save writes it elsewhere"):
+        image.show()
+    # In a notebook its kernel shows it.
+    shell, shown = types.SimpleNamespace(kernel=None), []
+    display = types.SimpleNamespace(display=shown.append)
+    notebook = types.SimpleNamespace(get_ipython=lambda: shell, display=display)
+    monkeypatch.setitem(sys.modules, "IPython", notebook)
+    image.show()
+    assert shown == [image]
 
 
 def test_files_have_the_pixels(renderer, scene, grid, layers, wave, tmp_path: pathlib.Path):

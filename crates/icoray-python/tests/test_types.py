@@ -10,16 +10,25 @@ import sys
 import pytest
 
 import icoray
+from icoray import _options
 
 
 def test_examples_run(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch):
     pytest.importorskip("xarray", reason="xarray is not installed")
     monkeypatch.chdir(tmp_path)
-    texts = [icoray.__doc__, *(getattr(icoray, name).__doc__ for name in icoray.__all__ if name != "__version__")]
+    things = [icoray, *(getattr(icoray, name) for name in icoray.__all__ if name != "__version__")]
+    members = [member for thing in things[1:] if isinstance(thing, type) for member in vars(thing).values()]
     parser, runner = doctest.DocTestParser(), doctest.DocTestRunner()
-    for text in texts:
-        runner.run(parser.get_doctest(text or "", {}, "icoray", None, 0))
-    assert runner.failures == 0 and runner.tries > 15
+    for thing in [*things, *members]:
+        runner.run(parser.get_doctest(getattr(thing, "__doc__", None) or "", {}, "icoray", None, 0))
+    assert runner.failures == 0 and runner.tries > 20
+
+
+def test_keys_are_those_of_scenes():
+    with pytest.raises(icoray.SceneError, match="expected one of") as refused:
+        icoray.Scene("no_such_key = 1")
+    keys = str(refused.value).split("expected one of")[1].replace("`", "").split(", ")
+    assert sorted(key.strip() for key in keys) == sorted(_options.Keys.__annotations__)
 
 
 def test_everything_is_documented():
@@ -43,6 +52,9 @@ import icoray
 grid = icoray.Grid.icosahedral(2)
 layers = icoray.Layers.from_heights([0.0, 1e3], 6.371e6)
 field = icoray.Field(np.zeros((162, 2)), "cell", units="K")
+scene = icoray.Scene(field="q", transfer={"map": "vik"}).replace(tolerance=1e-4)
+picture = icoray.render("a.nc", "q", cmap="vik", vmin=0, vmax=1, level="top", background="white", size=(3, 4))
+turned = icoray.open("a.nc").render(lon=3.0, scene=scene)
 image = icoray.Renderer(threads=1).render(icoray.Scene("a.toml", size=(3, 4)), grid, layers, {"q": field})
 seconds: float = image.report["timing"]["render_s"]
 with icoray.Context("out", comm=None) as context:
@@ -56,6 +68,16 @@ def test_programs_are_checked(tmp_path):
     check = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache")]
     done = subprocess.run([*check, "-c", USE], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
-    wrong = USE.replace('"cell"', '"face"').replace("threads=1", "thread=1")
+    typos = {
+        '"cell"': '"face"',
+        "threads=1": "thread=1",
+        "cmap=": "cmpa=",
+        "lon=3.0": "lno=3.0",
+        'transfer={"map"': 'tranfser={"map"',
+        "tolerance=1e-4": "tolerance='small'",
+    }
+    wrong = USE
+    for right, typo in typos.items():
+        wrong = wrong.replace(right, typo)
     done = subprocess.run([*check, "-c", wrong], capture_output=True, text=True)
-    assert "Found 2 errors" in done.stdout, done.stdout
+    assert f"Found {len(typos)} errors" in done.stdout, done.stdout

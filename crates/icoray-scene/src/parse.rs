@@ -21,6 +21,7 @@ mod volume;
 use crate::backend::{Adapter, Backend};
 use crate::keys::{Key, Kind, flag, integer, keys, number, of, section, sections_of, word};
 use crate::method::Method;
+use crate::quality::Quality;
 use crate::scene::{Precision, Scene, Scheme};
 use crate::scenery::{Ground, Heights, Scenery};
 use icoray_grid::{Error, ErrorKind, Result};
@@ -226,6 +227,7 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
         antialias: raw.antialias.unwrap_or(true),
         samples: source.count(raw.samples.as_ref(), "samples")?,
         time_budget_ms: source.optional_number(raw.time_budget_ms.as_ref(), "time_budget_ms")?,
+        largest_step: Quality::LARGEST_STEP,
         precision: raw.precision,
         ranks: raw.ranks,
         backend: raw.backend,

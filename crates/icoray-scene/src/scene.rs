@@ -108,6 +108,9 @@ pub struct Scene {
     /// take half of the time, no light. [`Quality`](crate::quality::Quality) says what it was. Samples beyond a pixel's
     /// first are taken as long as time is left.
     pub time_budget_ms: Option<f64>,
+    /// The largest step between traced pixels within a time budget, [`Quality::LARGEST_STEP`](crate::quality::Quality) by
+    /// default; no key sets it.
+    pub largest_step: u32,
     /// Precision of the inner loop; scenes of more than one volume ([`Scene::has_single_volume`]) have double precision
     /// throughout.
     pub precision: Precision,

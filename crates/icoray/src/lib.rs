@@ -90,6 +90,7 @@ pub use icoray_grid::{
     CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
     IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result, Shape, printable,
 };
+pub use icoray_kernel::ground::coast_runs;
 pub use icoray_kernel::{Counts, Frustum, Stretch, Traversal};
 pub use icoray_output::{
     CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,
@@ -143,8 +144,8 @@ pub use snapshot::Snapshot;
 pub mod output {
     pub use icoray_output::{
         Animated, Existing, Mask, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, exr_bytes,
-        png_bytes, printed_units, rgba8, write_animation, write_color_maps, write_error_map, write_error_map_with,
-        write_frame, write_frame_with, write_picture, write_picture_with, write_text,
+        png_bytes, png_layers, printed_units, rgba8, write_animation, write_color_maps, write_error_map,
+        write_error_map_with, write_frame, write_frame_with, write_picture, write_picture_with, write_text,
     };
     pub use icoray_scene::name::{FrameNames, NameTemplate, Output, Stamp};
     pub use icoray_scene::series::{Cinema, Concat, Series};

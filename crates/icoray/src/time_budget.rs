@@ -22,6 +22,8 @@ const GRADIENTS: f64 = 0.5;
 pub(crate) struct Deadline {
     start: Instant,
     seconds: f64,
+    /// The largest step between traced pixels.
+    largest_step: u32,
     /// Ranks among which rays are shared out.
     ranks: f64,
 }
@@ -29,7 +31,8 @@ pub(crate) struct Deadline {
 impl Deadline {
     /// The scene's, if it has one, for a frame that so many ranks draw.
     pub fn of(scene: &Scene, start: Instant, ranks: usize) -> Option<Self> {
-        scene.time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0, ranks: ranks as f64 })
+        let Scene { time_budget_ms, largest_step, .. } = *scene;
+        time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0, largest_step, ranks: ranks as f64 })
     }
 
     /// Seconds that may still be planned.
@@ -57,14 +60,15 @@ impl Deadline {
         on_device: bool,
         mut trace: impl FnMut(&Quality, Raster),
     ) -> Quality {
-        choose(asked, raster, self.left(), self.ranks, |quality, left| {
+        let best = choose(asked, raster, self.left(), self.ranks, |quality, left| {
             let seconds = |raster: Raster| {
                 let start = Instant::now();
                 trace(quality, raster);
                 start.elapsed().as_secs_f64()
             };
             if on_device { Cost::on_device(raster, left, seconds) } else { Cost::on_cpu(raster, seconds) }
-        })
+        });
+        Quality { pixel_step: best.pixel_step.min(self.largest_step), ..best }
     }
 }
 
@@ -202,6 +206,19 @@ mod tests {
     }
 
     /// A device that is full at 50,000 rays, up to which it takes 2 ms.
+    #[test]
+    fn a_raster_is_no_coarser_than_the_scene_allows() {
+        let deadline = Deadline { start: Instant::now(), seconds: 0.0, largest_step: 5, ranks: 1.0 };
+        let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
+        // The clock has moved on when a probe ends.
+        let takes_time = |_: &Quality, _: Raster| {
+            let start = Instant::now();
+            while start.elapsed().is_zero() {}
+        };
+        let raster = Raster { width: 640, height: 480, step: 1 };
+        assert_eq!(deadline.pick(asked, raster, false, takes_time).pixel_step, 5);
+    }
+
     #[test]
     fn a_device_is_measured_until_it_is_full() {
         let seconds = |raster: Raster| {

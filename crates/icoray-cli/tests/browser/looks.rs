@@ -4,11 +4,11 @@ use crate::browser::Browser;
 use crate::page::{PHONE, SCREEN, Shown};
 use serde_json::Value;
 
-const TABS: [&str; 4] = ["colours", "scene", "probe", "files"];
+pub const TABS: [&str; 4] = ["colours", "scene", "probe", "files"];
 
 /// Checks contrast and layout of what is shown now, and leaves a screenshot.
 #[track_caller]
-fn looks_right(browser: &Browser, name: &str) {
+pub fn looks_right(browser: &Browser, name: &str) {
     browser.shot(name);
     let contrast = browser.js(include_str!("contrast.js"));
     assert!(contrast["count"].as_u64() > Some(10), "{name}: {contrast}");

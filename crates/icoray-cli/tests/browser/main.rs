@@ -20,6 +20,7 @@ mod keyboard;
 mod looks;
 mod page;
 mod saving;
+mod stage;
 mod together;
 #[expect(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../../../icoray-netcdf/tests/files/written.rs"]

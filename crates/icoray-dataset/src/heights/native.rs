@@ -6,7 +6,7 @@ use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
 use crate::source::{Kind, Source, Variable};
-use crate::sources::Sources;
+use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
 use std::ops::Range;
 
@@ -90,7 +90,7 @@ impl<'a> HeightVariable<'a> {
                 ),
             };
             let context = format!(
-                "{name} has no native heights: no file has those of each column; looked for {looked_for}"
+                "{name} has no native heights: no file has those of each column; looked for {looked_for}; {IN_ANOTHER_FILE}"
             );
             sources.error(ErrorKind::Layers, context)
         })

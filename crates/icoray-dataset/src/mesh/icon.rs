@@ -10,7 +10,7 @@ use super::points;
 use super::polygons::Polygons;
 use super::tables::{Convention, Mesh, Positions, find, missing};
 use crate::source::Source;
-use crate::sources::Sources;
+use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{Connectivity, ErrorKind, OwnedReals, Result};
 
 /// Points nearer to each other than this part of the shortest side are one. Degrees in f32 are right to 1e-3 of a side
@@ -127,9 +127,10 @@ impl Triangles {
         let Some([lon, lat]) = &self.points else {
             return Err(source.error(
                 ErrorKind::Grid,
-                "no clon_bnds or clon_vertices, clat_bnds or clat_vertices of triangles with 3 points: without them or \
-                 vertex_of_cell the triangles are not known; vertex_of_cell may be in another file, such as the run's grid \
-                 file",
+                format_args!(
+                    "no clon_bnds or clon_vertices, clat_bnds or clat_vertices of triangles with 3 points: without them or \
+                     vertex_of_cell the triangles are not known; {IN_ANOTHER_FILE}"
+                ),
             ));
         };
         let [lon_of, lat_of] = [0, 1].map(|k| self.middle.map(|names| names[k]));

@@ -2,6 +2,7 @@
 
 use super::polygons::Polygons;
 use crate::source::{Kind, Source, Variable};
+use crate::sources::IN_ANOTHER_FILE;
 use icoray::{Error, ErrorKind, Grid, GridTables, LonLat, OwnedReals, Result};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -187,9 +188,6 @@ pub(super) fn find<'a>(source: &'a dyn Source, name: &str, dimensions: &[&str], 
 pub(super) fn missing(source: &dyn Source, name: &str) -> Error {
     source.error(
         ErrorKind::Grid,
-        format_args!(
-            "variable {name} is missing: the file holds no whole mesh; it may be in another file, such as the run's init or \
-             grid file"
-        ),
+        format_args!("variable {name} is missing: the file holds no whole mesh; {IN_ANOTHER_FILE}"),
     )
 }

@@ -15,6 +15,12 @@ use std::sync::OnceLock;
 /// Runs of points, as `data/land.py` writes them, at 1:110 million and at 1:50 million.
 static LAND: [&[u8]; 2] = [include_bytes!("../../data/land-110m.bin"), include_bytes!("../../data/land-50m.bin")];
 
+/// The coasts at 1:110 million: runs of points, each of 16-bit numbers, their count first, then longitude and latitude of
+/// each in steps of 1/180 degree, all of them little-endian.
+pub fn coast_runs() -> &'static [u8] {
+    LAND[0]
+}
+
 /// Pixels that are smaller have the coasts of the larger scale, degrees.
 const NEAR_DEG: f64 = 0.06;
 

@@ -20,6 +20,7 @@ mod screen_jacobian;
 #[cfg(test)]
 mod tests;
 
+pub use coast::coast_runs;
 pub use core::Core;
 pub use paint::Painter;
 pub use screen_jacobian::SurfaceHit;

@@ -9,6 +9,8 @@ pub struct Legend {
     pub(crate) labels: Labels,
     /// The scene as it was drawn, its colours' range known.
     pub(crate) scene: Scene,
+    /// The radius of the ground, exaggerated.
+    pub(crate) inner: f64,
     /// The outermost layer's radius, exaggerated.
     pub(crate) outer: f64,
 }
@@ -17,7 +19,12 @@ impl Legend {
     /// The legend of a scene that asks for one.
     pub fn of(scene: &Scene, radius: &[f64]) -> Option<Box<Self>> {
         let labels = scene.labels.clone()?;
-        let outer = radius.last().copied().unwrap_or(1.0);
-        Some(Box::new(Legend { labels, scene: scene.clone(), outer }))
+        let [inner, outer] = [radius.first(), radius.last()].map(|radius| radius.copied().unwrap_or(1.0));
+        Some(Box::new(Legend { labels, scene: scene.clone(), inner, outer }))
+    }
+
+    /// The radius of the ground, the innermost layer's, exaggerated, planet radii.
+    pub fn ground_radius(&self) -> f64 {
+        self.inner
     }
 }

@@ -144,7 +144,8 @@ impl<'f> Page<'f> {
         let camera = &self.legend.scene.camera;
         let eye = DVec3::from_array(camera.eye());
         let outside = eye.length_squared() - self.legend.outer * self.legend.outer;
-        let [width, height] = [self.frame.width, self.frame.height];
+        // Those of the canvas, which may be larger than the frame.
+        let [width, height] = [self.width as u32, self.height as u32];
         let meets = |i: i64, j: i64| {
             let x = (rect.x + rect.width * i / (STEPS - 1)).clamp(0, self.width - 1);
             let y = (rect.y + rect.height * j / (STEPS - 1)).clamp(0, self.height - 1);

@@ -7,17 +7,24 @@ import importlib
 import os
 import weakref
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _icoray
+from ._errors import ArgumentError
 from ._icoray import Image, Renderer, Scene
+from ._options import Look, Options, takes_options
 from ._store import stores
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 _SHORT = {
     "lon": ("camera", "lon"),
     "lat": ("camera", "lat"),
     "distance": ("camera", "distance"),
 }
+# Names of matplotlib and xarray, and those that they have here.
+_SYNONYMS = {"cmap": "colormap", "level": "surface"}
 
 _default: tuple[int, Renderer] | None = None
 
@@ -90,17 +97,21 @@ class Dataset:
         all columns where these differ."""
         return self._inner.layer_heights(field)
 
-    def scene(self, field: str | None = None, *, renderer: Renderer | None = None, **options: Any) -> Scene:
+    @takes_options
+    def scene(
+        self, field: str | None = None, *, renderer: Renderer | None = None, **options: Unpack[Options]
+    ) -> Scene:
         """The scene that `render` draws with the same arguments, to be kept or changed."""
         return self._inner.scene(renderer or _renderer(), _request(field, options))
 
+    @takes_options
     def render(
         self,
         field: str | None = None,
         *,
         renderer: Renderer | None = None,
         progress: bool | Callable[[int, int], object] = False,
-        **options: Any,
+        **options: Unpack[Options],
     ) -> Image:
         """Draws a picture. The arguments are those of `icoray.render`."""
         tell, finish = _progress(progress)
@@ -109,6 +120,7 @@ class Dataset:
         finally:
             finish()
 
+    @takes_options
     def view(
         self,
         field: str | None = None,
@@ -116,14 +128,27 @@ class Dataset:
         port: int | None = None,
         threads: int = 0,
         height: int = 640,
-        **options: Any,
+        **options: Unpack[Options],
     ) -> View:
         """Serves the live page. The arguments are those of `icoray.view`."""
-        size = options.get("size")
-        return View(self._inner.view(threads, _request(field, options), port, size), height)
+        return View(self._inner.view(threads, _request(field, options), port), height)
 
     def __repr__(self) -> str:
         return repr(self._inner)
+
+    def _repr_html_(self) -> str:
+        likely = self.likely_fields
+        names = [*likely, *(name for name in self.fields if name not in likely)]
+        rows = "".join(_row(name, self.fields[name]) for name in names)
+        head = "".join(f"<th>{title}</th>" for title in ("field", "long name", "units", "location", "layers", "times"))
+        return f"<p>{html.escape(repr(self))}</p><table><tr>{head}</tr>{rows}</table>"
+
+
+def _row(name: str, of: dict[str, Any]) -> str:
+    """A field as a row of a table."""
+    times = "all" if of["time_dependent"] else "one"
+    cells = (name, of["long_name"] or "", of["units"] or "", of["location"], of["layers"], times)
+    return "<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in cells) + "</tr>"
 
 
 class View:
@@ -217,6 +242,7 @@ def sample() -> Any:
     return xarray.decode_cf(xarray.Dataset.from_dict(_icoray.sample()))
 
 
+@takes_options
 def render(
     data: Any,
     field: str | None = None,
@@ -224,7 +250,7 @@ def render(
     mesh: Any = (),
     renderer: Renderer | None = None,
     progress: bool | Callable[[int, int], object] = False,
-    **options: Any,
+    **options: Unpack[Options],
 ) -> Image:
     """Draws a picture of a dataset.
 
@@ -258,20 +284,20 @@ def render(
     exaggeration : float, optional
         Factor on heights.
     colormap : str, optional
-        Such as "viridis", "vik" or "rdylbu_r".
+        Such as "viridis", "vik" or "rdylbu_r"; `cmap` is the same.
     range : (float, float), optional
-        Values at the ends of the colour map.
+        Values at the ends of the colour map; `vmin` and `vmax` together are the same.
     surface : int or str, optional
         Draw the values of a layer as a surface, in place of a volume: a number from 0, the innermost, "top" or "bottom".
-        Its colours are set by `colormap` and `range`; `transfer` would draw a volume beside it.
+        Its colours are set by `colormap` and `range`; `transfer` would draw a volume beside it. `level` is the same.
     size : (int, int), optional
         Width and height, pixels.
     tolerance : float, optional
         Largest error of a channel of a pixel.
     samples : int, optional
         Most rays per pixel, 1 to 64.
-    **keys
-        Other keys of the scene, in place of its own: background="white", transfer={...}, core={...}, ...
+    exaggeration, background, core, transfer, light, labels, lines, ... : optional
+        Keys of the scene, in place of its own: background="white", lines=[{"pattern": "graticule"}], ...
 
     Returns
     -------
@@ -281,16 +307,23 @@ def render(
     ------
     Error
         Of the class that says what is wrong: GridError, FieldError, LayersError, SceneError, ArgumentError, ...
+    TypeError
+        For an argument by another name.
 
     Examples
     --------
     >>> import icoray
-    >>> image = icoray.render(icoray.sample(), "theta", time=1, size=(320, 256))
+    >>> ds = icoray.sample()
+    >>> image = icoray.render(ds, "theta", time=1, size=(320, 256), background="white")
     >>> image.save("theta.png")
+    >>> ground = icoray.render(ds, "theta", level="bottom", cmap="plasma", vmin=260, vmax=320, size=(80, 64))
+    >>> ground.to_rgba8().shape
+    (64, 80, 4)
     """
     return _opened(data, mesh).render(field, renderer=renderer, progress=progress, **options)
 
 
+@takes_options
 def view(
     data: Any,
     field: str | None = None,
@@ -299,7 +332,7 @@ def view(
     port: int | None = None,
     threads: int = 0,
     height: int = 640,
-    **options: Any,
+    **options: Unpack[Options],
 ) -> View:
     """Serves a page on which a dataset is looked at, turned and coloured; a notebook shows it in a frame.
 
@@ -325,27 +358,41 @@ def _opened(data: Any, mesh: Any) -> Dataset:
     return data if isinstance(data, Dataset) else Dataset(data, mesh)
 
 
-def _request(field: str | None, options: dict[str, Any]) -> dict[str, Any]:
+def _request(field: str | None, given: Options) -> dict[str, Any]:
     """The arguments of a call that are given; those that are keys of a scene by another name, as such."""
-    names = {"time", "layers", "scene", "view", "lon", "lat", "distance", "exaggeration", "colormap", "range"}
-    names |= {"surface", "size", "tolerance", "samples"}
-    request = {name: value for name, value in options.items() if name in names and value is not None}
-    keys = {name: value for name, value in options.items() if name not in names}
+    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    for synonym, name in _SYNONYMS.items():
+        if synonym in options:
+            _expect_one(options, synonym, name)
+            options[name] = options.pop(synonym)
+    ends = [name for name in ("vmin", "vmax") if name in options]
+    for name in ends:
+        _expect_one(options, name, "range")
+    if len(ends) == 1:
+        raise ArgumentError(f"{ends[0]}: {options[ends[0]]!r}, expected vmin and vmax together, or range=(low, high)")
+    if ends:
+        options["range"] = (options.pop("vmin"), options.pop("vmax"))
+    # What the suggestion takes into account; all else is put into its scene.
+    suggested = {"exaggeration", "tolerance", "samples"}
+    keys = {name: options.pop(name) for name in Look.__annotations__ if name in options and name not in suggested}
     if field is not None:
-        request["field"] = field
-    if "scene" in request:
+        options["field"] = field
+    if "scene" in options:
         for name, (table, key) in _SHORT.items():
-            if name in request:
-                keys[table] = {**keys.get(table, {}), key: request.pop(name)}
-        for name in ("exaggeration", "tolerance", "samples"):
-            if name in request:
-                keys[name] = request.pop(name)
-        if "size" in request:
-            width, height = request.pop("size")
+            if name in options:
+                keys[table] = {**keys.get(table, {}), key: options.pop(name)}
+        keys |= {name: options.pop(name) for name in suggested if name in options}
+        if "size" in options:
+            width, height = options.pop("size")
             keys["image"] = {**keys.get("image", {}), "width": width, "height": height}
     if keys:
-        request["keys"] = keys
-    return request
+        options["keys"] = keys
+    return options
+
+
+def _expect_one(options: dict[str, Any], synonym: str, name: str) -> None:
+    if name in options:
+        raise ArgumentError(f"{synonym}: {options[synonym]!r}, expected no {synonym} beside {name}")
 
 
 def _progress(
@@ -355,6 +402,8 @@ def _progress(
     if progress is False:
         return None, lambda: None
     if progress is not True:
+        if not callable(progress):
+            raise ArgumentError(f"progress: {progress!r}, expected True, False or a function of two numbers")
         return progress, lambda: None
     try:
         tqdm = importlib.import_module("tqdm.auto").tqdm

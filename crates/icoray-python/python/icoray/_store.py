@@ -161,7 +161,7 @@ def stores(data: Any, mesh: Any = ()) -> list[Store]:
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
     mesh : the same, uxarray.Grid, or a sequence of these
     """
-    others = [mesh] if _is_one(mesh) else list(mesh)
+    others = list(mesh) if isinstance(mesh, Iterable) and not _is_one(mesh) else [mesh]
     found = _stores(data)
     for other in others:
         found += _stores(other)
@@ -181,7 +181,7 @@ def _stores(data: Any) -> list[Store]:
     if hasattr(data, "to_dataset") and hasattr(data, "dtype"):
         data = data.to_dataset(name=data.name if data.name is not None else "values")
     if not hasattr(data, "variables") or not hasattr(data, "sizes"):
-        message = f"{type(data).__name__}: expected a dataset of xarray or uxarray, or the path of a file"
+        message = f"data or mesh: a {type(data).__name__}, expected a dataset of xarray or uxarray, or the path of a file"
         raise ArgumentError(message)
     if grid is None:
         return [Store(data)]

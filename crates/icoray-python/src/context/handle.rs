@@ -227,7 +227,16 @@ fn message_of(status: icoray_status, ctx: *const icoray_ctx) -> String {
     // SAFETY: NULL or an open context, and a buffer of this length.
     unsafe { icoray_last_error(ctx, buffer.as_mut_ptr(), MESSAGE) };
     // SAFETY: the call has ended it with NUL; before that it was all NUL.
-    unsafe { CStr::from_ptr(buffer.as_ptr()) }.to_string_lossy().into_owned()
+    in_python(&unsafe { CStr::from_ptr(buffer.as_ptr()) }.to_string_lossy())
+}
+
+/// A message of the C interface, with the names that its members and functions have here.
+pub(super) fn in_python(message: &str) -> String {
+    let members = ["config.", "grid.", "part.", "layers.", "ndarray."].map(|of| (of, ""));
+    let methods = ["grid_set", "part_set", "layers_set", "heights_set", "field_set", "scene_load", "scene_text"];
+    let others = ["wants", "execute", "wait", "close", "layers"].map(|name| (name, name));
+    let names = members.into_iter().chain(methods.map(|name| (name, name))).chain(others);
+    names.fold(message.replace("_set_ndarray", "_set"), |text, (c, here)| text.replace(&format!("icoray_{c}"), here))
 }
 
 /// The error of a status.

@@ -1,5 +1,6 @@
 //! The log of contexts: Python's logger "icoray".
 
+use super::handle::in_python;
 use icoray_context::types::{ICORAY_LOG_ERROR, ICORAY_LOG_INFO, ICORAY_LOG_WARN};
 use pyo3::prelude::*;
 use std::ffi::{CStr, c_char, c_void};
@@ -27,6 +28,6 @@ fn log(py: Python, level: i32, message: &str) -> PyResult<()> {
         _ => 10,
     };
     let logger = py.import("logging")?.call_method1("getLogger", ("icoray",))?;
-    logger.call_method1("log", (level, "%s", message))?;
+    logger.call_method1("log", (level, "%s", in_python(message)))?;
     Ok(())
 }

@@ -206,16 +206,9 @@ impl Dataset {
 
     /// Serves the live page.
     #[cfg(feature = "live")]
-    #[pyo3(signature = (renderer_threads, request, port = None, size = None))]
-    fn view(
-        &self,
-        py: Python,
-        renderer_threads: usize,
-        request: &Bound<PyDict>,
-        port: Option<u16>,
-        size: Option<(u32, u32)>,
-    ) -> PyResult<View> {
-        View::open(py, &self.opened, renderer_threads, &Request::new(request)?, port, size)
+    #[pyo3(signature = (renderer_threads, request, port = None))]
+    fn view(&self, py: Python, renderer_threads: i64, request: &Bound<PyDict>, port: Option<i64>) -> PyResult<View> {
+        View::open(py, &self.opened, renderer_threads, &Request::new(request)?, port)
     }
 
     fn __repr__(&self) -> String {

@@ -9,6 +9,9 @@ use icoray_dataset::{Dataset, LayerSelection, TimeSelection};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+/// What a field is named by, in errors.
+const FIELD: &str = "the name of a field";
+
 /// The arguments, which `_render.py` has made a dict of: those that are not given are not in it.
 pub(crate) struct Request<'py> {
     pub layers: LayerSelection,
@@ -21,12 +24,25 @@ impl<'py> Request<'py> {
         Ok(Request { layers: layers.unwrap_or_default(), given: given.clone() })
     }
 
-    fn get<T: for<'a> FromPyObject<'a, 'py, Error = PyErr>>(&self, name: &str) -> PyResult<Option<T>> {
+    fn get<T: for<'a> FromPyObject<'a, 'py>>(&self, name: &str, expected: &str) -> PyResult<Option<T>> {
         let value = self.given.get_item(name)?;
         let extracted = |value: Bound<'py, PyAny>| {
-            value.extract::<T>().map_err(|e| argument(format!("{name}: {value}: {}", e.value(value.py()))))
+            value.extract::<T>().map_err(|_| argument(format!("{name}: {value:?}, expected {expected}")))
         };
         value.map(extracted).transpose()
+    }
+
+    /// Whether no scene is given.
+    #[cfg(feature = "live")]
+    pub fn is_suggested(&self) -> PyResult<bool> {
+        Ok(!self.given.contains("scene")?)
+    }
+
+    /// Whether the picture has a size of its own.
+    #[cfg(feature = "live")]
+    pub fn has_size(&self) -> PyResult<bool> {
+        let keys = self.given.get_item("keys")?;
+        Ok(self.given.contains("size")? || keys.is_some_and(|keys| keys.contains("image").unwrap_or(false)))
     }
 
     /// Number of the time that is drawn.
@@ -35,8 +51,11 @@ impl<'py> Request<'py> {
             Some(time) => time.str()?.to_string(),
             None => "-1".into(),
         };
-        let selection: TimeSelection = text.parse().map_err(|e| argument(format!("time: {text:?}: {e}")))?;
-        let found = selection.of(dataset.times()).map_err(|e| raised(e.within("time")))?;
+        let selection: TimeSelection = text.parse().map_err(|_| {
+            let expected = "expected a number from 0, a negative one from the last, or a date such as 2003-01-01T06";
+            argument(format!("time: {text:?}, {expected}"))
+        })?;
+        let found = selection.of(dataset.times()).map_err(|e| raised(e.within(format_args!("time: {text:?}"))))?;
         match found[..] {
             [one] => Ok(one),
             _ => Err(argument(format!("time: {text:?} is {} times, expected one", found.len()))),
@@ -49,15 +68,15 @@ impl<'py> Request<'py> {
             Some(keys) => scene::entries(keys.cast::<PyDict>()?, "", 0)?,
             None => Default::default(),
         };
-        let view: Option<String> = self.get("view")?;
+        let view: Option<String> = self.get("view", "the name of a view")?;
         let text = match self.given.get_item("scene")? {
             Some(given) => {
                 self.expect_none(&["colormap", "range", "surface"])?;
                 let text = match given.cast::<Scene>() {
                     Ok(scene) => scene.get().text().to_owned(),
-                    Err(_) => scene::read(&given)?.0,
+                    Err(_) => scene::parsed(&given)?,
                 };
-                let (field, layers) = (self.get::<String>("field")?, self.layers);
+                let (field, layers) = (self.get::<String>("field", FIELD)?, self.layers);
                 renderer.draw(py, None, move |inner| {
                     let wanted = suggest::Completion { text: &text, field: field.as_deref(), ..Default::default() };
                     opened.dataset.completed_scene((opened.grid(), inner), &wanted, time, &layers)
@@ -65,28 +84,29 @@ impl<'py> Request<'py> {
             }
             None => self.suggested(py, opened, renderer, time)?,
         };
-        Scene::with(&text, view.as_deref(), keys).map_err(raised)
+        Scene::composed(text, view.as_deref(), keys).map_err(raised)
     }
 
     /// The text of a suggested scene.
     fn suggested(&self, py: Python, opened: &Opened, renderer: &Renderer, time: usize) -> PyResult<String> {
-        let field: Option<String> = self.get("field")?;
+        let field: Option<String> = self.get("field", FIELD)?;
         let info = match &field {
             Some(name) => opened.dataset.field_info(name),
             None => opened.dataset.first_field(),
         };
         let info = info.map_err(raised)?;
+        let degrees = "a number of degrees";
         let options = suggest::Options {
-            lon_deg: self.get("lon")?,
-            lat_deg: self.get("lat")?,
-            distance: self.get("distance")?,
-            exaggeration: self.get("exaggeration")?,
-            color_map: self.get("colormap")?,
-            range: self.get("range")?,
+            lon_deg: self.get("lon", degrees)?,
+            lat_deg: self.get("lat", degrees)?,
+            distance: self.get("distance", "a number of planet radii")?,
+            exaggeration: self.get("exaggeration", "a number")?,
+            color_map: self.get("colormap", "the name of a colour map")?,
+            range: self.get("range", "(low, high), two numbers")?,
             surface: self.given.get_item("surface")?.map(|level| surface(&level)).transpose()?,
-            size: self.get("size")?,
-            tolerance: self.get("tolerance")?,
-            samples: self.get("samples")?,
+            size: self.given.get_item("size")?.map(|size| scene::size(&size)).transpose()?,
+            tolerance: self.get("tolerance", "a number")?,
+            samples: self.get("samples", "an integer above 0")?,
             ..Default::default()
         };
         let layers = self.layers;
@@ -99,7 +119,7 @@ impl<'py> Request<'py> {
         for name in names {
             if let Some(value) = self.given.get_item(name)? {
                 let expected = "expected no such argument beside scene; give the scene's keys, such as transfer={...}";
-                return Err(argument(format!("{name}: {value}, {expected}")));
+                return Err(argument(format!("{name}: {value:?}, {expected}")));
             }
         }
         Ok(())
@@ -120,7 +140,11 @@ fn layer_selection(layers: &Bound<PyAny>) -> PyResult<LayerSelection> {
         }
         None => layers.to_string(),
     };
-    text.parse().map_err(|e| argument(format!("layers: {layers}: {e}")))
+    text.parse().map_err(|_: String| {
+        argument(format!(
+            "layers: {layers:?}, expected the first and the one behind the last: (0, 20) or slice(5, None)"
+        ))
+    })
 }
 
 /// The level of a surface: a number, "top" or "bottom".
@@ -130,7 +154,7 @@ fn surface(level: &Bound<PyAny>) -> PyResult<Level> {
         "bottom" => Ok(Level::Layer(0)),
         number => number.parse().map(Level::Layer).map_err(|_| {
             argument(format!(
-                "surface: {level}, expected the number of a layer from 0, the innermost, \"top\" or \"bottom\""
+                "surface: {level:?}, expected the number of a layer from 0, the innermost, \"top\" or \"bottom\""
             ))
         }),
     }

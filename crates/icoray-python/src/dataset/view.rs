@@ -23,18 +23,22 @@ impl View {
     pub fn open(
         py: Python,
         opened: &Arc<Opened>,
-        threads: usize,
+        threads: i64,
         request: &Request,
-        port: Option<u16>,
-        size: Option<(u32, u32)>,
+        port: Option<i64>,
     ) -> PyResult<Self> {
+        let port = port
+            .map(|port| u16::try_from(port).map_err(|_| argument(format!("port: {port}, expected 0 to {}", u16::MAX))));
+        let port = port.transpose()?;
         let renderer = Renderer::new(threads)?;
         let time = request.time(&opened.dataset)?;
-        let text = request.scene(py, opened, &renderer, time)?.text().to_owned();
-        let command = "image = icoray.render(data, scene=\"scene.toml\")".to_owned();
+        let scene = request.scene(py, opened, &renderer, time)?;
+        let text = if request.is_suggested()? { view::without_head(scene.text()) } else { scene.text() };
+        let text = text.to_owned();
+        let command = "image = icoray.render(data, scene=\"scene.toml\", time={time})".to_owned();
         let description = view::describe(&opened.dataset, command);
         let reader = view::reader(&opened.dataset);
-        let size = if size.is_some() { PictureSize::SceneOrViewer } else { PictureSize::Viewer };
+        let size = if request.has_size()? { PictureSize::SceneOrViewer } else { PictureSize::Viewer };
         let options = Options { port, size, is_framed: true };
         let live = LiveView::open(&options, description, (text, time), reader).map_err(raised)?;
         let live = Arc::new(live);

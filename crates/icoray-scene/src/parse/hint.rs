@@ -1,5 +1,6 @@
 //! Suggests a known word for a misspelt one.
 
+use crate::keys;
 use icoray_grid::Error;
 
 /// The word of `words` that differs from `found` by the fewest letters, where these are few and not all.
@@ -28,13 +29,26 @@ pub(crate) fn with_hint(error: &Error) -> Error {
     let context = error.context();
     let is_of_serde = ["unknown field `", "unknown variant `"].iter().any(|start| context.contains(start));
     let quoted: Vec<&str> = context.split('`').skip(1).step_by(2).collect();
-    let hint = match quoted.as_slice() {
-        [found, known @ ..] if is_of_serde => nearest(found, known.iter().copied()),
-        _ => None,
+    let [found, known @ ..] = quoted.as_slice() else { return error.clone() };
+    if !is_of_serde {
+        return error.clone();
+    }
+    let asked = match nearest(found, known.iter().copied()) {
+        Some(word) => context.replacen(&format!("`{found}`"), &format!("`{found}` (did you mean `{word}`?)"), 1),
+        None => format!("{context}{}", elsewhere(found)),
     };
-    let (Some(word), [found, ..]) = (hint, quoted.as_slice()) else { return error.clone() };
-    let asked = context.replacen(&format!("`{found}`"), &format!("`{found}` (did you mean `{word}`?)"), 1);
     Error::new(error.kind(), asked)
+}
+
+/// Where a key of this name belongs, to put behind an error about it; empty where no section has it.
+fn elsewhere(key: &str) -> String {
+    let sections = keys::sections().into_iter().filter(|section| section.keys.iter().any(|listed| listed.name == key));
+    let named = sections.map(|section| match section.name.as_str() {
+        "" => "the scene itself".to_owned(),
+        name => format!("`{name}`"),
+    });
+    let named: Vec<String> = named.collect();
+    if named.is_empty() { String::new() } else { format!("; `{key}` is a key of {}", named.join(", ")) }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use icoray_grid::{Error, ErrorKind, Result};
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 /// The word for no colour.
 const TRANSPARENT: &str = "transparent";
@@ -22,6 +22,8 @@ pub(super) struct Text<'t> {
     text: &'t str,
     /// Prefix of keys in messages, such as `volumes.`
     section: &'static str,
+    /// Whether a program composed the text: messages name keys, not lines.
+    is_composed: bool,
 }
 
 /// A value as it stands in a message.
@@ -35,9 +37,47 @@ pub(super) fn shown(value: &toml::Value) -> String {
     }
 }
 
+/// A message of serde's without the names of Rust's types.
+fn in_words(message: &str) -> String {
+    let (before, expected) = message.split_once(", expected ").unwrap_or((message, ""));
+    let expected = match expected {
+        "f64" => "a number",
+        "i64" => "an integer",
+        "a sequence" => "a list",
+        structure if structure.starts_with("struct ") => "a table",
+        other => other,
+    };
+    let before = before.replace("type: map", "type: table").replace("type: sequence", "type: list");
+    if expected.is_empty() { before } else { format!("{before}, expected {expected}") }
+}
+
+/// The key of a table whose name or value is at a place.
+fn key_at(table: &DeTable, place: &Range<usize>) -> Option<String> {
+    table.iter().find_map(|(key, value)| {
+        let name = key.get_ref();
+        let within = if key.span() == *place { Some(String::new()) } else { key_within(value, place) };
+        within.map(|within| if within.is_empty() { name.to_string() } else { format!("{name}.{within}") })
+    })
+}
+
+/// The key within a value that is at a place; empty where that is the value itself or an entry of it.
+fn key_within(value: &Spanned<DeValue>, place: &Range<usize>) -> Option<String> {
+    match value.get_ref() {
+        _ if value.span() == *place => Some(String::new()),
+        DeValue::Table(table) => key_at(table, place),
+        DeValue::Array(list) => list.iter().find_map(|entry| key_within(entry, place)),
+        _ => None,
+    }
+}
+
 impl<'t> Text<'t> {
     pub fn new(text: &'t str) -> Self {
-        Text { text, section: "" }
+        Text { text, section: "", is_composed: false }
+    }
+
+    /// A text that no user has seen.
+    pub fn composed(text: &'t str) -> Self {
+        Text { is_composed: true, ..Self::new(text) }
     }
 
     /// The same where keys are those of a section, whose name ends in a dot.
@@ -52,11 +92,15 @@ impl<'t> Text<'t> {
 
     /// An error of the TOML reader's.
     pub fn refused(&self, e: &toml::de::Error) -> Error {
-        let line = e.span().map_or_else(String::new, |span| {
+        let place = e.span().map_or_else(String::new, |span| {
+            if self.is_composed {
+                let key = self.table().ok().and_then(|table| key_at(table.get_ref(), &span));
+                return key.map_or_else(String::new, |key| format!("key {key}: "));
+            }
             let line = self.line(&span);
             format!("line {line} ({}): ", self.text.lines().nth(line - 1).unwrap_or("").trim())
         });
-        Error::new(ErrorKind::Scene, format!("{line}{}", e.message()))
+        Error::new(ErrorKind::Scene, format!("{place}{}", in_words(e.message())))
     }
 
     pub fn line(&self, span: &Range<usize>) -> usize {
@@ -67,7 +111,8 @@ impl<'t> Text<'t> {
         // An error of a whole section names that.
         let key = format!("{}{key}", self.section);
         let key = key.trim_end_matches('.');
-        Error::new(ErrorKind::Scene, format!("line {}, key {key}: {what}", self.line(&span)))
+        let line = if self.is_composed { String::new() } else { format!("line {}, ", self.line(&span)) };
+        Error::new(ErrorKind::Scene, format!("{line}key {key}: {what}"))
     }
 
     /// The schema's entry of a key.

@@ -71,7 +71,16 @@ impl Script {
     /// [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) with the view, the line, the key, the value and what was
     /// expected.
     pub fn parse(text: &str) -> Result<Self> {
-        script(text)
+        script(Text::new(text))
+    }
+
+    /// As [`Script::parse`], of a text that a program has composed, of keyword arguments for example: errors name keys,
+    /// not lines of a text that no user has seen.
+    ///
+    /// # Errors
+    /// As [`Script::parse`], without the line.
+    pub fn parse_composed(text: &str) -> Result<Self> {
+        script(Text::composed(text))
     }
 
     /// As [`Script::parse`], with `None` for a text of nothing but blanks and comments: nothing is to be drawn.
@@ -85,12 +94,11 @@ impl Script {
 }
 
 /// Parses and checks a script.
-pub(crate) fn script(text: &str) -> Result<Script> {
-    unhinted(text).map_err(|e| with_hint(&e))
+fn script(source: Text) -> Result<Script> {
+    unhinted(&source).map_err(|e| with_hint(&e))
 }
 
-fn unhinted(text: &str) -> Result<Script> {
-    let source = &Text::new(text);
+fn unhinted(source: &Text) -> Result<Script> {
     let mut base = source.table()?;
     expect_keys(base.get_ref())?;
     let live = extras::live(source, base.get_mut())?;

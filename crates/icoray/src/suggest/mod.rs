@@ -160,6 +160,10 @@ impl Options {
         if let Some(map) = &self.color_map {
             check_color_map(map)?;
         }
+        let schema = icoray_scene::keys::find("exaggeration").expect("a key of scenes");
+        if let Some(factor) = self.exaggeration.filter(|factor| !schema.holds(*factor)) {
+            return bad(format!("exaggeration {factor}, expected a number {}", schema.bounds_text()));
+        }
         match self.range {
             Some([low, high]) if !(low < high && low.is_finite() && high.is_finite()) => {
                 bad(format!("range {low} to {high}, expected two finite numbers, the lower first"))

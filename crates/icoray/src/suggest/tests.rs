@@ -210,6 +210,8 @@ fn an_isosurface_is_all_that_is_shown() {
 
 #[test]
 fn what_cannot_be_shown_is_an_error() {
+    let error = text_for(wave, &Options { exaggeration: Some(-1.0), ..Options::default() }).unwrap_err();
+    assert_eq!(error.context(), "exaggeration -1, expected a number from 1e-6 to 1e6");
     let error = text_for(|_, _, _| f64::NAN, &Options::default()).unwrap_err();
     assert!(error.kind() == ErrorKind::Field && error.context().contains("all values are missing"));
     for options in [

@@ -27,6 +27,37 @@ fn near_misses_are_answered_with_what_was_meant() {
 }
 
 #[test]
+fn keys_in_the_wrong_table_are_answered_with_theirs() {
+    for (text, words) in [
+        (
+            "image = { background = \"white\" }",
+            "unknown field `background` | `background` is a key of the scene itself",
+        ),
+        ("field = \"q\"\nlat = 3", "unknown field `lat` | `lat` is a key of `camera`"),
+    ] {
+        assert_says(&Script::parse(text).expect_err(text), words, text);
+    }
+}
+
+#[test]
+fn types_are_named_in_words_and_composed_texts_by_their_keys() {
+    for (text, expected) in [
+        ("transfer = 3", "key transfer: invalid type: integer `3`, expected a table"),
+        ("[transfer]\nmap = 3", "key transfer.map: invalid type: integer `3`, expected a string"),
+        ("tolerance = \"x\"", "key tolerance: invalid type: string \"x\", expected a number"),
+        ("samples = [1]", "key samples: invalid type: list, expected an integer"),
+        ("isosurfaces = { value = 1 }", "key isosurfaces: invalid type: table, expected a list"),
+        ("[[isosurfaces]]\nvalue = \"x\"", "key isosurfaces.value: invalid type: string \"x\", expected a number"),
+        ("[[isosurfaces]]\nvalues = [\"x\"]", "key isosurfaces.values: invalid type: string \"x\", expected a number"),
+        ("[camera]\nlat = 91", "key camera.lat: 91, expected a number from -90 to 90"),
+    ] {
+        assert_eq!(Script::parse_composed(text).expect_err(text).context(), expected);
+        let (_, what) = expected.split_once(": ").unwrap();
+        assert_says(&Script::parse(text).expect_err(text), &format!("line | {what}"), text);
+    }
+}
+
+#[test]
 fn long_numbers_are_short_in_messages() {
     for text in [
         "exaggeration = 1e300",

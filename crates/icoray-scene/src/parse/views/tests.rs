@@ -28,7 +28,7 @@ lat = 0
 "##;
 
 fn parse(text: &str) -> Script {
-    script(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+    Script::parse(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
 /// The only shot of each view at a step.
@@ -163,7 +163,7 @@ fn what_goes_instead_of_other_keys_takes_their_place() {
 
 /// Lines after the base, whose last one is 19, are refused with an error that has all of these words.
 fn refused(lines: &str, words: &str) {
-    let error = script(&format!("{BASE}{lines}\n")).expect_err(lines);
+    let error = Script::parse(&format!("{BASE}{lines}\n")).expect_err(lines);
     assert_eq!(error.kind(), ErrorKind::Scene);
     assert_says(&error, words, lines);
 }
@@ -177,7 +177,7 @@ fn errors_name_view_line_and_key() {
         ("field = 3", "view \"a\": line 22 (field = 3) | string"),
         ("at_times = []", "line 22, key at_times | empty"),
         ("at_times = [0, inf]", "line 22, key at_times: inf"),
-        ("at_steps = [0.5]", "line 22 (at_steps = [0.5]) | i64"),
+        ("at_steps = [0.5]", "line 22 (at_steps = [0.5]) | an integer"),
         ("when = [\"max(q) > 1\",\n  \"max(q) >> 1\"]", "line 22, key when: \"max(q) >> 1\" | \"> 1\" at character 9"),
         ("when = 3", "line 22 | max(theta) > 300"),
         ("camera.orbit = 2", "line 22 (camera.orbit = 2)"),
@@ -367,5 +367,5 @@ fn a_model_is_asked_for_a_page_by_its_file_alone() {
 }
 
 fn script_error(text: &str) -> String {
-    script(text).unwrap_err().to_string()
+    Script::parse(text).unwrap_err().to_string()
 }
