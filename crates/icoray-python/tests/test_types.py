@@ -44,7 +44,7 @@ grid = icoray.Grid.icosahedral(2)
 layers = icoray.Layers.from_heights([0.0, 1e3], 6.371e6)
 field = icoray.Field(np.zeros((162, 2)), "cell", units="K")
 image = icoray.Renderer(threads=1).render(icoray.Scene("a.toml", size=(3, 4)), grid, layers, {"q": field})
-seconds: float = image.report["timing"]["render_s"]
+seconds: float = image.report["render_s"]
 with icoray.Context("out", comm=None) as context:
     context.execute(1, date="2026-11-24_00:00:00")
     rays: int = context.report()["rays"]
