@@ -167,32 +167,136 @@ module icoray
   end type icoray_ndarray
 
   !> Cost and error of the last rendered frame, and counts of all frames so far. Seconds are wall-clock time.
+  !> 
+  !> If one call of icoray_execute rendered several frames, host_s, waited_s, copy_s and bytes_copied are sums over
+  !> them, `frames` is their number, and all other members are of the last one. With async_render the report is of
+  !> the frame that was finished last; icoray_wait waits for the one in progress.
+  !> 
+  !> The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
+  !> integral of the interpolated field along its ray. It does not include the error of the interpolation between
+  !> cells and layers. Of a pixel that was not traced (pixel_step) nothing is known: its error is 1, or the brightest
+  !> that the scene may show.
   type, bind(C), public :: icoray_frame_report
     integer(c_size_t) :: struct_size = 0
+    !> Step passed to icoray_execute.
     integer(c_int64_t) :: step = 0
-    real(c_double) :: time_s = 0, host_s = 0, waited_s = 0, copy_s = 0, prepare_s = 0, render_s = 0, write_s = 0
-    integer(c_int64_t) :: rays = 0, columns = 0, frusta = 0, void_frusta = 0
-    real(c_double) :: value_min = 0, value_max = 0
-    integer(c_int64_t) :: missing_values = 0, bytes_copied = 0, bytes_derived = 0, bytes_peak = 0
-    real(c_double) :: error_max = 0, error_mean = 0, error_p999 = 0, tolerance = 0
-    integer(c_int32_t) :: error_is_bound = 0, pixel_step = 0, lights = 0, threads = 0
-    integer(c_int64_t) :: frames_written = 0, frames_failed = 0, frames_dropped = 0
-    real(c_double) :: host_total_s = 0, write_total_s = 0
-    integer(c_int32_t) :: ranks = 0, tiles = 0
-    real(c_double) :: gather_s = 0, balance = 0
+    !> Time passed to icoray_execute, seconds.
+    real(c_double) :: time_s = 0
+    !> Seconds that the call of icoray_execute took.
+    real(c_double) :: host_s = 0
+    !> Part of host_s: waiting for a full queue or for earlier frames.
+    real(c_double) :: waited_s = 0
+    !> Part of host_s: copying fields (async_render; fields distributed over ranks, including waiting for other
+    !> ranks).
+    real(c_double) :: copy_s = 0
+    !> Seconds for value range, averages of corner fields, and gradients.
+    real(c_double) :: prepare_s = 0
+    !> Seconds for tracing rays.
+    real(c_double) :: render_s = 0
+    !> Seconds for encoding and writing the frame that was written last, on the writing thread.
+    real(c_double) :: write_s = 0
+    !> Rays that meet the shell.
+    integer(c_int64_t) :: rays = 0
+    !> Columns that these rays cross.
+    integer(c_int64_t) :: columns = 0
+    !> Frusta that these rays cross and read.
+    integer(c_int64_t) :: frusta = 0
+    !> Frusta among these that are empty because of a missing value.
+    integer(c_int64_t) :: void_frusta = 0
+    !> Smallest value of the field; NaN if all values are missing.
+    real(c_double) :: value_min = 0
+    !> Largest value of the field; NaN if all values are missing.
+    real(c_double) :: value_max = 0
+    !> Number of values that are NaN, infinite or equal to fill_value.
+    integer(c_int64_t) :: missing_values = 0
+    !> Bytes of fields that were copied: 0, or those of the fields with async_render. For columns distributed over
+    !> ranks: bytes of columns that this rank wrote to the memory of its node.
+    integer(c_int64_t) :: bytes_copied = 0
+    !> Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh
+    !> that the ranks of this node have together; averages that this rank wrote to the memory of its node count
+    !> here.
+    integer(c_int64_t) :: bytes_derived = 0
+    !> Largest number of bytes that icoray has held at once in this process, over all contexts and meshes; without
+    !> memory that the ranks of a node share.
+    integer(c_int64_t) :: bytes_peak = 0
+    !> Largest error of a pixel.
+    real(c_double) :: error_max = 0
+    !> Mean error of the pixels with an error above 0; 0 if there are none.
+    real(c_double) :: error_mean = 0
+    !> 99.9th percentile of the errors above 0; 0 if there are none.
+    real(c_double) :: error_p999 = 0
+    !> Largest error allowed in a traced pixel: the scene's tolerance, or a larger one to keep its time_budget_ms.
+    real(c_double) :: tolerance = 0
+    !> 1 if the errors are bounds (unlit, f64), 0 if they are estimates.
+    integer(c_int32_t) :: error_is_bound = 0
+    !> Every how many pixels one is traced, in both directions, the others being interpolated: 1, or more to keep
+    !> the scene's time_budget_ms.
+    integer(c_int32_t) :: pixel_step = 0
+    !> Light: 0 off, 1 coarse (to keep the time budget), 2 full.
+    integer(c_int32_t) :: lights = 0
+    !> Number of rendering threads.
+    integer(c_int32_t) :: threads = 0
+    !> Frames written so far.
+    integer(c_int64_t) :: frames_written = 0
+    !> Frames so far that could not be rendered or written; without those refused with ICORAY_ERR_EXISTS.
+    integer(c_int64_t) :: frames_failed = 0
+    !> Frames dropped so far because the queue was full (ICORAY_DROP_OLDEST).
+    integer(c_int64_t) :: frames_dropped = 0
+    !> Seconds inside icoray_execute so far.
+    real(c_double) :: host_total_s = 0
+    !> Seconds for encoding and writing so far.
+    real(c_double) :: write_total_s = 0
+    !> Number of ranks that rendered the frame: 1, or those of icoray_open. With several, errors, rays, columns,
+    !> frusta, values, fragments, gather_s, balance and bytes_received are of the whole picture and equal on all
+    !> ranks; other seconds and bytes, threads and tiles are of this rank; files are written and counted at rank 0.
+    integer(c_int32_t) :: ranks = 0
+    !> Tiles of the picture that this rank rendered, or composed of fragments.
+    integer(c_int32_t) :: tiles = 0
+    !> Seconds in which rank 0 waited for and received tiles of the other ranks.
+    real(c_double) :: gather_s = 0
+    !> Load balance: mean over maximum of the seconds that ranks rendered; 1 is even.
+    real(c_double) :: balance = 0
+    !> Bytes of tiles that rank 0 received.
     integer(c_int64_t) :: bytes_received = 0
+    !> How ranks shared the picture: ICORAY_ALONE, ICORAY_TILES or ICORAY_FRAGMENTS.
     integer(c_int32_t) :: scheme = 0
-    integer(c_int64_t) :: fragments = 0, fragment_bytes = 0
+    !> Fragments of which rays were composed (ICORAY_FRAGMENTS), of all ranks.
+    integer(c_int64_t) :: fragments = 0
+    !> Bytes of fragments that ranks sent each other.
+    integer(c_int64_t) :: fragment_bytes = 0
+    !> Seconds in which this rank composed rays of fragments.
     real(c_double) :: compose_s = 0
+    !> What traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU and the
+    !> reason for using the CPU, each once.
     integer(c_int32_t) :: drawn_on = 0
-    real(c_double) :: upload_s = 0, device_s = 0
+    !> Part of render_s before rays could start on the GPU: preparing and uploading data, seconds.
+    real(c_double) :: upload_s = 0
+    !> Seconds for rays by the GPU's clock; NaN if there is none.
+    real(c_double) :: device_s = 0
+    !> Bytes uploaded to the GPU.
     integer(c_int64_t) :: bytes_uploaded = 0
-    integer(c_int64_t) :: frames = 0            !< of the call; host_s, waited_s, copy_s and bytes_copied are sums
+    !> Number of frames that the call of icoray_execute rendered; this report is of the last one.
+    integer(c_int64_t) :: frames = 0
+    !> Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays or more; 0 with
+    !> antialias = false in the scene. rays and the numbers after it include the rays of these pixels.
     integer(c_int64_t) :: edge_pixels = 0
+    !> Number of pixels of the picture whose error is above `tolerance`. The log warns of them once per view.
     integer(c_int64_t) :: pixels_over_tolerance = 0
+    !> Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`; below 1 where
+    !> not every pixel was traced.
     real(c_double) :: rays_per_pixel = 0
-    real(c_double) :: sampling_error_max = 0, sampling_error_mean = 0   !< NaN where pixels are one ray each
-    real(c_double) :: cells_per_pixel_max = 0, cells_per_pixel_mean = 0
+    !> Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its
+    !> area, not counting the errors of the rays' integrals; with pixel_step above 1, how far a pixel that was not
+    !> traced may be from its ray. NaN where pixels are one ray each.
+    real(c_double) :: sampling_error_max = 0
+    !> Mean of the estimated sampling errors; NaN where pixels are one ray each.
+    real(c_double) :: sampling_error_mean = 0
+    !> Largest number of cells that fall into a pixel where its ray meets the shell, of up to 16 x 16 pixels at
+    !> equal distances.
+    real(c_double) :: cells_per_pixel_max = 0
+    !> Mean number of cells that fall into these pixels. From 4 on, with samples = 1, the log has a hint once per
+    !> view.
+    real(c_double) :: cells_per_pixel_mean = 0
   end type icoray_frame_report
 
   !> Opens a context for one process, without MPI. In a job of several MPI ranks rank 0 logs a warning, once.

@@ -334,7 +334,8 @@ typedef struct icoray_frame_report {
   uint64_t bytes_copied;
   /**
    * Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh
-   * that the ranks of this node have together; averages that this rank wrote to the memory of its node count here.
+   * that the ranks of this node have together; averages that this rank wrote to the memory of its node count
+   * here.
    */
   uint64_t bytes_derived;
   /**
@@ -455,8 +456,8 @@ typedef struct icoray_frame_report {
    */
   uint64_t frames;
   /**
-   * Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays or more; 0 with antialias =
-   * false in the scene. rays and the numbers after it include the rays of these pixels.
+   * Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays or more; 0 with
+   * antialias = false in the scene. rays and the numbers after it include the rays of these pixels.
    */
   uint64_t edge_pixels;
   /**
@@ -464,14 +465,14 @@ typedef struct icoray_frame_report {
    */
   uint64_t pixels_over_tolerance;
   /**
-   * Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`; below 1 where not
-   * every pixel was traced.
+   * Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`; below 1 where
+   * not every pixel was traced.
    */
   double rays_per_pixel;
   /**
-   * Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its area, not
-   * counting the errors of the rays' integrals; with pixel_step above 1, how far a pixel that was not traced may be
-   * from its ray. NaN where pixels are one ray each.
+   * Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its
+   * area, not counting the errors of the rays' integrals; with pixel_step above 1, how far a pixel that was not
+   * traced may be from its ray. NaN where pixels are one ray each.
    */
   double sampling_error_max;
   /**
@@ -479,12 +480,13 @@ typedef struct icoray_frame_report {
    */
   double sampling_error_mean;
   /**
-   * Largest number of cells that fall into a pixel where its ray meets the shell, of up to 16 x 16 pixels at equal
-   * distances.
+   * Largest number of cells that fall into a pixel where its ray meets the shell, of up to 16 x 16 pixels at
+   * equal distances.
    */
   double cells_per_pixel_max;
   /**
-   * Mean number of cells that fall into these pixels. From 4 on, with samples = 1, the log has a hint once per view.
+   * Mean number of cells that fall into these pixels. From 4 on, with samples = 1, the log has a hint once per
+   * view.
    */
   double cells_per_pixel_mean;
 } icoray_frame_report;

@@ -102,7 +102,7 @@ fn grows(
     let beside = |model: &Model| {
         let (bytes, frame) = model.ask(scene, &draw);
         assert!(covered(&frame) > 0.2, "{}", layout.name);
-        bytes.checked_sub(frame.report.derived_bytes).ok_or("less than the report says".to_string())
+        bytes.checked_sub(frame.report.bytes_derived).ok_or("less than the report says".to_string())
     };
     let (small_asked, tall_asked, wide_asked) = (beside(&small)?, beside(&tall)?, beside(&wide)?);
     for (model, asked, allowed) in [(&tall, tall_asked, 3 * LAYERS * per_layer + SLACK), (&wide, wide_asked, SLACK)] {
@@ -158,7 +158,7 @@ fn derived_bytes_are_those_of_averages_and_gradients(
     lit: &Scene,
     render: impl Fn(&Scene, &Grid, &Layers, &Field) -> Frame + Copy,
 ) {
-    let derived = |location, scene| Model::new(3, 8, LAYOUTS[0], location).ask(scene, render).1.report.derived_bytes;
+    let derived = |location, scene| Model::new(3, 8, LAYOUTS[0], location).ask(scene, render).1.report.bytes_derived;
     let values = 642 * 8;
     assert_eq!(derived(Location::Center, unlit), 0);
     assert_eq!(derived(Location::Corner, unlit), values * size_of::<f32>());

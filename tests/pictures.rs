@@ -264,7 +264,7 @@ fn corner_fields_and_full_levels_are_placed() {
     let a = render(&scene, &grid, &sphere.layers, &corner);
     let b = render(&scene, &grid, &sphere.layers.midpoints().unwrap(), &center.field());
     assert_eq!(difference(&a.pixels, &b.pixels).max, 0.0);
-    assert_eq!(a.report.derived_bytes, grid.cells() * 7 * 8);
+    assert_eq!(a.report.bytes_derived, grid.cells() * 7 * 8);
     assert!(covered(&a) > 0.3);
 }
 

@@ -55,7 +55,7 @@ def main(path: str | None = None, field: str | None = None) -> None:
     # Without a scene, the values decide on colours, opacities and the camera.
     image = dataset.render(field)
     image.save(PICTURES / "suggested.png")
-    print("largest error of a channel:", image.report["error"]["max"])
+    print("largest error of a channel:", image.report["error_max"])
 
     # The suggested scene with other keys; docs/src/scene-reference.md lists them. `icoray render` and models read the
     # file too.
@@ -67,7 +67,7 @@ def main(path: str | None = None, field: str | None = None) -> None:
     for time, date in enumerate(dataset.times):
         image = dataset.render(scene=scene, time=time)
         image.save(PICTURES / f"time_{time}.png")
-        print(date, f"{image.report['timing']['render_s']:.2f} s")
+        print(date, f"{image.report['render_s']:.2f} s")
 
 
 if __name__ == "__main__":

@@ -74,9 +74,9 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         let number = |name: &str| row[column(name)].parse::<f64>().unwrap();
         let [max, mean, p999] = ["error_max", "error_mean", "error_p999"].map(number);
         assert!(0.0 < mean && mean <= max && 0.0 < p999 && p999 <= max && max <= 1e-3, "{row:?}");
-        assert!(["bound", "estimate"].contains(&&*row[column("error_kind")]), "{row:?}");
+        assert!(["true", "false"].contains(&&*row[column("error_is_bound")]), "{row:?}");
         assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
-        assert_eq!(number("over_tolerance"), 0.0);
+        assert_eq!(number("pixels_over_tolerance"), 0.0);
         assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
         assert_eq!(["ranks", "balance", "gather_s", "bytes_received"].map(number), [1.0, 1.0, 0.0, 0.0]);
         assert!(number("tiles") >= 1.0, "{row:?}");

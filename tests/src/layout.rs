@@ -41,15 +41,12 @@ pub fn rust_layout() -> String {
             block_stride has_fill fill_value grid_name layers_name;
         icoray_ndarray: struct_size data r#type location rank has_fill fill_value extent stride grid_name
             layers_name;
-        icoray_frame_report: struct_size step time_s host_s waited_s copy_s prepare_s render_s write_s rays
-            columns frusta void_frusta value_min value_max missing_values bytes_copied bytes_derived
-            bytes_peak error_max error_mean error_p999 tolerance error_is_bound pixel_step lights threads
-            frames_written frames_failed frames_dropped host_total_s write_total_s ranks tiles gather_s balance
-            bytes_received scheme fragments fragment_bytes compose_s drawn_on upload_s device_s bytes_uploaded
-            frames edge_pixels pixels_over_tolerance rays_per_pixel sampling_error_max sampling_error_mean
-            cells_per_pixel_max cells_per_pixel_mean;
-        icoray_status:;
+        icoray_frame_report: struct_size;
     }
+    for (figure, offset) in types::icoray_frame_report::OFFSETS {
+        writeln!(lines, "icoray_frame_report.{figure} {offset}").unwrap();
+    }
+    layout! { icoray_status:; }
     use types::icoray_status as status;
     numbers! {
         status::ICORAY_OK, status::ICORAY_ERR_NULL, status::ICORAY_ERR_STRUCT_SIZE,

@@ -1,5 +1,8 @@
 //! Shared by the tests: small scenes and comparisons that can fail; programs in C and Fortran.
 
+// As icoray-capi calls it, one of whose files `layout` includes.
+extern crate icoray as icoray_core;
+
 pub mod interface;
 pub mod layout;
 pub mod layouts;

@@ -29,7 +29,7 @@ pub fn describe(printed: &[String], csv: &str) -> String {
 fn errors(table: &Table) -> Option<String> {
     let column = |name| table.numbers(name);
     let (max, mean, p999) = (column("error_max")?, column("error_mean")?, column("error_p999")?);
-    let is_bound = table.column("error_kind")?.iter().all(|kind| *kind == "bound");
+    let is_bound = table.column("error_is_bound")?.iter().all(|cell| *cell == "true");
     Some(format!(
         "\n\npictures' error, of a channel from 0 to 1: {:.1e} at most, {:.1e} in the mean,\n\
          99.9% of the pixels of each below {:.1e} ({})",
@@ -91,9 +91,9 @@ fn number(text: &str) -> Option<f64> {
 mod tests {
     use super::*;
 
-    const CSV: &str = "file,error_max,error_mean,error_p999,error_kind,ranks,balance\n\
-                       \"a,b.png\",2e-4,1e-6,5e-5,bound,2,0.5\n\
-                       c.png,1e-4,3e-6,8e-5,KIND,2,1\r\n";
+    const CSV: &str = "file,error_max,error_mean,error_p999,error_is_bound,ranks,balance\n\
+                       \"a,b.png\",2e-4,1e-6,5e-5,true,2,0.5\n\
+                       c.png,1e-4,3e-6,8e-5,BOUND,2,1\r\n";
 
     #[test]
     fn a_run_is_described_by_its_summary_and_its_report() {
@@ -106,7 +106,7 @@ mod tests {
                         99.9% of the pixels of each below 8.0e-5 (an estimate)\n\
                         drawn by 2 ranks; balance 0.75 in the mean, where 1 is even";
         assert_eq!(describe(&printed, CSV), expected);
-        assert!(describe(&printed, &CSV.replace("KIND", "bound")).contains("(a bound)"));
+        assert!(describe(&printed, &CSV.replace("BOUND", "true")).contains("(a bound)"));
     }
 
     #[test]

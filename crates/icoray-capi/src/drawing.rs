@@ -5,6 +5,7 @@ use crate::boundary::{Failure, Outcome};
 use crate::frame_inputs::FrameInputs;
 use crate::host::without_signals;
 use crate::log::{Level, Log};
+use crate::memory;
 use crate::policy::Policy;
 use crate::types::{icoray_config, icoray_frame_report, icoray_status};
 use icoray_core::output::{Stamp, Writer};
@@ -18,11 +19,9 @@ mod collective;
 mod devices;
 mod errors;
 mod options;
-mod report;
 
 use devices::DeviceLog;
 use errors::ErrorWarnings;
-use report::{Call, Totals};
 
 /// A key and a text in a picture's file.
 type Note = (&'static str, String);
@@ -48,13 +47,12 @@ pub(crate) struct Drawing {
     /// The first failure that no call has returned yet.
     unreported: Option<Failure>,
     last: Option<(Stamp, FrameReport)>,
-    /// Sums over the frames of the call that `last` belongs to.
-    call: Call,
+    /// Sums over the frames of the call that `last` belongs to, and over all frames.
+    host: icoray_frame_report,
     /// Whether the current call has not rendered a frame yet.
     is_new_call: bool,
     /// The step that the background renders, and the seconds that submitting it took the model.
     submitted_step: Option<(i64, f64)>,
-    totals: Totals,
     /// A note in all pictures from now on.
     note: Option<Note>,
     /// What frames cost, where that is asked for.
@@ -94,7 +92,6 @@ impl Drawing {
             let background = is_begun.then(|| Background::new(renderer.clone(), writer.clone()));
             Ok((renderer, writer, background.transpose()?))
         })?;
-        let (unreported, last, submitted_step, totals) = (None, None, None, Totals::default());
         let is_on_for_all = (!ranks.is_alone()).then_some(true);
         Ok(Drawing {
             renderer,
@@ -108,12 +105,11 @@ impl Drawing {
             log,
             devices: DeviceLog::default(),
             errors: ErrorWarnings::default(),
-            unreported,
-            last,
-            call: Call::default(),
+            unreported: None,
+            last: None,
+            host: icoray_frame_report::default(),
             is_new_call: false,
-            submitted_step,
-            totals,
+            submitted_step: None,
             note: None,
             costs: None,
         })
@@ -218,10 +214,10 @@ impl Drawing {
 
     /// Ends an icoray_execute that took `host_s` seconds.
     pub fn end_call(&mut self, host_s: f64) {
-        self.totals.host_s += host_s;
+        self.host.host_total_s += host_s;
         match &mut self.submitted_step {
             Some((_, seconds)) if self.background.is_some() && !self.is_new_call => *seconds = host_s,
-            _ if !self.is_new_call => self.totals.last_host_s = host_s,
+            _ if !self.is_new_call => self.host.host_s = host_s,
             _ => {}
         }
     }
@@ -302,9 +298,9 @@ impl Drawing {
     /// Records a rendered frame of this call.
     fn record_frame(&mut self, stamp: &Stamp, report: FrameReport) {
         if std::mem::take(&mut self.is_new_call) {
-            self.call = Call::default();
+            self.host.begin_call();
         }
-        self.call.add(&report);
+        self.host.add(&report);
         self.last = Some((stamp.clone(), report));
     }
 
@@ -312,14 +308,14 @@ impl Drawing {
     pub fn collect(&mut self) {
         // Frames that are written by now were rendered before the last outcomes of the background.
         let written = self.writer.take_outcomes();
-        self.totals.written += written.more_done;
-        self.totals.failed += written.more_failed;
+        self.host.frames_written += written.more_done;
+        self.host.frames_failed += written.more_failed;
         for written in written.kept {
-            self.totals.write_s += written.write_s;
-            self.totals.last_write_s = written.write_s;
+            self.host.write_total_s += written.write_s;
+            self.host.write_s = written.write_s;
             match written.result {
                 Ok(path) => {
-                    self.totals.written += 1;
+                    self.host.frames_written += 1;
                     self.policy.succeeded();
                     if self.log.takes(Level::Info) {
                         let (step, seconds) = (written.stamp.step, written.write_s);
@@ -332,11 +328,11 @@ impl Drawing {
         }
         if let Some(background) = &mut self.background {
             let drawn = background.take_outcomes();
-            self.totals.failed += drawn.more_failed;
+            self.host.frames_failed += drawn.more_failed;
             for drawn in drawn.kept {
                 self.record_dropped(drawn.dropped.as_ref());
                 if drawn.is_first {
-                    self.call = Call::default();
+                    self.host.begin_call();
                 }
                 match drawn.result {
                     Ok(report) => {
@@ -344,7 +340,7 @@ impl Drawing {
                         self.errors.log_frame(drawn.view.as_deref(), &drawn.stamp, &report, &self.log);
                         self.record_cost(drawn.view.as_deref(), &drawn.stamp, &report);
                         self.log_details(&drawn.stamp, &report);
-                        self.call.add(&report);
+                        self.host.add(&report);
                         self.last = Some((drawn.stamp, report));
                     }
                     // Rank 0 reports it.
@@ -354,11 +350,11 @@ impl Drawing {
                     Err(error) => self.record_late_failure(&drawn.stamp, error),
                 }
             }
-            self.call.frames += drawn.more_done;
+            self.host.frames += drawn.more_done;
         }
         let is_last = |step: i64| self.last.as_ref().is_some_and(|(stamp, _)| stamp.step == step);
         if let Some((_, host_s)) = self.submitted_step.take_if(|(step, _)| is_last(*step)) {
-            self.totals.last_host_s = host_s;
+            self.host.host_s = host_s;
         }
     }
 
@@ -389,13 +385,13 @@ impl Drawing {
     }
 
     fn record_failure(&mut self, failure: &Failure) {
-        self.totals.failed += 1;
+        self.host.frames_failed += 1;
         self.policy.failed(failure, &self.log);
     }
 
     fn record_dropped(&mut self, dropped: Option<&Stamp>) {
         if let Some(stamp) = dropped {
-            self.totals.dropped += 1;
+            self.host.frames_dropped += 1;
             let message = format!("step {}: dropped, the writer is behind", stamp.step);
             self.log.say(Level::Warn, &message);
         }
@@ -429,7 +425,8 @@ impl Drawing {
         self.collect();
         let none = || Failure::new(icoray_status::ICORAY_ERR_ORDER, "no frame has been rendered yet");
         let (stamp, report) = self.last.as_ref().ok_or_else(none)?;
-        Ok(report::c_report(stamp, report, &self.call, &self.totals))
+        self.host.bytes_peak = memory::peak();
+        Ok(icoray_frame_report::of(stamp, report, &self.host))
     }
 }
 

@@ -8,7 +8,7 @@ use icoray_core::ranks::Vote;
 /// The ranks of a communicator, given as Fortran's integer.
 #[cfg(feature = "mpi")]
 pub(crate) fn of_communicator(fortran_comm: i32) -> Outcome<Ranks> {
-    Ok(Ranks::new(Box::new(icoray_mpi::MpiTeam::new(fortran_comm)?)))
+    Ok(Ranks::new(Box::new(icoray_mpi::team(fortran_comm)?)))
 }
 
 /// Fails: this library was built without MPI.

@@ -10,14 +10,14 @@ use icoray::{Error, ErrorKind, Result, Team};
 /// [`ErrorKind::Mpi`] for integers that are no communicator.
 #[cfg(feature = "mpi")]
 pub fn of_host(communicator: Option<i64>) -> Result<Option<[Box<dyn Team>; 2]>> {
-    use icoray_mpi::{MpiTeam, world_communicator};
+    use icoray_mpi::{team, world_communicator};
     let Some(communicator) = communicator.or_else(|| world_communicator().map(i64::from)) else { return Ok(None) };
     // Handles of MPICH have the highest bit, which hosts may have made a sign of or not.
     let handle = i32::try_from(communicator).or_else(|_| u32::try_from(communicator).map(u32::cast_signed));
     let handle = handle.map_err(|_| {
         Error::new(ErrorKind::Mpi, format!("catalyst/mpi_comm is {communicator}, expected MPI_Comm_c2f(comm)"))
     })?;
-    Ok(Some([Box::new(MpiTeam::new(handle)?), Box::new(MpiTeam::new(handle)?)]))
+    Ok(Some([Box::new(team(handle)?), Box::new(team(handle)?)]))
 }
 
 /// One process: this library was built without MPI.

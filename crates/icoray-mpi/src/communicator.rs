@@ -2,35 +2,36 @@
 
 use crate::error::check;
 use icoray::Result;
+use icoray::ranks::Communicator;
 use mpi::ffi;
 use std::ffi::c_int;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::AtomicBool;
 
 /// A communicator whose errors are returned. It is freed on drop, unless MPI was finalised or a rank has left before
 /// the others. Creation and drop are collective.
 #[derive(Debug)]
-pub(crate) struct Communicator {
-    pub handle: ffi::MPI_Comm,
-    pub rank: usize,
-    pub size: usize,
+pub struct MpiCommunicator {
+    pub(crate) handle: ffi::MPI_Comm,
+    pub(crate) rank: usize,
+    pub(crate) size: usize,
     /// Whether a rank has left: then nothing is freed, as that is collective.
-    pub is_given_up: Arc<AtomicBool>,
+    pub(crate) is_given_up: Arc<AtomicBool>,
 }
 
 // SAFETY: a handle, which MPI lets any thread hold. Calls with it are made by the thread that makes calls on the host's
 // context, one at a time; that MPI may be called there is the host's promise, checked where a team is opened.
-unsafe impl Send for Communicator {}
+unsafe impl Send for MpiCommunicator {}
 
-impl Communicator {
+impl MpiCommunicator {
     /// A duplicate of a communicator.
-    pub fn duplicate(of: ffi::MPI_Comm, is_given_up: Arc<AtomicBool>) -> Result<Self> {
+    pub(crate) fn of_duplicate(of: ffi::MPI_Comm, is_given_up: Arc<AtomicBool>) -> Result<Self> {
         // SAFETY: a communicator of the host's or ours; the handle is written.
         Self::new("MPI_Comm_dup", is_given_up, |new| unsafe { ffi::MPI_Comm_dup(of, new) })
     }
 
     /// The communicator that the MPI function `call` writes to the handle given to `make`.
-    pub fn new(
+    pub(crate) fn new(
         call: &str,
         is_given_up: Arc<AtomicBool>,
         make: impl FnOnce(*mut ffi::MPI_Comm) -> c_int,
@@ -38,7 +39,7 @@ impl Communicator {
         // SAFETY: a handle of MPI's, which is not written to.
         let mut handle = unsafe { ffi::RSMPI_COMM_NULL };
         check(call, make(&mut handle))?;
-        let mut comm = Communicator { handle, rank: 0, size: 1, is_given_up };
+        let mut comm = MpiCommunicator { handle, rank: 0, size: 1, is_given_up };
         let (mut rank, mut size) = (0, 1);
         // SAFETY: the communicator is ours, so its errors may be ours too; the numbers are written.
         unsafe {
@@ -49,14 +50,9 @@ impl Communicator {
         (comm.rank, comm.size) = (rank as usize, size as usize);
         Ok(comm)
     }
-
-    /// Whether MPI was finalised or a rank has left: then no collective operation is possible.
-    pub fn is_gone(&self) -> bool {
-        self.is_given_up.load(Relaxed) || is_finalized()
-    }
 }
 
-impl Drop for Communicator {
+impl Drop for MpiCommunicator {
     fn drop(&mut self) {
         if !self.is_gone() {
             // SAFETY: the communicator is ours, and MPI has not been finalised. A failure cannot be reported any more.

@@ -1,61 +1,50 @@
 //! A team over a communicator of the host's MPI, and checks that MPI may be called.
 
-use crate::communicator::{Communicator, flag, is_finalized};
+use crate::communicator::{MpiCommunicator, flag, is_finalized};
 use crate::error::{check, failed};
-use icoray::ranks::MessageQueue;
+use icoray::ranks::CommunicatorTeam;
 use icoray::{Error, ErrorKind, Result};
 use mpi::ffi;
 use std::ffi::c_char;
 use std::mem::size_of;
 use std::sync::Arc;
 
-/// The ranks of a communicator, which is duplicated on creation and freed on drop. Both are collective.
+/// The ranks of a communicator.
+pub type MpiTeam = CommunicatorTeam<MpiCommunicator>;
+
+/// The ranks of `fortran_comm`: `MPI_Comm_c2f(comm)` in C, `comm` in Fortran's `mpi`, `comm%MPI_VAL` in `mpi_f08`.
+/// The communicator is duplicated and the duplicate freed on drop, unless MPI was finalised or a rank has left before the
+/// others. Both are collective over it.
 ///
-/// If MPI was finalised, or a rank has left before the others, drop does not free it.
-#[derive(Debug)]
-pub struct MpiTeam {
-    pub(crate) queue: MessageQueue<Communicator>,
-}
-
-impl MpiTeam {
-    pub(crate) fn comm(&self) -> &Communicator {
-        self.queue.comm()
+/// # Errors
+/// [`ErrorKind::Mpi`] where MPI is not initialised or finalised already, where it may not be called on this thread,
+/// and where the integer is no communicator of one group; [`ErrorKind::Unsupported`] where the host runs
+/// another MPI than this was built for.
+pub fn team(fortran_comm: i32) -> Result<MpiTeam> {
+    refuse_other_mpi()?;
+    if !flag(ffi::MPI_Initialized) {
+        return Err(failed("MPI is not initialised; call MPI_Init before icoray_open".into()));
     }
-
-    /// The ranks of `fortran_comm`: `MPI_Comm_c2f(comm)` in C, `comm` in Fortran's `mpi`, `comm%MPI_VAL` in `mpi_f08`.
-    /// Collective over it.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Mpi`] where MPI is not initialised or finalised already, where it may not be called on this thread,
-    /// and where the integer is no communicator of one group; [`ErrorKind::Unsupported`] where the host runs
-    /// another MPI than this was built for.
-    pub fn new(fortran_comm: i32) -> Result<Self> {
-        refuse_other_mpi()?;
-        if !flag(ffi::MPI_Initialized) {
-            return Err(failed("MPI is not initialised; call MPI_Init before icoray_open".into()));
-        }
-        if is_finalized() {
-            return Err(failed("MPI is finalised already; call icoray_open before MPI_Finalize".into()));
-        }
-        refuse_other_thread()?;
-        // SAFETY: MPI is initialised; any integer may be asked for.
-        let given = unsafe { ffi::RSMPI_Comm_f2c(fortran_comm) };
-        // SAFETY: a handle is an integer or a pointer, for both of which zero is a value: what f2c gives for no handle.
-        let (none, null) = unsafe { (std::mem::zeroed(), ffi::RSMPI_COMM_NULL) };
-        if given == null || given == none {
-            return Err(failed(format!(
-                "{fortran_comm} is no communicator; expected MPI_Comm_c2f(comm), comm or comm%MPI_VAL"
-            )));
-        }
-        let mut inter = 0;
-        // SAFETY: a communicator of the host's, and a number to be written.
-        check("MPI_Comm_test_inter", unsafe { ffi::MPI_Comm_test_inter(given, &mut inter) })?;
-        if inter != 0 {
-            return Err(failed("the communicator is between two groups; expected one of one group".into()));
-        }
-        let comm = Communicator::duplicate(given, Arc::default())?;
-        Ok(MpiTeam { queue: MessageQueue::new(comm) })
+    if is_finalized() {
+        return Err(failed("MPI is finalised already; call icoray_open before MPI_Finalize".into()));
     }
+    refuse_other_thread()?;
+    // SAFETY: MPI is initialised; any integer may be asked for.
+    let given = unsafe { ffi::RSMPI_Comm_f2c(fortran_comm) };
+    // SAFETY: a handle is an integer or a pointer, for both of which zero is a value: what f2c gives for no handle.
+    let (none, null) = unsafe { (std::mem::zeroed(), ffi::RSMPI_COMM_NULL) };
+    if given == null || given == none {
+        return Err(failed(format!(
+            "{fortran_comm} is no communicator; expected MPI_Comm_c2f(comm), comm or comm%MPI_VAL"
+        )));
+    }
+    let mut inter = 0;
+    // SAFETY: a communicator of the host's, and a number to be written.
+    check("MPI_Comm_test_inter", unsafe { ffi::MPI_Comm_test_inter(given, &mut inter) })?;
+    if inter != 0 {
+        return Err(failed("the communicator is between two groups; expected one of one group".into()));
+    }
+    MpiTeam::new(MpiCommunicator::of_duplicate(given, Arc::default())?)
 }
 
 /// Rank and size of this process in MPI_COMM_WORLD; `None` if MPI is not initialised or may not be called on this

@@ -9,14 +9,13 @@
 
 mod communicator;
 mod error;
-mod exchange;
 mod host;
-mod queue;
-mod team;
+mod messages;
 #[cfg(test)]
 mod tests;
 mod window;
 mod world;
 
-pub use host::{MpiTeam, rank_in_world, world_communicator};
+pub use communicator::MpiCommunicator;
+pub use host::{MpiTeam, rank_in_world, team, world_communicator};
 pub use world::World;

@@ -4,11 +4,10 @@
 //! by a signal, so the free space is checked first and every page is populated before it is used. Without enough space
 //! each rank has memory of its own.
 
-use crate::communicator::Communicator;
+use crate::communicator::MpiCommunicator;
 use crate::error::check;
-use crate::host::MpiTeam;
 use icoray::Result;
-use icoray::ranks::{NodeMemory, NodeShare};
+use icoray::ranks::{Communicator, NodeMemory, NodeShare};
 use mpi::ffi;
 use std::ffi::{CString, c_int, c_void};
 use std::io::Error;
@@ -27,31 +26,31 @@ const STATE: usize = 1 << 20;
 /// Alignment of the window: a cache line.
 const LINE: usize = 64;
 
-impl MpiTeam {
+impl MpiCommunicator {
     /// Memory shared by the ranks of this rank's node. Collective.
     pub(crate) fn share_node(&self, bytes: usize) -> Result<NodeShare> {
         let group = self.node_group()?;
-        let mine = [self.comm().rank as u64, u64::from(has_room(&window_directory(), bytes + STATE))];
+        let mine = [self.rank as u64, u64::from(has_room(&window_directory(), bytes + STATE))];
         let [leader, has_room] = group.broadcast(mine)?;
         if group.size == 1 {
-            return Ok(NodeShare::alone(self.comm().rank, bytes));
+            return Ok(NodeShare::alone(self.rank, bytes));
         }
         let window = if has_room == 1 { Window::new(group, bytes)? } else { None };
         Ok(match window {
             Some(window) => NodeShare { leader: leader as usize, is_refused: false, memory: Box::new(window) },
-            None => NodeShare { is_refused: true, ..NodeShare::alone(self.comm().rank, bytes) },
+            None => NodeShare { is_refused: true, ..NodeShare::alone(self.rank, bytes) },
         })
     }
 
     /// The team's number of the first rank of this rank's `group`. Collective over the group.
-    pub(crate) fn leader(&self, group: &Communicator) -> Result<usize> {
-        let [leader, _] = group.broadcast([self.comm().rank as u64, 0])?;
+    pub(crate) fn leader(&self, group: &MpiCommunicator) -> Result<usize> {
+        let [leader, _] = group.broadcast([self.rank as u64, 0])?;
         Ok(leader as usize)
     }
 
     /// The ranks of this host. Collective.
-    pub(crate) fn host_group(&self) -> Result<Communicator> {
-        let comm = self.comm().handle;
+    pub(crate) fn host_group(&self) -> Result<MpiCommunicator> {
+        let comm = self.handle;
         self.split(|key, new| {
             // SAFETY: a communicator and a handle that is written.
             unsafe { ffi::MPI_Comm_split_type(comm, ffi::RSMPI_COMM_TYPE_SHARED, key, ffi::RSMPI_INFO_NULL, new) }
@@ -59,7 +58,7 @@ impl MpiTeam {
     }
 
     /// The ranks of this host that share memory: all, or groups of the size that the environment sets.
-    pub(crate) fn node_group(&self) -> Result<Communicator> {
+    pub(crate) fn node_group(&self) -> Result<MpiCommunicator> {
         let host = self.host_group()?;
         let max_ranks = std::env::var(NODE_RANKS).ok().and_then(|max_ranks| max_ranks.parse::<usize>().ok());
         let color = host.rank / max_ranks.filter(|max_ranks| *max_ranks > 0).unwrap_or(host.size);
@@ -68,14 +67,14 @@ impl MpiTeam {
     }
 
     /// The group that `split` makes of this communicator, in the order of its ranks.
-    fn split(&self, split: impl FnOnce(c_int, *mut ffi::MPI_Comm) -> c_int) -> Result<Communicator> {
-        let key = self.comm().rank as c_int;
-        Communicator::new("MPI_Comm_split", self.comm().is_given_up.clone(), |new| split(key, new))
+    fn split(&self, split: impl FnOnce(c_int, *mut ffi::MPI_Comm) -> c_int) -> Result<MpiCommunicator> {
+        let key = self.rank as c_int;
+        MpiCommunicator::new("MPI_Comm_split", self.is_given_up.clone(), |new| split(key, new))
     }
 }
 
 /// Collective operations of a group.
-impl Communicator {
+impl MpiCommunicator {
     fn barrier(&self) -> Result<()> {
         // SAFETY: a communicator of ours.
         check("MPI_Barrier", unsafe { ffi::MPI_Barrier(self.handle) })
@@ -110,7 +109,7 @@ struct Window {
     /// Whether ranks may write to it.
     is_open: bool,
     /// Dropped last.
-    group: Communicator,
+    group: MpiCommunicator,
 }
 
 // SAFETY: handles, which MPI lets any thread hold, and memory that stays until it is dropped; calls with them are made
@@ -119,7 +118,7 @@ unsafe impl Send for Window {}
 
 impl Window {
     /// `None` on all ranks if MPI cannot allocate or map it on some, or the system lacks memory. Collective.
-    fn new(group: Communicator, bytes: usize) -> Result<Option<Self>> {
+    fn new(group: MpiCommunicator, bytes: usize) -> Result<Option<Self>> {
         // SAFETY: a handle of MPI's, which is not written to.
         let mut win = unsafe { ffi::RSMPI_WIN_NULL };
         let mut start: *mut u8 = ptr::null_mut();

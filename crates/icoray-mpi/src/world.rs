@@ -1,7 +1,7 @@
 //! Initialises MPI, for programs without a host that does.
 
-use crate::MpiTeam;
 use crate::error::failed;
+use crate::{MpiTeam, team};
 use icoray::Result;
 use mpi::Threading;
 use mpi::environment::Universe;
@@ -17,7 +17,7 @@ impl World {
     /// Initialises MPI, for calls on this thread, and returns the team of all ranks. Collective.
     ///
     /// # Errors
-    /// [`ErrorKind::Mpi`](icoray::ErrorKind::Mpi) where MPI was initialised before; as [`MpiTeam::new`].
+    /// [`ErrorKind::Mpi`](icoray::ErrorKind::Mpi) where MPI was initialised before; as [`team`].
     pub fn new() -> Result<(Self, MpiTeam)> {
         let Some((universe, _)) = mpi::initialize_with_threading(Threading::Funneled) else {
             return Err(failed("MPI was initialised before".into()));
@@ -25,6 +25,6 @@ impl World {
         let world = universe.world();
         // SAFETY: MPI is initialised, and the handle is that of the world.
         let comm = unsafe { ffi::RSMPI_Comm_c2f(world.as_raw()) };
-        Ok((World { _universe: universe }, MpiTeam::new(comm)?))
+        Ok((World { _universe: universe }, team(comm)?))
     }
 }

@@ -189,6 +189,6 @@ mod tests {
         let text = |key: &str| said.iter().find(|(k, _)| k == key).unwrap().1.clone();
         assert_eq!(text("scale range"), "1e-8 to 1e-1");
         assert!(text("scale").contains("logarithm"));
-        assert_eq!(text("quality"), "tolerance 2e-3, light off, every pixel traced");
+        assert_eq!(text("tolerance"), "0.002");
     }
 }

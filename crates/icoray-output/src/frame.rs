@@ -3,20 +3,23 @@
 use icoray_grid::{Description, printable};
 use icoray_scene::name::Stamp;
 use icoray_scene::{Coloring, Scene};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
+pub mod figures;
 mod frame_report;
 mod legend;
 mod sampling;
 mod sharing;
 
+use figures::{FIGURES, Figure, Scope, Value};
 pub use frame_report::{DeviceReport, FrameReport, RanksReport, Timing};
 pub use legend::Legend;
 pub use sampling::{CellsPerPixel, SamplingError, SamplingReport};
 pub use sharing::Sharing;
 
 /// How much a frame's errors are to be relied on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Certainty {
     /// A bound, derived from the integrand; rounding in f64, orders smaller, is estimated. Unlit scenes in f64 with
     /// `method = "exact"`.
@@ -45,7 +48,7 @@ impl fmt::Display for Certainty {
 ///
 /// Mean and percentile are over the pixels whose error is above 0: empty space around the planet, which cannot be
 /// wrong, does not make a picture look better than it is. All are 0 where no pixel has an error.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ErrorSummary {
     /// Largest over the picture.
     pub max: f64,
@@ -54,7 +57,7 @@ pub struct ErrorSummary {
     /// 99.9th percentile over these pixels: no more than one in a thousand has a larger error.
     pub p999: f64,
     /// Number of pixels whose error is above the tolerance.
-    pub over: u64,
+    pub pixels_over_tolerance: u64,
     /// Bound or estimate.
     pub certainty: Certainty,
 }
@@ -70,11 +73,17 @@ impl ErrorSummary {
             return ErrorSummary { certainty, ..ErrorSummary::default() };
         }
         let sum: f64 = error.iter().map(|e| f64::from(*e)).sum();
-        let over = error.iter().filter(|e| **e > tolerance as f32).count() as u64;
+        let pixels_over_tolerance = error.iter().filter(|e| **e > tolerance as f32).count() as u64;
         // The least of the errors that a part of 0.999 or more do not exceed; counted down, which needs no rounding.
         let (_, p999, above) = error.select_nth_unstable_by(count - 1 - count / 1000, f32::total_cmp);
         let max = above.iter().fold(*p999, |max, e| max.max(*e));
-        ErrorSummary { max: f64::from(max), mean: sum / count as f64, p999: f64::from(*p999), over, certainty }
+        ErrorSummary {
+            max: f64::from(max),
+            mean: sum / count as f64,
+            p999: f64::from(*p999),
+            pixels_over_tolerance,
+            certainty,
+        }
     }
 }
 
@@ -82,10 +91,10 @@ impl fmt::Display for ErrorSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [max, mean, p999] = [self.max, self.mean, self.p999].map(two_digits_up);
         write!(f, "at most {max}, mean {mean}, 99.9% below {p999} ({})", self.certainty)?;
-        match self.over {
+        match self.pixels_over_tolerance {
             0 => Ok(()),
             1 => f.write_str("; above the tolerance in 1 pixel"),
-            over => write!(f, "; above the tolerance in {over} pixels"),
+            pixels => write!(f, "; above the tolerance in {pixels} pixels"),
         }
     }
 }
@@ -112,6 +121,13 @@ pub struct Colors {
     pub range: [f64; 2],
     /// The map, its scale, and how the range came to be this.
     pub how: String,
+}
+
+impl fmt::Display for Colors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Colors { field, range: [low, high], how } = self;
+        write!(f, "{field}: {how}, {low} to {high}")
+    }
 }
 
 impl Colors {
@@ -162,26 +178,19 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Keys and texts that a picture file carries, without control characters: step, time, field, range, error, camera, version.
+    /// The figures of the frame with their values: those of this scope and of narrower ones.
+    pub fn figures(&self, scope: Scope) -> impl Iterator<Item = (&'static Figure, Value)> {
+        let figures = FIGURES.iter().filter(move |figure| figure.scope >= scope);
+        figures.map(|figure| (figure, figure.of(&self.stamp, &self.report)))
+    }
+
+    /// Keys and texts that a picture file carries, without control characters: field, figures of the picture, notes such
+    /// as the camera, and the version.
     pub fn describe(&self) -> Vec<(String, String)> {
-        let range =
-            self.report.value_range.map_or_else(|| "no values".into(), |[low, high]| format!("{low} to {high}"));
         let mut lines = vec![
             ("Software".into(), format!("icoray {}", env!("CARGO_PKG_VERSION"))),
-            ("step".into(), self.stamp.step.to_string()),
-            ("time_s".into(), self.stamp.time_s.to_string()),
             ("field".into(), self.field.clone()),
-            ("field range".into(), range),
-            ("error".into(), self.report.error.to_string()),
-            ("quality".into(), self.report.quality.to_string()),
-            ("sampling".into(), self.report.sampling.to_string()),
         ];
-        if !self.report.colors.is_empty() {
-            lines.push(("colors".into(), self.of_each(|colors| colors.how.clone())));
-            let range = |Colors { range: [low, high], .. }: &Colors| format!("{low} to {high}");
-            lines.push(("color range".into(), self.of_each(range)));
-        }
-        lines.extend(self.report.device.name.iter().map(|device| ("drawn on".into(), device.clone())));
         let Description { long_name, units } = &self.description;
         lines.extend(long_name.iter().map(|name| ("long name".into(), name.clone())));
         lines.extend(units.iter().map(|units| ("units".into(), units.clone())));
@@ -192,20 +201,10 @@ impl Frame {
             });
             lines.push(("other fields".into(), others.collect::<Vec<_>>().join("; ")));
         }
-        lines.extend(self.stamp.date.iter().map(|date| ("date".into(), date.clone())));
+        let figures = self.figures(Scope::Picture).map(|(figure, value)| (figure.name.into(), value.to_string()));
+        lines.extend(figures.filter(|(_, text)| !text.is_empty()));
         lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
         lines.into_iter().map(|(key, text)| (key, printable(&text).into_owned())).collect()
-    }
-
-    /// The result of `text` for each colour map, with field names if there are several.
-    pub(crate) fn of_each(&self, text: impl Fn(&Colors) -> String) -> String {
-        match self.report.colors.as_slice() {
-            [one] if one.field == self.field => text(one),
-            several => {
-                let named = several.iter().map(|colors| format!("{}: {}", colors.field, text(colors)));
-                named.collect::<Vec<_>>().join("; ")
-            }
-        }
     }
 }
 
@@ -246,10 +245,13 @@ pub(crate) mod tests {
         error.extend([0.0; 7]);
         let certainty = Certainty::Bound;
         let summary = ErrorSummary::of(&error, certainty, 1990.0);
-        assert_eq!(summary, ErrorSummary { max: 2000.0, mean: 1000.5, p999: 1998.0, over: 10, certainty });
+        assert_eq!(
+            summary,
+            ErrorSummary { max: 2000.0, mean: 1000.5, p999: 1998.0, pixels_over_tolerance: 10, certainty }
+        );
         assert!(summary.to_string().ends_with("(bound); above the tolerance in 10 pixels"), "{summary}");
         let few = ErrorSummary::of(&[0.0, 3.0, 1.0, 2.0], Certainty::Estimate, 3.0);
-        assert_eq!(few.over, 0);
+        assert_eq!(few.pixels_over_tolerance, 0);
         assert!(few.to_string().ends_with("(estimate)"), "{few}");
         assert_eq!((few.max, few.mean, few.p999, few.certainty), (3.0, 2.0, 3.0, Certainty::Estimate));
     }
@@ -261,7 +263,7 @@ pub(crate) mod tests {
             assert_eq!(summary, ErrorSummary { certainty: Certainty::Bound, ..ErrorSummary::default() });
         }
         let bad = ErrorSummary::of(&[f32::NAN, 1e-3], Certainty::Bound, 1e-3);
-        assert_eq!((bad.max, bad.over), (f64::INFINITY, 1));
+        assert_eq!((bad.max, bad.pixels_over_tolerance), (f64::INFINITY, 1));
         assert!(bad.to_string().ends_with("above the tolerance in 1 pixel"), "{bad}");
     }
 
@@ -296,14 +298,10 @@ pub(crate) mod tests {
         assert_eq!((text(&frame, "colors"), text(&frame, "other fields")), (None, None));
         let colors = |field: &str, high: f64| Colors { field: field.into(), range: [-1.0, high], how: "vik".into() };
         frame.report.colors = vec![colors("q", 2.0)];
-        assert_eq!(text(&frame, "colors").unwrap(), "vik");
-        assert_eq!(text(&frame, "color range").unwrap(), "-1 to 2");
+        assert_eq!(text(&frame, "colors").unwrap(), "q: vik, -1 to 2");
         frame.report.colors.push(colors("w", 3.5));
-        assert_eq!(text(&frame, "colors").unwrap(), "q: vik; w: vik");
-        assert_eq!(text(&frame, "color range").unwrap(), "q: -1 to 2; w: -1 to 3.5");
-        // One alone that is not the first field's has a name too.
-        frame.report.colors.remove(0);
-        assert_eq!(text(&frame, "color range").unwrap(), "w: -1 to 3.5");
+        assert_eq!(text(&frame, "colors").unwrap(), "q: vik, -1 to 2; w: vik, -1 to 3.5");
+        assert_eq!([text(&frame, "color_min").unwrap(), text(&frame, "color_max").unwrap()], ["-1", "2"]);
         let wind = Description { long_name: Some("wind".into()), units: Some("m s-1".into()) };
         frame.descriptions = vec![("w".into(), wind), ("v".into(), Description::default())];
         assert_eq!(text(&frame, "other fields").unwrap(), "w: wind, m s-1; v: ");
@@ -338,8 +336,10 @@ pub(crate) mod tests {
     fn a_frame_says_how_far_it_may_be_off() {
         let texts = frame().describe();
         let text = |key: &str| texts.iter().find(|(k, _)| k == key).unwrap().1.clone();
-        assert_eq!(text("error"), "at most 1.0e-3, mean 5.1e-4, 99.9% below 1.0e-3 (bound)");
-        assert_eq!(text("quality"), "tolerance 2e-3, light off, every pixel traced");
-        assert_eq!(text("camera"), "far away");
+        let max = f64::from(1e-3f32);
+        assert_eq!([text("error_max"), text("error_is_bound")], [max.to_string(), "true".into()]);
+        assert_eq!([text("tolerance"), text("lights"), text("camera")], ["0.002", "off", "far away"]);
+        assert_eq!(frame().report.error.to_string(), "at most 1.0e-3, mean 5.1e-4, 99.9% below 1.0e-3 (bound)");
+        assert!(texts.iter().all(|(key, text)| !text.is_empty() && key != "render_s"));
     }
 }

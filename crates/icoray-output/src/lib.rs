@@ -22,6 +22,7 @@ pub mod writer;
 pub use animation::{Animated, write_animation};
 pub use atomic::{Existing, write_text};
 pub use error_map::{write_error_map, write_error_map_with};
+pub use frame::figures;
 pub use frame::{
     CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,
     SamplingError, SamplingReport, Sharing, Timing,

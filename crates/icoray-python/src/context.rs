@@ -25,7 +25,6 @@ mod date;
 mod handle;
 mod log;
 mod part;
-mod report;
 
 use arrays::{ArrayNames, CArray};
 use config::Settings;
@@ -356,14 +355,14 @@ impl Context {
     }
 
     /// Cost and error of the last rendered frame, and counts of all frames so far: the members of icoray_frame_report
-    /// by name. bytes_copied includes the copies of arrays that could not be borrowed.
+    /// by name, with words for numbers that have some and None for NaN. bytes_copied includes the copies of arrays that could not be borrowed.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let mut report = icoray_frame_report { struct_size: size_of::<icoray_frame_report>(), ..Default::default() };
         let filled = &mut report;
         // SAFETY: an open context, and a struct of the right size.
         self.handle.call(py, move |ctx| unsafe { icoray_report(ctx, filled) })?;
         report.bytes_copied += self.handle.kept().frame_copied;
-        report::of_context(py, &report)
+        crate::report::of_figures(py, report.figures())
     }
 
     /// Waits for all frames and closes the context; arrays and tables are not read any more. A second call does nothing.

@@ -3,6 +3,7 @@
 use crate::error::{argument, raised};
 use crate::report;
 use icoray::Frame;
+use icoray::output::figures::Scope;
 use icoray::output::{png_bytes, write_error_map, write_picture};
 use numpy::ndarray::{ArrayView2, ArrayView3};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
@@ -68,11 +69,11 @@ impl Image {
         Ok(array)
     }
 
-    /// Cost, error and statistics, by name: seconds in "timing", numbers of rays and frusta in "counts", "error", bytes
-    /// copied, what was left out, and others. Made of plain dicts, lists and numbers.
+    /// Cost, error and statistics of the frame by name, as in the columns of report.csv: a dict of plain numbers, texts
+    /// and lists, None for what there is not. The page "The report of a frame" lists them.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        report::of_frame(py, &self.frame.report)
+        report::of_figures(py, self.frame.figures(Scope::Frame))
     }
 
     /// The texts that a picture's file carries: field, range, error, camera, colours, version.

@@ -6,20 +6,16 @@
 //! Ranks of a node do not share memory.
 
 mod communicator;
-mod exchange;
-mod queue;
-mod team;
+mod messages;
 
 use crate::error::of_class;
-use communicator::Communicator;
-use icoray::ranks::MessageQueue;
+use communicator::PyCommunicator;
+use icoray::ranks::CommunicatorTeam;
 use icoray::{Error, ErrorKind};
 use pyo3::prelude::*;
 
-pub(crate) use team::PyTeam;
-
 /// The team of a communicator of mpi4py, or of Fortran's integer of one. Collective.
-pub(crate) fn team(comm: &Bound<PyAny>) -> PyResult<PyTeam> {
+pub(crate) fn team(comm: &Bound<PyAny>) -> PyResult<CommunicatorTeam<PyCommunicator>> {
     let py = comm.py();
     let mpi = py.import("mpi4py.MPI").map_err(|error| {
         let message = format!("not supported: comm= needs the package mpi4py, which cannot be imported: {error}");
@@ -41,8 +37,8 @@ pub(crate) fn team(comm: &Bound<PyAny>) -> PyResult<PyTeam> {
     if comm.call_method0("Is_inter")?.is_truthy()? {
         return Err(bad("the communicator is between two groups; expected one of one group"));
     }
-    let comm = Communicator::duplicate(&mpi, &comm, Default::default())?;
-    Ok(PyTeam { queue: MessageQueue::new(comm) })
+    let comm = PyCommunicator::of_duplicate(&mpi, &comm, Default::default())?;
+    CommunicatorTeam::new(comm).map_err(crate::error::raised)
 }
 
 /// MPI must be initialised, and callable on this thread.

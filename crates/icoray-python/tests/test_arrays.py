@@ -117,7 +117,7 @@ def test_a_constant_field_is_known_again(renderer, scene, grid, layers, wave):
         field = icoray.Field(array, constant=constant)
         renderer.render(scene, grid, layers, field)
         array *= 2
-        assert renderer.render(scene, grid, layers, field).report["value_range"][1] == expected
+        assert renderer.render(scene, grid, layers, field).report["value_max"] == expected
 
 
 def test_corners_are_averaged_to_cells(renderer, scene, grid, layers):

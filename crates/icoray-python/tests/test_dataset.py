@@ -215,7 +215,7 @@ def test_scenes_take_keys_and_short_names(mpas: Any, tmp_path: pathlib.Path):
     assert icoray.render(mpas, scene=scene, size=(40, 30)).pixels.shape == (30, 40, 4)
     last = icoray.render(mpas, scene=scene, time=-1)
     assert same(icoray.render(mpas, scene=scene), last) and not same(last, as_given)
-    assert icoray.render(mpas, "theta", samples=4, **LOOK).report["sampling"]["samples"] == 4
+    assert icoray.render(mpas, "theta", samples=4, **LOOK).report["samples"] == 4
 
 
 def test_a_scene_that_names_a_field_alone_is_the_suggestion(mpas: Any):

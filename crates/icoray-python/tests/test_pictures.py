@@ -30,7 +30,7 @@ def test_a_shell_of_constant_extinction_is_as_opaque_as_its_chord(renderer):
     )
     image = renderer.render(scene, grid, layers, np.ones((grid.cells, 3)))
     assert image.pixels[16, 16, 3] == pytest.approx(1 - (1 - 0.3) ** 2, abs=5e-4)
-    assert not image.pixels[0, 0].any() and image.report["error"]["is_bound"]
+    assert not image.pixels[0, 0].any() and image.report["error_is_bound"]
     assert float(image.error.max()) <= 1e-7
 
 
@@ -125,10 +125,10 @@ def test_labels_are_in_the_png_and_not_in_the_pixels(renderer, scene, grid, laye
 def test_a_report_is_plain_data(renderer, scene, grid, layers, wave):
     report = renderer.render(scene, grid, layers, wave).report
     assert json.loads(json.dumps(report)) == report
-    assert report["counts"]["rays"] > 0 and report["timing"]["render_s"] > 0
-    assert report["value_range"] == [wave.min(), wave.max()]
-    assert report["error"]["max"] <= 1e-3 and report["bytes_copied"] == 0
-    assert "surfaces" in report["left_out"] and report["ranks"]["scheme"] == "alone"
+    assert report["rays"] > 0 and report["render_s"] > 0
+    assert [report["value_min"], report["value_max"]] == [wave.min(), wave.max()]
+    assert report["error_max"] <= 1e-3 and report["bytes_copied"] == 0
+    assert "surfaces" in report["left_out"] and report["scheme"] == "alone"
 
 
 def test_pictures_are_equal_on_any_number_of_threads(scene, grid, layers, wave):
@@ -164,9 +164,9 @@ def test_native_heights_are_an_array(renderer, scene, grid, layers, wave):
 
 def test_a_scene_for_a_gpu_says_why_the_cpu_drew_it(renderer, scene, grid, layers, wave):
     image = renderer.render(scene.replace(backend="gpu"), grid, layers, wave)
-    device = image.report["device"]
-    assert (device["name"] is None) == (device["left_to_cpu"] is not None)
-    if device["name"] is None:
+    report = image.report
+    assert (report["device"] is None) == (report["left_to_cpu"] is not None)
+    if report["device"] is None:
         np.testing.assert_array_equal(image.pixels, renderer.render(scene, grid, layers, wave).pixels)
 
 

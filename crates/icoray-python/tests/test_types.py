@@ -56,7 +56,7 @@ scene = icoray.Scene(field="q", transfer={"map": "vik"}).replace(tolerance=1e-4)
 picture = icoray.render("a.nc", "q", cmap="vik", vmin=0, vmax=1, level="top", background="white", size=(3, 4))
 turned = icoray.open("a.nc").render(lon=3.0, scene=scene)
 image = icoray.Renderer(threads=1).render(icoray.Scene("a.toml", size=(3, 4)), grid, layers, {"q": field})
-seconds: float = image.report["timing"]["render_s"]
+seconds: float = image.report["render_s"]
 with icoray.Context("out", comm=None) as context:
     context.execute(1, date="2026-11-24_00:00:00")
     rays: int = context.report()["rays"]

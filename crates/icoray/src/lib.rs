@@ -144,7 +144,7 @@ pub use snapshot::Snapshot;
 pub mod output {
     pub use icoray_output::{
         Animated, Existing, Mask, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, exr_bytes,
-        png_bytes, png_layers, printed_units, rgba8, write_animation, write_color_maps, write_error_map,
+        figures, png_bytes, png_layers, printed_units, rgba8, write_animation, write_color_maps, write_error_map,
         write_error_map_with, write_frame, write_frame_with, write_picture, write_picture_with, write_text,
     };
     pub use icoray_scene::name::{FrameNames, NameTemplate, Output, Stamp};

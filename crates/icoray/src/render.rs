@@ -130,7 +130,7 @@ impl Renderer {
         let fields = with_derived.as_ref().unwrap_or(fields);
         let mut rendered = self.render_fields(start, ranks, scene, &RenderInputs { fields, ..*given })?;
         if let Some(made) = made {
-            rendered.report_mut().derived_bytes += made.bytes();
+            rendered.report_mut().bytes_derived += made.bytes();
             self.derived.keep(made);
         }
         Ok(rendered)
@@ -186,7 +186,7 @@ impl Renderer {
         };
         let mut rendered = draw(&context, ranks)?;
         let report = rendered.report_mut();
-        report.derived_bytes += derived;
+        report.bytes_derived += derived;
         report.threads = self.threads();
         report.ranks.count = ranks.size();
         report.colors = colors;
@@ -290,7 +290,7 @@ fn draw_plain<T: KernelReal, S: PreparedSample>(
     let edges = Edges::new(scene, core.filter(|_| scene.core.is_some()), top, false);
     let work = Work { context, radius, ground, rays: &plain, edges };
     let mut rendered = picture::draw(&work, ranks, &field_summary, on_device)?;
-    rendered.report_mut().derived_bytes =
+    rendered.report_mut().bytes_derived =
         gradients.known().map_or(0, PartialGradients::bytes) + visible.known().map_or(0, OccupancyMask::bytes);
     if let (Some(key), Some(gradients)) = (light_key, gradients.into_known()) {
         renderer.frame_cache.gradients.store(key, gradients);

@@ -2,8 +2,8 @@
 //! one of each per view, and about fields without values, one per field.
 
 use crate::log::{Level, Log};
-use icoray_core::FrameReport;
 use icoray_core::output::Stamp;
+use icoray_core::{ErrorSummary, FrameReport};
 use std::collections::BTreeSet;
 
 /// Views with a logged warning, with a logged hint, and with a logged colour off the values; fields with a logged warning.
@@ -55,15 +55,14 @@ impl ErrorWarnings {
             );
             log.say(Level::Warn, &line);
         }
-        let error = &report.error;
-        if error.over == 0 || !self.logged.add(view) {
+        let ErrorSummary { pixels_over_tolerance: count, max, certainty, .. } = report.error;
+        if count == 0 || !self.logged.add(view) {
             return;
         }
-        let (pixels, kind) = (if error.over == 1 { "pixel has" } else { "pixels have" }, error.certainty);
-        let (over, max, tolerance) = (error.over, error.max, report.quality.tolerance);
+        let (pixels, tolerance) = (if count == 1 { "pixel has" } else { "pixels have" }, report.quality.tolerance);
         let line = format!(
-            "step {step}{of}: {over} {pixels} an error above the tolerance {tolerance:e}, at most {max:.1e} ({kind}); \
-             later pictures: over_tolerance in report.csv"
+            "step {step}{of}: {count} {pixels} an error above the tolerance {tolerance:e}, at most {max:.1e} \
+             ({certainty}); later pictures: pixels_over_tolerance in report.csv"
         );
         log.say(Level::Warn, &line);
     }
@@ -72,7 +71,7 @@ impl ErrorWarnings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_core::{CellsPerPixel, ErrorSummary, Quality, SamplingReport};
+    use icoray_core::{CellsPerPixel, Quality, SamplingReport};
     use std::ffi::{CStr, c_char, c_void};
 
     /// Keeps lines in the vector that `user` points to.
@@ -88,8 +87,8 @@ mod tests {
         let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Warn as i32);
         let mut errors = ErrorWarnings::default();
         let stamp = |step| Stamp { step, time_s: 0.0, date: None };
-        let report = |over| FrameReport {
-            error: ErrorSummary { max: 1.6e-3, over, ..ErrorSummary::default() },
+        let report = |pixels_over_tolerance| FrameReport {
+            error: ErrorSummary { max: 1.6e-3, pixels_over_tolerance, ..ErrorSummary::default() },
             quality: Quality { tolerance: 1e-3, ..Quality::default() },
             ..FrameReport::default()
         };
@@ -99,7 +98,7 @@ mod tests {
             errors.log_frame(view, &stamp(step), &report(over), &log);
         }
         let warn = Level::Warn as i32;
-        let more = "at most 1.6e-3 (estimate); later pictures: over_tolerance in report.csv";
+        let more = "at most 1.6e-3 (estimate); later pictures: pixels_over_tolerance in report.csv";
         let expected = [
             (warn, format!("step 2: 7 pixels have an error above the tolerance 1e-3, {more}")),
             (warn, format!("step 4, view \"north\": 1 pixel has an error above the tolerance 1e-3, {more}")),

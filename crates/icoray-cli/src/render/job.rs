@@ -55,7 +55,7 @@ impl Job<'_> {
         text.extend(report.off_values.iter().map(|note| format!("\nnote      {note}")));
         text.extend(report.sampling.hint().map(|hint| format!("\nhint      {hint}")));
         let (device, left_to_cpu) = (report.device.name.as_deref(), report.device.left_to_cpu.as_deref());
-        if self.is_verbose || report.error.over > 0 {
+        if self.is_verbose || report.error.pixels_over_tolerance > 0 {
             text += &format!("\nerror     {}", report.error);
         }
         if self.is_verbose || left_to_cpu.is_some() {

@@ -72,14 +72,20 @@ fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
     let text = render(folder.path(), &["-o", "out.png", "--error", "map.png", "--tolerance", "2e-5"]);
     has(&text, &["quality   tolerance 2e-5, light "]);
     let map = folder.path().join("map.png");
-    says(&folder.path().join("out.png"), &[("quality", "tolerance 2e-5, light full, every pixel traced")]);
+    says(&folder.path().join("out.png"), &[("tolerance", "2e-5"), ("lights", "full"), ("pixel_step", "1")]);
     says(&map, &[("field", "theta"), ("scale range", "1e-8 to 1e-1")]);
     assert_eq!(image::image_dimensions(map).unwrap(), (96, 96));
     assert!(!is_there("e0.png"));
     render(folder.path(), &["--time", "all", "-o", "all"]);
     assert!(["all/e0.png", "all/e2.png", "all/theta_000002.png"].into_iter().all(is_there));
     let report = fs::read_to_string(folder.path().join("all/report.csv")).unwrap();
-    has(&report, &["error_max,error_mean,error_p999,error_kind,tolerance,over_tolerance,pixel_step,lights,threads,"]);
+    has(
+        &report,
+        &[
+            "error_max,error_mean,error_p999,tolerance,error_is_bound,pixel_step,lights,threads,",
+            ",pixels_over_tolerance,",
+        ],
+    );
 }
 
 #[test]

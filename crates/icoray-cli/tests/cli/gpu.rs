@@ -45,8 +45,8 @@ fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
     let at = |name: &str| by_scene.path().join(name);
     assert!(apart(&at("gpu.png"), &at("cpu.png")) <= 1);
     let says = texts(&at("gpu.png"));
-    assert!(says.iter().any(|(key, text)| key == "drawn on" && text.starts_with(name)), "{says:?}");
-    assert!(texts(&at("cpu.png")).iter().all(|(key, _)| key != "drawn on"));
+    assert!(says.iter().any(|(key, text)| key == "device" && text.starts_with(name)), "{says:?}");
+    assert!(texts(&at("cpu.png")).iter().all(|(key, _)| key != "device"));
     let by_command = folder(&Made::history(), &unlit("backend = \"cpu\""));
     let text = render(by_command.path(), &["-o", "gpu.png", "--backend", "gpu", "--device", &name.to_uppercase()]);
     has(&text, &[&format!("drawn on  {name}")]);

@@ -43,7 +43,7 @@ pub struct FrameReport {
     pub colors: Vec<Colors>,
     /// Bytes of data derived from the field (averages of corner fields, gradients) and of this rank's copy of its
     /// node's mesh (`Columns::table_bytes`).
-    pub derived_bytes: usize,
+    pub bytes_derived: usize,
     /// Bytes of the fields that this rank copied; 0 unless the frame was rendered from a `Snapshot` or from `Columns`,
     /// which are assembled once per node.
     pub bytes_copied: u64,
@@ -95,7 +95,7 @@ pub struct DeviceReport {
     /// Seconds of preparing and uploading data before the first ray; part of [`Timing::render_s`].
     pub upload_s: f64,
     /// Seconds of tracing rays by the device's clock, if it has one.
-    pub trace_s: Option<f64>,
+    pub device_s: Option<f64>,
     /// Bytes uploaded to the device.
     pub bytes_uploaded: u64,
 }

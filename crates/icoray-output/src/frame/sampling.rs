@@ -1,9 +1,10 @@
 //! Rays per pixel, and how well they stand for its area.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Rays per pixel, and how well they stand for its area.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct SamplingReport {
     /// Most rays that a pixel may take ([`samples`](icoray_scene::Scene::samples)).
     pub samples: u32,
@@ -24,7 +25,7 @@ pub struct SamplingReport {
 /// Each is meant to be no less than the actual one in 95 % of pixels; what falls between all rays of a pixel escapes
 /// it. Where not every pixel was traced, it is how far those between traced ones may be off what their rays would show,
 /// estimated from the traced ones around.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct SamplingError {
     /// Largest over the picture.
     pub max: f64,
@@ -36,7 +37,7 @@ pub struct SamplingError {
 /// in the picture: the area of a layer that the pixel covers where its ray meets the shell first, divided by that of a
 /// cell there. The layer is the outermost one or, from within the shell, the outermost or innermost one; a cell has the
 /// area of two triangles of the mesh. 0 where no ray meets the shell.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellsPerPixel {
     /// Largest over the pixels, which is at the limb.
     pub max: f64,

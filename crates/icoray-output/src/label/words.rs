@@ -120,7 +120,7 @@ fn time(stamp: &Stamp) -> String {
 
 /// Whether the last note reports an error above the tolerance.
 pub(super) fn is_over(frame: &Frame, legend: &Legend) -> bool {
-    legend.labels.error_note != Some(false) && frame.report.error.over > 0
+    legend.labels.error_note != Some(false) && frame.report.error.pixels_over_tolerance > 0
 }
 
 /// Notes on the picture: exaggeration and, where it is asked for or above the tolerance, error.
@@ -133,7 +133,7 @@ pub(super) fn notes(frame: &Frame, legend: &Legend) -> Vec<String> {
         let error = &frame.report.error;
         let mut note = format!("error ≤ {} ({})", printed(&two_digits_up(error.max)), error.certainty);
         if is_over(frame, legend) {
-            note += &format!(", above {} in {} px", value(frame.report.quality.tolerance), error.over);
+            note += &format!(", above {} in {} px", value(frame.report.quality.tolerance), error.pixels_over_tolerance);
         }
         notes.push(note);
     }

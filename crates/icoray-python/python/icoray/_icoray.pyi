@@ -40,86 +40,67 @@ class _Array(Protocol):
     def dtype(self) -> Any: ...
 
 @type_check_only
-class _Timing(TypedDict):
-    prepare_s: float
-    render_s: float
-    write_s: float
-    copy_s: float
-    waited_s: float
-
-@type_check_only
-class _Ranks(TypedDict):
-    count: int
-    scheme: str
-    tiles: int
-    compose_s: float
-    gather_s: float
-    balance: float
-    bytes_received: int
-
-@type_check_only
-class _Device(TypedDict):
-    name: str | None
-    left_to_cpu: str | None
-    upload_s: float
-    trace_s: float | None
-    bytes_uploaded: int
-
-@type_check_only
-class _Error(TypedDict):
-    max: float
-    mean: float
-    p999: float
-    over_tolerance: int
-    is_bound: bool
-
-@type_check_only
-class _Quality(TypedDict):
-    tolerance: float
-    pixel_step: int
-    lights: str
-
-@type_check_only
-class _Sampling(TypedDict):
-    samples: int
-    rays_per_pixel: float
-    error_max: float | None
-    error_mean: float | None
-    cells_per_pixel_max: float
-    cells_per_pixel_mean: float
-
-@type_check_only
-class _Counts(TypedDict):
-    rays: int
-    columns: int
-    frusta: int
-    void_frusta: int
-    scalar_pieces: int
-    fragments: int
-    fragment_bytes: int
-
-@type_check_only
 class _Colors(TypedDict):
     field: str
     range: list[float]
     how: str
 
+# Figures of a frame.
 @type_check_only
 class _Report(TypedDict):
-    timing: _Timing
-    threads: int
-    ranks: _Ranks
-    device: _Device
-    error: _Error
-    quality: _Quality
-    sampling: _Sampling
-    counts: _Counts
-    edge_pixels: int
-    value_range: list[float] | None
+    step: int
+    time_s: float
+    waited_s: float
+    copy_s: float
+    prepare_s: float
+    render_s: float
+    write_s: float
+    rays: int
+    columns: int
+    frusta: int
+    void_frusta: int
+    value_min: float | None
+    value_max: float | None
     missing_values: int
-    colors: list[_Colors]
-    bytes_derived: int
     bytes_copied: int
+    bytes_derived: int
+    error_max: float
+    error_mean: float
+    error_p999: float
+    tolerance: float
+    error_is_bound: bool
+    pixel_step: int
+    lights: str
+    threads: int
+    ranks: int
+    tiles: int
+    gather_s: float
+    balance: float
+    bytes_received: int
+    scheme: str
+    fragments: int
+    fragment_bytes: int
+    compose_s: float
+    drawn_on: str
+    upload_s: float
+    device_s: float | None
+    bytes_uploaded: int
+    edge_pixels: int
+    pixels_over_tolerance: int
+    rays_per_pixel: float
+    sampling_error_max: float | None
+    sampling_error_mean: float | None
+    cells_per_pixel_max: float
+    cells_per_pixel_mean: float
+    date: str | None
+    device: str | None
+    left_to_cpu: str | None
+    sharing: str | None
+    scalar_pieces: int
+    samples: int
+    color_min: float | None
+    color_max: float | None
+    colors: list[_Colors]
     left_out: list[str]
 
 @type_check_only
@@ -176,6 +157,7 @@ class _ContextReport(TypedDict):
     sampling_error_mean: float | None
     cells_per_pixel_max: float
     cells_per_pixel_mean: float
+# End of figures.
 
 @final
 class Grid:

@@ -120,5 +120,5 @@ impl Benchmark<'_> {
 }
 
 fn device_s(report: &FrameReport) -> f64 {
-    report.device.trace_s.unwrap_or(report.timing.render_s - report.device.upload_s)
+    report.device.device_s.unwrap_or(report.timing.render_s - report.device.upload_s)
 }

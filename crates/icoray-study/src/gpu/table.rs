@@ -42,7 +42,7 @@ pub(super) fn cells(row: &Row, peaks: &Peaks) -> Vec<String> {
     };
     let [memory, f32, upload] = percents(gpu, peaks).map(|percent| format!("{percent:.2}"));
     let (device, counts) = (&gpu.report.device, &gpu.report.counts);
-    cells.extend([ms(gpu.device_s()), u8::from(device.trace_s.is_some()).to_string()]);
+    cells.extend([ms(gpu.device_s()), u8::from(device.device_s.is_some()).to_string()]);
     cells.extend([ms(gpu.report.timing.prepare_s), ms(device.upload_s), device.bytes_uploaded.to_string()]);
     cells.extend([ms(gpu.end_s), ms(row.cpu_s), counts.columns.to_string(), counts.frusta.to_string()]);
     cells.push(format!("{:.4e}", gpu.rate()));

@@ -71,7 +71,7 @@ impl Cost {
     /// Includes one more frame.
     fn with(self, report: &FrameReport, is_packed: bool) -> Self {
         let seconds = self.seconds.min(report.timing.prepare_s + report.timing.render_s);
-        Cost { seconds, read: bytes_read(report, is_packed), made: report.derived_bytes as u64 }
+        Cost { seconds, read: bytes_read(report, is_packed), made: report.bytes_derived as u64 }
     }
 }
 

@@ -39,6 +39,6 @@ pub(super) fn cells(row: &Row, options: &Options, bandwidths: &[Bandwidth]) -> V
         .extend([counts.rays, counts.columns, row.crossed, counts.frusta, counts.scalar_pieces].map(|n| n.to_string()));
     cells.extend(row.rates().map(|rate| format!("{rate:.4e}")));
     cells.extend([row.bytes.to_string(), format!("{:.2}", percent(row, bandwidths))]);
-    cells.extend([row.field_bytes, row.report.derived_bytes].map(|n| n.to_string()));
+    cells.extend([row.field_bytes, row.report.bytes_derived].map(|n| n.to_string()));
     cells
 }

@@ -115,7 +115,7 @@ impl<'o> Model<'o> {
         let memory = peak.bytes()?;
         let step = steps.iter().copied().fold(f64::INFINITY, f64::min);
         let seconds = Seconds { prepare, first: same[0], frame: min_of_later(&same), step };
-        let of_frame = last.as_ref().map_or(0, |frame| frame.report.derived_bytes);
+        let of_frame = last.as_ref().map_or(0, |frame| frame.report.bytes_derived);
         let derived = Some((grid.derived_bytes() + of_frame) as u64);
         let pixels = last.map_or_else(Vec::new, |frame| frame.pixels);
         let frames: Vec<_> = pixels.iter().map(|&[r, g, b, _]| [r, g, b, 1.0]).collect();

@@ -351,7 +351,7 @@ fn pictures_of_derived_fields_are_those_of_their_values() {
             assert_eq!(found.report.value_range.is_some(), columns > 0);
             assert!(step == 1 || found.pixels.iter().any(|pixel| *pixel != found.pixels[0]));
             // The change, and the first frame of each location so far.
-            let more = found.report.derived_bytes - expected.report.derived_bytes;
+            let more = found.report.bytes_derived - expected.report.bytes_derived;
             let first = if location == Location::Corner { grid.cells() } else { 0 };
             assert_eq!(more, 4 * LAYERS * (2 * columns + first));
         }

@@ -10,7 +10,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, unbounded};
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, Result};
 use icoray_kernel::Counts;
-use icoray_output::{CellsPerPixel, Certainty, ErrorSummary, RanksReport, SamplingError, SamplingReport};
+use icoray_output::{ErrorSummary, RanksReport, SamplingReport};
 use icoray_scene::Quality;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -203,31 +203,17 @@ impl Ranks {
         if self.team.is_none() {
             return mine;
         }
-        let summary = mine.map(|summary| {
-            let FrameSummary { error, counts, edge_pixels, sampling, ranks } = summary;
-            let is_bound = error.certainty == Certainty::Bound;
-            let statistics = ([error.max, error.mean, error.p999], error.over, is_bound);
-            let SamplingReport { samples, rays_per_pixel, error, cells_per_pixel: cells } = sampling;
-            let sampling =
-                ((samples, rays_per_pixel), error.map(|error| [error.max, error.mean]), [cells.max, cells.mean]);
+        let summary = mine.map(|FrameSummary { error, counts, edge_pixels, sampling, ranks }| {
             let gathering = (ranks.gather_s, ranks.balance, ranks.bytes_received);
-            (statistics, (counts.numbers(), edge_pixels), sampling, gathering)
+            (error, counts.numbers(), edge_pixels, sampling, gathering)
         });
-        let (statistics, (counts, edge_pixels), sampling, gathering) = self.hear_root(summary)?;
-        let ([max, mean, p999], over, is_bound) = statistics;
+        let (error, counts, edge_pixels, sampling, gathering) = self.hear_root(summary)?;
         let (gather_s, balance, bytes_received) = gathering;
-        let ((samples, rays_per_pixel), sampling_error, [cells_max, cells_mean]) = sampling;
-        let certainty = if is_bound { Certainty::Bound } else { Certainty::Estimate };
         Ok(FrameSummary {
-            error: ErrorSummary { max, mean, p999, over, certainty },
+            error,
             counts: Counts::of_numbers(counts),
             edge_pixels,
-            sampling: SamplingReport {
-                samples,
-                rays_per_pixel,
-                error: sampling_error.map(|[max, mean]: [f64; 2]| SamplingError { max, mean }),
-                cells_per_pixel: CellsPerPixel { max: cells_max, mean: cells_mean },
-            },
+            sampling,
             ranks: RanksReport { gather_s, balance, bytes_received, ..RanksReport::default() },
         })
     }

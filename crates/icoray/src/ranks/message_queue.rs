@@ -1,19 +1,20 @@
 //! Messages over the non-blocking requests of MPI, by whatever binding it is called. No call waits in MPI, which would
 //! occupy a processor.
 
-use super::PointToPoint;
+use super::{NodeShare, PointToPoint};
 use icoray_grid::Result;
 use std::collections::VecDeque;
+use std::fmt;
 use std::mem::{forget, take};
 
-/// The non-blocking calls of a communicator that nothing else sends on.
+/// The non-blocking calls of a communicator that nothing else sends on, and the groups of its ranks.
 ///
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the call fails.
 #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
-pub trait Requests: Send {
+pub trait Communicator: fmt::Debug + Send + Sized + 'static {
     /// A request, with the bytes that are read or written until it is complete.
-    type Pending: Send;
+    type Pending: fmt::Debug + Send;
 
     /// This process's number, from 0.
     fn rank(&self) -> usize;
@@ -39,11 +40,30 @@ pub trait Requests: Send {
 
     /// The bytes of a complete request.
     fn bytes_of(&self, complete: Self::Pending) -> Result<Vec<u8>>;
+
+    /// A communicator of the same ranks, whose messages are apart. Collective.
+    fn duplicate(&self) -> Result<Self>;
+
+    /// A rank has left: nothing is freed any more, here and of duplicates and groups, as that is collective.
+    fn give_up(&self);
+
+    /// This process's number among those of its host, from 0, and the rank of the first of these. Collective.
+    fn place_on_host(&self) -> Result<[usize; 2]>;
+
+    /// As [`Team::memory_leader`](super::Team::memory_leader).
+    fn memory_leader(&self) -> Result<usize> {
+        Ok(self.rank())
+    }
+
+    /// As [`Team::node`](super::Team::node).
+    fn node(&self, bytes: usize) -> Result<NodeShare> {
+        Ok(NodeShare::alone(self.rank(), bytes))
+    }
 }
 
 /// Messages in flight on a communicator.
 #[derive(Debug)]
-pub struct MessageQueue<C: Requests> {
+pub struct MessageQueue<C: Communicator> {
     comm: C,
     sending: VecDeque<C::Pending>,
     /// In the order in which each rank sent them.
@@ -52,7 +72,7 @@ pub struct MessageQueue<C: Requests> {
     barrier: Option<C::Pending>,
 }
 
-impl<C: Requests> MessageQueue<C> {
+impl<C: Communicator> MessageQueue<C> {
     /// Messages on `comm`.
     pub fn new(comm: C) -> Self {
         MessageQueue { comm, sending: VecDeque::new(), receiving: VecDeque::new(), barrier: None }
@@ -64,7 +84,7 @@ impl<C: Requests> MessageQueue<C> {
     }
 }
 
-impl<C: Requests> PointToPoint for MessageQueue<C> {
+impl<C: Communicator> PointToPoint for MessageQueue<C> {
     fn rank(&self) -> usize {
         self.comm.rank()
     }
@@ -114,7 +134,7 @@ impl<C: Requests> PointToPoint for MessageQueue<C> {
     }
 }
 
-impl<C: Requests> Drop for MessageQueue<C> {
+impl<C: Communicator> Drop for MessageQueue<C> {
     /// Leaks what is not complete: MPI may still read or write it.
     fn drop(&mut self) {
         forget((take(&mut self.sending), take(&mut self.receiving), self.barrier.take()));

@@ -4,32 +4,18 @@
 //! messages lie in a channel until the thread that owns the transport moves them on, by calls of [`MessagePump::pump`]
 //! that return at once; those that arrive go back through another channel.
 
+use super::NAP;
+use super::pieces::{Addressed, Pieces};
 use super::tree::{Link, Message, Tree};
-use super::wire::{WireError, decode, encode};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
 use icoray_grid::{Error, ErrorKind, Result};
-use std::collections::BTreeMap;
 use std::thread::{sleep, yield_now};
 use std::time::{Duration, Instant};
-
-/// The most bytes of a message that are sent at once: transports count in 32 bits.
-const MAX_BYTES: usize = 1 << 30;
-/// The last byte of each message, behind the 8 bytes of its call's number: the message ends here.
-const END: u8 = 0;
-/// The message goes on in the sender's next one.
-const MORE: u8 = 1;
-/// The sender's frame has ended by the error that this message says.
-const BROKEN: u8 = 2;
 
 /// The longest time that [`MessagePump::pump`] takes.
 const LONGEST: Duration = Duration::from_micros(500);
 /// The time without any message after which it returns.
 const QUIET: Duration = Duration::from_micros(100);
-/// How long [`MessagePump::finish`] sleeps where nothing moves.
-const NAP: Duration = Duration::from_micros(50);
-
-/// Bytes with the rank that they are for, or that they are from.
-type Addressed = (usize, Vec<u8>);
 
 /// Messages between ranks, in calls that return at once. Those of one rank for another one arrive in their order.
 ///
@@ -66,12 +52,13 @@ pub trait PointToPoint: Send {
 pub(crate) fn pumped(transport: Box<dyn PointToPoint>, node_rank: usize) -> (PumpedTeam, MessagePump) {
     let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
     let (rank, size) = (transport.rank(), transport.size());
-    let mailbox = Mailbox { rank, size, node_rank, outbox, inbox: received, begun: BTreeMap::new(), most: MAX_BYTES };
+    let mailbox = Mailbox { rank, size, node_rank, outbox, inbox: received, pieces: Pieces::default() };
     let pump = MessagePump { transport, to_send, inbox: Some(inbox) };
     (Tree::new(mailbox), pump)
 }
 
-fn gone() -> Error {
+/// The error of a call after MPI was finalised or a rank has left.
+pub(super) fn gone() -> Error {
     Error::new(ErrorKind::Mpi, "ranks cannot be reached any more")
 }
 
@@ -185,39 +172,7 @@ pub(crate) struct Mailbox {
     node_rank: usize,
     outbox: Sender<Addressed>,
     inbox: Receiver<Result<Addressed>>,
-    /// Messages of which some has arrived, by sender.
-    begun: BTreeMap<usize, Vec<u8>>,
-    most: usize,
-}
-
-impl Mailbox {
-    fn post_piece(&self, to: usize, mut bytes: Vec<u8>, call: u64, kind: u8) -> Result<()> {
-        bytes.extend_from_slice(&call.to_le_bytes());
-        bytes.push(kind);
-        self.outbox.send((to, bytes)).map_err(|_| gone())
-    }
-
-    /// The message that ends with these bytes.
-    fn read(&mut self, (from, mut bytes): Addressed) -> Result<Option<Message>> {
-        let cut = || Error::new(ErrorKind::Mpi, format!("a message of rank {from} is shorter than it says"));
-        let kind = bytes.pop().ok_or_else(cut)?;
-        let (body, call) = bytes.split_last_chunk().ok_or_else(cut)?;
-        let (length, call) = (body.len(), u64::from_le_bytes(*call));
-        bytes.truncate(length);
-        let bytes = match self.begun.remove(&from) {
-            Some(begun) => [begun, bytes].concat(),
-            None => bytes,
-        };
-        let body = match kind {
-            MORE => {
-                self.begun.insert(from, bytes);
-                return Ok(None);
-            }
-            BROKEN => Err(decode::<WireError>(&bytes)?.received()),
-            _ => Ok(bytes),
-        };
-        Ok(Some(Message { from, call, body }))
-    }
+    pieces: Pieces,
 }
 
 impl Link for Mailbox {
@@ -234,22 +189,13 @@ impl Link for Mailbox {
     }
 
     fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
-        let (mut bytes, kind) = match body {
-            Ok(bytes) => (bytes, END),
-            Err(error) => (encode(&WireError::from(&error)), BROKEN),
-        };
-        while bytes.len() > self.most {
-            let rest = bytes.split_off(self.most);
-            self.post_piece(to, bytes, call, MORE)?;
-            bytes = rest;
-        }
-        self.post_piece(to, bytes, call, kind)
+        self.pieces.split(call, body, |piece| self.outbox.send((to, piece)).map_err(|_| gone()))
     }
 
     fn next(&mut self) -> Result<Message> {
         loop {
             let piece = self.inbox.recv().map_err(|_| gone())??;
-            if let Some(message) = self.read(piece)? {
+            if let Some(message) = self.pieces.join(piece)? {
                 return Ok(message);
             }
         }
@@ -259,7 +205,7 @@ impl Link for Mailbox {
         loop {
             match self.inbox.try_recv() {
                 Ok(piece) => {
-                    if let Some(message) = self.read(piece?)? {
+                    if let Some(message) = self.pieces.join(piece?)? {
                         return Ok(Some(message));
                     }
                 }

@@ -123,6 +123,14 @@ impl<L: Link + Send> Tree<L> {
         Ok(Some((from, body?)))
     }
 
+    /// Keeps the messages that have arrived.
+    pub fn collect(&mut self) -> Result<()> {
+        while let Some(message) = self.link.try_next()? {
+            self.keep(message);
+        }
+        Ok(())
+    }
+
     fn keep(&mut self, message: Message) {
         let [its, mine] = [message.call, self.call].map(|call| call >> FRAME);
         match message.body {
@@ -200,9 +208,7 @@ impl<L: Link + Send> Team for Tree<L> {
     }
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
-        while let Some(message) = self.link.try_next()? {
-            self.keep(message);
-        }
+        self.collect()?;
         self.take_where(|_| true)
     }
 

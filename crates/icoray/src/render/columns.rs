@@ -82,7 +82,7 @@ impl Renderer {
         let given = RenderInputs { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
         let mut rendered = self.render_since(start, ranks, scene, &given)?;
         let report = rendered.report_mut();
-        report.derived_bytes += gathered.table_bytes() + gathered.bytes_averaged as usize;
+        report.bytes_derived += gathered.table_bytes() + gathered.bytes_averaged as usize;
         if gathered.are_averaged(&fields) {
             report.left_out.retain(|what| what != CELL_CORNER);
         }

@@ -148,7 +148,7 @@ impl<'f> OnDevice<'f> {
             report.left_out.push(format!("{unread_bytes} of {field_bytes} bytes of the field on the device"));
         }
         let left_to_cpu = self.device.err().flatten().map(|reason| reason.to_string());
-        report.device = DeviceReport { name, left_to_cpu, upload_s, trace_s: device_s, bytes_uploaded };
+        report.device = DeviceReport { name, left_to_cpu, upload_s, device_s, bytes_uploaded };
     }
 }
 

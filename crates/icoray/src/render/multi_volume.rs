@@ -129,7 +129,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let (radius, ground) = ([core_radius[0], outer], ground.as_ref());
     let work = Work { context, radius, ground, rays, edges };
     let mut rendered = picture::draw(&work, ranks, &field_summary, on_device)?;
-    rendered.report_mut().derived_bytes += derived;
+    rendered.report_mut().bytes_derived += derived;
     for (key, (_, normals)) in normal_keys.into_iter().zip(world.normals) {
         renderer.frame_cache.normals.store(key, normals);
     }

@@ -17,7 +17,7 @@ use icoray_output::{ErrorSummary, Frame, FrameReport, RanksReport, SamplingRepor
 use icoray_scene::name::Stamp;
 use std::time::Instant;
 
-/// Draws the picture of `work`. Collective. The caller sets the report's `derived_bytes`.
+/// Draws the picture of `work`. Collective. The caller sets the report's `bytes_derived`.
 pub(super) fn draw(
     work: &Work,
     ranks: &mut Ranks,

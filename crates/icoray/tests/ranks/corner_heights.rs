@@ -111,7 +111,7 @@ fn heights_at_corners_are_averaged_to_the_bit() {
             };
             let [frame, again, by_hand] = [given, given, at_centers(&by_hand, LAYERS)].map(draw);
             assert!(bits(&frame) == bits(&by_hand) && bits(&again) == bits(&by_hand), "scene {i}");
-            let bytes = [&frame, &by_hand].map(|frame| frame.report.derived_bytes);
+            let bytes = [&frame, &by_hand].map(|frame| frame.report.bytes_derived);
             assert_eq!(bytes[0] - bytes[1], grid.cells() * LAYERS * if *fill == FILL { 8 } else { 4 });
             assert!(!frame.report.left_out.iter().any(|what| what == "table cell_corner"), "it is read");
         }

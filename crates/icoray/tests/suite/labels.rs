@@ -116,6 +116,6 @@ fn ranges_that_follow_the_data_are_drawn_and_told() {
         assert!(says(&format!("-{expected} to {expected}")));
     }
     let report = std::fs::read_to_string(folder.path().join("report.csv")).unwrap();
-    assert_eq!(report.matches(",-2,2,\"vik, linear, centred on 0, percentiles").count(), 3, "{report}");
-    assert_eq!(report.matches(",-12,12,\"vik,").count(), 1);
+    assert_eq!(report.matches(",-2,2,\"f: vik, linear, centred on 0, percentiles").count(), 3, "{report}");
+    assert_eq!(report.matches(",-12,12,\"f: vik,").count(), 1);
 }

@@ -173,7 +173,7 @@ fn a_lit_volume_alone_tells_no_error_above_its_tolerance() {
                     scene.tolerance = tolerance;
                     let error = data.draw(&scene).report.error;
                     let what = format!("{name} {light:?} {precision:?} {tolerance}: {error}");
-                    assert!(error.max > 0.01 * tolerance && error.over == 0, "{what}");
+                    assert!(error.max > 0.01 * tolerance && error.pixels_over_tolerance == 0, "{what}");
                 }
             }
         }
@@ -187,7 +187,7 @@ fn pixels_that_rounding_puts_above_the_tolerance_are_counted() {
     let frame = Data::new(3).draw(&scene);
     let over = frame.error.iter().filter(|error| **error > 1e-6).count();
     assert!(over > 0, "{}", frame.report.error);
-    assert_eq!(frame.report.error.over, over as u64);
+    assert_eq!(frame.report.error.pixels_over_tolerance, over as u64);
     let text = frame.report.error.to_string();
     assert!(text.ends_with(&format!("above the tolerance in {over} pixels")), "{text}");
 }

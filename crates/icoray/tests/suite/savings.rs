@@ -207,7 +207,7 @@ fn gradients_are_packed_within_the_tolerance() {
     for (tolerance, is_packed) in [(1e-3, true), (1e-6, false)] {
         let scene = scene(FAR, DENSE, &format!("tolerance = {tolerance:e}|[light]\nkind = \"headlight\""));
         let [whole, packed] = [NONE, packs].map(|savings| model.draw(&scene, savings));
-        let [whole_bytes, bytes] = [&whole, &packed].map(|frame| frame.report.derived_bytes);
+        let [whole_bytes, bytes] = [&whole, &packed].map(|frame| frame.report.bytes_derived);
         assert_eq!(whole_bytes, 12 * model.values.len());
         assert_eq!(bytes, if is_packed { 8 } else { 12 } * model.values.len());
         let off = difference(&whole, &packed);

@@ -116,7 +116,7 @@ fn corners_of_parts_are_read_where_they_are_own() {
                 if is_one_node {
                     assert_bytes_copied(node_of, &reports, copied, &trying);
                     // Averages of heights, and of the field where it is not derived: each once.
-                    let made = |(report, tables): (&FrameReport, &usize)| report.derived_bytes - tables;
+                    let made = |(report, tables): (&FrameReport, &usize)| report.bytes_derived - tables;
                     let made: usize = reports.iter().zip(&table_bytes).map(made).sum();
                     assert!(shown == "d" || made == 2 * 8 * cells * LAYERS, "{trying}: {made} bytes");
                 } else {

@@ -194,7 +194,7 @@ fn what_a_device_gives_is_shown_and_the_cpu_draws_the_rest() {
             if count == all {
                 let counts = [counts.rays, counts.columns, counts.frusta, counts.void_frusta];
                 assert_eq!(counts, [1, 2, 3, 1].map(|n| n * all as u64));
-                assert_eq!((device.upload_s, device.trace_s, device.bytes_uploaded), (0.5, Some(0.25), 7));
+                assert_eq!((device.upload_s, device.device_s, device.bytes_uploaded), (0.5, Some(0.25), 7));
             }
         }
     }

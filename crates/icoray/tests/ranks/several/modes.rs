@@ -68,7 +68,7 @@ fn a_time_budget_is_kept_and_one_that_is_large_changes_nothing() {
     assert!(quality.lights == Lights::Off && quality.pixel_step == 32 && quality.tolerance >= 1e-2);
     // As far as gradients go: none were made for it. Of each cell there is a byte that says whether they are computed.
     let cells = world.mesh.cells();
-    assert_eq!(hurried.report.derived_bytes, asked.report.derived_bytes - 3 * cells * (LAYERS * 12 + 1));
+    assert_eq!(hurried.report.bytes_derived, asked.report.bytes_derived - 3 * cells * (LAYERS * 12 + 1));
     let off = hurried.pixels.iter().zip(&asked.pixels).map(|(a, b)| (a[3] - b[3]).abs());
     assert!(off.fold(0.0, f32::max) < 0.5, "opaque where the globe is, clear where it is not");
 }
@@ -122,7 +122,7 @@ fn what_is_kept_of_fields_changes_no_bit() {
         for ((name, scene), expected) in all.iter().zip(&fresh) {
             let frame = renderer.render(scene, &grid, &layers(), fields.clone()).unwrap();
             assert!(bits(&frame) == bits(expected), "{name}");
-            assert_eq!(frame.report.derived_bytes, expected.report.derived_bytes, "{name}");
+            assert_eq!(frame.report.bytes_derived, expected.report.bytes_derived, "{name}");
         }
     }
 }
@@ -136,9 +136,9 @@ fn derived_bytes_are_counted() {
     // f and h are averaged, g and h moved.
     let made = 4 * values + 4 * interfaces + 8 * values + 4 * values;
     let unlit = world.draw(renderer(), &scene(FAR, "", ""));
-    assert_eq!(unlit.report.derived_bytes, made);
+    assert_eq!(unlit.report.bytes_derived, made);
     let lit = world.draw(renderer(), &scene(FAR, "", LIT));
-    assert_eq!(lit.report.derived_bytes, made + 3 * (12 * values + world.mesh.cells()));
+    assert_eq!(lit.report.bytes_derived, made + 3 * (12 * values + world.mesh.cells()));
 }
 
 /// A scene of one field looks at no other, nor at heights: those that would be refused change nothing.
@@ -159,7 +159,7 @@ fn a_plain_scene_looks_at_one_field_alone() {
     };
     let among = draw(&scene).unwrap();
     assert!(bits(&among) == bits(&alone));
-    assert_eq!(among.report.derived_bytes, alone.report.derived_bytes);
+    assert_eq!(among.report.bytes_derived, alone.report.bytes_derived);
     for what in ["other fields", "derived fields", "surfaces", "lines", "table of coasts", "clips", "native heights"] {
         assert!(among.report.left_out.iter().any(|left| left == what), "{what}");
     }

@@ -28,7 +28,7 @@ fn tiles_are_bitwise_those_of_one_process() {
             });
             let (frame, _) = picture(drawn);
             assert!(bits(&frame) == bits(&expected), "{name} on {count} ranks");
-            assert_eq!(frame.report.derived_bytes, expected.report.derived_bytes, "{name}");
+            assert_eq!(frame.report.bytes_derived, expected.report.bytes_derived, "{name}");
         }
     }
 }

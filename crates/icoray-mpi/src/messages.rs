@@ -1,13 +1,14 @@
-//! The non-blocking calls by which messages are sent and received.
+//! The calls by which messages are sent and received.
 
-use crate::communicator::Communicator;
+use crate::communicator::{MpiCommunicator, is_finalized};
 use crate::error::{check, failed};
 use icoray::Result;
-use icoray::ranks::Requests;
+use icoray::ranks::{Communicator, NodeShare};
 use mpi::ffi;
 use std::ffi::c_int;
+use std::sync::atomic::Ordering::Relaxed;
 
-/// The tag of these messages, which no other operation uses.
+/// The tag of all messages.
 const TAG: c_int = 1;
 
 /// A request with the bytes that MPI reads or writes until it is complete.
@@ -20,7 +21,7 @@ pub struct PendingMessage {
 // SAFETY: as a communicator.
 unsafe impl Send for PendingMessage {}
 
-impl Requests for Communicator {
+impl Communicator for MpiCommunicator {
     type Pending = PendingMessage;
 
     fn rank(&self) -> usize {
@@ -32,7 +33,7 @@ impl Requests for Communicator {
     }
 
     fn is_gone(&self) -> bool {
-        Communicator::is_gone(self)
+        self.is_given_up.load(Relaxed) || is_finalized()
     }
 
     fn start_send(&self, to: usize, bytes: Vec<u8>) -> Result<PendingMessage> {
@@ -89,5 +90,26 @@ impl Requests for Communicator {
 
     fn bytes_of(&self, complete: PendingMessage) -> Result<Vec<u8>> {
         Ok(complete.bytes)
+    }
+
+    fn duplicate(&self) -> Result<Self> {
+        MpiCommunicator::of_duplicate(self.handle, self.is_given_up.clone())
+    }
+
+    fn give_up(&self) {
+        self.is_given_up.store(true, Relaxed);
+    }
+
+    fn place_on_host(&self) -> Result<[usize; 2]> {
+        let host = self.host_group()?;
+        Ok([host.rank, self.leader(&host)?])
+    }
+
+    fn memory_leader(&self) -> Result<usize> {
+        self.leader(&self.node_group()?)
+    }
+
+    fn node(&self, bytes: usize) -> Result<NodeShare> {
+        self.share_node(bytes)
     }
 }

@@ -1,13 +1,14 @@
-//! The non-blocking calls by which messages are sent and received.
+//! The calls by which messages are sent and received.
 
 use super::attached;
-use super::communicator::Communicator;
+use super::communicator::PyCommunicator;
 use icoray::Result;
-use icoray::ranks::Requests;
+use icoray::ranks::Communicator;
 use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use std::sync::atomic::Ordering::Relaxed;
 
-/// The tag of these messages, which no other operation uses.
+/// The tag of all messages.
 const TAG: i32 = 1;
 
 /// A request of mpi4py with the bytes that MPI reads or writes until it is complete.
@@ -23,13 +24,7 @@ impl PendingMessage {
     }
 }
 
-/// The bytes of an array of a complete request.
-pub(super) fn taken(bytes: &Bound<PyArray1<u8>>) -> PyResult<Vec<u8>> {
-    // An array without elements has no address.
-    if bytes.len() == 0 { Ok(Vec::new()) } else { Ok(bytes.to_vec()?) }
-}
-
-impl Requests for Communicator {
+impl Communicator for PyCommunicator {
     type Pending = PendingMessage;
 
     fn rank(&self) -> usize {
@@ -41,7 +36,8 @@ impl Requests for Communicator {
     }
 
     fn is_gone(&self) -> bool {
-        Communicator::is_gone(self)
+        self.is_given_up.load(Relaxed)
+            || attached(|py| self.mpi.bind(py).call_method0("Is_finalized")?.is_truthy()).unwrap_or(true)
     }
 
     fn start_send(&self, to: usize, bytes: Vec<u8>) -> Result<PendingMessage> {
@@ -79,6 +75,28 @@ impl Requests for Communicator {
     }
 
     fn bytes_of(&self, complete: PendingMessage) -> Result<Vec<u8>> {
-        attached(|py| taken(complete.bytes.bind(py)))
+        attached(|py| {
+            let bytes = complete.bytes.bind(py);
+            // An array without elements has no address.
+            if bytes.len() == 0 { Ok(Vec::new()) } else { Ok(bytes.to_vec()?) }
+        })
+    }
+
+    fn duplicate(&self) -> Result<Self> {
+        attached(|py| PyCommunicator::of_duplicate(self.mpi.bind(py), self.handle.bind(py), self.is_given_up.clone()))
+    }
+
+    fn give_up(&self) {
+        self.is_given_up.store(true, Relaxed);
+    }
+
+    fn place_on_host(&self) -> Result<[usize; 2]> {
+        attached(|py| {
+            let mpi = self.mpi.bind(py);
+            let shared = mpi.getattr("COMM_TYPE_SHARED")?;
+            let group = self.handle.bind(py).call_method1("Split_type", (shared, self.rank))?;
+            let host = PyCommunicator::new(mpi, group, self.is_given_up.clone())?;
+            Ok([host.rank, host.handle.bind(py).call_method1("bcast", (self.rank, 0))?.extract()?])
+        })
     }
 }
