@@ -5,6 +5,7 @@ use hyper::body::Bytes;
 use icoray::output::{png_bytes, png_layers};
 use icoray::{Certainty, Frame, Pattern, srgb8};
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::sync::{Arc, OnceLock};
 
 /// Largest side of a page's labels, pixels.
@@ -22,45 +23,23 @@ pub(crate) struct Picture {
     pub drawn: Result<Arc<Frame>, String>,
     revision: u64,
     is_final: bool,
-    facts: serde_json::Value,
+    facts: Value,
     /// Encoded at the first request, because a model draws many pictures without a viewer.
     bytes: OnceLock<Bytes>,
 }
 
-/// Lines that the page draws over a picture, and the camera with which it was drawn.
-#[derive(Serialize)]
-struct Overlay {
-    eye: [f64; 3],
-    /// Forwards, to the right and upwards.
-    axes: [[f64; 3]; 3],
-    half_height: f64,
-    /// Of the ground, planet radii.
-    radius: f64,
-    lines: Vec<OverlayLines>,
-}
-
-#[derive(Serialize)]
-struct OverlayLines {
-    /// Degrees between meridians and parallels; none of coasts.
-    spacing: Option<f64>,
-    color: [u8; 3],
-    width: f64,
-    opacity: f64,
-}
-
-impl Overlay {
-    fn new(frame: &Frame, request: &DrawRequest) -> Option<Self> {
-        let legend = frame.legend.as_ref().filter(|_| !request.lines.is_empty())?;
-        let camera = &request.scene.camera;
-        let (axes, half_height) = camera.frame();
-        let lines = request.lines.iter().map(|lines| OverlayLines {
-            spacing: if let Pattern::Graticule { spacing_deg } = lines.pattern { Some(spacing_deg) } else { None },
-            color: srgb8(lines.color),
-            width: lines.width_px,
-            opacity: lines.opacity,
-        });
-        Some(Overlay { eye: camera.eye(), axes, half_height, radius: legend.ground_radius(), lines: lines.collect() })
-    }
+/// The lines that the page draws over a picture, and what it needs for that: the camera with which the picture was drawn
+/// (eye, vectors forwards, to the right and upwards, half the height at distance 1) and the radius of the ground.
+fn overlay(frame: &Frame, request: &DrawRequest) -> Option<Value> {
+    let legend = frame.legend.as_ref().filter(|_| !request.lines.is_empty())?;
+    let camera = &request.scene.camera;
+    let (axes, half_height) = camera.frame();
+    let lines = request.lines.iter().map(|lines| {
+        let spacing = if let Pattern::Graticule { spacing_deg } = lines.pattern { Some(spacing_deg) } else { None };
+        json!({ "spacing": spacing, "color": srgb8(lines.color), "width": lines.width_px, "opacity": lines.opacity })
+    });
+    let (eye, radius, lines) = (camera.eye(), legend.ground_radius(), lines.collect::<Vec<_>>());
+    Some(json!({ "eye": eye, "axes": axes, "half_height": half_height, "radius": radius, "lines": lines }))
 }
 
 /// What is seen, and how well.
@@ -84,7 +63,7 @@ struct Facts<'f> {
     quality: String,
     left_out: &'f [String],
     value_range: Option<[f64; 2]>,
-    overlay: Option<Overlay>,
+    overlay: Option<Value>,
     /// Why there is no picture.
     failure: Option<String>,
     /// Why what a viewer has set is not drawn.
@@ -100,7 +79,7 @@ impl Picture {
             pending: !request.is_final && !request.is_moving,
             time: request.time,
             time_label: frame.stamp.date.clone().unwrap_or_default(),
-            overlay: Overlay::new(&frame, request),
+            overlay: overlay(&frame, request),
             seconds,
             ..Facts::default()
         };
@@ -183,7 +162,7 @@ fn fitted([width, height]: [u32; 2], room: [f64; 2]) -> [u32; 2] {
     size.map(|side| side.round().max(1.0) as u32)
 }
 
-fn sent(facts: &serde_json::Value, parts: &[&[u8]]) -> Bytes {
+fn sent(facts: &Value, parts: &[&[u8]]) -> Bytes {
     let facts = facts.to_string();
     let length = (facts.len() as u32).to_le_bytes();
     [&length[..], facts.as_bytes(), &parts.concat()].concat().into()
