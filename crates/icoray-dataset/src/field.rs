@@ -17,8 +17,9 @@ const SHELL_LAYERS: usize = 2;
 
 /// Positions and numbers of the mesh in files of MPAS and ICON, which are no fields; with blanks between.
 const OF_MESH: &str = "\
-    nEdgesOnCell indexToCellID indexToVertexID boundaryCell boundaryVertex obtuseTriangle cell_index vertex_index parent_cell_index parent_vertex_index \
-    cell_domain_id phys_cell_id child_cell_id refin_c_ctrl refin_v_ctrl parent_cell_type \
+    nEdgesOnCell indexToCellID indexToVertexID boundaryCell boundaryVertex obtuseTriangle cell_index vertex_index \
+    parent_cell_index parent_vertex_index cell_domain_id phys_cell_id child_cell_id refin_c_ctrl refin_v_ctrl \
+    parent_cell_type \
     lonCell latCell xCell yCell zCell lonVertex latVertex xVertex yVertex zVertex clon clat vlon vlat lon lat \
     lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices";
 
