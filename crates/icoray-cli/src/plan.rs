@@ -84,7 +84,7 @@ fn left_out(
     (layering, time): (&Layering, usize),
     out: &mut impl Write,
 ) -> CommandResult {
-    let layers = layering.layers(&file.layer_heights(&layering.height_field().name)?)?;
+    let layers = layering.layers(&layering.heights(file)?)?;
     for name in scene.model_fields() {
         let count = layering.range(file.field_info(name)?)?.len();
         layers.for_field(count).map_err(|e| e.within(format!("{name:?}")))?;

@@ -173,7 +173,7 @@ impl Dataset {
         let source = self.sources.fields();
         let reason = match source.variable(name) {
             Some(variable) => {
-                format!("variable {variable} is not a field, expected float or double over {expected}")
+                format!("variable {variable} is not a field, expected numbers over {expected}")
             }
             None => {
                 let names = self.fields.iter().map(|f| f.name.as_str());
@@ -244,16 +244,26 @@ impl Dataset {
     /// sentence says which were looked for), or when they are not finite, not strictly monotone or larger than the
     /// sphere; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn layer_heights(&self, field: &str) -> Result<LayerHeights> {
+        self.heights_of(field, false)
+    }
+
+    /// As [`Self::layer_heights`], or the layers of a thin shell where no variable gives heights and the layers are shown
+    /// as surfaces alone (`is_flat`).
+    pub(crate) fn heights_of(&self, field: &str, is_flat: bool) -> Result<LayerHeights> {
         if let Some(joined) = self.joined_with(field) {
-            return joined.file.layer_heights(field);
+            return joined.file.heights_of(field, is_flat);
         }
         let mut known = self.heights.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(heights) = known.get(field) {
             return Ok(heights.clone());
         }
-        let heights = LayerHeights::read(&self.sources, &self.mesh, self.field_info(field)?, self.sphere_radius_m)?;
-        known.insert(field.to_owned(), heights.clone());
-        Ok(heights)
+        let (sources, mesh, radius_m, info) =
+            (&self.sources, &self.mesh, self.sphere_radius_m, self.field_info(field)?);
+        match LayerHeights::read(sources, mesh, info, radius_m)? {
+            Some(heights) => Ok(known.entry(field.to_owned()).or_insert(heights).clone()),
+            None if is_flat => LayerHeights::of_layers(sources, mesh, info, radius_m),
+            None => Err(LayerHeights::missing(sources, mesh, info)),
+        }
     }
 
     /// The heights of [`Dataset::layer_heights`] as the field's radii; of a 2D field those of a thin shell.

@@ -9,12 +9,17 @@ use std::ops::Range;
 
 /// NetCDF's default fill value (`NC_FILL_FLOAT` and `NC_FILL_DOUBLE`, the same number).
 const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
+/// That of integers of 32 and of 64 bits (`NC_FILL_INT` and `NC_FILL_INT64`); shorter ones may be any value.
+const UNWRITTEN_INTEGERS: [f64; 2] = [-2_147_483_647.0, -9_223_372_036_854_775_806.0];
 
 /// Layers of the shell of a 2D field, which has equal values on them.
 const SHELL_LAYERS: usize = 2;
 
-/// Positions of the mesh in files of MPAS and ICON, which are no fields; with blanks between.
-const POSITIONS: &str = "\
+/// Positions and numbers of the mesh in files of MPAS and ICON, which are no fields; with blanks between.
+const OF_MESH: &str = "\
+    nEdgesOnCell indexToCellID indexToVertexID boundaryCell boundaryVertex obtuseTriangle cell_index vertex_index \
+    parent_cell_index parent_vertex_index cell_domain_id phys_cell_id child_cell_id refin_c_ctrl refin_v_ctrl \
+    parent_cell_type \
     lonCell latCell xCell yCell zCell lonVertex latVertex xVertex yVertex zVertex clon clat vlon vlat lon lat \
     lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices";
 
@@ -61,7 +66,7 @@ pub struct FieldInfo {
     pub columns: usize,
     /// Number of layers; 1 of a 2D field ([`FieldInfo::is_2d`]).
     pub layers: usize,
-    /// How the values are stored; of integers that are packed, how they are kept.
+    /// How the values are stored; of integers, how they are kept.
     pub precision: Precision,
     /// Whether there is one array per time record; otherwise one array serves all.
     pub time_dependent: bool,
@@ -77,12 +82,12 @@ impl FieldInfo {
     /// Describes `variable`, `None` when it is not a field on the mesh.
     pub(crate) fn of(source: &dyn Source, variable: &Variable, mesh: &Mesh) -> Result<Option<Self>> {
         let dimensions = variable.after_time();
-        let is_position = POSITIONS.split(' ').any(|name| name == variable.name);
-        let Some(axes) = Axes::of(mesh, dimensions).filter(|_| !is_position) else { return Ok(None) };
+        let is_of_mesh = OF_MESH.split(' ').any(|name| name == variable.name);
+        let Some(axes) = Axes::of(mesh, dimensions).filter(|_| !is_of_mesh) else { return Ok(None) };
         let precision = match variable.kind {
             Kind::F32 => Precision::F32,
             Kind::F64 => Precision::F64,
-            Kind::Integer if packing(source, &variable.name)?.is_some() => Precision::F64,
+            Kind::Integer if is_field(source, variable, &axes)? => Precision::F64,
             _ => return Ok(None),
         };
         Ok(Some(FieldInfo {
@@ -166,6 +171,15 @@ impl<'a> Axes<'a> {
         let is_layered = layer.is_none_or(|layer| layer.len > 0 && is_layer(layer));
         is_layered.then_some(Axes { location, column, layer, is_level_fastest })
     }
+}
+
+/// Whether integers over columns are values of a field, not a table of the mesh, which looks like layers that never
+/// change.
+fn is_field(source: &dyn Source, variable: &Variable, axes: &Axes) -> Result<bool> {
+    let is_changing = variable.after_time().len() < variable.dimensions.len();
+    let is_layered = axes.layer.is_some_and(|layer| layer.len > 1);
+    Ok(packing(source, &variable.name)?.is_some()
+        || (is_changing || !is_layered) && source.attribute(Some(&variable.name), "cf_role")?.is_none())
 }
 
 /// Factor and offset of values that are stored packed, as CF conventions 1.11, §8.1, have them.
@@ -257,7 +271,8 @@ impl OwnedField {
         let mut values = ShapedValues::new(values, shape, info.places());
         let mut marks = source.numbers_of(name, "_FillValue")?;
         if marks.is_empty() {
-            marks.push(UNWRITTEN);
+            let unwritten = if variable.kind == Kind::Integer { &UNWRITTEN_INTEGERS[..] } else { &[UNWRITTEN] };
+            marks.extend(unwritten);
         }
         let mut fill = values.rounded(marks[0]);
         // A field has one mark; further ones become NaN, which is missing as well.

@@ -9,10 +9,13 @@ use crate::field::FieldInfo;
 use crate::mesh::{Convention, Mesh};
 use crate::source::{Source, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
-use icoray::{ErrorKind, Layers, Result};
+use icoray::{Error, ErrorKind, Layers, Result};
 
 /// ICON's variables of heights over columns: of interfaces, then of full levels.
 const ICON_COLUMNS: [&str; 7] = ["z_ifc", "zghalf", "HHL", "z_mc", "zg", "zfull", "geometric_height"];
+
+/// Name of what heights are of where no variable gives them.
+const SPHERE: &str = "sphere";
 
 /// Thickness of the shell of a 2D field, in radii of the sphere.
 const SHELL: f64 = 1e-3;
@@ -56,15 +59,16 @@ impl<'a> ReadHeights<'a> {
 }
 
 impl LayerHeights {
-    /// Finds and reads the heights of a field's layers.
-    pub(crate) fn read(sources: &Sources, mesh: &Mesh, info: &FieldInfo, sphere_radius_m: f64) -> Result<Self> {
+    /// Finds and reads the heights of a field's layers; `None` where no file gives them.
+    pub(crate) fn read(sources: &Sources, mesh: &Mesh, info: &FieldInfo, sphere_radius_m: f64) -> Result<Option<Self>> {
         if info.is_2d() {
-            return Self::of_shell(sphere_radius_m);
+            return Self::of_shell(2, true, sphere_radius_m).map(Some);
         }
         let found = match mesh.convention() {
             Convention::Mpas => of_mpas(sources)?,
             Convention::Icon | Convention::Cf => of_icon(sources, mesh, info)?,
         };
+        let Some(found) = found else { return Ok(None) };
         let (source, name, height_m) = (found.source, &found.variable.name, found.height_m);
         if let Some(i) = height_m.iter().position(|h| !h.is_finite() || h.abs() >= sphere_radius_m) {
             return Err(source.error(
@@ -79,64 +83,83 @@ impl LayerHeights {
         let layers = Layers::from_heights(&height_m, sphere_radius_m)
             .map_err(|e| e.within(name).within(source.path().display()))?;
         let (variable, is_of_pressure, deviation_m) = (name.clone(), found.is_of_pressure, found.deviation_m);
-        Ok(LayerHeights { variable, is_of_pressure, height_m, deviation_m, layers })
+        Ok(Some(LayerHeights { variable, is_of_pressure, height_m, deviation_m, layers }))
     }
 
-    /// The shell of a 2D field.
-    fn of_shell(sphere_radius_m: f64) -> Result<Self> {
-        let height_m = vec![0.0, SHELL * sphere_radius_m];
+    /// The layers of a thin shell: that of a 2D field, or one in which some layers are shown as surfaces whose heights
+    /// no file gives. The first is the innermost in files of MPAS-Atmosphere, and the outermost in others, as there.
+    pub(crate) fn of_layers(sources: &Sources, mesh: &Mesh, info: &FieldInfo, sphere_radius_m: f64) -> Result<Self> {
+        let is_rising = mesh.convention() == Convention::Mpas && sources.find("maxLevelCell").is_none();
+        Self::of_shell(info.layers, is_rising, sphere_radius_m)
+    }
+
+    fn of_shell(count: usize, is_rising: bool, sphere_radius_m: f64) -> Result<Self> {
+        let part = |layer: usize| layer as f64 / (count - 1) as f64;
+        let height = |layer: usize| SHELL * sphere_radius_m * if is_rising { part(layer) } else { 1.0 - part(layer) };
+        let height_m: Vec<f64> = (0..count).map(height).collect();
         let layers = Layers::from_heights(&height_m, sphere_radius_m)?;
-        let variable = "sphere".into();
+        let variable = SPHERE.into();
         Ok(LayerHeights { variable, is_of_pressure: false, height_m, deviation_m: None, layers })
+    }
+
+    /// Whether no file gives the heights.
+    pub(crate) fn are_of_shell(&self) -> bool {
+        self.variable == SPHERE
+    }
+
+    /// Which heights of a field's layers were looked for and not found.
+    pub(crate) fn missing(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Error {
+        if mesh.convention() == Convention::Mpas {
+            return sources.error(
+                ErrorKind::Layers,
+                format_args!(
+                    "no layer heights: looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), \
+                     restingThickness(nCells, nVertLevels) and layerThickness(Time, nCells, nVertLevels); \
+                     {IN_ANOTHER_FILE}; a scene that shows layers as surfaces alone needs none"
+                ),
+            );
+        }
+        sources.error(
+            ErrorKind::Layers,
+            format_args!(
+                "no heights for the {} layers of {}: looked for a coordinate {dimension}({dimension}) in metres or \
+                 pascals, and for {} over {} or {} layers and {} cells; {IN_ANOTHER_FILE}; a scene that \
+                 shows layers as surfaces alone needs none",
+                info.layers,
+                info.name,
+                ICON_COLUMNS.join(", "),
+                info.layers,
+                info.layers + 1,
+                columns_of(mesh),
+                dimension = info.layer_dimension,
+            ),
+        )
     }
 }
 
 /// Interfaces of MPAS-Atmosphere, or of MPAS-Ocean: from the depths that all columns share, or else from thicknesses.
-fn of_mpas(sources: &Sources) -> Result<ReadHeights<'_>> {
+fn of_mpas(sources: &Sources) -> Result<Option<ReadHeights<'_>>> {
     if let Some((source, variable)) = sources.find("zgrid") {
         expect(source, variable, &["nCells", "nVertLevelsP1"])?;
-        return Ok(ReadHeights::new((source, variable), columns::mean(source, variable, true)?));
+        return Ok(Some(ReadHeights::new((source, variable), columns::mean(source, variable, true)?)));
     }
     if let Some((source, variable)) = sources.find("refBottomDepth") {
         expect(source, variable, &["nVertLevels"])?;
         let bottom = source.numbers(variable)?;
         let height_m = std::iter::once(0.0).chain(bottom.iter().map(|depth| -depth)).collect();
-        return Ok(ReadHeights::new((source, variable), (height_m, None)));
+        return Ok(Some(ReadHeights::new((source, variable), (height_m, None))));
     }
-    if let Some(found) = thickness::of_any_time(sources) {
-        return Ok(ReadHeights::new(found, thickness::interfaces(sources, found)?));
-    }
-    Err(sources.error(
-        ErrorKind::Layers,
-        format_args!(
-            "no layer heights: looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), \
-             restingThickness(nCells, nVertLevels) and layerThickness(Time, nCells, nVertLevels); {IN_ANOTHER_FILE}"
-        ),
-    ))
+    let Some(found) = thickness::of_any_time(sources) else { return Ok(None) };
+    Ok(Some(ReadHeights::new(found, thickness::interfaces(sources, found)?)))
 }
 
 /// Heights of ICON's layers: of a coordinate in metres or pascals, or of a variable with the heights of columns.
-fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<ReadHeights<'a>> {
+fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<ReadHeights<'a>>> {
     if let Some(found) = of_axis(sources, info)? {
-        return Ok(found);
+        return Ok(Some(found));
     }
-    if let Some((source, variable)) = icon_columns(sources, mesh, info) {
-        return Ok(ReadHeights::new((source, variable), columns::mean(source, variable, false)?));
-    }
-    Err(sources.error(
-        ErrorKind::Layers,
-        format_args!(
-            "no heights for the {} layers of {}: looked for a coordinate {dimension}({dimension}) in metres or pascals, and for \
-             {} over {} or {} layers and {} cells; {IN_ANOTHER_FILE}",
-            info.layers,
-            info.name,
-            ICON_COLUMNS.join(", "),
-            info.layers,
-            info.layers + 1,
-            columns_of(mesh),
-            dimension = info.layer_dimension,
-        ),
-    ))
+    let Some((source, variable)) = icon_columns(sources, mesh, info) else { return Ok(None) };
+    Ok(Some(ReadHeights::new((source, variable), columns::mean(source, variable, false)?)))
 }
 
 /// Heights of the coordinate of a field's layers, which all columns share; `None` where no file has one.

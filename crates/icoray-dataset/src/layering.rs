@@ -4,7 +4,7 @@ use crate::dataset::Dataset;
 use crate::field::FieldInfo;
 use crate::heights::LayerHeights;
 use crate::layer_selection::LayerSelection;
-use icoray::{Error, ErrorKind, Layers, Result, Scene};
+use icoray::{Error, ErrorKind, Heights, Layers, Level, Result, Scene, Volume};
 use std::ops::Range;
 
 /// The layers of a scene: those of its first field with layers; fields on interfaces or between them are interpolated
@@ -16,6 +16,8 @@ pub struct Layering<'a> {
     first_field: &'a FieldInfo,
     /// The field that defines the heights: one on interfaces if the first lies between them.
     height_field: &'a FieldInfo,
+    /// Whether the scene shows layers as surfaces alone, which may lie anywhere.
+    is_flat: bool,
 }
 
 impl<'a> Layering<'a> {
@@ -29,7 +31,7 @@ impl<'a> Layering<'a> {
         let first_field = infos.iter().find(|info| !info.is_2d()).or(infos.first()).copied();
         let first_field = first_field.map_or_else(|| dataset.field_info(scene.field()), Ok)?;
         let height_field = infos.into_iter().find(|info| info.layers == first_field.layers + 1).unwrap_or(first_field);
-        Ok(Layering { layers_wanted, first_field, height_field })
+        Ok(Layering { layers_wanted, first_field, height_field, is_flat: is_flat(scene) })
     }
 
     /// The names that identify the layering.
@@ -72,6 +74,14 @@ impl<'a> Layering<'a> {
         }
     }
 
+    /// The heights of the layers.
+    ///
+    /// # Errors
+    /// As [`Dataset::layer_heights`], unless the scene shows layers as surfaces alone.
+    pub fn heights(&self, dataset: &Dataset) -> Result<LayerHeights> {
+        dataset.heights_of(&self.height_field.name, self.is_flat)
+    }
+
     /// The radii on which the first field lies, or between which it does.
     ///
     /// # Errors
@@ -79,4 +89,18 @@ impl<'a> Layering<'a> {
     pub fn layers(&self, heights: &LayerHeights) -> Result<Layers> {
         heights.layers_over(self.height_field, self.range(self.height_field)?)
     }
+}
+
+/// Whether nothing of a scene depends on heights: it shows no volume, and what it shows of layers is named by their
+/// numbers.
+fn is_flat(scene: &Scene) -> bool {
+    let scenery = &scene.scenery;
+    let is_clear = |volume: &Volume| volume.transfer.knots.iter().all(|knot| knot.extinction == 0.0);
+    let levels = scenery.surfaces.iter().map(|surface| surface.at).chain(scenery.lines.iter().map(|lines| lines.on));
+    scene.volumes.iter().all(|volume| volume.opacity.is_none() && is_clear(volume))
+        && levels.into_iter().all(|level| !matches!(level, Level::Height(_)))
+        && scenery.isosurfaces.is_empty()
+        && scenery.derived.is_empty()
+        && scenery.clips.iter().all(|clip| clip.height_m.is_none() && clip.half_space.is_none())
+        && scenery.heights == Heights::Mean
 }

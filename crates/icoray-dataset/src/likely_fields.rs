@@ -7,7 +7,8 @@ const GRID_VARIABLES: &str = "\
     zgrid zz zxu zb zb3 fzm fzp rdzw rdzu dzu dss z_ifc z_mc zghalf zg zfull hhl hsurf geometric_height \
     ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness zmid ztop deriv_two areacell \
     areatriangle meshdensity cellquality gridspacing trianglequality triangleanglequality nominalmindc fcell \
-    fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality";
+    fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality \
+    maxlevelcell minlevelcell";
 /// Name endings of base states, which do not change.
 const BASE: [&str; 2] = ["_base", "_ref"];
 /// Words, in lower case, that mark a geometric quantity if they are in the long name of a variable in units of length.

@@ -169,7 +169,7 @@ impl<'a> SceneFields<'a> {
 impl LayerInfo {
     fn read(dataset: &Dataset, layering: &Layering) -> Result<Self> {
         let name = &layering.height_field().name;
-        let heights = dataset.layer_heights(name)?;
+        let heights = layering.heights(dataset)?;
         let native = match dataset.native_heights_in_words(name)? {
             Some(_) => Some(dataset.native_info(name)?),
             None => None,
@@ -179,6 +179,10 @@ impl LayerInfo {
         if heights.is_of_pressure {
             let name = &heights.variable;
             notes.push(format!("{name} gives pressures: rendered at the heights of the standard atmosphere"));
+        }
+        if heights.are_of_shell() && !layering.height_field().is_2d() {
+            let inner = if heights.layers.is_falling() { "last" } else { "first" };
+            notes.push(format!("no heights of the layers: shown on the sphere, the {inner} as the innermost"));
         }
         Ok(LayerInfo { layers: layering.layers(&heights)?, native, mean, notes })
     }

@@ -21,8 +21,17 @@ impl Dataset {
     ) -> Result<String> {
         let range = layers_wanted.of(info)?;
         let read = self.read_layers(&info.name, time, range.clone())?;
-        let layers = self.layer_heights(&info.name)?.layers_over(info, range)?;
-        let options = if info.is_2d() { as_surface(info, options)? } else { options };
+        let is_flat = options.surface.is_some_and(|level| !matches!(level, Level::Height(_)));
+        let heights = self.heights_of(&info.name, is_flat)?;
+        let layers = heights.layers_over(info, range)?;
+        let options = match info.is_2d() {
+            true => as_surface(info, options)?,
+            // A shell that stands for unknown heights is thin.
+            false if heights.are_of_shell() => {
+                suggest::Options { exaggeration: options.exaggeration.or(Some(1.0)), ..options }
+            }
+            false => options,
+        };
         let is_timeless = self.seconds().is_none() && self.times().get(time).is_none_or(Option::is_none);
         let options = suggest::Options { is_timeless, ..options };
         let field = read.field()?;

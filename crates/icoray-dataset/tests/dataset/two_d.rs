@@ -4,7 +4,8 @@ use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
 use crate::made_ocean::levels;
 use crate::memory::{expect, open};
-use icoray::{ErrorKind, Location};
+use icoray::{Error, ErrorKind, Level, Location, Renderer, Script, suggest};
+use icoray_dataset::{LayerSelection, SceneFields};
 
 #[test]
 fn a_2d_field_has_the_same_values_on_any_layers() {
@@ -102,5 +103,81 @@ fn a_sea_surface_lies_on_water() {
     let field = owned.field().unwrap();
     for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
         assert_eq!(field.value(cell, layer).is_nan(), levels(cell) == 0, "{cell} {layer}");
+    }
+}
+
+#[test]
+fn integers_over_columns_are_fields_and_tables_are_none() {
+    let mut made = Made::history();
+    let kinds: Vec<i32> = (0..42).map(|cell| if cell % 5 == 0 { 7 } else { 16 }).collect();
+    made.add("ivgtyp", &["nCells"], Values::I32(kinds.clone()));
+    let mut flags = vec![3; RECORDS * 42];
+    flags[1] = -2_147_483_647;
+    made.add("flag", &["Time", "nCells"], Values::I32(flags));
+    let file = open(&made);
+    let owned = file.read_field("ivgtyp", 0).unwrap();
+    let field = owned.field().unwrap();
+    assert!(kinds.iter().enumerate().all(|(cell, kind)| field.value(cell, 1) == f64::from(*kind)));
+    let flags = file.read_field("flag", 0).unwrap();
+    let flags = flags.field().unwrap();
+    assert!(flags.value(0, 0) == 3.0 && flags.value(1, 0).is_nan(), "nothing was written there");
+    let likely: Vec<&str> = file.likely_fields().iter().map(|info| info.name.as_str()).collect();
+    assert!(likely.contains(&"ivgtyp") && likely.contains(&"flag"), "{likely:?}");
+    for table in ["nEdgesOnCell", "verticesOnCell"] {
+        expect(
+            &file.field_info(table).unwrap_err(),
+            ErrorKind::Field,
+            &[table, "is not a field, expected numbers over"],
+        );
+    }
+    // A table of the mesh over what might be layers does not change.
+    let mut made = Made::icon_data(Angles::Degrees);
+    let triangles = made.dimension("ncells");
+    made.add("neighbours", &["lev", "ncells"], Values::I32(vec![1; 3 * triangles]));
+    made.add("cloud", &["time", "lev", "ncells"], Values::I32(vec![1; RECORDS * 3 * triangles]));
+    let file = open(&made);
+    assert!(file.field_info("neighbours").is_err() && file.field_info("cloud").is_ok());
+}
+
+#[test]
+fn layers_are_surfaces_without_heights() {
+    let icon = |made: &mut Made| {
+        made.remove("lev");
+        "ta"
+    };
+    let mpas = |made: &mut Made| {
+        made.remove("zgrid");
+        "theta"
+    };
+    let cases: [(Made, &dyn Fn(&mut Made) -> &'static str, bool); 2] =
+        [(Made::history(), &mpas, false), (Made::icon_data(Angles::Degrees), &icon, true)];
+    for (mut made, without_heights, is_last_inner) in cases {
+        let field = without_heights(&mut made);
+        let file = open(&made);
+        let all = LayerSelection::default();
+        let layers_of = |scene: &str| {
+            let script = Script::parse(&format!("field = '{field}'\n{scene}")).unwrap();
+            let scene_fields = SceneFields::new(&file, &script, &all, file.mesh().cells())?;
+            let scene = script.views()[0].scenes().next().unwrap();
+            Ok::<_, Error>((scene_fields.layers(&scene)?.clone(), scene_fields.notes(&scene)?.concat()))
+        };
+        for level in ["0", "2", "'top'", "'bottom'"] {
+            let surface = format!("[[surfaces]]\nlayer = {level}\nfield = '{field}'\ntransfer = {{ map = 'magma' }}");
+            let (layers, note) = layers_of(&surface).unwrap();
+            let radius_m = layers.radius_m();
+            let lowest = radius_m.iter().copied().fold(f64::INFINITY, f64::min);
+            let inner = if is_last_inner { radius_m.len() - 1 } else { 0 };
+            assert_eq!((radius_m[inner], radius_m.len()), (lowest, file.field_info(field).unwrap().layers));
+            assert!(note.contains("no heights of the layers: shown on the sphere"), "{note}");
+        }
+        let surface = format!("[[surfaces]]\nheight_m = 20\nfield = '{field}'\ntransfer = {{ map = 'magma' }}");
+        for needs in [surface.as_str(), "transfer = { map = 'magma' }", "[[isosurfaces]]\nvalue = 1"] {
+            expect(&layers_of(needs).unwrap_err(), ErrorKind::Layers, &["heights", "as surfaces alone needs none"]);
+        }
+        let (grid, renderer) = (file.mesh().grid().unwrap(), Renderer::new(1).unwrap());
+        let options = suggest::Options { surface: Some(Level::Ground), ..suggest::Options::default() };
+        let info = file.field_info(field).unwrap();
+        let text = file.suggest_scene((&grid, &renderer), (info, 0), &all, options).unwrap();
+        assert_eq!(Script::parse(&text).unwrap().views()[0].scenes().next().unwrap().exaggeration, 1.0);
     }
 }
