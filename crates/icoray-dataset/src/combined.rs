@@ -2,7 +2,7 @@
 
 use crate::source::{Attribute, Dimension, Kind, Source, Variable};
 use crate::times::Times;
-use icoray::{ErrorKind, OwnedReals, Result};
+use icoray::{Error, ErrorKind, OwnedReals, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -28,13 +28,18 @@ struct Record {
 
 impl Combined {
     /// Combines sources: records of the same date become one time; those without dates follow those of the last source
-    /// before that has one of their variables, or else begin at time 0. Variables of several sources are read from the first that has them at a time; one that does not depend on time from the
-    /// first that has it. A single source stays as it is.
+    /// before that has one of their variables, or else begin at time 0. A variable of several sources is read from the
+    /// first that has it at a time, one that does not depend on time from the first that has it. A single source stays as
+    /// it is.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where a variable has other dimensions in another source, or is stored in another way, or
-    /// where some of the sources have dates and one with several records has none; [`ErrorKind::Io`] as [`Times::read`].
-    pub fn new(mut sources: Vec<Box<dyn Source>>) -> Result<Box<dyn Source>> {
+    /// [`ErrorKind::Argument`] where there is no source; [`ErrorKind::Field`] where a variable has other dimensions in
+    /// another source, or is stored in another way, or where some of the sources have dates and one with several records
+    /// has none; [`ErrorKind::Io`] as [`Times::read`].
+    pub fn of(mut sources: Vec<Box<dyn Source>>) -> Result<Box<dyn Source>> {
+        if sources.is_empty() {
+            return Err(Error::new(ErrorKind::Argument, "no source, expected one with fields"));
+        }
         if sources.len() == 1 {
             return Ok(sources.remove(0));
         }
@@ -84,7 +89,7 @@ impl Combined {
         }
     }
 
-    fn lacks(&self, variable: &Variable, time: Option<usize>) -> icoray::Error {
+    fn lacks(&self, variable: &Variable, time: Option<usize>) -> Error {
         let date = time.and_then(|time| self.times.get(time)?.0.as_deref());
         let of = time.map_or_else(String::new, |time| format!(" of time {time} ({})", date.unwrap_or("no date")));
         let own: &dyn Source = self;
