@@ -51,7 +51,7 @@ struct Cli {
 enum Command {
     /// Render a field of a file, as a scene says or as one that is suggested
     Render(render::Args),
-    /// Make an animated PNG of pictures
+    /// Make an animated PNG, MP4 or GIF of pictures, or of the times of files
     Animate(animate::Args),
     /// Look at a file on a page: turn it, colour it, ask it, save the scene
     View(view::Args),
@@ -90,6 +90,7 @@ impl Command {
             Command::Render(args) | Command::Plan(args) => Some(&args.selection.input),
             Command::View(args) => Some(&args.selection.input),
             Command::Info(args) => Some(&args.input),
+            Command::Animate(args) => args.input(),
             _ => None,
         }
     }
@@ -109,7 +110,7 @@ fn main() -> ExitCode {
     let mut out = printed::Printed(io::stdout().lock());
     let done = match command {
         Command::Render(args) => render::run(&args, &mut out),
-        Command::Animate(args) => animate::run(&args, &mut out),
+        Command::Animate(args) => animate::run(args, &mut out),
         Command::View(args) => view::run(&args, &mut out),
         Command::Watch(args) => watch::run(&args, &mut out),
         Command::TryReading(args) => isolated::run(&args).map_err(failure::Failure::from),

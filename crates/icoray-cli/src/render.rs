@@ -9,7 +9,7 @@ use crate::failure::{CommandResult, Failure};
 use crate::ranks::RankTeam;
 use crate::selection::{Opened, Selection};
 use crate::suggested::{Scenes, Suggested};
-use icoray::output::Existing;
+use icoray::output::{Existing, NameTemplate};
 use icoray::{Error, ErrorKind, Ranks, Result, Script};
 use icoray_dataset::{Drawing, SceneFields, Series};
 use icoray_progress::Progress;
@@ -18,7 +18,7 @@ pub use output_queue::OutputQueue;
 pub use pictures::Pictures;
 use std::collections::HashMap;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub use target::Target;
 
@@ -41,11 +41,14 @@ pub struct Args {
 }
 
 /// Where pictures go, and how.
-#[derive(clap::Args)]
+#[derive(clap::Args, Default)]
 pub struct OutputOptions {
     /// Picture (.png or .exr), or the directory for pictures named by the scene and for report.csv [default: .]
     #[arg(short, long, value_name = "PICTURE|DIR")]
     output: Option<PathBuf>,
+    /// Names of the pictures, in place of the scene's.
+    #[arg(skip)]
+    names: Option<NameTemplate>,
     /// Map of the picture's errors, instead of the scene's output.error; for one picture
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
@@ -61,11 +64,12 @@ pub struct OutputOptions {
 
 /// [`Existing`] as an option. The command overwrites by default, like other commands; the library, used by unattended
 /// models, keeps existing files by default.
-#[derive(Clone, Copy, clap::ValueEnum)]
+#[derive(Clone, Copy, Default, clap::ValueEnum)]
 pub enum ExistingFiles {
     /// Keep them, and fail
     NeverModify,
     /// Replace them
+    #[default]
     Overwrite,
 }
 
@@ -120,6 +124,9 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     let Scenes { mut script, grid, suggested } = ranks.collective(opened.scenes(&args.selection, &progress))?;
     if args.output_options.error.is_some() {
         script.scenes_mut().for_each(|scene| scene.output.error = None);
+    }
+    if let Some(names) = &args.output_options.names {
+        script.scenes_mut().for_each(|scene| scene.output = names.clone().into());
     }
     let (series, target) = ranks.collective(args.output_options.choose(&script, &opened))?;
     let queue = ranks.is_root().then(|| args.output_options.queue(&series, &target)).transpose();
@@ -182,6 +189,11 @@ impl Args {
 }
 
 impl OutputOptions {
+    /// Pictures of these names in a directory.
+    pub fn named(directory: &Path, names: NameTemplate) -> Self {
+        OutputOptions { output: Some(directory.to_owned()), names: Some(names), ..Self::default() }
+    }
+
     /// The times to render and the target of the pictures.
     pub fn choose<'a>(&self, script: &'a Script, opened: &'a Opened) -> Result<(Series<'a>, Target)> {
         let Opened { file, times, is_series, .. } = opened;

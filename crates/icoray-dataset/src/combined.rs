@@ -2,7 +2,7 @@
 
 use crate::source::{Attribute, Dimension, Kind, Source, Variable};
 use crate::times::Times;
-use icoray::{ErrorKind, OwnedReals, Result};
+use icoray::{Error, ErrorKind, OwnedReals, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -27,14 +27,19 @@ struct Record {
 }
 
 impl Combined {
-    /// Combines sources: records of the same date become one time, records without dates follow each other. Variables
-    /// of several sources are read from the first that has them at a time; one that does not depend on time from the
-    /// first that has it. A single source stays as it is.
+    /// Combines sources: records of the same date become one time; those without dates follow those of the last source
+    /// before that has one of their variables, or else begin at time 0. A variable of several sources is read from the
+    /// first that has it at a time, one that does not depend on time from the first that has it. A single source stays as
+    /// it is.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where a variable has other dimensions in another source, or is stored in another way, or
-    /// where some of the sources have dates and one with several records has none; [`ErrorKind::Io`] as [`Times::read`].
-    pub fn new(mut sources: Vec<Box<dyn Source>>) -> Result<Box<dyn Source>> {
+    /// [`ErrorKind::Argument`] where there is no source; [`ErrorKind::Field`] where a variable has other dimensions in
+    /// another source, or is stored in another way, or where some of the sources have dates and one with several records
+    /// has none; [`ErrorKind::Io`] as [`Times::read`].
+    pub fn of(mut sources: Vec<Box<dyn Source>>) -> Result<Box<dyn Source>> {
+        if sources.is_empty() {
+            return Err(Error::new(ErrorKind::Argument, "no source, expected one with fields"));
+        }
         if sources.len() == 1 {
             return Ok(sources.remove(0));
         }
@@ -84,7 +89,7 @@ impl Combined {
         }
     }
 
-    fn lacks(&self, variable: &Variable, time: Option<usize>) -> icoray::Error {
+    fn lacks(&self, variable: &Variable, time: Option<usize>) -> Error {
         let date = time.and_then(|time| self.times.get(time)?.0.as_deref());
         let of = time.map_or_else(String::new, |time| format!(" of time {time} ({})", date.unwrap_or("no date")));
         let own: &dyn Source = self;
@@ -100,22 +105,31 @@ fn is_over_time(variable: &Variable) -> bool {
 fn times(sources: &[Box<dyn Source>]) -> Result<Vec<(Option<String>, Vec<Record>)>> {
     let has_values = |v: &Variable| v.kind.is_number() && v.dimensions.len() > 1 && is_over_time(v);
     let mut dated: BTreeMap<(usize, String), Vec<Record>> = BTreeMap::new();
-    let mut undated = Vec::new();
+    let mut undated: Vec<Vec<Record>> = Vec::new();
+    // Sources, and the time behind their last.
+    let mut ends: Vec<(usize, usize)> = Vec::new();
     for (number, source) in sources.iter().enumerate().filter(|(_, s)| s.variables().iter().any(has_values)) {
         let times = Times::read(source.as_ref())?;
+        let own = || source.variables().iter().filter(|v| has_values(v));
+        let follows = |(before, _): &&(usize, usize)| own().any(|v| sources[*before].variable(&v.name).is_some());
+        let begin = ends.iter().rev().find(follows).map_or(0, |(_, end)| *end);
+        ends.push((number, begin + times.records));
         for (record, date) in times.dates.into_iter().enumerate().take(times.records) {
-            let record = Record { source: number, record };
+            let of = Record { source: number, record };
             match date {
                 // A longer year is a later one.
-                Some(date) => dated.entry((date.len(), date)).or_default().push(record),
-                None => undated.push(record),
+                Some(date) => dated.entry((date.len(), date)).or_default().push(of),
+                None => {
+                    undated.resize(undated.len().max(begin + record + 1), Vec::new());
+                    undated[begin + record].push(of);
+                }
             }
         }
     }
     if dated.is_empty() {
-        return Ok(undated.into_iter().map(|record| (None, vec![record])).collect());
+        return Ok(undated.into_iter().map(|records| (None, records)).collect());
     }
-    if let Some(Record { source, .. }) = undated.iter().find(|record| record.record > 0) {
+    if let Some(Record { source, .. }) = undated.iter().flatten().find(|of| of.record > 0) {
         let context = "its times have no dates, expected dates as in the other files";
         return Err(sources[*source].error(ErrorKind::Field, context));
     }

@@ -58,12 +58,12 @@ fn levels(sources: &Sources, mesh: &Mesh, name: &str) -> Result<Option<Vec<usize
     let Some((source, variable)) = sources.find(name) else {
         return Ok(None);
     };
-    if variable.kind != Kind::Integer || !variable.lies_over(&["nCells"]) {
+    if variable.kind != Kind::Integer || !variable.lies_at_times_over(&["nCells"]) {
         let context = format!("variable {variable}, expected {name}(nCells) of integer");
         return Err(source.error(ErrorKind::Field, context));
     }
     let max = most_levels(sources)?;
-    let numbers = source.integers(variable)?;
+    let numbers = source.all_integers(variable)?;
     if numbers.len() != mesh.cells() {
         let context = format!("variable {variable}, expected {} cells as in the mesh", mesh.cells());
         return Err(source.error(ErrorKind::Field, context));

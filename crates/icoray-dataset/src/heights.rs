@@ -145,7 +145,7 @@ fn of_mpas(sources: &Sources) -> Result<Option<ReadHeights<'_>>> {
     }
     if let Some((source, variable)) = sources.find("refBottomDepth") {
         expect(source, variable, &["nVertLevels"])?;
-        let bottom = source.numbers(variable)?;
+        let bottom = source.all_numbers(variable)?;
         let height_m = std::iter::once(0.0).chain(bottom.iter().map(|depth| -depth)).collect();
         return Ok(Some(ReadHeights::new((source, variable), (height_m, None))));
     }
@@ -190,7 +190,7 @@ fn icon_columns<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Opti
 }
 
 fn expect(source: &dyn Source, variable: &Variable, dimensions: &[&str]) -> Result<()> {
-    if variable.lies_over(dimensions) && variable.kind.is_real() {
+    if variable.lies_at_times_over(dimensions) && variable.kind.is_real() {
         return Ok(());
     }
     Err(source.error(

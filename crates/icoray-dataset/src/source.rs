@@ -60,11 +60,6 @@ pub struct Variable {
 }
 
 impl Variable {
-    /// Whether the dimensions have these names, in this order.
-    pub(crate) fn lies_over(&self, names: &[&str]) -> bool {
-        are_named(&self.dimensions, names)
-    }
-
     /// The dimensions behind that of the time records, or all where it has none.
     pub(crate) fn after_time(&self) -> &[Dimension] {
         match self.dimensions.as_slice() {
@@ -73,9 +68,9 @@ impl Variable {
         }
     }
 
-    /// As [`Self::lies_over`], at times or without.
+    /// Whether the dimensions have these names, in this order, at times or without.
     pub(crate) fn lies_at_times_over(&self, names: &[&str]) -> bool {
-        are_named(self.after_time(), names)
+        self.after_time().iter().map(|d| d.name.as_str()).eq(names.iter().copied())
     }
 
     /// Start and count along each dimension that select all of it.
@@ -83,10 +78,6 @@ impl Variable {
         let count: Vec<usize> = self.dimensions.iter().map(|d| d.len).collect();
         (vec![0; count.len()], count)
     }
-}
-
-fn are_named(dimensions: &[Dimension], names: &[&str]) -> bool {
-    dimensions.iter().map(|d| d.name.as_str()).eq(names.iter().copied())
 }
 
 /// `theta(Time = 3, nCells = 162) of float`.
@@ -195,10 +186,27 @@ impl dyn Source + '_ {
         self.attribute(Some(variable), attribute).map(numbers)
     }
 
-    /// Reads a whole variable of numbers, `float` in single precision.
+    /// Reads a whole table of numbers, `float` in single precision; of one over time, as `open_mfdataset` of xarray makes
+    /// of all, its first record.
     pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
-        let (start, count) = variable.whole();
+        let (start, mut count) = variable.whole();
+        if variable.dimensions.first().is_some_and(Dimension::is_time) {
+            count[0] = count[0].min(1);
+        }
         self.reals(variable, &start, &count)
+    }
+
+    /// As [`Self::all_reals`], in double precision.
+    pub(crate) fn all_numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
+        let reals = self.all_reals(variable)?;
+        Ok((0..reals.as_reals().len()).map(|i| reals.as_reals().get(i)).collect())
+    }
+
+    /// As [`Self::all_reals`], of integers.
+    pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
+        let mut integers = self.integers(variable)?;
+        integers.truncate(variable.after_time().iter().map(|dimension| dimension.len).product());
+        Ok(integers)
     }
 }
 

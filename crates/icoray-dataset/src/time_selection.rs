@@ -95,6 +95,8 @@ fn digits(text: &str, between: char) -> Option<Vec<i64>> {
 }
 
 impl TimeSelection {
+    /// All times.
+    pub const ALL: Self = TimeSelection { text: Cow::Borrowed("all"), selector: TimeSelector::All };
     /// The last time.
     pub const LAST: Self = TimeSelection { text: Cow::Borrowed("-1"), selector: TimeSelector::Number(-1) };
 

@@ -62,12 +62,12 @@ pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<
     open_all(&[path], others)
 }
 
-/// As [`open_with`], for files of one run that are read as one ([`Combined::new`]).
+/// As [`open_with`], for files of one run that are read as one ([`Combined::of`]).
 ///
 /// # Errors
-/// As [`open`] and [`Combined::new`].
+/// As [`open`] and [`Combined::of`].
 pub fn open_all(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>]) -> Result<Dataset> {
-    Dataset::new(Combined::new(all_opened(paths)?)?, all_opened(others)?)
+    Dataset::new(Combined::of(all_opened(paths)?)?, all_opened(others)?)
 }
 
 /// As [`open_all`], for a mesh that is in memory already: no mesh tables are read.
@@ -75,7 +75,7 @@ pub fn open_all(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>]) -> Resu
 /// # Errors
 /// As [`Dataset::on_mesh`] and [`open_all`].
 pub fn open_on(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>], mesh: Arc<Mesh>) -> Result<Dataset> {
-    Dataset::on_mesh(Combined::new(all_opened(paths)?)?, all_opened(others)?, mesh)
+    Dataset::on_mesh(Combined::of(all_opened(paths)?)?, all_opened(others)?, mesh)
 }
 
 fn all_opened(paths: &[impl AsRef<Path>]) -> Result<Vec<Box<dyn Source>>> {

@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_suggested_once_for_each_view() {
+    fn samples_and_colours_are_hinted_at_once_for_each_view() {
         let mut lines: Vec<(i32, String)> = Vec::new();
         let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Info as i32);
         let mut errors = ErrorWarnings::default();
@@ -138,8 +138,14 @@ mod tests {
         {
             errors.log_frame(view, &Stamp { step, time_s: 0.0, date: None }, &report(samples, mean), &log);
         }
+        let off_values = vec!["q is 1 to 2: it has no isosurface of 3".to_owned()];
+        let off = FrameReport { off_values, ..FrameReport::default() };
+        for step in [6, 7] {
+            errors.log_frame(Some("b"), &Stamp { step, time_s: 0.0, date: None }, &off, &log);
+        }
         let info = Level::Info as i32;
-        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert_eq!(lines.len(), 3, "{lines:?}");
+        assert_eq!(lines[2], (info, "step 6, view \"b\": q is 1 to 2: it has no isosurface of 3".to_owned()));
         assert!(lines[0].0 == info && lines[0].1.starts_with("step 3: 20 cells fall into a pixel"), "{lines:?}");
         assert!(lines[1].1.starts_with("step 5, view \"b\": 20 cells"), "{lines:?}");
     }

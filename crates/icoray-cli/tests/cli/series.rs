@@ -57,6 +57,14 @@ fn files_of_a_run_are_one_series_by_their_dates() {
     let text = prints(icoray(path).arg("info").args(parts).arg("--ranges"));
     let times = "times      0: 2013-10-25_00:00:00, 1: 2013-10-26_00:00:00, 2: 2013-10-27_00:00:00\n";
     has(&text, &["file       rho.nc\nfile       late.nc\n", times, "2000 to 2041.5"]);
+    let film = ["animate", "late.nc", "early.nc", "grid.nc", "--size", "32x32", "--no-labels", "-o", "film.png"];
+    has(&prints(icoray(path).args(film)), &["animation film.png (32 x 32, 3 pictures, 10 per second"]);
+    let first = ["early.nc", "grid.nc", "--size", "32x32", "--no-labels", "-o", "first.png"];
+    let saved = ["late.nc", "grid.nc", "--size", "32x32", "--no-labels", "--save-scene", "last.toml"];
+    prints(icoray(path).args(saved));
+    prints(icoray(path).args(first).args(["--scene", "last.toml"]));
+    let pixels = |name: &str| image::open(path.join(name)).unwrap().into_rgba8();
+    assert!(pixels("film.png") == pixels("first.png"), "the film does not begin with the first date");
     // A scene that is saved for one file names the pictures of others.
     let save = ["early.nc", "grid.nc", "--size", "32x32", "--save-scene", "saved.toml"];
     has(&prints(icoray(path).args(save)), &["picture   theta_2013-10-25_00.00.00_000000.png"]);
@@ -70,6 +78,22 @@ fn files_of_a_run_are_one_series_by_their_dates() {
     let lacking = ["theta.nc", "w.nc", "grid.nc", "--field", "w", "--time"];
     prints(icoray(path).args(lacking).arg("1"));
     fails(icoray(path).args(lacking).arg("0"), 1, &["none of the files has w of time 0 (2013-10-25_00:00:00)"]);
+}
+
+#[test]
+fn files_without_dates_follow_each_other_by_variable() {
+    let (folder, made) = (tempfile::tempdir().unwrap(), Made::history());
+    let path = folder.path();
+    write(path, "grid.nc", &part(&made, 0..0, is_of_mesh));
+    for (name, field, records) in [("a.nc", "theta", 0..1), ("b.nc", "w", 0..2), ("c.nc", "theta", 1..3)] {
+        write(path, name, &part(&made, records, |name| name == field));
+    }
+    let draw = |field: &str, time: &str| {
+        let files = ["a.nc", "b.nc", "c.nc", "grid.nc", "--size", "32x32", "-o", "x.png"];
+        prints(icoray(path).args(files).args(["--field", field, "--time", time]))
+    };
+    has(&draw("theta", "2"), &["time 2 (no date)", "range     2000 to 2041.38"]);
+    has(&draw("w", "1"), &["range     1000 to "]);
 }
 
 #[test]

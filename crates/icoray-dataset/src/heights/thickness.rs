@@ -214,9 +214,9 @@ fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Option<Vec<f6
     let Some((source, variable)) = sources.find(name) else {
         return Ok(None);
     };
-    if !variable.kind.is_number() || !matches!(&variable.dimensions[..], [only] if only.len == cells) {
+    if !variable.kind.is_number() || !matches!(variable.after_time(), [only] if only.len == cells) {
         let context = format!("variable {variable}, expected {name}(nCells = {cells}) of numbers");
         return Err(source.error(ErrorKind::Layers, context));
     }
-    source.numbers(variable).map(Some)
+    source.all_numbers(variable).map(Some)
 }

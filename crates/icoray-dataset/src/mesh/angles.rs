@@ -30,7 +30,7 @@ impl Bounds {
 
 /// Reads the polygons' points of two variables; angles without a unit of their own have that of the coordinate, if any.
 pub(super) fn read_bounds(source: &dyn Source, [lon, lat]: [(&Variable, Option<&str>); 2]) -> Result<Bounds> {
-    let row = lon.0.dimensions[1].len;
+    let row = lon.0.after_time()[1].len;
     if lon.0.dimensions != lat.0.dimensions || !lon.0.kind.is_real() || !lat.0.kind.is_real() {
         let context = format!("variables {} and {}, expected the same dimensions of float or double", lon.0, lat.0);
         return Err(source.error(ErrorKind::Grid, context));
@@ -38,7 +38,7 @@ pub(super) fn read_bounds(source: &dyn Source, [lon, lat]: [(&Variable, Option<&
     let read = |(variable, coordinate): (&Variable, Option<&str>)| -> Result<Vec<f64>> {
         let own = source.text_of(&variable.name, "units")?;
         let unit_of = coordinate.filter(|_| own.is_none()).unwrap_or(&variable.name);
-        let mut values = OwnedReals::F64(source.numbers(variable)?);
+        let mut values = OwnedReals::F64(source.all_numbers(variable)?);
         into_radians(source, unit_of, &mut values)?;
         Ok((0..values.as_reals().len()).map(|i| values.as_reals().get(i)).collect())
     };

@@ -31,7 +31,7 @@ impl<'a> PolygonVariables<'a> {
     fn of(source: &'a dyn Source) -> Option<Self> {
         MIDDLES.into_iter().find_map(|middle| {
             let [lon, lat] = middle.map(|name| bounds_of(source, name));
-            let has = |name: &str| source.variable(name).is_some_and(|v| v.dimensions.len() == 1);
+            let has = |name: &str| source.variable(name).is_some_and(|v| v.after_time().len() == 1);
             let middle = middle.into_iter().all(has).then_some(middle);
             Some(PolygonVariables { source, middle, points: [lon?, lat?] })
         })
@@ -44,7 +44,7 @@ fn bounds_of<'a>(source: &'a dyn Source, name: &str) -> Option<&'a Variable> {
     let named =
         [format!("{name}_bnds"), format!("{name}_bounds"), format!("bounds_{name}"), format!("{name}_vertices")];
     let mut variables = declared.into_iter().chain(named).filter_map(|name| source.variable(&name));
-    variables.find(|v| matches!(&v.dimensions[..], [_, points] if points.len > 3))
+    variables.find(|v| matches!(v.after_time(), [_, points] if points.len > 3))
 }
 
 /// Whether any of the files has polygons.
@@ -59,7 +59,7 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let directions = bounds.directions();
     let shortest = shortest(source, &bounds, &directions)?;
     let center = match middle {
-        Some([lon, lat]) => positions(source, lon, lat, &points[0].dimensions[0].name)?,
+        Some([lon, lat]) => positions(source, lon, lat, &points[0].after_time()[0].name)?,
         None => of_directions(directions.chunks_exact(bounds.row).map(sum)),
     };
     let (numbers, first) = points::number(directions.into_iter(), SAME * shortest);

@@ -39,7 +39,7 @@ fn of_tables(source: &dyn Source) -> Result<Mesh> {
         return Err(source.error(ErrorKind::Unsupported, context));
     }
     let variable = source.variable("vertex_of_cell").ok_or_else(|| missing(source, "vertex_of_cell"))?;
-    let [three, cells] = match &variable.dimensions[..] {
+    let [three, cells] = match variable.after_time() {
         [three, cells] if three.len == 3 => [three, cells],
         _ => {
             let context = format!("variable {variable}, expected vertex_of_cell(nv = 3, cell) of integer");
@@ -49,10 +49,10 @@ fn of_tables(source: &dyn Source) -> Result<Mesh> {
     let table = find(source, "vertex_of_cell", &[&three.name, &cells.name], true)?;
     let corner = positions(source, "clon", "clat", &cells.name)?;
     let vertex = source.variable("vlon").ok_or_else(|| missing(source, "vlon"))?;
-    let vertices = vertex.dimensions.first().map_or("", |d| d.name.as_str());
+    let vertices = vertex.after_time().first().map_or("", |d| d.name.as_str());
     let center = positions(source, "vlon", "vlat", vertices)?;
     // The file goes by the triangle's first points, then its second, then its third.
-    let by_column = source.integers(table)?;
+    let by_column = source.all_integers(table)?;
     let triangles = by_column.len() / 3;
     let corner_cell = (0..by_column.len()).map(|i| by_column[i % 3 * triangles + i / 3].saturating_sub(1)).collect();
     mesh(source, center, corner, corner_cell)
@@ -75,7 +75,7 @@ fn of_bounds(source: &dyn Source, triangles: &Triangles) -> Result<Mesh> {
         shortest = shortest.min(side);
     }
     let corner = match triangles.middle {
-        Some([lon, lat]) => positions(source, lon, lat, &source.expect(lon)?.dimensions[0].name)?,
+        Some([lon, lat]) => positions(source, lon, lat, &source.expect(lon)?.after_time()[0].name)?,
         None => of_directions(points.as_chunks().0.iter().map(|three| circumcenter(*three))),
     };
     let (corner_cell, first) = points::number(points.into_iter(), SAME * shortest);
@@ -105,12 +105,12 @@ impl Triangles {
         let declared = |name: &str| source.text_of(name, "bounds").ok().flatten();
         for middle in [["clon", "clat"], ["lon", "lat"]] {
             let [lon, lat] = middle;
-            let has_middle = source.variable(lon).is_some_and(|v| v.dimensions.len() == 1);
+            let has_middle = source.variable(lon).is_some_and(|v| v.after_time().len() == 1);
             let names =
                 |name: &str| declared(name).into_iter().chain([format!("{name}_bnds"), format!("{name}_vertices")]);
             let is_of_three = |name: &String| {
                 let variable = source.variable(name);
-                variable.is_some_and(|v| matches!(&v.dimensions[..], [_, three] if three.len == 3))
+                variable.is_some_and(|v| matches!(v.after_time(), [_, three] if three.len == 3))
             };
             let points = names(lon).find(is_of_three).zip(names(lat).find(is_of_three));
             let points = points.map(|(lon, lat)| [lon, lat]);
@@ -136,7 +136,7 @@ impl Triangles {
         let [lon_of, lat_of] = [0, 1].map(|k| self.middle.map(|names| names[k]));
         let bounds = read_bounds(source, [(source.expect(lon)?, lon_of), (source.expect(lat)?, lat_of)])?;
         let triangles = bounds.lon.len() / 3;
-        let there = lon_of.and_then(|name| source.variable(name)).map_or(triangles, |v| v.dimensions[0].len);
+        let there = lon_of.and_then(|name| source.variable(name)).map_or(triangles, |v| v.after_time()[0].len);
         if there == triangles {
             return Ok(bounds);
         }

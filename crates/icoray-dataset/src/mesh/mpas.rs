@@ -68,14 +68,14 @@ impl Tables {
         let table = |name: &str, dimensions: &[&str]| -> Result<Option<&Variable>> {
             source.variable(name).map(|_| find(source, name, dimensions, true)).transpose()
         };
-        let read = |variable: Option<&Variable>| variable.map(|v| source.integers(v)).transpose();
+        let read = |variable: Option<&Variable>| variable.map(|v| source.all_integers(v)).transpose();
         let vertices_on_cell = table("verticesOnCell", &["nCells", "maxEdges"])?;
         let cells_on_vertex = table("cellsOnVertex", &["nVertices", "vertexDegree"])?;
         let edges_on_vertex = table("edgesOnVertex", &["nVertices", "vertexDegree"])?;
         let vertices_on_edge = table("verticesOnEdge", &["nEdges", "TWO"])?;
         let cells_on_edge = table("cellsOnEdge", &["nEdges", "TWO"])?;
         for variable in cells_on_vertex.into_iter().chain(edges_on_vertex) {
-            let degree = variable.dimensions[1].len;
+            let degree = variable.after_time()[1].len;
             if degree != 3 {
                 return Err(source.error(
                     ErrorKind::Unsupported,
@@ -86,13 +86,13 @@ impl Tables {
             }
         }
         for variable in vertices_on_edge.into_iter().chain(cells_on_edge) {
-            let two = variable.dimensions[1].len;
+            let two = variable.after_time()[1].len;
             if two != 2 {
                 let context = format!("{variable}: rows of {two}, expected 2");
                 return Err(source.error(ErrorKind::Grid, context));
             }
         }
-        let row = vertices_on_cell.map_or(0, |variable| variable.dimensions[1].len);
+        let row = vertices_on_cell.map_or(0, |variable| variable.after_time()[1].len);
         Ok(Tables {
             cell_corner: read(vertices_on_cell)?.map(|table| (table, row)),
             cell_corner_count: read(table("nEdgesOnCell", &["nCells"])?)?,

@@ -172,7 +172,7 @@ pub(super) fn find<'a>(source: &'a dyn Source, name: &str, dimensions: &[&str], 
         Kind::Integer => integer,
         Kind::Text | Kind::Other => false,
     };
-    if !fine || !variable.lies_over(dimensions) {
+    if !fine || !variable.lies_at_times_over(dimensions) {
         return Err(source.error(
             ErrorKind::Grid,
             format_args!(

@@ -61,7 +61,7 @@ impl<'a> Topology<'a> {
     /// The nodes of each face, from 0 and with marks for entries that are missing; and the length of a row.
     fn rows(&self, nodes: usize) -> Result<(Vec<i32>, usize)> {
         let (source, table) = (self.source, self.face_nodes);
-        let [_, row] = match &table.dimensions[..] {
+        let [_, row] = match table.after_time() {
             [faces, row] if table.kind.is_number() && row.len > 2 => [faces, row],
             _ => {
                 let context = format!("variable {table}, expected the nodes of each face, at least 3, as integers");
@@ -71,7 +71,7 @@ impl<'a> Topology<'a> {
         let base = source.numbers_of(&table.name, "start_index")?.first().copied().unwrap_or(0.0);
         let fill = source.numbers_of(&table.name, "_FillValue")?.first().copied();
         let mut numbers = Vec::new();
-        for (i, number) in source.numbers(table)?.into_iter().enumerate() {
+        for (i, number) in source.all_numbers(table)?.into_iter().enumerate() {
             let node = number - base;
             // Marks of other tools lie far outside.
             let is_marked = Some(number) == fill || number.is_nan() || node < 0.0 || node >= f64::from(i32::MAX);
@@ -117,7 +117,7 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
 fn mesh(sources: &Sources, topology: &Topology) -> Result<Mesh> {
     let Topology { source, face_nodes, nodes: [lon, lat], faces } = topology;
     let place = |name: &String| source.variable(name).ok_or_else(|| missing(*source, name));
-    let over = |variable: &Variable| variable.dimensions.first().map_or(String::new(), |d| d.name.clone());
+    let over = |variable: &Variable| variable.after_time().first().map_or(String::new(), |d| d.name.clone());
     let nodes = positions(*source, lon, lat, &over(place(lon)?))?;
     let count = nodes.lon.as_reals().len();
     let (rows, row) = topology.rows(count)?;

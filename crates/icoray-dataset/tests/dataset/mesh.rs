@@ -25,6 +25,30 @@ fn a_history_has_its_grid_times_and_fields() {
     }
 }
 
+/// As xarray's `open_mfdataset` has them, which joins all variables along time.
+#[test]
+fn tables_over_time_are_those_of_its_first_record() {
+    let mut made = Made::history();
+    for variable in made.variables.iter_mut().filter(|v| v.dimensions[0] != "Time") {
+        variable.dimensions.insert(0, "Time");
+        match &mut variable.values {
+            Values::F32(values) => *values = values.repeat(RECORDS),
+            Values::F64(values) => *values = values.repeat(RECORDS),
+            Values::I32(values) => *values = values.repeat(RECORDS),
+            Values::Text(values) => *values = values.repeat(RECORDS),
+        }
+    }
+    let (joined, plain) = (open(&made), open(&Made::history()));
+    assert!(joined.mesh().is_same(plain.mesh()));
+    assert_eq!(joined.layer_heights("theta").unwrap().height_m, plain.layer_heights("theta").unwrap().height_m);
+    let grid = joined.mesh().grid().unwrap();
+    let own = |file: &icoray_dataset::Dataset| {
+        let heights = file.native_heights(&grid, "theta", 1).unwrap().unwrap();
+        format!("{:?}", heights.all().unwrap().range())
+    };
+    assert_eq!(own(&joined), own(&plain));
+}
+
 #[test]
 fn fields_are_listed_with_what_a_user_asks_first() {
     let file = open(&Made::history());
