@@ -29,8 +29,8 @@ const STRUCTS: [&str; 18] = [
     "Passed",
 ];
 
-/// Bytes of a type and of its alignment. Of arrays the bytes of an element: of offsets only the remainder by the largest
-/// alignment, 16, is of use, and elements of arrays have multiples of it.
+/// Bytes of a type and of its alignment. Of arrays the bytes of an element: of offsets only the remainder by the
+/// largest alignment, 16, is of use, and elements of arrays have multiples of it.
 type Size = [usize; 2];
 
 fn main() {

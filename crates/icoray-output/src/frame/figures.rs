@@ -72,8 +72,8 @@ struct Source<'a> {
     host: &'a CFrameReport,
 }
 
-/// Declares figures: `Scope name: type Kind = value`, after the meaning as a doc comment; those in C in the order of the
-/// struct there, with their types there, and then the others.
+/// Declares figures: `Scope name: type Kind = value`, after the meaning as a doc comment; those in C in the order of
+/// the struct there, with their types there, and then the others.
 macro_rules! figures {
     (
         $(#[doc = $about:literal])*
