@@ -125,7 +125,7 @@ fn part(own: &OwnedColumns, inner: f64) -> layout::Part {
     let [lowest_hi, lowest_lo] = halves(inner * own.lowest_facet);
     let middle = own.middle.map(|x| x as f32);
     let reach = if own.reach < 0.0 { -1.0 } else { reach };
-    layout::Part { middle, reach, lowest_hi, lowest_lo, max_fragments: 0, padding: 0 }
+    layout::Part { middle, reach, lowest_hi, lowest_lo, max_fragments: 0, padding: [0; 1] }
 }
 
 /// Sorts the fragments of a band and passes the tiles without lost rays to `sink`. Returns the number of the other

@@ -13,8 +13,8 @@ use std::sync::Arc;
 pub type MpiTeam = CommunicatorTeam<MpiCommunicator>;
 
 /// The ranks of `fortran_comm`: `MPI_Comm_c2f(comm)` in C, `comm` in Fortran's `mpi`, `comm%MPI_VAL` in `mpi_f08`.
-/// The communicator is duplicated and the duplicate freed on drop, unless MPI was finalised or a rank has left before the
-/// others. Both are collective over it.
+/// The communicator is duplicated and the duplicate freed on drop, unless MPI was finalised or a rank has left before
+/// the others. Both are collective over it.
 ///
 /// # Errors
 /// [`ErrorKind::Mpi`] where MPI is not initialised or finalised already, where it may not be called on this thread,

@@ -2,13 +2,9 @@
 //! by numbers (`functions.rs`, `light.rs`) and by pictures.
 
 use icoray::device::mirror;
-use icoray_gpu::layout::{
-    Around, Clip, Fragment, Isosurface, Material, Params, Part, Passed, Piece, Pixel, SceneField, Scenery, Shading,
-    ShellLayer, Span, Step, SurfaceLayer, VolumeMap,
-};
+use icoray_gpu::layout::{Clip, Isosurface, LAYOUTS, Material, Passed, Pixel, SurfaceLayer};
 use icoray_gpu::shader::{Contents, SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
-use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 
 /// The contents of scenes that are not plain.
@@ -101,55 +97,23 @@ fn no_shader_is_forgotten() {
     assert_eq!(found, known);
 }
 
-/// The members of a shader's struct with their offsets, and its size.
-fn layout(module: &Module, name: &str) -> (Vec<(String, usize)>, usize) {
-    let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
-    match &found.unwrap_or_else(|| panic!("no struct {name}")).1.inner {
-        TypeInner::Struct { members, span } => {
-            let member = |m: &naga::StructMember| (m.name.clone().unwrap(), m.offset as usize);
-            (members.iter().map(member).collect(), *span as usize)
-        }
-        other => panic!("{name} is {other:?}"),
-    }
-}
-
-// The members are separated by blanks, which rustfmt does not spread over one line each.
-macro_rules! same_layout {
-    ($module:expr, $name:ident: $($field:ident)*) => {{
-        let expected = vec![$((stringify!($field).to_owned(), offset_of!($name, $field))),*];
-        assert_eq!(layout($module, stringify!($name)), (expected, size_of::<$name>()), stringify!($name));
-    }};
+/// Bytes of a shader's struct, and its members with their offsets.
+fn layout<'m>(module: &'m Module, name: &str) -> Option<(usize, Vec<(&'m str, usize)>)> {
+    let (_, found) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name))?;
+    let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is {:?}", found.inner) };
+    let member = |m: &'m naga::StructMember| (m.name.as_deref().unwrap(), m.offset as usize);
+    Some((*span as usize, members.iter().map(member).collect()))
 }
 
 #[test]
 fn structs_have_the_same_layout_in_rust_and_wgsl() {
-    let [picture, parts, gradient] = ["picture", "parts", "gradient"].map(parse);
     let scene = parse_text("scene", &compose_for("picture", SCENES[1], 1));
-    same_layout!(&picture, Params: eye_hi width eye_lo height forward_hi first_piece forward_lo pixel_step right_hi
-        half_pixel_hi right_lo half_pixel_lo up_hi zero up_lo max_steps knots core layers index_base triangles rim_sides
-        spans steps column_stride layer_stride color_tolerance min_transmittance brightest start page_columns first_layer last_layer);
-    same_layout!(&picture, Span: low high anchor extinction color extinction_slope color_slope steepest is_clear
-        brightest);
-    same_layout!(&picture, Step: value extinction slope);
-    same_layout!(&picture, ShellLayer: radius_hi radius_lo curvature inverse);
-    same_layout!(&picture, Piece: left top width height first stride hint);
-    same_layout!(&picture, Shading: light_hi ambient light_lo diffuse specular shininess sharpness
-        is_headlight max_cuts);
-    same_layout!(&picture, Pixel: red green blue alpha error variance columns frusta void_frusta order nearness);
-    same_layout!(&scene, Clip: towards_hi distance_hi towards_lo distance_lo west east inner outer south north
-        first_layer last_layer kind cuts_inside);
-    same_layout!(&scene, SurfaceLayer: layer first_material material_count padding radius padding_b);
-    same_layout!(&scene, Material: color opacity kind first_value first_span span_count field scale shift
-        padding);
-    same_layout!(&scene, SceneField: first_value first_gradient padding);
-    same_layout!(&scene, Isosurface: color opacity value field kind color_field first_span span_count scale shift);
-    same_layout!(&scene, VolumeMap: field first_span span_count first_step step_count);
-    same_layout!(&scene, Scenery: clips surface_layers materials isosurfaces fields maps clip_count surface_layer_count
-        isosurface_count seen_above volume_count sphere_count);
-    same_layout!(&gradient, Around: first columns row);
-    same_layout!(&parts, Part: middle reach lowest_hi lowest_lo max_fragments);
-    same_layout!(&parts, Fragment: ray entry_hi entry_lo exit_hi exit_lo red green blue alpha error variance);
-    same_layout!(&parts, Passed: columns frusta void_frusta fragments);
+    let modules = [parse("picture"), parse("parts"), parse("gradient"), scene];
+    assert_eq!(LAYOUTS.len(), 18);
+    for (name, size, members) in LAYOUTS {
+        let found = modules.iter().find_map(|module| layout(module, name));
+        assert_eq!(found, Some((*size, members.to_vec())), "{name}");
+    }
 }
 
 fn constant(module: &Module, name: &str) -> f64 {

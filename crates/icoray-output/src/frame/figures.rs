@@ -72,13 +72,16 @@ struct Source<'a> {
     host: &'a CFrameReport,
 }
 
-/// Declares figures: `Scope name: type Kind = value`, after the meaning as a doc comment; those in C in the order of the
-/// struct there, with their types there, and then the others.
+/// Declares figures: `Scope name: type Kind = value`, after the meaning as a doc comment; those in C in the order of
+/// the struct there, with their types there, and then the others.
 macro_rules! figures {
     (
         $(#[doc = $about:literal])*
         struct { $($(#[doc = $doc:literal])* $scope:ident $name:ident: $type:ident $kind:ident = $value:expr,)* }
-        others { $($(#[doc = $other_doc:literal])* $other_scope:ident $other:ident: $other_kind:ident = $other_value:expr,)* }
+        others {
+            $($(#[doc = $other_doc:literal])* $other_scope:ident $other:ident: $other_kind:ident
+                = $other_value:expr,)*
+        }
     ) => {
         /// What the structs of C and Fortran are, in lines that end with a newline each.
         pub const ABOUT: &str = concat!($($about, "\n"),*);
@@ -282,7 +285,8 @@ figures! {
         /// Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its
         /// area, not counting the errors of the rays' integrals; with pixel_step above 1, how far a pixel that was not
         /// traced may be from its ray. NaN where pixels are one ray each.
-        Picture sampling_error_max: f64 OPTIONAL_FLOAT = |f| f.report.sampling.error.map_or(f64::NAN, |error| error.max),
+        Picture sampling_error_max: f64 OPTIONAL_FLOAT =
+            |f| f.report.sampling.error.map_or(f64::NAN, |error| error.max),
         /// Mean of the estimated sampling errors; NaN where pixels are one ray each.
         Picture sampling_error_mean: f64 OPTIONAL_FLOAT =
             |f| f.report.sampling.error.map_or(f64::NAN, |error| error.mean),
@@ -309,9 +313,11 @@ figures! {
         /// Most rays that a pixel may take: the scene's `samples`.
         Picture samples: INTEGER = |f| u64::from(f.report.sampling.samples).into(),
         /// First value of the colour map, of several the first one's; none if colours are given as knots.
-        Picture color_min: OPTIONAL_FLOAT = |f| f.report.colors.first().map_or(Value::None, |colors| colors.range[0].into()),
+        Picture color_min: OPTIONAL_FLOAT =
+            |f| f.report.colors.first().map_or(Value::None, |colors| colors.range[0].into()),
         /// Last value of that colour map.
-        Picture color_max: OPTIONAL_FLOAT = |f| f.report.colors.first().map_or(Value::None, |colors| colors.range[1].into()),
+        Picture color_max: OPTIONAL_FLOAT =
+            |f| f.report.colors.first().map_or(Value::None, |colors| colors.range[1].into()),
         /// Of each colour map the field, the map with its scale and how its range came to be, and the range.
         Picture colors: COLOR_MAPS = |f| Value::ColorMaps(f.report.colors.clone()),
         /// What the plan left out.

@@ -1,6 +1,6 @@
 //! The ranks of a communicator of MPI, by whatever binding it is called. All of their messages are non-blocking
-//! requests, as in [`MessageQueue`], and collective calls are made of these: no rank occupies a processor in MPI while it
-//! waits for others.
+//! requests, as in [`MessageQueue`], and collective calls are made of these: no rank occupies a processor in MPI while
+//! it waits for others.
 
 use super::message_queue::{Communicator, MessageQueue};
 use super::pieces::Pieces;
@@ -45,8 +45,8 @@ impl<C: Communicator> CommunicatorTeam<C> {
         self.tree.link.queue.comm()
     }
 
-    /// Makes a collective call; returns when what this rank sends in it is under way, so that no rank waits for the next
-    /// call of this one.
+    /// Makes a collective call; returns when what this rank sends in it has gone, so that no rank waits for the next call
+    /// of this one.
     fn collective<R>(&mut self, call: impl FnOnce(&mut Tree<Letters<C>>) -> Result<R>) -> Result<R> {
         let result = call(&mut self.tree)?;
         let start = Instant::now();
