@@ -149,7 +149,8 @@ fn layers_are_surfaces_without_heights() {
         made.remove("zgrid");
         "theta"
     };
-    let cases: [(Made, &dyn Fn(&mut Made) -> &'static str, bool); 2] =
+    type Edit<'e> = &'e dyn Fn(&mut Made) -> &'static str;
+    let cases: [(Made, Edit, bool); 2] =
         [(Made::history(), &mpas, false), (Made::icon_data(Angles::Degrees), &icon, true)];
     for (mut made, without_heights, is_last_inner) in cases {
         let field = without_heights(&mut made);
