@@ -1,5 +1,6 @@
 //! The files that every command reads.
 
+use icoray::output::printed_units;
 use icoray::{Error, ErrorKind, Location, Result, Script};
 use icoray_dataset::{Dataset, LayerSelection};
 use std::path::{Path, PathBuf};
@@ -77,7 +78,7 @@ pub fn place(location: Location) -> &'static str {
 
 /// Formats minimum and maximum, with units if known.
 pub fn range(range: Option<[f64; 2]>, units: Option<&str>) -> String {
-    let units = units.map_or_else(String::new, |u| format!(" {u}"));
+    let units = units.filter(|units| printed_units(units).is_some()).map_or_else(String::new, |u| format!(" {u}"));
     range.map_or_else(|| "no values".to_owned(), |[low, high]| format!("{} to {}{units}", number(low), number(high)))
 }
 
@@ -113,6 +114,7 @@ mod tests {
             assert_eq!(number(value), text);
         }
         assert_eq!(range(Some([1.0, 2.5]), Some("K")), "1 to 2.5 K");
+        assert_eq!(range(Some([1.0, 2.5]), Some("1")), "1 to 2.5");
         assert_eq!(range(None, Some("K")), "no values");
     }
 }
