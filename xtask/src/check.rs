@@ -107,7 +107,7 @@ static CHECKS: &[Check] = &[
     // After the command is built for the last time, which it uses.
     ("Python package", WithAll, Beside(&Counted(python::tests))),
     ("features", WithAll, Whole(features::check)),
-    ("documentation", WithAll, Whole(suite::documentation)),
+    ("documentation", Always, Whole(suite::documentation)),
     ("crates as they are published", WithAll, Whole(suite::published)),
     ("links of the pages", Always, Whole(|suite, step| book::check_links(suite.workspace, step))),
     // They install the library, too.
@@ -117,8 +117,8 @@ static CHECKS: &[Check] = &[
 
 /// What `--all` adds to the default run.
 const ADDED: &str = "GPU and MPI with their tests, pictures against references, valgrind, long counts of rays, \
-                     damaged grids and frames, the Python package, each feature alone, documentation, programs linked \
-                     with the installed library, slow commands of the pages, the book (about 30 minutes on 2 cores)";
+                     damaged grids and frames, the Python package, each feature alone, programs linked with the \
+                     installed library, slow commands of the pages, the book (about 30 minutes on 2 cores)";
 
 /// Runs all checks, even if some fail, so that one run shows all faults. The last line is `N passed, N failed, N
 /// skipped`; the exit code says whether all passed.

@@ -41,7 +41,7 @@ pub enum Subcommand {
     #[command(after_help = TEST_ENVIRONMENT)]
     Test {
         /// Also GPU and MPI, valgrind, long counts (10,000,000 rays, 60,000 damaged grids, 10,000 frames), the Python
-        /// package, each feature alone, documentation, and programs in C, C++ and Fortran that link the installed library
+        /// package, each feature alone, and programs in C, C++ and Fortran that link the installed library
         #[arg(long)]
         all: bool,
         /// Only the checks with this in their titles, such as "lints" or "install and link"

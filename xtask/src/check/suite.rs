@@ -73,6 +73,11 @@ impl Suite<'_> {
         if self.all { self.cargo_all(subcommand, FEATURES) } else { self.cargo_default(subcommand) }
     }
 
+    /// A cargo command on the packages of this run, with all features of these.
+    fn cargo_linted(&self, subcommand: &str) -> Cmd<'_> {
+        if self.all { self.cargo_all(subcommand, FEATURES_OF_RANKS) } else { self.cargo_default(subcommand) }
+    }
+
     /// The variables of this run's tests: its counts, and the file in which they list those that they skip.
     fn variables(&self) -> Vec<(&'static str, OsString)> {
         let counts = self.all.then(|| ("ICORAY_TESTS", "all".into()));
@@ -85,13 +90,12 @@ impl Suite<'_> {
 }
 
 pub fn lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    let clippy = if suite.all { suite.cargo_all("clippy", FEATURES_OF_RANKS) } else { suite.cargo_default("clippy") };
-    step.quiet(clippy.args(["--all-targets", "--", "-D", "warnings"]))
+    step.quiet(suite.cargo_linted("clippy").args(["--all-targets", "--", "-D", "warnings"]))
 }
 
 pub fn documentation(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     // With the features of the lints, which have compiled the dependencies.
-    step.quiet(suite.cargo_all("doc", FEATURES_OF_RANKS).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+    step.quiet(suite.cargo_linted("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 /// Packages the crates that are to be published, and compiles each from its own files.
