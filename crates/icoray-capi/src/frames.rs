@@ -86,6 +86,7 @@ unsafe fn wanted(
 /// - `iso_datetime`: "YYYY-MM-DD_hh:mm:ss", or with a T in between; may be NULL or blank unless an output name of the
 ///   scene contains a date. With a date, pictures for which the scene has no output.file are named by date and step
 ///   ("theta_2026-11-21_06.00.00_000042.png"), so that a restarted run, whose steps may begin again, draws new files.
+///   A date of another form counts as none there.
 ///
 /// A scene with several [[views]] draws those whose trigger (`every`, `at_steps`, `at_times`; without any, each step)
 /// and conditions (`when`) hold. If one of several pictures fails, the others are drawn nevertheless; status and
