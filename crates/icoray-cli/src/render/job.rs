@@ -5,7 +5,7 @@ use super::target::Target;
 use crate::gpu;
 use crate::input;
 use icoray::output::Stamp;
-use icoray::{Field, Frame, Ranks, Result, Shot};
+use icoray::{Backend, Field, Frame, Ranks, Result, Shot};
 use icoray_dataset::{Drawing, Key, NativeHeightCache, SceneField};
 use std::collections::BTreeMap;
 
@@ -58,7 +58,7 @@ impl Job<'_> {
         if self.is_verbose || report.error.pixels_over_tolerance > 0 {
             text += &format!("\nerror     {}", report.error);
         }
-        if self.is_verbose || left_to_cpu.is_some() {
+        if self.is_verbose || left_to_cpu.is_some() && scene.backend == Backend::Gpu {
             text += &format!("\ndrawn on  {}", gpu::drawn_on(device, left_to_cpu));
         }
         let details = self.is_verbose.then(|| self.details(shot, frame, read_s)).transpose()?;

@@ -28,7 +28,7 @@ fn nothing_that_is_printed_or_written_has_control_characters() {
     let file = "a\u{1b}[31m/made.nc";
     for (words, expected) in [
         (vec!["info", file, "--ranges"], ESCAPED),
-        (vec!["plan", file], r"\u{1b}[31m"),
+        (vec!["plan", file], "picture: theta_"),
         (vec!["render", file, "--scene", "scene.toml", "--time", "0"], ESCAPED),
         (vec!["render", file, "--field", "\u{1b}[2J"], r"\u{1b}[2J"),
         (vec!["info", "b\u{1b}[31m.nc"], r"\u{1b}[31m"),

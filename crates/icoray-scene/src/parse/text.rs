@@ -94,7 +94,9 @@ impl<'t> Text<'t> {
     pub fn refused(&self, e: &toml::de::Error) -> Error {
         let place = e.span().map_or_else(String::new, |span| {
             if self.is_composed {
-                let key = self.table().ok().and_then(|table| key_at(table.get_ref(), &span));
+                // Of a text that is no TOML there are no keys.
+                let table = DeTable::parse(self.text).ok();
+                let key = table.and_then(|table| key_at(table.get_ref(), &span));
                 return key.map_or_else(String::new, |key| format!("key {key}: "));
             }
             let line = self.line(&span);

@@ -7,6 +7,7 @@ use super::sample::Sample;
 use super::{FILLED, FOV_DEG, Options};
 use icoray_grid::Layers;
 use icoray_grid::numbers::text as number;
+use icoray_grid::printable;
 use icoray_scene::{Adapter, Backend, Level, Scale, Source};
 use std::fmt::Write;
 
@@ -31,11 +32,12 @@ pub(super) struct Suggested<'s> {
 impl Suggested<'_> {
     pub fn text(&self) -> String {
         let mut text = String::new();
-        for line in &self.options.head {
-            text += &format!("# {}\n", line.replace(['\n', '\r'], " "));
-        }
+        // Comments of TOML have no control characters.
+        let comment = |line: &str| format!("# {}\n", printable(&line.replace(['\n', '\r'], " ")));
+        self.options.head.iter().for_each(|line| text += &comment(line));
         let shown = if self.options.isosurface.is_some() { "one value" } else { self.look.kind.describe() };
-        text += &format!("# {}: {shown}\n\n", self.name.replace(['\n', '\r'], " "));
+        text += &comment(&format!("{}: {shown}", self.name));
+        text.push('\n');
         let parts = [
             self.root(),
             self.camera(),

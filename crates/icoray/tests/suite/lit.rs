@@ -112,8 +112,8 @@ fn wrong(frame: &Frame, fine: &Frame, tolerance: f64) -> [usize; 3] {
         let slack = fine.error[i] + f32::EPSILON;
         wrong[0] += usize::from(off > frame.error[i] + slack);
         wrong[1] += usize::from(off > tolerance as f32 + slack);
-        // What rounding of stored normals does comes on top.
-        wrong[2] += usize::from(frame.error[i] > 1.000_1 * tolerance as f32 + 1e-6);
+        // What rounding of stored normals does comes on top, the more the smaller a gradient is beside its neighbours.
+        wrong[2] += usize::from(frame.error[i] > 1.000_1 * tolerance as f32 + 1e-5);
     }
     wrong
 }

@@ -2,6 +2,7 @@
 
 use super::assert_says;
 use crate::script::Script;
+use icoray_grid::ErrorKind;
 
 #[test]
 fn near_misses_are_answered_with_what_was_meant() {
@@ -54,6 +55,13 @@ fn types_are_named_in_words_and_composed_texts_by_their_keys() {
         assert_eq!(Script::parse_composed(text).expect_err(text).context(), expected);
         let (_, what) = expected.split_once(": ").unwrap();
         assert_says(&Script::parse(text).expect_err(text), &format!("line | {what}"), text);
+    }
+}
+
+#[test]
+fn composed_texts_that_are_no_toml_are_refused() {
+    for text in ["# \u{1b}", "field = ", "[camera"] {
+        assert_eq!(Script::parse_composed(text).expect_err(text).kind(), ErrorKind::Scene);
     }
 }
 
