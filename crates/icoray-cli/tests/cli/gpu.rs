@@ -71,7 +71,7 @@ fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
 fn processors_draw_only_where_a_gpu_is_asked_for() {
     let Some(adapters) = adapters() else { return };
     let folder = folder(&Made::history(), &unlit(""));
-    let text = render(folder.path(), &["-v", "-o", "out.png"]);
+    let text = render(folder.path(), &["-o", "out.png"]);
     if adapters.iter().all(|adapter| is_processor(adapter)) {
         has(&text, &["drawn on  the CPU: ", "backend = \"gpu\" uses"]);
     } else {
