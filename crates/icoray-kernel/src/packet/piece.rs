@@ -197,6 +197,10 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     fn scalar_pieces(&mut self, lanes: u32, pieces: &Pieces<V>, [from, to]: [Floats<V>; 2]) {
         for lane in lanes_of(lanes) {
             let Some(mut ray) = self.ray(lane) else { continue };
+            // The lane has read the gradients of its frustum.
+            if let Some(shading) = &mut ray.shading {
+                shading.deviation = shading.deviation_of(self.lit.course.cancelled[lane], 1.0);
+            }
             let segment = pieces.part.segment(lane);
             self.counts.scalar_pieces += 1;
             let [start, end, bend] = self.lit.course.interpolant(lane);
