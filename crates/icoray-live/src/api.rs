@@ -11,7 +11,7 @@ use hyper::body::{Body, Bytes};
 use hyper::header::{self, HeaderValue};
 use hyper::{Method, Request, Response, StatusCode};
 use icoray::output::{exr_bytes, png_bytes};
-use icoray::{Frame, Scene, coast_runs, srgb8};
+use icoray::{Frame, Scene, coast_runs, did_you_mean, srgb8};
 use serde::Serialize;
 use serde_json::json;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -207,6 +207,11 @@ impl Api {
     /// Shows another field in the look that is suggested for it.
     async fn look(&self, query: &str) -> Outcome {
         let field = parameter(query, "field").ok_or_else(|| missing("field"))?;
+        let names: Vec<String> = self.description().fields.iter().map(|field| field.name.clone()).collect();
+        if !names.contains(&field) {
+            let hint = did_you_mean(&field, names.iter().map(String::as_str));
+            return Err(Refusal(StatusCode::BAD_REQUEST, format!("there is no field {field:?}{hint}")));
+        }
         loop {
             let (text, view) = self.hub.look(|session| (session.text().to_owned(), session.view().to_owned()));
             let look = Box::new(Look { field: field.clone(), view, text: text.clone() });

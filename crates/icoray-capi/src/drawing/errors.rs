@@ -38,7 +38,8 @@ impl Names {
 
 impl ErrorWarnings {
     /// Logs a warning for the first picture of a view that has pixels with an error above the tolerance, and a hint for
-    /// the first that shows many cells in a pixel by one ray, or colours and isosurfaces off the values; a warning for the first of a field without values.
+    /// the first that shows many cells in a pixel by one ray, or colours and isosurfaces off the values; a warning for
+    /// the first of a field without values.
     pub fn log_frame(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport, log: &Log) {
         let step = stamp.step;
         let of = view.map_or_else(String::new, |view| format!(", view {view:?}"));

@@ -11,9 +11,8 @@ fn no_pixel_of_random_scenes_is_beyond_its_error() {
 
 /// Scenes that were wrong once: frames that did not end; a surface on the outermost layer along the axis; a smaller
 /// tolerance that made a picture worse; a core with two shades; fields that reach far beyond their transfer functions,
-/// unlit and lit; values over decades; last digits of lit isosurfaces;
-/// dense volumes that begin clear; highlights beside a fast turn;
-/// dense pieces where normals cancel.
+/// unlit and lit; values over decades; last digits of lit isosurfaces; dense volumes that begin clear; highlights beside a
+/// fast turn; dense pieces where normals cancel.
 #[test]
 fn random_scenes_that_were_wrong_are_right() {
     for seed in [

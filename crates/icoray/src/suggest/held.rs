@@ -10,8 +10,8 @@ use icoray_grid::{Field, Grid, Layers, Result};
 impl Renderer {
     /// The text of [`suggest::scene`](super::scene) for a field of which each rank has what `held` says; `None` where
     /// all values are missing. Collective; the text is the same on all ranks, and on any number of them that of the
-    /// whole field. Ranks with columns or parts put the field together as for a frame; where nodes have parts, rank 0 is sent
-    /// the values that it looks at, at most 8 MiB.
+    /// whole field. Ranks with columns or parts put the field together as for a frame; where nodes have parts, rank 0 is
+    /// sent the values that it looks at, at most 8 MiB.
     ///
     /// # Errors
     /// The same on all ranks: as [`suggest::scene`](super::scene), and as [`Self::render_columns`].

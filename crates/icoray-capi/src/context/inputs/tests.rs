@@ -1,7 +1,7 @@
 //! The inputs of the renderer, against those of the model.
 
 use super::*;
-use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64};
+use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32};
 use icoray_core::output::Stamp;
 use icoray_core::{Derivation, How, IcosahedralMesh, Renderer, Script, Volume};
 use std::ffi::CString;
@@ -61,22 +61,7 @@ impl Model {
     }
 
     fn centers(&self, values: &[f64]) -> icoray_array {
-        icoray_array {
-            struct_size: size_of::<icoray_array>(),
-            data: values.as_ptr().cast(),
-            r#type: ICORAY_F64,
-            location: ICORAY_CENTER,
-            columns: (values.len() / LAYERS) as i64,
-            layers: LAYERS as i64,
-            column_stride: LAYERS as i64,
-            layer_stride: 1,
-            block: 0,
-            block_stride: 0,
-            has_fill: 0,
-            fill_value: 0.0,
-            grid_name: ptr::null(),
-            layers_name: ptr::null(),
-        }
+        icoray_array::of_centers(values, LAYERS)
     }
 
     fn give(&mut self, name: &str, array: &icoray_array) {

@@ -1,13 +1,12 @@
 //! Scenes that name fields alone: they have the look of the first values that they show, on any number of ranks.
 
 use super::*;
-use crate::types::{ICORAY_CENTER, ICORAY_F64, icoray_array, icoray_config};
+use crate::types::{icoray_array, icoray_config};
 use icoray_core::ranks::local_nodes;
 use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks, Shape};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::ptr;
 use std::thread::scope;
 
 const HEIGHT_M: [f64; 3] = [0.0, 4e3, 9e3];
@@ -80,7 +79,7 @@ fn pictures(
         for step in 0..STEPS {
             let given = ["f", "r"].map(|field| (field, values(mesh, field, step)));
             for (field, values) in &given {
-                let array = array(values, layers_of(field));
+                let array = icoray_array::of_centers(values, layers_of(field));
                 context.set_field(field, Ok(&array)).unwrap();
             }
             context.execute(Ok(Stamp { step, time_s: 60.0 * step as f64, date: None })).unwrap();
@@ -105,25 +104,6 @@ fn read(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap());
     let files = files.map(|file| (file.file_name().into_string().unwrap(), fs::read(file.path()).unwrap()));
     files.filter(|(name, _)| name.ends_with(".png")).collect()
-}
-
-fn array(values: &[f64], layers: usize) -> icoray_array {
-    icoray_array {
-        struct_size: size_of::<icoray_array>(),
-        data: values.as_ptr().cast(),
-        r#type: ICORAY_F64,
-        location: ICORAY_CENTER,
-        columns: (values.len() / layers) as i64,
-        layers: layers as i64,
-        column_stride: layers as i64,
-        layer_stride: 1,
-        block: 0,
-        block_stride: 0,
-        has_fill: 0,
-        fill_value: 0.0,
-        grid_name: ptr::null(),
-        layers_name: ptr::null(),
-    }
 }
 
 /// The scene with the look that a file of the first values would have.
