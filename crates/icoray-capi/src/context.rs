@@ -20,6 +20,8 @@ mod live;
 mod live;
 mod refusals;
 mod scene;
+#[cfg(test)]
+mod test_array;
 mod viewer_message;
 
 use inputs::{ArrayInput, GridInput, Inputs, missing};

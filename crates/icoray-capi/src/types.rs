@@ -351,26 +351,3 @@ pub struct icoray_ndarray {
     /// Name of the field's layers; NULL is the unnamed set. Copied.
     pub layers_name: *const c_char,
 }
-
-#[cfg(test)]
-impl icoray_array {
-    /// Values at cell centres, level-fastest.
-    pub fn of_centers(values: &[f64], layers: usize) -> Self {
-        icoray_array {
-            struct_size: size_of::<icoray_array>(),
-            data: values.as_ptr().cast(),
-            r#type: ICORAY_F64,
-            location: ICORAY_CENTER,
-            columns: (values.len() / layers) as i64,
-            layers: layers as i64,
-            column_stride: layers as i64,
-            layer_stride: 1,
-            block: 0,
-            block_stride: 0,
-            has_fill: 0,
-            fill_value: 0.0,
-            grid_name: std::ptr::null(),
-            layers_name: std::ptr::null(),
-        }
-    }
-}

@@ -149,6 +149,8 @@ pub struct Lit<'l, T, const N: usize> {
     pub span: &'l Span<T>,
     /// Value and gradient of its frustum.
     pub interpolant: &'l FrustumInterpolant<T, N>,
+    /// The largest component of the gradients at the frustum's vertices; 0 where it is not known.
+    pub gradient_size: T,
 }
 
 impl<T: Real, const N: usize> Lit<'_, T, N> {
@@ -178,7 +180,10 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
             }
         }
         let light = integrate(self.method, piece, self.span, self.allowance);
-        let light = shaded(self.shading, piece, self.span, &mean, light);
+        let size = gradients.as_flattened().iter().fold(T::zero(), |most, x| most.max(x.abs()));
+        let deviation = self.shading.deviation_of(self.gradient_size, size);
+        let shading = RayShading { deviation, ..*self.shading };
+        let light = shaded(&shading, piece, self.span, &mean, light);
         let left = rest.spare + color_tolerance * light.alpha - light.error;
         rest.spare = left.max(T::zero()) / light.transmittance().max(T::min_positive_value());
         light

@@ -273,8 +273,8 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             // Of dense media the three places may see nothing.
             let share = simpson(absorbs) + f64::MIN_POSITIVE;
             off += share * part_off;
-            let sizes = parts.map_inline(|part| largest(&part.gradient));
-            deviation += share * shading.deviation_of(part.gradient_size, sizes[0].min(sizes[1]).min(sizes[2]));
+            let [a, m, b] = parts.map_inline(|part| largest(&part.gradient));
+            deviation += share * shading.deviation_of(part.gradient_size, a.max(m).max(b));
             sum += share;
         }
         [off / sum, deviation / sum]

@@ -26,6 +26,7 @@ impl Case {
             shading: &self.shading,
             span: self.spans.span(1),
             interpolant: &self.interpolant,
+            gradient_size: 0.0,
         };
         lit.light(&self.piece, [0.0, 1.0], cuts, spare(&Radiance::none(), color_tolerance))
     }
@@ -238,7 +239,8 @@ fn in_single(case: &Case) -> Radiance<f32> {
         ErrorBudget { color_tolerance: 1e-6, min_transmittance: 0.0, transmittance: 1.0, reach: piece.reach(1.0) };
     let spans = Spans::<f32>::new(&case.knots);
     let (span, method) = (spans.span(1), Method::Exact);
-    let lit = Lit { method, allowance: &allowance, shading: &shading, span, interpolant: &interpolant };
+    let lit =
+        Lit { method, allowance: &allowance, shading: &shading, span, interpolant: &interpolant, gradient_size: 0.0 };
     lit.light(&piece, [0.0, 1.0], 0, 0.0)
 }
 

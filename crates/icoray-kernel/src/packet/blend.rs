@@ -6,7 +6,7 @@
 
 use super::integral::{Light, absorbed_by, bend_factor};
 use super::lanes::Lanes;
-use super::light::{Change, GradientCourse, Lit, Shade, deviation_of};
+use super::light::{Change, GradientCourse, Lit, Shade};
 use super::medium::Medium;
 use super::part::{Part, all};
 use super::turn::Spread;
@@ -81,8 +81,8 @@ impl<V: Machine> VolumeNodes<V> {
     }
 
     /// Puts the colours under the mean shade of the volume. `through` is the transmittance at the places, `unseen` the
-    /// relative error of what all volumes absorb there. Returns the light that the volume absorbs, and the error of the
-    /// shade.
+    /// relative error of what all volumes absorb there. Returns the light that the volume absorbs, the error of the shade
+    /// and its standard deviation.
     #[inline(always)]
     fn shade(
         &mut self,
@@ -90,14 +90,14 @@ impl<V: Machine> VolumeNodes<V> {
         (through, unseen): (&[Floats<V>; 2], Floats<V>),
         (lit, shading): (&Lit<V>, &RayShading<f32>),
         (course, range): (&GradientCourse<V>, [Floats<V>; 2]),
-    ) -> [Floats<V>; 2] {
+    ) -> [Floats<V>; 3] {
         let [a, m, b] = weighted::<V>(self.extinction, through);
         // Of dense media the three places may see nothing.
         let share = simpson::<V>([a, m, b]) + f32::MIN_POSITIVE;
         let bent = (a - m - m + b).abs() / share;
         let error_bound = unseen.mul_add(0.5, bent * 0.2).min(0.5);
         let spread = Spread { centre: (b - a) / (share * 12.0), error_bound };
-        let Shade { body, tilt, highlight, off } =
+        let Shade { body, tilt, highlight, off, deviation } =
             lit.shade_of(simd, shading, (course, range, lit.eps), spread, &self.change);
         for k in 0..3 {
             let added = (self.color[2][k] - self.color[0][k]).mul_add(tilt, highlight);
@@ -108,7 +108,7 @@ impl<V: Machine> VolumeNodes<V> {
                 self.tint[end][k] *= body;
             }
         }
-        [share, off]
+        [share, off, deviation]
     }
 }
 
@@ -189,9 +189,10 @@ impl<V: Machine> Blend<V> {
             let (mut sum, mut off) = (zero, zero);
             for volume in volumes.iter_mut() {
                 let course = &courses[volume.number];
-                let [share, shade_off] = volume.shade(simd, (&through, unseen), (lit, shading), (course, range));
+                let [share, shade_off, shade_deviation] =
+                    volume.shade(simd, (&through, unseen), (lit, shading), (course, range));
                 (sum, off) = (sum + share, share.mul_add(shade_off, off));
-                deviation = share.mul_add(deviation_of::<V>(shading, course.cancelled), deviation);
+                deviation = share.mul_add(shade_deviation, deviation);
             }
             (shade_off, deviation) = (off / sum, deviation / sum);
         }

@@ -5,7 +5,7 @@ use super::lanes::Lanes;
 use super::layers::Way;
 use super::medium::{Medium, number};
 use super::part::{Part, all};
-use super::read::{Course, Vertices};
+use super::read::{Course, FAR, Vertices};
 use super::turn::{Spread, Turns, Vectors};
 use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
 use crate::shade::RayShading;
@@ -53,10 +53,7 @@ impl<'t> Slopes<'t> {
         for vertex in 0..3 {
             most = most.max(largest::<V>(&low[vertex]).max(largest::<V>(&high[vertex])));
         }
-        let [x, y, z] = &components;
-        let least = largest::<V>(&[x[0], y[0], z[0]]).min(largest::<V>(&[x[1], y[1], z[1]]));
-        let cancelled = (most / least.max(f32::MIN_POSITIVE)).max(1.0);
-        GradientCourse { components, cancelled }
+        GradientCourse { components, size: most }
     }
 
     /// Starts to fetch the gradient at `layer` over a cell.
@@ -93,16 +90,9 @@ impl<'t> Slopes<'t> {
     }
 }
 
-/// Standard deviation of shades whose gradients are so much smaller than those at the vertices:
-/// [`RayShading::deviation_of`].
-#[inline(always)]
-pub(super) fn deviation_of<V: Machine>(common: &RayShading<f32>, cancelled: Floats<V>) -> Floats<V> {
-    (cancelled * common.deviation).min(common.diffuse + common.specular)
-}
-
 /// The largest component of each lane's vector.
 #[inline(always)]
-fn largest<V: Machine>([x, y, z]: &Vectors<V>) -> Floats<V> {
+pub(super) fn largest<V: Machine>([x, y, z]: &Vectors<V>) -> Floats<V> {
     x.abs().max(y.abs()).max(z.abs())
 }
 
@@ -124,16 +114,15 @@ fn signed<V: Machine>(bits: Numbers<V>) -> Floats<V> {
 #[derive(Clone, Copy)]
 pub(super) struct GradientCourse<V: Machine> {
     components: [Course<V>; 3],
-    /// How many times larger a gradient at a vertex is than that at an end of the frustum: as much more does rounding
-    /// turn the normal.
-    pub cancelled: Floats<V>,
+    /// The largest component of the gradients at the vertices.
+    pub size: Floats<V>,
 }
 
 impl<V: Machine> GradientCourse<V> {
     /// No gradients.
     #[inline(always)]
     pub fn none(simd: V) -> Self {
-        GradientCourse { components: [[all(simd, 0.0); 3]; 3], cancelled: all(simd, 1.0) }
+        GradientCourse { components: [[all(simd, 0.0); 3]; 3], size: all(simd, 0.0) }
     }
 
     /// Puts the gradients along the frusta of the lanes of `new`.
@@ -142,7 +131,16 @@ impl<V: Machine> GradientCourse<V> {
         for (row, number) in self.components.as_flattened_mut().iter_mut().zip(course.components.as_flattened()) {
             *row = new.select(*number, *row);
         }
-        self.cancelled = new.select(course.cancelled, self.cancelled);
+        self.size = new.select(course.size, self.size);
+    }
+
+    /// Lanes in which a gradient at an end of the frustum is so much smaller than one at a vertex that double precision
+    /// alone knows its direction.
+    #[inline(always)]
+    pub fn is_cancelled(&self) -> Mask<V> {
+        let [x, y, z] = &self.components;
+        let least = largest::<V>(&[x[0], y[0], z[0]]).min(largest::<V>(&[x[1], y[1], z[1]]));
+        self.size.simd_gt(least * FAR)
     }
 
     /// The gradients at the start, in the middle and at the end of a piece.
@@ -277,6 +275,8 @@ pub(super) struct Shade<V: Machine> {
     pub tilt: Floats<V>,
     pub highlight: Floats<V>,
     pub off: Floats<V>,
+    /// Standard deviation of the shade.
+    pub deviation: Floats<V>,
 }
 
 impl<V: Machine> Lit<V> {
@@ -305,7 +305,10 @@ impl<V: Machine> Lit<V> {
         // A mean cosine is off by two last digits, and its power by that times the exponent.
         let rounded = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
         let off = rounded.mul_add(0.5 * f32::EPSILON, dim + faint);
-        Shade { body, tilt, highlight, off: turn.is_wild.select(most, off) }
+        // As `RayShading::deviation_of`.
+        let turned = (course.size / turn.size).max(1.0) * common.deviation;
+        let deviation = turned.min(common.diffuse + common.specular);
+        Shade { body, tilt, highlight, off: turn.is_wild.select(most, off), deviation }
     }
 
     /// Factor for the colour, factor for the colour's change, and the error of both.
@@ -386,20 +389,14 @@ impl<V: Machine> Lit<V> {
 impl<V: Machine> Shade<V> {
     /// `light` of a piece under this shade, as [`RayShading::apply`].
     #[inline(always)]
-    pub fn apply(
-        &self,
-        simd: V,
-        common: &RayShading<f32>,
-        (piece, cancelled): (&Piece<'_, V>, Floats<V>),
-        light: &mut Light<V>,
-    ) {
+    pub fn apply(&self, simd: V, piece: &Piece<'_, V>, light: &mut Light<V>) {
         let rise = (piece.part.f1 - piece.part.f0) * self.tilt;
         for k in 0..3 {
             let added = rise.mul_add(piece.medium.color_slope[k], self.highlight);
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
         light.error = light.error.mul_add(self.body, light.alpha * self.off);
-        let deviation = light.alpha * deviation_of::<V>(common, cancelled);
+        let deviation = light.alpha * self.deviation;
         let scale = self.body.max(all(simd, 1.0));
         light.variance = light.variance * scale * scale + deviation * deviation;
     }

@@ -132,7 +132,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let course = self.tables.slopes.read(simd, &self.lanes, &L::way(&self.lanes, crossing));
             self.lit.course.put(mask::<V>(simd, new), &course);
             if self.scene.is_some() {
-                scalar = course.cancelled.simd_gt(FAR).to_bitmask() as u32 & seen;
+                scalar = course.is_cancelled().to_bitmask() as u32 & seen;
             }
         }
         scalar
@@ -156,7 +156,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let Some(common) = self.shading.as_ref().filter(|_| shown != 0) else { return 0 };
         let piece = Piece { part, medium, ends: integral.ends, range, eps };
         let shade = self.lit.shade(simd, common, &piece);
-        shade.apply(simd, common, (&piece, self.lit.course.cancelled), light);
+        shade.apply(simd, &piece, light);
         if self.tracer.is_coarse {
             return 0;
         }
@@ -198,9 +198,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         for lane in lanes_of(lanes) {
             let Some(mut ray) = self.ray(lane) else { continue };
             // The lane has read the gradients of its frustum.
-            if let Some(shading) = &mut ray.shading {
-                shading.deviation = shading.deviation_of(self.lit.course.cancelled[lane], 1.0);
-            }
+            ray.gradient_size = self.lit.course.size[lane];
             let segment = pieces.part.segment(lane);
             self.counts.scalar_pieces += 1;
             let [start, end, bend] = self.lit.course.interpolant(lane);

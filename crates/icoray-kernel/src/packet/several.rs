@@ -186,7 +186,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
             if seen != 0 {
                 let read = volume.slopes.read(simd, lanes, &L::way(lanes, crossing));
                 course.put(mask::<V>(simd, new), &read);
-                scalar |= read.cancelled.simd_gt(FAR).to_bitmask() as u32 & seen;
+                scalar |= read.is_cancelled().to_bitmask() as u32 & seen;
             }
         }
         scalar

@@ -34,6 +34,8 @@ pub(super) struct Turns<V: Machine> {
     mean: Vectors<V>,
     rise: Vectors<V>,
     bend: Vectors<V>,
+    /// The largest component of the gradients.
+    pub size: Floats<V>,
     pub angle: Floats<V>,
     pub angle2: Floats<V>,
     pub bend_length: Floats<V>,
@@ -75,7 +77,7 @@ impl<V: Machine> Turns<V> {
     /// The turn between the gradients at start, middle and end of a piece with this relative change of height.
     #[inline(always)]
     pub fn of(simd: V, gradients: &[Vectors<V>; 3], eps: Floats<V>, spread: Spread<V>) -> Self {
-        let [a, m, b] = scaled(simd, gradients);
+        let ([a, m, b], size) = scaled(simd, gradients);
         let (start, middle, end) = (Normal::of(simd, &a), Normal::of(simd, &m), Normal::of(simd, &b));
         let nm = middle.unit;
         let (mut na, mut nb) = (start.unit, end.unit);
@@ -120,6 +122,7 @@ impl<V: Machine> Turns<V> {
             mean,
             rise,
             bend,
+            size,
             angle,
             angle2,
             bend_length,
@@ -170,9 +173,9 @@ fn dot<V: Machine>(a: &Vectors<V>, b: &Vectors<V>) -> Floats<V> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
-/// Gradients divided by the largest component of all; zero where that is infinite.
+/// Gradients divided by the largest component of all, and that; zero where it is infinite.
 #[inline(always)]
-fn scaled<V: Machine>(simd: V, gradients: &[Vectors<V>; 3]) -> [Vectors<V>; 3] {
+fn scaled<V: Machine>(simd: V, gradients: &[Vectors<V>; 3]) -> ([Vectors<V>; 3], Floats<V>) {
     let mut largest = all(simd, f32::MIN_POSITIVE);
     for [x, y, z] in gradients {
         largest = largest.max(x.abs()).max(y.abs()).max(z.abs());
@@ -180,7 +183,7 @@ fn scaled<V: Machine>(simd: V, gradients: &[Vectors<V>; 3]) -> [Vectors<V>; 3] {
     // An infinite one leaves none.
     let scale = all(simd, 1.0) / largest;
     let [a, m, b] = gradients;
-    [times::<V>(a, scale), times::<V>(m, scale), times::<V>(b, scale)]
+    ([times::<V>(a, scale), times::<V>(m, scale), times::<V>(b, scale)], largest)
 }
 
 #[inline(always)]

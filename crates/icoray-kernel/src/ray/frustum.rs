@@ -158,7 +158,14 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         };
         let light = match &self.shading {
             Some(shading) if N == 4 => {
-                let lit = Lit { method: self.tracer.method, allowance: &allowance, shading, span, interpolant };
+                let lit = Lit {
+                    method: self.tracer.method,
+                    allowance: &allowance,
+                    shading,
+                    span,
+                    interpolant,
+                    gradient_size: self.gradient_size,
+                };
                 let cuts = if self.tracer.is_coarse { 0 } else { Lit::<T, N>::MAX_CUTS };
                 lit.light(piece, range, cuts, spare(&self.light, self.color_tolerance))
             }

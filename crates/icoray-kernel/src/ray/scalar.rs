@@ -29,6 +29,8 @@ pub(crate) struct Ray<'r, 'f, T, const N: usize> {
     /// The largest magnitude of values at the vertices of the frustum that the ray is in, where it is needed
     /// ([`Spans::needs_sizes`](crate::transfer::Spans::needs_sizes)); else 1.
     pub size: T,
+    /// The largest component of the gradients at the vertices, where it is known; else 0.
+    pub gradient_size: T,
     pub light: Radiance<T>,
     pub counts: Counts,
 }
@@ -159,6 +161,7 @@ impl<'r, 'f, T: Real, const N: usize> Ray<'r, 'f, T, N> {
             gap: None,
             span: None,
             size: T::one(),
+            gradient_size: T::zero(),
             light: Radiance::none(),
             counts: Counts { rays: 1, ..Counts::default() },
         }

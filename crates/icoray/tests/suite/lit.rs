@@ -191,3 +191,31 @@ fn pixels_that_rounding_puts_above_the_tolerance_are_counted() {
     let text = frame.report.error.to_string();
     assert!(text.ends_with(&format!("above the tolerance in {over} pixels")), "{text}");
 }
+
+/// Gradients vanish at the edges of what is flat, and are small beside those of other vertices; that is no reason to
+/// say that a picture is bad.
+#[test]
+fn flat_parts_of_a_field_raise_no_false_alarm() {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    // Hills with a flat top on flat ground, the same on all layers.
+    let hill = |cell: usize| {
+        let near = [[1.0, 0.0, 0.0], [0.0, 0.8, 0.6]].map(|at| grid.direction(cell as u32).dot(at.into()));
+        ((near[0].max(near[1]) - 0.6) / 0.3).clamp(0.0, 1.0) as f32
+    };
+    let values: Vec<f32> = (0..grid.cells()).flat_map(|cell| [hill(cell); LAYERS]).collect();
+    let layers = Layers::from_heights(&[0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12], 1.0).unwrap();
+    let transfer =
+        "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0.2, 0], [0.9, 0.8]]\nunit_length = 0.05\n";
+    for beside in ["", "[[surfaces]]\nlayer = 2\ncolor = \"#805030\"\nopacity = 0.5\n"] {
+        let text = format!(
+            "field = \"f\"\nbackend = \"cpu\"\nantialias = false\n{transfer}{beside}[light]\n[camera]\nlon = 45\nlat = 20\n\
+             [image]\nwidth = 120\nheight = 90\n"
+        );
+        let scene = Scene::parse(&text).unwrap();
+        let fields = Fields::new([("f", at_centers(&values, LAYERS))]);
+        let frame = Renderer::new(2).unwrap().render(&scene, &grid, &layers, fields).unwrap();
+        let error = frame.report.error;
+        assert!(error.pixels_over_tolerance == 0 && error.max > 1e-5, "{beside:?}: {error:?}");
+    }
+}

@@ -1,5 +1,6 @@
 //! The inputs of the renderer, against those of the model.
 
+use super::super::test_array::centers;
 use super::*;
 use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32};
 use icoray_core::output::Stamp;
@@ -48,20 +49,16 @@ impl Model {
         }
         let (q, t) = (vec![1.0; cells * LAYERS], vec![2.0; corners * LAYERS]);
         let mut model = Model { inputs, q, t, heights: vec![500.0; cells * LAYERS] };
-        model.give("q", &model.centers(&model.q));
+        model.give("q", &centers(&model.q, LAYERS));
         let corners = icoray_array {
             data: model.t.as_ptr().cast(),
             r#type: ICORAY_F32,
             location: ICORAY_CORNER,
             columns: corners as i64,
-            ..model.centers(&model.q)
+            ..centers(&model.q, LAYERS)
         };
         model.give("t", &corners);
         model
-    }
-
-    fn centers(&self, values: &[f64]) -> icoray_array {
-        icoray_array::of_centers(values, LAYERS)
     }
 
     fn give(&mut self, name: &str, array: &icoray_array) {
@@ -102,7 +99,7 @@ fn native(others: &[&str]) -> Scene {
 #[test]
 fn a_scene_is_given_its_fields_in_place_and_no_others() {
     let mut model = Model::new();
-    model.give("more", &model.centers(&model.q));
+    model.give("more", &centers(&model.q, LAYERS));
     let described = |text: &str| Description { long_name: Some(text.into()), units: None };
     for name in ["t", "q", "more", "speed"] {
         model.inputs.descriptions.insert(name.into(), described(name));
@@ -110,7 +107,7 @@ fn a_scene_is_given_its_fields_in_place_and_no_others() {
     let mut speed = scene(&["t", "speed"]);
     let how = How::Magnitude(vec!["q".into(), "v".into()]);
     speed.scenery.derived = vec![Derivation { name: "speed".into(), how }];
-    model.give("v", &model.centers(&model.heights));
+    model.give("v", &centers(&model.heights, LAYERS));
     let frame_inputs = model.inputs.frame_inputs(shot(speed)).unwrap();
     let names: Vec<&str> = frame_inputs.fields.iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["q", "t", "v"]);
@@ -146,7 +143,7 @@ fn a_2d_field_has_its_values_on_all_layers_and_is_shown_as_a_surface() {
     let cells = model.q.len() / LAYERS;
     let values: Vec<f64> = (0..cells).map(|cell| cell as f64 / cells as f64).collect();
     // As a model without columns would have it, the stride of the one layer means nothing.
-    model.give("ps", &icoray_array { columns: cells as i64, layers: 1, column_stride: 1, ..model.centers(&values) });
+    model.give("ps", &icoray_array { columns: cells as i64, layers: 1, column_stride: 1, ..centers(&values, LAYERS) });
     let volume = SCENE.replace("opacity = [[-1, 0.1], [1, 0.9]]", "");
     let shot = |text: &str| {
         let script = model.inputs.named(&Arc::new(Script::parse(text).unwrap()));
@@ -176,7 +173,7 @@ fn a_2d_field_has_its_values_on_all_layers_and_is_shown_as_a_surface() {
 fn fields_of_one_scene_are_over_one_grid_and_its_layers() {
     let mut model = Model::new();
     let other = CString::new("other").unwrap();
-    let q = model.centers(&model.q);
+    let q = centers(&model.q, LAYERS);
     let fit = |what: &str| {
         let message = format!("field \"r\": {what} \"other\", expected \"\" as of field \"q\" in the same scene");
         (icoray_status::ICORAY_ERR_FIELD, message)
@@ -197,7 +194,7 @@ fn heights_are_for_scenes_that_ask_for_them() {
     let mut model = Model::new();
     let lost = "heights: the scene has heights = \"native\", and none were given by icoray_heights_set";
     assert_eq!(model.refused(&native(&["t"])), (icoray_status::ICORAY_ERR_FIELD, lost.into()));
-    model.set_heights(model.centers(&model.heights));
+    model.set_heights(centers(&model.heights, LAYERS));
     let frame_inputs = model.inputs.frame_inputs(shot(native(&["t"]))).unwrap();
     let heights = *frame_inputs.fields.heights().expect("heights");
     assert_eq!((heights.value(3, 1), heights.shape().columns), (500.0, model.heights.len() / LAYERS));
@@ -207,7 +204,7 @@ fn heights_are_for_scenes_that_ask_for_them() {
 #[test]
 fn heights_that_do_not_fit_are_refused() {
     let mut model = Model::new();
-    let good = model.centers(&model.heights);
+    let good = centers(&model.heights, LAYERS);
     let (layers, cells) = (LAYERS as i64, good.columns);
     for (columns, layers) in [(cells - 1, layers), (cells, layers - 1), (1, 1)] {
         model.set_heights(icoray_array { columns, layers, ..good });
@@ -219,7 +216,7 @@ fn heights_that_do_not_fit_are_refused() {
     }
     let corners = (model.t.len() / LAYERS) as i64;
     let (at_corners, status) = (vec![500.0; model.t.len()], icoray_status::ICORAY_ERR_LAYERS);
-    let at_corners = icoray_array { location: ICORAY_CORNER, ..model.centers(&at_corners) };
+    let at_corners = icoray_array { location: ICORAY_CORNER, ..centers(&at_corners, LAYERS) };
     model.set_heights(icoray_array { location: ICORAY_CENTER, ..at_corners });
     let message = format!(
         "heights: {corners} columns of {LAYERS} layers, expected {cells} of {LAYERS}, as many as icoray_layers has \
@@ -249,7 +246,7 @@ fn conditions_take_fields_of_the_grid_only() {
     assert!(model.inputs.condition_field("q").is_ok() && model.inputs.condition_field("t").is_ok());
     for (columns, why) in [(120, " (120 columns are the grid's edges: fields at edges are not drawn"), (41, "")] {
         let values = vec![1.0; columns * LAYERS];
-        model.give("e", &model.centers(&values));
+        model.give("e", &centers(&values, LAYERS));
         let failure = model.inputs.condition_field("e").err().expect("a failure");
         let words =
             format!("field \"e\": bad field: {columns} columns, expected 42, one per cell or corner of the grid{why}");

@@ -1,7 +1,8 @@
 //! Scenes that name fields alone: they have the look of the first values that they show, on any number of ranks.
 
+use super::super::test_array::centers;
 use super::*;
-use crate::types::{icoray_array, icoray_config};
+use crate::types::icoray_config;
 use icoray_core::ranks::local_nodes;
 use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks, Shape};
 use std::collections::BTreeMap;
@@ -79,7 +80,7 @@ fn pictures(
         for step in 0..STEPS {
             let given = ["f", "r"].map(|field| (field, values(mesh, field, step)));
             for (field, values) in &given {
-                let array = icoray_array::of_centers(values, layers_of(field));
+                let array = centers(values, layers_of(field));
                 context.set_field(field, Ok(&array)).unwrap();
             }
             context.execute(Ok(Stamp { step, time_s: 60.0 * step as f64, date: None })).unwrap();

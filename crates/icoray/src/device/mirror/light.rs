@@ -91,8 +91,14 @@ impl AlongRay {
     ) -> [f32; 6] {
         let allowance = ErrorBudget { color_tolerance: share, min_transmittance: rest, transmittance: through, reach };
         let (shading, interpolant) = (self.kernel(), kernel_interpolant(interpolant));
-        let lit =
-            lit::Lit::<f32, 4> { method, allowance: &allowance, shading: &shading, span, interpolant: &interpolant };
+        let lit = lit::Lit::<f32, 4> {
+            method,
+            allowance: &allowance,
+            shading: &shading,
+            span,
+            interpolant: &interpolant,
+            gradient_size: 0.0,
+        };
         let cuts = if is_coarse { 0 } else { lit::Lit::<f32, 4>::MAX_CUTS };
         let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
             lit.light(&segment(piece), range, cuts, spare);
