@@ -268,15 +268,17 @@ fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade_o
 
 // Rounding in single precision leaves no smaller differences of colours.
 const LEAST_TOLERANCE: f32 = 8.0 * ROUNDING;
+// The same under light, where a piece may be cut into a thousand: rounding of their sum is then more than what smaller
+// pieces gain.
+const LEAST_LIT_TOLERANCE: f32 = 8.0 * LEAST_TOLERANCE;
 
 // Whether the ray cannot afford the error of the piece, from what pieces before have left of theirs and an advance.
 fn blend_is_far(blend: Blend, light: Radiance) -> bool {
-    var color_tolerance = params.color_tolerance;
+    // The budget of lit rays has the advance in it, and room for rounding.
+    var color_tolerance = max(params.color_tolerance, LEAST_LIT_TOLERANCE);
     if !IS_LIT {
-        // The budget of lit rays has the advance in it, and room for rounding.
-        color_tolerance *= 0.95 / (1.0 + ADVANCE);
+        color_tolerance = max(params.color_tolerance * 0.95 / (1.0 + ADVANCE), LEAST_TOLERANCE);
     }
-    color_tolerance = max(color_tolerance, LEAST_TOLERANCE);
     let earned = max((light.alpha + ADVANCE) * color_tolerance - light.error, 0.0);
     let through = max(1.0 - light.alpha, LEAST);
     return !blend.is_rounding && (blend.off - color_tolerance) * blend.light.alpha * through > earned;
