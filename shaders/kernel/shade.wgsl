@@ -120,8 +120,9 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     let root = sqrt(sharp);
     let x = root * turn.angle;
     let nearest = max(1.0 - cosine_largest(cosine), 0.0);
-    let y = max(0.75 * max(sharp - 2.0, 0.0) * nearest - 0.1 * x2, 0.0);
-    let near = max(1.0 - (1.0 / 24.0) * y, 0.0);
+    let y = max(max(sharp - 2.0, 0.0) * nearest - 0.1 * x2, 0.0);
+    let near = clamp(1.3 - (1.0 / 12.0) * y, 0.0, 1.0);
+    let near2 = near * near;
     let centre = 0.03 * abs(turn.spread.centre) * x + 0.008 * root * turn.bend_length;
     let turned = x2 * ((1.0 / 700.0) * x2 + centre) + sharp * turn.along;
     let slope = 0.61 * (turn.spread.error_bound * x + root * turn.across);
@@ -130,7 +131,7 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     let beside = 0.01 * reach * reach * reach * inverse;
     var blunt = select(across * reach, 0.5 * across + beside, sharp < 2.0);
     blunt = select(0.0, blunt, sharp < 6.0);
-    let off = min(near * near * near * (turned + slope + unsure) + blunt, 1.0);
+    let off = min(near2 * near2 * (turned + slope + unsure) + blunt, 1.0);
     return vec2f(s.specular * highlight, s.specular * off);
 }
 

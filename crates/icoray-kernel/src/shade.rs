@@ -11,8 +11,8 @@
 //! **Highlight**, `specular |n·h|^s`. To second order about the mean p of n·h, of variance V, it is
 //! `p^s (1 + s(s-1)V/2p²)`. With `x = √s θ` and t the angle from the highlight's middle times √s, what is left is at
 //! most `x⁴ e^(-t²/2) |t⁴/1920 - t²/720| <= x⁴/1900`; more where light is uneven (`0.023 centre x³`), where its centre is
-//! not sure (the slope, at most `0.61 x`), and where the mean normal is not. Far from the highlight, at
-//! `y = s (1 - |n·h|) > 24`, nothing is left; nearer, `(1 - y/24)³` is no less than `e^(-t²/2)` times its polynomial.
+//! not sure (the slope, at most `0.61 x`), and where the mean normal is not. At `y = s (1 - |n·h|) = t²/2` the polynomial
+//! times `e^-y` is no more than `(1.3 - y/12)⁴` of its largest value, and less than 1/1700 of that beyond y = 14.
 //! Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
 use super::piece::Radiance;
@@ -200,9 +200,10 @@ impl<T: Real> RayShading<T> {
         let (x2, root) = (s * turn.angle2, s.sqrt());
         let x = root * turn.angle;
         let nearest = (one - cosine.largest()).max(zero);
-        let y = (T::of(0.75) * (s - two).max(zero) * nearest - T::of(0.1) * x2).max(zero);
-        let near = (one - T::of(1.0 / 24.0) * y).max(zero);
-        let near = near * near * near;
+        let y = ((s - two).max(zero) * nearest - T::of(0.1) * x2).max(zero);
+        let near = (T::of(1.3) - T::of(1.0 / 12.0) * y).max(zero).min(one);
+        let near2 = near * near;
+        let near = near2 * near2;
         let centre = T::of(0.03) * turn.spread.centre.abs() * x + T::of(0.008) * root * turn.bend_length;
         let turned = x2 * (T::of(1.0 / 700.0) * x2 + centre) + s * turn.along;
         let slope = T::of(0.61) * (turn.spread.error_bound * x + root * turn.across);

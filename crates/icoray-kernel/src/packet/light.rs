@@ -369,9 +369,10 @@ impl<V: Machine> Lit<V> {
         let (x2, root) = (turn.angle2 * s, s.sqrt());
         let x = turn.angle * root;
         let nearest = (one - cosine.largest()).max(zero);
-        let y = (nearest * (0.75 * (s - 2.0).max(0.0)) - x2 * 0.1).max(zero);
-        let near = (one - y * (1.0 / 24.0)).max(zero);
-        let near = near * near * near;
+        let y = (nearest * (s - 2.0).max(0.0) - x2 * 0.1).max(zero);
+        let near = (y * (-1.0 / 12.0) + 1.3).max(zero).min(one);
+        let near2 = near * near;
+        let near = near2 * near2;
         let unsure = turn.spread.error_bound;
         let centre = turn.spread.centre.abs() * x * 0.03 + turn.bend_length * (0.008 * root);
         let turned = x2 * (x2 * (1.0 / 700.0) + centre) + turn.along * s;
