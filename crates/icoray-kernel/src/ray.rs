@@ -16,7 +16,7 @@ pub use crate::fragment::Fragment;
 pub use crate::packet::{PacketScene, beyond_gathers, packets};
 pub use crate::scene_tracer::SceneTracer;
 pub use crate::single_volume::SingleVolumeTracer;
-pub use crate::trace::{FragmentReport, PrimaryRay, Tracer};
+pub use crate::trace::{FragmentReport, PrimaryRay, Report, Tracer};
 
 /// A precision for which the kernel is compiled: `f32` or `f64`.
 pub trait KernelReal: Real {

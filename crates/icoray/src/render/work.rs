@@ -110,9 +110,8 @@ impl Work<'_> {
             if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
                 vec![background_blend(scene, tracer.budget().brightest, None); places.len()]
             } else {
-                let rays = primary_rays(scene, places);
-                // A ray may be long.
-                pixels(scene, &*tracer, places.len(), &mut rays.take_while(|_| !renderer.is_stopped()), counts)
+                let mut rays = primary_rays(scene, places);
+                pixels(scene, &*tracer, (places.len(), &mut rays), &|| renderer.is_stopped(), counts)
             }
         };
         raster::trace(tiling, &left, || renderer.is_stopped(), draw).for_each(give);
@@ -204,17 +203,17 @@ const DEVIATIONS: f64 = 4.0;
 /// part of its frustum, half a last digit is added.
 const GEOMETRY: f64 = 1e-9;
 
-/// The light of pixels, over the background.
+/// The light of so many pixels, over the background. A ray may be long: none is begun once `is_stopped`.
 fn pixels(
     scene: &Scene,
     tracer: &dyn Tracer,
-    count: usize,
-    rays: &mut dyn Iterator<Item = PrimaryRay>,
+    (count, rays): (usize, &mut dyn Iterator<Item = PrimaryRay>),
+    is_stopped: &dyn Fn() -> bool,
     counts: &mut Counts,
 ) -> Vec<Pixel> {
     let mut pixels = vec![Pixel::default(); count];
     let brightest = tracer.budget().brightest;
-    tracer.trace(rays, counts, &mut |number, light, surfaces| {
+    tracer.trace(&mut rays.take_while(|_| !is_stopped()), counts, &mut |number, light, surfaces| {
         pixels[number] = Pixel { surfaces, ..background_blend(scene, brightest, light) };
     });
     pixels
@@ -276,7 +275,11 @@ pub(super) fn background_blend(scene: &Scene, brightest: f64, met: Option<Radian
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icoray_kernel::owned_region::OwnedRegion;
     use icoray_kernel::plane::RayLine;
+    use icoray_kernel::ray::{FragmentReport, Report};
+    use std::cell::Cell;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// For several cameras, no tile with a ray that meets the globe is skipped, and most other tiles are.
     #[test]
@@ -312,5 +315,45 @@ mod tests {
             }
         }
         assert!(beside > 200 && passed * 10 > beside * 8, "{passed} of {beside}");
+    }
+
+    /// Counts its rays.
+    struct Counting(Budget, AtomicUsize);
+
+    impl Tracer for Counting {
+        fn outer(&self) -> f64 {
+            1.0
+        }
+
+        fn budget(&self) -> &Budget {
+            &self.0
+        }
+
+        fn trace(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, _: &mut Counts, _: &mut Report) {
+            for _ in rays {
+                self.1.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+
+        fn fragments(
+            &self,
+            _: &OwnedRegion,
+            _: &mut dyn Iterator<Item = PrimaryRay>,
+            _: &mut Counts,
+            _: &mut FragmentReport,
+        ) {
+            unreachable!("the rays of a whole grid have no fragments")
+        }
+    }
+
+    #[test]
+    fn a_stop_is_heard_between_the_rays_of_a_tile() {
+        let scene = Scene::parse("field = 'f'\ntransfer = { map = 'viridis', range = [0, 1] }").unwrap();
+        let tracer = Counting(Budget::new(1e-3, 1.0, None), AtomicUsize::new(0));
+        let ray = |number| PrimaryRay { number, eye: DVec3::X * 3.0, dir: -DVec3::X, begins_row: false };
+        let asked = Cell::new(0);
+        let is_stopped = || asked.replace(asked.get() + 1) == 5;
+        let shown = pixels(&scene, &tracer, (256, &mut (0..256).map(ray)), &is_stopped, &mut Counts::default());
+        assert_eq!((shown.len(), tracer.1.into_inner()), (256, 5));
     }
 }
