@@ -55,6 +55,8 @@ struct Chord {
     // Gradients, where the scene is lit.
     entry_gradient: vec3f,
     exit_gradient: vec3f,
+    // The largest component of those at the vertices.
+    gradient_size: f32,
 }
 
 fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
@@ -67,7 +69,7 @@ fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
     // Far beyond the transfer function's range, roundings of a column's weights count, which all of its frusta share.
     let size = max(max(most, 2.0 * most - 1.0), select(1.0, 0.0, HAS_STEPS));
     let none = vec3f(0.0);
-    return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void, size, none, none);
+    return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void, size, none, none, 0.0);
 }
 
 // A chord's gradients, of those at the three vertices.
@@ -76,6 +78,7 @@ fn chord_over_gradients(chord: ptr<function, Chord>, a: vec3f, b: vec3f, c: vec3
     let ac = c - a;
     (*chord).entry_gradient = a + (entry.x * ab + entry.y * ac);
     (*chord).exit_gradient = a + (exit.x * ab + exit.y * ac);
+    (*chord).gradient_size = largest(max(abs(a), max(abs(b), abs(c))));
 }
 
 fn chord_mix(a: Chord, b: Chord, w: f32) -> Chord {
@@ -86,6 +89,7 @@ fn chord_mix(a: Chord, b: Chord, w: f32) -> Chord {
         max(a.size, b.size),
         lerp3(a.entry_gradient, b.entry_gradient, w),
         lerp3(a.exit_gradient, b.exit_gradient, w),
+        max(a.gradient_size, b.gradient_size),
     );
 }
 

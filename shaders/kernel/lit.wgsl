@@ -7,6 +7,8 @@ struct FrustumInterpolant {
     to: vec3f,
     kappa: vec3f,
     eps: f32,
+    // The largest component of the gradients at the frustum's vertices.
+    size: f32,
 }
 
 fn frustum_interpolant_gradient(interpolant: FrustumInterpolant, u: f32) -> vec3f {
@@ -38,9 +40,10 @@ fn mean_shade(
     at_a: vec3f,
     at_m: vec3f,
     at_b: vec3f,
+    size: f32,
 ) -> MeanShade {
     let turn = normal_turn_of(at_a, at_m, at_b, piece.eps, light_spread_of(piece, span));
-    return ray_shading_mean(shading, turn, color_change_of(piece, span));
+    return ray_shading_mean(shading, turn, color_change_of(piece, span), size);
 }
 
 fn shaded(shading: RayShading, piece: Segment, span: Span, mean: MeanShade, light: Radiance) -> Radiance {
@@ -145,7 +148,7 @@ fn lit_part(lit: Lit, part: Segment, range: vec2f, is_last: bool, spare: f32) ->
     let mean = mean_shade(
         lit.shading, part, lit.span, frustum_interpolant_gradient(lit.interpolant, range.x),
         frustum_interpolant_gradient(lit.interpolant, 0.5 * (range.x + range.y)),
-        frustum_interpolant_gradient(lit.interpolant, range.y),
+        frustum_interpolant_gradient(lit.interpolant, range.y), lit.interpolant.size,
     );
     if !(is_last || is_affordable(part, lit.span, mean.off, lit.budget.color_tolerance, spare)) {
         return Outcome(radiance_none(), false);

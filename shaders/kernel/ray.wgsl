@@ -205,6 +205,7 @@ fn frustum_interpolant_over(at_a: Chord, at_b: Chord, tau_a: f32, tau_b: f32, ep
         lerp3(at_b.entry_gradient, at_b.exit_gradient, tau_b),
         (tau_b - tau_a) * ((slope_a - slope_b) + eps * slope_a),
         eps,
+        max(at_a.gradient_size, at_b.gradient_size),
     );
 }
 

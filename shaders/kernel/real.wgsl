@@ -40,3 +40,7 @@ fn lerp(a: f32, b: f32, w: f32) -> f32 {
 fn lerp3(a: vec3f, b: vec3f, w: f32) -> vec3f {
     return a + w * (b - a);
 }
+
+fn largest(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}

@@ -37,6 +37,7 @@ struct MeanShade {
     shade: Shade,
     tilt: f32,
     off: f32,
+    deviation: f32,
 }
 
 struct ColorChange {
@@ -69,13 +70,14 @@ fn ray_shading_shade(s: RayShading, gradient: vec3f) -> Shade {
     return Shade(body, s.specular * power(gleam, s.shininess));
 }
 
-fn ray_shading_mean(s: RayShading, turn: NormalTurn, color: ColorChange) -> MeanShade {
+// `size` is the largest component of the gradients at the frustum's vertices.
+fn ray_shading_mean(s: RayShading, turn: NormalTurn, color: ColorChange, size: f32) -> MeanShade {
     let body = ray_shading_mean_body(s, turn, color);
     let highlight = ray_shading_mean_highlight(s, turn);
     let most = color.brightest * s.diffuse + s.specular;
     let rounded = 4.0 * color.brightest * body.x + 3.0 * s.sharpness * highlight.x;
     let off = select(body.z + highlight.y + ROUNDING * rounded, most, turn.is_wild);
-    return MeanShade(Shade(body.x, highlight.x), body.y, off);
+    return MeanShade(Shade(body.x, highlight.x), body.y, off, ray_shading_deviation(s, size, turn.size));
 }
 
 // Factor for the colour, factor for the colour's change, and the error of both.
@@ -120,7 +122,7 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     let root = sqrt(sharp);
     let x = root * turn.angle;
     let nearest = max(1.0 - cosine_largest(cosine), 0.0);
-    let y = max(max(sharp - 2.0, 0.0) * nearest - 0.1 * x2, 0.0);
+    let y = max(0.85 * max(sharp - 2.0, 0.0) * nearest - 0.1 * x2, 0.0);
     let near = clamp(1.3 - (1.0 / 12.0) * y, 0.0, 1.0);
     let near2 = near * near;
     let centre = 0.03 * abs(turn.spread.centre) * x + 0.008 * root * turn.bend_length;
@@ -135,15 +137,18 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     return vec2f(s.specular * highlight, s.specular * off);
 }
 
-// The gradients of devices are not packed.
-fn ray_shading_deviation(s: RayShading) -> f32 {
-    // Rounding of the shade, and of gradients that are stored in single precision.
+// Standard deviation of the shade across a gradient of this size, mixed of gradients of size `mixed_of`. The gradients of
+// devices are not packed.
+fn ray_shading_deviation(s: RayShading, mixed_of: f32, size: f32) -> f32 {
     let highlight = 0.61 * sqrt(s.shininess) * s.specular;
-    return 0.5 * ROUNDING * sqrt(s.sharpness * s.sharpness + s.diffuse * s.diffuse + highlight * highlight);
+    // Gradients are rounded when they are stored and when they are mixed.
+    let turned = sqrt(0.25 + 1.0) * ROUNDING * sqrt(s.diffuse * s.diffuse + highlight * highlight);
+    let rounded = 0.5 * ROUNDING * s.sharpness;
+    return min(rounded + turned * max(mixed_of / max(size, LEAST), 1.0), s.diffuse + s.specular);
 }
 
 fn ray_shading_apply(s: RayShading, light: Radiance, mean: MeanShade, change: vec3f) -> Radiance {
-    let deviation = ray_shading_deviation(s) * light.alpha;
+    let deviation = mean.deviation * light.alpha;
     let body = mean.shade.body;
     let scale = max(body, 1.0);
     return Radiance(

@@ -10,6 +10,8 @@ struct NormalTurn {
     mean: vec3f,
     rise: vec3f,
     bend: vec3f,
+    // The largest component of the gradients.
+    size: f32,
     angle: f32,
     angle2: f32,
     bend_length: f32,
@@ -30,11 +32,10 @@ const LEAST: f32 = 1.1754944e-38;
 
 // The start, middle and end of a piece.
 fn normal_turn_of(at_a: vec3f, at_m: vec3f, at_b: vec3f, eps: f32, spread: LightSpread) -> NormalTurn {
-    let size = max(max(abs(at_a), abs(at_m)), max(abs(at_b), vec3f(LEAST)));
-    let largest = max(size.x, max(size.y, size.z));
-    let a = scaled(at_a, largest);
-    let m = scaled(at_m, largest);
-    let b = scaled(at_b, largest);
+    let size = largest(max(max(abs(at_a), abs(at_m)), max(abs(at_b), vec3f(LEAST))));
+    let a = scaled(at_a, size);
+    let m = scaled(at_m, size);
+    let b = scaled(at_b, size);
     let size_a = dot(a, a);
     let size_m = dot(m, m);
     let size_b = dot(b, b);
@@ -72,7 +73,7 @@ fn normal_turn_of(at_a: vec3f, at_m: vec3f, at_b: vec3f, eps: f32, spread: Light
     let along = (1.0 / 400.0) * angle2 + (1.0 / 30.0) * centre * angle + 0.03 * bulge;
     let has_gap = (has_a || has_m || has_b) && !(has_a && has_m && has_b);
     return NormalTurn(
-        mean, rise, bend, angle, angle2, bend_length, uneven * bend_length + bulge * bulging + lost, angle2 * along,
+        mean, rise, bend, size, angle, angle2, bend_length, uneven * bend_length + bulge * bulging + lost, angle2 * along,
         spread, angle2 > 4.0 || (has_gap && !(is_at_start || is_at_end)),
     );
 }
@@ -103,8 +104,7 @@ fn cosine_swing(c: Cosine) -> f32 {
 
 // Unit vector of a gradient of any size; zero where there is none.
 fn direction_of(gradient: vec3f) -> vec3f {
-    let size = max(abs(gradient), vec3f(LEAST));
-    let x = scaled(gradient, max(size.x, max(size.y, size.z)));
+    let x = scaled(gradient, largest(max(abs(gradient), vec3f(LEAST))));
     return unit(x, dot(x, x));
 }
 

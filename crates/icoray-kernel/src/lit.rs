@@ -82,18 +82,18 @@ pub fn mean_shade<T: Real>(
     shading.mean(&turn, &ColorChange::of(piece, span))
 }
 
-/// `light` of a piece under its mean shade.
+/// `light` of a piece under its mean shade, which has this standard deviation.
 #[inline(always)]
 pub fn shaded<T: Real>(
     shading: &RayShading<T>,
     piece: &Segment<T>,
     span: &Span<T>,
     mean: &MeanShade<T>,
-    light: Radiance<T>,
+    (light, deviation): (Radiance<T>, T),
 ) -> Radiance<T> {
     let rise = piece.f1 - piece.f0;
     let [r, g, b] = span.color_slope();
-    shading.apply(light, mean, [*r * rise, *g * rise, *b * rise])
+    shading.apply(light, mean, [*r * rise, *g * rise, *b * rise], deviation)
 }
 
 /// Whether a piece is left whole: the part of the error of its shade that is more than `color_tolerance` of its light is
@@ -182,8 +182,7 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let light = integrate(self.method, piece, self.span, self.allowance);
         let size = gradients.as_flattened().iter().fold(T::zero(), |most, x| most.max(x.abs()));
         let deviation = self.shading.deviation_of(self.gradient_size, size);
-        let shading = RayShading { deviation, ..*self.shading };
-        let light = shaded(&shading, piece, self.span, &mean, light);
+        let light = shaded(self.shading, piece, self.span, &mean, (light, deviation));
         let left = rest.spare + color_tolerance * light.alpha - light.error;
         rest.spare = left.max(T::zero()) / light.transmittance().max(T::min_positive_value());
         light

@@ -56,8 +56,9 @@ pub struct RayShading<T> {
     pub halfway: [T; 3],
     /// The larger of 4 and the exponent: squared ratio of the change of a shade to the turn of its normal.
     pub sharpness: T,
-    /// Standard deviation of a shade ([`Shading::deviation`]).
-    pub deviation: T,
+    /// Standard deviation of a shade by its own rounding, and by that of the gradients of which its normal is mixed
+    /// ([`Shading::deviations`]).
+    pub deviations: [T; 2],
 }
 
 /// Factor for the surface's own colour, and the white highlight.
@@ -96,22 +97,23 @@ pub struct ColorChange<T> {
 impl Shading {
     /// The smallest error per absorbed light that a piece can be cut to, whose channels are no brighter than
     /// `brightest`: twice the error that rounding gives to a mean shade ([`RayShading::mean`]), as short pieces have it
-    /// too.
+    /// too, and no less than what rounding of their sum takes where they are a thousand.
     #[inline]
     pub fn least_error<T: Real>(&self, brightest: f64) -> f64 {
-        2.0 * T::ROUNDING * (4.0 * brightest + 3.0 * self.shininess.max(4.0) * self.specular)
+        let of_shade = 2.0 * (4.0 * brightest + 3.0 * self.shininess.max(4.0) * self.specular);
+        T::ROUNDING * of_shade.max(64.0)
     }
 
-    /// Standard deviation of a shade: what rounding of the shade gives to it, the more the sharper the highlight is, and
+    /// Standard deviations of a shade: what rounding of the shade gives to it, the more the sharper the highlight is, and
     /// what rounding of gradients does, which are stored in single precision or packed. A normal that turns by a small
     /// angle changes the body by `diffuse` times that at most, the highlight by `0.61 √shininess specular` times that, but
     /// hardly ever both.
     #[inline]
-    pub fn deviation<T: Real>(&self) -> f64 {
+    pub fn deviations<T: Real>(&self) -> [f64; 2] {
         let rounded = 0.5 * T::ROUNDING * self.shininess.max(4.0);
         let steepest = self.diffuse.hypot(0.61 * self.shininess.sqrt() * self.specular);
-        let turn = if self.is_packed { Gradients::PACKED_TURN } else { 0.25 * f64::from(f32::EPSILON) };
-        rounded.hypot(turn * steepest)
+        let stored = if self.is_packed { Gradients::PACKED_TURN } else { 0.25 * f64::from(f32::EPSILON) };
+        [rounded, stored.hypot(T::ROUNDING) * steepest]
     }
 
     /// The lighting of rays along `dir`.
@@ -128,7 +130,7 @@ impl Shading {
             light: light.to_array().map_inline(T::of),
             halfway: halfway.to_array().map_inline(T::of),
             sharpness: T::of(self.shininess.max(4.0)),
-            deviation: T::of(self.deviation::<T>()),
+            deviations: self.deviations::<T>().map_inline(T::of),
         }
     }
 }
@@ -200,7 +202,7 @@ impl<T: Real> RayShading<T> {
         let (x2, root) = (s * turn.angle2, s.sqrt());
         let x = root * turn.angle;
         let nearest = (one - cosine.largest()).max(zero);
-        let y = ((s - two).max(zero) * nearest - T::of(0.1) * x2).max(zero);
+        let y = (T::of(0.85) * (s - two).max(zero) * nearest - T::of(0.1) * x2).max(zero);
         let near = (T::of(1.3) - T::of(1.0 / 12.0) * y).max(zero).min(one);
         let near2 = near * near;
         let near = near2 * near2;
@@ -216,27 +218,28 @@ impl<T: Real> RayShading<T> {
         (self.specular * highlight, self.specular * off)
     }
 
-    /// `light` under `mean`; its colour changes by `change` from start to end. The shade's own deviation is added to that
-    /// of the light.
+    /// `light` under `mean`; its colour changes by `change` from start to end. The shade's own deviation
+    /// ([`RayShading::deviation_of`]) is added to that of the light.
     #[inline(always)]
-    pub fn apply(&self, mut light: Radiance<T>, mean: &MeanShade<T>, change: [T; 3]) -> Radiance<T> {
+    pub fn apply(&self, mut light: Radiance<T>, mean: &MeanShade<T>, change: [T; 3], deviation: T) -> Radiance<T> {
         let Shade { body, highlight } = mean.shade;
         for (channel, change) in light.color.iter_mut().zip(change) {
             *channel = *channel * body + light.alpha * (highlight + mean.tilt * change);
         }
         light.error = light.error * body + light.alpha * mean.off;
-        let deviation = self.deviation * light.alpha;
+        let deviation = deviation * light.alpha;
         let scale = body.max(T::one());
         light.variance = light.variance * scale * scale + deviation * deviation;
         light
     }
 
-    /// Standard deviation of the shade across a gradient of this size, mixed of gradients of size `from`: rounding of
+    /// Standard deviation of the shade across a gradient of this size, mixed of gradients of size `mixed_of`: rounding of
     /// these turns it the more the smaller it is.
     #[inline]
-    pub fn deviation_of(&self, from: T, size: T) -> T {
-        let turned = self.deviation * (from / size.max(T::min_positive_value())).max(T::one());
-        turned.min(self.diffuse + self.specular)
+    pub fn deviation_of(&self, mixed_of: T, size: T) -> T {
+        let [rounded, turned] = self.deviations;
+        let turned = turned * (mixed_of / size.max(T::min_positive_value())).max(T::one());
+        (rounded + turned).min(self.diffuse + self.specular)
     }
 
     /// Light on an opaque surface with the outward normal `normal`, on its outer side only.

@@ -58,15 +58,17 @@ fn volume_colors(piece: VolumePiece) -> VolumeColors {
     return VolumeColors(at, mat2x3f(span.color_slope * slopes.x, span.color_slope * slopes.y));
 }
 
-// Colours under the mean shade of their volume, the light that it absorbs, and the error of the shade.
+// Colours under the mean shade of their volume, the light that it absorbs, and the error and the standard deviation of
+// the shade.
 struct ShadedColors {
     color: VolumeColors,
     absorbed: f32,
     off: f32,
+    deviation: f32,
 }
 
 // `through` is the transmittance in the middle and at the end, `unseen` the relative error of what all volumes absorb at
-// the three places; `at` are the gradients there.
+// the three places; `at` are the gradients there, mixed of gradients of `size`.
 fn volume_shade(
     shading: RayShading,
     piece: VolumePiece,
@@ -75,6 +77,7 @@ fn volume_shade(
     through: vec2f,
     unseen: f32,
     at: mat3x3f,
+    size: f32,
 ) -> ShadedColors {
     let colors = own.at;
     let a = extinction.x;
@@ -90,11 +93,11 @@ fn volume_shade(
     let change = max(abs(rise.x), max(abs(rise.y), abs(rise.z))) + bend;
     let eps = piece.extinction.eps;
     let turn = normal_turn_of(at[0], at[1], at[2], eps, spread);
-    let shade = ray_shading_mean(shading, turn, ColorChange(spans[piece.color_span].brightest, change, bend, eps));
+    let shade = ray_shading_mean(shading, turn, ColorChange(spans[piece.color_span].brightest, change, bend, eps), size);
     let added = rise * shade.tilt + vec3f(shade.shade.highlight);
     let body = shade.shade.body;
     let lit = mat3x3f(colors[0] * body + added, colors[1] * body + added, colors[2] * body + added);
-    return ShadedColors(VolumeColors(lit, own.tints * body), share, shade.off);
+    return ShadedColors(VolumeColors(lit, own.tints * body), share, shade.off, shade.deviation);
 }
 
 // All volumes at the three places of a piece: extinction, and colour times extinction; their slopes at its start and end;
@@ -142,10 +145,6 @@ struct MeanColor {
     color: vec3f,
     off: f32,
     spread: f32,
-}
-
-fn largest(v: vec3f) -> f32 {
-    return max(v.x, max(v.y, v.z));
 }
 
 // The mean of functions of these values at three places and these slopes at the first and the last, exact to the fifth
@@ -246,39 +245,37 @@ struct Blend {
     is_rounding: bool,
 }
 
-// `rounds` is what rounding does to the colours and to the optical depth `depth`, and `shade_off` the error of shades per
-// absorbed light.
-fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade_off: f32, sharpness: f32) -> Blend {
+// `rounds` is what rounding does to the colours and to the optical depth `depth`, `shade` the error and the standard
+// deviation of shades per absorbed light.
+fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: vec2f) -> Blend {
     let absorbed = absorbed_by(depth);
     let mean = mixture_mean(mixture, through, depth, absorbed);
     // Extinctions that are off mix colours otherwise.
     let rounded = rounds.x + mean.spread * min(rounds.y / max(depth, LEAST), 1.0);
     // Where light is centred in dense pieces is known less well.
-    let told = mean.off + select(3.0, 1.0, depth <= THIN) * shade_off;
+    let told = mean.off + select(3.0, 1.0, depth <= THIN) * shade.x;
     // Coarse light is taken as it is.
     var off = mean.off;
     if !IS_LIT || lighting.max_cuts > 0u {
         off = told;
     }
     let off_by = min(rounds.y * through.y + absorbed * (rounded + ROUNDING), 1.0);
-    let shaded = absorbed * 0.5 * ROUNDING * sharpness;
+    let shaded = absorbed * shade.y;
     let light = Radiance(mean.color * absorbed, absorbed, absorbed * told, off_by * off_by + shaded * shaded);
     return Blend(light, off, off <= rounded);
 }
 
 // Rounding in single precision leaves no smaller differences of colours.
 const LEAST_TOLERANCE: f32 = 8.0 * ROUNDING;
-// The same under light, where a piece may be cut into a thousand: rounding of their sum is then more than what smaller
-// pieces gain.
-const LEAST_LIT_TOLERANCE: f32 = 8.0 * LEAST_TOLERANCE;
 
 // Whether the ray cannot afford the error of the piece, from what pieces before have left of theirs and an advance.
 fn blend_is_far(blend: Blend, light: Radiance) -> bool {
-    // The budget of lit rays has the advance in it, and room for rounding.
-    var color_tolerance = max(params.color_tolerance, LEAST_LIT_TOLERANCE);
+    var color_tolerance = params.color_tolerance;
     if !IS_LIT {
-        color_tolerance = max(params.color_tolerance * 0.95 / (1.0 + ADVANCE), LEAST_TOLERANCE);
+        // The budget of lit rays has the advance in it, and room for rounding.
+        color_tolerance *= 0.95 / (1.0 + ADVANCE);
     }
+    color_tolerance = max(color_tolerance, LEAST_TOLERANCE);
     let earned = max((light.alpha + ADVANCE) * color_tolerance - light.error, 0.0);
     let through = max(1.0 - light.alpha, LEAST);
     return !blend.is_rounding && (blend.off - color_tolerance) * blend.light.alpha * through > earned;

@@ -80,7 +80,7 @@ fn scene_field_segment(number: u32, column: Column, way: GapWay, eps: f32, lengt
     let kappa = (way.b.tau - way.a.tau) * ((slope_a - slope_b) + eps * slope_a);
     let size = max(below.size, above.size);
     let segment = Segment(chord_at(at_a, way.a.tau), chord_at(at_b, way.b.tau), kappa, eps, length, size);
-    var found = FieldSegment(segment, FrustumInterpolant(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0), true);
+    var found = FieldSegment(segment, FrustumInterpolant(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0, 0.0), true);
     found.is_there = !(below.is_void || above.is_void);
     if has_gradients {
         found.interpolant = frustum_interpolant_over(at_a, at_b, way.a.tau, way.b.tau, eps);
@@ -205,17 +205,17 @@ fn isosurface_color(
         }
     }
     if IS_LIT {
-        var gradient: vec3f;
-        if surface.field == OWN_FIELD {
-            gradient = frustum_interpolant_gradient(own.interpolant, crossing.u);
-        } else {
+        var course = own.interpolant;
+        if surface.field != OWN_FIELD {
             let lit = scene_field_segment(surface.field, column, way, own.segment.eps, own.segment.length, true);
-            gradient = frustum_interpolant_gradient(lit.interpolant, crossing.u);
+            course = lit.interpolant;
         }
+        let gradient = frustum_interpolant_gradient(course, crossing.u);
         let shade = ray_shading_shade(shading, gradient);
         found.color = found.color * shade.body + vec3f(shade.highlight);
         // Normals are those of f32.
-        found.off = found.off * shade.body + 4.0 * ROUNDING * (1.0 + shading.sharpness);
+        let turned = ray_shading_deviation(shading, course.size, largest(abs(gradient)));
+        found.off = found.off * shade.body + 4.0 * (ROUNDING * (1.0 + shading.sharpness) + turned);
     }
     return found;
 }

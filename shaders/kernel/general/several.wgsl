@@ -122,21 +122,21 @@ struct VolumeSums {
     // Light that is absorbed, and the error of shades times that.
     absorbed: f32,
     shade_off: f32,
+    // Standard deviation of shades times that.
+    deviation: f32,
 }
 
 // The light of all volumes on their pieces, which are `range` of the frustum.
 fn volumes_blend(shading: RayShading, range: vec2f) -> Blend {
-    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, 0.0);
+    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, 0.0, 0.0);
 #volume     volume_add(VOLUMEu, &sums);
     let through = 1.0 - vec2f(absorbed_by(sums.front), absorbed_by(sums.depth));
-    var sharpness = 0.0;
     if IS_LIT {
-        sharpness = shading.sharpness;
         let unseen = unseen_of(sums.rates, through, sums.length, absorbed_by(sums.depth));
 #volume         volume_add_lit(VOLUMEu, &sums, shading, through, unseen, range);
     }
-    let off = sums.shade_off / max(sums.absorbed, LEAST);
-    return blend_of(sums.mixture, sums.depth, through, sums.rounds, off, sharpness);
+    let shade = vec2f(sums.shade_off, sums.deviation) / max(sums.absorbed, LEAST);
+    return blend_of(sums.mixture, sums.depth, through, sums.rounds, shade);
 }
 
 fn volume_add(volume: u32, sums: ptr<function, VolumeSums>) {
@@ -176,8 +176,9 @@ fn volume_add_lit(
         frustum_interpolant_gradient(course, 0.5 * (range.x + range.y)),
         frustum_interpolant_gradient(course, range.y),
     );
-    let lit = volume_shade(shading, piece, depths.extinction, volume_colors(piece), through, unseen, at);
+    let lit = volume_shade(shading, piece, depths.extinction, volume_colors(piece), through, unseen, at, course.size);
     (*sums).shade_off += lit.absorbed * lit.off;
+    (*sums).deviation += lit.absorbed * lit.deviation;
     (*sums).absorbed += lit.absorbed;
     (*sums).mixture = mixture_and((*sums).mixture, depths, lit.color, piece.extinction);
 }

@@ -67,5 +67,6 @@ fn frustum_interpolant_part(whole: FrustumInterpolant, from_: f32, to: f32) -> F
         frustum_interpolant_gradient(whole, to),
         whole.kappa * (du * du * (1.0 + whole.eps) / (r0 * r0 * r1)),
         whole.eps * du / r0,
+        whole.size,
     );
 }

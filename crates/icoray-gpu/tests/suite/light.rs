@@ -18,7 +18,7 @@ fn shading_at(at: u32) -> RayShading {
         inputs[at + 10u]);
 }
 fn interpolant_at(at: u32) -> FrustumInterpolant {
-    return FrustumInterpolant(at3(at), at3(at + 3u), at3(at + 6u), inputs[at + 9u]);
+    return FrustumInterpolant(at3(at), at3(at + 3u), at3(at + 6u), inputs[at + 9u], 0.0);
 }";
 
 fn numbers(s: &AlongRay) -> [f32; NUMBERS] {
@@ -177,7 +177,8 @@ fn mean_shades_and_apply() {
     let text = format!("#import kernel/lit\n{SHADING_AT}\n{SEGMENT_AT}\n{SPAN_AT}");
     let body = "let at = 34u * i;
         let s = shading_at(at);
-        let mean = mean_shade(s, segment_at(at + 20u), span_at(at + 25u), at3(at + 11u), at3(at + 14u), at3(at + 17u));
+        let mean = mean_shade(s, segment_at(at + 20u), span_at(at + 25u), at3(at + 11u), at3(at + 14u), at3(at + 17u),
+            0.0);
         let light = Radiance(at3(at + 28u), inputs[at + 31u], inputs[at + 32u], inputs[at + 33u]);
         let lit = ray_shading_apply(s, light, mean, vec3f(0.3, -0.1, 0.0));
         let all = array<f32, 10>(mean.shade.body, mean.shade.highlight, mean.tilt, mean.off,
@@ -200,6 +201,27 @@ fn mean_shades_and_apply() {
         }
     }
     assert!(near > cases.len() / 10 && near < cases.len(), "{near} of {}", cases.len());
+}
+
+/// Gradients that cancel have normals that rounding turns.
+#[test]
+fn deviations_of_shades_across_small_gradients() {
+    let Some(device) = Device::open() else { return };
+    let (mut inputs, mut cases) = (Vec::new(), Vec::new());
+    for shading in all_along() {
+        for sizes in [[0.0f32, 1.0], [1.0, 1.0], [1.0, 1e-3], [3e7, 2e-2], [1.0, 0.0], [1e-30, 1e-33]] {
+            inputs.extend(numbers(&shading));
+            inputs.extend(sizes);
+            cases.push((shading, sizes));
+        }
+    }
+    let body = "let at = 13u * i;
+        let all = array<f32, 1>(ray_shading_deviation(shading_at(at), inputs[at + 11u], inputs[at + 12u]));";
+    let got = device.run(&format!("#import kernel/lit\n{SHADING_AT}"), body, &inputs, 13, 1);
+    for ((shading, [mixed_of, size]), got) in cases.iter().zip(got) {
+        let expected = shading.deviation_of(*mixed_of, *size);
+        assert!(ulps(got, expected, 0.0) <= 8.0, "{shading:?} {mixed_of} {size}: {got}, expected {expected}");
+    }
 }
 
 /// Interpolants: gradients at both ends, their bends, ε.

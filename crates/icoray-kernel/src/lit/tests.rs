@@ -230,11 +230,11 @@ fn in_single(case: &Case) -> Radiance<f32> {
     let [f0, f1, kappa, eps, length] = [f0, f1, kappa, eps, length].map(|x| x as f32);
     let piece = Segment { f0, f1, kappa, eps, length };
     let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, .. } = case.shading;
-    let deviation = 0.25 * f32::EPSILON * sharpness as f32;
+    let deviations = [0.25 * f32::EPSILON * sharpness as f32, 0.0];
     let [ambient, diffuse, specular, shininess, sharpness] =
         [ambient, diffuse, specular, shininess, sharpness].map(|x| x as f32);
     let [light, halfway] = [light, halfway].map(|d| d.map(|x| x as f32));
-    let shading = RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation };
+    let shading = RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviations };
     let allowance =
         ErrorBudget { color_tolerance: 1e-6, min_transmittance: 0.0, transmittance: 1.0, reach: piece.reach(1.0) };
     let spans = Spans::<f32>::new(&case.knots);

@@ -163,6 +163,9 @@ pub(super) struct Blend<V: Machine> {
     pub absorbs: Mask<V>,
 }
 
+/// Rounding in single precision leaves no smaller differences of colours.
+const LEAST_TOLERANCE: f32 = 4.0 * f32::EPSILON;
+
 /// Light on the volumes: the ray's, the frame's, the gradients of each volume, and the range of the frustum.
 pub(super) type Lighting<'l, V> = (&'l Lit<V>, &'l RayShading<f32>, &'l [GradientCourse<V>], [Floats<V>; 2]);
 
@@ -224,6 +227,7 @@ impl<V: Machine> Blend<V> {
     #[inline(always)]
     pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
         let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
         let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
         let is_dear = ((self.off - color_tolerance) * self.light.alpha * through).simd_gt(earned);

@@ -306,8 +306,8 @@ impl<V: Machine> Lit<V> {
         let rounded = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
         let off = rounded.mul_add(0.5 * f32::EPSILON, dim + faint);
         // As `RayShading::deviation_of`.
-        let turned = (course.size / turn.size).max(1.0) * common.deviation;
-        let deviation = turned.min(common.diffuse + common.specular);
+        let [rounded, turned] = common.deviations;
+        let deviation = ((course.size / turn.size).max(1.0) * turned + rounded).min(common.diffuse + common.specular);
         Shade { body, tilt, highlight, off: turn.is_wild.select(most, off), deviation }
     }
 
@@ -369,7 +369,7 @@ impl<V: Machine> Lit<V> {
         let (x2, root) = (turn.angle2 * s, s.sqrt());
         let x = turn.angle * root;
         let nearest = (one - cosine.largest()).max(zero);
-        let y = (nearest * (s - 2.0).max(0.0) - x2 * 0.1).max(zero);
+        let y = (nearest * (0.85 * (s - 2.0).max(0.0)) - x2 * 0.1).max(zero);
         let near = (y * (-1.0 / 12.0) + 1.3).max(zero).min(one);
         let near2 = near * near;
         let near = near2 * near2;

@@ -258,9 +258,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
             let has_room = self.lit.may_halve(to) & (to - from).simd_gt(LEAST_PART);
             // The budget of lit rays has the advance in it, and room for rounding.
-            let (share, least) =
-                if N == 4 { (1.0, LEAST_LIT_TOLERANCE) } else { (0.95 / (1.0 + ADVANCE as f32), LEAST_TOLERANCE) };
-            let is_far = blend.is_far(simd, &self.lanes, (share * self.color_tolerance).max(least));
+            let share = if N == 4 { 1.0 } else { 0.95 / (1.0 + ADVANCE as f32) };
+            let is_far = blend.is_far(simd, &self.lanes, share * self.color_tolerance);
             left = (is_far & has_room).to_bitmask() as u32 & active;
             shown = Some(blend);
         }
@@ -282,10 +281,3 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
 /// A piece that is no longer than this part of its frustum is taken as it is: where the extinction of all volumes goes to
 /// zero towards its end, colours differ in any part of it.
 const LEAST_PART: f32 = 1e-5;
-
-/// Rounding in single precision leaves no smaller differences of colours.
-const LEAST_TOLERANCE: f32 = 4.0 * f32::EPSILON;
-
-/// The same under light, where a piece may be cut into a thousand: rounding of their sum is then more than what smaller
-/// pieces gain.
-const LEAST_LIT_TOLERANCE: f32 = 8.0 * LEAST_TOLERANCE;

@@ -21,7 +21,7 @@ pub struct AlongRay {
     pub light: [f32; 3],
     pub halfway: [f32; 3],
     pub sharpness: f32,
-    pub deviation: f32,
+    pub deviations: [f32; 2],
 }
 
 /// Body and highlight.
@@ -39,14 +39,14 @@ impl AlongRay {
     ) -> Self {
         let towards_light = towards_light.map(DVec3::from_array);
         let shading = shade::Shading { ambient, diffuse, specular, shininess, towards_light, is_packed: false };
-        let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation } =
+        let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviations } =
             shading.along(DVec3::from_array(dir));
-        AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation }
+        AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviations }
     }
 
     fn kernel(&self) -> RayShading<f32> {
-        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation } = *self;
-        RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviation }
+        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviations } = *self;
+        RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, deviations }
     }
 
     /// `RayShading::shade`.
@@ -61,14 +61,22 @@ impl AlongRay {
         [shade.body, shade.highlight, tilt, off]
     }
 
-    /// `RayShading::apply` to red, green, blue, absorbed, error, variance of a piece whose colour changes by `change`.
+    /// `RayShading::apply`, across gradients that do not cancel, to red, green, blue, absorbed, error, variance of a piece whose colour changes by `change`.
     pub fn apply(&self, light: [f32; 6], mean: MeanShade, change: [f32; 3]) -> [f32; 6] {
         let [r, g, b, absorbed, error, variance] = light;
         let light = Radiance { color: [r, g, b], alpha: absorbed, error, variance };
         let [body, highlight, tilt, off] = mean;
         let mean = shade::MeanShade { shade: shade::Shade { body, highlight }, tilt, off };
-        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } = self.kernel().apply(light, &mean, change);
+        let shading = self.kernel();
+        let deviation = shading.deviation_of(0.0, 1.0);
+        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
+            shading.apply(light, &mean, change, deviation);
         [r, g, b, absorbed, error, variance]
+    }
+
+    /// `RayShading::deviation_of`.
+    pub fn deviation_of(&self, mixed_of: f32, size: f32) -> f32 {
+        self.kernel().deviation_of(mixed_of, size)
     }
 
     /// `RayShading::solid`.
