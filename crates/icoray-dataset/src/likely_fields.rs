@@ -8,7 +8,7 @@ const GRID_VARIABLES: &str = "\
     ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness zmid ztop deriv_two areacell \
     areatriangle meshdensity cellquality gridspacing trianglequality triangleanglequality nominalmindc fcell \
     fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality \
-    maxlevelcell minlevelcell";
+    maxlevelcell minlevelcell nlevels nlevels_nod2d ulevels ulevels_nod2d elem_area nod_area";
 /// Name endings of base states, which do not change.
 const BASE: [&str; 2] = ["_base", "_ref"];
 /// Words, in lower case, that mark a geometric quantity if they are in the long name of a variable in units of length.
@@ -37,7 +37,7 @@ fn is_physical(info: &FieldInfo) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Precision;
+    use crate::field::{Axes, Precision};
     use icoray::{Description, Location};
 
     fn info(name: &str, layers: usize, time_dependent: bool, words: [&str; 2]) -> FieldInfo {
@@ -51,7 +51,7 @@ mod tests {
             time_dependent,
             description: Description { long_name, units },
             layer_dimension: "nVertLevels".into(),
-            is_level_fastest: true,
+            axes: Axes::default(),
         }
     }
 

@@ -5,6 +5,9 @@ use icoray::{Error, ErrorKind, OwnedReals, Result, printable};
 use std::fmt;
 use std::path::Path;
 
+/// Most variables that a message names.
+const NAMED: usize = 8;
+
 /// Type of a variable's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -39,12 +42,15 @@ pub struct Dimension {
     pub name: String,
     /// Number of entries along it.
     pub len: usize,
+    /// Whether it is that of the time records.
+    pub is_time: bool,
 }
 
 impl Dimension {
-    /// Whether it is that of the time records.
-    pub fn is_time(&self) -> bool {
-        self.name.eq_ignore_ascii_case("time")
+    /// A dimension; that of time if its name says so. [`Variable::mark_times`] finds others.
+    pub fn new(name: String, len: usize) -> Self {
+        let is_time = name.eq_ignore_ascii_case("time") || name == "time_counter";
+        Dimension { name, len, is_time }
     }
 }
 
@@ -63,9 +69,40 @@ impl Variable {
     /// The dimensions behind that of the time records, or all where it has none.
     pub(crate) fn after_time(&self) -> &[Dimension] {
         match self.dimensions.as_slice() {
-            [time, rest @ ..] if time.is_time() => rest,
+            [time, rest @ ..] if time.is_time => rest,
             all => all,
         }
+    }
+
+    /// Marks the dimensions of time among those of `variables`: those whose coordinate has `axis = "T"`, `standard_name =
+    /// "time"` or units such as `days since 2000-01-01` (CF conventions 1.11, §4.4). `text_of` gives an attribute of a
+    /// variable.
+    pub fn mark_times(variables: &mut [Variable], text_of: impl Fn(&str, &str) -> Option<String>) {
+        let is_axis = |v: &&Variable| matches!(&v.dimensions[..], [only] if only.name == v.name);
+        let is_time = |v: &&Variable| {
+            let has = |attribute: &str, holds: fn(&str) -> bool| text_of(&v.name, attribute).is_some_and(|t| holds(&t));
+            has("axis", |axis| axis == "T")
+                || has("standard_name", |name| name == "time")
+                || has("units", |units| units.contains(" since "))
+        };
+        let names: Vec<String> = variables.iter().filter(is_axis).filter(is_time).map(|v| v.name.clone()).collect();
+        for dimension in variables.iter_mut().flat_map(|v| &mut v.dimensions) {
+            dimension.is_time |= names.contains(&dimension.name);
+        }
+    }
+
+    /// As [`Self::whole`], of one over time its first record.
+    pub(crate) fn first_record(&self) -> (Vec<usize>, Vec<usize>) {
+        let (start, mut count) = self.whole();
+        if self.changes() {
+            count[0] = count[0].min(1);
+        }
+        (start, count)
+    }
+
+    /// Whether there is one array per time record.
+    pub fn changes(&self) -> bool {
+        self.dimensions.first().is_some_and(|dimension| dimension.is_time)
     }
 
     /// Whether the dimensions have these names, in this order, at times or without.
@@ -146,6 +183,17 @@ pub trait Source: fmt::Debug + Send + Sync {
 }
 
 impl dyn Source + '_ {
+    /// Variables of numbers with their dimensions, the first ones of many, for a message.
+    pub(crate) fn numbers_in_words(&self) -> String {
+        let is_table = |variable: &&Variable| variable.kind.is_number() && !variable.dimensions.is_empty();
+        let all: Vec<String> = self.variables().iter().filter(is_table).map(Variable::to_string).collect();
+        match all.len() {
+            0 => "no variables of numbers".to_owned(),
+            number if number <= NAMED => all.join(", "),
+            number => format!("{} and {} more", all[..NAMED].join(", "), number - NAMED),
+        }
+    }
+
     /// An error about this source.
     pub fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
         Error::new(kind, format!("{}: {context}", self.path().display()))
@@ -172,7 +220,7 @@ impl dyn Source + '_ {
     }
 
     /// An attribute of a variable that holds text.
-    pub(crate) fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
+    pub fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
         self.attribute(Some(variable), attribute).map(text)
     }
 
@@ -189,10 +237,7 @@ impl dyn Source + '_ {
     /// Reads a whole table of numbers, `float` in single precision; of one over time, as `open_mfdataset` of xarray makes
     /// of all, its first record.
     pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
-        let (start, mut count) = variable.whole();
-        if variable.dimensions.first().is_some_and(Dimension::is_time) {
-            count[0] = count[0].min(1);
-        }
+        let (start, count) = variable.first_record();
         self.reals(variable, &start, &count)
     }
 

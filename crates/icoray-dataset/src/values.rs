@@ -5,6 +5,9 @@ use icoray::{OwnedReals, Reals, Shape};
 use std::fmt;
 use std::sync::Arc;
 
+/// Least size of a value that may be taken for a mark: physical quantities in their usual units are smaller.
+const HUGE: f64 = 1e15;
+
 /// Borrowed memory with numbers, which must not change while this is held.
 pub trait Memory: fmt::Debug + Send + Sync {
     /// All numbers.
@@ -130,8 +133,29 @@ impl ShapedValues {
     }
 
     fn any(&self, holds: impl Fn(f64) -> bool) -> bool {
+        self.all().any(holds)
+    }
+
+    /// All values.
+    pub(crate) fn all(&self) -> impl Iterator<Item = f64> {
         let (reals, layers) = (self.as_reals(), self.stored_layers());
-        (0..self.shape.columns).any(|column| (0..layers).any(|layer| holds(reals.get(self.element(column, layer)))))
+        let places = (0..self.shape.columns).flat_map(move |column| (0..layers).map(move |layer| (column, layer)));
+        places.map(move |(column, layer)| reals.get(self.element(column, layer)))
+    }
+
+    /// A huge value in several places, all others being a millionth of it at most, and the number of places.
+    pub(crate) fn outlier(&self) -> Option<(f64, usize)> {
+        let (mut largest, mut places, mut others) = (0.0f64, 0, 0.0f64);
+        for value in self.all() {
+            if value == largest {
+                places += 1;
+            } else if value.abs() > largest.abs() {
+                (largest, places, others) = (value, 1, largest.abs());
+            } else {
+                others = others.max(value.abs());
+            }
+        }
+        (largest.abs() >= HUGE && places > 1 && others <= 1e-6 * largest.abs()).then_some((largest, places))
     }
 
     /// Number of layers that have values of their own.

@@ -47,7 +47,11 @@ impl NcFile {
         let file = guarded(path, what, || netcdf::open(path))?;
         let variables =
             guarded(path, "the list of variables", || Ok(file.variables().map(|v| describe(&v)).collect()))?;
-        Ok(NcFile { file, path: path.to_owned(), classic, variables })
+        let mut opened = NcFile { file, path: path.to_owned(), classic, variables };
+        let mut variables = std::mem::take(&mut opened.variables);
+        let source: &dyn Source = &opened;
+        Variable::mark_times(&mut variables, |name, attribute| source.text_of(name, attribute).ok().flatten());
+        Ok(NcFile { variables, ..opened })
     }
 
     /// Reads the attributes of a variable and drops them.
@@ -191,7 +195,7 @@ fn describe(variable: &netcdf::Variable<'_>) -> Variable {
         NcVariableType::Char => Kind::Text,
         _ => Kind::Other,
     };
-    let dimensions = variable.dimensions().iter().map(|d| Dimension { name: d.name(), len: d.len() }).collect();
+    let dimensions = variable.dimensions().iter().map(|d| Dimension::new(d.name(), d.len())).collect();
     Variable { name: variable.name(), kind, dimensions }
 }
 

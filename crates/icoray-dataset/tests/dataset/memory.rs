@@ -14,7 +14,7 @@ struct MemorySource {
 
 impl MemorySource {
     fn new(made: &Made) -> Self {
-        let dimension = |name: &&str| Dimension { name: (*name).to_owned(), len: made.dimension(name) };
+        let dimension = |name: &&str| Dimension::new((*name).to_owned(), made.dimension(name));
         let describe = |variable: &MadeVariable| Variable {
             name: variable.name.to_owned(),
             kind: match variable.values {

@@ -59,9 +59,6 @@ fn planes_and_radii_that_are_none_are_refused() {
     made.set("on_a_sphere", "NO              ");
     expect(&open_error(&made), ErrorKind::Unsupported, &["on_a_sphere is NO:", "only meshes on a sphere"]);
     let mut made = Made::mesh(false);
-    made.remove("sphere_radius");
-    expect(&open_error(&made), ErrorKind::Grid, &["attribute sphere_radius is missing"]);
-    let mut made = Made::mesh(false);
     made.set("sphere_radius", -1.0f32);
     expect(&open_error(&made), ErrorKind::Grid, &["sphere_radius: -1"]);
 }
@@ -76,8 +73,8 @@ fn heights_that_are_none_are_refused() {
     };
     let error = heights(&|made| made.remove("zgrid"));
     expect(&error, ErrorKind::Layers, &["made.nc", "no layer heights", "zgrid", "refBottomDepth"]);
-    let error = heights(&|made| made.set("sphere_radius", 1.0));
-    expect(&error, ErrorKind::Layers, &["zgrid: layer 1 lies at 100 m", "sphere_radius is 1;"]);
+    let error = heights(&|made| made.set("sphere_radius", 50.0));
+    expect(&error, ErrorKind::Layers, &["zgrid: layer 1 lies at 100 m", "sphere_radius is 50;", "`radius`"]);
     let error = heights(&|made| made.f32s("zgrid")[7] = f32::NAN);
     expect(&error, ErrorKind::Layers, &["zgrid of column 2, layer 2: NaN"]);
     let error = heights(&|made| {

@@ -36,7 +36,7 @@ impl Store {
                 "text" => Kind::Text,
                 _ => Kind::Other,
             };
-            let dimensions = dimensions.into_iter().map(|(name, len)| Dimension { name, len }).collect();
+            let dimensions = dimensions.into_iter().map(|(name, len)| Dimension::new(name, len)).collect();
             Variable { name, kind, dimensions }
         });
         let dimensions: Vec<(String, usize)> = store.call_method0("dimensions")?.extract()?;
