@@ -282,8 +282,11 @@ fn columns_of<'a>(
     for (source, variable) in names.iter().filter_map(|name| sources.find(name)) {
         let its = FieldInfo::of(source, variable, mesh, &sources.options)?;
         let is_theirs = |its: &FieldInfo| {
-            (its.layers == info.layers || its.layers == info.layers + 1)
-                && (its.columns, its.location) == height_columns(mesh)
+            let is_same = its.layer_dimension == info.layer_dimension;
+            // Interfaces are a dimension of another name in ICON's files.
+            let is_alike =
+                mesh.convention() != Convention::Mpas && (0..=1).any(|more| its.layers == info.layers + more);
+            (is_same || is_alike) && (its.columns, its.location) == height_columns(mesh)
         };
         if let Some(its) = its.filter(|its| variable.kind.is_real() && is_theirs(its)) {
             return Ok(Some(((source, variable), its)));

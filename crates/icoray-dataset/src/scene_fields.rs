@@ -1,7 +1,7 @@
 //! Layers, fields and notes of the scenes of a script.
 
 use crate::dataset::Dataset;
-use crate::field::FieldInfo;
+use crate::field::{FieldInfo, Precision};
 use crate::heights::LayerHeights;
 use crate::heights::native::NativeInfo;
 use crate::layer_selection::LayerSelection;
@@ -141,8 +141,13 @@ impl<'a> SceneFields<'a> {
                 notes.push(format!("{name} lives on corners: averaged to cell centres (derived, {bytes} bytes)"));
             }
             for (mark, count) in self.dataset.unsaid_marks(name) {
+                // As the field has it, not the nearest number of double precision.
+                let mark = match info.precision {
+                    Precision::F32 => format!("{:e}", mark as f32),
+                    Precision::F64 => format!("{mark:e}"),
+                };
                 notes.push(format!(
-                    "{count} values of {name} are {mark:e}, which no attribute explains: taken for missing (`missing` says what \
+                    "{count} values of {name} are {mark}, which no attribute explains: taken for missing (`missing` says what \
                      marks missing values)"
                 ));
             }

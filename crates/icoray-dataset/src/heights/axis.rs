@@ -101,7 +101,7 @@ pub(super) fn unit_of(source: &dyn Source, name: &str) -> Result<Option<(bool, f
         return Ok(unit(&units));
     }
     let is_depth = source.text_of(name, "long_name")?.is_some_and(|text| text.to_ascii_lowercase().contains("depth"));
-    Ok((is_depth || is_downward(source, name)?).then_some((false, 1.0)))
+    Ok((is_depth || is_named_depth(source, name)?).then_some((false, 1.0)))
 }
 
 /// Whether a unit is one of pressure, and how many pascals or metres it has.
@@ -120,10 +120,13 @@ fn unit(units: &str) -> Option<(bool, f64)> {
 
 /// Whether the coordinate is a depth.
 fn is_downward(source: &dyn Source, name: &str) -> Result<bool> {
-    let positive = source.text_of(name, "positive")?;
+    match source.text_of(name, "positive")? {
+        Some(positive) => Ok(positive.eq_ignore_ascii_case("down")),
+        None => is_named_depth(source, name),
+    }
+}
+
+fn is_named_depth(source: &dyn Source, name: &str) -> Result<bool> {
     let standard_name = source.text_of(name, "standard_name")?;
-    Ok(positive.map_or_else(
-        || standard_name.is_some_and(|name| name == "depth") || name.starts_with("depth") || NZ.contains(&name),
-        |positive| positive.eq_ignore_ascii_case("down"),
-    ))
+    Ok(standard_name.is_some_and(|name| name == "depth") || name.starts_with("depth") || NZ.contains(&name))
 }

@@ -67,7 +67,7 @@ fn the_mask_may_be_in_another_file_and_must_fit() {
     let mut data = sea();
     let wet = data.variable("wet_c").clone();
     data.remove("wet_c");
-    let mut mask = Made { dimensions: data.dimensions.clone(), attributes: Vec::new(), variables: vec![wet] };
+    let mut mask = Made { attributes: Vec::new(), variables: vec![wet], ..data.clone() };
     mask.dimensions.retain(|(name, _)| *name != "time");
     let missing = |file: Dataset| file.read_field("to", 0).unwrap().field().unwrap().range().1;
     assert_eq!(missing(open(&data)), 0);

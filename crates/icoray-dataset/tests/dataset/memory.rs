@@ -2,7 +2,7 @@
 
 use crate::made::{Made, MadeVariable, Values};
 use icoray::{Error, ErrorKind, OwnedReals, Result};
-use icoray_dataset::{Attribute, Dataset, Dimension, Kind, Source, Variable};
+use icoray_dataset::{Attribute, Dataset, DatasetOptions, Dimension, Kind, Source, Variable};
 use std::path::Path;
 
 /// A source of variables in memory.
@@ -25,7 +25,12 @@ impl MemorySource {
             },
             dimensions: variable.dimensions.iter().map(dimension).collect(),
         };
-        MemorySource { made: made.clone(), variables: made.variables.iter().map(describe).collect() }
+        let mut source = MemorySource { made: made.clone(), variables: Vec::new() };
+        let mut variables: Vec<Variable> = made.variables.iter().map(describe).collect();
+        let text = |name: &str, attribute: &str| (&source as &dyn Source).text_of(name, attribute).unwrap();
+        Variable::mark_times(&mut variables, text);
+        source.variables = variables;
+        source
     }
 
     fn made(&self, name: &str) -> Result<&MadeVariable> {
@@ -36,7 +41,7 @@ impl MemorySource {
 
 impl Source for MemorySource {
     fn path(&self) -> &Path {
-        Path::new("made.nc")
+        Path::new(self.made.path)
     }
 
     fn variables(&self) -> &[Variable] {
@@ -113,8 +118,16 @@ fn block<T: Copy>(values: &[T], variable: &Variable, start: &[usize], count: &[u
 
 /// The dataset of a source with fields and of others with what it lacks.
 pub fn opened(fields: &Made, others: &[&Made]) -> Result<Dataset> {
-    let source = |made: &Made| -> Box<dyn Source> { Box::new(MemorySource::new(made)) };
-    Dataset::new(source(fields), others.iter().map(|made| source(made)).collect())
+    opened_with(fields, others, DatasetOptions::default())
+}
+
+/// As [`opened`], with options.
+pub fn opened_with(fields: &Made, others: &[&Made], options: DatasetOptions) -> Result<Dataset> {
+    Dataset::with_options(source(fields), others.iter().map(|made| source(made)).collect(), options)
+}
+
+pub fn source(made: &Made) -> Box<dyn Source> {
+    Box::new(MemorySource::new(made))
 }
 
 pub fn open(made: &Made) -> Dataset {
