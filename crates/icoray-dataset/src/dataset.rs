@@ -220,7 +220,11 @@ impl Dataset {
             }
             None => {
                 let names = self.fields.iter().map(|f| f.name.as_str());
-                format!("there is no field {name}{}", did_you_mean(name, names))
+                let elsewhere = self.sources.find(name).map_or_else(String::new, |(other, _)| {
+                    let path = other.path().display();
+                    format!(", but {path} has {name}: give that file among those with fields, not as `mesh`")
+                });
+                format!("there is no field {name}{}{elsewhere}", did_you_mean(name, names))
             }
         };
         let names: Vec<&str> = self.fields.iter().map(|f| f.name.as_str()).collect();

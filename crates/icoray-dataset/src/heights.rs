@@ -83,11 +83,8 @@ impl LayerHeights {
         }
         if let Some([first, last]) = sources.options.heights_m {
             let part = |layer: usize| layer as f64 / (info.layers - 1) as f64;
-            let height_m: Vec<f64> = (0..info.layers).map(|layer| first + (last - first) * part(layer)).collect();
-            let layers = Layers::from_heights(&height_m, sphere_radius_m).map_err(|e| e.within(GIVEN))?;
-            let (is_of_pressure, is_counted) = (false, false);
-            let (variable, deviation_m) = (GIVEN.into(), Some(0.0));
-            return Ok(Some(LayerHeights { variable, is_of_pressure, is_counted, height_m, deviation_m, layers }));
+            let height_m = (0..info.layers).map(|layer| first + (last - first) * part(layer)).collect();
+            return Self::plain(GIVEN, height_m, Some(0.0), sphere_radius_m).map(Some);
         }
         let of_mpas = if is_over_mpas_levels(mesh, info) { of_mpas(sources, mesh)? } else { None };
         let found = match of_mpas {
@@ -109,16 +106,17 @@ impl LayerHeights {
                 ),
             ));
         }
-        let layers = Layers::from_heights(&height_m, sphere_radius_m)
-            .map_err(|e| e.within(name).within(source.path().display()))?;
-        Ok(Some(LayerHeights {
-            variable: name.clone(),
-            is_of_pressure: found.is_of_pressure,
-            is_counted: found.is_counted,
-            deviation_m: found.deviation_m,
-            height_m,
-            layers,
-        }))
+        let plain = Self::plain(name, height_m, found.deviation_m, sphere_radius_m);
+        let plain = plain.map_err(|e| e.within(source.path().display()))?;
+        let (is_of_pressure, is_counted) = (found.is_of_pressure, found.is_counted);
+        Ok(Some(LayerHeights { is_of_pressure, is_counted, ..plain }))
+    }
+
+    /// Heights in metres of a name.
+    fn plain(name: &str, height_m: Vec<f64>, deviation_m: Option<f64>, sphere_radius_m: f64) -> Result<Self> {
+        let layers = Layers::from_heights(&height_m, sphere_radius_m).map_err(|e| e.within(name))?;
+        let variable = name.to_owned();
+        Ok(LayerHeights { variable, is_of_pressure: false, is_counted: false, height_m, deviation_m, layers })
     }
 
     /// The layers of a thin shell: that of a 2D field, or one in which some layers are shown as surfaces whose heights
@@ -130,9 +128,7 @@ impl LayerHeights {
 
     fn of_shell(count: usize, is_rising: bool, sphere_radius_m: f64) -> Result<Self> {
         let height_m = evenly_spaced(count, is_rising, sphere_radius_m);
-        let layers = Layers::from_heights(&height_m, sphere_radius_m)?;
-        let (variable, deviation_m) = (SPHERE.into(), None);
-        Ok(LayerHeights { variable, is_of_pressure: false, is_counted: false, height_m, deviation_m, layers })
+        Self::plain(SPHERE, height_m, None, sphere_radius_m)
     }
 
     /// Whether no file gives the heights.
@@ -227,11 +223,8 @@ fn of_others<'a>(
         let means = columns::mean((source, variable), &its, missing, to_height)?;
         return Ok(Some(ReadHeights { is_of_pressure: true, ..ReadHeights::new((source, variable), means) }));
     }
-    if let Some((source, variable, height_m)) = axis::hybrid(sources, info.layers)? {
-        return Ok(Some(ReadHeights {
-            is_of_pressure: true,
-            ..ReadHeights::new((source, variable), (height_m, None))
-        }));
+    if let Some(found) = axis::hybrid(sources, info.layers)? {
+        return Ok(Some(found));
     }
     let Some((source, variable)) = sources.find(&info.layer_dimension) else { return Ok(None) };
     let is_rising = axis::counted(source, variable, info.layers)?;

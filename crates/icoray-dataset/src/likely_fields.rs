@@ -5,7 +5,7 @@ use crate::field::FieldInfo;
 /// Variables of heights, thicknesses, the vertical grid and the mesh: lower case, with blanks between.
 const GRID_VARIABLES: &str = "\
     zgrid zz zxu zb zb3 fzm fzp rdzw rdzu dzu dss z_ifc z_mc zghalf zg zfull hhl hsurf geometric_height \
-    ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness zmid ztop deriv_two areacell \
+    ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness timemonthly_avg_layerthickness zs dzs zmid ztop deriv_two areacell \
     areatriangle meshdensity cellquality gridspacing trianglequality triangleanglequality nominalmindc fcell \
     fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality \
     maxlevelcell minlevelcell nlevels nlevels_nod2d ulevels ulevels_nod2d elem_area nod_area";

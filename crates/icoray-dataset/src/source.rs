@@ -47,7 +47,7 @@ pub struct Dimension {
 }
 
 impl Dimension {
-    /// A dimension; that of time if its name says so. [`Variable::mark_times`] finds others.
+    /// A dimension; that of time if its name says so.
     pub fn new(name: String, len: usize) -> Self {
         let is_time = name.eq_ignore_ascii_case("time") || name == "time_counter";
         Dimension { name, len, is_time }
@@ -71,23 +71,6 @@ impl Variable {
         match self.dimensions.as_slice() {
             [time, rest @ ..] if time.is_time => rest,
             all => all,
-        }
-    }
-
-    /// Marks the dimensions of time among those of `variables`: those whose coordinate has `axis = "T"`, `standard_name =
-    /// "time"` or units such as `days since 2000-01-01` (CF conventions 1.11, §4.4). `text_of` gives an attribute of a
-    /// variable.
-    pub fn mark_times(variables: &mut [Variable], text_of: impl Fn(&str, &str) -> Option<String>) {
-        let is_axis = |v: &&Variable| matches!(&v.dimensions[..], [only] if only.name == v.name);
-        let is_time = |v: &&Variable| {
-            let has = |attribute: &str, holds: fn(&str) -> bool| text_of(&v.name, attribute).is_some_and(|t| holds(&t));
-            has("axis", |axis| axis == "T")
-                || has("standard_name", |name| name == "time")
-                || has("units", |units| units.contains(" since "))
-        };
-        let names: Vec<String> = variables.iter().filter(is_axis).filter(is_time).map(|v| v.name.clone()).collect();
-        for dimension in variables.iter_mut().flat_map(|v| &mut v.dimensions) {
-            dimension.is_time |= names.contains(&dimension.name);
         }
     }
 
@@ -183,6 +166,23 @@ pub trait Source: fmt::Debug + Send + Sync {
 }
 
 impl dyn Source + '_ {
+    /// The variables, in which the dimensions of time are marked whose coordinate has `axis = "T"`, `standard_name =
+    /// "time"` or units such as `days since 2000-01-01` (CF conventions 1.11, §4.4): what [`Source::variables`] returns.
+    pub fn with_times_marked(&self) -> Vec<Variable> {
+        let is_axis = |v: &&Variable| matches!(&v.dimensions[..], [only] if only.name == v.name);
+        let is_time = |v: &&Variable| {
+            let text = |attribute| self.text_of(&v.name, attribute).ok().flatten().unwrap_or_default();
+            text("axis") == "T" || text("standard_name") == "time" || text("units").contains(" since ")
+        };
+        let names: Vec<&str> =
+            self.variables().iter().filter(is_axis).filter(is_time).map(|v| v.name.as_str()).collect();
+        let mut variables = self.variables().to_vec();
+        for dimension in variables.iter_mut().flat_map(|v| &mut v.dimensions) {
+            dimension.is_time |= names.contains(&dimension.name.as_str());
+        }
+        variables
+    }
+
     /// Variables of numbers with their dimensions, the first ones of many, for a message.
     pub(crate) fn numbers_in_words(&self) -> String {
         let is_table = |variable: &&Variable| variable.kind.is_number() && !variable.dimensions.is_empty();
@@ -220,6 +220,9 @@ impl dyn Source + '_ {
     }
 
     /// An attribute of a variable that holds text.
+    ///
+    /// # Errors
+    /// As [`Source::attribute`].
     pub fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
         self.attribute(Some(variable), attribute).map(text)
     }

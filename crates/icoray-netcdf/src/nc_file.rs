@@ -48,10 +48,8 @@ impl NcFile {
         let variables =
             guarded(path, "the list of variables", || Ok(file.variables().map(|v| describe(&v)).collect()))?;
         let mut opened = NcFile { file, path: path.to_owned(), classic, variables };
-        let mut variables = std::mem::take(&mut opened.variables);
-        let source: &dyn Source = &opened;
-        Variable::mark_times(&mut variables, |name, attribute| source.text_of(name, attribute).ok().flatten());
-        Ok(NcFile { variables, ..opened })
+        opened.variables = (&opened as &dyn Source).with_times_marked();
+        Ok(opened)
     }
 
     /// Reads the attributes of a variable and drops them.

@@ -1,6 +1,7 @@
 //! Heights that all columns share: a coordinate in metres or pascals, as the CF conventions 1.11, §4.3, have them, or
 //! pressures of hybrid levels (appendix D there).
 
+use super::ReadHeights;
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use crate::standard_atmosphere;
@@ -48,9 +49,9 @@ fn of_pressures(source: &dyn Source, name: &str, values: Vec<f64>) -> Result<Vec
     Ok(values.into_iter().map(standard_atmosphere::height_m).collect())
 }
 
-/// Heights of hybrid levels over the mean pressure at the surface at the first time, and the variable of `a`; `None` where
-/// no file has coefficients of as many levels.
-pub(super) fn hybrid(sources: &Sources, layers: usize) -> Result<Option<(&dyn Source, &Variable, Vec<f64>)>> {
+/// Heights of hybrid levels over the mean pressure at the surface at the first time; `None` where no file has coefficients
+/// of as many levels.
+pub(super) fn hybrid(sources: &Sources, layers: usize) -> Result<Option<ReadHeights<'_>>> {
     let over = |name| sources.find(name).filter(|(_, variable)| is_over(variable, layers));
     let Some((a, b)) = HYBRID.iter().find_map(|[a, b]| over(a).zip(over(b))) else { return Ok(None) };
     let (source, variable) = a;
@@ -68,7 +69,8 @@ pub(super) fn hybrid(sources: &Sources, layers: usize) -> Result<Option<(&dyn So
     };
     let surface_pa = surface_pa.unwrap_or(STANDARD_PA);
     let values = a.iter().zip(&b).map(|(a, b)| a * reference_pa + b * surface_pa).collect();
-    Ok(Some((source, variable, of_pressures(source, &variable.name, values)?)))
+    let height_m = of_pressures(source, &variable.name, values)?;
+    Ok(Some(ReadHeights { is_of_pressure: true, ..ReadHeights::new((source, variable), (height_m, None)) }))
 }
 
 /// The mean of a variable over its columns at its first time.

@@ -24,7 +24,7 @@ pub struct NativeHeights {
 
 #[derive(Debug)]
 enum Stored {
-    AsRead(OwnedField),
+    AsRead(Box<OwnedField>),
     Averaged(CenterField),
     AddedUp(Columns),
 }
@@ -157,7 +157,7 @@ impl NativeHeights {
             let time = if info.time_dependent { sources.record(source, variable, time)? } else { 0 };
             let read = OwnedField::read(source, &info, time, 0..info.layers, &sources.options)?;
             match info.location {
-                Location::Center => Stored::AsRead(read),
+                Location::Center => Stored::AsRead(Box::new(read)),
                 Location::Corner => Stored::Averaged(CenterField::average(grid, &read.field()?)?),
             }
         };

@@ -195,18 +195,11 @@ fn huge_values_without_an_attribute_are_missing_and_noted() {
     // One value alone, values over decades, and a field whose mark is known stay as they are.
     let keeps: [&dyn Fn(&mut Made); 3] =
         [&|made| made.f32s("theta")[17] = 0.0, &|made| made.f32s("theta")[18] = 1e29, &|made| {
-            made.last_attribute("theta", "_FillValue")
+            made.variable("theta").attributes.push(("_FillValue", (-5.0f32).into()));
         }];
     for keep in keeps {
         let (value, marks, _) = mark(keep);
         assert!(value == f64::from(-1e34f32) && marks.is_empty(), "{value} {marks:?}");
-    }
-}
-
-impl Made {
-    /// Gives a variable an attribute of -5.
-    fn last_attribute(&mut self, variable: &str, name: &'static str) {
-        self.variable(variable).attributes.push((name, (-5.0f32).into()));
     }
 }
 

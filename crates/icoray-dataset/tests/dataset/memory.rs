@@ -25,11 +25,9 @@ impl MemorySource {
             },
             dimensions: variable.dimensions.iter().map(dimension).collect(),
         };
-        let mut source = MemorySource { made: made.clone(), variables: Vec::new() };
-        let mut variables: Vec<Variable> = made.variables.iter().map(describe).collect();
-        let text = |name: &str, attribute: &str| (&source as &dyn Source).text_of(name, attribute).unwrap();
-        Variable::mark_times(&mut variables, text);
-        source.variables = variables;
+        let variables = made.variables.iter().map(describe).collect();
+        let mut source = MemorySource { made: made.clone(), variables };
+        source.variables = (&source as &dyn Source).with_times_marked();
         source
     }
 

@@ -95,6 +95,12 @@ fn unknown_fields_and_times_are_answered_with_the_known() {
     expect(&error, ErrorKind::Field, &["no field tehta", "zgrid, theta, w, vorticity, rho"]);
     let error = file.read_field("verticesOnCell", 0).unwrap_err();
     expect(&error, ErrorKind::Field, &["verticesOnCell(nCells = 42, maxEdges = 6) of integer is not a field"]);
+    let error = opened(&Made::mesh(true), &[&Made::history()]).unwrap().read_field("theta", 0).unwrap_err();
+    expect(
+        &error,
+        ErrorKind::Field,
+        &["no field theta, but made.nc has theta: give that file among those with fields"],
+    );
     file.read_field("a/b", 0).unwrap_err();
     file.read_field(&"x".repeat(5000), 0).unwrap_err();
     file.read_field("", 0).unwrap_err();

@@ -25,9 +25,9 @@ pub(crate) struct Store {
 }
 
 impl Store {
-    /// `store` is a `Store` of `_store.py`; what is not read in place is added to `bytes_copied`.
-    pub fn new(store: &Bound<PyAny>, bytes_copied: Arc<AtomicU64>) -> PyResult<Self> {
-        let listed: Vec<Listed> = store.call_method0("variables")?.extract()?;
+    /// `dataset` is a `Store` of `_store.py`; what is not read in place is added to `bytes_copied`.
+    pub fn new(dataset: &Bound<PyAny>, bytes_copied: Arc<AtomicU64>) -> PyResult<Self> {
+        let listed: Vec<Listed> = dataset.call_method0("variables")?.extract()?;
         let variables = listed.into_iter().map(|(name, kind, dimensions)| {
             let kind = match kind.as_str() {
                 "f32" => Kind::F32,
@@ -39,14 +39,16 @@ impl Store {
             let dimensions = dimensions.into_iter().map(|(name, len)| Dimension::new(name, len)).collect();
             Variable { name, kind, dimensions }
         });
-        let dimensions: Vec<(String, usize)> = store.call_method0("dimensions")?.extract()?;
-        Ok(Store {
-            path: store.getattr("name")?.extract::<String>()?.into(),
+        let dimensions: Vec<(String, usize)> = dataset.call_method0("dimensions")?.extract()?;
+        let mut store = Store {
+            path: dataset.getattr("name")?.extract::<String>()?.into(),
             variables: variables.collect(),
             dimensions: dimensions.into_iter().collect(),
-            store: store.clone().unbind(),
+            store: dataset.clone().unbind(),
             bytes_copied,
-        })
+        };
+        store.variables = (&store as &dyn Source).with_times_marked();
+        Ok(store)
     }
 
     /// Runs a call of Python; what it raises is an error of reading.
