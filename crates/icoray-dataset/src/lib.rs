@@ -1,5 +1,5 @@
 //! Datasets of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON,
-//! DYNAMICO.
+//! FESOM2, DYNAMICO.
 //!
 //! A [`Source`] is a file that is open, or a dataset in memory: variables with dimensions and attributes. [`Dataset`]
 //! finds the mesh, the heights of layers and the fields in it, by the conventions of the models; a field is read on

@@ -43,7 +43,7 @@ class Dataset:
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, DYNAMICO or UGRID. A path is opened by xarray.
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID. A path is opened by xarray.
     mesh : the same or uxarray.Grid, or a sequence of these
         What `data` lacks: the mesh, as in the run's init or grid file, or the heights of layers.
 
@@ -257,7 +257,7 @@ def render(
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, DYNAMICO or UGRID; or what `open` returned. Arrays of float32
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID; or what `open` returned. Arrays of float32
         and float64 in memory are read where they are; what is loaded, computed (dask) or converted is counted in
         ``image.report["bytes_copied"]``.
     field : str, optional
