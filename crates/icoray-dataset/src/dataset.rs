@@ -169,10 +169,7 @@ impl Dataset {
             let source = self.sources.fields();
             let what = match names[..] {
                 [] if self.mesh.path() == source.path() => {
-                    format!(
-                        "a mesh without a field over {}, expected a history or output file or dataset",
-                        self.sizes_in_words()
-                    )
+                    "a mesh without a field, expected a history or output file or dataset".to_owned()
                 }
                 [] => {
                     format!(

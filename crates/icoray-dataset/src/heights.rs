@@ -16,7 +16,7 @@ use icoray::{Error, ErrorKind, Layers, Location, Result};
 /// ICON's variables of heights over columns: of interfaces, then of full levels.
 const ICON_COLUMNS: [&str; 7] = ["z_ifc", "zghalf", "HHL", "z_mc", "zg", "zfull", "geometric_height"];
 
-/// Pressures over columns, in pascals or hectopascals.
+/// Pressures over columns, in pascals unless units say otherwise.
 const PRESSURE_COLUMNS: [&str; 3] = ["pfull", "pres", "pressure"];
 
 /// Depths of MPAS-Atmosphere's soil over columns.
@@ -26,7 +26,8 @@ const SOIL_DEPTHS: &str = "zs";
 const SPHERE: &str = "sphere";
 
 /// What to do without heights.
-const WITHOUT_HEIGHTS: &str = "`heights` says at what heights the first and the last layer lie; a scene that shows layers as surfaces alone needs none";
+const WITHOUT_HEIGHTS: &str = "`heights` says at what heights the first and the last layer lie; a scene that shows layers \
+                               as surfaces alone needs none";
 
 /// Name of what heights are of where the user gives them.
 const GIVEN: &str = "heights";
@@ -81,10 +82,8 @@ impl LayerHeights {
         if info.is_2d() {
             return Self::of_shell(2, true, sphere_radius_m).map(Some);
         }
-        if let Some([first, last]) = sources.options.heights_m {
-            let part = |layer: usize| layer as f64 / (info.layers - 1) as f64;
-            let height_m = (0..info.layers).map(|layer| first + (last - first) * part(layer)).collect();
-            return Self::plain(GIVEN, height_m, Some(0.0), sphere_radius_m).map(Some);
+        if let Some(ends) = sources.options.heights_m {
+            return Self::plain(GIVEN, evenly_spaced(info.layers, ends), Some(0.0), sphere_radius_m).map(Some);
         }
         let of_mpas = if is_over_mpas_levels(mesh, info) { of_mpas(sources, mesh)? } else { None };
         let found = match of_mpas {
@@ -127,8 +126,7 @@ impl LayerHeights {
     }
 
     fn of_shell(count: usize, is_rising: bool, sphere_radius_m: f64) -> Result<Self> {
-        let height_m = evenly_spaced(count, is_rising, sphere_radius_m);
-        Self::plain(SPHERE, height_m, None, sphere_radius_m)
+        Self::plain(SPHERE, evenly_spaced(count, shell(is_rising, sphere_radius_m)), None, sphere_radius_m)
     }
 
     /// Whether no file gives the heights.
@@ -167,11 +165,15 @@ impl LayerHeights {
     }
 }
 
-/// Heights of `count` layers of a thin shell.
-fn evenly_spaced(count: usize, is_rising: bool, sphere_radius_m: f64) -> Vec<f64> {
-    let part = |layer: usize| layer as f64 / (count - 1) as f64;
-    let height = |layer: usize| SHELL * sphere_radius_m * if is_rising { part(layer) } else { 1.0 - part(layer) };
-    (0..count).map(height).collect()
+/// Heights of `count` layers, of which the first and the last are given.
+fn evenly_spaced(count: usize, [first, last]: [f64; 2]) -> Vec<f64> {
+    (0..count).map(|layer| first + (last - first) * (layer as f64 / (count - 1) as f64)).collect()
+}
+
+/// Heights of the first and the last layer of a thin shell.
+fn shell(is_rising: bool, sphere_radius_m: f64) -> [f64; 2] {
+    let top = SHELL * sphere_radius_m;
+    if is_rising { [0.0, top] } else { [top, 0.0] }
 }
 
 /// Whether a field's layers are the levels of MPAS's models, or interfaces between them.
@@ -209,19 +211,18 @@ fn of_others<'a>(
     if let Some(found) = of_axis(sources, mesh, info)? {
         return Ok(Some(found));
     }
-    let missing = &sources.options.missing;
-    if let Some((found, its)) = columns_of(&ICON_COLUMNS, sources, mesh, info)? {
-        return Ok(Some(ReadHeights::new(found, columns::mean(found, &its, missing, |height| height)?)));
-    }
-    if let Some((found, its)) = columns_of(&[SOIL_DEPTHS], sources, mesh, info)? {
-        return Ok(Some(ReadHeights::new(found, columns::mean(found, &its, missing, |depth| -depth)?)));
-    }
-    if let Some(((source, variable), its)) = columns_of(&PRESSURE_COLUMNS, sources, mesh, info)?
-        && let Some((true, scale)) = axis::unit_of(source, &variable.name)?
-    {
-        let to_height = |pressure: f64| standard_atmosphere::height_m(scale * pressure);
-        let means = columns::mean((source, variable), &its, missing, to_height)?;
-        return Ok(Some(ReadHeights { is_of_pressure: true, ..ReadHeights::new((source, variable), means) }));
+    let names = [&ICON_COLUMNS[..], &[SOIL_DEPTHS], &PRESSURE_COLUMNS].concat();
+    if let Some(((source, variable), its)) = columns_of(&names, sources, mesh, info)? {
+        let name = variable.name.as_str();
+        let is_of_pressure = PRESSURE_COLUMNS.contains(&name);
+        let scale = axis::unit_of(source, name)?.map_or(1.0, |(_, scale)| scale);
+        let to_height = |value: f64| match name {
+            SOIL_DEPTHS => -value,
+            _ if is_of_pressure => standard_atmosphere::height_m(scale * value),
+            _ => value,
+        };
+        let means = columns::mean((source, variable), &its, &sources.options.missing, to_height)?;
+        return Ok(Some(ReadHeights { is_of_pressure, ..ReadHeights::new((source, variable), means) }));
     }
     if let Some(found) = axis::hybrid(sources, info.layers)? {
         return Ok(Some(found));
@@ -229,7 +230,7 @@ fn of_others<'a>(
     let Some((source, variable)) = sources.find(&info.layer_dimension) else { return Ok(None) };
     let is_rising = axis::counted(source, variable, info.layers)?;
     Ok(is_rising.map(|is_rising| {
-        let height_m = evenly_spaced(info.layers, is_rising, sphere_radius_m);
+        let height_m = evenly_spaced(info.layers, shell(is_rising, sphere_radius_m));
         ReadHeights { is_counted: true, ..ReadHeights::new((source, variable), (height_m, None)) }
     }))
 }

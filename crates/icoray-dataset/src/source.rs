@@ -166,19 +166,22 @@ pub trait Source: fmt::Debug + Send + Sync {
 }
 
 impl dyn Source + '_ {
-    /// The variables, in which the dimensions of time are marked whose coordinate has `axis = "T"`, `standard_name =
-    /// "time"` or units such as `days since 2000-01-01` (CF conventions 1.11, §4.4): what [`Source::variables`] returns.
-    pub fn with_times_marked(&self) -> Vec<Variable> {
-        let is_axis = |v: &&Variable| matches!(&v.dimensions[..], [only] if only.name == v.name);
-        let is_time = |v: &&Variable| {
+    /// The variables, in which the dimension of time is marked: what [`Source::variables`] returns. Where none has its name
+    /// it is the longest whose coordinate has `axis = "T"`, `standard_name = "time"` or units such as `days since
+    /// 2000-01-01` (CF conventions 1.11, §4.4).
+    pub fn with_time_marked(&self) -> Vec<Variable> {
+        let mut variables = self.variables().to_vec();
+        if variables.iter().flat_map(|v| &v.dimensions).any(|dimension| dimension.is_time) {
+            return variables;
+        }
+        let axes = variables.iter().filter(|v| matches!(&v.dimensions[..], [only] if only.name == v.name));
+        let times = axes.filter(|v| {
             let text = |attribute| self.text_of(&v.name, attribute).ok().flatten().unwrap_or_default();
             text("axis") == "T" || text("standard_name") == "time" || text("units").contains(" since ")
-        };
-        let names: Vec<&str> =
-            self.variables().iter().filter(is_axis).filter(is_time).map(|v| v.name.as_str()).collect();
-        let mut variables = self.variables().to_vec();
-        for dimension in variables.iter_mut().flat_map(|v| &mut v.dimensions) {
-            dimension.is_time |= names.contains(&dimension.name.as_str());
+        });
+        if let Some(time) = times.map(|v| v.dimensions[0].clone()).max_by_key(|dimension| dimension.len) {
+            let dimensions = variables.iter_mut().flat_map(|v| &mut v.dimensions);
+            dimensions.filter(|dimension| dimension.name == time.name).for_each(|dimension| dimension.is_time = true);
         }
         variables
     }

@@ -48,7 +48,7 @@ impl NcFile {
         let variables =
             guarded(path, "the list of variables", || Ok(file.variables().map(|v| describe(&v)).collect()))?;
         let mut opened = NcFile { file, path: path.to_owned(), classic, variables };
-        opened.variables = (&opened as &dyn Source).with_times_marked();
+        opened.variables = (&opened as &dyn Source).with_time_marked();
         Ok(opened)
     }
 

@@ -35,7 +35,7 @@ pub(crate) fn expect_one_name<'a>(sources: impl Iterator<Item = &'a dyn Source>)
     for source in sources {
         let Some(name) = source.text(GRID_NAME)? else { continue };
         match &first {
-            Some((other, its)) if *its != name => {
+            Some((other, its)) if !its.eq_ignore_ascii_case(&name) => {
                 let other = other.path().display();
                 let context = format!(
                     "{GRID_NAME} is {name}, that of {other} is {its}: they are of different grids; give the grid file of \
@@ -80,7 +80,8 @@ fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
             len if len == mesh.corners() => &mesh.corner,
             _ => continue,
         };
-        let there = positions(source, lon, lat, &columns.name)?;
+        // Coordinates that cannot be read are no reason to refuse fields.
+        let Ok(there) = positions(source, lon, lat, &columns.name) else { continue };
         let at = |of: &Positions, i| [of.lon.as_reals().get(i), of.lat.as_reals().get(i)];
         let apart = |i: usize| {
             let [[a, b], [c, d]] = [at(&there, i), at(expected, i)];

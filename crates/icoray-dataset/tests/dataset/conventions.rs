@@ -74,12 +74,18 @@ fn times_of_xios_are_times() {
         made.add(name, &[name], Values::F64((0..RECORDS).map(|t| 86_400.0 * t as f64).collect()));
         let units = ("units", "seconds since 2000-01-01 00:00:00".into());
         made.last().attributes = vec![units, ("axis", "T".into()), ("calendar", "gregorian".into())];
+        // Another dimension of time that has one record.
+        made.dimensions.push(("time_2", 1));
+        made.add("orography", &["time_2", "cell"], Values::F64(vec![7.0; 162]));
+        made.add("time_2", &["time_2"], Values::F64(vec![0.0]));
+        made.last().attributes = vec![("axis", "T".into())];
         let file = open(&made);
         let dates: Vec<_> = file.times().iter().map(|date| date.as_deref().unwrap()).collect();
         assert_eq!(dates, ["2000-01-01_00:00:00", "2000-01-02_00:00:00", "2000-01-03_00:00:00"]);
         assert_eq!(file.seconds().unwrap(), [0.0, 86_400.0, 172_800.0]);
         assert!(file.field_info("ps").unwrap().is_2d() && file.field_info("ps").unwrap().time_dependent, "{name}");
         assert_eq!(file.read_field("ta", 2).unwrap().field().unwrap().value(5, 1), value(2, 5, 1));
+        assert_eq!(file.read_field("orography", 2).unwrap().field().unwrap().value(5, 1), 7.0);
         let twice = Combined::of(vec![source(&made), source(&made)]).unwrap();
         assert_eq!(Dataset::new(twice, Vec::new()).unwrap().times().len(), RECORDS, "each date once");
     }
@@ -198,7 +204,7 @@ fn messages_name_what_is_there() {
     let mesh = "data.nc: no variable lies on the mesh of made.nc, which has 80 triangles or their 42 points";
     expect(&error, ErrorKind::Field, &[mesh, "the file has sst(time = 1, n_node = 162) of float"]);
     let error = open(&Made::mesh(true)).first_field().unwrap_err();
-    expect(&error, ErrorKind::Field, &["a mesh without a field over 42 cells (nCells) or 80 vertices (nVertices)"]);
+    expect(&error, ErrorKind::Field, &["made.nc: a mesh without a field, expected a history"]);
     let error = opened(&data, &[]).unwrap_err();
     expect(&error, ErrorKind::Grid, &["no mesh is known of sst(time = 1, n_node = 162) of float", "as `mesh`"]);
 }

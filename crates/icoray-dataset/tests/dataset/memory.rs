@@ -27,7 +27,7 @@ impl MemorySource {
         };
         let variables = made.variables.iter().map(describe).collect();
         let mut source = MemorySource { made: made.clone(), variables };
-        source.variables = (&source as &dyn Source).with_times_marked();
+        source.variables = (&source as &dyn Source).with_time_marked();
         source
     }
 

@@ -33,13 +33,12 @@ class Store:
         self._dataset = dataset
         self._rename = dict(rename or {})
         self._variables = {str(name): variable for name, variable in dataset.variables.items()}
-        times = {str(name) for name in dataset.sizes if self._is_time(str(name))}
+        times = [str(name) for name in dataset.sizes if str(name).lower() in ("time", "time_counter")]
+        times = times or sorted(filter(self._is_time, map(str, dataset.sizes)), key=lambda name: -dataset.sizes[name])[:1]
         self._order = {name: _order(variable.dims, times) for name, variable in self._variables.items()}
 
     def _is_time(self, dimension: str) -> bool:
-        """Whether a dimension is that of time: by its name, or by what its coordinate is."""
-        if dimension.lower() == "time" or dimension == "time_counter":
-            return True
+        """Whether the coordinate of a dimension is one of time."""
         found = self._variables.get(dimension)
         if found is None:
             return False
@@ -116,7 +115,7 @@ class Store:
         return np.asarray(cftime.date2num(values, _SECONDS, calendar=_calendar(variable)), dtype=np.float64)
 
 
-def _order(dims: Iterable[object], times: set[str]) -> list[int]:
+def _order(dims: Iterable[object], times: Sequence[str]) -> list[int]:
     """Numbers of the dimensions, those of time first."""
     names = [str(name) for name in dims]
     return sorted(range(len(names)), key=lambda i: names[i] not in times)

@@ -47,7 +47,7 @@ impl Store {
             store: dataset.clone().unbind(),
             bytes_copied,
         };
-        store.variables = (&store as &dyn Source).with_times_marked();
+        store.variables = (&store as &dyn Source).with_time_marked();
         Ok(store)
     }
 
