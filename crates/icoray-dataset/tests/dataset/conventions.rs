@@ -64,13 +64,25 @@ fn data_of_another_mesh_of_the_same_size_are_refused() {
 
 #[test]
 fn times_of_xios_are_times() {
-    for name in ["time_counter", "t"] {
+    let with_times = |name: &'static str| {
         let mut made = Made::dynamico(Angles::Degrees);
         made.dimensions.retain(|(dimension, _)| *dimension != "time");
         made.dimensions.push((name, 0));
         for variable in ["ta", "ps"] {
             made.variable(variable).dimensions[0] = name;
         }
+        made
+    };
+    let is_timed = |made: &Made| open(made).field_info("ta").is_ok_and(|info| info.time_dependent);
+    assert!(is_timed(&with_times("time_counter")) && !is_timed(&with_times("t")));
+    for attribute in [("axis", "T"), ("standard_name", "time"), ("units", "days since 2000-01-01")] {
+        let mut made = with_times("t");
+        made.add("t", &["t"], Values::F64(vec![0.0; RECORDS]));
+        made.last().attributes = vec![(attribute.0, attribute.1.into())];
+        assert!(is_timed(&made), "{attribute:?}");
+    }
+    for name in ["time_counter", "t"] {
+        let mut made = with_times(name);
         made.add(name, &[name], Values::F64((0..RECORDS).map(|t| 86_400.0 * t as f64).collect()));
         let units = ("units", "seconds since 2000-01-01 00:00:00".into());
         made.last().attributes = vec![units, ("axis", "T".into()), ("calendar", "gregorian".into())];
@@ -158,7 +170,7 @@ fn degrees_and_radians_are_decided_for_both_coordinates() {
     assert!(read_places(|made| degrees(made, &all)).iter().all(|off| off.abs() < 1e-12), "beyond 2 pi");
     // A region near the meridian of Greenwich: its latitudes alone tell.
     let region = |made: &mut Made| {
-        made.f64s("lonCell").iter_mut().for_each(|lon| *lon *= 0.02);
+        made.f64s("lonCell").iter_mut().for_each(|lon| *lon *= 0.01);
         degrees(made, &all);
     };
     let lons = |places: Vec<f64>| places.into_iter().step_by(2).fold(0.0, |most: f64, off| most.max(off.abs()));
