@@ -48,12 +48,12 @@ impl Suggested {
 
 /// The default field: [`Dataset::first_field`].
 pub fn first_field(file: &Dataset) -> Result<&FieldInfo> {
-    let path = file.path();
-    let hint = match file.fields().is_empty() {
-        false => format!("--field NAME, or icoray render HISTORY.nc --mesh {}", path.display()),
-        true if file.mesh().path() == path => format!("icoray render HISTORY.nc --mesh {}", path.display()),
-        true => return file.first_field(),
-    };
+    if file.fields().is_empty() && file.mesh().path() != file.path() {
+        return file.first_field();
+    }
+    let path = file.path().display();
+    let named = if file.fields().is_empty() { "" } else { "--field NAME, or " };
+    let hint = format!("{named}icoray render HISTORY.nc --mesh {path}");
     let with_hint = |e: Error| Error::new(e.kind(), format!("{}: {hint}", e.context()));
     file.first_field().map_err(with_hint)
 }

@@ -165,8 +165,7 @@ impl Source for Combined {
     fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
         for source in &self.sources {
             if let Some(len) = source.dimension_len(name)? {
-                let mut dimensions = self.variables.iter().filter_map(|v| v.dimensions.first());
-                let is_time = dimensions.any(|d| d.is_time && d.name == name);
+                let is_time = name.eq_ignore_ascii_case("time");
                 return Ok(Some(if is_time { self.times.len() } else { len }));
             }
         }
@@ -206,12 +205,6 @@ impl Source for Combined {
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
         let (source, variable) = self.first_with(variable)?;
         self.sources[source].integers(variable)
-    }
-
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        let (start, count) = variable.whole();
-        let reals = self.reals(variable, &start, &count)?;
-        Ok((0..reals.as_reals().len()).map(|i| reals.as_reals().get(i)).collect())
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {

@@ -136,33 +136,35 @@ impl LayerHeights {
 
     /// Which heights of a field's layers were looked for and not found.
     pub(crate) fn missing(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Error {
-        if is_over_mpas_levels(mesh, info) {
-            return sources.error(
-                ErrorKind::Layers,
-                format_args!(
-                    "no layer heights: looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), \
-                     restingThickness(nCells, nVertLevels) and layerThickness(Time, nCells, nVertLevels); \
-                     {IN_ANOTHER_FILE}; {WITHOUT_HEIGHTS}"
-                ),
-            );
-        }
-        sources.error(
-            ErrorKind::Layers,
-            format_args!(
-                "no heights for the {} layers of {}: looked for a coordinate {dimension}({dimension}) in metres or \
-                 pascals, for hyam and hybm, and for {}, {} over {} or {} layers and {} cells; {IN_ANOTHER_FILE}; \
-                 {WITHOUT_HEIGHTS}",
-                info.layers,
-                info.name,
-                ICON_COLUMNS.join(", "),
-                PRESSURE_COLUMNS.join(", "),
-                info.layers,
-                info.layers + 1,
-                height_columns(mesh).0,
-                dimension = info.layer_dimension,
-            ),
-        )
+        let context = format!(
+            "no heights for the {} layers of {}: looked for {}; {IN_ANOTHER_FILE}; {WITHOUT_HEIGHTS}",
+            info.layers,
+            info.name,
+            looked_for(mesh, info)
+        );
+        sources.error(ErrorKind::Layers, context)
     }
+}
+
+/// Variables with heights of a field's layers.
+fn looked_for(mesh: &Mesh, info: &FieldInfo) -> String {
+    if is_over_mpas_levels(mesh, info) {
+        let thicknesses = thickness::NAMES_NOW.join(", ");
+        return format!(
+            "zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), and {thicknesses}(nCells, nVertLevels), at times or \
+             not"
+        );
+    }
+    format!(
+        "a coordinate {dimension}({dimension}) in metres or pascals, hyam and hybm, and {}, {} over {} or {} layers and {} \
+         cells",
+        ICON_COLUMNS.join(", "),
+        PRESSURE_COLUMNS.join(", "),
+        info.layers,
+        info.layers + 1,
+        height_columns(mesh).0,
+        dimension = info.layer_dimension,
+    )
 }
 
 /// Heights of `count` layers, of which the first and the last are given.

@@ -157,9 +157,6 @@ pub trait Source: fmt::Debug + Send + Sync {
     /// Reads a whole variable of integers; a value that 32 bits cannot hold is an error.
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>>;
 
-    /// Reads a whole variable of numbers of any type.
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>>;
-
     /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be
     /// read, as behind the end of a file that is cut off, is none.
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>>;

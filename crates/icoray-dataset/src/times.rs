@@ -72,11 +72,13 @@ fn dates(source: &dyn Source, count: usize) -> Vec<Option<String>> {
     // Of a file that is cut off, the numbers before its end.
     let first_ones = |variable: &Variable| {
         let number = |record| Some(source.reals(variable, &[record], &[1]).ok()?.as_reals().get(0));
-        (0..count).map_while(number).collect()
+        (0..count).map_while(number).collect::<Vec<f64>>()
     };
     let numbers = counted.map(|(variable, clock)| {
-        let numbers: Vec<f64> = source.numbers(variable).unwrap_or_else(|_| first_ones(variable));
-        (numbers, clock)
+        let (start, records) = variable.whole();
+        let all = source.reals(variable, &start, &records);
+        let all = all.map(|all| (0..records[0]).map(|record| all.as_reals().get(record)).collect());
+        (all.unwrap_or_else(|_| first_ones(variable)), clock)
     });
     let Some((numbers, clock)) = numbers else {
         return vec![None; count];

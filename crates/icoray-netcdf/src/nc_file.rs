@@ -164,11 +164,6 @@ impl Source for NcFile {
         self.block(variable, &start, &count)
     }
 
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        let (start, count) = variable.whole();
-        self.block(variable, &start, &count)
-    }
-
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         let [stored, width] = [0, 1].map(|i| variable.dimensions[i].len);
         let read = |first: usize, count: usize| -> Result<Vec<Option<String>>> {

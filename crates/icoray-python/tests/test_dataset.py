@@ -418,7 +418,7 @@ def test_a_wrong_table_names_row_and_value(mpas: Any, mesh: icoray.Grid):
         icoray.open(mpas[["xtime"]])
     with pytest.raises(icoray.GridError, match="give that file as `mesh`"):
         icoray.open(mpas.theta)
-    with pytest.raises(icoray.LayersError, match="no layer heights.*give that file as `mesh`"):
+    with pytest.raises(icoray.LayersError, match="no heights for .*give that file as `mesh`"):
         icoray.open(datasets.mpas(mesh).drop_vars("zgrid")).render("theta")
     for wrong in ((17, ()), (mpas, 17), (mpas, [17])):
         with pytest.raises(icoray.ArgumentError, match="an? int, expected a dataset of xarray"):

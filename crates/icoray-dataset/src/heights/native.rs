@@ -1,7 +1,7 @@
 //! Native heights: those of each column's layers.
 
 use super::thickness::{self, Columns};
-use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, height_columns, is_over_mpas_levels, of_axis};
+use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, is_over_mpas_levels, looked_for, of_axis};
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
@@ -71,28 +71,14 @@ impl<'a> HeightVariable<'a> {
     /// As [`Self::of`]; [`ErrorKind::Layers`] if there is none.
     fn expected(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
         Self::of(sources, mesh, info)?.ok_or_else(|| {
-            let (name, layers) = (&info.name, info.layers);
+            let name = &info.name;
             if info.is_2d() {
                 let context = format!("{name} has no native heights: it is a 2D field, which lies on the sphere");
                 return sources.error(ErrorKind::Layers, context);
             }
-            let looked_for = if is_over_mpas_levels(mesh, info) {
-                format!(
-                    "zgrid(nCells, nVertLevelsP1), and {}(nCells, nVertLevels), at times or not",
-                    thickness::NAMES_NOW.join(", ")
-                )
-            } else {
-                format!(
-                    "{} over {layers} or {} layers and {} cells, where no coordinate {dimension}({dimension}) gives heights \
-                     or pressures that all columns share",
-                    ICON_COLUMNS.join(", "),
-                    layers + 1,
-                    height_columns(mesh).0,
-                    dimension = info.layer_dimension
-                )
-            };
             let context = format!(
-                "{name} has no native heights: no file has those of each column; looked for {looked_for}; {IN_ANOTHER_FILE}"
+                "{name} has no native heights: no variable has those of each column; looked for {}; {IN_ANOTHER_FILE}",
+                looked_for(mesh, info)
             );
             sources.error(ErrorKind::Layers, context)
         })

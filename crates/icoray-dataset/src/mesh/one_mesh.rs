@@ -31,23 +31,18 @@ pub(crate) fn expect(sources: &Sources, mesh: &Mesh) -> Result<()> {
 
 /// Checks that all files that name their grid name the same.
 pub(crate) fn expect_one_name<'a>(sources: impl Iterator<Item = &'a dyn Source>) -> Result<()> {
-    let mut first: Option<(&dyn Source, String)> = None;
+    let mut named: Vec<(&dyn Source, String)> = Vec::new();
     for source in sources {
-        let Some(name) = source.text(GRID_NAME)? else { continue };
-        match &first {
-            Some((other, its)) if !its.eq_ignore_ascii_case(&name) => {
-                let other = other.path().display();
-                let context = format!(
-                    "{GRID_NAME} is {name}, that of {other} is {its}: they are of different grids; give the grid file of \
-                     the data as `mesh`"
-                );
-                return Err(source.error(ErrorKind::Grid, context));
-            }
-            Some(_) => {}
-            None => first = Some((source, name)),
-        }
+        named.extend(source.text(GRID_NAME)?.map(|name| (source, name)));
     }
-    Ok(())
+    let Some(pair) = named.windows(2).find(|pair| !pair[0].1.eq_ignore_ascii_case(&pair[1].1)) else { return Ok(()) };
+    let [(other, its), (source, name)] = pair else { unreachable!("a window of two") };
+    let other = other.path().display();
+    let context = format!(
+        "{GRID_NAME} is {name}, that of {other} is {its}: they are of different grids; give the grid file of the data as \
+         `mesh`"
+    );
+    Err(source.error(ErrorKind::Grid, context))
 }
 
 fn expect_sizes(source: &dyn Source, mesh: &Mesh) -> Result<()> {

@@ -70,11 +70,7 @@ impl Source for MemorySource {
     }
 
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        Ok(self.numbers(variable)?.into_iter().map(|number| number as i32).collect())
-    }
-
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        Ok(widened(&self.made(&variable.name)?.values))
+        Ok(widened(&self.made(&variable.name)?.values).into_iter().map(|number| number as i32).collect())
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {

@@ -72,7 +72,7 @@ fn heights_that_are_none_are_refused() {
         file.layers("theta").unwrap_err()
     };
     let error = heights(&|made| made.remove("zgrid"));
-    expect(&error, ErrorKind::Layers, &["made.nc", "no layer heights", "zgrid", "refBottomDepth"]);
+    expect(&error, ErrorKind::Layers, &["made.nc", "no heights for the 4 layers of theta", "zgrid", "refBottomDepth"]);
     let error = heights(&|made| made.set("sphere_radius", 50.0));
     expect(&error, ErrorKind::Layers, &["zgrid: layer 1 lies at 100 m", "sphere_radius is 50;", "`radius`"]);
     let error = heights(&|made| made.f32s("zgrid")[7] = f32::NAN);

@@ -79,11 +79,6 @@ impl Store {
             Ok((array, in_memory))
         })
     }
-
-    fn whole(&self, variable: &Variable) -> Result<RealArray> {
-        let (start, count) = variable.whole();
-        Ok(self.block(variable, &start, &count)?.0)
-    }
 }
 
 impl Source for Store {
@@ -132,7 +127,8 @@ impl Source for Store {
     }
 
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        let numbers = self.numbers(variable)?;
+        let (start, count) = variable.whole();
+        let numbers = self.reals(variable, &start, &count)?;
         let integer = |(i, number): (usize, f64)| {
             // NaN is what xarray makes of a mark for an entry that is missing.
             let number = if number.is_nan() { 0.0 } else { number };
@@ -144,15 +140,7 @@ impl Source for Store {
                 Error::new(ErrorKind::Grid, context)
             })
         };
-        numbers.into_iter().enumerate().map(integer).collect()
-    }
-
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        let block = Block::new(self.whole(variable)?);
-        let mut elements = Vec::new();
-        element_numbers(&block.array.dimensions, block.offset, &mut elements);
-        let reals = block.reals();
-        Ok(elements.into_iter().map(|i| reals.get(i)).collect())
+        (0..numbers.as_reals().len()).map(|i| integer((i, numbers.as_reals().get(i)))).collect()
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
