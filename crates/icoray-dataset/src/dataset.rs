@@ -281,8 +281,8 @@ impl Dataset {
         }
     }
 
-    /// Values of a field, as it was read last, that were taken for marks of missing values, as they are huge, stand in
-    /// several places, and no attribute gives a mark; with the number of places.
+    /// Values of a field, as it was read last, that were taken for marks of missing values, as they look like marks and
+    /// neither an attribute nor the user gives one; with the number of places.
     pub fn unsaid_marks(&self, field: &str) -> Vec<(f64, usize)> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.unsaid_marks(field);

@@ -5,6 +5,8 @@ use icoray::{OwnedReals, Reals, Shape};
 use std::fmt;
 use std::sync::Arc;
 
+/// Marks of missing values that are in use.
+const USUAL_MARKS: [f64; 6] = [-999.0, -9999.0, -99999.0, -999_999.0, -32767.0, -32768.0];
 /// Least size of a value that may be taken for a mark: physical quantities in their usual units are smaller.
 const HUGE: f64 = 1e15;
 
@@ -143,8 +145,18 @@ impl ShapedValues {
         places.map(move |(column, layer)| reals.get(self.element(column, layer)))
     }
 
-    /// A huge value in several places, all others being a millionth of it at most, and the number of places.
+    /// A value in several places that looks like a mark, and the number of places: a huge one, all others being a
+    /// millionth of it at most, or a usual mark below all others, as far from them as these are apart at least.
     pub(crate) fn outlier(&self) -> Option<(f64, usize)> {
+        let lowest = self.all().fold(f64::INFINITY, f64::min);
+        if USUAL_MARKS.contains(&lowest) {
+            let others = || self.all().filter(|value| *value != lowest);
+            let [low, high] = [others().fold(f64::INFINITY, f64::min), others().fold(f64::NEG_INFINITY, f64::max)];
+            let places = self.all().filter(|value| *value == lowest).count();
+            if places > 1 && low - lowest >= high - low {
+                return Some((lowest, places));
+            }
+        }
         let (mut largest, mut places, mut others) = (0.0f64, 0, 0.0f64);
         for value in self.all() {
             if value == largest {

@@ -192,6 +192,12 @@ fn huge_values_without_an_attribute_are_missing_and_noted() {
     let (value, marks, notes) = mark(&|_| ());
     assert!(value.is_nan() && marks == [(f64::from(-1e34f32), 2)], "{value} {marks:?}");
     assert!(notes.contains("2 values of theta are -1") && notes.contains("`missing` says"), "{notes}");
+    let usual = |made: &mut Made, other: f32| {
+        (made.f32s("theta")[9], made.f32s("theta")[17], made.f32s("theta")[18]) = (-999.0, -999.0, other);
+    };
+    let (value, marks, _) = mark(&|made| usual(made, 0.0));
+    assert!(value.is_nan() && marks == [(-999.0, 2)], "{value} {marks:?}");
+    assert_eq!(mark(&|made| usual(made, 2000.0)).0, -999.0, "others are as far apart");
     // One value alone, values over decades, and a field whose mark is known stay as they are.
     let keeps: [&dyn Fn(&mut Made); 3] =
         [&|made| made.f32s("theta")[17] = 0.0, &|made| made.f32s("theta")[18] = 1e29, &|made| {
