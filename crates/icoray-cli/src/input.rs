@@ -2,8 +2,9 @@
 
 use icoray::output::printed_units;
 use icoray::{Error, ErrorKind, Location, Result, Script};
-use icoray_dataset::{Dataset, DatasetOptions, LayerSelection};
+use icoray_dataset::{Dataset, DatasetOptions, LayerSelection, Mesh};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Where fields and mesh are.
 #[derive(clap::Args)]
@@ -43,10 +44,10 @@ pub struct DataOptions {
 }
 
 impl DataOptions {
-    /// The same for a dataset.
-    pub fn options(&self) -> DatasetOptions {
+    /// The same for a dataset, on a mesh that is in memory or on that of the files.
+    pub fn options(&self, mesh: Option<Arc<Mesh>>) -> DatasetOptions {
         let DataOptions { at, heights, radius, missing } = self;
-        DatasetOptions { at: at.clone(), heights_m: *heights, radius_m: *radius, missing: missing.clone() }
+        DatasetOptions { mesh, at: at.clone(), heights_m: *heights, radius_m: *radius, missing: missing.clone() }
     }
 
     /// The options as words of a command line.
@@ -78,10 +79,10 @@ impl Input {
 
     /// Opens all files.
     pub fn open(&self) -> Result<Dataset> {
-        let options = self.data_options.options();
-        let mut dataset = icoray_netcdf::open_all(&self.files, &self.mesh, options.clone())?;
+        let mut dataset = icoray_netcdf::open_all(&self.files, &self.mesh, self.data_options.options(None))?;
         if !self.minus.is_empty() {
-            dataset.subtract(icoray_netcdf::open_on(&self.minus, &self.mesh, dataset.shared_mesh(), options)?)?;
+            let options = self.data_options.options(Some(dataset.shared_mesh()));
+            dataset.subtract(icoray_netcdf::open_all(&self.minus, &self.mesh, options)?)?;
         }
         Ok(dataset)
     }

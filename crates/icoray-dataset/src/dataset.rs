@@ -54,7 +54,7 @@ impl Dataset {
         Self::with_options(fields, others, DatasetOptions::default())
     }
 
-    /// As [`Dataset::new`], with what the user says of the files.
+    /// As [`Dataset::new`], with what the files do not tell.
     ///
     /// # Errors
     /// As [`Dataset::new`]; [`ErrorKind::Argument`] where no file has a dimension or an entry of
@@ -65,25 +65,9 @@ impl Dataset {
         options: DatasetOptions,
     ) -> Result<Self> {
         let sources = Sources::new(fields, others, options);
-        let mesh = Arc::new(mesh::read(&sources)?);
-        Self::of(sources, mesh)
-    }
-
-    /// As [`Dataset::with_options`], for a mesh that is in memory already: no mesh tables are read.
-    ///
-    /// # Errors
-    /// As [`Dataset::with_options`]; of the mesh only the numbers of cells and corners are compared.
-    pub fn on_mesh(
-        fields: Box<dyn Source>,
-        others: Vec<Box<dyn Source>>,
-        mesh: Arc<Mesh>,
-        options: DatasetOptions,
-    ) -> Result<Self> {
-        Self::of(Sources::new(fields, others, options), mesh)
-    }
-
-    fn of(sources: Sources, mesh: Arc<Mesh>) -> Result<Self> {
         sources.expect_options()?;
+        let known = sources.options.mesh.clone();
+        let mesh = known.map_or_else(|| mesh::read(&sources).map(Arc::new), Ok)?;
         mesh::expect_one_mesh(&sources, &mesh)?;
         let sphere_radius_m = radius::of(&sources)?;
         let source = sources.fields();

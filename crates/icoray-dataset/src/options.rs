@@ -1,8 +1,14 @@
-//! What a user says of a dataset that its files do not tell.
+//! How a dataset is opened.
+
+use crate::mesh::Mesh;
+use std::sync::Arc;
 
 /// Facts that the files of a dataset lack, and entries of dimensions that are neither columns, layers nor time.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct DatasetOptions {
+    /// A mesh that is in memory already: no mesh tables are read. Of the files only sizes, the name of ICON's grid and
+    /// places of columns are compared with it.
+    pub mesh: Option<Arc<Mesh>>,
     /// Name of a dimension, and the entry along it, from 0, that is read of every variable.
     pub at: Vec<(String, usize)>,
     /// Heights above the sphere of the first and of the last layer of every field with layers, metres; those between are

@@ -23,7 +23,7 @@ impl Sources {
     /// Checks what the user says.
     pub(crate) fn expect_options(&self) -> Result<()> {
         let bad = |what: String| Err(Error::new(ErrorKind::Argument, what));
-        let DatasetOptions { at, heights_m, radius_m, missing: _ } = &self.options;
+        let DatasetOptions { at, heights_m, radius_m, .. } = &self.options;
         for (name, entry) in at {
             let mut found = None;
             for source in self.all() {

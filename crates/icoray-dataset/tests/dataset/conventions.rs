@@ -207,16 +207,3 @@ fn a_radius_is_that_of_positions_or_of_the_earth() {
     assert_eq!(radius(&|made| positions(made, 1.0)), (1.0, RADIUS_M));
     assert_eq!(radius(&|made| made.set("sphere_radius", 1.0)), (1.0, RADIUS_M));
 }
-
-#[test]
-fn messages_name_what_is_there() {
-    let mut data = Made { path: "data.nc", ..Made::of([("n_node", 162), ("time", 0)], []) };
-    data.add("sst", &["time", "n_node"], Values::F32(vec![0.0; 162]));
-    let error = opened(&data, &[&Made::icon_grid()]).unwrap().first_field().unwrap_err();
-    let mesh = "data.nc: no variable lies on the mesh of made.nc, which has 80 triangles or their 42 points";
-    expect(&error, ErrorKind::Field, &[mesh, "the file has sst(time = 1, n_node = 162) of float"]);
-    let error = open(&Made::mesh(true)).first_field().unwrap_err();
-    expect(&error, ErrorKind::Field, &["made.nc: a mesh without a field, expected a history"]);
-    let error = opened(&data, &[]).unwrap_err();
-    expect(&error, ErrorKind::Grid, &["no mesh is known of sst(time = 1, n_node = 162) of float", "as `mesh`"]);
-}

@@ -104,6 +104,7 @@ impl Dataset {
         missing: Option<Vec<f64>>,
     ) -> PyResult<Self> {
         let options = DatasetOptions {
+            mesh: None,
             at: at.unwrap_or_default().into_iter().collect(),
             heights_m: heights,
             radius_m: radius,
