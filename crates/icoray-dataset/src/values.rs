@@ -148,26 +148,16 @@ impl ShapedValues {
     /// A value in several places that looks like a mark, and the number of places: a huge one, all others being a
     /// millionth of it at most, or a usual mark below all others, as far from them as these are apart at least.
     pub(crate) fn outlier(&self) -> Option<(f64, usize)> {
-        let lowest = self.all().fold(f64::INFINITY, f64::min);
-        if USUAL_MARKS.contains(&lowest) {
-            let others = || self.all().filter(|value| *value != lowest);
-            let [low, high] = [others().fold(f64::INFINITY, f64::min), others().fold(f64::NEG_INFINITY, f64::max)];
-            let places = self.all().filter(|value| *value == lowest).count();
-            if places > 1 && low - lowest >= high - low {
-                return Some((lowest, places));
-            }
+        let [lowest, highest] = ends(self.all());
+        let is_usual = USUAL_MARKS.contains(&lowest);
+        let mark = if is_usual || lowest.abs() > highest.abs() { lowest } else { highest };
+        if !is_usual && mark.abs() < HUGE {
+            return None;
         }
-        let (mut largest, mut places, mut others) = (0.0f64, 0, 0.0f64);
-        for value in self.all() {
-            if value == largest {
-                places += 1;
-            } else if value.abs() > largest.abs() {
-                (largest, places, others) = (value, 1, largest.abs());
-            } else {
-                others = others.max(value.abs());
-            }
-        }
-        (largest.abs() >= HUGE && places > 1 && others <= 1e-6 * largest.abs()).then_some((largest, places))
+        let [low, high] = ends(self.all().filter(|value| *value != mark));
+        let is_far = if is_usual { low - mark >= high - low } else { low.abs().max(high.abs()) <= 1e-6 * mark.abs() };
+        let places = self.all().filter(|value| *value == mark).count();
+        (is_far && places > 1).then_some((mark, places))
     }
 
     /// Number of layers that have values of their own.
@@ -194,6 +184,11 @@ impl ShapedValues {
             Stored::Shared(_) => unreachable!("they were copied"),
         }
     }
+}
+
+/// The least and the greatest of values.
+fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }
 
 #[cfg(test)]
