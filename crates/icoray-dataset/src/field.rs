@@ -124,6 +124,12 @@ impl FieldInfo {
         if self.is_2d() { 0..SHELL_LAYERS } else { 0..self.layers }
     }
 
+    /// A layer and the entries of dimensions that were picked: names and lengths of their dimensions, and their numbers.
+    pub(crate) fn entries(&self, layer: usize) -> impl Iterator<Item = (&str, usize, usize)> {
+        let picked = self.axes.picked.iter().map(|(dimension, entry)| (dimension.name.as_str(), dimension.len, *entry));
+        picked.chain([(self.layer_dimension.as_str(), self.layers, layer)])
+    }
+
     /// Bytes that one time record takes in memory.
     pub fn bytes(&self) -> usize {
         self.columns.saturating_mul(self.layers).saturating_mul(self.precision.bytes())
@@ -154,6 +160,8 @@ pub(crate) struct Axes {
     time: Option<usize>,
     /// The entry that is read along each of the other dimensions.
     start: Vec<usize>,
+    /// The dimensions of which one entry was picked, and that entry.
+    picked: Vec<(Dimension, usize)>,
 }
 
 impl Axes {
@@ -161,10 +169,14 @@ impl Axes {
     /// or without, and others of which `at` names an entry.
     fn of(mesh: &Mesh, dimensions: &[Dimension], at: &[(String, usize)]) -> Option<(Self, Location)> {
         let (mut column, mut layer, mut time, mut start) = (None, None, None, vec![0; dimensions.len()]);
+        let mut picked = Vec::new();
         for (i, dimension) in dimensions.iter().enumerate() {
             let is_table = OF_TABLES.split(' ').any(|name| name == dimension.name);
             match (at.iter().find(|(name, _)| *name == dimension.name), location(mesh, dimension)) {
-                (Some((_, entry)), _) => start[i] = *entry,
+                (Some((_, entry)), _) => {
+                    start[i] = *entry;
+                    picked.push((dimension.clone(), *entry));
+                }
                 _ if dimension.is_time && time.is_none() => time = Some(i),
                 (_, Some(location)) if column.is_none() && dimension.len > 0 => column = Some((i, location)),
                 (_, None) if dimension.len == 1 => {}
@@ -172,7 +184,7 @@ impl Axes {
                 _ => return None,
             }
         }
-        column.map(|(column, location)| (Axes { column, layer, time, start }, location))
+        column.map(|(column, location)| (Axes { column, layer, time, start, picked }, location))
     }
 
     /// Start and count of `columns` and `layers` of record `time` along each dimension.

@@ -65,12 +65,13 @@ impl Floor {
         };
         // Interfaces are one more than layers. A 2D field lies on the water, beneath ice shelves too, and so do layers that
         // are not the water's, such as categories of ice.
-        let wet = match info.layer_dimension.as_str() {
-            "nVertLevels" | "nz1" => water.clone(),
-            "nVertLevelsP1" | "nz" => water.start..water.end + 1,
-            _ => 0..usize::MAX,
-        };
-        water.is_empty() || !wet.contains(&layer)
+        let mut entries = info.entries(layer);
+        let is_wet = entries.all(|(dimension, _, entry)| match dimension {
+            "nVertLevels" | "nz1" => water.contains(&entry),
+            "nVertLevelsP1" | "nz" => (water.start..=water.end).contains(&entry),
+            _ => true,
+        });
+        water.is_empty() || !is_wet
     }
 }
 

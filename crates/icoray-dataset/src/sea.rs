@@ -87,11 +87,12 @@ impl Mask {
     /// An interface is water if a layer beside it is. Of a field with other layers, such as of ice, columns are dry if
     /// their first layer is. Fields at the triangles' points are not masked.
     fn is_dry(&self, info: &FieldInfo, column: usize, layer: usize) -> bool {
-        let mut beside = match info.layers {
-            own if own == self.layers => layer..=layer,
-            own if own == self.layers + 1 && own > 2 => layer.saturating_sub(1)..=layer.min(self.layers - 1),
-            _ => 0..=0,
-        };
+        let beside = info.entries(layer).find_map(|(_, layers, layer)| match layers {
+            own if own == self.layers => Some(layer..=layer),
+            own if own == self.layers + 1 && own > 2 => Some(layer.saturating_sub(1)..=layer.min(self.layers - 1)),
+            _ => None,
+        });
+        let mut beside = beside.unwrap_or(0..=0);
         info.location == Location::Corner && !beside.any(|layer| self.is_wet[layer * self.columns + column])
     }
 }

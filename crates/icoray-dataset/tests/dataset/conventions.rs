@@ -2,9 +2,9 @@
 
 use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
-use crate::memory::{expect, open, opened, source};
+use crate::memory::{expect, open, opened, opened_with, source};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
-use icoray_dataset::{Combined, Convention, Dataset};
+use icoray_dataset::{Combined, Convention, Dataset, DatasetOptions};
 
 /// Longitudes and latitudes of the cells of [`Made::mesh`] and of the same mesh a quarter of a turn to the east.
 fn places(turn: f64) -> [Vec<f64>; 2] {
@@ -138,6 +138,11 @@ fn nodes_of_fesom_are_cells_with_a_floor() {
             }
         }
         assert_eq!(file.field_info("u").unwrap().location, Location::Corner);
+        // A level that is picked has its floor.
+        let options = DatasetOptions { at: vec![("nz1".into(), 2)], ..DatasetOptions::default() };
+        let owned = opened_with(&data, &[&fesom(is_by_place)], options).unwrap().read_field("temp", 0).unwrap();
+        let level = owned.field().unwrap();
+        assert!((0..42).all(|node| level.value(node, 0).is_finite() == (node % 4 == 3)));
         file.shared_mesh()
     });
     assert!(tables[0].is_same(&tables[1]));
