@@ -137,8 +137,9 @@ impl Dataset {
     }
 
     /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the
-    /// file's order, then others with layers, then 2D fields in the same way. Heights, thicknesses, base states,
-    /// weights of the vertical grid, and areas and qualities of the mesh are left out.
+    /// file's order (those of MPAS's soil and categories after those on its levels), then others with layers, then 2D fields
+    /// in the same way. Heights, thicknesses, base states, weights of the vertical grid, and areas and qualities of the mesh
+    /// are left out.
     pub fn likely_fields(&self) -> Vec<&FieldInfo> {
         likely_fields(&self.fields)
     }

@@ -19,8 +19,14 @@ const LENGTH: [&str; 4] = ["m", "meter", "meters", "metres"];
 /// The fields of `all` that look like physical ones, the likeliest first.
 pub(crate) fn likely_fields(all: &[FieldInfo]) -> Vec<&FieldInfo> {
     let mut fields: Vec<&FieldInfo> = all.iter().filter(|info| is_physical(info)).collect();
-    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent));
+    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent, is_beside_levels(info)));
     fields
+}
+
+/// Whether layers are others than the levels of MPAS's models, such as those of the soil.
+fn is_beside_levels(info: &FieldInfo) -> bool {
+    let is_mpas = matches!(info.layer_dimension.as_bytes(), [b'n', b'A'..=b'Z', ..]);
+    is_mpas && !info.layer_dimension.starts_with("nVertLevels")
 }
 
 fn is_physical(info: &FieldInfo) -> bool {
@@ -57,7 +63,9 @@ mod tests {
 
     #[test]
     fn physical_fields_that_change_come_first() {
+        let soil = FieldInfo { layer_dimension: "nSoilLevels".into(), ..info("tslb", 4, true, ["", "K"]) };
         let all = [
+            soil,
             info("zgrid", 27, false, ["Geometric height of layer interfaces", "m"]),
             info("rho_base", 26, false, ["Base state density", "kg m^{-3}"]),
             info("tracer", 26, false, ["", ""]),
@@ -70,6 +78,6 @@ mod tests {
             info("w", 27, true, ["Vertical velocity", "m s^{-1}"]),
         ];
         let names: Vec<&str> = likely_fields(&all).iter().map(|info| info.name.as_str()).collect();
-        assert_eq!(names, ["theta", "w", "tracer", "ssh", "ter"]);
+        assert_eq!(names, ["theta", "w", "tslb", "tracer", "ssh", "ter"]);
     }
 }
