@@ -238,10 +238,21 @@ impl dyn Source + '_ {
     }
 
     /// Reads a whole table of numbers, `float` in single precision; of one over time, as `open_mfdataset` of xarray makes
-    /// of all, its first record.
+    /// of all, its first record, which the last one equals.
     pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
-        let (start, count) = variable.first_record();
-        self.reals(variable, &start, &count)
+        let (mut start, count) = variable.first_record();
+        let first = self.reals(variable, &start, &count)?;
+        if variable.changes() && variable.dimensions[0].len > 1 {
+            start[0] = variable.dimensions[0].len - 1;
+            let last = self.reals(variable, &start, &count)?;
+            let (first, last) = (first.as_reals(), last.as_reals());
+            if (0..first.len()).any(|i| first.get(i).to_bits() != last.get(i).to_bits()) {
+                let context =
+                    format!("variable {variable}: the last record differs from the first, expected one table");
+                return Err(self.error(ErrorKind::Grid, context));
+            }
+        }
+        Ok(first)
     }
 
     /// As [`Self::all_reals`], in double precision.
@@ -253,7 +264,12 @@ impl dyn Source + '_ {
     /// As [`Self::all_reals`], of integers.
     pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
         let mut integers = self.integers(variable)?;
-        integers.truncate(variable.after_time().iter().map(|dimension| dimension.len).product());
+        let entries = variable.after_time().iter().map(|dimension| dimension.len).product::<usize>();
+        if let Some(record) = integers.chunks(entries.max(1)).position(|record| record != &integers[..entries]) {
+            let context = format!("variable {variable}: record {record} differs from the first, expected one table");
+            return Err(self.error(ErrorKind::Grid, context));
+        }
+        integers.truncate(entries);
         Ok(integers)
     }
 }
