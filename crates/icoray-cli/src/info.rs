@@ -2,7 +2,7 @@
 
 use crate::failure::CommandResult;
 use crate::input::{self, Input};
-use icoray::{GridTables, Indices, Reals};
+use icoray::{ErrorKind, GridTables, Indices, Reals};
 use icoray_dataset::{Dataset, FieldInfo, LayerHeights};
 use icoray_progress::Progress;
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,13 +22,25 @@ pub struct Args {
     ranges: bool,
 }
 
-/// Prints mesh, times, layers and fields. A failed check of the grid and missing layers are printed, not returned.
+/// Prints mesh, times, layers and fields; of files without a mesh the variables. A failed check of the grid and missing
+/// layers are printed, not returned.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
     progress.stage(format!("reading {}", args.input.files[0].display()));
-    let file = args.input.open()?;
     let mut text = Vec::new();
-    describe(args, &file, &progress, &mut text)?;
+    match args.input.open() {
+        Ok(file) => describe(args, &file, &progress, &mut text)?,
+        Err(e) if e.kind() == ErrorKind::Grid => {
+            for path in args.input.paths() {
+                writeln!(text, "file       {}", path.display())?;
+                for variable in icoray_netcdf::contents(path)? {
+                    writeln!(text, "           {variable}")?;
+                }
+            }
+            writeln!(text, "mesh       {e}")?;
+        }
+        Err(e) => return Err(e.into()),
+    }
     progress.finish();
     Ok(out.write_all(&text)?)
 }
@@ -37,7 +49,7 @@ fn describe(args: &Args, file: &Dataset, progress: &Progress, out: &mut impl Wri
     let mesh = file.mesh();
     let tables = mesh.tables();
     let [cells, corners, edges] = [tables.cells(), tables.corners(), tables.edges()];
-    let Input { files, minus, mesh: others } = &args.input;
+    let Input { files, minus, mesh: others, data_options: _ } = &args.input;
     for (name, paths) in [("file", files), ("minus", minus), ("mesh file", others)] {
         paths.iter().try_for_each(|path| writeln!(out, "{name:<9}  {}", path.display()))?;
     }
@@ -120,7 +132,11 @@ fn heights_in_words(heights: &LayerHeights, layers: usize) -> String {
         let thickness = (pair[1] - pair[0]).abs();
         (thinnest, thickest) = (thinnest.min(thickness), thickest.max(thickness));
     }
-    let of = if heights.is_of_pressure { ", standard atmosphere" } else { "" };
+    let of = match heights {
+        LayerHeights { is_of_pressure: true, .. } => ", standard atmosphere",
+        LayerHeights { is_counted: true, .. } => " counts them: evenly spaced",
+        _ => "",
+    };
     let lie = match heights.layers.count() {
         count if count == layers => format!("{layers} on heights"),
         count => format!("{layers} between {count} interfaces"),
@@ -134,6 +150,7 @@ fn heights_in_words(heights: &LayerHeights, layers: usize) -> String {
     text += &match heights.deviation_m {
         Some(0.0) => String::new(),
         Some(off) => format!("\n           columns deviate from these mean heights by up to {off:.1} m"),
+        None if heights.is_counted => String::new(),
         None => "\n           how far columns deviate from these heights is not known".into(),
     };
     text

@@ -2,8 +2,9 @@
 
 use icoray::output::printed_units;
 use icoray::{Error, ErrorKind, Location, Result, Script};
-use icoray_dataset::{Dataset, LayerSelection};
+use icoray_dataset::{Dataset, DatasetOptions, LayerSelection, Mesh};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Where fields and mesh are.
 #[derive(clap::Args)]
@@ -19,6 +20,55 @@ pub struct Input {
     /// given several times
     #[arg(long, value_name = "MESH.nc")]
     pub mesh: Vec<PathBuf>,
+    #[command(flatten)]
+    pub data_options: DataOptions,
+}
+
+/// What the files do not tell.
+#[derive(clap::Args)]
+pub struct DataOptions {
+    /// Entry, from 0, that is read along a dimension beside columns, layers and time, such as nCategories=2; may be
+    /// given several times
+    #[arg(long, value_name = "DIM=N", value_parser = entry)]
+    at: Vec<(String, usize)>,
+    /// Heights of the first and of the last layer in metres, such as 0..20000 or 0..-5000, instead of those of the files;
+    /// those between are evenly spaced
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = heights)]
+    heights: Option<[f64; 2]>,
+    /// Radius of the sphere in metres, instead of that of the files
+    #[arg(long, value_name = "METRES")]
+    radius: Option<f64>,
+    /// Value that marks missing samples, such as -1e34, beside those of attributes; may be given several times
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    missing: Vec<f64>,
+}
+
+impl DataOptions {
+    /// The same for a dataset, on a mesh that is in memory or on that of the files.
+    pub fn options(&self, mesh: Option<Arc<Mesh>>) -> DatasetOptions {
+        let DataOptions { at, heights, radius, missing } = self;
+        DatasetOptions { mesh, at: at.clone(), heights_m: *heights, radius_m: *radius, missing: missing.clone() }
+    }
+
+    /// The options as words of a command line.
+    fn words(&self) -> Vec<String> {
+        let at = self.at.iter().map(|(name, entry)| ["--at".into(), format!("{name}={entry}")]);
+        let heights = self.heights.iter().map(|[first, last]| ["--heights".into(), format!("{first}..{last}")]);
+        let radius = self.radius.iter().map(|radius| ["--radius".into(), radius.to_string()]);
+        let missing = self.missing.iter().map(|value| ["--missing".into(), format!("{value:e}")]);
+        at.chain(heights).chain(radius).chain(missing).flatten().collect()
+    }
+}
+
+fn entry(text: &str) -> std::result::Result<(String, usize), String> {
+    let parts = text.split_once('=').and_then(|(name, entry)| Some((name.to_owned(), entry.parse().ok()?)));
+    parts.ok_or_else(|| "expected the name of a dimension and a number from 0, such as nCategories=2".to_owned())
+}
+
+fn heights(text: &str) -> std::result::Result<[f64; 2], String> {
+    let ends = text.split_once("..").and_then(|(first, last)| Some([first.parse().ok()?, last.parse().ok()?]));
+    ends.filter(|[first, last]: &[f64; 2]| (first - last).is_normal())
+        .ok_or_else(|| "expected two different numbers of metres, such as 0..20000".to_owned())
 }
 
 impl Input {
@@ -29,9 +79,10 @@ impl Input {
 
     /// Opens all files.
     pub fn open(&self) -> Result<Dataset> {
-        let mut dataset = icoray_netcdf::open_all(&self.files, &self.mesh)?;
+        let mut dataset = icoray_netcdf::open_all(&self.files, &self.mesh, self.data_options.options(None))?;
         if !self.minus.is_empty() {
-            dataset.subtract(icoray_netcdf::open_on(&self.minus, &self.mesh, dataset.shared_mesh())?)?;
+            let options = self.data_options.options(Some(dataset.shared_mesh()));
+            dataset.subtract(icoray_netcdf::open_all(&self.minus, &self.mesh, options)?)?;
         }
         Ok(dataset)
     }
@@ -42,6 +93,7 @@ impl Input {
         for (option, paths) in [("--minus", &self.minus), ("--mesh", &self.mesh)] {
             words.extend(paths.iter().flat_map(|path| [option.into(), path.to_string_lossy().into()]));
         }
+        words.extend(self.data_options.words());
         words
     }
 }

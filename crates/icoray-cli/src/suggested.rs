@@ -48,6 +48,9 @@ impl Suggested {
 
 /// The default field: [`Dataset::first_field`].
 pub fn first_field(file: &Dataset) -> Result<&FieldInfo> {
+    if file.fields().is_empty() && file.mesh().path() != file.path() {
+        return file.first_field();
+    }
     let path = file.path().display();
     let named = if file.fields().is_empty() { "" } else { "--field NAME, or " };
     let hint = format!("{named}icoray render HISTORY.nc --mesh {path}");

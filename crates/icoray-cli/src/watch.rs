@@ -11,7 +11,7 @@ mod viewers;
 
 use crate::failure::CommandResult;
 use crate::gpu;
-use crate::input::{self, LayerOption};
+use crate::input::{self, DataOptions, LayerOption};
 use crate::isolated;
 use crate::overrides::Overrides;
 use crate::ranks::RankTeam;
@@ -48,6 +48,8 @@ pub struct Args {
     /// given several times. It is taken not to change
     #[arg(long, value_name = "MESH.nc")]
     mesh: Vec<PathBuf>,
+    #[command(flatten)]
+    data_options: DataOptions,
     /// What to draw and how
     #[arg(long, value_name = "SCENE.toml")]
     scene: PathBuf,

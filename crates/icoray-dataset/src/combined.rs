@@ -1,5 +1,6 @@
 //! Several sources as one: their records in the order of the dates, their other variables side by side.
 
+use crate::mesh::expect_one_name;
 use crate::source::{Attribute, Dimension, Kind, Source, Variable};
 use crate::times::Times;
 use icoray::{Error, ErrorKind, OwnedReals, Result};
@@ -43,6 +44,7 @@ impl Combined {
         if sources.len() == 1 {
             return Ok(sources.remove(0));
         }
+        expect_one_name(sources.iter().map(AsRef::as_ref))?;
         let times = times(&sources)?;
         let mut variables: Vec<Variable> = Vec::new();
         for source in &sources {
@@ -54,12 +56,12 @@ impl Combined {
             }
         }
         let mut time = None;
-        for dimension in variables.iter_mut().filter_map(|v| v.dimensions.first_mut()).filter(|d| d.is_time()) {
+        for dimension in variables.iter_mut().filter_map(|v| v.dimensions.first_mut()).filter(|d| d.is_time) {
             dimension.len = times.len();
             time = Some(dimension.clone());
         }
         if let Some(time) = time.filter(|_| times.iter().any(|(date, _)| date.is_some())) {
-            let letters = Dimension { name: "StrLen".into(), len: 64 };
+            let letters = Dimension::new("StrLen".into(), 64);
             variables.push(Variable { name: DATES.into(), kind: Kind::Text, dimensions: vec![time, letters] });
         }
         Ok(Box::new(Combined { sources, variables, times }))
@@ -75,14 +77,14 @@ impl Combined {
     /// The source of a variable at a time and the record there: `None` for all times.
     fn at(&self, variable: &Variable, time: usize) -> Result<(usize, Option<usize>)> {
         let records = self.times.get(time).map_or(&[][..], |(_, records)| records);
-        let is_there = |of: &&Record| self.sources[of.source].variable(&variable.name).is_some_and(is_over_time);
+        let is_there = |of: &&Record| self.sources[of.source].variable(&variable.name).is_some_and(Variable::changes);
         if let Some(Record { source, record }) = records.iter().find(is_there) {
             return Ok((*source, Some(*record)));
         }
         // A source without dates has its one record at all times.
         let (source, its) = self.first_with(variable)?;
         let is_timed = self.times.iter().flat_map(|(_, records)| records).any(|record| record.source == source);
-        match (is_over_time(its), is_timed) {
+        match (its.changes(), is_timed) {
             (false, _) => Ok((source, None)),
             (true, false) => Ok((source, Some(0))),
             (true, true) => Err(self.lacks(variable, Some(time))),
@@ -97,13 +99,9 @@ impl Combined {
     }
 }
 
-fn is_over_time(variable: &Variable) -> bool {
-    variable.dimensions.first().is_some_and(Dimension::is_time)
-}
-
 /// The times of sources with values over time.
 fn times(sources: &[Box<dyn Source>]) -> Result<Vec<(Option<String>, Vec<Record>)>> {
-    let has_values = |v: &Variable| v.kind.is_number() && v.dimensions.len() > 1 && is_over_time(v);
+    let has_values = |v: &Variable| v.kind.is_number() && v.dimensions.len() > 1 && v.changes();
     let mut dated: BTreeMap<(usize, String), Vec<Record>> = BTreeMap::new();
     let mut undated: Vec<Vec<Record>> = Vec::new();
     // Sources, and the time behind their last.
@@ -142,7 +140,7 @@ fn expect_alike(sources: &[Box<dyn Source>], known: &Variable, source: &dyn Sour
         let context = format!("{other}, expected the dimensions of {known} as in the files before");
         return Err(source.error(ErrorKind::Field, context));
     }
-    if other.kind == Kind::Integer && is_over_time(other) {
+    if other.kind == Kind::Integer && other.changes() {
         let before = sources.iter().find(|source| source.variable(&known.name).is_some());
         for name in STORED_AS {
             let here = source.attribute(Some(&other.name), name)?;
@@ -185,7 +183,7 @@ impl Source for Combined {
     }
 
     fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
-        if !is_over_time(variable) {
+        if !variable.changes() {
             let (source, variable) = self.first_with(variable)?;
             return self.sources[source].reals(variable, start, count);
         }
@@ -207,12 +205,6 @@ impl Source for Combined {
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
         let (source, variable) = self.first_with(variable)?;
         self.sources[source].integers(variable)
-    }
-
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        let (start, count) = variable.whole();
-        let reals = self.reals(variable, &start, &count)?;
-        Ok((0..reals.as_reals().len()).map(|i| reals.as_reals().get(i)).collect())
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {

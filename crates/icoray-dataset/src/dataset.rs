@@ -6,18 +6,17 @@ use crate::heights::native::{self, NativeHeights, NativeInfo};
 use crate::joined::Joined;
 use crate::likely_fields::likely_fields;
 use crate::mesh::{self, Convention, Mesh};
+use crate::options::DatasetOptions;
+use crate::radius;
 use crate::sea::Sea;
 use crate::source::Source;
 use crate::sources::Sources;
 use crate::times::Times;
 use icoray::{ErrorKind, Grid, Layers, Result, did_you_mean};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-
-/// Earth's radius in ICON and DYNAMICO, metres, for files without one.
-const ICON_RADIUS_M: f64 = 6_371_229.0;
 
 /// A dataset of a model. The mesh tables are in memory; fields, of the times and layers asked for, and heights are read
 /// on demand.
@@ -34,6 +33,8 @@ pub struct Dataset {
     sea: OnceLock<Option<Sea>>,
     /// Heights that were read, by the field's name.
     heights: Mutex<HashMap<String, LayerHeights>>,
+    /// Values taken for marks in fields that were read, by the field's name, and how many of each.
+    unsaid_marks: Mutex<BTreeMap<String, Vec<(f64, usize)>>>,
     pub(crate) joined: Vec<Joined>,
     /// The dataset whose values are subtracted.
     pub(crate) minus: Option<Box<Joined>>,
@@ -50,31 +51,45 @@ impl Dataset {
     /// cells. [`ErrorKind::Unsupported`]: the mesh is planar, or `vertexDegree` is not 3. What the tables say is not
     /// checked before [`Mesh::grid`].
     pub fn new(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>) -> Result<Self> {
-        let sources = Sources::new(fields, others);
-        let mesh = Arc::new(mesh::read(&sources)?);
-        Self::of(sources, mesh)
+        Self::with_options(fields, others, DatasetOptions::default())
     }
 
-    /// As [`Dataset::new`], for a mesh that is in memory already: no mesh tables are read.
+    /// As [`Dataset::new`], with what the files do not tell.
     ///
     /// # Errors
-    /// As [`Dataset::new`]; of the mesh only the numbers of cells and corners are compared.
-    pub fn on_mesh(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>, mesh: Arc<Mesh>) -> Result<Self> {
-        Self::of(Sources::new(fields, others), mesh)
-    }
-
-    fn of(sources: Sources, mesh: Arc<Mesh>) -> Result<Self> {
-        expect_one_mesh(&sources, &mesh)?;
-        let sphere_radius_m = radius(&sources, mesh.convention())?;
+    /// As [`Dataset::new`]; [`ErrorKind::Argument`] where no file has a dimension or an entry of
+    /// [`DatasetOptions::at`], the radius is not positive or the heights are equal.
+    pub fn with_options(
+        fields: Box<dyn Source>,
+        others: Vec<Box<dyn Source>>,
+        options: DatasetOptions,
+    ) -> Result<Self> {
+        let sources = Sources::new(fields, others, options);
+        sources.expect_options()?;
+        let known = sources.options.mesh.clone();
+        let mesh = known.map_or_else(|| mesh::read(&sources).map(Arc::new), Ok)?;
+        mesh::expect_one_mesh(&sources, &mesh)?;
+        let sphere_radius_m = radius::of(&sources)?;
         let source = sources.fields();
         let times = Times::read(source)?;
         // NetCDF forbids control characters in names, and a name is printed as it is.
         let fields = source.variables().iter().filter(|variable| !variable.name.contains(char::is_control));
-        let fields: Vec<FieldInfo> =
-            fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
-        let (own_fields, sea, heights) = (fields.len(), OnceLock::new(), Mutex::default());
-        let (joined, minus) = (Vec::new(), None);
-        Ok(Dataset { sources, mesh, sphere_radius_m, times, fields, own_fields, sea, heights, joined, minus })
+        let fields: Vec<FieldInfo> = fields
+            .filter_map(|v| FieldInfo::of(source, v, &mesh, &sources.options).transpose())
+            .collect::<Result<_>>()?;
+        Ok(Dataset {
+            mesh,
+            sphere_radius_m,
+            times,
+            own_fields: fields.len(),
+            fields,
+            sea: OnceLock::new(),
+            heights: Mutex::default(),
+            unsaid_marks: Mutex::default(),
+            joined: Vec::new(),
+            minus: None,
+            sources,
+        })
     }
 
     /// The path of the fields' source, or its name.
@@ -92,8 +107,8 @@ impl Dataset {
         Arc::clone(&self.mesh)
     }
 
-    /// The sphere's radius (`sphere_radius`); that of ICON's Earth where a file of ICON or of CF polygons does not
-    /// tell.
+    /// The sphere's radius: that of [`DatasetOptions`], or `sphere_radius`, or the distance of MPAS's cells from the centre
+    /// (`xCell`, `yCell`, `zCell`), or that of ICON's Earth.
     ///
     /// # Units
     /// Metres; 1 in a mesh on the unit sphere.
@@ -122,8 +137,9 @@ impl Dataset {
     }
 
     /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the
-    /// file's order, then others with layers, then 2D fields in the same way. Heights, thicknesses, base states,
-    /// weights of the vertical grid, and areas and qualities of the mesh are left out.
+    /// file's order (those of MPAS's soil and categories after those on its levels), then others with layers, then 2D fields
+    /// in the same way. Heights, thicknesses, base states, weights of the vertical grid, and areas and qualities of the mesh
+    /// are left out.
     pub fn likely_fields(&self) -> Vec<&FieldInfo> {
         likely_fields(&self.fields)
     }
@@ -135,14 +151,36 @@ impl Dataset {
     pub fn first_field(&self) -> Result<&FieldInfo> {
         self.likely_fields().first().copied().ok_or_else(|| {
             let names: Vec<&str> = self.fields.iter().map(|info| info.name.as_str()).collect();
+            let source = self.sources.fields();
             let what = match names[..] {
-                [] => "a mesh without a field, expected a history or output file or dataset".to_owned(),
+                [] if self.mesh.path() == source.path() => {
+                    "a mesh without a field, expected a history or output file or dataset".to_owned()
+                }
+                [] => {
+                    format!(
+                        "no variable lies on the mesh of {}, which has {}: the file has {}; give the mesh of these data as \
+                         `mesh`",
+                        self.mesh.path().display(),
+                        self.sizes_in_words(),
+                        source.numbers_in_words()
+                    )
+                }
                 _ => {
                     format!("no variable looks like a physical field, expected the name of one of {}", names.join(", "))
                 }
             };
-            self.sources.fields().error(ErrorKind::Field, what)
+            source.error(ErrorKind::Field, what)
         })
+    }
+
+    /// Where fields may lie.
+    fn sizes_in_words(&self) -> String {
+        let (cells, corners) = (self.mesh.cells(), self.mesh.corners());
+        match self.mesh.convention() {
+            Convention::Mpas => format!("{cells} cells (nCells) or {corners} vertices (nVertices)"),
+            Convention::Icon => format!("{corners} triangles or their {cells} points"),
+            Convention::Cf => format!("{cells} cells or {corners} corners"),
+        }
     }
 
     /// Properties of the field `name`, without its values.
@@ -153,31 +191,22 @@ impl Dataset {
         if let Some(info) = self.fields.iter().find(|f| f.name == name) {
             return Ok(info);
         }
-        let expected = match self.mesh.convention() {
-            Convention::Mpas => {
-                "(Time, nCells or nVertices, nVertLevels or nVertLevelsP1), without time or layers too".to_owned()
-            }
-            Convention::Icon => format!(
-                "(time, layers, {} triangles or {} points), without time or layers too",
-                self.mesh.corners(),
-                self.mesh.cells()
-            ),
-            Convention::Cf => {
-                format!(
-                    "(time, layers, {} cells or {} corners), without time or layers too",
-                    self.mesh.cells(),
-                    self.mesh.corners()
-                )
-            }
-        };
         let source = self.sources.fields();
         let reason = match source.variable(name) {
             Some(variable) => {
-                format!("variable {variable} is not a field, expected numbers over {expected}")
+                format!(
+                    "variable {variable} is not a field, expected numbers over {}, with times and one dimension of layers or \
+                     without (`at` picks an entry of a further dimension)",
+                    self.sizes_in_words()
+                )
             }
             None => {
                 let names = self.fields.iter().map(|f| f.name.as_str());
-                format!("there is no field {name}{}", did_you_mean(name, names))
+                let elsewhere = self.sources.find(name).map_or_else(String::new, |(other, _)| {
+                    let path = other.path().display();
+                    format!(", but {path} has {name}: give that file among those with fields, not as `mesh`")
+                });
+                format!("there is no field {name}{}{elsewhere}", did_you_mean(name, names))
             }
         };
         let names: Vec<&str> = self.fields.iter().map(|f| f.name.as_str()).collect();
@@ -224,7 +253,10 @@ impl Dataset {
             return Err(bad(format!("layers {layers:?}, expected some of 0..{}", info.layers)));
         }
         let sea = self.sea()?;
-        let mut field = OwnedField::read(self.sources.fields(), info, time, layers.clone())?;
+        let mut field = OwnedField::read(self.sources.fields(), info, time, layers.clone(), &self.sources.options)?;
+        let mut unsaid_marks = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
+        unsaid_marks.insert(name.to_owned(), field.unsaid_marks.clone());
+        drop(unsaid_marks);
         if let Some(sea) = sea {
             sea.mask_dry(info, layers.clone(), &mut field);
         }
@@ -232,6 +264,16 @@ impl Dataset {
             Some(minus) => field.less(&minus.file.read_layers(name, minus.record(name, time)?, layers)?),
             None => Ok(field),
         }
+    }
+
+    /// Values of a field, as it was read last, that were taken for marks of missing values, as they look like marks and
+    /// neither an attribute nor the user gives one; with the number of places.
+    pub fn unsaid_marks(&self, field: &str) -> Vec<(f64, usize)> {
+        if let Some(joined) = self.joined_with(field) {
+            return joined.file.unsaid_marks(field);
+        }
+        let found = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
+        found.get(field).cloned().unwrap_or_default()
     }
 
     /// Reads the heights on which a field's layers lie, and how far terrain bends them.
@@ -325,40 +367,5 @@ impl Dataset {
         }
         let sea = Sea::read(&self.sources, &self.mesh)?;
         Ok(self.sea.get_or_init(|| sea).as_ref())
-    }
-}
-
-/// Checks that all files are of the mesh that was read.
-fn expect_one_mesh(sources: &Sources, mesh: &Mesh) -> Result<()> {
-    let dimensions: &[(&str, usize)] = match mesh.convention() {
-        Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners())],
-        Convention::Icon => &[("ncells", mesh.corners()), ("cell", mesh.corners())],
-        Convention::Cf => &[("ncells", mesh.cells()), ("cell", mesh.cells())],
-    };
-    for source in sources.all() {
-        for &(dimension, expected) in dimensions {
-            let there = source.dimension_len(dimension)?.unwrap_or(expected);
-            if there != expected {
-                let mesh_path = mesh.path().display();
-                let context = format!("{dimension} is {there}, expected {expected} as in the mesh of {mesh_path}");
-                return Err(source.error(ErrorKind::Grid, context));
-            }
-        }
-    }
-    Ok(())
-}
-
-fn radius(sources: &Sources, convention: Convention) -> Result<f64> {
-    match (sources.number("sphere_radius")?, convention) {
-        (Some(r), _) if r.is_finite() && r > 0.0 => Ok(r),
-        (Some(r), _) => {
-            let context = format!("sphere_radius: {r}, expected a positive number");
-            Err(sources.fields().error(ErrorKind::Grid, context))
-        }
-        (None, Convention::Icon | Convention::Cf) => Ok(ICON_RADIUS_M),
-        (None, Convention::Mpas) => {
-            let context = "attribute sphere_radius is missing, expected a radius in metres";
-            Err(sources.error(ErrorKind::Grid, context))
-        }
     }
 }

@@ -1,16 +1,13 @@
 //! The fields of a file: over columns and layers, or 2D ones over columns alone.
 
 use crate::mesh::{Convention, Mesh};
+use crate::options::DatasetOptions;
 use crate::source::{Dimension, Kind, Source, Variable};
+use crate::stored::{Decoder, packing};
 use crate::values::ShapedValues;
 use icoray::{Description, Error, ErrorKind, Field, Location, Reals, Result, Shape};
 use std::fmt;
 use std::ops::Range;
-
-/// NetCDF's default fill value (`NC_FILL_FLOAT` and `NC_FILL_DOUBLE`, the same number).
-const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
-/// That of integers of 32 and of 64 bits (`NC_FILL_INT` and `NC_FILL_INT64`); shorter ones may be any value.
-const UNWRITTEN_INTEGERS: [f64; 2] = [-2_147_483_647.0, -9_223_372_036_854_775_806.0];
 
 /// Layers of the shell of a 2D field, which has equal values on them.
 const SHELL_LAYERS: usize = 2;
@@ -21,10 +18,13 @@ const OF_MESH: &str = "\
     parent_cell_index parent_vertex_index cell_domain_id phys_cell_id child_cell_id refin_c_ctrl refin_v_ctrl \
     parent_cell_type \
     lonCell latCell xCell yCell zCell lonVertex latVertex xVertex yVertex zVertex clon clat vlon vlat lon lat \
-    lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices";
+    lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices nodes";
 
-/// Dimensions of ICON's tables: points, edges and neighbours of a triangle or a point, ends of an interval.
-const OF_TABLES: [&str; 8] = ["nv", "ne", "nc", "no", "nvertex", "vertices", "bnds", "nb2"];
+/// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files, ends
+/// of an interval, and those of MPAS's and FESOM's tables; with blanks between.
+const OF_TABLES: &str = "\
+    nv ne nc no nvertex vertices bnds nb2 n2 n3 \
+    maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen";
 
 /// Precision of a variable in the file and in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,18 +72,24 @@ pub struct FieldInfo {
     pub time_dependent: bool,
     /// The attributes `long_name` and `units`.
     pub description: Description,
-    /// Name of the dimension of layers; empty where the variable has none.
+    /// Name of the dimension of layers; empty of a 2D field.
     pub layer_dimension: String,
-    /// Whether layers are the fastest dimension, as in MPAS's files, or columns are, as in ICON's.
-    pub(crate) is_level_fastest: bool,
+    /// Where they are among the variable's dimensions.
+    pub(crate) axes: Axes,
 }
 
 impl FieldInfo {
     /// Describes `variable`, `None` when it is not a field on the mesh.
-    pub(crate) fn of(source: &dyn Source, variable: &Variable, mesh: &Mesh) -> Result<Option<Self>> {
-        let dimensions = variable.after_time();
+    pub(crate) fn of(
+        source: &dyn Source,
+        variable: &Variable,
+        mesh: &Mesh,
+        options: &DatasetOptions,
+    ) -> Result<Option<Self>> {
         let is_of_mesh = OF_MESH.split(' ').any(|name| name == variable.name);
-        let Some(axes) = Axes::of(mesh, dimensions).filter(|_| !is_of_mesh) else { return Ok(None) };
+        let found = Axes::of(mesh, &variable.dimensions, &options.at).filter(|_| !is_of_mesh);
+        let Some((axes, location)) = found else { return Ok(None) };
+        let layer = axes.layer.map(|layer| &variable.dimensions[layer]);
         let precision = match variable.kind {
             Kind::F32 => Precision::F32,
             Kind::F64 => Precision::F64,
@@ -92,17 +98,17 @@ impl FieldInfo {
         };
         Ok(Some(FieldInfo {
             name: variable.name.clone(),
-            location: axes.location,
-            columns: axes.column.len,
-            layers: axes.layer.map_or(1, |layer| layer.len),
+            location,
+            columns: variable.dimensions[axes.column].len,
+            layers: layer.map_or(1, |layer| layer.len),
             precision,
-            time_dependent: dimensions.len() < variable.dimensions.len(),
+            time_dependent: axes.time.is_some(),
             description: Description {
                 long_name: source.text_of(&variable.name, "long_name")?,
                 units: source.text_of(&variable.name, "units")?,
             },
-            layer_dimension: axes.layer.map_or_else(String::new, |layer| layer.name.clone()),
-            is_level_fastest: axes.is_level_fastest,
+            layer_dimension: layer.map_or_else(String::new, |layer| layer.name.clone()),
+            axes,
         }))
     }
 
@@ -118,24 +124,27 @@ impl FieldInfo {
         if self.is_2d() { 0..SHELL_LAYERS } else { 0..self.layers }
     }
 
+    /// A layer and the entries of dimensions that were picked: names and lengths of their dimensions, and their numbers.
+    pub(crate) fn entries(&self, layer: usize) -> impl Iterator<Item = (&str, usize, usize)> {
+        let picked = self.axes.picked.iter().map(|(dimension, entry)| (dimension.name.as_str(), dimension.len, *entry));
+        picked.chain([(self.layer_dimension.as_str(), self.layers, layer)])
+    }
+
     /// Bytes that one time record takes in memory.
     pub fn bytes(&self) -> usize {
         self.columns.saturating_mul(self.layers).saturating_mul(self.precision.bytes())
     }
 
-    /// The dimensions of a block along which columns and layers follow each other.
-    fn places(&self) -> [Option<usize>; 2] {
-        let first = usize::from(self.time_dependent);
-        let is_first = self.layer_dimension.is_empty() || self.is_level_fastest;
-        let (column, layer) = if is_first { (first, first + 1) } else { (first + 1, first) };
-        [Some(column), (!self.is_2d()).then_some(layer)]
+    /// Whether layers are a faster dimension than columns, as in MPAS's files; columns are the faster one in ICON's.
+    pub(crate) fn is_level_fastest(&self) -> bool {
+        self.axes.layer.is_none_or(|layer| layer > self.axes.column)
     }
 
     /// How an array with `layers` of the layers lies in memory. All layers of a 2D field are the same values.
     fn shape(&self, layers: usize) -> Shape {
         if self.is_2d() {
             Shape { layer_stride: 0, ..Shape::cell_fastest(self.columns, layers) }
-        } else if self.is_level_fastest {
+        } else if self.is_level_fastest() {
             Shape::level_fastest(self.columns, layers)
         } else {
             Shape::cell_fastest(self.columns, layers)
@@ -143,110 +152,75 @@ impl FieldInfo {
     }
 }
 
-/// The dimensions of a field after time.
-struct Axes<'a> {
-    location: Location,
-    column: &'a Dimension,
-    layer: Option<&'a Dimension>,
-    is_level_fastest: bool,
+/// The dimensions of a field among those of its variable. Others have one entry, or one that is read.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Axes {
+    column: usize,
+    layer: Option<usize>,
+    time: Option<usize>,
+    /// The entry that is read along each of the other dimensions.
+    start: Vec<usize>,
+    /// The dimensions of which one entry was picked, and that entry.
+    picked: Vec<(Dimension, usize)>,
 }
 
-impl<'a> Axes<'a> {
-    /// `None` where the dimensions are not columns of the mesh, with layers or without.
-    fn of(mesh: &Mesh, dimensions: &'a [Dimension]) -> Option<Self> {
-        let place = |column: &Dimension| location(mesh, column).filter(|_| column.len > 0);
-        let (location, column, layer, is_level_fastest) = match dimensions {
-            [only] => (place(only)?, only, None, true),
-            [one, two] => match (place(one), place(two)) {
-                (Some(location), None) => (location, one, Some(two), true),
-                (None, Some(location)) => (location, two, Some(one), false),
+impl Axes {
+    /// The axes, and where the columns are; `None` where the dimensions are not columns of the mesh, with layers and times
+    /// or without, and others of which `at` names an entry.
+    fn of(mesh: &Mesh, dimensions: &[Dimension], at: &[(String, usize)]) -> Option<(Self, Location)> {
+        let (mut column, mut layer, mut time, mut start) = (None, None, None, vec![0; dimensions.len()]);
+        let mut picked = Vec::new();
+        for (i, dimension) in dimensions.iter().enumerate() {
+            let is_table = OF_TABLES.split(' ').any(|name| name == dimension.name);
+            match (at.iter().find(|(name, _)| *name == dimension.name), location(mesh, dimension)) {
+                (Some((_, entry)), _) => {
+                    start[i] = *entry;
+                    picked.push((dimension.clone(), *entry));
+                }
+                _ if dimension.is_time && time.is_none() => time = Some(i),
+                (_, Some(location)) if column.is_none() && dimension.len > 0 => column = Some((i, location)),
+                (_, None) if dimension.len == 1 => {}
+                (_, None) if layer.is_none() && dimension.len > 0 && !dimension.is_time && !is_table => layer = Some(i),
                 _ => return None,
-            },
-            _ => return None,
-        };
-        let is_layer = |layer: &Dimension| match mesh.convention() {
-            Convention::Mpas => layer.name.starts_with("nVertLevels"),
-            Convention::Icon | Convention::Cf => !layer.is_time() && !OF_TABLES.contains(&layer.name.as_str()),
-        };
-        let is_layered = layer.is_none_or(|layer| layer.len > 0 && is_layer(layer));
-        is_layered.then_some(Axes { location, column, layer, is_level_fastest })
+            }
+        }
+        column.map(|(column, location)| (Axes { column, layer, time, start, picked }, location))
+    }
+
+    /// Start and count of `columns` and `layers` of record `time` along each dimension.
+    pub(crate) fn block(&self, time: usize, columns: Range<usize>, layers: Range<usize>) -> (Vec<usize>, Vec<usize>) {
+        let (mut start, mut count) = (self.start.clone(), vec![1; self.start.len()]);
+        (start[self.column], count[self.column]) = (columns.start, columns.len());
+        if let Some(layer) = self.layer {
+            (start[layer], count[layer]) = (layers.start, layers.len());
+        }
+        if let Some(record) = self.time {
+            start[record] = time;
+        }
+        (start, count)
     }
 }
 
 /// Whether integers over columns are values of a field, not a table of the mesh, which looks like layers that never
 /// change.
 fn is_field(source: &dyn Source, variable: &Variable, axes: &Axes) -> Result<bool> {
-    let is_changing = variable.after_time().len() < variable.dimensions.len();
-    let is_layered = axes.layer.is_some_and(|layer| layer.len > 1);
     Ok(packing(source, &variable.name)?.is_some()
-        || (is_changing || !is_layered) && source.attribute(Some(&variable.name), "cf_role")?.is_none())
+        || (axes.time.is_some() || axes.layer.is_none())
+            && source.attribute(Some(&variable.name), "cf_role")?.is_none())
 }
 
-/// Factor and offset of values that are stored packed, as CF conventions 1.11, §8.1, have them.
-fn packing(source: &dyn Source, name: &str) -> Result<Option<[f64; 2]>> {
-    let first = |attribute: &str| Ok(source.numbers_of(name, attribute)?.first().copied());
-    let (scale, offset) = (first("scale_factor")?, first("add_offset")?);
-    let is_packed = scale.is_some() || offset.is_some();
-    Ok(is_packed.then(|| [scale.unwrap_or(1.0), offset.unwrap_or(0.0)]))
-}
-
-/// Location of a dimension on the mesh: by name in MPAS's files, by length in ICON's, whose dimensions have various
-/// names.
+/// Location of a dimension on the mesh: by name of MPAS's own dimensions (`nCells`), by length of others, which have
+/// various names in ICON's files and are `ncol` in those of CAM.
 fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
-    match (mesh.convention(), dimension.name.as_str()) {
-        (Convention::Mpas, "nCells") => Some(Location::Center),
-        (Convention::Mpas, "nVertices") => Some(Location::Corner),
-        (Convention::Icon | Convention::Cf, _) if dimension.len == mesh.corners() => Some(Location::Corner),
-        (Convention::Icon | Convention::Cf, _) if dimension.len == mesh.cells() => Some(Location::Center),
+    let name = dimension.name.as_bytes();
+    let is_mpas = mesh.convention() == Convention::Mpas && matches!(name, [b'n', b'A'..=b'Z', ..]);
+    match dimension.name.as_str() {
+        "nCells" if is_mpas => Some(Location::Center),
+        "nVertices" if is_mpas => Some(Location::Corner),
+        _ if is_mpas => None,
+        _ if dimension.len == mesh.corners() => Some(Location::Corner),
+        _ if dimension.len == mesh.cells() => Some(Location::Center),
         _ => None,
-    }
-}
-
-/// Start and count of `layers` of record `time` along each dimension of the variable.
-fn block(info: &FieldInfo, time: usize, layers: Range<usize>) -> (Vec<usize>, Vec<usize>) {
-    let (mut start, mut count) = (vec![0], vec![info.columns]);
-    if !info.layer_dimension.is_empty() {
-        let stored = if info.is_2d() { 0..1 } else { layers };
-        let at = usize::from(info.is_level_fastest);
-        start.insert(at, stored.start);
-        count.insert(at, stored.len());
-    }
-    if info.time_dependent {
-        start.insert(0, time);
-        count.insert(0, 1);
-    }
-    (start, count)
-}
-
-/// The values that a variable's `valid_range`, `valid_min` and `valid_max` admit, as CF conventions 1.11, §2.5.1, have
-/// them.
-struct Valid {
-    ends: [f64; 2],
-    /// Whether the ends are of values as they are stored, as CF §8.1 wants of packed ones. The NetCDF Users Guide lets
-    /// real ends of packed integers be of unpacked values.
-    is_of_stored: bool,
-}
-
-impl Valid {
-    fn of(source: &dyn Source, variable: &Variable) -> Result<Self> {
-        let name = &variable.name;
-        let (mut ends, mut is_real) = ([f64::NEG_INFINITY, f64::INFINITY], false);
-        for (attribute, which) in [("valid_range", [0, 1]), ("valid_min", [0, 0]), ("valid_max", [1, 1])] {
-            let numbers = source.numbers_of(name, attribute)?;
-            is_real |= !numbers.is_empty() && source.is_real_of(name, attribute)?;
-            for (end, number) in which.into_iter().zip(numbers) {
-                ends[end] = if end == 0 { ends[0].max(number) } else { ends[1].min(number) };
-            }
-        }
-        Ok(Valid { ends, is_of_stored: variable.kind != Kind::Integer || !is_real })
-    }
-
-    /// Puts NaN for what lies outside, where `applies`.
-    fn mask_outside(&self, values: &mut ShapedValues, applies: bool) {
-        if applies && self.ends != [f64::NEG_INFINITY, f64::INFINITY] {
-            let [low, high] = self.ends.map(|end| values.rounded(end));
-            values.mask(|value| value < low || value > high);
-        }
     }
 }
 
@@ -256,42 +230,31 @@ pub struct OwnedField {
     info: FieldInfo,
     pub(crate) values: ShapedValues,
     pub(crate) fill: f64,
+    /// Values that became NaN as they look like marks, which no attribute gives, and how many.
+    pub(crate) unsaid_marks: Vec<(f64, usize)>,
 }
 
 impl OwnedField {
     /// Reads `layers` of record `time` of the variable that `info` describes; of a 2D field its values, for as many
     /// layers.
-    pub(crate) fn read(source: &dyn Source, info: &FieldInfo, time: usize, layers: Range<usize>) -> Result<Self> {
+    pub(crate) fn read(
+        source: &dyn Source,
+        info: &FieldInfo,
+        time: usize,
+        layers: Range<usize>,
+        options: &DatasetOptions,
+    ) -> Result<Self> {
         let name = &info.name;
         let variable =
             source.variable(name).ok_or_else(|| source.error(ErrorKind::Field, format_args!("{name} is missing")))?;
-        let (start, count) = block(info, time, layers.clone());
+        let (start, count) = info.axes.block(time, 0..info.columns, layers.clone());
         let shape = info.shape(layers.len());
         let values = source.values(variable, &start, &count)?;
-        let mut values = ShapedValues::new(values, shape, info.places());
-        let mut marks = source.numbers_of(name, "_FillValue")?;
-        if marks.is_empty() {
-            let unwritten = if variable.kind == Kind::Integer { &UNWRITTEN_INTEGERS[..] } else { &[UNWRITTEN] };
-            marks.extend(unwritten);
-        }
-        let mut fill = values.rounded(marks[0]);
-        // A field has one mark; further ones become NaN, which is missing as well.
-        marks.extend(source.numbers_of(name, "missing_value")?);
-        for mark in marks {
-            let mark = values.rounded(mark);
-            if mark != fill {
-                values.mask(|value| value == mark);
-            }
-        }
-        let valid = Valid::of(source, variable)?;
-        valid.mask_outside(&mut values, valid.is_of_stored);
-        if let Some([scale, offset]) = packing(source, name)? {
-            values.mask(|value| value == fill);
-            values.each(|value| scale * value + offset);
-            valid.mask_outside(&mut values, !valid.is_of_stored);
-            fill = f64::NAN;
-        }
-        Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, values, fill })
+        let mut values = ShapedValues::new(values, shape, [Some(info.axes.column), info.axes.layer]);
+        let decoder = Decoder::of(source, variable, &options.missing)?;
+        let unsaid_marks = decoder.take_unsaid_marks(&mut values);
+        let fill = decoder.decode(&mut values);
+        Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, values, fill, unsaid_marks })
     }
 
     /// The values less those of another field.

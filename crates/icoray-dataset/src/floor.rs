@@ -1,37 +1,54 @@
-//! The water of MPAS-Ocean: arrays also hold values below the sea floor and above ice shelves.
+//! The water of MPAS-Ocean and FESOM: arrays also hold values below the sea floor and above ice shelves.
 
 use crate::field::FieldInfo;
 use crate::mesh::Mesh;
-use crate::source::{Kind, Source};
+use crate::source::Kind;
 use crate::sources::Sources;
 use icoray::{ErrorKind, Location, Result};
 use std::ops::Range;
+
+/// Variables with the last and the first layer of each column that is water, counted from 1.
+struct Levels {
+    /// Of cells.
+    cells: [&'static str; 2],
+    /// Of corners, which may lack.
+    corners: Option<[&'static str; 2]>,
+    /// Whether the last level is an interface, one more than the last layer.
+    ends_at_interface: bool,
+}
+
+const LEVELS: [Levels; 2] = [
+    Levels { cells: ["maxLevelCell", "minLevelCell"], corners: None, ends_at_interface: false },
+    Levels {
+        cells: ["nlevels_nod2D", "ulevels_nod2D"],
+        corners: Some(["nlevels", "ulevels"]),
+        ends_at_interface: true,
+    },
+];
 
 /// The layers of each column that are water, counted from 0.
 #[derive(Debug)]
 pub(crate) struct Floor {
     cells: Vec<Range<usize>>,
-    /// A corner has water where all three of its cells have: an average of corners then has none below a cell's floor,
-    /// and no triangle of three wet cells lacks any.
+    /// Where no file tells, a corner has water where all three of its cells have: an average of corners then has none below
+    /// a cell's floor, and no triangle of three wet cells lacks any.
     corners: Vec<Range<usize>>,
 }
 
 impl Floor {
-    /// Reads `maxLevelCell` and, if present, `minLevelCell`; `None` if there is no sea floor.
+    /// Reads the levels of the sea floor and, if present, those of ice shelves; `None` if there is no sea floor.
     pub(crate) fn read(sources: &Sources, mesh: &Mesh) -> Result<Option<Self>> {
-        let Some(last) = levels(sources, mesh, "maxLevelCell")? else {
-            return Ok(None);
-        };
-        let first = levels(sources, mesh, "minLevelCell")?.unwrap_or_else(|| vec![1; last.len()]);
-        let cells: Vec<_> = first.iter().zip(last).map(|(first, last)| first.saturating_sub(1)..last).collect();
-        let corner = |corner| {
-            mesh.cells_at(corner).into_iter().fold(0..usize::MAX, |water: Range<usize>, cell| {
-                let here = cell.map_or(0..0, |cell| cells[cell].clone());
-                water.start.max(here.start)..water.end.min(here.end)
-            })
-        };
-        let corners = (0..mesh.corners()).map(corner).collect();
-        Ok(Some(Floor { cells, corners }))
+        for of in LEVELS {
+            if let Some(cells) = water(sources, of.cells, mesh.cells(), of.ends_at_interface)? {
+                let corners = match of.corners {
+                    Some(names) => water(sources, names, mesh.corners(), of.ends_at_interface)?,
+                    None => None,
+                };
+                let corners = corners.unwrap_or_else(|| corners_of(mesh, &cells));
+                return Ok(Some(Floor { cells, corners }));
+            }
+        }
+        Ok(None)
     }
 
     /// The layers of a cell that are water, of the first `layers`.
@@ -46,42 +63,68 @@ impl Floor {
             Location::Center => &self.cells[column],
             Location::Corner => &self.corners[column],
         };
-        // Interfaces are one more than layers. A 2D field lies on the water, beneath ice shelves too.
-        let interface = usize::from(info.layer_dimension == "nVertLevelsP1");
-        let wet = if info.is_2d() { 0..1 } else { water.start..water.end + interface };
-        water.is_empty() || !wet.contains(&layer)
+        // Interfaces are one more than layers. A 2D field lies on the water, beneath ice shelves too, and so do layers that
+        // are not the water's, such as categories of ice.
+        let mut entries = info.entries(layer);
+        let is_wet = entries.all(|(dimension, _, entry)| match dimension {
+            "nVertLevels" | "nz1" => water.contains(&entry),
+            "nVertLevelsP1" | "nz" => (water.start..=water.end).contains(&entry),
+            _ => true,
+        });
+        water.is_empty() || !is_wet
     }
 }
 
-/// A level number for each cell, from 0 (none).
-fn levels(sources: &Sources, mesh: &Mesh, name: &str) -> Result<Option<Vec<usize>>> {
+/// The layers of each of `columns` that are water, by the variables with the last and the first; `None` where no file has
+/// the last.
+fn water(
+    sources: &Sources,
+    [last, first]: [&str; 2],
+    columns: usize,
+    ends_at_interface: bool,
+) -> Result<Option<Vec<Range<usize>>>> {
+    let Some(last) = levels(sources, last, columns)? else { return Ok(None) };
+    let first = levels(sources, first, columns)?.unwrap_or_else(|| vec![1; columns]);
+    let end = |last: usize| if ends_at_interface { last.saturating_sub(1) } else { last };
+    Ok(Some(first.iter().zip(last).map(|(first, last)| first.saturating_sub(1)..end(last)).collect()))
+}
+
+fn corners_of(mesh: &Mesh, cells: &[Range<usize>]) -> Vec<Range<usize>> {
+    let corner = |corner| {
+        mesh.cells_at(corner).into_iter().fold(0..usize::MAX, |water: Range<usize>, cell| {
+            let here = cell.map_or(0..0, |cell| cells[cell].clone());
+            water.start.max(here.start)..water.end.min(here.end)
+        })
+    };
+    (0..mesh.corners()).map(corner).collect()
+}
+
+/// A level number for each column, from 0 (none).
+fn levels(sources: &Sources, name: &str, columns: usize) -> Result<Option<Vec<usize>>> {
     let Some((source, variable)) = sources.find(name) else {
         return Ok(None);
     };
-    if variable.kind != Kind::Integer || !variable.lies_at_times_over(&["nCells"]) {
-        let context = format!("variable {variable}, expected {name}(nCells) of integer");
+    if variable.kind != Kind::Integer || !matches!(variable.after_time(), [only] if only.len == columns) {
+        let context = format!("variable {variable}, expected {name} of integer over the {columns} columns of the mesh");
         return Err(source.error(ErrorKind::Field, context));
     }
     let max = most_levels(sources)?;
-    let numbers = source.all_integers(variable)?;
-    if numbers.len() != mesh.cells() {
-        let context = format!("variable {variable}, expected {} cells as in the mesh", mesh.cells());
-        return Err(source.error(ErrorKind::Field, context));
-    }
-    let checked = numbers.iter().enumerate().map(|(cell, &number)| {
+    let checked = source.all_integers(variable)?.into_iter().enumerate().map(|(column, number)| {
         usize::try_from(number).ok().filter(|&level| level <= max).ok_or_else(|| {
-            let context = format!("{name} of cell {} is {number}, expected 0 to {max}", cell + 1);
+            let context = format!("{name} of cell {} is {number}, expected 0 to {max}", column + 1);
             source.error(ErrorKind::Field, context)
         })
     });
     checked.collect::<Result<_>>().map(Some)
 }
 
+/// The most levels that a column may have.
 fn most_levels(sources: &Sources) -> Result<usize> {
-    let known = |source: &dyn Source| source.dimension_len("nVertLevels");
-    for source in sources.all() {
-        if let Some(levels) = known(source)? {
-            return Ok(levels);
+    for name in ["nVertLevels", "nz"] {
+        for source in sources.all() {
+            if let Some(levels) = source.dimension_len(name)? {
+                return Ok(levels);
+            }
         }
     }
     Ok(usize::MAX)

@@ -7,15 +7,30 @@ mod thickness;
 
 use crate::field::FieldInfo;
 use crate::mesh::{Convention, Mesh};
+use crate::radius::EARTH_M;
 use crate::source::{Source, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
-use icoray::{Error, ErrorKind, Layers, Result};
+use crate::standard_atmosphere;
+use icoray::{Error, ErrorKind, Layers, Location, Result};
 
 /// ICON's variables of heights over columns: of interfaces, then of full levels.
 const ICON_COLUMNS: [&str; 7] = ["z_ifc", "zghalf", "HHL", "z_mc", "zg", "zfull", "geometric_height"];
 
+/// Pressures over columns, in pascals unless units say otherwise.
+const PRESSURE_COLUMNS: [&str; 3] = ["pfull", "pres", "pressure"];
+
+/// Depths of MPAS-Atmosphere's soil over columns.
+const SOIL_DEPTHS: &str = "zs";
+
 /// Name of what heights are of where no variable gives them.
 const SPHERE: &str = "sphere";
+
+/// What to do without heights.
+const WITHOUT_HEIGHTS: &str = "`heights` says at what heights the first and the last layer lie; a scene that shows layers \
+                               as surfaces alone needs none";
+
+/// Name of what heights are of where the user gives them.
+const GIVEN: &str = "heights";
 
 /// Thickness of the shell of a 2D field, in radii of the sphere.
 const SHELL: f64 = 1e-3;
@@ -33,6 +48,8 @@ pub struct LayerHeights {
     pub variable: String,
     /// Whether they are those of the standard atmosphere for pressures that the variable gives.
     pub is_of_pressure: bool,
+    /// Whether the variable only counts layers: these are evenly spaced, at heights of no meaning.
+    pub is_counted: bool,
     /// Height of each above the sphere in metres, negative below it: the mean over all columns where it differs.
     pub height_m: Vec<f64>,
     /// How far a column's layer lies off the mean at most, in metres: 0 without terrain. `None` where the file gives
@@ -47,6 +64,7 @@ struct ReadHeights<'a> {
     source: &'a dyn Source,
     variable: &'a Variable,
     is_of_pressure: bool,
+    is_counted: bool,
     height_m: Vec<f64>,
     deviation_m: Option<f64>,
 }
@@ -54,7 +72,7 @@ struct ReadHeights<'a> {
 impl<'a> ReadHeights<'a> {
     /// Heights in metres, of a variable that gives no pressures.
     fn new((source, variable): (&'a dyn Source, &'a Variable), (height_m, deviation_m): columns::Means) -> Self {
-        ReadHeights { source, variable, is_of_pressure: false, height_m, deviation_m }
+        ReadHeights { source, variable, is_of_pressure: false, is_counted: false, height_m, deviation_m }
     }
 }
 
@@ -64,42 +82,51 @@ impl LayerHeights {
         if info.is_2d() {
             return Self::of_shell(2, true, sphere_radius_m).map(Some);
         }
-        let found = match mesh.convention() {
-            Convention::Mpas => of_mpas(sources)?,
-            Convention::Icon | Convention::Cf => of_icon(sources, mesh, info)?,
+        if let Some(ends) = sources.options.heights_m {
+            return Self::plain(GIVEN, evenly_spaced(info.layers, ends), Some(0.0), sphere_radius_m).map(Some);
+        }
+        let of_mpas = if is_over_mpas_levels(mesh, info) { of_mpas(sources, mesh)? } else { None };
+        let found = match of_mpas {
+            Some(found) => Some(found),
+            None => of_others(sources, mesh, info, sphere_radius_m)?,
         };
         let Some(found) = found else { return Ok(None) };
         let (source, name, height_m) = (found.source, &found.variable.name, found.height_m);
+        // Of a mesh on the unit sphere whose heights are in metres, as files of the mesh alone and of heights make one.
+        let is_in_metres = sphere_radius_m == 1.0 && height_m.iter().any(|height| height.abs() >= 1.0);
+        let sphere_radius_m = if is_in_metres { EARTH_M } else { sphere_radius_m };
         if let Some(i) = height_m.iter().position(|h| !h.is_finite() || h.abs() >= sphere_radius_m) {
             return Err(source.error(
                 ErrorKind::Layers,
                 format_args!(
                     "{name}: layer {i} lies at {} m, but sphere_radius is {sphere_radius_m}; expected a radius in metres, \
-                     such as an init or history file gives (a mesh on the unit sphere has 1)",
+                     such as an init or history file gives, or as `radius`",
                     height_m[i]
                 ),
             ));
         }
-        let layers = Layers::from_heights(&height_m, sphere_radius_m)
-            .map_err(|e| e.within(name).within(source.path().display()))?;
-        let (variable, is_of_pressure, deviation_m) = (name.clone(), found.is_of_pressure, found.deviation_m);
-        Ok(Some(LayerHeights { variable, is_of_pressure, height_m, deviation_m, layers }))
+        let plain = Self::plain(name, height_m, found.deviation_m, sphere_radius_m);
+        let plain = plain.map_err(|e| e.within(source.path().display()))?;
+        let (is_of_pressure, is_counted) = (found.is_of_pressure, found.is_counted);
+        Ok(Some(LayerHeights { is_of_pressure, is_counted, ..plain }))
+    }
+
+    /// Heights in metres of a name.
+    fn plain(name: &str, height_m: Vec<f64>, deviation_m: Option<f64>, sphere_radius_m: f64) -> Result<Self> {
+        let layers = Layers::from_heights(&height_m, sphere_radius_m).map_err(|e| e.within(name))?;
+        let variable = name.to_owned();
+        Ok(LayerHeights { variable, is_of_pressure: false, is_counted: false, height_m, deviation_m, layers })
     }
 
     /// The layers of a thin shell: that of a 2D field, or one in which some layers are shown as surfaces whose heights
-    /// no file gives. The first is the innermost in files of MPAS-Atmosphere, and the outermost in others, as there.
+    /// no file gives. The first is the innermost over the levels of MPAS-Atmosphere, and the outermost in others, as there.
     pub(crate) fn of_layers(sources: &Sources, mesh: &Mesh, info: &FieldInfo, sphere_radius_m: f64) -> Result<Self> {
-        let is_rising = mesh.convention() == Convention::Mpas && sources.find("maxLevelCell").is_none();
+        let is_rising = is_over_mpas_levels(mesh, info) && sources.find("maxLevelCell").is_none();
         Self::of_shell(info.layers, is_rising, sphere_radius_m)
     }
 
     fn of_shell(count: usize, is_rising: bool, sphere_radius_m: f64) -> Result<Self> {
-        let part = |layer: usize| layer as f64 / (count - 1) as f64;
-        let height = |layer: usize| SHELL * sphere_radius_m * if is_rising { part(layer) } else { 1.0 - part(layer) };
-        let height_m: Vec<f64> = (0..count).map(height).collect();
-        let layers = Layers::from_heights(&height_m, sphere_radius_m)?;
-        let variable = SPHERE.into();
-        Ok(LayerHeights { variable, is_of_pressure: false, height_m, deviation_m: None, layers })
+        Self::plain(SPHERE, evenly_spaced(count, shell(is_rising, sphere_radius_m)), None, sphere_radius_m)
     }
 
     /// Whether no file gives the heights.
@@ -109,39 +136,61 @@ impl LayerHeights {
 
     /// Which heights of a field's layers were looked for and not found.
     pub(crate) fn missing(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Error {
-        if mesh.convention() == Convention::Mpas {
-            return sources.error(
-                ErrorKind::Layers,
-                format_args!(
-                    "no layer heights: looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), \
-                     restingThickness(nCells, nVertLevels) and layerThickness(Time, nCells, nVertLevels); \
-                     {IN_ANOTHER_FILE}; a scene that shows layers as surfaces alone needs none"
-                ),
-            );
-        }
-        sources.error(
-            ErrorKind::Layers,
-            format_args!(
-                "no heights for the {} layers of {}: looked for a coordinate {dimension}({dimension}) in metres or \
-                 pascals, and for {} over {} or {} layers and {} cells; {IN_ANOTHER_FILE}; a scene that \
-                 shows layers as surfaces alone needs none",
-                info.layers,
-                info.name,
-                ICON_COLUMNS.join(", "),
-                info.layers,
-                info.layers + 1,
-                columns_of(mesh),
-                dimension = info.layer_dimension,
-            ),
-        )
+        let context = format!(
+            "no heights for the {} layers of {}: looked for {}; {IN_ANOTHER_FILE}; {WITHOUT_HEIGHTS}",
+            info.layers,
+            info.name,
+            looked_for(mesh, info)
+        );
+        sources.error(ErrorKind::Layers, context)
     }
 }
 
+/// Variables with heights of a field's layers.
+fn looked_for(mesh: &Mesh, info: &FieldInfo) -> String {
+    if is_over_mpas_levels(mesh, info) {
+        let thicknesses = thickness::NAMES_NOW.join(", ");
+        return format!(
+            "zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), and {thicknesses}(nCells, nVertLevels), at times or \
+             not"
+        );
+    }
+    format!(
+        "a coordinate {dimension}({dimension}) in metres or pascals, hyam and hybm, and {}, {} over {} or {} layers and {} \
+         cells",
+        ICON_COLUMNS.join(", "),
+        PRESSURE_COLUMNS.join(", "),
+        info.layers,
+        info.layers + 1,
+        height_columns(mesh).0,
+        dimension = info.layer_dimension,
+    )
+}
+
+/// Heights of `count` layers, of which the first and the last are given.
+fn evenly_spaced(count: usize, [first, last]: [f64; 2]) -> Vec<f64> {
+    (0..count).map(|layer| first + (last - first) * (layer as f64 / (count - 1) as f64)).collect()
+}
+
+/// Heights of the first and the last layer of a thin shell.
+fn shell(is_rising: bool, sphere_radius_m: f64) -> [f64; 2] {
+    let top = SHELL * sphere_radius_m;
+    if is_rising { [0.0, top] } else { [top, 0.0] }
+}
+
+/// Whether a field's layers are the levels of MPAS's models, or interfaces between them.
+fn is_over_mpas_levels(mesh: &Mesh, info: &FieldInfo) -> bool {
+    mesh.convention() == Convention::Mpas && info.layer_dimension.starts_with("nVertLevels")
+}
+
 /// Interfaces of MPAS-Atmosphere, or of MPAS-Ocean: from the depths that all columns share, or else from thicknesses.
-fn of_mpas(sources: &Sources) -> Result<Option<ReadHeights<'_>>> {
+fn of_mpas<'a>(sources: &'a Sources, mesh: &Mesh) -> Result<Option<ReadHeights<'a>>> {
     if let Some((source, variable)) = sources.find("zgrid") {
         expect(source, variable, &["nCells", "nVertLevelsP1"])?;
-        return Ok(Some(ReadHeights::new((source, variable), columns::mean(source, variable, true)?)));
+        if let Some(info) = FieldInfo::of(source, variable, mesh, &sources.options)? {
+            let means = columns::mean((source, variable), &info, &sources.options.missing, |height| height)?;
+            return Ok(Some(ReadHeights::new((source, variable), means)));
+        }
     }
     if let Some((source, variable)) = sources.find("refBottomDepth") {
         expect(source, variable, &["nVertLevels"])?;
@@ -153,40 +202,93 @@ fn of_mpas(sources: &Sources) -> Result<Option<ReadHeights<'_>>> {
     Ok(Some(ReadHeights::new(found, thickness::interfaces(sources, found)?)))
 }
 
-/// Heights of ICON's layers: of a coordinate in metres or pascals, or of a variable with the heights of columns.
-fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<ReadHeights<'a>>> {
-    if let Some(found) = of_axis(sources, info)? {
+/// Heights of other layers: of a coordinate in metres or pascals, of a variable with the heights, depths or pressures of
+/// columns, of hybrid levels, or evenly spaced where a coordinate counts them.
+fn of_others<'a>(
+    sources: &'a Sources,
+    mesh: &Mesh,
+    info: &FieldInfo,
+    sphere_radius_m: f64,
+) -> Result<Option<ReadHeights<'a>>> {
+    if let Some(found) = of_axis(sources, mesh, info)? {
         return Ok(Some(found));
     }
-    let Some((source, variable)) = icon_columns(sources, mesh, info) else { return Ok(None) };
-    Ok(Some(ReadHeights::new((source, variable), columns::mean(source, variable, false)?)))
+    let names = [&ICON_COLUMNS[..], &[SOIL_DEPTHS], &PRESSURE_COLUMNS].concat();
+    if let Some(((source, variable), its)) = columns_of(&names, sources, mesh, info)? {
+        let name = variable.name.as_str();
+        let is_of_pressure = PRESSURE_COLUMNS.contains(&name);
+        let scale = axis::unit_of(source, name)?.map_or(1.0, |(_, scale)| scale);
+        let to_height = |value: f64| match name {
+            SOIL_DEPTHS => -value,
+            _ if is_of_pressure => standard_atmosphere::height_m(scale * value),
+            _ => value,
+        };
+        let means = columns::mean((source, variable), &its, &sources.options.missing, to_height)?;
+        return Ok(Some(ReadHeights { is_of_pressure, ..ReadHeights::new((source, variable), means) }));
+    }
+    if let Some(found) = axis::hybrid(sources, info.layers)? {
+        return Ok(Some(found));
+    }
+    let Some((source, variable)) = sources.find(&info.layer_dimension) else { return Ok(None) };
+    let is_rising = axis::counted(source, variable, info.layers)?;
+    Ok(is_rising.map(|is_rising| {
+        let height_m = evenly_spaced(info.layers, shell(is_rising, sphere_radius_m));
+        ReadHeights { is_counted: true, ..ReadHeights::new((source, variable), (height_m, None)) }
+    }))
 }
 
-/// Heights of the coordinate of a field's layers, which all columns share; `None` where no file has one.
-fn of_axis<'a>(sources: &'a Sources, info: &FieldInfo) -> Result<Option<ReadHeights<'a>>> {
+/// Heights of the coordinate of a field's layers, which all columns share; `None` where no file has one. In files of MPAS
+/// it may have another name than the dimension, as `t_iso_levels(nIsoLevelsT)` has, if it is of pressures.
+fn of_axis<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<ReadHeights<'a>>> {
+    let is_mpas = mesh.convention() == Convention::Mpas;
+    let is_over = |v: &Variable| v.lies_at_times_over(&[&info.layer_dimension]);
     for source in sources.all() {
-        let Some(variable) = source.variable(&info.layer_dimension) else { continue };
-        if let Some((height_m, is_of_pressure)) = axis::heights(source, variable, info.layers)? {
-            let deviation_m = Some(0.0);
-            return Ok(Some(ReadHeights { source, variable, is_of_pressure, height_m, deviation_m }));
+        let own = source.variable(&info.layer_dimension);
+        let others = source.variables().iter().filter(|v| is_mpas && is_over(v));
+        for variable in own.into_iter().chain(others) {
+            let is_own = variable.name == info.layer_dimension;
+            let found = axis::heights(source, variable, info.layers)?;
+            if let Some((height_m, is_of_pressure)) = found.filter(|(_, is_of_pressure)| is_own || *is_of_pressure) {
+                let found = ReadHeights::new((source, variable), (height_m, Some(0.0)));
+                return Ok(Some(ReadHeights { is_of_pressure, ..found }));
+            }
         }
     }
     Ok(None)
 }
 
-/// Number of columns with heights: ICON's triangles, other models' cells.
-fn columns_of(mesh: &Mesh) -> usize {
-    if mesh.convention() == Convention::Icon { mesh.corners() } else { mesh.cells() }
+/// Number of columns with heights, and where they are: ICON's triangles, other models' cells.
+fn height_columns(mesh: &Mesh) -> (usize, Location) {
+    match mesh.convention() {
+        Convention::Icon => (mesh.corners(), Location::Corner),
+        Convention::Mpas | Convention::Cf => (mesh.cells(), Location::Center),
+    }
 }
 
-/// The variable with the heights of a field's layers over ICON's columns, or of its interfaces.
-fn icon_columns<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Option<(&'a dyn Source, &'a Variable)> {
-    let fits = |variable: &Variable| {
-        let [.., layers, cells] = variable.dimensions.as_slice() else { return false };
-        let is_theirs = layers.len == info.layers || layers.len == info.layers + 1;
-        variable.kind.is_real() && is_theirs && cells.len == columns_of(mesh)
-    };
-    ICON_COLUMNS.iter().filter_map(|name| sources.find(name)).find(|(_, variable)| fits(variable))
+/// A variable over columns, and its description.
+type FoundColumns<'a> = ((&'a dyn Source, &'a Variable), FieldInfo);
+
+/// The first variable of these names that lies over columns and a field's layers, or its interfaces.
+fn columns_of<'a>(
+    names: &[&str],
+    sources: &'a Sources,
+    mesh: &Mesh,
+    info: &FieldInfo,
+) -> Result<Option<FoundColumns<'a>>> {
+    for (source, variable) in names.iter().filter_map(|name| sources.find(name)) {
+        let its = FieldInfo::of(source, variable, mesh, &sources.options)?;
+        let is_theirs = |its: &FieldInfo| {
+            let is_same = its.layer_dimension == info.layer_dimension;
+            // Interfaces are a dimension of another name in ICON's files.
+            let is_alike =
+                mesh.convention() != Convention::Mpas && (0..=1).any(|more| its.layers == info.layers + more);
+            (is_same || is_alike) && (its.columns, its.location) == height_columns(mesh)
+        };
+        if let Some(its) = its.filter(|its| variable.kind.is_real() && is_theirs(its)) {
+            return Ok(Some(((source, variable), its)));
+        }
+    }
+    Ok(None)
 }
 
 fn expect(source: &dyn Source, variable: &Variable, dimensions: &[&str]) -> Result<()> {

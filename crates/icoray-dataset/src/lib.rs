@@ -1,5 +1,5 @@
 //! Datasets of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON,
-//! DYNAMICO.
+//! FESOM2, DYNAMICO.
 //!
 //! A [`Source`] is a file that is open, or a dataset in memory: variables with dimensions and attributes. [`Dataset`]
 //! finds the mesh, the heights of layers and the fields in it, by the conventions of the models; a field is read on
@@ -34,6 +34,8 @@ mod layering;
 mod likely_fields;
 mod mesh;
 mod native_height_cache;
+mod options;
+mod radius;
 mod reals;
 mod sample;
 mod scene_fields;
@@ -42,6 +44,7 @@ mod series;
 mod source;
 mod sources;
 mod standard_atmosphere;
+mod stored;
 mod suggest;
 mod time_selection;
 mod times;
@@ -59,6 +62,7 @@ pub use layer_selection::LayerSelection;
 pub use layering::Layering;
 pub use mesh::{Convention, Mesh};
 pub use native_height_cache::NativeHeightCache;
+pub use options::DatasetOptions;
 pub use sample::{Sample, SampleValues, SampleVariable};
 pub use scene_fields::{Key, SceneField, SceneFields};
 pub use series::{FieldCache, Series};

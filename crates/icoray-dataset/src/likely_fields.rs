@@ -5,10 +5,10 @@ use crate::field::FieldInfo;
 /// Variables of heights, thicknesses, the vertical grid and the mesh: lower case, with blanks between.
 const GRID_VARIABLES: &str = "\
     zgrid zz zxu zb zb3 fzm fzp rdzw rdzu dzu dss z_ifc z_mc zghalf zg zfull hhl hsurf geometric_height \
-    ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness zmid ztop deriv_two areacell \
+    ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness timemonthly_avg_layerthickness zs dzs zmid ztop deriv_two areacell \
     areatriangle meshdensity cellquality gridspacing trianglequality triangleanglequality nominalmindc fcell \
     fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality \
-    maxlevelcell minlevelcell";
+    maxlevelcell minlevelcell nlevels nlevels_nod2d ulevels ulevels_nod2d elem_area nod_area";
 /// Name endings of base states, which do not change.
 const BASE: [&str; 2] = ["_base", "_ref"];
 /// Words, in lower case, that mark a geometric quantity if they are in the long name of a variable in units of length.
@@ -19,8 +19,14 @@ const LENGTH: [&str; 4] = ["m", "meter", "meters", "metres"];
 /// The fields of `all` that look like physical ones, the likeliest first.
 pub(crate) fn likely_fields(all: &[FieldInfo]) -> Vec<&FieldInfo> {
     let mut fields: Vec<&FieldInfo> = all.iter().filter(|info| is_physical(info)).collect();
-    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent));
+    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent, is_beside_levels(info)));
     fields
+}
+
+/// Whether layers are others than the levels of MPAS's models, such as those of the soil.
+fn is_beside_levels(info: &FieldInfo) -> bool {
+    let is_mpas = matches!(info.layer_dimension.as_bytes(), [b'n', b'A'..=b'Z', ..]);
+    is_mpas && !info.layer_dimension.starts_with("nVertLevels")
 }
 
 fn is_physical(info: &FieldInfo) -> bool {
@@ -37,7 +43,7 @@ fn is_physical(info: &FieldInfo) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Precision;
+    use crate::field::{Axes, Precision};
     use icoray::{Description, Location};
 
     fn info(name: &str, layers: usize, time_dependent: bool, words: [&str; 2]) -> FieldInfo {
@@ -51,13 +57,15 @@ mod tests {
             time_dependent,
             description: Description { long_name, units },
             layer_dimension: "nVertLevels".into(),
-            is_level_fastest: true,
+            axes: Axes::default(),
         }
     }
 
     #[test]
     fn physical_fields_that_change_come_first() {
+        let soil = FieldInfo { layer_dimension: "nSoilLevels".into(), ..info("tslb", 4, true, ["", "K"]) };
         let all = [
+            soil,
             info("zgrid", 27, false, ["Geometric height of layer interfaces", "m"]),
             info("rho_base", 26, false, ["Base state density", "kg m^{-3}"]),
             info("tracer", 26, false, ["", ""]),
@@ -70,6 +78,6 @@ mod tests {
             info("w", 27, true, ["Vertical velocity", "m s^{-1}"]),
         ];
         let names: Vec<&str> = likely_fields(&all).iter().map(|info| info.name.as_str()).collect();
-        assert_eq!(names, ["theta", "w", "tracer", "ssh", "ter"]);
+        assert_eq!(names, ["theta", "w", "tslb", "tracer", "ssh", "ter"]);
     }
 }

@@ -1,7 +1,7 @@
 //! Layers, fields and notes of the scenes of a script.
 
 use crate::dataset::Dataset;
-use crate::field::FieldInfo;
+use crate::field::{FieldInfo, Precision};
 use crate::heights::LayerHeights;
 use crate::heights::native::NativeInfo;
 use crate::layer_selection::LayerSelection;
@@ -140,6 +140,17 @@ impl<'a> SceneFields<'a> {
             if info.location == Location::Corner {
                 notes.push(format!("{name} lives on corners: averaged to cell centres (derived, {bytes} bytes)"));
             }
+            for (mark, count) in self.dataset.unsaid_marks(name) {
+                // As the field has it, not the nearest number of double precision.
+                let mark = match info.precision {
+                    Precision::F32 => format!("{:e}", mark as f32),
+                    Precision::F64 => format!("{mark:e}"),
+                };
+                notes.push(format!(
+                    "{count} values of {name} are {mark}, which no attribute explains: taken for missing (`missing` says what \
+                     marks missing values)"
+                ));
+            }
             if layering.moves(info) {
                 notes.push(format!("{name} lies on other layers than {first_field}: interpolated to these in height"));
             }
@@ -179,6 +190,16 @@ impl LayerInfo {
         if heights.is_of_pressure {
             let name = &heights.variable;
             notes.push(format!("{name} gives pressures: rendered at the heights of the standard atmosphere"));
+        }
+        if heights.is_counted {
+            let name = &heights.variable;
+            notes.push(format!("{name} only counts layers: shown evenly spaced (`heights` says where they lie)"));
+        }
+        if heights.layers.planet_radius_m() != dataset.sphere_radius_m() {
+            let radius_m = heights.layers.planet_radius_m();
+            notes.push(format!(
+                "sphere_radius is 1, but heights are in metres: shown on the Earth's radius, {radius_m} m (`radius` has another)"
+            ));
         }
         if heights.are_of_shell() && !layering.height_field().is_2d() {
             let inner = if heights.layers.is_falling() { "last" } else { "first" };

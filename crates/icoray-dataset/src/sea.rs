@@ -10,7 +10,7 @@ use std::ops::Range;
 /// The water of an ocean model.
 #[derive(Debug)]
 pub(crate) enum Sea {
-    /// MPAS-Ocean's sea floor.
+    /// The sea floor of MPAS-Ocean or FESOM.
     Floor(Floor),
     /// ICON-O's mask.
     Mask(Mask),
@@ -28,14 +28,16 @@ pub(crate) struct Mask {
 impl Sea {
     /// Reads the mask or sea floor; `None` if the files have neither.
     pub(crate) fn read(sources: &Sources, mesh: &Mesh) -> Result<Option<Self>> {
+        if let Some(floor) = Floor::read(sources, mesh)? {
+            return Ok(Some(Sea::Floor(floor)));
+        }
         match mesh.convention() {
-            Convention::Mpas => Ok(Floor::read(sources, mesh)?.map(Sea::Floor)),
             Convention::Icon => Ok(Mask::read(sources, mesh)?.map(Sea::Mask)),
-            Convention::Cf => Ok(None),
+            Convention::Mpas | Convention::Cf => Ok(None),
         }
     }
 
-    /// The sea floor of MPAS-Ocean.
+    /// The sea floor.
     pub(crate) fn floor(&self) -> Option<&Floor> {
         match self {
             Sea::Floor(floor) => Some(floor),
@@ -44,7 +46,7 @@ impl Sea {
     }
 
     /// Sets values that are not water to NaN in `field`, which holds `layers` of the field `info`. A 2D field has
-    /// values where a column has any water (MPAS-Ocean) or has water in its first layer (ICON-O).
+    /// values where a column has any water (MPAS-Ocean, FESOM) or has water in its first layer (ICON-O).
     pub(crate) fn mask_dry(&self, info: &FieldInfo, layers: Range<usize>, field: &mut OwnedField) {
         let layers = if info.is_2d() { 0..1 } else { layers };
         for column in 0..info.columns {
@@ -85,11 +87,12 @@ impl Mask {
     /// An interface is water if a layer beside it is. Of a field with other layers, such as of ice, columns are dry if
     /// their first layer is. Fields at the triangles' points are not masked.
     fn is_dry(&self, info: &FieldInfo, column: usize, layer: usize) -> bool {
-        let mut beside = match info.layers {
-            own if own == self.layers => layer..=layer,
-            own if own == self.layers + 1 && own > 2 => layer.saturating_sub(1)..=layer.min(self.layers - 1),
-            _ => 0..=0,
-        };
+        let beside = info.entries(layer).find_map(|(_, layers, layer)| match layers {
+            own if own == self.layers => Some(layer..=layer),
+            own if own == self.layers + 1 && own > 2 => Some(layer.saturating_sub(1)..=layer.min(self.layers - 1)),
+            _ => None,
+        });
+        let mut beside = beside.unwrap_or(0..=0);
         info.location == Location::Corner && !beside.any(|layer| self.is_wet[layer * self.columns + column])
     }
 }

@@ -5,6 +5,9 @@ use icoray::{Error, ErrorKind, OwnedReals, Result, printable};
 use std::fmt;
 use std::path::Path;
 
+/// Most variables that a message names.
+const NAMED: usize = 8;
+
 /// Type of a variable's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -39,12 +42,15 @@ pub struct Dimension {
     pub name: String,
     /// Number of entries along it.
     pub len: usize,
+    /// Whether it is that of the time records.
+    pub is_time: bool,
 }
 
 impl Dimension {
-    /// Whether it is that of the time records.
-    pub fn is_time(&self) -> bool {
-        self.name.eq_ignore_ascii_case("time")
+    /// A dimension; that of time if its name says so.
+    pub fn new(name: String, len: usize) -> Self {
+        let is_time = name.eq_ignore_ascii_case("time") || name == "time_counter";
+        Dimension { name, len, is_time }
     }
 }
 
@@ -63,9 +69,23 @@ impl Variable {
     /// The dimensions behind that of the time records, or all where it has none.
     pub(crate) fn after_time(&self) -> &[Dimension] {
         match self.dimensions.as_slice() {
-            [time, rest @ ..] if time.is_time() => rest,
+            [time, rest @ ..] if time.is_time => rest,
             all => all,
         }
+    }
+
+    /// As [`Self::whole`], of one over time its first record.
+    pub(crate) fn first_record(&self) -> (Vec<usize>, Vec<usize>) {
+        let (start, mut count) = self.whole();
+        if self.changes() {
+            count[0] = count[0].min(1);
+        }
+        (start, count)
+    }
+
+    /// Whether there is one array per time record.
+    pub fn changes(&self) -> bool {
+        self.dimensions.first().is_some_and(|dimension| dimension.is_time)
     }
 
     /// Whether the dimensions have these names, in this order, at times or without.
@@ -137,15 +157,43 @@ pub trait Source: fmt::Debug + Send + Sync {
     /// Reads a whole variable of integers; a value that 32 bits cannot hold is an error.
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>>;
 
-    /// Reads a whole variable of numbers of any type.
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>>;
-
     /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be
     /// read, as behind the end of a file that is cut off, is none.
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>>;
 }
 
 impl dyn Source + '_ {
+    /// The variables, in which the dimension of time is marked: what [`Source::variables`] returns. Where none has its name
+    /// it is the longest whose coordinate has `axis = "T"`, `standard_name = "time"` or units such as `days since
+    /// 2000-01-01` (CF conventions 1.11, §4.4).
+    pub fn with_time_marked(&self) -> Vec<Variable> {
+        let mut variables = self.variables().to_vec();
+        if variables.iter().flat_map(|v| &v.dimensions).any(|dimension| dimension.is_time) {
+            return variables;
+        }
+        let axes = variables.iter().filter(|v| matches!(&v.dimensions[..], [only] if only.name == v.name));
+        let times = axes.filter(|v| {
+            let text = |attribute| self.text_of(&v.name, attribute).ok().flatten().unwrap_or_default();
+            text("axis") == "T" || text("standard_name") == "time" || text("units").contains(" since ")
+        });
+        if let Some(time) = times.map(|v| v.dimensions[0].clone()).max_by_key(|dimension| dimension.len) {
+            let dimensions = variables.iter_mut().flat_map(|v| &mut v.dimensions);
+            dimensions.filter(|dimension| dimension.name == time.name).for_each(|dimension| dimension.is_time = true);
+        }
+        variables
+    }
+
+    /// Variables of numbers with their dimensions, the first ones of many, for a message.
+    pub(crate) fn numbers_in_words(&self) -> String {
+        let is_table = |variable: &&Variable| variable.kind.is_number() && !variable.dimensions.is_empty();
+        let all: Vec<String> = self.variables().iter().filter(is_table).map(Variable::to_string).collect();
+        match all.len() {
+            0 => "no variables of numbers".to_owned(),
+            number if number <= NAMED => all.join(", "),
+            number => format!("{} and {} more", all[..NAMED].join(", "), number - NAMED),
+        }
+    }
+
     /// An error about this source.
     pub fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
         Error::new(kind, format!("{}: {context}", self.path().display()))
@@ -172,7 +220,10 @@ impl dyn Source + '_ {
     }
 
     /// An attribute of a variable that holds text.
-    pub(crate) fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
+    ///
+    /// # Errors
+    /// As [`Source::attribute`].
+    pub fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
         self.attribute(Some(variable), attribute).map(text)
     }
 
@@ -187,13 +238,21 @@ impl dyn Source + '_ {
     }
 
     /// Reads a whole table of numbers, `float` in single precision; of one over time, as `open_mfdataset` of xarray makes
-    /// of all, its first record.
+    /// of all, its first record, which the last one equals.
     pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
-        let (start, mut count) = variable.whole();
-        if variable.dimensions.first().is_some_and(Dimension::is_time) {
-            count[0] = count[0].min(1);
+        let (mut start, count) = variable.first_record();
+        let first = self.reals(variable, &start, &count)?;
+        if variable.changes() && variable.dimensions[0].len > 1 {
+            start[0] = variable.dimensions[0].len - 1;
+            let last = self.reals(variable, &start, &count)?;
+            let (first, last) = (first.as_reals(), last.as_reals());
+            if (0..first.len()).any(|i| first.get(i).to_bits() != last.get(i).to_bits()) {
+                let context =
+                    format!("variable {variable}: the last record differs from the first, expected one table");
+                return Err(self.error(ErrorKind::Grid, context));
+            }
         }
-        self.reals(variable, &start, &count)
+        Ok(first)
     }
 
     /// As [`Self::all_reals`], in double precision.
@@ -205,7 +264,12 @@ impl dyn Source + '_ {
     /// As [`Self::all_reals`], of integers.
     pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
         let mut integers = self.integers(variable)?;
-        integers.truncate(variable.after_time().iter().map(|dimension| dimension.len).product());
+        let entries = variable.after_time().iter().map(|dimension| dimension.len).product::<usize>();
+        if let Some(record) = integers.chunks(entries.max(1)).position(|record| record != &integers[..entries]) {
+            let context = format!("variable {variable}: record {record} differs from the first, expected one table");
+            return Err(self.error(ErrorKind::Grid, context));
+        }
+        integers.truncate(entries);
         Ok(integers)
     }
 }

@@ -1,34 +1,66 @@
 //! Files that are read together: the one with the fields, and others with mesh or heights.
 
-use crate::source::{Dimension, Source, Variable};
+use crate::options::DatasetOptions;
+use crate::source::{Source, Variable};
 use icoray::{Error, ErrorKind, Result};
 
 /// What to do where tables or heights are missing; option and argument have this name.
 pub(crate) const IN_ANOTHER_FILE: &str =
     "what is missing may be in another file, such as the run's init or grid file: give that file as `mesh`";
 
-/// Open files, of which the first has the fields.
+/// Open files, of which the first has the fields, and what the user says of them.
 #[derive(Debug)]
-pub(crate) struct Sources(Vec<Box<dyn Source>>);
+pub(crate) struct Sources {
+    files: Vec<Box<dyn Source>>,
+    pub(crate) options: DatasetOptions,
+}
 
 impl Sources {
-    pub(crate) fn new(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>) -> Self {
-        Sources(std::iter::once(fields).chain(others).collect())
+    pub(crate) fn new(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>, options: DatasetOptions) -> Self {
+        Sources { files: std::iter::once(fields).chain(others).collect(), options }
+    }
+
+    /// Checks what the user says.
+    pub(crate) fn expect_options(&self) -> Result<()> {
+        let bad = |what: String| Err(Error::new(ErrorKind::Argument, what));
+        let DatasetOptions { at, heights_m, radius_m, .. } = &self.options;
+        for (name, entry) in at {
+            let mut found = None;
+            for source in self.all() {
+                found = found.max(source.dimension_len(name)?);
+            }
+            match found {
+                None => return bad(format!("at {name}={entry}: no file has a dimension {name}")),
+                Some(len) if *entry >= len => {
+                    return bad(format!("at {name}={entry}: {name} has {len} entries, expected one below {len}"));
+                }
+                Some(_) => {}
+            }
+        }
+        match (heights_m, radius_m) {
+            (Some([first, last]), _) if !(first - last).is_normal() => {
+                bad(format!("heights {first}..{last}: expected two different numbers of metres"))
+            }
+            (_, Some(radius_m)) if !(radius_m.is_finite() && *radius_m > 0.0) => {
+                bad(format!("radius {radius_m}: expected a positive number of metres"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The file with the fields.
     pub(crate) fn fields(&self) -> &dyn Source {
-        self.0[0].as_ref()
+        self.files[0].as_ref()
     }
 
     /// All files, the one with the fields first.
     pub(crate) fn all(&self) -> impl Iterator<Item = &dyn Source> {
-        self.0.iter().map(AsRef::as_ref)
+        self.files.iter().map(AsRef::as_ref)
     }
 
     /// All files, the one with the fields last: the order of the search for mesh tables.
     pub(crate) fn others_first(&self) -> impl Iterator<Item = &dyn Source> {
-        self.0[1..].iter().chain(&self.0[..1]).map(AsRef::as_ref)
+        self.files[1..].iter().chain(&self.files[..1]).map(AsRef::as_ref)
     }
 
     /// The first file that has the variable, and the variable.
@@ -48,7 +80,7 @@ impl Sources {
 
     /// Whether a variable has one record for each time of the fields.
     pub(crate) fn changes(&self, source: &dyn Source, variable: &Variable) -> bool {
-        std::ptr::addr_eq(source, self.fields()) && variable.dimensions.first().is_some_and(Dimension::is_time)
+        std::ptr::addr_eq(source, self.fields()) && variable.changes()
     }
 
     /// The record of a variable for a field's `time`: the first in files without the fields.

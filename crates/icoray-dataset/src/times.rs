@@ -38,7 +38,8 @@ impl Times {
 
 /// The number of time records, 0 where there is no such dimension.
 fn records(source: &dyn Source) -> Result<usize> {
-    let mut records = 0;
+    let own = source.variables().iter().filter(|v| v.changes()).map(|v| v.dimensions[0].len);
+    let mut records = own.max().unwrap_or(0);
     for name in ["Time", "time"] {
         records = source.dimension_len(name)?.unwrap_or(0).max(records);
     }
@@ -52,7 +53,7 @@ fn records(source: &dyn Source) -> Result<usize> {
 /// The variable with MPAS's dates.
 fn text(source: &dyn Source) -> Option<&Variable> {
     let text = TEXTS.iter().filter_map(|name| source.variable(name)).find(|v| v.kind == Kind::Text);
-    text.filter(|v| v.dimensions.len() == 2 && v.dimensions[0].is_time())
+    text.filter(|v| v.dimensions.len() == 2 && v.changes())
 }
 
 /// Whether a variable has the dates of records.
@@ -71,11 +72,13 @@ fn dates(source: &dyn Source, count: usize) -> Vec<Option<String>> {
     // Of a file that is cut off, the numbers before its end.
     let first_ones = |variable: &Variable| {
         let number = |record| Some(source.reals(variable, &[record], &[1]).ok()?.as_reals().get(0));
-        (0..count).map_while(number).collect()
+        (0..count).map_while(number).collect::<Vec<f64>>()
     };
     let numbers = counted.map(|(variable, clock)| {
-        let numbers: Vec<f64> = source.numbers(variable).unwrap_or_else(|_| first_ones(variable));
-        (numbers, clock)
+        let (start, records) = variable.whole();
+        let all = source.reals(variable, &start, &records);
+        let all = all.map(|all| (0..records[0]).map(|record| all.as_reals().get(record)).collect());
+        (all.unwrap_or_else(|_| first_ones(variable)), clock)
     });
     let Some((numbers, clock)) = numbers else {
         return vec![None; count];
@@ -86,7 +89,7 @@ fn dates(source: &dyn Source, count: usize) -> Vec<Option<String>> {
 /// Seconds from the first of these dates to each, in the file's calendar, up to the last date that there is; `None` where
 /// an earlier one lacks or one is not understood.
 fn seconds(source: &dyn Source, dates: &[Option<String>]) -> Option<Vec<f64>> {
-    let of_times = source.variables().iter().filter(|v| v.name.eq_ignore_ascii_case("time"));
+    let of_times = source.variables().iter().filter(|v| v.changes() && v.dimensions.len() == 1);
     let of_times = of_times.filter_map(|v| source.text_of(&v.name, "calendar").ok()?).next();
     let of_mpas = || source.text("config_calendar_type").ok()?;
     let calendar = of_times.or_else(of_mpas).unwrap_or_else(|| "standard".into());
@@ -97,8 +100,7 @@ fn seconds(source: &dyn Source, dates: &[Option<String>]) -> Option<Vec<f64>> {
 
 /// The clock of a variable over time records only that has CF's units of time.
 fn clock(source: &dyn Source, variable: &Variable) -> Option<Clock> {
-    let is_over_time = matches!(&variable.dimensions[..], [only] if only.is_time());
-    if !(is_over_time && variable.kind.is_number()) {
+    if !(variable.changes() && variable.dimensions.len() == 1 && variable.kind.is_number()) {
         return None;
     }
     let units = source.text_of(&variable.name, "units").ok()??;

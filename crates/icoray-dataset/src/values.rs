@@ -5,6 +5,11 @@ use icoray::{OwnedReals, Reals, Shape};
 use std::fmt;
 use std::sync::Arc;
 
+/// Marks of missing values that are in use.
+const USUAL_MARKS: [f64; 6] = [-999.0, -9999.0, -99999.0, -999_999.0, -32767.0, -32768.0];
+/// Least size of a value that may be taken for a mark: physical quantities in their usual units are smaller.
+const HUGE: f64 = 1e15;
+
 /// Borrowed memory with numbers, which must not change while this is held.
 pub trait Memory: fmt::Debug + Send + Sync {
     /// All numbers.
@@ -130,8 +135,29 @@ impl ShapedValues {
     }
 
     fn any(&self, holds: impl Fn(f64) -> bool) -> bool {
+        self.all().any(holds)
+    }
+
+    /// All values.
+    pub(crate) fn all(&self) -> impl Iterator<Item = f64> {
         let (reals, layers) = (self.as_reals(), self.stored_layers());
-        (0..self.shape.columns).any(|column| (0..layers).any(|layer| holds(reals.get(self.element(column, layer)))))
+        let places = (0..self.shape.columns).flat_map(move |column| (0..layers).map(move |layer| (column, layer)));
+        places.map(move |(column, layer)| reals.get(self.element(column, layer)))
+    }
+
+    /// A value in several places that looks like a mark, and the number of places: a huge one, all others being a
+    /// millionth of it at most, or a usual mark below all others, as far from them as these are apart at least.
+    pub(crate) fn outlier(&self) -> Option<(f64, usize)> {
+        let [lowest, highest] = ends(self.all());
+        let is_usual = USUAL_MARKS.contains(&lowest);
+        let mark = if is_usual || lowest.abs() > highest.abs() { lowest } else { highest };
+        if !is_usual && mark.abs() < HUGE {
+            return None;
+        }
+        let [low, high] = ends(self.all().filter(|value| *value != mark));
+        let is_far = if is_usual { low - mark >= high - low } else { low.abs().max(high.abs()) <= 1e-6 * mark.abs() };
+        let places = self.all().filter(|value| *value == mark).count();
+        (is_far && places > 1).then_some((mark, places))
     }
 
     /// Number of layers that have values of their own.
@@ -158,6 +184,11 @@ impl ShapedValues {
             Stored::Shared(_) => unreachable!("they were copied"),
         }
     }
+}
+
+/// The least and the greatest of values.
+fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }
 
 #[cfg(test)]

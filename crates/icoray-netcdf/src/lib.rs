@@ -30,10 +30,9 @@ pub use outline::Outline;
 pub use sample_file::write_sample;
 
 use icoray::Result;
-use icoray_dataset::{Combined, Mesh, Source};
+use icoray_dataset::{Combined, DatasetOptions, Source, Variable};
 use nc_file::NcFile;
 use std::path::Path;
-use std::sync::Arc;
 
 /// Opens a file that holds the mesh and, mostly, fields; reads the mesh tables.
 ///
@@ -59,23 +58,30 @@ pub fn open(path: impl AsRef<Path>) -> Result<Dataset> {
 /// # Errors
 /// As [`open`].
 pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<Dataset> {
-    open_all(&[path], others)
+    open_all(&[path], others, DatasetOptions::default())
 }
 
-/// As [`open_with`], for files of one run that are read as one ([`Combined::of`]).
+/// As [`open_with`], for files of one run that are read as one ([`Combined::of`]), and with what they do not tell.
 ///
 /// # Errors
-/// As [`open`] and [`Combined::of`].
-pub fn open_all(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>]) -> Result<Dataset> {
-    Dataset::new(Combined::of(all_opened(paths)?)?, all_opened(others)?)
+/// As [`open`], [`Combined::of`] and [`Dataset::with_options`].
+pub fn open_all(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>], options: DatasetOptions) -> Result<Dataset> {
+    Dataset::with_options(Combined::of(all_opened(paths)?)?, all_opened(others)?, options)
 }
 
-/// As [`open_all`], for a mesh that is in memory already: no mesh tables are read.
+/// The variables of a file, whether or not it has a mesh: name, dimensions and type of each, with its long name and units.
 ///
 /// # Errors
-/// As [`Dataset::on_mesh`] and [`open_all`].
-pub fn open_on(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>], mesh: Arc<Mesh>) -> Result<Dataset> {
-    Dataset::on_mesh(Combined::of(all_opened(paths)?)?, all_opened(others)?, mesh)
+/// [`ErrorKind::Io`](icoray::ErrorKind::Io) when the file is absent, not NetCDF or damaged.
+pub fn contents(path: impl AsRef<Path>) -> Result<Vec<String>> {
+    let file = NcFile::open(path.as_ref())?;
+    let source: &dyn Source = &file;
+    let line = |variable: &Variable| -> Result<String> {
+        let text = |attribute: &str| source.text_of(&variable.name, attribute);
+        let said = [text("long_name")?, text("units")?.map(|units| format!("[{units}]"))];
+        Ok(std::iter::once(variable.to_string()).chain(said.into_iter().flatten()).collect::<Vec<_>>().join("  "))
+    };
+    source.variables().iter().map(line).collect()
 }
 
 fn all_opened(paths: &[impl AsRef<Path>]) -> Result<Vec<Box<dyn Source>>> {

@@ -47,7 +47,9 @@ impl NcFile {
         let file = guarded(path, what, || netcdf::open(path))?;
         let variables =
             guarded(path, "the list of variables", || Ok(file.variables().map(|v| describe(&v)).collect()))?;
-        Ok(NcFile { file, path: path.to_owned(), classic, variables })
+        let mut opened = NcFile { file, path: path.to_owned(), classic, variables };
+        opened.variables = (&opened as &dyn Source).with_time_marked();
+        Ok(opened)
     }
 
     /// Reads the attributes of a variable and drops them.
@@ -162,11 +164,6 @@ impl Source for NcFile {
         self.block(variable, &start, &count)
     }
 
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        let (start, count) = variable.whole();
-        self.block(variable, &start, &count)
-    }
-
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         let [stored, width] = [0, 1].map(|i| variable.dimensions[i].len);
         let read = |first: usize, count: usize| -> Result<Vec<Option<String>>> {
@@ -191,7 +188,7 @@ fn describe(variable: &netcdf::Variable<'_>) -> Variable {
         NcVariableType::Char => Kind::Text,
         _ => Kind::Other,
     };
-    let dimensions = variable.dimensions().iter().map(|d| Dimension { name: d.name(), len: d.len() }).collect();
+    let dimensions = variable.dimensions().iter().map(|d| Dimension::new(d.name(), d.len())).collect();
     Variable { name: variable.name(), kind, dimensions }
 }
 

@@ -31,9 +31,7 @@ impl Outline {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let source = NcFile::open(path.as_ref())?;
         let Times { records, dates: times, is_dated, seconds } = Times::read(&source)?;
-        let variables = source.variables().iter();
-        let variables =
-            variables.map(|v| (v.name.clone(), v.dimensions.first().is_some_and(|d| d.is_time()))).collect();
+        let variables = source.variables().iter().map(|v| (v.name.clone(), v.changes())).collect();
         let classic = source.classic()?.map(|(layout, length)| (layout.clone(), length));
         Ok(Outline { times, is_dated, seconds, classic, records, variables })
     }
@@ -87,7 +85,7 @@ impl Outline {
         Times::read(&source)?;
         for variable in source.variables() {
             source.try_attributes(&variable.name)?;
-            let changes = variable.dimensions.first().is_some_and(|d| d.is_time());
+            let changes = variable.changes();
             if !variable.kind.is_number() || changes && !variables.contains(&variable.name) {
                 continue;
             }

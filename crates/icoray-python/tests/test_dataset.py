@@ -196,6 +196,42 @@ def test_2d_fields_are_surfaces(mpas: Any):
     assert image.pixels[40, 48, 3] == 1
 
 
+def test_conditions_and_whole_numbers_are_fields(mpas: Any):
+    field = mpas.theta.isel(nVertLevels=0)
+    for array, ends in (
+        (field > 300, (0, 1)),
+        ((field > 300).isel(Time=0).astype("int8"), (0, 1)),
+        (field.round().astype("uint16"), (int(field[-1].round().min()), int(field[-1].round().max()))),
+    ):
+        report = icoray.render(array, mesh=mpas, **LOOK).report
+        assert (report["value_min"], report["value_max"]) == ends, array.dtype
+
+
+def test_times_have_any_name(mpas: Any):
+    times = np.array(["2003-01-01T06", "2003-01-02T06", "2003-01-03T06"], "datetime64[ns]")
+    renamed = mpas.drop_vars("xtime").rename(Time="t").assign_coords(t=times)
+    expected = icoray.render(mpas, "theta", time="2003-01-02", **LOOK)
+    for dims in (("t", "nCells", "nVertLevels"), ("nCells", "t", "nVertLevels")):
+        dataset = icoray.open(renamed.assign(theta=renamed.theta.transpose(*dims)))
+        assert dataset.times == icoray.open(mpas).times and dataset.fields["theta"]["time_dependent"]
+        assert same(dataset.render("theta", time="2003-01-02", **LOOK), expected)
+
+
+def test_what_a_dataset_does_not_tell_is_said(mpas: Any):
+    theta = mpas.theta.where(mpas.theta > 300, -999)
+    several = mpas.drop_vars("zgrid").assign(theta=theta.expand_dims(member=2))
+    dataset = icoray.open(several, at={"member": 1}, heights=(0, 3e3), radius=1e6, missing=[-999])
+    assert dataset.layer_heights("theta") == [0, 1e3, 2e3, 3e3] and dataset.sphere_radius_m == 1e6
+    report = dataset.render("theta", **LOOK).report
+    assert report["missing_values"] == int((theta[-1] == -999).sum()) and report["value_min"] > 300
+    with pytest.raises(icoray.ArgumentError, match="member has 2 entries"):
+        icoray.open(several, at={"member": 2})
+    with pytest.raises(icoray.FieldError, match="`at` picks an entry"):
+        icoray.open(several).render("theta", **LOOK)
+    with pytest.raises(TypeError, match="heigths"):
+        icoray.open(several, heigths=(0, 1))
+
+
 def test_layers_are_selected(mpas: Any):
     some = [icoray.render(mpas, "theta", layers=layers, **LOOK) for layers in (slice(1, 3), (1, 3), "1..3")]
     assert same(some[0], some[1]) and same(some[0], some[2])
@@ -382,7 +418,7 @@ def test_a_wrong_table_names_row_and_value(mpas: Any, mesh: icoray.Grid):
         icoray.open(mpas[["xtime"]])
     with pytest.raises(icoray.GridError, match="give that file as `mesh`"):
         icoray.open(mpas.theta)
-    with pytest.raises(icoray.LayersError, match="no layer heights.*give that file as `mesh`"):
+    with pytest.raises(icoray.LayersError, match="no heights for .*give that file as `mesh`"):
         icoray.open(datasets.mpas(mesh).drop_vars("zgrid")).render("theta")
     for wrong in ((17, ()), (mpas, 17), (mpas, [17])):
         with pytest.raises(icoray.ArgumentError, match="an? int, expected a dataset of xarray"):

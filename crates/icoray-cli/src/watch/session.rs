@@ -75,18 +75,22 @@ impl Watch<'_> {
             self.args.mesh.iter().chain(joined).collect::<Vec<_>>()
         };
         let first = &moment.sources[0].path;
+        let options = |mesh| self.args.data_options.options(mesh);
         let given = known.filter(|mesh| self.args.mesh.iter().any(|path| path == mesh.path()));
         let mut file = match given {
-            Some(mesh) => icoray_netcdf::open_on(&[first], &others_of(first), Arc::clone(mesh))?,
-            None => match icoray_netcdf::open_with(first, &self.args.mesh) {
+            Some(mesh) => icoray_netcdf::open_all(&[first], &others_of(first), options(Some(Arc::clone(mesh))))?,
+            None => match icoray_netcdf::open_all(&[first], &self.args.mesh, options(None)) {
                 Ok(alone) if moment.sources.len() == 1 => return Ok(alone),
-                Ok(alone) => icoray_netcdf::open_on(&[first], &others_of(first), alone.shared_mesh())?,
-                Err(_) if moment.sources.len() > 1 => icoray_netcdf::open_with(first, &others_of(first))?,
+                Ok(alone) => icoray_netcdf::open_all(&[first], &others_of(first), options(Some(alone.shared_mesh())))?,
+                Err(_) if moment.sources.len() > 1 => {
+                    icoray_netcdf::open_all(&[first], &others_of(first), options(None))?
+                }
                 Err(error) => return Err(error),
             },
         };
         for source in &moment.sources[1..] {
-            file.join(icoray_netcdf::open_on(&[&source.path], &others_of(&source.path), file.shared_mesh())?)?;
+            let options = options(Some(file.shared_mesh()));
+            file.join(icoray_netcdf::open_all(&[&source.path], &others_of(&source.path), options)?)?;
         }
         Ok(file)
     }

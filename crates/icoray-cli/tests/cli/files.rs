@@ -1,6 +1,6 @@
 //! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
 
-use crate::made::Made;
+use crate::made::{Made, Values};
 use crate::run::{fails, has, icoray, prints, says, scene, shows_something, software};
 use netcdf::Options;
 use std::fs;
@@ -272,4 +272,44 @@ fn a_reader_that_goes_away_is_no_error() {
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+}
+
+#[test]
+fn options_say_what_the_file_does_not() {
+    let mut made = Made::history();
+    made.dimensions.push(("nCategories", 3));
+    made.add("ice", &["nCells", "nCategories"], Values::F64((0..126).map(|i| f64::from(i % 3)).collect()));
+    made.f32s("theta")[336] = -999.0;
+    let folder = folder(&made, "");
+    let icoray = |words: &[&str]| prints(icoray(folder.path()).args(words));
+    let saved = ["--save-scene", "ice.toml", "--size", "64x48", "-o", "ice.png"];
+    let options = ["--at", "nCategories=2", "--heights", "0..-300", "--radius", "1e6", "--missing", "-999"];
+    let text = icoray(&[&["made.nc", "--field", "ice"], &options[..], &saved].concat());
+    has(&text, &["field     ice at cells, 2D", "range     2 to 2"]);
+    let scene = fs::read_to_string(folder.path().join("ice.toml")).unwrap();
+    has(&scene, &["--at nCategories=2 --heights 0..-300 --radius 1000000 --missing -9.99e2 --scene ice.toml"]);
+    let text = icoray(&[&["info", "made.nc", "--ranges"], &options[..]].concat());
+    has(&text, &["radius     1000000 m", "4 on heights (heights): from 0.0 m to -300.0 m", "to 2041.38 (1 missing)"]);
+    let refuse = |words: &[&str], parts: &[&str]| fails(crate::run::icoray(folder.path()).args(words), 1, parts);
+    refuse(&["made.nc", "--field", "ice"], &["no heights for the 3 layers of ice", "`heights` says"]);
+    refuse(&["made.nc", "--at", "nCategories=3"], &["at nCategories=3: nCategories has 3 entries"]);
+    for wrong in [["--at", "nCategories"], ["--heights", "5..5"]] {
+        fails(crate::run::icoray(folder.path()).arg("made.nc").args(wrong), 2, &[wrong[0], "expected"]);
+    }
+}
+
+#[test]
+fn info_lists_what_a_file_without_a_mesh_holds() {
+    let mut made = Made::of([("time", 0), ("n_node", 162)], []);
+    made.add("sst", &["time", "n_node"], Values::F32(vec![0.0; 162]));
+    made.last().attributes = vec![("long_name", "sea surface temperature".into()), ("units", "C".into())];
+    let folder = folder(&made, "");
+    let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
+    has(&text, &["file       made.nc", "sst(time = 1, n_node = 162) of float  sea surface temperature  [C]"]);
+    has(&text, &["mesh       bad grid: made.nc: no mesh is known of sst(time = 1, n_node = 162) of float"]);
+    let (mesh, _) = Made::mesh(true).write(Options::_64BIT_OFFSET);
+    let mesh = mesh.path().join("made.nc");
+    let words =
+        ["no variable lies on the mesh of", "42 cells (nCells) or 80 vertices (nVertices)", "sst(time = 1, n_node"];
+    fails(icoray(folder.path()).args(["render", "made.nc", "--mesh"]).arg(mesh), 1, &words);
 }

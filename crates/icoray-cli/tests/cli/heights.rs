@@ -110,7 +110,7 @@ fn heights_that_a_file_has_not_are_said_before_the_first_ray() {
     for command in ["render", "plan"] {
         let mut command_of = icoray(folder.path());
         command_of.args([command, "made.nc", "--scene", "scene.toml"]);
-        let looked_for = "looked for zgrid(nCells, nVertLevelsP1), and layerThickness";
+        let looked_for = "looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), and layerThickness";
         fails(&mut command_of, 1, &["made.nc: theta has no native heights", looked_for]);
     }
     assert!(!folder.path().join("theta_000000.png").exists());

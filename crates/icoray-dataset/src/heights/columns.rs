@@ -1,6 +1,8 @@
 //! Heights that differ from column to column, and their means.
 
+use crate::field::FieldInfo;
 use crate::source::{Source, Variable};
+use crate::stored::decoded;
 use icoray::{ErrorKind, Result};
 
 /// Number of values that are in memory at one time.
@@ -9,27 +11,31 @@ const BLOCK: usize = 1 << 20;
 /// Means of layers or interfaces, and how far columns lie off them at most, if that is known.
 pub(super) type Means = (Vec<f64>, Option<f64>);
 
-/// The last two dimensions of a variable are columns and layers, in this order where `is_level_fastest`; of dimensions
-/// before them the first record is taken. Gives the mean of each layer over the columns, and the max distance from it.
-pub(super) fn mean(source: &dyn Source, variable: &Variable, is_level_fastest: bool) -> Result<Means> {
-    let before = variable.dimensions.len().saturating_sub(2);
-    let [one, two] = [0, 1].map(|i| variable.dimensions[before + i].len);
-    let (columns, layers) = if is_level_fastest { (one, two) } else { (two, one) };
-    if columns == 0 || layers == 0 || variable.dimensions[..before].iter().any(|d| d.len == 0) {
+/// The mean of each layer over the columns at the first time, and the max distance from it. `info` describes the variable,
+/// whose values become heights by `to_height`.
+pub(super) fn mean(
+    (source, variable): (&dyn Source, &Variable),
+    info: &FieldInfo,
+    missing: &[f64],
+    to_height: impl Fn(f64) -> f64,
+) -> Result<Means> {
+    if variable.dimensions.iter().any(|d| d.len == 0) {
         return Err(source.error(ErrorKind::Layers, format_args!("variable {variable} is empty")));
     }
+    let is_level_fastest = info.is_level_fastest();
+    let (one, two) = if is_level_fastest { (info.columns, info.layers) } else { (info.layers, info.columns) };
     let mut all = Vec::new();
     let rows = (BLOCK / two).max(1);
     for first in (0..one).step_by(rows) {
-        let (mut start, mut count) = (vec![0; before], vec![1; before]);
-        start.extend([first, 0]);
-        count.extend([rows.min(one - first), two]);
-        let block = source.reals(variable, &start, &count)?;
+        let (outer, inner) = (first..one.min(first + rows), 0..two);
+        let (columns, layers) = if is_level_fastest { (outer, inner) } else { (inner, outer) };
+        let (start, count) = info.axes.block(0, columns, layers);
+        let block = decoded(source, variable, (&start, &count), missing)?;
         // Allocated after the first read, which fails if a damaged header has too many layers.
-        all.resize(layers, HeightStatistics::default());
+        all.resize(info.layers, HeightStatistics::default());
         let heights = block.as_reals();
         for i in 0..heights.len() {
-            let (row, place, height) = (first + i / two, i % two, heights.get(i));
+            let (row, place, height) = (first + i / two, i % two, to_height(heights.get(i)));
             let (column, layer) = if is_level_fastest { (row, place) } else { (place, row) };
             if !height.is_finite() {
                 let context = format!(

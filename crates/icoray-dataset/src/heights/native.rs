@@ -1,7 +1,7 @@
 //! Native heights: those of each column's layers.
 
 use super::thickness::{self, Columns};
-use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, icon_columns, of_axis};
+use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, is_over_mpas_levels, looked_for, of_axis};
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
@@ -24,7 +24,7 @@ pub struct NativeHeights {
 
 #[derive(Debug)]
 enum Stored {
-    AsRead(OwnedField),
+    AsRead(Box<OwnedField>),
     Averaged(CenterField),
     AddedUp(Columns),
 }
@@ -52,13 +52,14 @@ struct HeightVariable<'a> {
 impl<'a> HeightVariable<'a> {
     /// The variable for a field; `None` if all columns share the heights of layers, or no file has native ones.
     fn of(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<Self>> {
-        if info.is_2d() {
+        if info.is_2d() || sources.options.heights_m.is_some() {
             return Ok(None);
         }
         let heights = |(source, variable)| HeightVariable { source, variable, is_thickness: false };
-        if mesh.convention() != Convention::Mpas {
-            let is_shared = of_axis(sources, info)?.is_some();
-            return Ok(icon_columns(sources, mesh, info).filter(|_| !is_shared).map(heights));
+        if !is_over_mpas_levels(mesh, info) {
+            let is_shared = of_axis(sources, mesh, info)?.is_some();
+            let found = if is_shared { None } else { columns_of(&ICON_COLUMNS, sources, mesh, info)? };
+            return Ok(found.map(|(found, _)| heights(found)));
         }
         if let Some((source, variable)) = sources.find("zgrid") {
             expect(source, variable, &["nCells", "nVertLevelsP1"])?;
@@ -70,27 +71,14 @@ impl<'a> HeightVariable<'a> {
     /// As [`Self::of`]; [`ErrorKind::Layers`] if there is none.
     fn expected(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
         Self::of(sources, mesh, info)?.ok_or_else(|| {
-            let (name, layers) = (&info.name, info.layers);
+            let name = &info.name;
             if info.is_2d() {
                 let context = format!("{name} has no native heights: it is a 2D field, which lies on the sphere");
                 return sources.error(ErrorKind::Layers, context);
             }
-            let looked_for = match mesh.convention() {
-                Convention::Mpas => format!(
-                    "zgrid(nCells, nVertLevelsP1), and {}(nCells, nVertLevels), at times or not",
-                    thickness::NAMES_NOW.join(", ")
-                ),
-                Convention::Icon | Convention::Cf => format!(
-                    "{} over {layers} or {} layers and {} cells, where no coordinate {dimension}({dimension}) gives heights \
-                     or pressures that all columns share",
-                    ICON_COLUMNS.join(", "),
-                    layers + 1,
-                    columns_of(mesh),
-                    dimension = info.layer_dimension
-                ),
-            };
             let context = format!(
-                "{name} has no native heights: no file has those of each column; looked for {looked_for}; {IN_ANOTHER_FILE}"
+                "{name} has no native heights: no variable has those of each column; looked for {}; {IN_ANOTHER_FILE}",
+                looked_for(mesh, info)
             );
             sources.error(ErrorKind::Layers, context)
         })
@@ -101,7 +89,7 @@ impl<'a> HeightVariable<'a> {
     }
 
     fn info(self, sources: &Sources, mesh: &Mesh) -> NativeInfo {
-        let of_one_time = self.variable.dimensions.iter().filter(|dimension| !dimension.is_time());
+        let of_one_time = self.variable.dimensions.iter().filter(|dimension| !dimension.is_time);
         let values = of_one_time.fold(1usize, |values, dimension| values.saturating_mul(dimension.len));
         let bytes = if self.variable.kind == Kind::F32 { 4 } else { 8 };
         NativeInfo {
@@ -148,14 +136,14 @@ impl NativeHeights {
         let stored = if is_thickness {
             Stored::AddedUp(Columns::read(sources, (source, variable), floor, time)?)
         } else {
-            let info = FieldInfo::of(source, variable, mesh)?.ok_or_else(|| {
+            let info = FieldInfo::of(source, variable, mesh, &sources.options)?.ok_or_else(|| {
                 let context = format!("variable {variable}, expected heights over layers and cells, at times or not");
                 source.error(ErrorKind::Layers, context)
             })?;
             let time = if info.time_dependent { sources.record(source, variable, time)? } else { 0 };
-            let read = OwnedField::read(source, &info, time, 0..info.layers)?;
+            let read = OwnedField::read(source, &info, time, 0..info.layers, &sources.options)?;
             match info.location {
-                Location::Center => Stored::AsRead(read),
+                Location::Center => Stored::AsRead(Box::new(read)),
                 Location::Corner => Stored::Averaged(CenterField::average(grid, &read.field()?)?),
             }
         };

@@ -8,7 +8,9 @@ use super::columns::{HeightStatistics, Means};
 use crate::floor::Floor;
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
-use icoray::{ErrorKind, OwnedReals, Result, Shape};
+use crate::stored::decoded;
+use crate::values::ShapedValues;
+use icoray::{ErrorKind, OwnedReals, Reals, Result, Shape};
 use std::ops::Range;
 
 /// Variables of thicknesses in metres, time-dependent ones first.
@@ -80,9 +82,9 @@ impl Columns {
             Some(depth) => Start::Floor(depth),
             None => Start::Surface(surface(sources, cells, time)?),
         };
-        let mut heights = match &block {
-            OwnedReals::F32(_) => OwnedReals::F32(Vec::with_capacity(cells * (layers + 1))),
-            OwnedReals::F64(_) => OwnedReals::F64(Vec::with_capacity(cells * (layers + 1))),
+        let mut heights = match block.as_reals() {
+            Reals::F32(_) => OwnedReals::F32(Vec::with_capacity(cells * (layers + 1))),
+            Reals::F64(_) => OwnedReals::F64(Vec::with_capacity(cells * (layers + 1))),
         };
         let mut column = vec![0.0; layers + 1];
         for cell in 0..cells {
@@ -146,13 +148,13 @@ fn surface(sources: &Sources, cells: usize, time: usize) -> Result<Vec<f64>> {
 }
 
 /// One record of a variable over `count` entries, which may have times before them.
-fn at(sources: &Sources, (source, variable): Found, count: &[usize], time: usize) -> Result<OwnedReals> {
+fn at(sources: &Sources, (source, variable): Found, count: &[usize], time: usize) -> Result<ShapedValues> {
     let (mut start, mut count) = (vec![0; count.len()], count.to_vec());
     if variable.dimensions.len() > count.len() {
         start.insert(0, sources.record(source, variable, time)?);
         count.insert(0, 1);
     }
-    source.reals(variable, &start, &count)
+    decoded(source, variable, (&start, &count), &sources.options.missing)
 }
 
 /// The interfaces below the sphere's surface, and how far those of columns lie off them, where `bottomDepth` tells.
@@ -162,7 +164,8 @@ pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result
     let depth = of_cells(sources, "bottomDepth", cells)?;
     let is_of_times = variable.dimensions.len() == 3;
     let (start, count) = (vec![0; 2 + usize::from(is_of_times)], [1, cells, layers]);
-    let block = source.reals(variable, &start, &count[usize::from(!is_of_times)..])?;
+    let count = &count[usize::from(!is_of_times)..];
+    let block = decoded(source, variable, (&start, count), &sources.options.missing)?;
     let thickness = |cell: usize, layer: usize| block.as_reals().get(cell * layers + layer);
     // Without a sea floor a column ends where its layers have no thickness.
     let wet = |cell: usize| match &last {
@@ -218,5 +221,6 @@ fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Option<Vec<f6
         let context = format!("variable {variable}, expected {name}(nCells = {cells}) of numbers");
         return Err(source.error(ErrorKind::Layers, context));
     }
-    source.all_numbers(variable).map(Some)
+    let (start, count) = variable.first_record();
+    Ok(Some(decoded(source, variable, (&start, &count), &sources.options.missing)?.all().collect()))
 }

@@ -4,7 +4,7 @@ use super::tables::{Positions, find};
 use crate::reals::ChangeReals;
 use crate::source::{Source, Variable};
 use icoray::{ErrorKind, OwnedReals, Result};
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// The polygons' points: as many for each polygon.
 pub(super) struct Bounds {
@@ -35,42 +35,51 @@ pub(super) fn read_bounds(source: &dyn Source, [lon, lat]: [(&Variable, Option<&
         let context = format!("variables {} and {}, expected the same dimensions of float or double", lon.0, lat.0);
         return Err(source.error(ErrorKind::Grid, context));
     }
-    let read = |(variable, coordinate): (&Variable, Option<&str>)| -> Result<Vec<f64>> {
+    let name = |(variable, coordinate): (&'_ Variable, Option<&str>)| -> Result<String> {
         let own = source.text_of(&variable.name, "units")?;
-        let unit_of = coordinate.filter(|_| own.is_none()).unwrap_or(&variable.name);
-        let mut values = OwnedReals::F64(source.all_numbers(variable)?);
-        into_radians(source, unit_of, &mut values)?;
-        Ok((0..values.as_reals().len()).map(|i| values.as_reals().get(i)).collect())
+        Ok(coordinate.filter(|_| own.is_none()).unwrap_or(&variable.name).to_owned())
     };
-    Ok(Bounds { lon: read(lon)?, lat: read(lat)?, row })
+    let [of_lon, of_lat] = [name(lon)?, name(lat)?];
+    let mut values = [source.all_numbers(lon.0)?, source.all_numbers(lat.0)?].map(OwnedReals::F64);
+    into_radians(source, [&of_lon, &of_lat], &mut values)?;
+    let [lon, lat] = values.map(|values| (0..values.as_reals().len()).map(|i| values.as_reals().get(i)).collect());
+    Ok(Bounds { lon, lat, row })
 }
 
 /// Positions over one dimension, in radians.
 pub(super) fn positions(source: &dyn Source, lon: &str, lat: &str, dimension: &str) -> Result<Positions> {
-    let read = |name: &str| {
-        let variable = find(source, name, &[dimension], false)?;
-        let mut values = source.all_reals(variable)?;
-        into_radians(source, name, &mut values)?;
-        Ok(values)
-    };
-    Ok(Positions { lon: read(lon)?, lat: read(lat)? })
+    let read = |name: &str| source.all_reals(find(source, name, &[dimension], false)?);
+    let mut values = [read(lon)?, read(lat)?];
+    into_radians(source, [lon, lat], &mut values)?;
+    let [lon, lat] = values;
+    Ok(Positions { lon, lat })
 }
 
-/// Makes radians of angles in the unit that coordinate `name` has. Without one they are degrees if any is beyond 2π, as
-/// on a whole sphere some are.
-pub(super) fn into_radians(source: &dyn Source, name: &str, values: &mut OwnedReals) -> Result<()> {
-    let units = source.text_of(name, "units")?.map(|units| units.to_ascii_lowercase());
-    let reals = values.as_reals();
-    let is_degrees = match units.as_deref() {
-        Some(units) if units.starts_with("rad") => false,
-        Some(units) if units.starts_with("deg") => true,
-        None => (0..reals.len()).any(|i| reals.get(i).abs() > TAU + 1e-6),
-        Some(units) => {
-            let context = format!("{name} is in {units:?}, expected radian or degrees");
-            return Err(source.error(ErrorKind::Grid, context));
+/// Makes radians of longitudes and latitudes in the units that the coordinates of these names have. If one has none, it has
+/// the unit of the other; if neither has, both are degrees where a longitude is beyond 2π or a latitude beyond π/2.
+pub(super) fn into_radians(source: &dyn Source, names: [&str; 2], values: &mut [OwnedReals; 2]) -> Result<()> {
+    let unit = |name: &str| {
+        let units = source.text_of(name, "units")?.map(|units| units.to_ascii_lowercase());
+        match units.as_deref() {
+            None | Some("" | "1") => Ok(None),
+            Some(units) if units.starts_with("rad") => Ok(Some(false)),
+            Some(units) if units.starts_with("deg") => Ok(Some(true)),
+            Some(units) => {
+                let context = format!("{name} is in {units:?}, expected radian or degrees");
+                Err(source.error(ErrorKind::Grid, context))
+            }
         }
     };
-    if is_degrees {
+    let is_beyond = |values: &OwnedReals, end: f64| {
+        let reals = values.as_reals();
+        (0..reals.len()).any(|i| reals.get(i).abs() > end + 1e-6)
+    };
+    let is_degrees = match [unit(names[0])?, unit(names[1])?] {
+        [Some(lon), Some(lat)] => [lon, lat],
+        [Some(one), None] | [None, Some(one)] => [one; 2],
+        [None, None] => [is_beyond(&values[0], TAU) || is_beyond(&values[1], FRAC_PI_2); 2],
+    };
+    for (values, _) in values.iter_mut().zip(is_degrees).filter(|(_, is_degrees)| *is_degrees) {
         values.each(f64::to_radians);
     }
     Ok(())

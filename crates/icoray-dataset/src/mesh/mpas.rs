@@ -1,6 +1,6 @@
 //! MPAS's tables, as the MPAS mesh specification 1.0 has them; those that a file lacks are made of the others.
 
-use super::angles::of_directions;
+use super::angles::{self, of_directions};
 use super::polygons::{NONE, Polygons, cells_of_corners, edges_of_corners, ends_of_edges};
 use super::tables::{Convention, Mesh, Positions, find, missing};
 use crate::source::{Source, Variable};
@@ -39,11 +39,11 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
 
 /// Longitudes and latitudes; of Cartesian coordinates where there are none.
 fn positions(source: &dyn Source, [lon, lat]: [&str; 2], cartesian: [&str; 3], dimension: &str) -> Result<Positions> {
-    let read = |name: &str| source.all_reals(find(source, name, &[dimension], false)?);
     let is_cartesian = source.variable(lon).is_none() && cartesian.iter().all(|n| source.variable(n).is_some());
     if !is_cartesian {
-        return Ok(Positions { lon: read(lon)?, lat: read(lat)? });
+        return angles::positions(source, lon, lat, dimension);
     }
+    let read = |name: &str| source.all_reals(find(source, name, &[dimension], false)?);
     let [x, y, z] = cartesian.map(read);
     let (x, y, z) = (x?, y?, z?);
     let of = |i| [&x, &y, &z].map(|values| values.as_reals().get(i));

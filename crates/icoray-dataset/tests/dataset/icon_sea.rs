@@ -2,9 +2,9 @@
 
 use crate::made::{Made, RECORDS, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{expect, open, opened};
+use crate::memory::{expect, open, opened, opened_with};
 use icoray::{CenterField, ErrorKind};
-use icoray_dataset::Dataset;
+use icoray_dataset::{Dataset, DatasetOptions};
 
 /// Whether a triangle's layer is water: every fourth triangle is land, every third is shallow.
 fn is_wet(triangle: usize, layer: usize) -> bool {
@@ -26,6 +26,14 @@ fn sea() -> Made {
     let wet = (0..LAYERS).flat_map(|l| (0..80).map(move |t| f32::from(u8::from(is_wet(t, l)))));
     made.add("wet_c", &["lev", "ncells"], Values::F32(wet.collect()));
     made
+}
+
+#[test]
+fn a_layer_that_is_picked_has_its_land() {
+    let options = DatasetOptions { at: vec![("lev".into(), 1)], ..DatasetOptions::default() };
+    let owned = opened_with(&sea(), &[], options).unwrap().read_field("to", 1).unwrap();
+    let field = owned.field().unwrap();
+    assert!((0..80).all(|triangle| field.value(triangle, 0).is_finite() == is_wet(triangle, 1)));
 }
 
 #[test]
@@ -67,7 +75,7 @@ fn the_mask_may_be_in_another_file_and_must_fit() {
     let mut data = sea();
     let wet = data.variable("wet_c").clone();
     data.remove("wet_c");
-    let mut mask = Made { dimensions: data.dimensions.clone(), attributes: Vec::new(), variables: vec![wet] };
+    let mut mask = Made { attributes: Vec::new(), variables: vec![wet], ..data.clone() };
     mask.dimensions.retain(|(name, _)| *name != "time");
     let missing = |file: Dataset| file.read_field("to", 0).unwrap().field().unwrap().range().1;
     assert_eq!(missing(open(&data)), 0);

@@ -47,6 +47,8 @@ from! {
 
 #[derive(Debug, Clone)]
 pub struct Made {
+    /// Name of the file.
+    pub path: &'static str,
     /// Length 0 makes the record dimension.
     pub dimensions: Vec<(&'static str, usize)>,
     pub attributes: Vec<(&'static str, Values)>,
@@ -81,7 +83,7 @@ impl Made {
         dimensions: [(&'static str, usize); D],
         attributes: [(&'static str, Values); A],
     ) -> Self {
-        Made { dimensions: dimensions.into(), attributes: attributes.into(), variables: Vec::new() }
+        Made { path: "made.nc", dimensions: dimensions.into(), attributes: attributes.into(), variables: Vec::new() }
     }
 
     /// A bisected icosahedron without fields; coordinates in single precision when `single`.

@@ -2,8 +2,10 @@
 
 mod asked;
 mod completed;
+mod conventions;
 mod icon;
 mod icon_sea;
+mod layers;
 mod made;
 mod made_icon;
 mod made_ocean;

@@ -2,7 +2,7 @@
 
 use crate::made::{Made, MadeVariable, Values};
 use icoray::{Error, ErrorKind, OwnedReals, Result};
-use icoray_dataset::{Attribute, Dataset, Dimension, Kind, Source, Variable};
+use icoray_dataset::{Attribute, Dataset, DatasetOptions, Dimension, Kind, Source, Variable};
 use std::path::Path;
 
 /// A source of variables in memory.
@@ -14,7 +14,7 @@ struct MemorySource {
 
 impl MemorySource {
     fn new(made: &Made) -> Self {
-        let dimension = |name: &&str| Dimension { name: (*name).to_owned(), len: made.dimension(name) };
+        let dimension = |name: &&str| Dimension::new((*name).to_owned(), made.dimension(name));
         let describe = |variable: &MadeVariable| Variable {
             name: variable.name.to_owned(),
             kind: match variable.values {
@@ -25,7 +25,10 @@ impl MemorySource {
             },
             dimensions: variable.dimensions.iter().map(dimension).collect(),
         };
-        MemorySource { made: made.clone(), variables: made.variables.iter().map(describe).collect() }
+        let variables = made.variables.iter().map(describe).collect();
+        let mut source = MemorySource { made: made.clone(), variables };
+        source.variables = (&source as &dyn Source).with_time_marked();
+        source
     }
 
     fn made(&self, name: &str) -> Result<&MadeVariable> {
@@ -36,7 +39,7 @@ impl MemorySource {
 
 impl Source for MemorySource {
     fn path(&self) -> &Path {
-        Path::new("made.nc")
+        Path::new(self.made.path)
     }
 
     fn variables(&self) -> &[Variable] {
@@ -67,11 +70,7 @@ impl Source for MemorySource {
     }
 
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        Ok(self.numbers(variable)?.into_iter().map(|number| number as i32).collect())
-    }
-
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        Ok(widened(&self.made(&variable.name)?.values))
+        Ok(widened(&self.made(&variable.name)?.values).into_iter().map(|number| number as i32).collect())
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
@@ -113,8 +112,16 @@ fn block<T: Copy>(values: &[T], variable: &Variable, start: &[usize], count: &[u
 
 /// The dataset of a source with fields and of others with what it lacks.
 pub fn opened(fields: &Made, others: &[&Made]) -> Result<Dataset> {
-    let source = |made: &Made| -> Box<dyn Source> { Box::new(MemorySource::new(made)) };
-    Dataset::new(source(fields), others.iter().map(|made| source(made)).collect())
+    opened_with(fields, others, DatasetOptions::default())
+}
+
+/// As [`opened`], with options.
+pub fn opened_with(fields: &Made, others: &[&Made], options: DatasetOptions) -> Result<Dataset> {
+    Dataset::with_options(source(fields), others.iter().map(|made| source(made)).collect(), options)
+}
+
+pub fn source(made: &Made) -> Box<dyn Source> {
+    Box::new(MemorySource::new(made))
 }
 
 pub fn open(made: &Made) -> Dataset {

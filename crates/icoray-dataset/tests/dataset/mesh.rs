@@ -1,8 +1,8 @@
 //! Correct meshes are read correctly.
 
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
-use crate::memory::{open, open_error, opened};
-use icoray::{Location, Reals};
+use crate::memory::{expect, open, open_error, opened};
+use icoray::{ErrorKind, Location, Reals};
 use icoray_dataset::Precision;
 
 #[test]
@@ -47,6 +47,13 @@ fn tables_over_time_are_those_of_its_first_record() {
         format!("{:?}", heights.all().unwrap().range())
     };
     assert_eq!(own(&joined), own(&plain));
+    // Files of two meshes, joined.
+    let mut turned = made.clone();
+    turned.f32s("lonCell")[42 * (RECORDS - 1)] += 0.5;
+    let parts = ["lonCell(Time = 3, nCells = 42)", "the last record differs from the first, expected one table"];
+    expect(&open_error(&turned), ErrorKind::Grid, &parts);
+    made.i32s("cellsOnVertex")[240] = 7;
+    expect(&open_error(&made), ErrorKind::Grid, &["cellsOnVertex(Time = 3", "record 1 differs from the first"]);
 }
 
 #[test]

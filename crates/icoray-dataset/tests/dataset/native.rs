@@ -149,7 +149,7 @@ fn heights_over_triangles_are_averaged() {
     let grid = file.mesh().grid().unwrap();
     assert_eq!(file.native_heights_in_words("ta").unwrap(), None);
     let error = file.native_info("ta").unwrap_err();
-    let parts = ["made.nc: ta has no native heights", "looked for z_ifc, ", " and 80 cells", "lev(lev)"];
+    let parts = ["made.nc: ta has no native heights", "looked for a coordinate lev(lev)", "z_ifc, ", " and 80 cells"];
     expect(&error, ErrorKind::Layers, &parts);
     assert!(file.native_heights(&grid, "ta", 0).unwrap().is_none());
 

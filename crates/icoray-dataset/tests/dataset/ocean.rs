@@ -95,7 +95,11 @@ fn floors_and_thicknesses_that_are_none_are_named() {
     let (_, error) = spoilt(&made);
     expect(&error.unwrap(), ErrorKind::Layers, &["restingThickness of cell 1, layer 1: 0", "positive thickness"]);
     let (_, error) = spoilt(&Made::ocean());
-    expect(&error.unwrap(), ErrorKind::Layers, &["no layer heights", "zgrid", "refBottomDepth", "layerThickness"]);
+    expect(
+        &error.unwrap(),
+        ErrorKind::Layers,
+        &["no heights for the 4 layers of theta", "zgrid", "refBottomDepth", "layerThickness"],
+    );
 }
 
 /// The floor at corners is computed before the tables are checked.

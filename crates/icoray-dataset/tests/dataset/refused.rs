@@ -59,9 +59,6 @@ fn planes_and_radii_that_are_none_are_refused() {
     made.set("on_a_sphere", "NO              ");
     expect(&open_error(&made), ErrorKind::Unsupported, &["on_a_sphere is NO:", "only meshes on a sphere"]);
     let mut made = Made::mesh(false);
-    made.remove("sphere_radius");
-    expect(&open_error(&made), ErrorKind::Grid, &["attribute sphere_radius is missing"]);
-    let mut made = Made::mesh(false);
     made.set("sphere_radius", -1.0f32);
     expect(&open_error(&made), ErrorKind::Grid, &["sphere_radius: -1"]);
 }
@@ -75,9 +72,9 @@ fn heights_that_are_none_are_refused() {
         file.layers("theta").unwrap_err()
     };
     let error = heights(&|made| made.remove("zgrid"));
-    expect(&error, ErrorKind::Layers, &["made.nc", "no layer heights", "zgrid", "refBottomDepth"]);
-    let error = heights(&|made| made.set("sphere_radius", 1.0));
-    expect(&error, ErrorKind::Layers, &["zgrid: layer 1 lies at 100 m", "sphere_radius is 1;"]);
+    expect(&error, ErrorKind::Layers, &["made.nc", "no heights for the 4 layers of theta", "zgrid", "refBottomDepth"]);
+    let error = heights(&|made| made.set("sphere_radius", 50.0));
+    expect(&error, ErrorKind::Layers, &["zgrid: layer 1 lies at 100 m", "sphere_radius is 50;", "`radius`"]);
     let error = heights(&|made| made.f32s("zgrid")[7] = f32::NAN);
     expect(&error, ErrorKind::Layers, &["zgrid of column 2, layer 2: NaN"]);
     let error = heights(&|made| {
@@ -98,6 +95,12 @@ fn unknown_fields_and_times_are_answered_with_the_known() {
     expect(&error, ErrorKind::Field, &["no field tehta", "zgrid, theta, w, vorticity, rho"]);
     let error = file.read_field("verticesOnCell", 0).unwrap_err();
     expect(&error, ErrorKind::Field, &["verticesOnCell(nCells = 42, maxEdges = 6) of integer is not a field"]);
+    let error = opened(&Made::mesh(true), &[&Made::history()]).unwrap().read_field("theta", 0).unwrap_err();
+    expect(
+        &error,
+        ErrorKind::Field,
+        &["no field theta, but made.nc has theta: give that file among those with fields"],
+    );
     file.read_field("a/b", 0).unwrap_err();
     file.read_field(&"x".repeat(5000), 0).unwrap_err();
     file.read_field("", 0).unwrap_err();

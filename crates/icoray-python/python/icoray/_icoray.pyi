@@ -2,7 +2,7 @@
 
 import datetime
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Final, Literal, Protocol, TypeAlias, TypedDict, final, type_check_only
 
@@ -389,7 +389,15 @@ class Context:
 def sample() -> dict[str, Any]: ...
 @final
 class Dataset:
-    def __new__(cls, stores: Sequence[Any]) -> Dataset: ...
+    def __new__(
+        cls,
+        stores: Sequence[Any],
+        *,
+        at: Mapping[str, int] | None = None,
+        heights: tuple[float, float] | None = None,
+        radius: float | None = None,
+        missing: Sequence[float] | None = None,
+    ) -> Dataset: ...
     @property
     def likely_fields(self) -> list[str]: ...
     @property

@@ -20,6 +20,15 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
+class Facts(TypedDict, total=False):
+    """What a dataset does not tell: arguments of `icoray.open`."""
+
+    at: Mapping[str, int]
+    heights: tuple[float, float]
+    radius: float
+    missing: Sequence[float]
+
+
 class Look(TypedDict, total=False):
     """Keys of a scene that say what one picture shows, and how; the scene reference has their meaning."""
 

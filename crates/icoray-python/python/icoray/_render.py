@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from . import _icoray
 from ._errors import ArgumentError
 from ._icoray import Image, Renderer, Scene
-from ._options import Look, Options, takes_options
+from ._options import Facts, Look, Options, takes_options
 from ._store import stores
 
 if TYPE_CHECKING:
@@ -43,18 +43,29 @@ class Dataset:
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, DYNAMICO or UGRID. A path is opened by xarray.
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID. A path is opened by xarray.
     mesh : the same or uxarray.Grid, or a sequence of these
         What `data` lacks: the mesh, as in the run's init or grid file, or the heights of layers.
+    at : mapping of str to int, optional
+        Entry, from 0, that is read along a dimension beside columns, layers and time.
+    heights : (float, float), optional
+        Heights of the first and of the last layer, metres, instead of those of the dataset; those between are evenly
+        spaced.
+    radius : float, optional
+        Radius of the sphere, metres, instead of that of the dataset.
+    missing : sequence of float, optional
+        Values that mark missing samples, beside those of attributes.
 
     Raises
     ------
     GridError
         Where no mesh is found, or a table of it is wrong; with the table, the row and the value.
+    ArgumentError
+        Where the dataset has no such dimension or entry, or a radius or heights are none.
     """
 
-    def __init__(self, data: Any, mesh: Any = ()) -> None:
-        self._inner = _icoray.Dataset(stores(data, mesh))
+    def __init__(self, data: Any, mesh: Any = (), **facts: Unpack[Facts]) -> None:
+        self._inner = _icoray.Dataset(stores(data, mesh), **facts)
 
     @property
     def fields(self) -> dict[str, dict[str, Any]]:
@@ -190,14 +201,14 @@ class View:
         return f"<icoray.View {self.address}>"
 
 
-def open(data: Any, mesh: Any = ()) -> Dataset:  # noqa: A001
+def open(data: Any, mesh: Any = (), **facts: Unpack[Facts]) -> Dataset:  # noqa: A001
     """Opens a dataset for several pictures: its mesh and the heights of layers are read once, fields for each picture.
 
     A loop is fastest with a scene (`Dataset.scene`), as a suggestion looks at all values of the field each time.
 
     Parameters
     ----------
-    data, mesh
+    data, mesh, at, heights, radius, missing
         As in `Dataset`.
 
     Returns
@@ -210,7 +221,7 @@ def open(data: Any, mesh: Any = ()) -> Dataset:  # noqa: A001
     >>> ds = icoray.open(icoray.sample())
     >>> images = [ds.render("theta", time=t, size=(80, 64)) for t in range(len(ds.times))]
     """
-    return Dataset(data, mesh)
+    return Dataset(data, mesh, **facts)
 
 
 def sample() -> Any:
@@ -257,7 +268,7 @@ def render(
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, DYNAMICO or UGRID; or what `open` returned. Arrays of float32
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID; or what `open` returned. Arrays of float32
         and float64 in memory are read where they are; what is loaded, computed (dask) or converted is counted in
         ``image.report["bytes_copied"]``.
     field : str, optional

@@ -33,7 +33,18 @@ class Store:
         self._dataset = dataset
         self._rename = dict(rename or {})
         self._variables = {str(name): variable for name, variable in dataset.variables.items()}
-        self._order = {name: _order(variable.dims) for name, variable in self._variables.items()}
+        times = [str(name) for name in dataset.sizes if str(name).lower() in ("time", "time_counter")]
+        times = times or sorted(filter(self._is_time, map(str, dataset.sizes)), key=lambda name: -dataset.sizes[name])[:1]
+        self._order = {name: _order(variable.dims, times) for name, variable in self._variables.items()}
+
+    def _is_time(self, dimension: str) -> bool:
+        """Whether the coordinate of a dimension is one of time."""
+        found = self._variables.get(dimension)
+        if found is None:
+            return False
+        said = {key: str(found.attrs.get(key, "")) for key in ("axis", "standard_name", "units")}
+        is_said = said["axis"] == "T" or said["standard_name"] == "time" or " since " in said["units"]
+        return is_said or _is_date(found)
 
     @property
     def name(self) -> str:
@@ -104,10 +115,10 @@ class Store:
         return np.asarray(cftime.date2num(values, _SECONDS, calendar=_calendar(variable)), dtype=np.float64)
 
 
-def _order(dims: Iterable[object]) -> list[int]:
-    """Numbers of the dimensions, that of time first."""
-    names = [str(name).lower() for name in dims]
-    return sorted(range(len(names)), key=lambda i: names[i] != "time")
+def _order(dims: Iterable[object], times: Sequence[str]) -> list[int]:
+    """Numbers of the dimensions, those of time first."""
+    names = [str(name) for name in dims]
+    return sorted(range(len(names)), key=lambda i: names[i] not in times)
 
 
 def _is_date(variable: Any) -> bool:

@@ -12,12 +12,15 @@ use crate::renderer::Renderer;
 use crate::scene::Scene;
 use icoray::output::Stamp;
 use icoray::{Grid, Ranks, Script, printable};
-use icoray_dataset::{Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, OwnedField, SceneFields, Series};
+use icoray_dataset::{
+    DatasetOptions, Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, OwnedField, SceneFields, Series,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use request::Request;
 use self_cell::self_cell;
 use source::Store;
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError};
 #[cfg(feature = "live")]
@@ -91,7 +94,22 @@ pub(crate) struct Dataset {
 #[pymethods]
 impl Dataset {
     #[new]
-    fn new(py: Python, stores: Vec<Bound<PyAny>>) -> PyResult<Self> {
+    #[pyo3(signature = (stores, *, at = None, heights = None, radius = None, missing = None))]
+    fn new(
+        py: Python,
+        stores: Vec<Bound<PyAny>>,
+        at: Option<HashMap<String, usize>>,
+        heights: Option<[f64; 2]>,
+        radius: Option<f64>,
+        missing: Option<Vec<f64>>,
+    ) -> PyResult<Self> {
+        let options = DatasetOptions {
+            mesh: None,
+            at: at.unwrap_or_default().into_iter().collect(),
+            heights_m: heights,
+            radius_m: radius,
+            missing: missing.unwrap_or_default(),
+        };
         let bytes_copied = Arc::<AtomicU64>::default();
         let mut sources: Vec<Box<dyn icoray_dataset::Source>> = Vec::new();
         for store in &stores {
@@ -102,7 +120,7 @@ impl Dataset {
         }
         let opened = py.detach(|| -> icoray::Result<Opened> {
             let fields = sources.remove(0);
-            let dataset = icoray_dataset::Dataset::new(fields, sources)?;
+            let dataset = icoray_dataset::Dataset::with_options(fields, sources, options)?;
             let grid = checked(dataset.shared_mesh())?;
             Ok(Opened { dataset, grid, bytes_copied, heights: Mutex::default() })
         });

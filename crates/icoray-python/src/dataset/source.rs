@@ -25,9 +25,9 @@ pub(crate) struct Store {
 }
 
 impl Store {
-    /// `store` is a `Store` of `_store.py`; what is not read in place is added to `bytes_copied`.
-    pub fn new(store: &Bound<PyAny>, bytes_copied: Arc<AtomicU64>) -> PyResult<Self> {
-        let listed: Vec<Listed> = store.call_method0("variables")?.extract()?;
+    /// `dataset` is a `Store` of `_store.py`; what is not read in place is added to `bytes_copied`.
+    pub fn new(dataset: &Bound<PyAny>, bytes_copied: Arc<AtomicU64>) -> PyResult<Self> {
+        let listed: Vec<Listed> = dataset.call_method0("variables")?.extract()?;
         let variables = listed.into_iter().map(|(name, kind, dimensions)| {
             let kind = match kind.as_str() {
                 "f32" => Kind::F32,
@@ -36,17 +36,19 @@ impl Store {
                 "text" => Kind::Text,
                 _ => Kind::Other,
             };
-            let dimensions = dimensions.into_iter().map(|(name, len)| Dimension { name, len }).collect();
+            let dimensions = dimensions.into_iter().map(|(name, len)| Dimension::new(name, len)).collect();
             Variable { name, kind, dimensions }
         });
-        let dimensions: Vec<(String, usize)> = store.call_method0("dimensions")?.extract()?;
-        Ok(Store {
-            path: store.getattr("name")?.extract::<String>()?.into(),
+        let dimensions: Vec<(String, usize)> = dataset.call_method0("dimensions")?.extract()?;
+        let mut store = Store {
+            path: dataset.getattr("name")?.extract::<String>()?.into(),
             variables: variables.collect(),
             dimensions: dimensions.into_iter().collect(),
-            store: store.clone().unbind(),
+            store: dataset.clone().unbind(),
             bytes_copied,
-        })
+        };
+        store.variables = (&store as &dyn Source).with_time_marked();
+        Ok(store)
     }
 
     /// Runs a call of Python; what it raises is an error of reading.
@@ -76,11 +78,6 @@ impl Store {
             self.bytes_copied.fetch_add(bytes, Relaxed);
             Ok((array, in_memory))
         })
-    }
-
-    fn whole(&self, variable: &Variable) -> Result<RealArray> {
-        let (start, count) = variable.whole();
-        Ok(self.block(variable, &start, &count)?.0)
     }
 }
 
@@ -130,7 +127,8 @@ impl Source for Store {
     }
 
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        let numbers = self.numbers(variable)?;
+        let (start, count) = variable.whole();
+        let numbers = self.reals(variable, &start, &count)?;
         let integer = |(i, number): (usize, f64)| {
             // NaN is what xarray makes of a mark for an entry that is missing.
             let number = if number.is_nan() { 0.0 } else { number };
@@ -142,15 +140,7 @@ impl Source for Store {
                 Error::new(ErrorKind::Grid, context)
             })
         };
-        numbers.into_iter().enumerate().map(integer).collect()
-    }
-
-    fn numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        let block = Block::new(self.whole(variable)?);
-        let mut elements = Vec::new();
-        element_numbers(&block.array.dimensions, block.offset, &mut elements);
-        let reals = block.reals();
-        Ok(elements.into_iter().map(|i| reals.get(i)).collect())
+        (0..numbers.as_reals().len()).map(|i| integer((i, numbers.as_reals().get(i)))).collect()
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {

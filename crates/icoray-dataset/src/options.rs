@@ -1,0 +1,21 @@
+//! How a dataset is opened.
+
+use crate::mesh::Mesh;
+use std::sync::Arc;
+
+/// Facts that the files of a dataset lack, and entries of dimensions that are neither columns, layers nor time.
+#[derive(Debug, Clone, Default)]
+pub struct DatasetOptions {
+    /// A mesh that is in memory already: no mesh tables are read. Of the files only sizes, the name of ICON's grid and
+    /// places of columns are compared with it.
+    pub mesh: Option<Arc<Mesh>>,
+    /// Name of a dimension, and the entry along it, from 0, that is read of every variable.
+    pub at: Vec<(String, usize)>,
+    /// Heights above the sphere of the first and of the last layer of every field with layers, metres; those between are
+    /// evenly spaced. They replace the heights of files.
+    pub heights_m: Option<[f64; 2]>,
+    /// Radius of the sphere, metres; it replaces that of files.
+    pub radius_m: Option<f64>,
+    /// Values that mark missing samples of every field, beside those of attributes.
+    pub missing: Vec<f64>,
+}
