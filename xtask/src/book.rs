@@ -18,7 +18,7 @@ use crate::step::Step;
 use crate::workspace::Workspace;
 use markdown::Page;
 
-pub use commands::run as run_commands;
+pub use commands::{run as run_commands, scripted};
 pub use html::build;
 
 /// The folder of the book's pages, below the workspace's root.

@@ -3,7 +3,7 @@
 //! The first model is in C and needs only a C compiler. The second is in Fortran, on ranks of MPI; if it cannot be
 //! built or run, it is left out, and the demo still succeeds.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use xshell::Cmd;
 
@@ -13,14 +13,11 @@ use crate::models::{self, ShallowWater};
 use crate::mpi::Mpi;
 use crate::options::DemoOptions;
 use crate::pictures::{Pictures, SHEET_PACKAGE};
-use crate::report;
 use crate::requirements;
 use crate::step::{Steps, print_line};
 use crate::system;
 use crate::workspace::Workspace;
 
-/// Up to so many pictures are all listed; of more, the first and the last.
-const LISTED: usize = 30;
 /// Steps of each model.
 const STEPS: usize = 5;
 const RANKS: usize = 2;
@@ -70,12 +67,12 @@ impl<'a> Demo<'a> {
         steps.run(&title, |step| step.quiet(self.library()))?;
         steps.run("building the tracer model", |step| step.quiet(models::compile_tracer(workspace, profile)))?;
         let start = steps.started;
-        let lines = steps.run("running the tracer model (about half a minute)", |step| {
+        steps.run("running the tracer model (about half a minute)", |step| {
             let scene = self.with_backend(TRACER_SCENE)?;
             let mut first = None;
             let run = models::tracer(workspace, profile)?.args(TRACER).arg("--days").arg(self.options.days.to_string());
             let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
-            step.echoed(run, || {
+            let poll = || {
                 if first.is_none()
                     && let Some(picture) = pictures.existing().into_iter().next()
                 {
@@ -83,9 +80,10 @@ impl<'a> Demo<'a> {
                     print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(&picture)));
                     first = Some(picture);
                 }
-            })
+            };
+            step.echoed(run, poll).1
         })?;
-        self.show(steps, &pictures, &lines)
+        self.show(steps, &pictures)
     }
 
     /// The second model, from its packages on.
@@ -104,30 +102,23 @@ impl<'a> Demo<'a> {
         })?;
         steps.run("building the shallow-water model", |step| step.quiet(model.compile()))?;
         let title = format!("running the shallow-water model on {RANKS} ranks of MPI (about half a minute)");
-        let lines = steps.run(&title, |step| {
+        steps.run(&title, |step| {
             let scene = self.with_backend(SHALLOW_WATER_SCENE)?;
             pictures.prepare()?;
             let run = model.run(RANKS)?.args(SHALLOW_WATER).arg("--scene").arg(scene);
-            step.echoed(run.arg("--out").arg(&pictures.folder), || {})
+            step.echoed(run.arg("--out").arg(&pictures.folder), || {}).1
         })?;
-        self.show(steps, &pictures, &lines)
+        self.show(steps, &pictures)
     }
 
-    /// Makes the contact sheet; prints the paths of the pictures, their cost and their errors.
-    fn show(&self, steps: &mut Steps, pictures: &Pictures, lines: &[String]) -> Result<(), Error> {
-        let workspace = self.workspace;
+    /// Makes the contact sheet; prints where it, the pictures and their report are.
+    fn show(&self, steps: &mut Steps, pictures: &Pictures) -> Result<(), Error> {
         let taken = pictures.taken()?;
         steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(&self.options.profile)))?;
-        let csv = workspace.shell.read_file(pictures.report())?;
-        print_line(&format!("\npictures ({}):", taken.len()));
-        let mut listed: Vec<_> = taken.iter().map(|picture| workspace.shown(picture)).collect();
-        if listed.len() > LISTED {
-            listed.splice(1..listed.len() - 1, ["...".to_owned()]);
-        }
-        listed.iter().for_each(|picture| print_line(&format!("  {picture}")));
-        print_line(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
-        print_line(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
-        print_line(&format!("\n{}", report::describe(lines, &csv)));
+        let shown = |file: &Path| self.workspace.shown(file);
+        print_line(&format!("\npictures ({}), the last one:\n  {}", taken.len(), shown(&taken[taken.len() - 1])));
+        print_line(&format!("contact sheet:\n  {}", shown(&pictures.sheet())));
+        print_line(&format!("report with errors and seconds, a line per picture:\n  {}", shown(&pictures.report())));
         Ok(())
     }
 
@@ -177,7 +168,7 @@ mod tests {
         let options = DemoOptions { out: None, backend: None, days: 12.0, profile };
         let mut demo = Demo { workspace: &workspace, options: &options, install: false, out: "".into(), gpu: false };
         let (cc, fortran, run) = ("mpicc".into(), "mpifort".into(), "mpirun".into());
-        let mpi = Mpi { cc, fortran, run, options: Vec::new() };
+        let mpi = Mpi { cc, fortran, run };
         for gpu in [false, true] {
             demo.gpu = gpu;
             let first = packages(&demo.library().into());

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-/// Number of lines of details that [`Error::brief`] shows.
-const BRIEF: usize = 5;
+/// Number of lines of details that a summary of an error shows.
+pub const BRIEF: usize = 5;
 
 /// Why a subcommand ended early.
 #[derive(Debug, PartialEq)]

@@ -6,16 +6,14 @@
 //! completed here.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
-use xshell::Cmd;
+use csv::{ReaderBuilder, Trim};
 
+use crate::book;
 use crate::error::Error;
 use crate::files;
-use crate::models::{MPI_PACKAGE, ShallowWater, compile_tracer, tracer};
+use crate::models::{MPI_PACKAGE, ShallowWater, compile_tracer};
 use crate::mpi::Mpi;
-use crate::pictures::{Pictures, check_picture};
-use crate::report::Table;
 use crate::requirements;
 use crate::step::{Step, Steps, print_line};
 use crate::system;
@@ -31,8 +29,8 @@ const OCEAN: &str = "ocean.nc";
 struct Section<'a> {
     /// The scene's file in `examples/scenes`.
     scene: &'a str,
-    /// The words of the command that draws it.
-    command: Vec<&'a str>,
+    /// The command that draws it.
+    command: &'a str,
     /// The files of its pictures, as they are drawn.
     pictures: Vec<&'a str>,
 }
@@ -42,7 +40,7 @@ impl<'a> Section<'a> {
     fn parse(text: &'a str) -> Option<Self> {
         let (scene, rest) = text.split_once("](../scenes/")?.1.split_once("): `")?;
         let pictures = text.lines().filter_map(|line| Some(picture(line)?.1)).collect();
-        Some(Self { scene, command: rest.split_once('`')?.0.split(' ').collect(), pictures })
+        Some(Self { scene, command: rest.split_once('`')?.0, pictures })
     }
 }
 
@@ -71,12 +69,14 @@ fn with_numbers(page: &str, numbers: &BTreeMap<&str, String>) -> String {
     text
 }
 
-/// Errors and cost of one picture, by the text of `report.csv`.
+/// Errors and cost of one picture, by its last row in the text of `report.csv`.
 fn numbers(csv: &str, picture: &str) -> Result<String, Error> {
-    let table = Table::read(csv);
+    let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(csv.as_bytes());
+    let rows: Vec<BTreeMap<String, String>> = reader.deserialize().flatten().collect();
+    let row = rows.iter().rfind(|row| row.get("file").is_some_and(|file| file == picture));
     let number = |name: &str| {
         let lacking = || Error::Failed(format!("report.csv has no {name} of {picture}"));
-        table.number("file", picture, name).ok_or_else(lacking)
+        row.and_then(|row| row.get(name)?.parse::<f64>().ok()).ok_or_else(lacking)
     };
     let seconds = number("prepare_s")? + number("render_s")?;
     Ok(format!("error ≤ {:.1e}, mean {:.1e}; {seconds:.1} s", number("error_max")?, number("error_mean")?))
@@ -140,66 +140,39 @@ impl Gallery<'_> {
 
     /// The file or software that a section's command needs, if it is missing.
     fn lacking(&self, section: &Section) -> Option<String> {
-        if section.command[0] == "mpirun" && self.mpi.is_none() {
+        if section.command.starts_with("mpirun ") && self.mpi.is_none() {
             return Some("a working MPI with Fortran".into());
         }
-        let files = section.command.iter().filter(|word| is_data(word)).map(|word| self.workspace.data().join(word));
-        files.into_iter().find(|file| !file.is_file()).map(|file| self.workspace.shown(&file))
+        let words = section.command.split(' ').filter(|word| word.ends_with(".nc") && *word != OCEAN);
+        let mut files = words.map(|word| self.workspace.data().join(word));
+        files.find(|file| !file.is_file()).map(|file| self.workspace.shown(&file))
     }
 
     /// Draws a section's pictures into the gallery's folder; returns their numbers.
     fn draw<'s>(&self, section: &Section<'s>, step: &mut Step) -> Result<Vec<(&'s str, String)>, Error> {
         let sh = &self.workspace.shell;
-        // Models write more pictures than the page shows.
-        let out = self.workspace.root.join("out/gallery").join(section.scene.trim_end_matches(".toml"));
-        Pictures::new(self.workspace, out.clone(), "").prepare()?;
-        if section.command.contains(&OCEAN) {
-            step.quiet(self.make_ocean(&out))?;
-        }
-        step.quiet(self.command(section, &out)?)?;
+        let script = format!("PATH=$PROGRAMS/shallow_water:$PATH\nblock={}\n{}\n", section.scene, script(section));
+        let name = format!("gallery/{}", section.scene);
+        step.quiet(book::scripted(self.workspace, &name, PROFILE, &script)?)?;
+        let out = self.workspace.root.join("out/docs").join(name).join("out");
         let keep = |file: &&'s str| {
             // A Cinema database has a directory and a report of its own.
             let from = files::fitting(&out, &format!("**/{file}")).pop().unwrap_or_else(|| out.join(file));
-            check_picture(&from)?;
             sh.copy_file(&from, self.workspace.root.join(FOLDER).join(file))?;
             let csv = sh.read_file(from.with_file_name("report.csv"))?;
             Ok((*file, numbers(&csv, file)?))
         };
         section.pictures.iter().map(keep).collect()
     }
-
-    /// The command of the page, by the programs that were built.
-    fn command(&self, section: &Section, out: &Path) -> Result<Cmd<'_>, Error> {
-        let file = |word: &&str| match *word {
-            OCEAN => out.join(OCEAN),
-            word if is_data(word) => self.workspace.data().join(word),
-            word => PathBuf::from(word),
-        };
-        match (&section.command[..], self.shallow_water()) {
-            (["icoray", rest @ ..], _) => {
-                let icoray = self.workspace.shell.cmd(self.workspace.products(PROFILE).join("icoray"));
-                Ok(icoray.args(rest.iter().map(file)).arg("-o").arg(out))
-            }
-            (["tracer", rest @ ..], _) => Ok(tracer(self.workspace, PROFILE)?.args(rest).arg("--out").arg(out)),
-            (["mpirun", "-n", ranks, "shallow_water", rest @ ..], Some(model)) => {
-                let ranks = ranks.parse().map_err(Error::while_doing("mpirun -n"))?;
-                Ok(model.run(ranks)?.args(rest).arg("--out").arg(out))
-            }
-            _ => Err(Error::Failed(format!("an unknown command: {}", section.command.join(" ")))),
-        }
-    }
-
-    /// Runs the test of an ocean's pictures, which writes an ocean on a real mesh to the directory.
-    fn make_ocean(&self, out: &Path) -> Cmd<'_> {
-        let cargo = self.workspace.cargo(["test", "--profile", PROFILE, "--package", "icoray-cli"]);
-        let cargo = cargo.args(["--test", "cli", "the_ocean_ends"]);
-        cargo.env("ICORAY_TEST_KEEP", out).env("ICORAY_TEST_DATA", self.workspace.data())
-    }
 }
 
-/// Whether a word of a command is a file of the data directory.
-fn is_data(word: &str) -> bool {
-    word.ends_with(".nc") && word != OCEAN
+/// The commands that draw a section's pictures into the folder `out`. The test of an ocean's pictures writes an ocean on a
+/// real mesh before.
+fn script(section: &Section) -> String {
+    let ocean = "ICORAY_TEST_KEEP=$PWD ICORAY_TEST_DATA=$DATA cargo test --release --package icoray-cli --test cli the_ocean_ends\n";
+    let before = if section.command.contains(&format!(" {OCEAN} ")) { ocean } else { "" };
+    let out = if section.command.starts_with("icoray ") { "-o" } else { "--out" };
+    format!("mkdir out\n{before}{} {out} out", section.command)
 }
 
 #[cfg(test)]
@@ -220,9 +193,8 @@ mod tests {
         let numbers = pictures.iter().map(|file| (*file, "error ≤ 1, mean 0; 77.0 s".to_owned())).collect();
         assert_eq!(with_numbers(&page, &numbers).matches("77.0 s").count(), pictures.len());
         assert_eq!(with_numbers(&page, &BTreeMap::new()), page);
-        let gallery = Gallery { workspace: &workspace, mpi: None };
-        let unknown = sections.iter().filter(|section| gallery.command(section, Path::new("out")).is_err());
-        assert_eq!(unknown.map(|section| section.scene).collect::<Vec<_>>(), ["shallow_water.toml"]);
+        let programs = sections.iter().map(|section| section.command.split(' ').next().unwrap());
+        assert!(programs.into_iter().all(|program| ["icoray", "tracer", "mpirun"].contains(&program)));
     }
 
     #[test]

@@ -18,7 +18,6 @@ mod mpi;
 mod options;
 mod package;
 mod pictures;
-mod report;
 mod requirements;
 mod side_by_side;
 mod step;

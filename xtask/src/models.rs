@@ -9,7 +9,7 @@ use xshell::{Cmd, cmd};
 
 use crate::error::Error;
 use crate::libclang;
-use crate::mpi::Mpi;
+use crate::mpi::{self, Mpi};
 use crate::step::Step;
 use crate::workspace::Workspace;
 
@@ -102,7 +102,7 @@ impl<'a> ShallowWater<'a> {
         let processors = thread::available_parallelism().map_or(1, usize::from);
         let threads = (processors / ranks).max(1).to_string();
         let run = self.workspace.linked(&self.mpi.run, &self.products)?;
-        let run = run.args(["-n", &ranks.to_string()]).args(&self.mpi.options);
+        let run = run.args(["-n", &ranks.to_string()]).envs(mpi::ANYWHERE);
         Ok(run.arg(self.folder().join("shallow_water")).args(["--threads", &threads]))
     }
 }

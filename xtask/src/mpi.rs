@@ -16,8 +16,6 @@ pub struct Mpi {
     pub fortran: PathBuf,
     /// Starts programs on several ranks.
     pub run: PathBuf,
-    /// The options with which `run` starts any number of ranks on any machine.
-    pub options: Vec<&'static str>,
 }
 
 impl Mpi {
@@ -25,16 +23,7 @@ impl Mpi {
     pub fn find() -> Result<Self, String> {
         let cc = cc()?;
         let (fortran, run) = (partner(&cc, "mpifort", COMPILER)?, partner(&cc, "mpirun", LAUNCHER)?);
-        let mut options = Vec::new();
-        if is_open_mpi(&run, LAUNCHER) {
-            // Waiting ranks yield their processor, on machines with fewer processors than ranks.
-            options.extend(["--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1"]);
-            // In containers ranks cannot read each other's memory, and without the option each prints a warning.
-            options.extend(["--mca", "btl_vader_single_copy_mechanism", "none"]);
-            let is_root = output("id", ["-u"]).is_some_and(|id| id == "0");
-            options.extend(is_root.then_some("--allow-run-as-root"));
-        }
-        Ok(Self { cc, fortran, run, options })
+        Ok(Self { cc, fortran, run })
     }
 
     /// A text that differs for builds with different MPIs.
@@ -43,6 +32,17 @@ impl Mpi {
         format!("{}\n{}\n", self.cc.display(), printed.join("\n"))
     }
 }
+
+/// Variables with which Open MPI's launcher starts any number of ranks on any machine: more ranks than processors, of which
+/// those that wait leave theirs to others, without copies that containers forbid, and as root. Others do not read these.
+pub const ANYWHERE: [(&str, &str); 6] = [
+    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+    ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+    ("OMPI_MCA_mpi_yield_when_idle", "1"),
+    ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+];
 
 /// The options with which compilers and launchers print their version.
 const COMPILER: &str = "--showme:version";

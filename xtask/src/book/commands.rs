@@ -1,25 +1,23 @@
 //! Runs the commands of the README and the book, from the text of their `sh` blocks.
 //!
-//! The blocks of a page are one script of bash, in a folder of its own with copies of `examples`, links to the data
-//! files, and a home. The folder is inside the workspace, so that cargo finds the workspace and its builds from there.
-//! Pages run side by side, but for those that install the library: these run one after the other. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
-//! has a and b.
+//! The blocks of a page are one script of bash, in a folder of its own, which [`PRELUDE`] fills. The folder is inside the
+//! workspace, so that cargo finds the workspace and its builds from there. Pages run side by side, but for those that
+//! install the library: these run one after the other. Words behind `sh` say when a block is run: `slow` in the long run
+//! only, `needs=a,b` where the machine has a and b.
 
 mod needs;
-mod scratch;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
 use super::markdown::{Fence, Page};
 use crate::error::Error;
+use crate::mpi;
 use crate::side_by_side::side_by_side;
 use crate::step::{Step, silent};
 use crate::workspace::{Workspace, is_required};
-use scratch::Scratch;
 
 /// The word of blocks that are run in the long run only.
 const SLOW: &str = "slow";
@@ -30,27 +28,30 @@ const INSTALLING: &str = "cargo xtask install";
 /// The start of the command by which a block writes its own data file.
 const SAMPLING: &str = "icoray sample ";
 
+/// The parent of the folders of pages, below the workspace's root.
+const PLACE: &str = "out/docs";
+
 /// The script of a page, in the page's folder.
 const SCRIPT: &str = "commands.sh";
 
 /// The start of every script.
+const PRELUDE: &str = include_str!("prelude.sh");
+
+/// The command that runs a script as those of pages, in a new folder of this name, with the programs of a profile.
 ///
-/// `cargo xtask test` does not run itself; its options are still checked. The programs that a page builds are there, as the
-/// tests have built them, and the demo is short and built in their profile: the release profile would compile everything
-/// again. The library for MPI is built without GPUs, which takes half the time; tests have it with both.
-const PRELUDE: &str = r#"set -euo pipefail
-trap 'echo "the command that failed is in the block at $block" >&2' ERR
-cargo() {
-    case "$*" in
-    "xtask test"*) command cargo "$@" --help >/dev/null ;;
-    "xtask demo"*) command cargo "$@" --profile dev --days 2 ;;
-    "xtask install"*"--mpi"*) command cargo "$@" --no-gpu ;;
-    "build --release -p icoray-cli") "$PROGRAMS/icoray" --version >/dev/null ;;
-    "run --release -p icoray-study -- "*) shift 5; "$PROGRAMS/icoray-study" "$@" ;;
-    *) command cargo "$@" ;;
-    esac
+/// # Errors
+/// If the folder cannot be made.
+pub fn scripted(workspace: &Workspace, name: &str, profile: &str, script: &str) -> Result<Command, Error> {
+    let sh = &workspace.shell;
+    let folder = workspace.root.join(PLACE).join(name);
+    sh.remove_path(&folder)?;
+    sh.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
+    let command = sh.cmd("bash").arg(SCRIPT).env("ROOT", &workspace.root).env("DATA", workspace.data());
+    let command = command.env("PROGRAMS", workspace.products(profile)).env("FILE", needs::FILE).envs(mpi::ANYWHERE);
+    let mut command = Command::from(command);
+    command.current_dir(folder);
+    Ok(command)
 }
-"#;
 
 /// A fault of the words behind `sh`: an unknown word, or a missing word that the commands need.
 pub fn attribute_fault(fence: &Fence) -> Option<String> {
@@ -106,16 +107,14 @@ pub fn run(
             step.quiet(workspace.cargo(["build", "--package", package, "--no-default-features"]))?;
         }
     }
-    let scratch = Scratch::new(workspace)?;
     // Those that install come first, as they take longest: each builds other libraries in the same place.
     let mut turns = vec![Vec::new()];
     for (path, script) in scripts {
-        let folder = scratch.page(Path::new(&path))?;
-        workspace.shell.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
-        let page = (path, scratch.bash(&folder, SCRIPT));
+        let name = path.trim_end_matches(".md").rsplit('/').next().unwrap_or(&path);
+        let page = (scripted(workspace, name, "dev", &script)?, path);
         if script.contains(INSTALLING) { turns[0].push(page) } else { turns.push(vec![page]) }
     }
-    let run = |(path, command): (String, Command)| {
+    let run = |(command, path): (Command, String)| {
         let started = Instant::now();
         let outcome = silent(command);
         (path, started.elapsed().as_secs_f64(), outcome)
@@ -183,7 +182,7 @@ mod tests {
     const PAGE: &str =
         "```sh\necho 1\n```\n```text\nrm -r /\n```\n```sh slow\necho 2\n```\n```sh needs=mpi\necho 3\n```\n";
 
-    fn scripted(all: bool, has: bool) -> (String, String) {
+    fn written(all: bool, has: bool) -> (String, String) {
         let mut counts = BlockCounts::default();
         let script = script(&Page::parse("p.md", PAGE), &mut counts, all, |_| has);
         (script.unwrap().1, counts.summary())
@@ -191,18 +190,20 @@ mod tests {
 
     #[test]
     fn blocks_are_run_in_order_where_the_machine_has_what_they_need() {
-        let (script, summary) = scripted(true, true);
+        let (script, summary) = written(true, true);
         assert_eq!(script, "block=p.md:1\necho 1\nblock=p.md:7\necho 2\nblock=p.md:10\necho 3\n");
         assert_eq!(summary, "3 blocks of commands run, 0 skipped");
-        let (script, summary) = scripted(false, false);
+        let (script, summary) = written(false, false);
         assert_eq!(script, "block=p.md:1\necho 1\n");
         assert_eq!(summary, "1 blocks of commands run, 1 skipped, 1 without mpi; 1 more with --all");
     }
 
     #[test]
     fn a_failing_command_is_named_by_its_block() {
-        let script = format!("{PRELUDE}block=p.md:7\nfalse | true\necho not reached\n");
-        let output = Command::new("bash").args(["-c", &script]).output().unwrap();
+        let workspace = Workspace::find().unwrap();
+        let script =
+            "block=p.md:7\n[ -d examples ] && [ \"$HOME\" = \"$PWD/.home\" ]\nfalse | true\necho not reached\n";
+        let output = scripted(&workspace, "a failing command", "dev", script).unwrap().output().unwrap();
         assert!(!output.status.success() && output.stdout.is_empty(), "{output:?}");
         assert!(String::from_utf8_lossy(&output.stderr).contains("p.md:7"), "{output:?}");
     }

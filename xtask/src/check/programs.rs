@@ -90,7 +90,7 @@ pub fn run<'a>(
         let [passed, failures, _] = results(&output);
         record.tally.add_tests(&output, has_succeeded);
         count += passed + failures;
-        record.times.add(&name, seconds);
+        record.times.push((name.clone(), seconds));
         step.note(&format!("  {name}: {passed} passed, {failures} failed, {seconds:.1} s"));
         if !has_succeeded {
             print_error(&format!("{output}{errors}"));

@@ -4,7 +4,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 use super::Record;
-use super::suite::{Suite, printed};
+use super::suite::Suite;
 use crate::error::Error;
 use crate::files;
 use crate::step::Step;
@@ -46,9 +46,9 @@ pub fn tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), 
     let pytest =
         sh.cmd(&python).args(["-m", "pytest", "-q", "-rs", "--color=no", "--durations=5", "-p", "no:cacheprovider"]);
     let pytest = pytest.arg(workspace.root.join(PACKAGE).join("tests")).env("ICORAY_TEST_DATA", workspace.data());
-    let (lines, has_succeeded) = printed(pytest.envs(command))?;
-    record.tally.add_pytest(&lines, has_succeeded);
-    if has_succeeded { Ok(()) } else { Err(Error::Failed("pytest failed".into())) }
+    let (lines, outcome) = step.echoed(pytest.envs(command), || {});
+    record.tally.add_pytest(&lines, outcome.is_ok());
+    outcome
 }
 
 /// A requirement of a wheel with one of its extras.

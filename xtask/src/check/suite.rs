@@ -4,16 +4,14 @@
 //! dependency, and cargo then compiles it and everything above it again.
 
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
 
 use xshell::Cmd;
 
 use super::Record;
 use super::programs::{self, Run};
 use crate::error::Error;
-use crate::step::{Step, print_line};
+use crate::step::Step;
 use crate::system::succeeds;
 use crate::workspace::Workspace;
 
@@ -123,11 +121,10 @@ pub fn rank_tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result
 /// The examples in the documentation of the code.
 pub fn examples(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
     let cargo = suite.cargo("test").args(["--doc", "--no-fail-fast"]).envs(suite.variables());
-    step.note("");
     counted(suite, record, |record| {
-        let (lines, has_succeeded) = printed(cargo)?;
-        record.tally.add_tests(&lines.join("\n"), has_succeeded);
-        if has_succeeded { Ok(()) } else { Err(Error::Failed("examples failed".into())) }
+        let (lines, outcome) = step.echoed(cargo, || {});
+        record.tally.add_tests(&lines.join("\n"), outcome.is_ok());
+        outcome
     })
 }
 
@@ -142,20 +139,6 @@ fn counted(
     let outcome = run(record);
     record.tally.add_skips(&sh.read_file(suite.skips())?);
     outcome
-}
-
-/// Runs a command, prints the lines of its standard output as they come, and returns them with whether it succeeded.
-pub fn printed(command: impl Into<Command>) -> Result<(Vec<String>, bool), Error> {
-    let mut child = command.into().stdout(Stdio::piped()).spawn().map_err(Error::while_doing("cargo"))?;
-    let mut lines = Vec::new();
-    for line in child.stdout.take().into_iter().flat_map(|stdout| BufReader::new(stdout).split(b'\n')) {
-        let line = line.map_err(Error::while_doing("the output of cargo"))?;
-        let line = String::from_utf8_lossy(&line).into_owned();
-        print_line(&line);
-        lines.push(line);
-    }
-    let status = child.wait().map_err(Error::while_doing("cargo"))?;
-    Ok((lines, status.success()))
 }
 
 /// The C library built for MPICH, where that is installed beside another MPI.
@@ -181,6 +164,7 @@ fn mpich_library(suite: &Suite, step: &mut Step) -> Result<Option<PathBuf>, Erro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::process::Command;
 
     #[test]
     fn packages_that_read_files_are_left_out_without_their_library() {
