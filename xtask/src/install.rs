@@ -1,6 +1,5 @@
 //! `cargo xtask install`: builds and installs the C library.
 
-mod archive;
 mod catalyst;
 mod comin;
 mod place;
@@ -9,7 +8,8 @@ mod template;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::elf;
+use xshell::Cmd;
+
 use crate::error::Error;
 use crate::libclang;
 use crate::options::InstallOptions;
@@ -97,7 +97,8 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     for (path, what) in &installed.files {
         print_line(&format!("{:<width$}  {what:>10}", path.display()));
     }
-    print_line(&format!("\n{SONAME} needs {}", check_shared(workspace, &installed.shared, mpi)?.join(", ")));
+    let needed = check_shared(workspace, &installed.shared, mpi).quiet().read()?;
+    print_line(&format!("\n{SONAME} needs {needed}"));
     let lib = layout.prefix.join(&layout.libdir);
     print_line(&format!(
         "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  {} model.c $(pkg-config --cflags --libs icoray)",
@@ -148,11 +149,10 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     // Not in other profiles: programs find the libraries in target/debug and target/release by their file names.
     step.quiet(cargo.args(["--", "-C"]).arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
     let products = workspace.products(PROFILE);
-    let shared = products.join("libicoray.so");
-    check_shared(workspace, &shared, mpi)?;
-    let directory = products.join("reduced");
-    let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions(workspace)?, &directory, step)?;
-    Ok(Built { shared, archive, plugin: None, catalyst: None, command: None })
+    let (shared, reduced) = (products.join("libicoray.so"), products.join("reduced"));
+    step.quiet(check_shared(workspace, &shared, mpi))?;
+    step.quiet(library(workspace, "reduce", &products.join("libicoray.a")).arg(&reduced))?;
+    Ok(Built { shared, archive: reduced.join("libicoray.a"), plugin: None, catalyst: None, command: None })
 }
 
 /// Builds the command as the library is built.
@@ -163,16 +163,20 @@ fn build_command(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -
     Ok(workspace.products(PROFILE).join("icoray"))
 }
 
-/// Fails unless a shared library exports the functions of the header, and has the properties of an installed one.
-/// Returns the libraries that it needs.
-pub fn check_shared(workspace: &Workspace, library: &Path, mpi: bool) -> Result<Vec<String>, Error> {
-    elf::check_names(library, &["-D"], &functions(workspace)?)?;
-    elf::check_shared(library, SONAME, mpi)
+/// The command by which a shared library must export the functions of the header, and have the properties of an installed
+/// one. Prints the libraries that it needs.
+pub fn check_shared<'a>(workspace: &'a Workspace, file: &Path, mpi: bool) -> Cmd<'a> {
+    library(workspace, "shared", file).arg(SONAME).arg(linkage(mpi))
 }
 
-/// The functions that the header declares.
-fn functions(workspace: &Workspace) -> Result<Vec<String>, Error> {
-    Ok(elf::declared(&workspace.shell.read_file("include/icoray.h")?))
+/// The word of `library.sh` for a library with MPI or without.
+fn linkage(mpi: bool) -> &'static str {
+    if mpi { "mpi" } else { "plain" }
+}
+
+/// A task of `library.sh`; its further arguments are to be added.
+fn library<'a>(workspace: &'a Workspace, task: &str, file: &Path) -> Cmd<'a> {
+    workspace.shell.cmd("bash").arg("xtask/src/install/library.sh").arg(task).arg(file)
 }
 
 /// Installs the libraries and the files that belong to them.
@@ -267,5 +271,49 @@ mod tests {
     #[test]
     fn the_soname_is_the_start_of_the_file_name() {
         assert!(shared_name(VERSION).starts_with(&format!("{SONAME}.")));
+    }
+    #[test]
+    fn each_fault_of_a_shared_library_is_found() {
+        const GOOD: &str = "int icoray_a(void) { return 0; }";
+        const MOVED: &str = "int icoray_a(void) { return 0; } __asm__(\".text\\n.quad icoray_a\");";
+        let workspace = Workspace::find().unwrap();
+        let sh = &workspace.shell;
+        let scratch = sh.create_temp_dir().unwrap();
+        let [source, file, other, mpi] = ["x.c", "x.so", "o.so", "m.so"].map(|name| scratch.path().join(name));
+        let build = |file: &Path, soname: &str, code: &str, options: &[&str]| {
+            sh.write_file(&source, code).unwrap();
+            let soname = format!("-Wl,-soname,{soname},--no-as-needed");
+            xshell::cmd!(sh, "cc -shared -fPIC -o {file} {source} {soname} {options...}").quiet().run().unwrap();
+        };
+        build(&other, "libother.so.1", GOOD, &[]);
+        build(&mpi, "libmpi.so.40", GOOD, &[]);
+        let (other, mpi) = (other.to_str().unwrap(), mpi.to_str().unwrap());
+        let faults = |code: &str, options: &[&str], is_mpi: bool| {
+            build(&file, "libx.so.0", code, options);
+            let check = library(&workspace, "shared", &file).args(["libx.so.0", linkage(is_mpi), "icoray_a"]);
+            let output = check.quiet().ignore_status().output().unwrap();
+            let faults = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.success(), faults.is_empty(), "{faults}");
+            faults
+        };
+        assert_eq!(faults(GOOD, &[], false), "");
+        assert_eq!(faults(GOOD, &[mpi], true), "");
+        for (code, option, is_mpi, fault) in [
+            (GOOD, "-Wl,-soname,libx.so", false, "its SONAME is [libx.so], expected [libx.so.0]"),
+            (GOOD, "-lm", true, "it needs no MPI"),
+            (GOOD, mpi, false, "it needs libmpi.so.40"),
+            (GOOD, other, false, "it needs libother.so.1"),
+            (GOOD, "-Wl,-rpath,/home/me", false, "it searches /home/me"),
+            (GOOD, "-Wl,-z,execstack", false, "it makes the stack executable"),
+            (MOVED, "-Wl,-z,notext", false, "it has text relocations"),
+        ] {
+            assert_eq!(faults(code, &[option], is_mpi), format!("{}: {fault}\n", file.display()));
+        }
+        let renamed = faults("int icoray_b(void) { return 0; }", &[], false);
+        assert!(renamed.contains("\n-icoray_a\n") && renamed.contains("\n+icoray_b\n"), "{renamed}");
+        // Without names, those of the header are expected.
+        let output = library(&workspace, "names", &file).quiet().ignore_status().output().unwrap();
+        let lacking = String::from_utf8(output.stderr).unwrap();
+        assert!(lacking.contains("\n-icoray_execute\n") && lacking.matches("\n-icoray_").count() > 20, "{lacking}");
     }
 }

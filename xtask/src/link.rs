@@ -18,7 +18,7 @@ pub fn check(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     let layout = Layout { prefix: "/opt/icoray".into(), libdir: "lib".into(), destdir: Some(scratch.join("a place")) };
     let built = install::build(workspace, false, true, step)?;
     let installed = install::install(workspace, &built, &layout)?;
-    install::check_shared(workspace, &installed.shared, false)?;
+    step.quiet(install::check_shared(workspace, &installed.shared, false))?;
     let binary = |(path, what): &(PathBuf, String)| {
         let is_library = path.parent()?.ends_with("lib") && !what.starts_with("->");
         is_library.then(|| format!("{}: {what}", files::name(path)))

@@ -6,7 +6,6 @@
 mod book;
 mod check;
 mod demo;
-mod elf;
 mod error;
 mod files;
 mod gallery;

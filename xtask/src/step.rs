@@ -125,8 +125,8 @@ impl Step {
     }
 }
 
-/// Runs a command; passes each line of its output to `take`. Returns the lines, and a sentence on its failure.
-fn lines_of(mut command: Command, mut take: impl FnMut(&str)) -> (Vec<String>, Result<(), String>) {
+/// Runs a command; passes each line of its output, both streams in order, to `take`. Returns the lines, and a sentence on its failure.
+pub fn lines_of(mut command: Command, mut take: impl FnMut(&str)) -> (Vec<String>, Result<(), String>) {
     let name = command.get_program().display().to_string();
     let words = command.get_args().map(|word| format!(" {}", word.display())).collect::<String>();
     let mut lines = Vec::new();
@@ -172,6 +172,8 @@ mod tests {
         assert!(error.contains("\none") && error.contains("\ntwo"), "{error}");
         let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).1.unwrap_err();
         assert!(error.brief().ends_with("exit status: 1\n    one\n    bad"), "{error}");
+        let error = step().quiet(shell("kill -SEGV $$")).unwrap_err().to_string();
+        assert!(error.contains(" ended with signal: 11"), "{error}");
         let error = step().quiet(Command::new("/nonexistent/program")).unwrap_err();
         assert!(error.to_string().starts_with("/nonexistent/program: "), "{error}");
     }

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use xshell::cmd;
 
-use crate::elf;
 use crate::error::Error;
 use crate::libclang;
 use crate::step::Step;
@@ -42,6 +41,6 @@ pub fn build(workspace: &Workspace, profile: &str, mpi: bool, gpu: bool, step: &
         "{compiler} -shared -s -o {library} {soname} {exports} -Wl,--gc-sections,-z,relro,-z,now,-u,catalyst_api_impl
          {archive} -lgcc_s -lpthread -lm -ldl -lc"
     ))?;
-    elf::check_names(&library, &["-D"], &["catalyst_api_impl".to_owned()])?;
-    elf::check_shared(&library, LIBRARY, mpi).map(|_| library)
+    let check = super::library(workspace, "shared", &library).args([LIBRARY, super::linkage(mpi), "catalyst_api_impl"]);
+    step.quiet(check).map(|()| library)
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use xshell::cmd;
 
-use crate::elf;
+use super::library as check;
 use crate::error::Error;
 use crate::step::Step;
 use crate::workspace::{Workspace, variable};
@@ -64,7 +64,7 @@ impl Comin {
             "{compiler} -std=c99 -O2 -Wall -fPIC -shared {sections...} -isystem {include} {own} -o {plugin} {files...} {exports}
              {library} {libraries} -lcomin {rpath} -lm"
         ))?;
-        elf::check_names(&plugin, &["-D"], &["comin_main".to_owned()]).map(|()| plugin)
+        step.quiet(check(workspace, "names", &plugin).arg("comin_main")).map(|()| plugin)
     }
 }
 
