@@ -1,11 +1,10 @@
 //! Checks the documentation: the README and the book in `docs`.
 //!
 //! [`check_links`] checks relative links and anchors, and compares code with the files that it is taken from.
-//! [`build`] builds the book with mdBook. [`run_commands`] runs the blocks marked `sh`, from the text of the pages.
+//! [`run_commands`] runs the blocks marked `sh`, from the text of the pages.
 //! Scenes in the pages are parsed by `crates/icoray-scene/tests/pages.rs`.
 
 mod commands;
-mod html;
 mod links;
 mod markdown;
 mod snippets;
@@ -19,7 +18,6 @@ use crate::workspace::Workspace;
 use markdown::Page;
 
 pub use commands::{run as run_commands, scripted};
-pub use html::build;
 
 /// The folder of the book's pages, below the workspace's root.
 const PAGES: &str = "docs/src";
@@ -59,7 +57,7 @@ pub fn check_links(workspace: &Workspace, step: &mut Step) -> Result<(), Error> 
         step.note(&format!("{count} links on {} pages", pages.len()));
         return Ok(());
     }
-    Err(Error::Failed(faults.join("\n")))
+    Err(Error(faults.join("\n")))
 }
 
 /// The README, the summary and the pages that it lists, in this order.

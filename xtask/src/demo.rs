@@ -92,7 +92,7 @@ impl<'a> Demo<'a> {
         let title = format!("looking for Fortran and MPI, for a model on {RANKS} ranks");
         let mpi = steps.run(&title, |step| {
             system::provide(requirements::FOR_DEMO_MPI, self.install, step)?;
-            Mpi::find().map_err(Error::Failed)
+            Mpi::find().map_err(Error)
         })?;
         let model = ShallowWater::new(workspace, profile, &mpi);
         let pictures = Pictures::new(workspace, self.out.join("shallow_water"), "vorticity_");

@@ -75,7 +75,7 @@ fn numbers(csv: &str, picture: &str) -> Result<String, Error> {
     let rows: Vec<BTreeMap<String, String>> = reader.deserialize().flatten().collect();
     let row = rows.iter().rfind(|row| row.get("file").is_some_and(|file| file == picture));
     let number = |name: &str| {
-        let lacking = || Error::Failed(format!("report.csv has no {name} of {picture}"));
+        let lacking = || Error(format!("report.csv has no {name} of {picture}"));
         row.and_then(|row| row.get(name)?.parse::<f64>().ok()).ok_or_else(lacking)
     };
     let seconds = number("prepare_s")? + number("render_s")?;
@@ -97,7 +97,7 @@ pub fn run(workspace: &Workspace, install: bool) -> Result<(), Error> {
     let mpi = steps.run("looking for system packages", |step| {
         system::provide(requirements::FOR_TEST, install, step)?;
         let found = system::provide(requirements::FOR_DEMO_MPI, install, step);
-        let found = found.and_then(|()| Mpi::find().map_err(Error::Failed));
+        let found = found.and_then(|()| Mpi::find().map_err(Error));
         if let Err(error) = &found {
             step.note(&format!("the shallow-water model is left out: {}", error.brief()));
         }
@@ -201,6 +201,6 @@ mod tests {
     fn numbers_are_those_of_the_picture() {
         let csv = "file,prepare_s,render_s,error_max,error_mean\na.png,1,2,3,4\n\"b, c.png\",1,0.26,3.456e-4,2e-5\n";
         assert_eq!(numbers(csv, "b, c.png"), Ok("error ≤ 3.5e-4, mean 2.0e-5; 1.3 s".into()));
-        assert_eq!(numbers(csv, "c.png"), Err(Error::Failed("report.csv has no prepare_s of c.png".into())));
+        assert_eq!(numbers(csv, "c.png"), Err(Error("report.csv has no prepare_s of c.png".into())));
     }
 }

@@ -5,7 +5,6 @@ mod comin;
 mod place;
 mod template;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use xshell::Cmd;
@@ -45,14 +44,6 @@ pub struct Layout {
     pub destdir: Option<PathBuf>,
 }
 
-/// An installed library.
-pub struct Installed {
-    /// Each file with its size, or with the target of a link.
-    pub files: Vec<(PathBuf, String)>,
-    /// The shared library.
-    pub shared: PathBuf,
-}
-
 /// Builds and installs the library; prints the installed files.
 pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -> Result<(), Error> {
     let layout = Layout {
@@ -72,47 +63,50 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     })?;
     // Before the build, which takes minutes.
     layout.check()?;
-    let title = format!("building the library (about {} minutes)", if options.no_gpu { 3 } else { 5 });
-    let mut built = steps.run(&title, |step| build(workspace, mpi, !options.no_gpu, step))?;
-    if let Some(comin) = comin {
+    let gpu = !options.no_gpu;
+    let title = format!("building the library (about {} minutes)", if gpu { 5 } else { 3 });
+    let mut built = steps.run(&title, |step| build(workspace, mpi, gpu, step))?;
+    let lib = layout.libdir.as_path();
+    if let Some(comin) = &comin {
         let plugin = steps.run("building the plugin", |step| comin.build(workspace, &built.shared, step))?;
-        built.plugin = Some(plugin);
+        built.others.push((lib.join(comin::PLUGIN), plugin));
     }
     if options.catalyst {
         let title = "building the implementation of Catalyst (about 2 minutes)";
-        let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, !options.no_gpu, step))?;
-        built.catalyst = Some(library);
+        let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, gpu, step))?;
+        built.others.push((lib.join(catalyst::DIRECTORY).join(catalyst::LIBRARY), library));
     }
     if options.command {
         let title = "building the command (about 3 minutes)";
-        built.command = Some(steps.run(title, |step| build_command(workspace, mpi, !options.no_gpu, step))?);
+        let program = steps.run(title, |step| build_command(workspace, mpi, gpu, step))?;
+        built.others.push(("bin/icoray".into(), program));
     }
-    let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
-    if let Some(program) = &built.command {
-        let share = layout.root().join("share");
-        workspace.shell.cmd(program).arg("manual").arg(share).quiet().run()?;
-    }
+    let installed = steps.run("installing", |step| {
+        let installed = install(workspace, &built, &layout)?;
+        if options.command {
+            let program = workspace.shell.cmd(layout.root().join("bin/icoray"));
+            step.quiet(program.arg("manual").arg(layout.root().join("share")))?;
+        }
+        Ok(installed)
+    })?;
     print_line("");
-    let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
-    for (path, what) in &installed.files {
-        print_line(&format!("{:<width$}  {what:>10}", path.display()));
-    }
-    let needed = check_shared(workspace, &installed.shared, mpi).quiet().read()?;
+    installed.iter().for_each(|path| print_line(&path.display().to_string()));
+    let needed = check_shared(workspace, &layout.root().join(lib).join(SONAME), mpi).quiet().read()?;
     print_line(&format!("\n{SONAME} needs {needed}"));
-    let lib = layout.prefix.join(&layout.libdir);
+    let lib = layout.prefix.join(lib);
     print_line(&format!(
         "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  {} model.c $(pkg-config --cflags --libs icoray)",
         lib.join("pkgconfig").display(),
         if mpi { "mpicc" } else { "cc" }
     ));
-    if built.plugin.is_some() {
+    if comin.is_some() {
         print_line(&format!(
             "\nto draw from ICON, in its namelist comin_nml:\n  plugin_list(1)%plugin_library = \"{}\"\n  \
              plugin_list(1)%options = \"scene.toml\"",
             lib.join(comin::PLUGIN).display()
         ));
     }
-    if built.catalyst.is_some() {
+    if options.catalyst {
         print_line(&format!(
             "\nto draw from a host of Catalyst 2, with a path to a scene in its catalyst/scripts:\n  \
              export CATALYST_IMPLEMENTATION_NAME=icoray\n  export CATALYST_IMPLEMENTATION_PATHS={}",
@@ -122,16 +116,12 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     Ok(())
 }
 
-/// The built libraries.
+/// The built libraries and programs.
 pub struct Built {
     shared: PathBuf,
     archive: PathBuf,
-    /// The plugin for ICON, where it was asked for.
-    plugin: Option<PathBuf>,
-    /// The implementation of Catalyst, where it was asked for.
-    catalyst: Option<PathBuf>,
-    /// The command, where it was asked for.
-    command: Option<PathBuf>,
+    /// What was asked for besides the libraries: its path below the prefix, and the file.
+    others: Vec<(PathBuf, PathBuf)>,
 }
 
 /// Builds both libraries, with MPI or without, and with GPUs or without.
@@ -152,7 +142,7 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     let (shared, reduced) = (products.join("libicoray.so"), products.join("reduced"));
     step.quiet(check_shared(workspace, &shared, mpi))?;
     step.quiet(library(workspace, "reduce", &products.join("libicoray.a")).arg(&reduced))?;
-    Ok(Built { shared, archive: reduced.join("libicoray.a"), plugin: None, catalyst: None, command: None })
+    Ok(Built { shared, archive: reduced.join("libicoray.a"), others: Vec::new() })
 }
 
 /// Builds the command as the library is built.
@@ -179,8 +169,8 @@ fn library<'a>(workspace: &'a Workspace, task: &str, file: &Path) -> Cmd<'a> {
     workspace.shell.cmd("bash").arg("xtask/src/install/library.sh").arg(task).arg(file)
 }
 
-/// Installs the libraries and the files that belong to them.
-pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Installed, Error> {
+/// Installs the libraries and the files that belong to them; returns their paths.
+pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Vec<PathBuf>, Error> {
     let (header, fortran) = (workspace.root.join("include/icoray.h"), workspace.root.join(FORTRAN));
     let library = shared_name(VERSION);
     let lib = |name: &str| layout.libdir.join(name);
@@ -198,24 +188,9 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
     items.extend(template::FILES.map(|(path, template)| {
         item(lib(path), Content::Text(template::filled(template, &layout.libdir, VERSION)), 0o644)
     }));
-    let catalyst = lib(catalyst::DIRECTORY).join(catalyst::LIBRARY);
-    for (path, file) in [(lib(comin::PLUGIN), &built.plugin), (catalyst, &built.catalyst)] {
-        items.extend(file.as_deref().map(|file| item(path, Content::File(file), 0o755)));
-    }
-    items.extend(built.command.as_deref().map(|file| item("bin/icoray".into(), Content::File(file), 0o755)));
+    items.extend(built.others.iter().map(|(path, file)| item(path.clone(), Content::File(file), 0o755)));
     place::place(&items)?;
-    let mut files = Vec::new();
-    for Item { path, content, .. } in items {
-        let what = match content {
-            Content::Link(target) => format!("-> {target}"),
-            _ => {
-                let bytes = fs::metadata(&path).map_err(Error::while_doing(path.display()))?.len();
-                format!("{} kB", bytes.div_ceil(1000))
-            }
-        };
-        files.push((path, what));
-    }
-    Ok(Installed { files, shared: root.join(lib(&library)) })
+    Ok(items.into_iter().map(|item| item.path).collect())
 }
 
 impl Layout {
@@ -237,7 +212,7 @@ impl Layout {
             let existing = directory.ancestors().find(|path| path.exists()).unwrap_or(&directory);
             tempfile::tempfile_in(existing).map(drop).map_err(|cause| {
                 let what = format!("cannot write to {}: {cause}", directory.display());
-                Error::Failed(format!("{what}; --prefix takes another place, such as \"$HOME/.local\""))
+                Error(format!("{what}; --prefix takes another place, such as \"$HOME/.local\""))
             })
         })
     }
@@ -246,6 +221,7 @@ impl Layout {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn destdir_stands_before_the_prefix() {

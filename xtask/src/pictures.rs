@@ -49,7 +49,7 @@ impl<'a> Pictures<'a> {
 
     /// The pictures of a run, in order: at least one.
     pub fn taken(&self) -> Result<Vec<PathBuf>, Error> {
-        let none = || Error::Failed(format!("no pictures in {}", self.folder.display()));
+        let none = || Error(format!("no pictures in {}", self.folder.display()));
         Some(self.existing()).filter(|pictures| !pictures.is_empty()).ok_or_else(none)
     }
 

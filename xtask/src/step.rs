@@ -85,7 +85,7 @@ impl Steps {
 /// Runs a command without its output, which the error has if the command fails.
 pub fn silent(command: impl Into<Command>) -> Result<(), Error> {
     let (lines, outcome) = lines_of(command.into(), |_| {});
-    outcome.map_err(|sentence| Error::Detailed { sentence, details: lines.join("\n") })
+    outcome.map_err(Error::with(&lines))
 }
 
 /// A step under way.
@@ -98,7 +98,7 @@ impl Step {
     /// Runs a command without its output, which the error has if the command fails. A terminal shows the latest line.
     pub fn quiet(&mut self, command: impl Into<Command>) -> Result<(), Error> {
         let (lines, outcome) = lines_of(command.into(), |line| self.bar.set_message(line.to_owned()));
-        outcome.map_err(|sentence| Error::Detailed { sentence, details: lines.join("\n") })
+        outcome.map_err(Error::with(&lines))
     }
 
     /// Runs a command, prints its output as it comes, and returns the lines with the outcome. Calls `poll` after each
@@ -110,8 +110,8 @@ impl Step {
                 poll();
             });
         });
-        let details = lines[lines.len().saturating_sub(BRIEF)..].join("\n");
-        (lines, outcome.map_err(|sentence| Error::Detailed { sentence, details }))
+        let outcome = outcome.map_err(Error::with(&lines[lines.len().saturating_sub(BRIEF)..]));
+        (lines, outcome)
     }
 
     /// Prints a line within the step.
@@ -189,7 +189,7 @@ mod tests {
     fn titles_and_seconds_of_all_steps_are_kept() {
         let mut steps = Steps::new(2);
         assert_eq!(steps.run("first", |_| Ok(1)), Ok(1));
-        assert!(steps.run("second", |_| Err::<(), _>(Error::Failed("no".into()))).is_err());
+        assert!(steps.run("second", |_| Err::<(), _>(Error("no".into()))).is_err());
         let titles: Vec<_> = steps.times.iter().map(|(title, _)| title.as_str()).collect();
         assert_eq!(titles, ["first", "second"]);
         assert!(steps.times.iter().all(|(_, seconds)| *seconds >= 0.0));

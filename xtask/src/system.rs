@@ -34,7 +34,7 @@ pub fn provide(needed: &[&Package], install: bool, step: &mut Step) -> Result<()
     missing.iter().for_each(|missing| step.note(&format!("installing {}", described(missing.package))));
     if !packages.is_empty() {
         let failed = |error: Error| format!("{}\n{error}", refusal(&missing, "missing, and not installed"));
-        apt_get(&packages, step).map_err(|error| Error::Failed(failed(error)))?;
+        apt_get(&packages, step).map_err(|error| Error(failed(error)))?;
     }
     if !components.is_empty() {
         let mut rustup = Command::new("rustup");
@@ -72,7 +72,7 @@ fn refusal(missing: &[Missing], why: &str) -> Error {
     let all = missing.iter().map(|missing| missing.package.to_install()).collect::<Vec<_>>().join(", ");
     let sentence = format!("{why}: {all}; run {}", commands.join(" and "));
     let reason = |missing: &Missing| format!("  {}: {}", described(missing.package), missing.reason);
-    Error::Detailed { sentence, details: missing.iter().map(reason).collect::<Vec<_>>().join("\n") }
+    Error::with(&missing.iter().map(reason).collect::<Vec<_>>())(sentence)
 }
 
 /// Installs packages, as root or by sudo, which may ask for a password; updates the package lists where that fails, as

@@ -97,7 +97,7 @@ pub fn run(
         scripts.extend(script(page, &mut counts, all, |need| needs::is_met(workspace, need)));
     }
     if let Some(lacking) = counts.lacking.keys().find(|need| is_required(need)) {
-        return Err(Error::Failed(format!("ICORAY_REQUIRE names {lacking}, and the machine lacks it")));
+        return Err(Error(format!("ICORAY_REQUIRE names {lacking}, and the machine lacks it")));
     }
     counts.lacking.iter().for_each(|(need, count)| skip(need, *count));
     // The tests, which run before, have built the command; another selection of features would compile it again.
@@ -128,7 +128,7 @@ pub fn run(
         }
     });
     step.note(&counts.summary());
-    if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
+    if failures.is_empty() { Ok(()) } else { Err(Error(failures.join("\n"))) }
 }
 
 /// Numbers of blocks that are run, and of those that are not.

@@ -91,10 +91,10 @@ pub fn run<'a>(
         }
     });
     if !failed.is_empty() {
-        return Err(Error::Failed(format!("tests failed: {}", failed.join(", "))));
+        return Err(Error(format!("tests failed: {}", failed.join(", "))));
     }
     // Messages that cannot be read, or a filter that fits no test, would pass otherwise.
-    if count == 0 { Err(Error::Failed("no test was run".into())) } else { Ok(()) }
+    if count == 0 { Err(Error("no test was run".into())) } else { Ok(()) }
 }
 
 /// The test programs in the messages of cargo, a JSON object in each line.

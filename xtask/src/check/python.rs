@@ -32,7 +32,7 @@ pub fn tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), 
     step.note("building the wheel");
     let profile = ("MATURIN_PEP517_ARGS", "--profile dev");
     step.quiet(pip("wheel").env(profile.0, profile.1).args(["--no-deps", "--wheel-dir"]).arg(&wheels).arg(PACKAGE))?;
-    let wheel = files::fitting(&wheels, "*.whl").pop().ok_or_else(|| Error::Failed("pip has built no wheel".into()))?;
+    let wheel = files::fitting(&wheels, "*.whl").pop().ok_or_else(|| Error("pip has built no wheel".into()))?;
     if environment.is_complete() {
         step.quiet(pip("install").args(["--no-deps", "--force-reinstall"]).arg(&wheel))?;
     } else {

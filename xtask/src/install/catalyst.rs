@@ -1,6 +1,5 @@
 //! Builds the implementation of Catalyst 2.
 
-use std::ffi::OsString;
 use std::path::PathBuf;
 
 use xshell::cmd;
@@ -32,14 +31,11 @@ pub fn build(workspace: &Workspace, profile: &str, mpi: bool, gpu: bool, step: &
     let archive = workspace.products(profile).join("libcatalyst_icoray.a");
     let library = archive.with_file_name(LIBRARY);
     let compiler = if mpi { variable("MPICC").unwrap_or_else(|| "mpicc".into()) } else { "cc".into() };
-    let soname = format!("-Wl,-soname,{LIBRARY}");
-    let mut exports = OsString::from("-Wl,--version-script=");
-    exports.push(workspace.root.join(EXPORTS));
     let sh = &workspace.shell;
     step.quiet(cmd!(
         sh,
-        "{compiler} -shared -s -o {library} {soname} {exports} -Wl,--gc-sections,-z,relro,-z,now,-u,catalyst_api_impl
-         {archive} -lgcc_s -lpthread -lm -ldl -lc"
+        "{compiler} -shared -s -o {library} -Wl,-soname,{LIBRARY} -Wl,--version-script={EXPORTS}
+         -Wl,--gc-sections,-z,relro,-z,now,-u,catalyst_api_impl {archive} -lgcc_s -lpthread -lm -ldl -lc"
     ))?;
     let check = super::library(workspace, "shared", &library).args([LIBRARY, super::linkage(mpi), "catalyst_api_impl"]);
     step.quiet(check).map(|()| library)

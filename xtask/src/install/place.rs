@@ -41,7 +41,7 @@ pub fn place(items: &[Item]) -> Result<(), Error> {
 fn write(item: &Item) -> Result<TempPath, Error> {
     // A file cannot be renamed to the name of a directory.
     if item.path.is_dir() && !item.path.is_symlink() {
-        return Err(Error::Failed(format!("{} is a directory: move it away", item.path.display())));
+        return Err(Error(format!("{} is a directory: move it away", item.path.display())));
     }
     let directory = item.path.parent().unwrap_or(&item.path);
     let written = fs::create_dir_all(directory)
@@ -53,9 +53,9 @@ fn failed(item: &Item) -> impl FnOnce(io::Error) -> Error {
     let path = item.path.display().to_string();
     move |cause| match cause.kind() {
         io::ErrorKind::StorageFull => {
-            Error::Failed(format!("{path}: no space is left on the disk: free some, or choose another --prefix"))
+            Error(format!("{path}: no space is left on the disk: free some, or choose another --prefix"))
         }
-        _ => Error::Failed(format!("{path}: {cause}")),
+        _ => Error(format!("{path}: {cause}")),
     }
 }
 
