@@ -17,7 +17,7 @@ use crate::workspace::{Workspace, is_required};
 use std::panic;
 use std::process::ExitCode;
 use std::thread::{self, ScopedJoinHandle};
-use suite::Suite;
+pub use suite::Suite;
 use tally::Tally;
 
 /// The runs that include a check.
@@ -42,9 +42,9 @@ use Turn::{Alone, Beside, Ordered};
 /// The results of checks.
 #[derive(Default)]
 pub struct Record {
-    tally: Tally,
+    pub tally: Tally,
     /// The seconds of parts, such as test programs.
-    times: Vec<(String, f64)>,
+    pub times: Vec<(String, f64)>,
     /// The titles of those that failed.
     failed: Vec<&'static str>,
 }
@@ -104,7 +104,7 @@ static CHECKS: &[Check] = &[
     ("crates as they are published", WithAll, Ordered, |suite, step, _| suite::published(suite, step)),
     ("links of the pages", Always, Ordered, |suite, step, _| book::check_links(suite.workspace, step)),
     // They install the library, too.
-    ("commands of the pages", Always, Alone, commands),
+    ("commands of the pages", Always, Alone, book::run_commands),
     ("the book", WithAll, Ordered, the_book),
 ];
 
@@ -177,15 +177,6 @@ fn run_checks(checks: &[&Check], suite: &Suite, steps: &mut Steps, record: &mut 
 fn titles(all: bool) -> String {
     let checks = CHECKS.iter().filter(|(_, when, ..)| all || *when == Always);
     checks.map(|(title, ..)| *title).collect::<Vec<_>>().join(", ")
-}
-
-/// The commands of the pages: counted as one check, and each skipped block as one.
-fn commands(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
-    let skip = |need: &str, count: usize| record.tally.add_skipped(&format!("no {need}"), count);
-    let took = |page: &str, seconds: f64| record.times.push((format!("commands of {page}"), seconds));
-    let outcome = book::run_commands(suite.workspace, step, suite.all, skip, took);
-    record.tally.add_whole(outcome.is_ok());
-    outcome
 }
 
 /// The book, where there is mdBook to build it.

@@ -69,16 +69,14 @@ impl<'a> Demo<'a> {
         let start = steps.started;
         steps.run("running the tracer model (about half a minute)", |step| {
             let scene = self.with_backend(TRACER_SCENE)?;
-            let mut first = None;
+            let mut is_first = true;
             let run = models::tracer(workspace, profile)?.args(TRACER).arg("--days").arg(self.options.days.to_string());
             let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
             let poll = || {
-                if first.is_none()
-                    && let Some(picture) = pictures.existing().into_iter().next()
-                {
+                if is_first && let Some(picture) = pictures.existing().first() {
                     let seconds = start.elapsed().as_secs_f64();
-                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(&picture)));
-                    first = Some(picture);
+                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(picture)));
+                    is_first = false;
                 }
             };
             step.echoed(run, poll).1

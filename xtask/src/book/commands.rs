@@ -5,19 +5,31 @@
 //! install the library: these run one after the other. Words behind `sh` say when a block is run: `slow` in the long run
 //! only, `needs=a,b` where the machine has a and b.
 
-mod needs;
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::process::Command;
 use std::time::Instant;
 
 use super::markdown::{Fence, Page};
+use crate::check::{Record, Suite};
 use crate::error::Error;
 use crate::mpi;
+use crate::requirements;
 use crate::side_by_side::side_by_side;
-use crate::step::{Step, silent};
+use crate::step::{Step, lines_of};
 use crate::workspace::{Workspace, is_required};
+
+/// Names behind `needs=`, and the Debian packages that they stand for. `data` is the data files and what reads them.
+const NEEDS: [(&str, &[&str]); 5] = [
+    ("data", &["libnetcdf-dev", "pkg-config"]),
+    ("gfortran", &["gfortran"]),
+    ("gpu", &["mesa-vulkan-drivers"]),
+    ("mpi", &["libopenmpi-dev", "openmpi-bin", "libclang-dev"]),
+    ("pkg-config", &["pkg-config"]),
+];
+
+/// The data file that `FILE.nc` in a page stands for.
+const FILE: &str = "mpas_jw_10242.nc";
 
 /// The word of blocks that are run in the long run only.
 const SLOW: &str = "slow";
@@ -47,7 +59,7 @@ pub fn scripted(workspace: &Workspace, name: &str, profile: &str, script: &str) 
     sh.remove_path(&folder)?;
     sh.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
     let command = sh.cmd("bash").arg(SCRIPT).env("ROOT", &workspace.root).env("DATA", workspace.data());
-    let command = command.env("PROGRAMS", workspace.products(profile)).env("FILE", needs::FILE).envs(mpi::ANYWHERE);
+    let command = command.env("PROGRAMS", workspace.products(profile)).env("FILE", FILE).envs(mpi::ANYWHERE);
     let mut command = Command::from(command);
     command.current_dir(folder);
     Ok(command)
@@ -58,8 +70,9 @@ pub fn attribute_fault(fence: &Fence) -> Option<String> {
     let fault = |word: &String| match word.split_once('=') {
         None if word == SLOW => None,
         Some(("needs", list)) => {
-            let unknown = list.split(',').find(|need| !needs::is_known(need))?;
-            Some(format!("needs={unknown}, expected one of {}", needs::known()))
+            let known = NEEDS.map(|(name, _)| name);
+            let unknown = list.split(',').find(|need| !known.contains(need))?;
+            Some(format!("needs={unknown}, expected one of {}", known.join(", ")))
         }
         _ => Some(format!("{word}, expected slow or needs=...")),
     };
@@ -78,28 +91,23 @@ pub fn attribute_fault(fence: &Fence) -> Option<String> {
     unknown.or_else(|| missing.map(str::to_owned))
 }
 
-/// Runs the commands: all of them, or those that are not marked as slow. `skip` is told of needs that are not met, and
-/// of how many blocks have them; `took` of each page and its seconds.
+/// Runs the commands: all of them, or those that are not marked as slow. Counts them as one check, and each block whose
+/// needs are not met as skipped; keeps the seconds of each page.
 ///
 /// # Errors
 /// The failures of all pages, with the output of the commands; a need that `ICORAY_REQUIRE` names and the machine
 /// lacks.
-pub fn run(
-    workspace: &Workspace,
-    step: &mut Step,
-    all: bool,
-    mut skip: impl FnMut(&str, usize),
-    mut took: impl FnMut(&str, f64),
-) -> Result<(), Error> {
+pub fn run(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
+    let workspace = suite.workspace;
     let mut counts = BlockCounts::default();
     let mut scripts = Vec::new();
     for page in &super::book(&workspace.root)? {
-        scripts.extend(script(page, &mut counts, all, |need| needs::is_met(workspace, need)));
+        scripts.extend(script(page, &mut counts, suite.all, |need| is_met(workspace, need)));
     }
     if let Some(lacking) = counts.lacking.keys().find(|need| is_required(need)) {
         return Err(Error(format!("ICORAY_REQUIRE names {lacking}, and the machine lacks it")));
     }
-    counts.lacking.iter().for_each(|(need, count)| skip(need, *count));
+    counts.lacking.iter().for_each(|(need, count)| record.tally.add_skipped(&format!("no {need}"), *count));
     // The tests, which run before, have built the command; another selection of features would compile it again.
     for (program, package) in [("icoray", "icoray-cli"), ("icoray-study", "icoray-study")] {
         let is_used = scripts.iter().any(|(_, script)| script.contains(&format!("{program} ")));
@@ -116,19 +124,26 @@ pub fn run(
     }
     let run = |(command, path): (Command, String)| {
         let started = Instant::now();
-        let outcome = silent(command);
-        (path, started.elapsed().as_secs_f64(), outcome)
+        let (lines, outcome) = lines_of(command, |_| {});
+        (path, started.elapsed().as_secs_f64(), outcome.map_err(Error::with(&lines)))
     };
     let mut failures = Vec::new();
     let work = |pages: Vec<_>| pages.into_iter().map(run).collect::<Vec<_>>();
     side_by_side(turns, work, |ended| {
         for (path, seconds, outcome) in ended {
-            took(&path, seconds);
+            record.times.push((format!("commands of {path}"), seconds));
             failures.extend(outcome.err().map(|failure| format!("{path}: {failure}")));
         }
     });
     step.note(&counts.summary());
+    record.tally.add_whole(failures.is_empty());
     if failures.is_empty() { Ok(()) } else { Err(Error(failures.join("\n"))) }
+}
+
+/// Whether the machine has what a need stands for.
+fn is_met(workspace: &Workspace, need: &str) -> bool {
+    let has_file = need != "data" || workspace.data().join(FILE).is_file();
+    has_file && NEEDS.iter().any(|(name, packages)| *name == need && requirements::has(packages))
 }
 
 /// Numbers of blocks that are run, and of those that are not.
