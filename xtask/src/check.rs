@@ -116,10 +116,11 @@ const ADDED: &str = "GPU and MPI with their tests, pictures against references, 
 /// Runs all checks, even if some fail, so that one run shows all faults. The last line is `N passed, N failed, N
 /// skipped`; the exit code says whether all passed.
 pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Result<ExitCode, Error> {
-    let checks: Vec<_> =
-        CHECKS.iter().filter(|(title, when, ..)| (all || *when == Always) && title.contains(only)).collect();
+    let mut checks: Vec<_> = CHECKS.iter().filter(|(_, when, ..)| all || *when == Always).collect();
+    let titles = checks.iter().map(|(title, ..)| *title).collect::<Vec<_>>().join(", ");
+    checks.retain(|(title, ..)| title.contains(only));
     if checks.is_empty() {
-        return Err(Error(format!("no check has {only:?} in its title; they are: {}", titles(all))));
+        return Err(Error(format!("no check has {only:?} in its title; they are: {titles}")));
     }
     print_line(&if all { format!("--all adds {ADDED}") } else { format!("only with --all: {ADDED}") });
     let mut steps = Steps::new(checks.len() + 1);
@@ -173,15 +174,9 @@ fn run_checks(checks: &[&Check], suite: &Suite, steps: &mut Steps, record: &mut 
     })
 }
 
-/// The titles of the checks of a run.
-fn titles(all: bool) -> String {
-    let checks = CHECKS.iter().filter(|(_, when, ..)| all || *when == Always);
-    checks.map(|(title, ..)| *title).collect::<Vec<_>>().join(", ")
-}
-
 /// The book, where there is mdBook to build it.
 fn the_book(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
-    if !system::succeeds("mdbook", ["--version"]) {
+    if system::output("mdbook", ["--version"]).is_none() {
         if is_required("mdbook") {
             return Err(Error("ICORAY_REQUIRE names mdbook, and the machine lacks it".into()));
         }

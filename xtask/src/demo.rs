@@ -70,7 +70,12 @@ impl<'a> Demo<'a> {
         steps.run("running the tracer model (about half a minute)", |step| {
             let scene = self.with_backend(TRACER_SCENE)?;
             let mut is_first = true;
-            let run = models::tracer(workspace, profile)?.args(TRACER).arg("--days").arg(self.options.days.to_string());
+            let products = workspace.products(profile);
+            let run = workspace
+                .linked(products.join("tracer"), &products)?
+                .args(TRACER)
+                .arg("--days")
+                .arg(self.options.days.to_string());
             let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
             let poll = || {
                 if is_first && let Some(picture) = pictures.existing().first() {
@@ -111,10 +116,12 @@ impl<'a> Demo<'a> {
 
     /// Makes the contact sheet; prints where it, the pictures and their report are.
     fn show(&self, steps: &mut Steps, pictures: &Pictures) -> Result<(), Error> {
-        let taken = pictures.taken()?;
+        let taken = pictures.existing();
+        let none = || Error(format!("no pictures in {}", pictures.folder.display()));
+        let last = taken.last().ok_or_else(none)?;
         steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(&self.options.profile)))?;
         let shown = |file: &Path| self.workspace.shown(file);
-        print_line(&format!("\npictures ({}), the last one:\n  {}", taken.len(), shown(&taken[taken.len() - 1])));
+        print_line(&format!("\npictures ({}), the last one:\n  {}", taken.len(), shown(last)));
         print_line(&format!("contact sheet:\n  {}", shown(&pictures.sheet())));
         print_line(&format!("report with errors and seconds, a line per picture:\n  {}", shown(&pictures.report())));
         Ok(())

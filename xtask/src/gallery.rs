@@ -82,12 +82,6 @@ fn numbers(csv: &str, picture: &str) -> Result<String, Error> {
     Ok(format!("error ≤ {:.1e}, mean {:.1e}; {seconds:.1} s", number("error_max")?, number("error_mean")?))
 }
 
-/// Draws the scenes of the page.
-struct Gallery<'a> {
-    workspace: &'a Workspace,
-    mpi: Option<Mpi>,
-}
-
 /// Draws the scenes whose files exist, and writes the page. Other scenes keep their pictures and their numbers.
 pub fn run(workspace: &Workspace, install: bool) -> Result<(), Error> {
     let file = workspace.root.join(FOLDER).join("README.md");
@@ -103,14 +97,14 @@ pub fn run(workspace: &Workspace, install: bool) -> Result<(), Error> {
         }
         Ok(found.ok())
     })?;
-    let gallery = Gallery { workspace, mpi };
-    steps.run("building icoray and the models (about 4 minutes)", |step| gallery.build(step))?;
+    let model = mpi.as_ref().map(|mpi| ShallowWater::new(workspace, PROFILE, mpi));
+    steps.run("building icoray and the models (about 4 minutes)", |step| build(workspace, model.as_ref(), step))?;
     let mut numbers = BTreeMap::new();
     for section in &sections {
         steps.run(&format!("drawing {}", section.scene), |step| {
-            match gallery.lacking(section) {
+            match lacking(workspace, section, model.is_some()) {
                 Some(lacking) => step.note(&format!("left out: {lacking} is missing; the picture is kept")),
-                None => numbers.extend(gallery.draw(section, step)?),
+                None => numbers.extend(draw(workspace, section, step)?),
             }
             Ok(())
         })?;
@@ -120,59 +114,51 @@ pub fn run(workspace: &Workspace, install: bool) -> Result<(), Error> {
     Ok(())
 }
 
-impl Gallery<'_> {
-    fn build(&self, step: &mut Step) -> Result<(), Error> {
-        let cargo = self.workspace.cargo(["build", "--profile", PROFILE]);
-        let mut cargo = cargo.args(["--package", "icoray-cli", "--package", "icoray-capi"]);
-        if let Some(model) = self.shallow_water() {
-            model.remove_other_mpi(step)?;
-            cargo = model.with_mpi(cargo.args(["--package", MPI_PACKAGE]));
-        }
+fn build(workspace: &Workspace, model: Option<&ShallowWater>, step: &mut Step) -> Result<(), Error> {
+    let cargo = workspace.cargo(["build", "--profile", PROFILE, "--package", "icoray-cli", "--package", "icoray-capi"]);
+    if let Some(model) = model {
+        model.remove_other_mpi(step)?;
+        step.quiet(model.with_mpi(cargo.args(["--package", MPI_PACKAGE])))?;
+        step.quiet(model.compile())?;
+    } else {
         step.quiet(cargo)?;
-        step.quiet(compile_tracer(self.workspace, PROFILE))?;
-        self.shallow_water().map_or(Ok(()), |model| step.quiet(model.compile()))
     }
-
-    /// The model over MPI, if there is an MPI.
-    fn shallow_water(&self) -> Option<ShallowWater<'_>> {
-        self.mpi.as_ref().map(|mpi| ShallowWater::new(self.workspace, PROFILE, mpi))
-    }
-
-    /// The file or software that a section's command needs, if it is missing.
-    fn lacking(&self, section: &Section) -> Option<String> {
-        if section.command.starts_with("mpirun ") && self.mpi.is_none() {
-            return Some("a working MPI with Fortran".into());
-        }
-        let words = section.command.split(' ').filter(|word| word.ends_with(".nc") && *word != OCEAN);
-        let mut files = words.map(|word| self.workspace.data().join(word));
-        files.find(|file| !file.is_file()).map(|file| self.workspace.shown(&file))
-    }
-
-    /// Draws a section's pictures into the gallery's folder; returns their numbers.
-    fn draw<'s>(&self, section: &Section<'s>, step: &mut Step) -> Result<Vec<(&'s str, String)>, Error> {
-        let sh = &self.workspace.shell;
-        let script = format!("PATH=$PROGRAMS/shallow_water:$PATH\nblock={}\n{}\n", section.scene, script(section));
-        let name = format!("gallery/{}", section.scene);
-        step.quiet(book::scripted(self.workspace, &name, PROFILE, &script)?)?;
-        let out = self.workspace.root.join("out/docs").join(name).join("out");
-        let keep = |file: &&'s str| {
-            // A Cinema database has a directory and a report of its own.
-            let from = files::fitting(&out, &format!("**/{file}")).pop().unwrap_or_else(|| out.join(file));
-            sh.copy_file(&from, self.workspace.root.join(FOLDER).join(file))?;
-            let csv = sh.read_file(from.with_file_name("report.csv"))?;
-            Ok((*file, numbers(&csv, file)?))
-        };
-        section.pictures.iter().map(keep).collect()
-    }
+    step.quiet(compile_tracer(workspace, PROFILE))
 }
 
-/// The commands that draw a section's pictures into the folder `out`. The test of an ocean's pictures writes an ocean on a
-/// real mesh before.
-fn script(section: &Section) -> String {
-    let ocean = "ICORAY_TEST_KEEP=$PWD ICORAY_TEST_DATA=$DATA cargo test --release --package icoray-cli --test cli the_ocean_ends\n";
-    let before = if section.command.contains(&format!(" {OCEAN} ")) { ocean } else { "" };
+/// The file or software that a section's command needs, if it is missing.
+fn lacking(workspace: &Workspace, section: &Section, has_mpi: bool) -> Option<String> {
+    if section.command.starts_with("mpirun ") && !has_mpi {
+        return Some("a working MPI with Fortran".into());
+    }
+    let words = section.command.split(' ').filter(|word| word.ends_with(".nc") && *word != OCEAN);
+    let mut files = words.map(|word| workspace.data().join(word));
+    files.find(|file| !file.is_file()).map(|file| workspace.shown(&file))
+}
+
+/// Draws a section's pictures into the gallery's folder; returns their numbers.
+fn draw<'s>(workspace: &Workspace, section: &Section<'s>, step: &mut Step) -> Result<Vec<(&'s str, String)>, Error> {
+    let sh = &workspace.shell;
+    let mut script = format!("block={} PATH=$PROGRAMS/shallow_water:$PATH\nmkdir out\n", section.scene);
+    if section.command.contains(&format!(" {OCEAN} ")) {
+        // The test of an ocean's pictures leaves it.
+        script += "export ICORAY_TEST_KEEP=$PWD ICORAY_TEST_DATA=$DATA\n\
+                   cargo test --release --package icoray-cli --test cli the_ocean_ends\n";
+    }
     let out = if section.command.starts_with("icoray ") { "-o" } else { "--out" };
-    format!("mkdir out\n{before}{} {out} out", section.command)
+    script += &format!("{} {out} out\n", section.command);
+    let name = format!("gallery/{}", section.scene);
+    let command = book::scripted(workspace, &name, PROFILE, &script)?;
+    let out = command.get_current_dir().unwrap_or(&workspace.root).join("out");
+    step.quiet(command)?;
+    let keep = |file: &&'s str| {
+        // A Cinema database has a directory and a report of its own.
+        let from = files::fitting(&out, &format!("**/{file}")).pop().unwrap_or_else(|| out.join(file));
+        sh.copy_file(&from, workspace.root.join(FOLDER).join(file))?;
+        let csv = sh.read_file(from.with_file_name("report.csv"))?;
+        Ok((*file, numbers(&csv, file)?))
+    };
+    section.pictures.iter().map(keep).collect()
 }
 
 #[cfg(test)]

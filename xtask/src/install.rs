@@ -30,8 +30,8 @@ const PROFILE: &str = "dist";
 const FORTRAN: &str = "include/icoray.f90";
 
 /// The file name of the shared library.
-fn shared_name(version: &str) -> String {
-    format!("libicoray.so.{version}")
+fn shared_name() -> String {
+    format!("libicoray.so.{VERSION}")
 }
 
 /// The directories of an installation.
@@ -172,7 +172,7 @@ fn library<'a>(workspace: &'a Workspace, task: &str, file: &Path) -> Cmd<'a> {
 /// Installs the libraries and the files that belong to them; returns their paths.
 pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Vec<PathBuf>, Error> {
     let (header, fortran) = (workspace.root.join("include/icoray.h"), workspace.root.join(FORTRAN));
-    let library = shared_name(VERSION);
+    let library = shared_name();
     let lib = |name: &str| layout.libdir.join(name);
     let root = layout.root();
     let item = |path: PathBuf, content, mode| Item { path: root.join(path), content, mode };
@@ -185,9 +185,10 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
         item(PathBuf::from("include/icoray.h"), Content::File(&header), 0o644),
         item(PathBuf::from(FORTRAN), Content::File(&fortran), 0o644),
     ];
-    items.extend(template::FILES.map(|(path, template)| {
-        item(lib(path), Content::Text(template::filled(template, &layout.libdir, VERSION)), 0o644)
-    }));
+    items.extend(
+        template::FILES
+            .map(|(path, template)| item(lib(path), Content::Text(template::filled(template, &layout.libdir)), 0o644)),
+    );
     items.extend(built.others.iter().map(|(path, file)| item(path.clone(), Content::File(file), 0o755)));
     place::place(&items)?;
     Ok(items.into_iter().map(|item| item.path).collect())
@@ -246,7 +247,7 @@ mod tests {
 
     #[test]
     fn the_soname_is_the_start_of_the_file_name() {
-        assert!(shared_name(VERSION).starts_with(&format!("{SONAME}.")));
+        assert!(shared_name().starts_with(&format!("{SONAME}.")));
     }
     #[test]
     fn each_fault_of_a_shared_library_is_found() {

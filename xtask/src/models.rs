@@ -34,12 +34,6 @@ pub fn compile_tracer<'a>(workspace: &'a Workspace, profile: &str) -> Cmd<'a> {
     )
 }
 
-/// The command that runs the tracer model; its arguments are to be added.
-pub fn tracer<'a>(workspace: &'a Workspace, profile: &str) -> Result<Cmd<'a>, Error> {
-    let products = workspace.products(profile);
-    workspace.linked(products.join("tracer"), &products)
-}
-
 /// The shallow-water model, linked with the library of a build profile.
 pub struct ShallowWater<'a> {
     workspace: &'a Workspace,

@@ -47,12 +47,6 @@ impl<'a> Pictures<'a> {
         files::fitting(&self.folder, &format!("{}*.png", self.prefix))
     }
 
-    /// The pictures of a run, in order: at least one.
-    pub fn taken(&self) -> Result<Vec<PathBuf>, Error> {
-        let none = || Error(format!("no pictures in {}", self.folder.display()));
-        Some(self.existing()).filter(|pictures| !pictures.is_empty()).ok_or_else(none)
-    }
-
     /// The command that makes the contact sheet, by the program of [`SHEET_PACKAGE`] in a profile's products.
     pub fn make_sheet(&self, profile: &str) -> Cmd<'a> {
         let program = self.workspace.shell.cmd(self.workspace.products(profile).join("contact_sheet"));
@@ -71,11 +65,10 @@ mod tests {
         let out = scratch.path().join("a/b");
         let pictures = Pictures::new(&workspace, out.clone(), "tracer_");
         pictures.prepare().unwrap();
-        assert!(pictures.taken().is_err());
         for name in ["tracer_0001.png", "tracer_0000.png", "report.csv", "contact_sheet.png", "mine.png"] {
             workspace.shell.write_file(out.join(name), "").unwrap();
         }
-        assert_eq!(pictures.taken().unwrap(), [out.join("tracer_0000.png"), out.join("tracer_0001.png")]);
+        assert_eq!(pictures.existing(), [out.join("tracer_0000.png"), out.join("tracer_0001.png")]);
         pictures.prepare().unwrap();
         assert_eq!(files::fitting(&out, "*"), [out.join("mine.png")]);
     }

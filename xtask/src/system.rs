@@ -72,11 +72,6 @@ fn apt_get(packages: &[&str], step: &mut Step) -> Result<(), Error> {
     run(&install).or_else(|_| run(&UPDATE).and_then(|()| run(&install)))
 }
 
-/// Whether a program exists and succeeds.
-pub fn succeeds<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> bool {
-    output(program, arguments).is_some()
-}
-
 /// The trimmed standard output of a program, if it exists and succeeds.
 pub fn output<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let output = Command::new(program).args(arguments).stdin(Stdio::null()).output().ok()?;

@@ -12,7 +12,7 @@ use super::Record;
 use super::programs::{self, Run};
 use crate::error::Error;
 use crate::step::Step;
-use crate::system::succeeds;
+use crate::system::output;
 use crate::workspace::Workspace;
 
 /// The packages of the default run: everything but GPU, MPI and the study.
@@ -66,14 +66,9 @@ impl Suite<'_> {
         self.workspace.cargo([subcommand, "--workspace", "--features", features, "--config", OPTIMISED])
     }
 
-    /// A cargo command on the packages of this run.
-    fn cargo(&self, subcommand: &str) -> Cmd<'_> {
-        if self.all { self.cargo_all(subcommand, FEATURES) } else { self.cargo_default(subcommand) }
-    }
-
-    /// A cargo command on the packages of this run, with all features of these.
-    fn cargo_linted(&self, subcommand: &str) -> Cmd<'_> {
-        if self.all { self.cargo_all(subcommand, FEATURES_OF_RANKS) } else { self.cargo_default(subcommand) }
+    /// A cargo command on the packages of this run, those of `--all` with these features.
+    fn cargo(&self, subcommand: &str, features: &str) -> Cmd<'_> {
+        if self.all { self.cargo_all(subcommand, features) } else { self.cargo_default(subcommand) }
     }
 
     /// The variables of this run's tests: its counts, and the file in which they list those that they skip.
@@ -88,12 +83,12 @@ impl Suite<'_> {
 }
 
 pub fn lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    step.quiet(suite.cargo_linted("clippy").args(["--all-targets", "--", "-D", "warnings"]))
+    step.quiet(suite.cargo("clippy", FEATURES_OF_RANKS).args(["--all-targets", "--", "-D", "warnings"]))
 }
 
 pub fn documentation(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     // With the features of the lints, which have compiled the dependencies.
-    step.quiet(suite.cargo_linted("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+    step.quiet(suite.cargo("doc", FEATURES_OF_RANKS).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 /// Packages the crates that are to be published, and compiles each from its own files.
@@ -108,7 +103,9 @@ pub fn tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), 
         variables.extend(library.map(|library| ("ICORAY_MPICH_LIBRARY", library.into_os_string())));
     }
     let run = Run { variables, filter: "" };
-    counted(suite, record, |record| programs::run(suite.workspace, || suite.cargo("test"), &run, step, record))
+    counted(suite, record, |record| {
+        programs::run(suite.workspace, || suite.cargo("test", FEATURES), &run, step, record)
+    })
 }
 
 /// The tests of `icoray render` over ranks: only the command is compiled again.
@@ -120,7 +117,7 @@ pub fn rank_tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result
 
 /// The examples in the documentation of the code.
 pub fn examples(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
-    let cargo = suite.cargo("test").args(["--doc", "--no-fail-fast"]).envs(suite.variables());
+    let cargo = suite.cargo("test", FEATURES).args(["--doc", "--no-fail-fast"]).envs(suite.variables());
     counted(suite, record, |record| {
         let (lines, outcome) = step.echoed(cargo, || {});
         record.tally.add_tests(&lines.join("\n"), outcome.is_ok());
@@ -147,7 +144,7 @@ fn counted(
 /// depends on it, apart from the build for the other MPI.
 fn mpich_library(suite: &Suite, step: &mut Step) -> Result<Option<PathBuf>, Error> {
     const MPICC: &str = "mpicc.mpich";
-    if !succeeds(MPICC, ["--version"]) {
+    if output(MPICC, ["--version"]).is_none() {
         return Ok(None);
     }
     let profile = ["--config", "profile.dev.package.mpi-sys.debug=1"];
