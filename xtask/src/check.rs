@@ -127,7 +127,7 @@ pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Resul
     let mut record = Record::default();
     // A missing package ends the run here: nothing builds without it, and every step would print long errors.
     let reads_files = steps.run("looking for system packages", |step| {
-        let needed = if all { requirements::FOR_TEST_ALL } else { requirements::FOR_TEST };
+        let needed = if all { requirements::FOR_TEST_ALL } else { requirements::FOR_C };
         system::provide(needed, install, step)?;
         let found = system::provide(requirements::FOR_FILES, install, step);
         if let Err(error) = &found {

@@ -12,7 +12,6 @@ use crate::files;
 use crate::models::{self, ShallowWater};
 use crate::mpi::Mpi;
 use crate::options::DemoOptions;
-use crate::pictures::{Pictures, SHEET_PACKAGE};
 use crate::requirements;
 use crate::step::{Steps, print_line};
 use crate::system;
@@ -59,10 +58,10 @@ impl<'a> Demo<'a> {
     /// The first model.
     fn tracer(&self, steps: &mut Steps) -> Result<(), Error> {
         let (workspace, profile) = (self.workspace, &self.options.profile);
-        let pictures = Pictures::new(workspace, self.out.clone(), "tracer_");
+        let pictures = Pictures { workspace, folder: self.out.clone(), prefix: "tracer_" };
         // Before the build, which takes minutes.
         pictures.prepare()?;
-        steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_DEMO, self.install, step))?;
+        steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_C, self.install, step))?;
         let title = format!("building the library (about {} minutes)", if self.gpu { 4 } else { 2 });
         steps.run(&title, |step| step.quiet(self.library()))?;
         steps.run("building the tracer model", |step| step.quiet(models::compile_tracer(workspace, profile)))?;
@@ -98,7 +97,7 @@ impl<'a> Demo<'a> {
             Mpi::find().map_err(Error)
         })?;
         let model = ShallowWater::new(workspace, profile, &mpi);
-        let pictures = Pictures::new(workspace, self.out.join("shallow_water"), "vorticity_");
+        let pictures = Pictures { workspace, folder: self.out.join("shallow_water"), prefix: "vorticity_" };
         steps.run("building the library with MPI", |step| {
             model.remove_other_mpi(step)?;
             step.quiet(model.with_mpi(model.library(self.gpu)))
@@ -147,6 +146,48 @@ impl<'a> Demo<'a> {
     }
 }
 
+/// The package that makes contact sheets.
+const SHEET_PACKAGE: &str = "contact-sheet";
+
+/// The pictures of a model in a directory.
+struct Pictures<'a> {
+    workspace: &'a Workspace,
+    folder: PathBuf,
+    /// The start of their names.
+    prefix: &'static str,
+}
+
+impl<'a> Pictures<'a> {
+    /// The file that has a line per frame.
+    fn report(&self) -> PathBuf {
+        self.folder.join("report.csv")
+    }
+
+    /// The file of the contact sheet.
+    fn sheet(&self) -> PathBuf {
+        self.folder.join("contact_sheet.png")
+    }
+
+    /// Makes the directory, and removes the files that an earlier run left in it. Files of other names are the user's.
+    fn prepare(&self) -> Result<(), Error> {
+        let sh = &self.workspace.shell;
+        sh.create_dir(&self.folder)?;
+        let files = self.existing().into_iter().chain([self.report(), self.sheet()]);
+        Ok(files.into_iter().try_for_each(|file| sh.remove_path(file))?)
+    }
+
+    /// The pictures so far, in order. They are complete when they appear under their names.
+    fn existing(&self) -> Vec<PathBuf> {
+        files::fitting(&self.folder, &format!("{}*.png", self.prefix))
+    }
+
+    /// The command that makes the contact sheet, by the program of [`SHEET_PACKAGE`] in a profile's products.
+    fn make_sheet(&self, profile: &str) -> Cmd<'a> {
+        let program = self.workspace.shell.cmd(self.workspace.products(profile).join("contact_sheet"));
+        program.arg(&self.folder).arg(self.prefix).arg(self.sheet())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,5 +226,20 @@ mod tests {
             let other: Vec<_> = both.difference(&first).collect();
             assert!(other.is_empty(), "compiled again for the second library: {other:#?}");
         }
+    }
+
+    #[test]
+    fn only_the_models_own_files_are_removed() {
+        let workspace = Workspace::find().unwrap();
+        let scratch = workspace.shell.create_temp_dir().unwrap();
+        let out = scratch.path().join("a/b");
+        let pictures = Pictures { workspace: &workspace, folder: out.clone(), prefix: "tracer_" };
+        pictures.prepare().unwrap();
+        for name in ["tracer_0001.png", "tracer_0000.png", "report.csv", "contact_sheet.png", "mine.png"] {
+            workspace.shell.write_file(out.join(name), "").unwrap();
+        }
+        assert_eq!(pictures.existing(), [out.join("tracer_0000.png"), out.join("tracer_0001.png")]);
+        pictures.prepare().unwrap();
+        assert_eq!(files::fitting(&out, "*"), [out.join("mine.png")]);
     }
 }

@@ -89,7 +89,7 @@ pub fn run(workspace: &Workspace, install: bool) -> Result<(), Error> {
     let sections = sections(&page);
     let mut steps = Steps::new(sections.len() + 2);
     let mpi = steps.run("looking for system packages", |step| {
-        system::provide(requirements::FOR_TEST, install, step)?;
+        system::provide(requirements::FOR_C, install, step)?;
         let found = system::provide(requirements::FOR_DEMO_MPI, install, step);
         let found = found.and_then(|()| Mpi::find().map_err(Error));
         if let Err(error) = &found {

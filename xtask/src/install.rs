@@ -57,7 +57,7 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     let mut steps =
         Steps::new(3 + usize::from(comin.is_some()) + usize::from(options.catalyst) + usize::from(options.command));
     steps.run("looking for system packages", |step| {
-        let needed = if mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
+        let needed = if mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_C };
         let files = if options.command { requirements::FOR_FILES } else { &[] };
         system::provide(&[needed, files].concat(), may_install, step)
     })?;
@@ -132,10 +132,10 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     }
     let mut cargo = workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE]);
     let without_gpu = ["--no-default-features", "--features=live"];
-    cargo = cargo.args(mpi.then_some("--features=mpi")).args(without_gpu.iter().filter(|_| !gpu));
-    if mpi {
-        cargo = cargo.envs(libclang::variable());
-    }
+    cargo = cargo
+        .args(mpi.then_some("--features=mpi"))
+        .args(without_gpu.iter().filter(|_| !gpu))
+        .envs(libclang::variable());
     // Not in other profiles: programs find the libraries in target/debug and target/release by their file names.
     step.quiet(cargo.args(["--", "-C"]).arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
     let products = workspace.products(PROFILE);
@@ -149,12 +149,12 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
 fn build_command(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Result<PathBuf, Error> {
     let cargo = workspace.cargo(["build", "--package", "icoray-cli", "--profile", PROFILE]);
     let cargo = cargo.args((!gpu).then_some("--no-default-features")).args(mpi.then_some("--features=mpi"));
-    step.quiet(if mpi { cargo.envs(libclang::variable()) } else { cargo })?;
+    step.quiet(cargo.envs(libclang::variable()))?;
     Ok(workspace.products(PROFILE).join("icoray"))
 }
 
-/// The command by which a shared library must export the functions of the header, and have the properties of an installed
-/// one. Prints the libraries that it needs.
+/// The command by which a shared library must export the functions of the header, and have the properties of an
+/// installed one. Prints the libraries that it needs.
 pub fn check_shared<'a>(workspace: &'a Workspace, file: &Path, mpi: bool) -> Cmd<'a> {
     library(workspace, "shared", file).arg(SONAME).arg(linkage(mpi))
 }

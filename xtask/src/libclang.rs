@@ -19,21 +19,23 @@ pub fn check() -> Result<(), String> {
     }
 }
 
-/// The environment variable by which bindgen takes the complete libclang, unless the user has set it.
+/// The environment variable by which bindgen takes the complete libclang, where it would choose another.
 pub fn variable() -> Option<(&'static str, PathBuf)> {
     let is_set = environment("LIBCLANG_PATH").is_some();
-    Some(("LIBCLANG_PATH", complete(Path::new("/")).filter(|_| !is_set)?))
+    let (directory, _) = complete(Path::new("/")).filter(|(_, is_first)| !is_set && !is_first)?;
+    Some(("LIBCLANG_PATH", directory))
 }
 
-/// The directory of the newest libclang that has its headers.
-fn complete(root: &Path) -> Option<PathBuf> {
+/// The directory of the newest libclang that has its headers, and whether it is the newest of all.
+fn complete(root: &Path) -> Option<(PathBuf, bool)> {
     let mut directories = files::fitting(root, "usr/lib/llvm-*/lib");
     directories.sort_by_key(|directory| Reverse(version(directory)));
     directories.extend(["usr/lib64", "usr/lib", "usr/local/lib"].map(|path| root.join(path)));
-    let has_headers = |directory: &Path| {
+    directories.retain(|directory| has_library(directory));
+    let found = directories.iter().position(|directory| {
         ["clang", "../lib/clang"].iter().any(|below| exists(&directory.join(below), "*/include/stddef.h"))
-    };
-    directories.into_iter().find(|directory| has_library(directory) && has_headers(directory))
+    })?;
+    Some((directories.swap_remove(found), found == 0))
 }
 
 fn has_library(directory: &Path) -> bool {
@@ -59,16 +61,16 @@ mod tests {
         let root = sh.create_temp_dir().unwrap();
         let root = root.path();
         let add = |path: &str| sh.write_file(root.join("usr/lib").join(path), "").unwrap();
-        let found = || complete(root);
+        let found = || complete(root).map(|(path, is_first)| (path.display().to_string(), is_first));
         add("llvm-14/lib/libclang-cpp.so.14");
         add("llvm-14/lib/clang/14.0.6/include/stddef.h");
         assert_eq!(found(), None, "libclang-cpp.so is another library");
         add("llvm-9/lib/libclang.so.1");
         assert_eq!(found(), None, "headers of another version");
         add("llvm-14/lib/libclang-14.so.1");
-        let newest = root.join("usr/lib/llvm-14/lib");
-        assert_eq!(found(), Some(newest.clone()));
+        let complete = root.join("usr/lib/llvm-14/lib").display().to_string();
+        assert_eq!(found(), Some((complete.clone(), true)));
         add("llvm-15/lib/libclang.so.1");
-        assert_eq!(found(), Some(newest));
+        assert_eq!(found(), Some((complete, false)));
     }
 }

@@ -16,7 +16,6 @@ mod models;
 mod mpi;
 mod options;
 mod package;
-mod pictures;
 mod requirements;
 mod side_by_side;
 mod step;

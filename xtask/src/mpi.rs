@@ -33,8 +33,9 @@ impl Mpi {
     }
 }
 
-/// Variables with which Open MPI's launcher starts any number of ranks on any machine: more ranks than processors, of which
-/// those that wait leave theirs to others, without copies that containers forbid, and as root. Others do not read these.
+/// Variables with which Open MPI's launcher starts any number of ranks on any machine: more ranks than processors, of
+/// which those that wait leave theirs to others, without copies that containers forbid, and as root. Others do not read
+/// these.
 pub const ANYWHERE: [(&str, &str); 6] = [
     ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
     ("OMPI_MCA_hwloc_base_binding_policy", "none"),
@@ -43,11 +44,6 @@ pub const ANYWHERE: [(&str, &str); 6] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
 ];
-
-/// Fails unless there is a C compiler for MPI.
-pub fn check_c() -> Result<(), String> {
-    cc().map(drop)
-}
 
 /// Fails unless there are compilers for C and Fortran of one MPI.
 pub fn check_compilers() -> Result<(), String> {
@@ -67,7 +63,8 @@ pub fn is_other() -> bool {
     cc().or_else(|_| program("mpirun")).is_ok_and(|program| !is_open_mpi(program))
 }
 
-fn cc() -> Result<PathBuf, String> {
+/// The C compiler of MPI.
+pub fn cc() -> Result<PathBuf, String> {
     program(variable("MPICC").unwrap_or("mpicc".into()))
 }
 

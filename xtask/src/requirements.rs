@@ -74,7 +74,7 @@ const FIND_DRIVER: &str = "cat /etc/vulkan/icd.d/*.json || cat /usr/share/vulkan
 static NETCDF: Package = debian("libnetcdf-dev", "NetCDF library: reads model files", Shell(FIND_NETCDF));
 // As netcdf-sys finds it.
 const FIND_NETCDF: &str = "[ \"$NETCDF_DIR$NetCDF_DIR\" ] || nc-config --version";
-static MPI_C: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(mpi::check_c));
+static MPI_C: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(|| mpi::cc().map(drop)));
 static MPI: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(mpi::check_compilers));
 static MPI_RUN: Package = debian("openmpi-bin", "runs programs on several ranks", By(mpi::check_launcher));
 // Libraries of one MPI refuse programs of the other.
@@ -84,16 +84,13 @@ static CLANG: Package = debian("libclang-dev", "reads MPI's header for Rust", By
 static PYTHON: Package = debian("python3-venv", "Python 3.10 with environments of its own", Shell(FIND_PYTHON));
 const FIND_PYTHON: &str = "python3 -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))'";
 
-/// For the demo: its library reads no files, so a C compiler is enough.
-pub static FOR_DEMO: &[&Package] = &[&CC, &C_HEADERS];
+/// For the library in C, and for the default checks: what reads no files and has no MPI. The compiler's package depends on
+/// the binutils that reduce the static library.
+pub static FOR_C: &[&Package] = &[&CC, &C_HEADERS];
 /// For the demo's model over MPI.
 pub static FOR_DEMO_MPI: &[&Package] = &[&FORTRAN, &MAKE, &MPI, &MPI_RUN, &CLANG];
-/// For `install`: the compiler's package depends on the binutils that reduce the static library.
-pub static FOR_INSTALL: &[&Package] = FOR_DEMO;
 /// For `install --mpi`.
 pub static FOR_INSTALL_MPI: &[&Package] = &[&CC, &C_HEADERS, &MPI_C, &CLANG];
-/// For the default checks: they build everything but GPU and MPI, and programs in C.
-pub static FOR_TEST: &[&Package] = FOR_DEMO;
 /// For reading files of models; without it the default checks leave out the packages that read files.
 pub static FOR_FILES: &[&Package] = &[&PKG_CONFIG, &NETCDF];
 /// For `test --all`: it builds the whole workspace, and programs as users of the installed library do.
@@ -105,7 +102,7 @@ pub static FOR_TEST_ALL: &[&Package] = &[
 
 /// The packages of Debian for the default checks, or for all; each once.
 pub fn listed(all: bool) -> Vec<&'static str> {
-    let packages = if all { FOR_TEST_ALL.to_vec() } else { [FOR_TEST, FOR_FILES].concat() };
+    let packages = if all { FOR_TEST_ALL.to_vec() } else { [FOR_C, FOR_FILES].concat() };
     packages.into_iter().map(|package| package.name).collect()
 }
 
@@ -129,7 +126,7 @@ mod tests {
             "`cargo xtask requirements --all` prints the list for .devcontainer/Dockerfile"
         );
         // The long run has all that the others have.
-        let needs = [FOR_DEMO, FOR_DEMO_MPI, FOR_INSTALL_MPI, FOR_TEST, FOR_FILES].concat();
+        let needs = [FOR_C, FOR_DEMO_MPI, FOR_INSTALL_MPI, FOR_FILES].concat();
         let names: Vec<_> = FOR_TEST_ALL.iter().map(|package| package.name).collect();
         assert!(needs.iter().all(|package| names.contains(&package.name)));
     }

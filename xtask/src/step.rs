@@ -119,8 +119,8 @@ impl Step {
     }
 }
 
-/// Runs a command; passes each line of its output, both streams in order, to `take`. Returns the lines, and a sentence on
-/// its failure.
+/// Runs a command; passes each line of its output, both streams in order, to `take`. Returns the lines, and a sentence
+/// on its failure.
 pub fn lines_of(mut command: Command, mut take: impl FnMut(&str)) -> (Vec<String>, Result<(), String>) {
     let name = command.get_program().display().to_string();
     let words = command.get_args().map(|word| format!(" {}", word.display())).collect::<String>();

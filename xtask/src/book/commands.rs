@@ -1,12 +1,11 @@
 //! Runs the commands of the README and the book, from the text of their `sh` blocks.
 //!
-//! The blocks of a page are one script of bash, in a folder of its own, which [`PRELUDE`] fills. The folder is inside the
-//! workspace, so that cargo finds the workspace and its builds from there. Pages run side by side, but for those that
-//! install the library: these run one after the other. Words behind `sh` say when a block is run: `slow` in the long run
-//! only, `needs=a,b` where the machine has a and b.
+//! The blocks of a page are one script of bash, in a folder of its own, which [`PRELUDE`] fills. The folder is inside
+//! the workspace, so that cargo finds the workspace and its builds from there. Pages run side by side, but for those
+//! that install the library: these run one after the other. Words behind `sh` say when a block is run: `slow` in the
+//! long run only, `needs=a,b` where the machine has a and b.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::process::Command;
 use std::time::Instant;
 
@@ -157,15 +156,9 @@ struct BlockCounts {
 impl BlockCounts {
     fn summary(&self) -> String {
         let skipped: usize = self.lacking.values().sum();
-        let mut line = format!("{} blocks of commands run, {skipped} skipped", self.run);
-        for (need, count) in &self.lacking {
-            // Writing to a string cannot fail.
-            let _ = write!(line, ", {count} without {need}");
-        }
-        if self.slow > 0 {
-            let _ = write!(line, "; {} more with --all", self.slow);
-        }
-        line
+        let lacking = self.lacking.iter().map(|(need, count)| format!(", {count} without {need}")).collect::<String>();
+        let slow = if self.slow > 0 { format!("; {} more with --all", self.slow) } else { String::new() };
+        format!("{} blocks of commands run, {skipped} skipped{lacking}{slow}", self.run)
     }
 }
 
@@ -179,7 +172,7 @@ fn script(page: &Page, counts: &mut BlockCounts, all: bool, has: impl Fn(&str) -
             *counts.lacking.entry(lacking.to_owned()).or_default() += 1;
         } else {
             counts.run += 1;
-            let _ = write!(script, "block={}:{}\n{}", page.path, fence.line, fence.text);
+            script += &format!("block={}:{}\n{}", page.path, fence.line, fence.text);
         }
     }
     (!script.is_empty()).then(|| (page.path.clone(), script))

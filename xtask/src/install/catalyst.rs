@@ -22,12 +22,9 @@ const EXPORTS: &str = "crates/icoray-catalyst/exports.map";
 /// It is linked here and not by cargo, which would export the functions of the C interface too, that it has inside.
 pub fn build(workspace: &Workspace, profile: &str, mpi: bool, gpu: bool, step: &mut Step) -> Result<PathBuf, Error> {
     let options = ["rustc", "--package", "icoray-catalyst", "--lib", "--crate-type", "staticlib", "--profile", profile];
-    let mut cargo = workspace.cargo(options).args(["--no-default-features", "--features=live"]);
-    cargo = cargo.args(gpu.then_some("--features=gpu")).args(mpi.then_some("--features=mpi"));
-    if mpi {
-        cargo = cargo.envs(libclang::variable());
-    }
-    step.quiet(cargo)?;
+    let cargo = workspace.cargo(options).args(["--no-default-features", "--features=live"]);
+    let cargo = cargo.args(gpu.then_some("--features=gpu")).args(mpi.then_some("--features=mpi"));
+    step.quiet(cargo.envs(libclang::variable()))?;
     let archive = workspace.products(profile).join("libcatalyst_icoray.a");
     let library = archive.with_file_name(LIBRARY);
     let compiler = if mpi { variable("MPICC").unwrap_or_else(|| "mpicc".into()) } else { "cc".into() };
