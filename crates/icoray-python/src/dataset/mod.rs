@@ -6,13 +6,15 @@ mod source;
 #[cfg(feature = "live")]
 mod view;
 
-use crate::error::{argument, raised};
+use crate::error::raised;
 use crate::image::Image;
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use icoray::output::Stamp;
 use icoray::{Grid, Ranks, Script, printable};
-use icoray_dataset::{Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, OwnedField, SceneFields, Series};
+use icoray_dataset::{
+    Combined, Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, OwnedField, SceneFields, Series, Source,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use request::Request;
@@ -91,18 +93,15 @@ pub(crate) struct Dataset {
 #[pymethods]
 impl Dataset {
     #[new]
-    fn new(py: Python, stores: Vec<Bound<PyAny>>) -> PyResult<Self> {
+    fn new(py: Python, fields: Vec<Bound<PyAny>>, others: Vec<Bound<PyAny>>) -> PyResult<Self> {
         let bytes_copied = Arc::<AtomicU64>::default();
-        let mut sources: Vec<Box<dyn icoray_dataset::Source>> = Vec::new();
-        for store in &stores {
-            sources.push(Box::new(Store::new(store, bytes_copied.clone())?));
-        }
-        if sources.is_empty() {
-            return Err(argument("no dataset, expected one with fields".into()));
-        }
+        let source = |store: &Bound<PyAny>| -> PyResult<Box<dyn Source>> {
+            Ok(Box::new(Store::new(store, bytes_copied.clone())?))
+        };
+        let fields = fields.iter().map(source).collect::<PyResult<Vec<_>>>()?;
+        let others = others.iter().map(source).collect::<PyResult<Vec<_>>>()?;
         let opened = py.detach(|| -> icoray::Result<Opened> {
-            let fields = sources.remove(0);
-            let dataset = icoray_dataset::Dataset::new(fields, sources)?;
+            let dataset = icoray_dataset::Dataset::new(Combined::of(fields)?, others)?;
             let grid = checked(dataset.shared_mesh())?;
             Ok(Opened { dataset, grid, bytes_copied, heights: Mutex::default() })
         });
