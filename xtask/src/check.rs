@@ -34,10 +34,10 @@ enum Turn {
     Ordered,
     /// Beside the checks that follow it, as it leaves processors idle.
     Beside,
-    /// Once those that run beside others have ended.
-    Alone,
+    /// The same, once those that began beside others before it have ended.
+    BesideNext,
 }
-use Turn::{Alone, Beside, Ordered};
+use Turn::{Beside, BesideNext, Ordered};
 
 /// The results of checks.
 #[derive(Default)]
@@ -99,12 +99,12 @@ static CHECKS: &[Check] = &[
     ("tests of the command over ranks", WithAll, Ordered, suite::rank_tests),
     // After the command is built for the last time, which it uses.
     ("Python package", WithAll, Beside, python::tests),
+    // They install the library, too. Its links leave processors to what follows.
+    ("commands of the pages", Always, BesideNext, book::run_commands),
     ("features", WithAll, Ordered, |suite, step, _| features::check(suite, step)),
     ("documentation", Always, Ordered, |suite, step, _| suite::documentation(suite, step)),
     ("crates as they are published", WithAll, Ordered, |suite, step, _| suite::published(suite, step)),
     ("links of the pages", Always, Ordered, |suite, step, _| book::check_links(suite.workspace, step)),
-    // They install the library, too.
-    ("commands of the pages", Always, Alone, book::run_commands),
     ("the book", WithAll, Ordered, the_book),
 ];
 
@@ -153,18 +153,18 @@ fn run_checks(checks: &[&Check], suite: &Suite, steps: &mut Steps, record: &mut 
     let &Suite { all, reads_files, .. } = suite;
     let joined = |work: ScopedJoinHandle<_>| work.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
     thread::scope(|scope| {
-        let mut beside = Vec::new();
+        let mut beside: Vec<ScopedJoinHandle<Ended>> = Vec::new();
         for &check in checks {
             let &(title, _, turn, _) = check;
-            if turn == Beside {
+            for work in beside.extract_if(.., |work| turn == BesideNext || work.is_finished()) {
+                record.end(joined(work), steps);
+            }
+            if turn != Ordered {
                 // A shell is one thread's.
                 let (workspace, step) = (Workspace::find()?, steps.beside(title));
                 let work = move || Ended::of(check, &Suite { workspace: &workspace, all, reads_files }, step);
                 beside.push(scope.spawn(work));
                 continue;
-            }
-            for work in beside.extract_if(.., |work| turn == Alone || work.is_finished()) {
-                record.end(joined(work), steps);
             }
             let step = steps.begin(title);
             record.end(Ended::of(check, suite, step), steps);
@@ -190,37 +190,43 @@ fn the_book(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), E
 mod tests {
     use super::*;
     use std::sync::Barrier;
+    use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
     #[test]
     fn a_check_runs_beside_those_that_follow_and_is_counted() {
-        static BOTH: Barrier = Barrier::new(2);
-        fn aside(_: &Suite, _: &mut Step, record: &mut Record) -> Result<(), Error> {
-            BOTH.wait();
-            record.tally.add_skipped("no data", 2);
-            record.times.push(("aside".into(), 7.0));
-            Err(Error("aside".into()))
-        }
-        fn meets(_: &Suite, _: &mut Step, _: &mut Record) -> Result<(), Error> {
-            BOTH.wait();
-            Ok(())
-        }
-        fn passes(_: &Suite, _: &mut Step, _: &mut Record) -> Result<(), Error> {
-            Ok(())
-        }
-        let checks: [Check; 4] = [
-            ("beside", Always, Beside, aside),
-            ("first", Always, Ordered, passes),
-            ("second", Always, Ordered, meets),
-            ("alone", Always, Alone, passes),
+        static ASIDE: Barrier = Barrier::new(2);
+        static NEXT: Barrier = Barrier::new(2);
+        static HAS_ENDED: AtomicBool = AtomicBool::new(false);
+        let checks: [Check; 5] = [
+            ("beside", Always, Beside, |_, _, record| {
+                ASIDE.wait();
+                record.tally.add_skipped("no data", 2);
+                record.times.push(("aside".into(), 7.0));
+                HAS_ENDED.store(true, Relaxed);
+                Err(Error("aside".into()))
+            }),
+            ("first", Always, Ordered, |_, _, _| Ok(())),
+            ("second", Always, Ordered, |_, _, _| {
+                ASIDE.wait();
+                Ok(())
+            }),
+            ("next", Always, BesideNext, |_, _, _| {
+                assert!(HAS_ENDED.load(Relaxed));
+                NEXT.wait();
+                Ok(())
+            }),
+            ("last", Always, Ordered, |_, _, _| {
+                NEXT.wait();
+                Ok(())
+            }),
         ];
         let workspace = Workspace::find().unwrap();
         let suite = Suite { workspace: &workspace, all: false, reads_files: false };
-        let (mut steps, mut record) = (Steps::new(4), Record::default());
+        let (mut steps, mut record) = (Steps::new(5), Record::default());
         run_checks(&checks.each_ref(), &suite, &mut steps, &mut record).unwrap();
         assert_eq!(record.failed, ["beside"]);
-        assert_eq!(record.tally.lines(), ["2 skipped: no data", "3 passed, 1 failed, 2 skipped"]);
+        assert_eq!(record.tally.lines(), ["2 skipped: no data", "4 passed, 1 failed, 2 skipped"]);
         assert_eq!(record.times, [("aside".to_owned(), 7.0)]);
-        let ended: Vec<_> = steps.times.iter().map(|(title, _)| title.as_str()).collect();
-        assert!(ended.ends_with(&["alone"]) && ended[..3].contains(&"beside"), "{ended:?}");
+        assert_eq!(steps.times.len(), 5);
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn lines(source: &Text, raw: &Spanned<RawLines>, has_core: bool) -> R
             return Err(source.bad(pattern.span(), "pattern", "expected either pattern or file"));
         }
         (None, Some(file)) => {
-            let bad = |cause: Error| source.bad(file.span(), "file", &cause.to_string());
+            let bad = |cause: Error| source.bad(file.span(), "file", cause.context());
             Pattern::Outlines(Outlines::read(Path::new(file.get_ref())).map_err(bad)?)
         }
         (pattern, None) => match pattern.as_ref().map(Spanned::get_ref) {

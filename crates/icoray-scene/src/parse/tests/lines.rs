@@ -59,14 +59,14 @@ fn outlines_are_those_of_a_file() {
     assert_eq!((outlines.runs(), lines[0].width_px), (&[vec![[1.0, 2.0], [3.0, 4.0]]][..], 2.0));
     let good = of("[[1, 2], [3, 4]]");
     refused(&[
-        (format!("{good}pattern = \"coast\""), "line 10 | key lines.pattern: | either pattern or file"),
-        (format!("{good}spacing = 3"), "line 10 | key lines.spacing: | graticule"),
+        (format!("{good}pattern = \"coast\""), "line 9 | key lines.pattern: | either pattern or file"),
+        (format!("{good}spacing = 3"), "line 9 | key lines.spacing: | graticule"),
     ]);
-    refused(&[(of("[[1, 2], [3, 95]]"), "line 8 | key lines.file: | feature 0, coordinate 1: [3.0, 95.0]")]);
+    refused(&[(of("[[1, 2], [3, 95]]"), "line 7 | key lines.file: | feature 0, coordinate 1: [3.0, 95.0]")]);
     std::fs::remove_file(&path).unwrap();
     refused(&[(
         format!("field = \"q\"\n{CAMERA}[[lines]]\nfile = {path:?}"),
-        "line 8 | key lines.file: | No such file",
+        "line 7 | key lines.file: | No such file",
     )]);
 }
 
