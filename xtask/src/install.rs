@@ -62,7 +62,7 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
         system::provide(&[needed, files].concat(), may_install, step)
     })?;
     // Before the build, which takes minutes.
-    layout.check()?;
+    layout.check(options.command)?;
     let gpu = !options.no_gpu;
     let title = format!("building the library (about {} minutes)", if gpu { 5 } else { 3 });
     let mut built = steps.run(&title, |step| build(workspace, mpi, gpu, step))?;
@@ -99,6 +99,9 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
         lib.join("pkgconfig").display(),
         if mpi { "mpicc" } else { "cc" }
     ));
+    if options.command {
+        print_line(&format!("\nto run the command:\n  export PATH={}:$PATH", layout.prefix.join("bin").display()));
+    }
     if comin.is_some() {
         print_line(&format!(
             "\nto draw from ICON, in its namelist comin_nml:\n  plugin_list(1)%plugin_library = \"{}\"\n  \
@@ -204,10 +207,13 @@ impl Layout {
         }
     }
 
-    /// Fails if files cannot be written to the directories.
-    fn check(&self) -> Result<(), Error> {
+    /// Fails if files cannot be written to the directories, with those of the command or without.
+    fn check(&self, has_command: bool) -> Result<(), Error> {
         let lib = &self.libdir;
-        let directories = [lib.clone(), lib.join("pkgconfig"), lib.join("cmake/icoray"), "include".into()];
+        let mut directories = vec![lib.clone(), lib.join("pkgconfig"), lib.join("cmake/icoray"), "include".into()];
+        if has_command {
+            directories.extend(["bin", "share"].map(PathBuf::from));
+        }
         directories.iter().try_for_each(|directory| {
             let directory = self.root().join(directory);
             let existing = directory.ancestors().find(|path| path.exists()).unwrap_or(&directory);
@@ -236,11 +242,13 @@ mod tests {
     fn directories_that_cannot_be_written_are_found_before_the_build() {
         let scratch = xshell::Shell::new().unwrap().create_temp_dir().unwrap();
         let at = |prefix: &Path| Layout { prefix: prefix.into(), libdir: "lib".into(), destdir: None };
-        assert_eq!(at(&scratch.path().join("a/b")).check(), Ok(()));
+        assert_eq!(at(&scratch.path().join("a/b")).check(true), Ok(()));
         assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
         fs::write(scratch.path().join("file"), "").unwrap();
-        assert!(at(&scratch.path().join("file")).check().is_err());
-        let message = at(Path::new("/proc/nothing")).check().unwrap_err().to_string();
+        assert!(at(&scratch.path().join("file")).check(false).is_err());
+        fs::write(scratch.path().join("share"), "").unwrap();
+        assert!(at(scratch.path()).check(true).is_err() && at(scratch.path()).check(false).is_ok());
+        let message = at(Path::new("/proc/nothing")).check(false).unwrap_err().to_string();
         let start = "cannot write to /proc/nothing/lib: ";
         assert!(message.starts_with(start) && message.contains("; --prefix takes another place"), "{message}");
     }
