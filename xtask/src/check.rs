@@ -196,13 +196,18 @@ mod tests {
     fn a_check_runs_beside_those_that_follow_and_is_counted() {
         static ASIDE: Barrier = Barrier::new(2);
         static NEXT: Barrier = Barrier::new(2);
-        static HAS_ENDED: AtomicBool = AtomicBool::new(false);
+        static HAS_NEXT_BEGUN: AtomicBool = AtomicBool::new(false);
+        fn has_next_begun() -> bool {
+            thread::yield_now();
+            HAS_NEXT_BEGUN.load(Relaxed)
+        }
         let checks: [Check; 5] = [
             ("beside", Always, Beside, |_, _, record| {
                 ASIDE.wait();
                 record.tally.add_skipped("no data", 2);
                 record.times.push(("aside".into(), 7.0));
-                HAS_ENDED.store(true, Relaxed);
+                // So often that another thread has begun meanwhile.
+                assert!(!(0..1_000).any(|_| has_next_begun()), "a check began too early");
                 Err(Error("aside".into()))
             }),
             ("first", Always, Ordered, |_, _, _| Ok(())),
@@ -211,7 +216,7 @@ mod tests {
                 Ok(())
             }),
             ("next", Always, BesideNext, |_, _, _| {
-                assert!(HAS_ENDED.load(Relaxed));
+                HAS_NEXT_BEGUN.store(true, Relaxed);
                 NEXT.wait();
                 Ok(())
             }),
