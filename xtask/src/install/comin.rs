@@ -51,8 +51,9 @@ impl Comin {
         let sections = ["-fdata-sections", "-Wl,--gc-sections"];
         step.quiet(cmd!(
             sh,
-            "{compiler} -std=c99 -O2 -Wall -fPIC -shared {sections...} -isystem {include} -Iinclude -o {plugin} {sources...}
-             -Wl,--version-script={SOURCES}/exports.map {library} -L{libraries} -lcomin -Wl,-rpath,$ORIGIN:{libraries} -lm"
+            "{compiler} -std=c99 -O2 -Wall -fPIC -shared {sections...} -isystem {include} -Iinclude -o {plugin}
+             {sources...} -Wl,--version-script={SOURCES}/exports.map {library} -L{libraries} -lcomin
+             -Wl,-rpath,$ORIGIN:{libraries} -lm"
         ))?;
         step.quiet(check(workspace, "names", &plugin).arg("comin_main")).map(|()| plugin)
     }
