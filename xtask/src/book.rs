@@ -1,11 +1,10 @@
 //! Checks the documentation: the README and the book in `docs`.
 //!
 //! [`check_links`] checks relative links and anchors, and compares code with the files that it is taken from.
-//! [`build`] builds the book with mdBook. [`run_commands`] runs the blocks marked `sh`, from the text of the pages.
+//! [`run_commands`] runs the blocks marked `sh`, from the text of the pages.
 //! Scenes in the pages are parsed by `crates/icoray-scene/tests/pages.rs`.
 
 mod commands;
-mod html;
 mod links;
 mod markdown;
 mod snippets;
@@ -14,12 +13,12 @@ use std::fs;
 use std::path::Path;
 
 use crate::error::Error;
+use crate::files;
 use crate::step::Step;
 use crate::workspace::Workspace;
 use markdown::Page;
 
-pub use commands::run as run_commands;
-pub use html::build;
+pub use commands::{run as run_commands, scripted};
 
 /// The folder of the book's pages, below the workspace's root.
 const PAGES: &str = "docs/src";
@@ -27,18 +26,7 @@ const PAGES: &str = "docs/src";
 const SUMMARY: &str = "docs/src/SUMMARY.md";
 
 /// Pages outside the book whose links are checked; their code is not.
-const OTHERS: [&str; 10] = [
-    "ARCHITECTURE.md",
-    "CHANGELOG.md",
-    "CODE_OF_CONDUCT.md",
-    "CONTRIBUTING.md",
-    "SECURITY.md",
-    "examples/README.md",
-    "examples/gallery/README.md",
-    "examples/fortran/mpas/README.md",
-    "examples/fortran/mpas_ocean/README.md",
-    "examples/fortran/shallow_water/README.md",
-];
+const OTHERS: [&str; 3] = ["*.md", "examples/**/*.md", "crates/**/*.md"];
 
 /// Checks that relative links and anchors exist, and that code in the README and the book is that of the files it
 /// names.
@@ -47,7 +35,10 @@ const OTHERS: [&str; 10] = [
 /// All faults, each with page and line.
 pub fn check_links(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     let book = book(&workspace.root)?;
-    let others = OTHERS.iter().map(|path| page(&workspace.root, path)).collect::<Result<Vec<_>, _>>()?;
+    let files = OTHERS.iter().flat_map(|pattern| files::fitting(&workspace.root, pattern));
+    let paths = files.filter_map(|file| Some(file.strip_prefix(&workspace.root).ok()?.to_str()?.to_owned()));
+    let others = paths.filter(|path| book.iter().all(|page| page.path != *path));
+    let others = others.map(|path| page(&workspace.root, &path)).collect::<Result<Vec<_>, _>>()?;
     let pages: Vec<&Page> = book.iter().chain(&others).collect();
     let mut faults = links::faults(&workspace.root, &pages);
     faults.extend(links::unlisted(&workspace.root, &book));
@@ -59,7 +50,7 @@ pub fn check_links(workspace: &Workspace, step: &mut Step) -> Result<(), Error> 
         step.note(&format!("{count} links on {} pages", pages.len()));
         return Ok(());
     }
-    Err(Error::Failed(faults.join("\n")))
+    Err(Error(faults.join("\n")))
 }
 
 /// The README, the summary and the pages that it lists, in this order.

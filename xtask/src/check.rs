@@ -17,9 +17,8 @@ use crate::workspace::{Workspace, is_required};
 use std::panic;
 use std::process::ExitCode;
 use std::thread::{self, ScopedJoinHandle};
-use suite::Suite;
+pub use suite::Suite;
 use tally::Tally;
-use times::Times;
 
 /// The runs that include a check.
 #[derive(Clone, Copy, PartialEq)]
@@ -29,90 +28,84 @@ enum When {
 }
 use When::{Always, WithAll};
 
-/// How a check is run, and counted at the end.
-enum Run {
-    /// It passes or fails as a whole.
-    Whole(fn(&Suite, &mut Step) -> Result<(), Error>),
-    /// It counts its tests and those that it skips itself.
-    Counted(fn(&Suite, &mut Step, &mut Record) -> Result<(), Error>),
-    /// The same, beside the checks that follow it, as it leaves processors idle.
-    Beside(&'static Run),
-    /// The same, once those that run beside others have ended.
-    Alone(&'static Run),
+/// When a check is run, seen from the others.
+#[derive(Clone, Copy, PartialEq)]
+enum Turn {
+    Ordered,
+    /// Beside the checks that follow it, as it leaves processors idle.
+    Beside,
+    /// The same, once those that began beside others before it have ended.
+    BesideNext,
 }
-use Run::{Alone, Beside, Counted, Whole};
+use Turn::{Beside, BesideNext, Ordered};
 
-impl Run {
-    fn run(&self, suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
-        match self {
-            Whole(run) => run(suite, step).inspect(|()| record.tally.add_whole(true)),
-            Counted(run) => run(suite, step, record),
-            Beside(run) | Alone(run) => run.run(suite, step, record),
-        }
-    }
-}
-
-/// The results of the checks that have run.
+/// The results of checks.
 #[derive(Default)]
 pub struct Record {
-    tally: Tally,
-    times: Times,
+    pub tally: Tally,
+    /// The seconds of parts, such as test programs.
+    pub times: Vec<(String, f64)>,
     /// The titles of those that failed.
     failed: Vec<&'static str>,
 }
 
 impl Record {
-    /// Prints and counts the failure of a check, before which `failed_before` tests had failed.
-    fn end(&mut self, title: &'static str, outcome: Result<(), Error>, failed_before: usize) {
-        let Err(error) = outcome else { return };
-        // Tests that do not compile have none that failed.
-        if self.tally.failed() == failed_before {
-            self.tally.add_whole(false);
-        }
-        print_error(&error.to_string());
-        self.failed.push(title);
-    }
-
-    /// Adds the results of a check that ran beside others.
-    fn join(&mut self, title: &'static str, ended: Ended, steps: &mut Steps) {
-        let Ended { mut record, outcome, step, seconds } = ended;
+    /// Ends a check's step, prints its error, and adds its results.
+    fn end(&mut self, ended: Ended, steps: &mut Steps) {
+        let Ended { title, mut record, outcome, step, seconds } = ended;
         steps.end(step, title, (outcome.is_ok(), seconds));
-        record.end(title, outcome, 0);
+        // One that counts nothing is one test, as are tests that do not compile.
+        if if outcome.is_ok() { record.tally == Tally::default() } else { record.tally.failed() == 0 } {
+            record.tally.add_whole(outcome.is_ok());
+        }
+        if let Err(error) = outcome {
+            print_error(&error.to_string());
+            self.failed.push(title);
+        }
         self.tally.add(&record.tally);
-        self.times.join(record.times);
-        self.failed.extend(record.failed);
+        self.times.extend(record.times);
     }
 }
 
-/// A check that ran beside others.
+/// The title of a check, the runs that include it, its turn, and how it is run.
+type Check = (&'static str, When, Turn, fn(&Suite, &mut Step, &mut Record) -> Result<(), Error>);
+
+/// A check that has ended.
 struct Ended {
+    title: &'static str,
     record: Record,
     outcome: Result<(), Error>,
     step: Step,
     seconds: f64,
 }
 
-/// The title of a check, the runs that include it, and how it is run.
-type Check = (&'static str, When, Run);
+impl Ended {
+    fn of(&(title, .., run): &Check, suite: &Suite, mut step: Step) -> Self {
+        let mut record = Record::default();
+        let outcome = run(suite, &mut step, &mut record);
+        let seconds = step.seconds();
+        Self { title, record, outcome, step, seconds }
+    }
+}
 
 /// All checks, in the order in which they begin.
 static CHECKS: &[Check] = &[
-    ("formatting", Always, Whole(|suite, step| step.quiet(suite.workspace.cargo(["fmt", "--all", "--check"])))),
-    ("lints", Always, Whole(suite::lints)),
-    ("tests", Always, Counted(suite::tests)),
+    ("formatting", Always, Ordered, |suite, step, _| step.quiet(suite.workspace.cargo(["fmt", "--all", "--check"]))),
+    ("lints", Always, Ordered, |suite, step, _| suite::lints(suite, step)),
+    ("tests", Always, Ordered, suite::tests),
     // Its link takes minutes on one processor.
-    ("install and link", WithAll, Beside(&Whole(|suite, step| link::check(suite.workspace, step)))),
-    ("examples in the documentation", Always, Counted(suite::examples)),
-    ("tests of the command over ranks", WithAll, Counted(suite::rank_tests)),
+    ("install and link", WithAll, Beside, |suite, step, _| link::check(suite.workspace, step)),
+    ("examples in the documentation", Always, Ordered, suite::examples),
+    ("tests of the command over ranks", WithAll, Ordered, suite::rank_tests),
     // After the command is built for the last time, which it uses.
-    ("Python package", WithAll, Beside(&Counted(python::tests))),
-    ("features", WithAll, Whole(features::check)),
-    ("documentation", Always, Whole(suite::documentation)),
-    ("crates as they are published", WithAll, Whole(suite::published)),
-    ("links of the pages", Always, Whole(|suite, step| book::check_links(suite.workspace, step))),
-    // They install the library, too.
-    ("commands of the pages", Always, Alone(&Counted(commands))),
-    ("the book", WithAll, Counted(the_book)),
+    ("Python package", WithAll, Beside, python::tests),
+    // They install the library, too. Its links leave processors to what follows.
+    ("commands of the pages", Always, BesideNext, book::run_commands),
+    ("features", WithAll, Ordered, |suite, step, _| features::check(suite, step)),
+    ("documentation", Always, Ordered, |suite, step, _| suite::documentation(suite, step)),
+    ("crates as they are published", WithAll, Ordered, |suite, step, _| suite::published(suite, step)),
+    ("links of the pages", Always, Ordered, |suite, step, _| book::check_links(suite.workspace, step)),
+    ("the book", WithAll, Ordered, the_book),
 ];
 
 /// What `--all` adds to the default run.
@@ -123,17 +116,18 @@ const ADDED: &str = "GPU and MPI with their tests, pictures against references, 
 /// Runs all checks, even if some fail, so that one run shows all faults. The last line is `N passed, N failed, N
 /// skipped`; the exit code says whether all passed.
 pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Result<ExitCode, Error> {
-    let checks: Vec<_> =
-        CHECKS.iter().filter(|(title, when, _)| (all || *when == Always) && title.contains(only)).collect();
+    let mut checks: Vec<_> = CHECKS.iter().filter(|(_, when, ..)| all || *when == Always).collect();
+    let titles = checks.iter().map(|(title, ..)| *title).collect::<Vec<_>>().join(", ");
+    checks.retain(|(title, ..)| title.contains(only));
     if checks.is_empty() {
-        return Err(Error::Failed(format!("no check has {only:?} in its title; they are: {}", titles(all))));
+        return Err(Error(format!("no check has {only:?} in its title; they are: {titles}")));
     }
     print_line(&if all { format!("--all adds {ADDED}") } else { format!("only with --all: {ADDED}") });
     let mut steps = Steps::new(checks.len() + 1);
-    let mut record = Record { times: Times::read(workspace), ..Record::default() };
+    let mut record = Record::default();
     // A missing package ends the run here: nothing builds without it, and every step would print long errors.
     let reads_files = steps.run("looking for system packages", |step| {
-        let needed = if all { requirements::FOR_TEST_ALL } else { requirements::FOR_TEST };
+        let needed = if all { requirements::FOR_TEST_ALL } else { requirements::FOR_C };
         system::provide(needed, install, step)?;
         let found = system::provide(requirements::FOR_FILES, install, step);
         if let Err(error) = &found {
@@ -142,123 +136,102 @@ pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Resul
         }
         Ok(found.is_ok())
     })?;
-    run_checks(&checks, &Suite { workspace, all, reads_files }, &mut steps, &mut record);
-    let failed = &record.failed;
+    run_checks(&checks, &Suite { workspace, all, reads_files }, &mut steps, &mut record)?;
+    let Record { tally, mut times, failed } = record;
     if !failed.is_empty() {
         print_error(&format!("steps that failed:\n  {}", failed.join("\n  ")));
     }
-    for (title, seconds) in &steps.times {
-        record.times.add(&format!("step: {title}"), *seconds);
-    }
-    record.times.write()?;
+    times.extend(steps.times.iter().map(|(title, seconds)| (format!("step: {title}"), *seconds)));
     print_line(&format!("\nlongest, of {} s:", steps.started.elapsed().as_secs()));
-    record.times.lines().iter().chain(&record.tally.lines()).for_each(|line| print_line(line));
-    Ok(if record.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let longest = times::kept(&workspace.products("").join(times::FILE), times)?;
+    longest.iter().chain(&tally.lines()).for_each(|line| print_line(line));
+    Ok(if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// Runs the checks in their order; those that run beside others are waited for at the end.
-fn run_checks(checks: &[&Check], suite: &Suite, steps: &mut Steps, record: &mut Record) {
+fn run_checks(checks: &[&Check], suite: &Suite, steps: &mut Steps, record: &mut Record) -> Result<(), Error> {
     let &Suite { all, reads_files, .. } = suite;
+    let joined = |work: ScopedJoinHandle<_>| work.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
     thread::scope(|scope| {
-        let mut beside = Vec::new();
-        for (title, _, run) in checks {
-            if let Beside(_) = run {
-                let mut step = steps.begin(title).stand_aside();
-                let work = move || {
-                    let mut record = Record::default();
-                    // A shell is one thread's.
-                    let outcome = Workspace::find().and_then(|workspace| {
-                        run.run(&Suite { workspace: &workspace, all, reads_files }, &mut step, &mut record)
-                    });
-                    let seconds = step.seconds();
-                    Ended { record, outcome, step, seconds }
-                };
-                beside.push((*title, scope.spawn(work)));
+        let mut beside: Vec<ScopedJoinHandle<Ended>> = Vec::new();
+        for &check in checks {
+            let &(title, _, turn, _) = check;
+            for work in beside.extract_if(.., |work| turn == BesideNext || work.is_finished()) {
+                record.end(joined(work), steps);
+            }
+            if turn != Ordered {
+                // A shell is one thread's.
+                let (workspace, step) = (Workspace::find()?, steps.beside(title));
+                let work = move || Ended::of(check, &Suite { workspace: &workspace, all, reads_files }, step);
+                beside.push(scope.spawn(work));
                 continue;
             }
-            let is_alone = matches!(run, Alone(_));
-            for (title, work) in beside.extract_if(.., |(_, work)| is_alone || work.is_finished()) {
-                record.join(title, ended(work), steps);
-            }
-            let failed_before = record.tally.failed();
-            let outcome = steps.run(title, |step| run.run(suite, step, record));
-            record.end(title, outcome, failed_before);
+            let step = steps.begin(title);
+            record.end(Ended::of(check, suite, step), steps);
         }
-        for (title, work) in beside {
-            record.join(title, ended(work), steps);
-        }
-    });
-}
-
-/// Waits for a check that runs beside others.
-fn ended(work: ScopedJoinHandle<Ended>) -> Ended {
-    work.join().unwrap_or_else(|panic| panic::resume_unwind(panic))
-}
-
-/// The titles of the checks of a run.
-fn titles(all: bool) -> String {
-    let checks = CHECKS.iter().filter(|(_, when, _)| all || *when == Always);
-    checks.map(|(title, ..)| *title).collect::<Vec<_>>().join(", ")
-}
-
-/// The commands of the pages: counted as one check, and each skipped block as one.
-fn commands(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
-    let skip = |need: &str, count: usize| record.tally.add_skipped(&format!("no {need}"), count);
-    let took = |page: &str, seconds: f64| record.times.add(&format!("commands of {page}"), seconds);
-    let outcome = book::run_commands(suite.workspace, step, suite.all, skip, took);
-    record.tally.add_whole(outcome.is_ok());
-    outcome
+        beside.into_iter().for_each(|work| record.end(joined(work), steps));
+        Ok(())
+    })
 }
 
 /// The book, where there is mdBook to build it.
 fn the_book(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
-    if !system::succeeds("mdbook", ["--version"]) {
+    if system::output("mdbook", ["--version"]).is_none() {
         if is_required("mdbook") {
-            return Err(Error::Failed("ICORAY_REQUIRE names mdbook, and the machine lacks it".into()));
+            return Err(Error("ICORAY_REQUIRE names mdbook, and the machine lacks it".into()));
         }
         record.tally.add_skipped("no mdbook", 1);
         return Ok(());
     }
-    let outcome = book::build(suite.workspace, step);
-    record.tally.add_whole(outcome.is_ok());
-    outcome
+    step.quiet(suite.workspace.shell.cmd("bash").arg("docs/build.sh"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::sync::Barrier;
+    use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
     #[test]
     fn a_check_runs_beside_those_that_follow_and_is_counted() {
-        static BOTH: Barrier = Barrier::new(2);
-        fn aside(_: &Suite, _: &mut Step, record: &mut Record) -> Result<(), Error> {
-            BOTH.wait();
-            record.tally.add_skipped("no data", 2);
-            record.times.add("aside", 7.0);
-            Err(Error::Failed("aside".into()))
+        static ASIDE: Barrier = Barrier::new(2);
+        static NEXT: Barrier = Barrier::new(2);
+        static HAS_NEXT_BEGUN: AtomicBool = AtomicBool::new(false);
+        fn has_next_begun() -> bool {
+            thread::yield_now();
+            HAS_NEXT_BEGUN.load(Relaxed)
         }
-        let meets = |_: &Suite, _: &mut Step| {
-            BOTH.wait();
-            Ok(())
-        };
-        fn alone(_: &Suite, _: &mut Step, record: &mut Record) -> Result<(), Error> {
-            assert_eq!(record.failed, ["beside"]);
-            Ok(())
-        }
-        let checks: [Check; 4] = [
-            ("beside", Always, Beside(&Counted(aside))),
-            ("first", Always, Whole(|_, _| Ok(()))),
-            ("second", Always, Whole(meets)),
-            ("alone", Always, Alone(&Counted(alone))),
+        let checks: [Check; 5] = [
+            ("beside", Always, Beside, |_, _, record| {
+                ASIDE.wait();
+                record.tally.add_skipped("no data", 2);
+                record.times.push(("aside".into(), 7.0));
+                // So often that another thread has begun meanwhile.
+                assert!(!(0..1_000).any(|_| has_next_begun()), "a check began too early");
+                Err(Error("aside".into()))
+            }),
+            ("first", Always, Ordered, |_, _, _| Ok(())),
+            ("second", Always, Ordered, |_, _, _| {
+                ASIDE.wait();
+                Ok(())
+            }),
+            ("next", Always, BesideNext, |_, _, _| {
+                HAS_NEXT_BEGUN.store(true, Relaxed);
+                NEXT.wait();
+                Ok(())
+            }),
+            ("last", Always, Ordered, |_, _, _| {
+                NEXT.wait();
+                Ok(())
+            }),
         ];
         let workspace = Workspace::find().unwrap();
         let suite = Suite { workspace: &workspace, all: false, reads_files: false };
-        let (mut steps, mut record) = (Steps::new(4), Record::default());
-        run_checks(&checks.each_ref(), &suite, &mut steps, &mut record);
+        let (mut steps, mut record) = (Steps::new(5), Record::default());
+        run_checks(&checks.each_ref(), &suite, &mut steps, &mut record).unwrap();
         assert_eq!(record.failed, ["beside"]);
-        assert_eq!(record.tally.lines(), ["2 skipped: no data", "2 passed, 1 failed, 2 skipped"]);
-        assert_eq!(record.times.lines(), ["    7.0 s  aside"]);
-        assert_eq!(steps.times.len(), 4);
+        assert_eq!(record.tally.lines(), ["2 skipped: no data", "4 passed, 1 failed, 2 skipped"]);
+        assert_eq!(record.times, [("aside".to_owned(), 7.0)]);
+        assert_eq!(steps.times.len(), 5);
     }
 }

@@ -3,7 +3,7 @@
 //! The first model is in C and needs only a C compiler. The second is in Fortran, on ranks of MPI; if it cannot be
 //! built or run, it is left out, and the demo still succeeds.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use xshell::Cmd;
 
@@ -12,15 +12,11 @@ use crate::files;
 use crate::models::{self, ShallowWater};
 use crate::mpi::Mpi;
 use crate::options::DemoOptions;
-use crate::pictures::{Pictures, SHEET_PACKAGE};
-use crate::report;
 use crate::requirements;
 use crate::step::{Steps, print_line};
 use crate::system;
 use crate::workspace::Workspace;
 
-/// Up to so many pictures are all listed; of more, the first and the last.
-const LISTED: usize = 30;
 /// Steps of each model.
 const STEPS: usize = 5;
 const RANKS: usize = 2;
@@ -62,30 +58,34 @@ impl<'a> Demo<'a> {
     /// The first model.
     fn tracer(&self, steps: &mut Steps) -> Result<(), Error> {
         let (workspace, profile) = (self.workspace, &self.options.profile);
-        let pictures = Pictures::new(workspace, self.out.clone(), "tracer_");
+        let pictures = Pictures { workspace, folder: self.out.clone(), prefix: "tracer_" };
         // Before the build, which takes minutes.
         pictures.prepare()?;
-        steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_DEMO, self.install, step))?;
+        steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_C, self.install, step))?;
         let title = format!("building the library (about {} minutes)", if self.gpu { 4 } else { 2 });
         steps.run(&title, |step| step.quiet(self.library()))?;
         steps.run("building the tracer model", |step| step.quiet(models::compile_tracer(workspace, profile)))?;
         let start = steps.started;
-        let lines = steps.run("running the tracer model (about half a minute)", |step| {
+        steps.run("running the tracer model (about half a minute)", |step| {
             let scene = self.with_backend(TRACER_SCENE)?;
-            let mut first = None;
-            let run = models::tracer(workspace, profile)?.args(TRACER).arg("--days").arg(self.options.days.to_string());
+            let mut is_first = true;
+            let products = workspace.products(profile);
+            let run = workspace
+                .linked(products.join("tracer"), &products)?
+                .args(TRACER)
+                .arg("--days")
+                .arg(self.options.days.to_string());
             let run = run.arg("--scene").arg(scene).arg("--out").arg(&self.out);
-            step.echoed(run, || {
-                if first.is_none()
-                    && let Some(picture) = pictures.existing().into_iter().next()
-                {
+            let poll = || {
+                if is_first && let Some(picture) = pictures.existing().first() {
                     let seconds = start.elapsed().as_secs_f64();
-                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(&picture)));
-                    first = Some(picture);
+                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(picture)));
+                    is_first = false;
                 }
-            })
+            };
+            step.echoed(run, poll).1
         })?;
-        self.show(steps, &pictures, &lines)
+        self.show(steps, &pictures)
     }
 
     /// The second model, from its packages on.
@@ -94,40 +94,35 @@ impl<'a> Demo<'a> {
         let title = format!("looking for Fortran and MPI, for a model on {RANKS} ranks");
         let mpi = steps.run(&title, |step| {
             system::provide(requirements::FOR_DEMO_MPI, self.install, step)?;
-            Mpi::find().map_err(Error::Failed)
+            Mpi::find().map_err(Error)
         })?;
         let model = ShallowWater::new(workspace, profile, &mpi);
-        let pictures = Pictures::new(workspace, self.out.join("shallow_water"), "vorticity_");
+        let pictures = Pictures { workspace, folder: self.out.join("shallow_water"), prefix: "vorticity_" };
         steps.run("building the library with MPI", |step| {
             model.remove_other_mpi(step)?;
             step.quiet(model.with_mpi(model.library(self.gpu)))
         })?;
         steps.run("building the shallow-water model", |step| step.quiet(model.compile()))?;
         let title = format!("running the shallow-water model on {RANKS} ranks of MPI (about half a minute)");
-        let lines = steps.run(&title, |step| {
+        steps.run(&title, |step| {
             let scene = self.with_backend(SHALLOW_WATER_SCENE)?;
             pictures.prepare()?;
             let run = model.run(RANKS)?.args(SHALLOW_WATER).arg("--scene").arg(scene);
-            step.echoed(run.arg("--out").arg(&pictures.folder), || {})
+            step.echoed(run.arg("--out").arg(&pictures.folder), || {}).1
         })?;
-        self.show(steps, &pictures, &lines)
+        self.show(steps, &pictures)
     }
 
-    /// Makes the contact sheet; prints the paths of the pictures, their cost and their errors.
-    fn show(&self, steps: &mut Steps, pictures: &Pictures, lines: &[String]) -> Result<(), Error> {
-        let workspace = self.workspace;
-        let taken = pictures.taken()?;
+    /// Makes the contact sheet; prints where it, the pictures and their report are.
+    fn show(&self, steps: &mut Steps, pictures: &Pictures) -> Result<(), Error> {
+        let taken = pictures.existing();
+        let none = || Error(format!("no pictures in {}", pictures.folder.display()));
+        let last = taken.last().ok_or_else(none)?;
         steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(&self.options.profile)))?;
-        let csv = workspace.shell.read_file(pictures.report())?;
-        print_line(&format!("\npictures ({}):", taken.len()));
-        let mut listed: Vec<_> = taken.iter().map(|picture| workspace.shown(picture)).collect();
-        if listed.len() > LISTED {
-            listed.splice(1..listed.len() - 1, ["...".to_owned()]);
-        }
-        listed.iter().for_each(|picture| print_line(&format!("  {picture}")));
-        print_line(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
-        print_line(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
-        print_line(&format!("\n{}", report::describe(lines, &csv)));
+        let shown = |file: &Path| self.workspace.shown(file);
+        print_line(&format!("\npictures ({}), the last one:\n  {}", taken.len(), shown(last)));
+        print_line(&format!("contact sheet:\n  {}", shown(&pictures.sheet())));
+        print_line(&format!("report with errors and seconds, a line per picture:\n  {}", shown(&pictures.report())));
         Ok(())
     }
 
@@ -148,6 +143,48 @@ impl<'a> Demo<'a> {
         let copy = self.workspace.products(&self.options.profile).join(files::name(&scene));
         sh.write_file(&copy, format!("backend = \"{backend}\"\n{}", sh.read_file(scene)?))?;
         Ok(copy)
+    }
+}
+
+/// The package that makes contact sheets.
+const SHEET_PACKAGE: &str = "contact-sheet";
+
+/// The pictures of a model in a directory.
+struct Pictures<'a> {
+    workspace: &'a Workspace,
+    folder: PathBuf,
+    /// The start of their names.
+    prefix: &'static str,
+}
+
+impl<'a> Pictures<'a> {
+    /// The file that has a line per frame.
+    fn report(&self) -> PathBuf {
+        self.folder.join("report.csv")
+    }
+
+    /// The file of the contact sheet.
+    fn sheet(&self) -> PathBuf {
+        self.folder.join("contact_sheet.png")
+    }
+
+    /// Makes the directory, and removes the files that an earlier run left in it. Files of other names are the user's.
+    fn prepare(&self) -> Result<(), Error> {
+        let sh = &self.workspace.shell;
+        sh.create_dir(&self.folder)?;
+        let files = self.existing().into_iter().chain([self.report(), self.sheet()]);
+        Ok(files.into_iter().try_for_each(|file| sh.remove_path(file))?)
+    }
+
+    /// The pictures so far, in order. They are complete when they appear under their names.
+    fn existing(&self) -> Vec<PathBuf> {
+        files::fitting(&self.folder, &format!("{}*.png", self.prefix))
+    }
+
+    /// The command that makes the contact sheet, by the program of [`SHEET_PACKAGE`] in a profile's products.
+    fn make_sheet(&self, profile: &str) -> Cmd<'a> {
+        let program = self.workspace.shell.cmd(self.workspace.products(profile).join("contact_sheet"));
+        program.arg(&self.folder).arg(self.prefix).arg(self.sheet())
     }
 }
 
@@ -177,7 +214,7 @@ mod tests {
         let options = DemoOptions { out: None, backend: None, days: 12.0, profile };
         let mut demo = Demo { workspace: &workspace, options: &options, install: false, out: "".into(), gpu: false };
         let (cc, fortran, run) = ("mpicc".into(), "mpifort".into(), "mpirun".into());
-        let mpi = Mpi { cc, fortran, run, options: Vec::new() };
+        let mpi = Mpi { cc, fortran, run };
         for gpu in [false, true] {
             demo.gpu = gpu;
             let first = packages(&demo.library().into());
@@ -189,5 +226,20 @@ mod tests {
             let other: Vec<_> = both.difference(&first).collect();
             assert!(other.is_empty(), "compiled again for the second library: {other:#?}");
         }
+    }
+
+    #[test]
+    fn only_the_models_own_files_are_removed() {
+        let workspace = Workspace::find().unwrap();
+        let scratch = workspace.shell.create_temp_dir().unwrap();
+        let out = scratch.path().join("a/b");
+        let pictures = Pictures { workspace: &workspace, folder: out.clone(), prefix: "tracer_" };
+        pictures.prepare().unwrap();
+        for name in ["tracer_0001.png", "tracer_0000.png", "report.csv", "contact_sheet.png", "mine.png"] {
+            workspace.shell.write_file(out.join(name), "").unwrap();
+        }
+        assert_eq!(pictures.existing(), [out.join("tracer_0000.png"), out.join("tracer_0001.png")]);
+        pictures.prepare().unwrap();
+        assert_eq!(files::fitting(&out, "*"), [out.join("mine.png")]);
     }
 }

@@ -6,16 +6,14 @@
 //! completed here.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
-use xshell::Cmd;
+use csv::{ReaderBuilder, Trim};
 
+use crate::book;
 use crate::error::Error;
 use crate::files;
-use crate::models::{MPI_PACKAGE, ShallowWater, compile_tracer, tracer};
+use crate::models::{MPI_PACKAGE, ShallowWater, compile_tracer};
 use crate::mpi::Mpi;
-use crate::pictures::{Pictures, check_picture};
-use crate::report::Table;
 use crate::requirements;
 use crate::step::{Step, Steps, print_line};
 use crate::system;
@@ -31,8 +29,8 @@ const OCEAN: &str = "ocean.nc";
 struct Section<'a> {
     /// The scene's file in `examples/scenes`.
     scene: &'a str,
-    /// The words of the command that draws it.
-    command: Vec<&'a str>,
+    /// The command that draws it.
+    command: &'a str,
     /// The files of its pictures, as they are drawn.
     pictures: Vec<&'a str>,
 }
@@ -42,7 +40,7 @@ impl<'a> Section<'a> {
     fn parse(text: &'a str) -> Option<Self> {
         let (scene, rest) = text.split_once("](../scenes/")?.1.split_once("): `")?;
         let pictures = text.lines().filter_map(|line| Some(picture(line)?.1)).collect();
-        Some(Self { scene, command: rest.split_once('`')?.0.split(' ').collect(), pictures })
+        Some(Self { scene, command: rest.split_once('`')?.0, pictures })
     }
 }
 
@@ -71,21 +69,17 @@ fn with_numbers(page: &str, numbers: &BTreeMap<&str, String>) -> String {
     text
 }
 
-/// Errors and cost of one picture, by the text of `report.csv`.
+/// Errors and cost of one picture, by its last row in the text of `report.csv`.
 fn numbers(csv: &str, picture: &str) -> Result<String, Error> {
-    let table = Table::read(csv);
+    let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(csv.as_bytes());
+    let rows: Vec<BTreeMap<String, String>> = reader.deserialize().flatten().collect();
+    let row = rows.iter().rfind(|row| row.get("file").is_some_and(|file| file == picture));
     let number = |name: &str| {
-        let lacking = || Error::Failed(format!("report.csv has no {name} of {picture}"));
-        table.number("file", picture, name).ok_or_else(lacking)
+        let lacking = || Error(format!("report.csv has no {name} of {picture}"));
+        row.and_then(|row| row.get(name)?.parse::<f64>().ok()).ok_or_else(lacking)
     };
     let seconds = number("prepare_s")? + number("render_s")?;
     Ok(format!("error ≤ {:.1e}, mean {:.1e}; {seconds:.1} s", number("error_max")?, number("error_mean")?))
-}
-
-/// Draws the scenes of the page.
-struct Gallery<'a> {
-    workspace: &'a Workspace,
-    mpi: Option<Mpi>,
 }
 
 /// Draws the scenes whose files exist, and writes the page. Other scenes keep their pictures and their numbers.
@@ -95,22 +89,22 @@ pub fn run(workspace: &Workspace, install: bool) -> Result<(), Error> {
     let sections = sections(&page);
     let mut steps = Steps::new(sections.len() + 2);
     let mpi = steps.run("looking for system packages", |step| {
-        system::provide(requirements::FOR_TEST, install, step)?;
+        system::provide(requirements::FOR_C, install, step)?;
         let found = system::provide(requirements::FOR_DEMO_MPI, install, step);
-        let found = found.and_then(|()| Mpi::find().map_err(Error::Failed));
+        let found = found.and_then(|()| Mpi::find().map_err(Error));
         if let Err(error) = &found {
             step.note(&format!("the shallow-water model is left out: {}", error.brief()));
         }
         Ok(found.ok())
     })?;
-    let gallery = Gallery { workspace, mpi };
-    steps.run("building icoray and the models (about 4 minutes)", |step| gallery.build(step))?;
+    let model = mpi.as_ref().map(|mpi| ShallowWater::new(workspace, PROFILE, mpi));
+    steps.run("building icoray and the models (about 4 minutes)", |step| build(workspace, model.as_ref(), step))?;
     let mut numbers = BTreeMap::new();
     for section in &sections {
         steps.run(&format!("drawing {}", section.scene), |step| {
-            match gallery.lacking(section) {
+            match lacking(workspace, section, model.is_some()) {
                 Some(lacking) => step.note(&format!("left out: {lacking} is missing; the picture is kept")),
-                None => numbers.extend(gallery.draw(section, step)?),
+                None => numbers.extend(draw(workspace, section, step)?),
             }
             Ok(())
         })?;
@@ -120,86 +114,51 @@ pub fn run(workspace: &Workspace, install: bool) -> Result<(), Error> {
     Ok(())
 }
 
-impl Gallery<'_> {
-    fn build(&self, step: &mut Step) -> Result<(), Error> {
-        let cargo = self.workspace.cargo(["build", "--profile", PROFILE]);
-        let mut cargo = cargo.args(["--package", "icoray-cli", "--package", "icoray-capi"]);
-        if let Some(model) = self.shallow_water() {
-            model.remove_other_mpi(step)?;
-            cargo = model.with_mpi(cargo.args(["--package", MPI_PACKAGE]));
-        }
+fn build(workspace: &Workspace, model: Option<&ShallowWater>, step: &mut Step) -> Result<(), Error> {
+    let cargo = workspace.cargo(["build", "--profile", PROFILE, "--package", "icoray-cli", "--package", "icoray-capi"]);
+    if let Some(model) = model {
+        model.remove_other_mpi(step)?;
+        step.quiet(model.with_mpi(cargo.args(["--package", MPI_PACKAGE])))?;
+        step.quiet(model.compile())?;
+    } else {
         step.quiet(cargo)?;
-        step.quiet(compile_tracer(self.workspace, PROFILE))?;
-        self.shallow_water().map_or(Ok(()), |model| step.quiet(model.compile()))
     }
-
-    /// The model over MPI, if there is an MPI.
-    fn shallow_water(&self) -> Option<ShallowWater<'_>> {
-        self.mpi.as_ref().map(|mpi| ShallowWater::new(self.workspace, PROFILE, mpi))
-    }
-
-    /// The file or software that a section's command needs, if it is missing.
-    fn lacking(&self, section: &Section) -> Option<String> {
-        if section.command[0] == "mpirun" && self.mpi.is_none() {
-            return Some("a working MPI with Fortran".into());
-        }
-        let files = section.command.iter().filter(|word| is_data(word)).map(|word| self.workspace.data().join(word));
-        files.into_iter().find(|file| !file.is_file()).map(|file| self.workspace.shown(&file))
-    }
-
-    /// Draws a section's pictures into the gallery's folder; returns their numbers.
-    fn draw<'s>(&self, section: &Section<'s>, step: &mut Step) -> Result<Vec<(&'s str, String)>, Error> {
-        let sh = &self.workspace.shell;
-        // Models write more pictures than the page shows.
-        let out = self.workspace.root.join("out/gallery").join(section.scene.trim_end_matches(".toml"));
-        Pictures::new(self.workspace, out.clone(), "").prepare()?;
-        if section.command.contains(&OCEAN) {
-            step.quiet(self.make_ocean(&out))?;
-        }
-        step.quiet(self.command(section, &out)?)?;
-        let keep = |file: &&'s str| {
-            // A Cinema database has a directory and a report of its own.
-            let from = files::fitting(&out, &format!("**/{file}")).pop().unwrap_or_else(|| out.join(file));
-            check_picture(&from)?;
-            sh.copy_file(&from, self.workspace.root.join(FOLDER).join(file))?;
-            let csv = sh.read_file(from.with_file_name("report.csv"))?;
-            Ok((*file, numbers(&csv, file)?))
-        };
-        section.pictures.iter().map(keep).collect()
-    }
-
-    /// The command of the page, by the programs that were built.
-    fn command(&self, section: &Section, out: &Path) -> Result<Cmd<'_>, Error> {
-        let file = |word: &&str| match *word {
-            OCEAN => out.join(OCEAN),
-            word if is_data(word) => self.workspace.data().join(word),
-            word => PathBuf::from(word),
-        };
-        match (&section.command[..], self.shallow_water()) {
-            (["icoray", rest @ ..], _) => {
-                let icoray = self.workspace.shell.cmd(self.workspace.products(PROFILE).join("icoray"));
-                Ok(icoray.args(rest.iter().map(file)).arg("-o").arg(out))
-            }
-            (["tracer", rest @ ..], _) => Ok(tracer(self.workspace, PROFILE)?.args(rest).arg("--out").arg(out)),
-            (["mpirun", "-n", ranks, "shallow_water", rest @ ..], Some(model)) => {
-                let ranks = ranks.parse().map_err(Error::while_doing("mpirun -n"))?;
-                Ok(model.run(ranks)?.args(rest).arg("--out").arg(out))
-            }
-            _ => Err(Error::Failed(format!("an unknown command: {}", section.command.join(" ")))),
-        }
-    }
-
-    /// Runs the test of an ocean's pictures, which writes an ocean on a real mesh to the directory.
-    fn make_ocean(&self, out: &Path) -> Cmd<'_> {
-        let cargo = self.workspace.cargo(["test", "--profile", PROFILE, "--package", "icoray-cli"]);
-        let cargo = cargo.args(["--test", "cli", "the_ocean_ends"]);
-        cargo.env("ICORAY_TEST_KEEP", out).env("ICORAY_TEST_DATA", self.workspace.data())
-    }
+    step.quiet(compile_tracer(workspace, PROFILE))
 }
 
-/// Whether a word of a command is a file of the data directory.
-fn is_data(word: &str) -> bool {
-    word.ends_with(".nc") && word != OCEAN
+/// The file or software that a section's command needs, if it is missing.
+fn lacking(workspace: &Workspace, section: &Section, has_mpi: bool) -> Option<String> {
+    if section.command.starts_with("mpirun ") && !has_mpi {
+        return Some("a working MPI with Fortran".into());
+    }
+    let words = section.command.split(' ').filter(|word| word.ends_with(".nc") && *word != OCEAN);
+    let mut files = words.map(|word| workspace.data().join(word));
+    files.find(|file| !file.is_file()).map(|file| workspace.shown(&file))
+}
+
+/// Draws a section's pictures into the gallery's folder; returns their numbers.
+fn draw<'s>(workspace: &Workspace, section: &Section<'s>, step: &mut Step) -> Result<Vec<(&'s str, String)>, Error> {
+    let sh = &workspace.shell;
+    let mut script = format!("block={} PATH=$PROGRAMS/shallow_water:$PATH\nmkdir out\n", section.scene);
+    if section.command.contains(&format!(" {OCEAN} ")) {
+        // The test of an ocean's pictures leaves it.
+        script += "export ICORAY_TEST_KEEP=$PWD ICORAY_TEST_DATA=$DATA\n\
+                   cargo test --release --package icoray-cli --test cli the_ocean_ends\n";
+    }
+    let out = if section.command.starts_with("icoray ") { "-o" } else { "--out" };
+    script += &format!("{} {out} out\n", section.command);
+    let name = format!("gallery/{}", section.scene);
+    let command = book::scripted(workspace, &name, PROFILE, &script)?;
+    let out = command.get_current_dir().unwrap_or(&workspace.root).join("out");
+    step.quiet(command)?;
+    let keep = |file: &&'s str| {
+        // A Cinema database has a directory and a report of its own.
+        let from = files::fitting(&out, &format!("**/{file}")).pop().unwrap_or_else(|| out.join(file));
+        sh.copy_file(&from, workspace.root.join(FOLDER).join(file))?;
+        let csv = sh.read_file(from.with_file_name("report.csv"))?;
+        Ok((*file, numbers(&csv, file)?))
+    };
+    section.pictures.iter().map(keep).collect()
 }
 
 #[cfg(test)]
@@ -220,15 +179,14 @@ mod tests {
         let numbers = pictures.iter().map(|file| (*file, "error ≤ 1, mean 0; 77.0 s".to_owned())).collect();
         assert_eq!(with_numbers(&page, &numbers).matches("77.0 s").count(), pictures.len());
         assert_eq!(with_numbers(&page, &BTreeMap::new()), page);
-        let gallery = Gallery { workspace: &workspace, mpi: None };
-        let unknown = sections.iter().filter(|section| gallery.command(section, Path::new("out")).is_err());
-        assert_eq!(unknown.map(|section| section.scene).collect::<Vec<_>>(), ["shallow_water.toml"]);
+        let programs = sections.iter().map(|section| section.command.split(' ').next().unwrap());
+        assert!(programs.into_iter().all(|program| ["icoray", "tracer", "mpirun"].contains(&program)));
     }
 
     #[test]
     fn numbers_are_those_of_the_picture() {
         let csv = "file,prepare_s,render_s,error_max,error_mean\na.png,1,2,3,4\n\"b, c.png\",1,0.26,3.456e-4,2e-5\n";
         assert_eq!(numbers(csv, "b, c.png"), Ok("error ≤ 3.5e-4, mean 2.0e-5; 1.3 s".into()));
-        assert_eq!(numbers(csv, "c.png"), Err(Error::Failed("report.csv has no prepare_s of c.png".into())));
+        assert_eq!(numbers(csv, "c.png"), Err(Error("report.csv has no prepare_s of c.png".into())));
     }
 }

@@ -1,15 +1,14 @@
 //! `cargo xtask install`: builds and installs the C library.
 
-mod archive;
 mod catalyst;
 mod comin;
 mod place;
 mod template;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::elf;
+use xshell::Cmd;
+
 use crate::error::Error;
 use crate::libclang;
 use crate::options::InstallOptions;
@@ -31,8 +30,8 @@ const PROFILE: &str = "dist";
 const FORTRAN: &str = "include/icoray.f90";
 
 /// The file name of the shared library.
-fn shared_name(version: &str) -> String {
-    format!("libicoray.so.{version}")
+fn shared_name() -> String {
+    format!("libicoray.so.{VERSION}")
 }
 
 /// The directories of an installation.
@@ -43,14 +42,6 @@ pub struct Layout {
     pub libdir: PathBuf,
     /// Put before the prefix while packages are made.
     pub destdir: Option<PathBuf>,
-}
-
-/// An installed library.
-pub struct Installed {
-    /// Each file with its size, or with the target of a link.
-    pub files: Vec<(PathBuf, String)>,
-    /// The shared library.
-    pub shared: PathBuf,
 }
 
 /// Builds and installs the library; prints the installed files.
@@ -66,52 +57,59 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     let mut steps =
         Steps::new(3 + usize::from(comin.is_some()) + usize::from(options.catalyst) + usize::from(options.command));
     steps.run("looking for system packages", |step| {
-        let needed = if mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
+        let needed = if mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_C };
         let files = if options.command { requirements::FOR_FILES } else { &[] };
         system::provide(&[needed, files].concat(), may_install, step)
     })?;
     // Before the build, which takes minutes.
-    layout.check()?;
-    let title = format!("building the library (about {} minutes)", if options.no_gpu { 3 } else { 5 });
-    let mut built = steps.run(&title, |step| build(workspace, mpi, !options.no_gpu, step))?;
-    if let Some(comin) = comin {
+    layout.check(options.command)?;
+    let gpu = !options.no_gpu;
+    let title = format!("building the library (about {} minutes)", if gpu { 5 } else { 3 });
+    let mut built = steps.run(&title, |step| build(workspace, mpi, gpu, step))?;
+    let lib = layout.libdir.as_path();
+    if let Some(comin) = &comin {
         let plugin = steps.run("building the plugin", |step| comin.build(workspace, &built.shared, step))?;
-        built.plugin = Some(plugin);
+        built.others.push((lib.join(comin::PLUGIN), plugin));
     }
     if options.catalyst {
         let title = "building the implementation of Catalyst (about 2 minutes)";
-        let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, !options.no_gpu, step))?;
-        built.catalyst = Some(library);
+        let library = steps.run(title, |step| catalyst::build(workspace, PROFILE, mpi, gpu, step))?;
+        built.others.push((lib.join(catalyst::DIRECTORY).join(catalyst::LIBRARY), library));
     }
     if options.command {
         let title = "building the command (about 3 minutes)";
-        built.command = Some(steps.run(title, |step| build_command(workspace, mpi, !options.no_gpu, step))?);
+        let program = steps.run(title, |step| build_command(workspace, mpi, gpu, step))?;
+        built.others.push(("bin/icoray".into(), program));
     }
-    let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
-    if let Some(program) = &built.command {
-        let share = layout.root().join("share");
-        workspace.shell.cmd(program).arg("manual").arg(share).quiet().run()?;
-    }
+    let installed = steps.run("installing", |step| {
+        let installed = install(workspace, &built, &layout)?;
+        if options.command {
+            let program = workspace.shell.cmd(layout.root().join("bin/icoray"));
+            step.quiet(program.arg("manual").arg(layout.root().join("share")))?;
+        }
+        Ok(installed)
+    })?;
     print_line("");
-    let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
-    for (path, what) in &installed.files {
-        print_line(&format!("{:<width$}  {what:>10}", path.display()));
-    }
-    print_line(&format!("\n{SONAME} needs {}", check_shared(workspace, &installed.shared, mpi)?.join(", ")));
-    let lib = layout.prefix.join(&layout.libdir);
+    installed.iter().for_each(|path| print_line(&path.display().to_string()));
+    let needed = check_shared(workspace, &layout.root().join(lib).join(SONAME), mpi).quiet().read()?;
+    print_line(&format!("\n{SONAME} needs {needed}"));
+    let lib = layout.prefix.join(lib);
     print_line(&format!(
         "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  {} model.c $(pkg-config --cflags --libs icoray)",
         lib.join("pkgconfig").display(),
         if mpi { "mpicc" } else { "cc" }
     ));
-    if built.plugin.is_some() {
+    if options.command {
+        print_line(&format!("\nto run the command:\n  export PATH={}:$PATH", layout.prefix.join("bin").display()));
+    }
+    if comin.is_some() {
         print_line(&format!(
             "\nto draw from ICON, in its namelist comin_nml:\n  plugin_list(1)%plugin_library = \"{}\"\n  \
              plugin_list(1)%options = \"scene.toml\"",
             lib.join(comin::PLUGIN).display()
         ));
     }
-    if built.catalyst.is_some() {
+    if options.catalyst {
         print_line(&format!(
             "\nto draw from a host of Catalyst 2, with a path to a scene in its catalyst/scripts:\n  \
              export CATALYST_IMPLEMENTATION_NAME=icoray\n  export CATALYST_IMPLEMENTATION_PATHS={}",
@@ -121,16 +119,12 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
     Ok(())
 }
 
-/// The built libraries.
+/// The built libraries and programs.
 pub struct Built {
     shared: PathBuf,
     archive: PathBuf,
-    /// The plugin for ICON, where it was asked for.
-    plugin: Option<PathBuf>,
-    /// The implementation of Catalyst, where it was asked for.
-    catalyst: Option<PathBuf>,
-    /// The command, where it was asked for.
-    command: Option<PathBuf>,
+    /// What was asked for besides the libraries: its path below the prefix, and the file.
+    others: Vec<(PathBuf, PathBuf)>,
 }
 
 /// Builds both libraries, with MPI or without, and with GPUs or without.
@@ -141,44 +135,47 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     }
     let mut cargo = workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE]);
     let without_gpu = ["--no-default-features", "--features=live"];
-    cargo = cargo.args(mpi.then_some("--features=mpi")).args(without_gpu.iter().filter(|_| !gpu));
-    if mpi {
-        cargo = cargo.envs(libclang::variable());
-    }
+    cargo = cargo
+        .args(mpi.then_some("--features=mpi"))
+        .args(without_gpu.iter().filter(|_| !gpu))
+        .envs(libclang::variable());
     // Not in other profiles: programs find the libraries in target/debug and target/release by their file names.
     step.quiet(cargo.args(["--", "-C"]).arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
     let products = workspace.products(PROFILE);
-    let shared = products.join("libicoray.so");
-    check_shared(workspace, &shared, mpi)?;
-    let directory = products.join("reduced");
-    let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions(workspace)?, &directory, step)?;
-    Ok(Built { shared, archive, plugin: None, catalyst: None, command: None })
+    let (shared, reduced) = (products.join("libicoray.so"), products.join("reduced"));
+    step.quiet(check_shared(workspace, &shared, mpi))?;
+    step.quiet(library(workspace, "reduce", &products.join("libicoray.a")).arg(&reduced))?;
+    Ok(Built { shared, archive: reduced.join("libicoray.a"), others: Vec::new() })
 }
 
 /// Builds the command as the library is built.
 fn build_command(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Result<PathBuf, Error> {
     let cargo = workspace.cargo(["build", "--package", "icoray-cli", "--profile", PROFILE]);
     let cargo = cargo.args((!gpu).then_some("--no-default-features")).args(mpi.then_some("--features=mpi"));
-    step.quiet(if mpi { cargo.envs(libclang::variable()) } else { cargo })?;
+    step.quiet(cargo.envs(libclang::variable()))?;
     Ok(workspace.products(PROFILE).join("icoray"))
 }
 
-/// Fails unless a shared library exports the functions of the header, and has the properties of an installed one.
-/// Returns the libraries that it needs.
-pub fn check_shared(workspace: &Workspace, library: &Path, mpi: bool) -> Result<Vec<String>, Error> {
-    elf::check_names(library, &["-D"], &functions(workspace)?)?;
-    elf::check_shared(library, SONAME, mpi)
+/// The command by which a shared library must export the functions of the header, and have the properties of an
+/// installed one. Prints the libraries that it needs.
+pub fn check_shared<'a>(workspace: &'a Workspace, file: &Path, mpi: bool) -> Cmd<'a> {
+    library(workspace, "shared", file).arg(SONAME).arg(linkage(mpi))
 }
 
-/// The functions that the header declares.
-fn functions(workspace: &Workspace) -> Result<Vec<String>, Error> {
-    Ok(elf::declared(&workspace.shell.read_file("include/icoray.h")?))
+/// The word of `library.sh` for a library with MPI or without.
+fn linkage(mpi: bool) -> &'static str {
+    if mpi { "mpi" } else { "plain" }
 }
 
-/// Installs the libraries and the files that belong to them.
-pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Installed, Error> {
+/// A task of `library.sh`; its further arguments are to be added.
+fn library<'a>(workspace: &'a Workspace, task: &str, file: &Path) -> Cmd<'a> {
+    workspace.shell.cmd("bash").arg("xtask/src/install/library.sh").arg(task).arg(file)
+}
+
+/// Installs the libraries and the files that belong to them; returns their paths.
+pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Vec<PathBuf>, Error> {
     let (header, fortran) = (workspace.root.join("include/icoray.h"), workspace.root.join(FORTRAN));
-    let library = shared_name(VERSION);
+    let library = shared_name();
     let lib = |name: &str| layout.libdir.join(name);
     let root = layout.root();
     let item = |path: PathBuf, content, mode| Item { path: root.join(path), content, mode };
@@ -191,27 +188,13 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
         item(PathBuf::from("include/icoray.h"), Content::File(&header), 0o644),
         item(PathBuf::from(FORTRAN), Content::File(&fortran), 0o644),
     ];
-    items.extend(template::FILES.map(|(path, template)| {
-        item(lib(path), Content::Text(template::filled(template, &layout.libdir, VERSION)), 0o644)
-    }));
-    let catalyst = lib(catalyst::DIRECTORY).join(catalyst::LIBRARY);
-    for (path, file) in [(lib(comin::PLUGIN), &built.plugin), (catalyst, &built.catalyst)] {
-        items.extend(file.as_deref().map(|file| item(path, Content::File(file), 0o755)));
-    }
-    items.extend(built.command.as_deref().map(|file| item("bin/icoray".into(), Content::File(file), 0o755)));
+    items.extend(
+        template::FILES
+            .map(|(path, template)| item(lib(path), Content::Text(template::filled(template, &layout.libdir)), 0o644)),
+    );
+    items.extend(built.others.iter().map(|(path, file)| item(path.clone(), Content::File(file), 0o755)));
     place::place(&items)?;
-    let mut files = Vec::new();
-    for Item { path, content, .. } in items {
-        let what = match content {
-            Content::Link(target) => format!("-> {target}"),
-            _ => {
-                let bytes = fs::metadata(&path).map_err(Error::while_doing(path.display()))?.len();
-                format!("{} kB", bytes.div_ceil(1000))
-            }
-        };
-        files.push((path, what));
-    }
-    Ok(Installed { files, shared: root.join(lib(&library)) })
+    Ok(items.into_iter().map(|item| item.path).collect())
 }
 
 impl Layout {
@@ -224,16 +207,19 @@ impl Layout {
         }
     }
 
-    /// Fails if files cannot be written to the directories.
-    fn check(&self) -> Result<(), Error> {
+    /// Fails if files cannot be written to the directories, with those of the command or without.
+    fn check(&self, has_command: bool) -> Result<(), Error> {
         let lib = &self.libdir;
-        let directories = [lib.clone(), lib.join("pkgconfig"), lib.join("cmake/icoray"), "include".into()];
+        let mut directories = vec![lib.clone(), lib.join("pkgconfig"), lib.join("cmake/icoray"), "include".into()];
+        if has_command {
+            directories.extend(["bin", "share"].map(PathBuf::from));
+        }
         directories.iter().try_for_each(|directory| {
             let directory = self.root().join(directory);
             let existing = directory.ancestors().find(|path| path.exists()).unwrap_or(&directory);
             tempfile::tempfile_in(existing).map(drop).map_err(|cause| {
                 let what = format!("cannot write to {}: {cause}", directory.display());
-                Error::Failed(format!("{what}; --prefix takes another place, such as \"$HOME/.local\""))
+                Error(format!("{what}; --prefix takes another place, such as \"$HOME/.local\""))
             })
         })
     }
@@ -242,6 +228,7 @@ impl Layout {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn destdir_stands_before_the_prefix() {
@@ -255,17 +242,63 @@ mod tests {
     fn directories_that_cannot_be_written_are_found_before_the_build() {
         let scratch = xshell::Shell::new().unwrap().create_temp_dir().unwrap();
         let at = |prefix: &Path| Layout { prefix: prefix.into(), libdir: "lib".into(), destdir: None };
-        assert_eq!(at(&scratch.path().join("a/b")).check(), Ok(()));
+        assert_eq!(at(&scratch.path().join("a/b")).check(true), Ok(()));
         assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
         fs::write(scratch.path().join("file"), "").unwrap();
-        assert!(at(&scratch.path().join("file")).check().is_err());
-        let message = at(Path::new("/proc/nothing")).check().unwrap_err().to_string();
+        assert!(at(&scratch.path().join("file")).check(false).is_err());
+        fs::write(scratch.path().join("share"), "").unwrap();
+        assert!(at(scratch.path()).check(true).is_err() && at(scratch.path()).check(false).is_ok());
+        let message = at(Path::new("/proc/nothing")).check(false).unwrap_err().to_string();
         let start = "cannot write to /proc/nothing/lib: ";
         assert!(message.starts_with(start) && message.contains("; --prefix takes another place"), "{message}");
     }
 
     #[test]
     fn the_soname_is_the_start_of_the_file_name() {
-        assert!(shared_name(VERSION).starts_with(&format!("{SONAME}.")));
+        assert!(shared_name().starts_with(&format!("{SONAME}.")));
+    }
+    #[test]
+    fn each_fault_of_a_shared_library_is_found() {
+        const GOOD: &str = "int icoray_a(void) { return 0; }";
+        const MOVED: &str = "int icoray_a(void) { return 0; } __asm__(\".text\\n.quad icoray_a\");";
+        let workspace = Workspace::find().unwrap();
+        let sh = &workspace.shell;
+        let scratch = sh.create_temp_dir().unwrap();
+        let [source, file, other, mpi] = ["x.c", "x.so", "o.so", "m.so"].map(|name| scratch.path().join(name));
+        let build = |file: &Path, soname: &str, code: &str, options: &[&str]| {
+            sh.write_file(&source, code).unwrap();
+            let soname = format!("-Wl,-soname,{soname},--no-as-needed");
+            xshell::cmd!(sh, "cc -shared -fPIC -o {file} {source} {soname} {options...}").quiet().run().unwrap();
+        };
+        build(&other, "libother.so.1", GOOD, &[]);
+        build(&mpi, "libmpi.so.40", GOOD, &[]);
+        let (other, mpi) = (other.to_str().unwrap(), mpi.to_str().unwrap());
+        let faults = |code: &str, options: &[&str], is_mpi: bool| {
+            build(&file, "libx.so.0", code, options);
+            let check = library(&workspace, "shared", &file).args(["libx.so.0", linkage(is_mpi), "icoray_a"]);
+            let output = check.quiet().ignore_status().output().unwrap();
+            let faults = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.success(), faults.is_empty(), "{faults}");
+            faults
+        };
+        assert_eq!(faults(GOOD, &[], false), "");
+        assert_eq!(faults(GOOD, &[mpi], true), "");
+        for (code, option, is_mpi, fault) in [
+            (GOOD, "-Wl,-soname,libx.so", false, "its SONAME is [libx.so], expected [libx.so.0]"),
+            (GOOD, "-lm", true, "it needs no MPI"),
+            (GOOD, mpi, false, "it needs libmpi.so.40"),
+            (GOOD, other, false, "it needs libother.so.1"),
+            (GOOD, "-Wl,-rpath,/home/me", false, "it searches /home/me"),
+            (GOOD, "-Wl,-z,execstack", false, "it makes the stack executable"),
+            (MOVED, "-Wl,-z,notext", false, "it has text relocations"),
+        ] {
+            assert_eq!(faults(code, &[option], is_mpi), format!("{}: {fault}\n", file.display()));
+        }
+        let renamed = faults("int icoray_b(void) { return 0; }", &[], false);
+        assert!(renamed.contains("\n-icoray_a\n") && renamed.contains("\n+icoray_b\n"), "{renamed}");
+        // Without names, those of the header are expected.
+        let output = library(&workspace, "names", &file).quiet().ignore_status().output().unwrap();
+        let lacking = String::from_utf8(output.stderr).unwrap();
+        assert!(lacking.contains("\n-icoray_execute\n") && lacking.matches("\n-icoray_").count() > 20, "{lacking}");
     }
 }

@@ -6,7 +6,6 @@
 mod book;
 mod check;
 mod demo;
-mod elf;
 mod error;
 mod files;
 mod gallery;
@@ -17,8 +16,6 @@ mod models;
 mod mpi;
 mod options;
 mod package;
-mod pictures;
-mod report;
 mod requirements;
 mod side_by_side;
 mod step;

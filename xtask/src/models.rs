@@ -9,7 +9,7 @@ use xshell::{Cmd, cmd};
 
 use crate::error::Error;
 use crate::libclang;
-use crate::mpi::Mpi;
+use crate::mpi::{self, Mpi};
 use crate::step::Step;
 use crate::workspace::Workspace;
 
@@ -32,12 +32,6 @@ pub fn compile_tracer<'a>(workspace: &'a Workspace, profile: &str) -> Cmd<'a> {
         "cc -std=c99 -O2 -Wall -Wextra -Werror -pedantic -Iinclude {sources...} -o {program}
          -L{products} -licoray -lm -Wl,-rpath,{products}"
     )
-}
-
-/// The command that runs the tracer model; its arguments are to be added.
-pub fn tracer<'a>(workspace: &'a Workspace, profile: &str) -> Result<Cmd<'a>, Error> {
-    let products = workspace.products(profile);
-    workspace.linked(products.join("tracer"), &products)
 }
 
 /// The shallow-water model, linked with the library of a build profile.
@@ -102,7 +96,7 @@ impl<'a> ShallowWater<'a> {
         let processors = thread::available_parallelism().map_or(1, usize::from);
         let threads = (processors / ranks).max(1).to_string();
         let run = self.workspace.linked(&self.mpi.run, &self.products)?;
-        let run = run.args(["-n", &ranks.to_string()]).args(&self.mpi.options);
+        let run = run.args(["-n", &ranks.to_string()]).envs(mpi::ANYWHERE);
         Ok(run.arg(self.folder().join("shallow_water")).args(["--threads", &threads]))
     }
 }

@@ -16,65 +16,55 @@ pub struct Mpi {
     pub fortran: PathBuf,
     /// Starts programs on several ranks.
     pub run: PathBuf,
-    /// The options with which `run` starts any number of ranks on any machine.
-    pub options: Vec<&'static str>,
 }
 
 impl Mpi {
     /// Finds the MPI of `mpicc`, or of the compiler that MPICC names, with its Fortran compiler and launcher.
     pub fn find() -> Result<Self, String> {
         let cc = cc()?;
-        let (fortran, run) = (partner(&cc, "mpifort", COMPILER)?, partner(&cc, "mpirun", LAUNCHER)?);
-        let mut options = Vec::new();
-        if is_open_mpi(&run, LAUNCHER) {
-            // Waiting ranks yield their processor, on machines with fewer processors than ranks.
-            options.extend(["--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1"]);
-            // In containers ranks cannot read each other's memory, and without the option each prints a warning.
-            options.extend(["--mca", "btl_vader_single_copy_mechanism", "none"]);
-            let is_root = output("id", ["-u"]).is_some_and(|id| id == "0");
-            options.extend(is_root.then_some("--allow-run-as-root"));
-        }
-        Ok(Self { cc, fortran, run, options })
+        let (fortran, run) = (partner(&cc, "mpifort")?, partner(&cc, "mpirun")?);
+        Ok(Self { cc, fortran, run })
     }
 
     /// A text that differs for builds with different MPIs.
     pub fn identity(&self) -> String {
-        let printed = [output(&self.cc, ["-show"]), output(&self.run, [LAUNCHER])].map(Option::unwrap_or_default);
+        let printed = [output(&self.cc, ["-show"]), output(&self.run, ["--version"])].map(Option::unwrap_or_default);
         format!("{}\n{}\n", self.cc.display(), printed.join("\n"))
     }
 }
 
-/// The options with which compilers and launchers print their version.
-const COMPILER: &str = "--showme:version";
-const LAUNCHER: &str = "--version";
-
-/// Fails unless there is a C compiler for MPI.
-pub fn check_c() -> Result<(), String> {
-    cc().map(drop)
-}
+/// Variables with which Open MPI's launcher starts any number of ranks on any machine: more ranks than processors, of
+/// which those that wait leave theirs to others, without copies that containers forbid, and as root. Others do not read
+/// these.
+pub const ANYWHERE: [(&str, &str); 6] = [
+    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+    ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+    ("OMPI_MCA_mpi_yield_when_idle", "1"),
+    ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+];
 
 /// Fails unless there are compilers for C and Fortran of one MPI.
 pub fn check_compilers() -> Result<(), String> {
-    partner(&cc()?, "mpifort", COMPILER).map(drop)
+    partner(&cc()?, "mpifort").map(drop)
 }
 
 /// Fails unless there is a launcher, of the MPI of the compiler where there is one.
 pub fn check_launcher() -> Result<(), String> {
     match cc() {
-        Ok(cc) => partner(&cc, "mpirun", LAUNCHER).map(drop),
+        Ok(cc) => partner(&cc, "mpirun").map(drop),
         Err(_) => program("mpirun").map(drop),
     }
 }
 
 /// Whether the machine has another MPI than Open MPI, by its compiler, or else by its launcher.
 pub fn is_other() -> bool {
-    match cc() {
-        Ok(cc) => !is_open_mpi(&cc, COMPILER),
-        Err(_) => program("mpirun").is_ok_and(|run| !is_open_mpi(&run, LAUNCHER)),
-    }
+    cc().or_else(|_| program("mpirun")).is_ok_and(|program| !is_open_mpi(program))
 }
 
-fn cc() -> Result<PathBuf, String> {
+/// The C compiler of MPI.
+pub fn cc() -> Result<PathBuf, String> {
     program(variable("MPICC").unwrap_or("mpicc".into()))
 }
 
@@ -91,15 +81,17 @@ fn search_path() -> Vec<PathBuf> {
 
 /// The program of this name that belongs to the MPI of the C compiler: beside it or on the search path, with one of
 /// Debian's endings or without.
-fn partner(cc: &Path, name: &str, option: &str) -> Result<PathBuf, String> {
-    let is_open = is_open_mpi(cc, COMPILER);
+fn partner(cc: &Path, name: &str) -> Result<PathBuf, String> {
+    let is_open = is_open_mpi(cc);
     let names = ["", ".openmpi", ".mpich"].map(|ending| format!("{name}{ending}"));
     let directories = cc.parent().map(Path::to_path_buf).into_iter().chain(search_path());
     let mut files = directories.flat_map(|directory| names.clone().map(|name| directory.join(name)));
-    let found = files.find(|file| file.is_file() && is_open_mpi(file, option) == is_open);
+    let found = files.find(|file| file.is_file() && is_open_mpi(file) == is_open);
     found.ok_or_else(|| format!("no program {name} of the MPI of {}", cc.display()))
 }
 
-fn is_open_mpi(program: impl AsRef<OsStr>, option: &str) -> bool {
-    output(program, [option]).is_some_and(|text| text.contains("Open MPI") || text.contains("open-mpi.org"))
+/// Whether a compiler or launcher is Open MPI's: it takes one of these options, and names itself.
+fn is_open_mpi(program: impl AsRef<OsStr>) -> bool {
+    let texts = ["--showme:version", "--version"].map(|option| output(program.as_ref(), [option]));
+    texts.iter().flatten().any(|text| text.contains("Open MPI") || text.contains("open-mpi.org"))
 }

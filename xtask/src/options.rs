@@ -6,8 +6,7 @@ use clap::{Args, Parser};
 
 /// Builds, shows, tests and installs icoray
 ///
-/// All subcommands but package install missing Debian packages with apt-get (as root or by sudo) and missing Rust components with
-/// rustup, and print which.
+/// All subcommands but package install missing Debian packages with apt-get (as root or by sudo), and print which.
 #[derive(Debug, Parser)]
 #[command(bin_name = "cargo xtask", disable_help_subcommand = true)]
 pub struct Options {

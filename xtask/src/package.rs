@@ -12,7 +12,7 @@ use crate::workspace::Workspace;
 /// Writes the archive and the recipes to `target/package`.
 pub fn run(workspace: &Workspace) -> Result<(), Error> {
     let package = package(workspace, &workspace.products("package"));
-    Steps::new(1).run("packing the commit", |step| step.echoed(package, || {})).map(drop)
+    Steps::new(1).run("packing the commit", |step| step.echoed(package, || {}).1)
 }
 
 /// The command that writes them to a directory.

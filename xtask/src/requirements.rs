@@ -1,20 +1,18 @@
-//! The packages that the subcommands need beyond the Rust toolchain: a table, and a list for each need.
+//! The packages that the subcommands need beyond the Rust toolchain, which `rust-toolchain.toml` describes to rustup: a
+//! table, and a list for each need.
 
 use std::process::{Command, Stdio};
 
 use crate::error::last_lines;
-use crate::workspace::cargo;
 use crate::{libclang, mpi};
 
 /// A package, and how it is seen that the machine has what it provides.
 #[derive(Debug)]
 pub struct Package {
-    /// Its name in Debian, or in the Rust toolchain.
+    /// Its name in Debian.
     pub name: &'static str,
     /// What it is for, as text in brackets after its name.
     pub purpose: &'static str,
-    /// Whether it is a component of the Rust toolchain, and not a package of Debian.
-    pub is_component: bool,
     seen: Seen,
 }
 
@@ -44,7 +42,7 @@ impl Package {
             By(find) => find(),
             Shell(command) => {
                 let mut shell = Command::new("/bin/sh");
-                shell.args(["-c", command]).stdin(Stdio::null()).env("LC_ALL", "C").env("CARGO", cargo());
+                shell.args(["-c", command]).stdin(Stdio::null()).env("LC_ALL", "C");
                 let output = shell.output().map_err(|cause| cause.to_string())?;
                 let errors = String::from_utf8_lossy(&output.stderr);
                 let reason = || last_lines(&errors, 1).first().map_or(command, |line| line.trim()).to_owned();
@@ -55,11 +53,7 @@ impl Package {
 }
 
 const fn debian(name: &'static str, purpose: &'static str, seen: Seen) -> Package {
-    Package { name, purpose, is_component: false, seen }
-}
-
-const fn component(name: &'static str, purpose: &'static str, command: &'static str) -> Package {
-    Package { name, purpose, is_component: true, seen: Shell(command) }
+    Package { name, purpose, seen }
 }
 
 static CC: Package = debian("gcc", "C compiler", Shell("cc --version"));
@@ -80,7 +74,7 @@ const FIND_DRIVER: &str = "cat /etc/vulkan/icd.d/*.json || cat /usr/share/vulkan
 static NETCDF: Package = debian("libnetcdf-dev", "NetCDF library: reads model files", Shell(FIND_NETCDF));
 // As netcdf-sys finds it.
 const FIND_NETCDF: &str = "[ \"$NETCDF_DIR$NetCDF_DIR\" ] || nc-config --version";
-static MPI_C: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(mpi::check_c));
+static MPI_C: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(|| mpi::cc().map(drop)));
 static MPI: Package = debian("libopenmpi-dev", "MPI: pictures of several ranks", By(mpi::check_compilers));
 static MPI_RUN: Package = debian("openmpi-bin", "runs programs on several ranks", By(mpi::check_launcher));
 // Libraries of one MPI refuse programs of the other.
@@ -89,32 +83,32 @@ static MPICH_RUN: Package = debian("mpich", "runs programs of that MPI", Shell("
 static CLANG: Package = debian("libclang-dev", "reads MPI's header for Rust", By(libclang::check));
 static PYTHON: Package = debian("python3-venv", "Python 3.10 with environments of its own", Shell(FIND_PYTHON));
 const FIND_PYTHON: &str = "python3 -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))'";
-static RUSTFMT: Package = component("rustfmt", "checks the formatting", "\"$CARGO\" fmt --version");
-static CLIPPY: Package = component("clippy", "lints", "\"$CARGO\" clippy --version");
 
-/// For the demo: its library reads no files, so a C compiler is enough.
-pub static FOR_DEMO: &[&Package] = &[&CC, &C_HEADERS];
+/// For the library in C, and for the default checks: what reads no files and has no MPI. The compiler's package depends on
+/// the binutils that reduce the static library.
+pub static FOR_C: &[&Package] = &[&CC, &C_HEADERS];
 /// For the demo's model over MPI.
 pub static FOR_DEMO_MPI: &[&Package] = &[&FORTRAN, &MAKE, &MPI, &MPI_RUN, &CLANG];
-/// For `install`: the compiler's package depends on the binutils that reduce the static library.
-pub static FOR_INSTALL: &[&Package] = FOR_DEMO;
 /// For `install --mpi`.
 pub static FOR_INSTALL_MPI: &[&Package] = &[&CC, &C_HEADERS, &MPI_C, &CLANG];
-/// For the default checks: they build everything but GPU and MPI, and programs in C.
-pub static FOR_TEST: &[&Package] = &[&CC, &C_HEADERS, &RUSTFMT, &CLIPPY];
 /// For reading files of models; without it the default checks leave out the packages that read files.
 pub static FOR_FILES: &[&Package] = &[&PKG_CONFIG, &NETCDF];
 /// For `test --all`: it builds the whole workspace, and programs as users of the installed library do.
 #[rustfmt::skip]
 pub static FOR_TEST_ALL: &[&Package] = &[
     &CC, &C_HEADERS, &CPP, &FORTRAN, &MAKE, &CMAKE, &PKG_CONFIG, &VALGRIND, &CHROMIUM, &CHROMEDRIVER, &VULKAN, &NETCDF,
-    &MPI, &MPI_RUN, &MPICH, &MPICH_RUN, &CLANG, &PYTHON, &RUSTFMT, &CLIPPY,
+    &MPI, &MPI_RUN, &MPICH, &MPICH_RUN, &CLANG, &PYTHON,
 ];
 
 /// The packages of Debian for the default checks, or for all; each once.
 pub fn listed(all: bool) -> Vec<&'static str> {
-    let packages = if all { FOR_TEST_ALL.to_vec() } else { [FOR_TEST, FOR_FILES].concat() };
-    packages.into_iter().filter(|package| !package.is_component).map(|package| package.name).collect()
+    let packages = if all { FOR_TEST_ALL.to_vec() } else { [FOR_C, FOR_FILES].concat() };
+    packages.into_iter().map(|package| package.name).collect()
+}
+
+/// Whether the machine has the packages of these names.
+pub fn has(names: &[&str]) -> bool {
+    FOR_TEST_ALL.iter().filter(|package| names.contains(&package.name)).all(|package| package.check().is_ok())
 }
 
 #[cfg(test)]
@@ -131,10 +125,8 @@ mod tests {
             listed(true),
             "`cargo xtask requirements --all` prints the list for .devcontainer/Dockerfile"
         );
-        let components = FOR_TEST_ALL.iter().filter(|package| package.is_component);
-        assert!(components.clone().count() > 0 && components.into_iter().all(|package| file.contains(package.name)));
         // The long run has all that the others have.
-        let needs = [FOR_DEMO, FOR_DEMO_MPI, FOR_INSTALL_MPI, FOR_TEST, FOR_FILES].concat();
+        let needs = [FOR_C, FOR_DEMO_MPI, FOR_INSTALL_MPI, FOR_FILES].concat();
         let names: Vec<_> = FOR_TEST_ALL.iter().map(|package| package.name).collect();
         assert!(needs.iter().all(|package| names.contains(&package.name)));
     }

@@ -1,25 +1,20 @@
 //! Work done side by side, as much at a time as there are processors.
 
-use std::sync::{Mutex, PoisonError, mpsc};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 /// Does `work` with each of the items, begun in their order; `take` has the outcomes as they come.
-pub fn side_by_side<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync, take: impl FnMut(R)) {
-    let (queue, work) = (Mutex::new(items.into_iter()), &work);
+pub fn side_by_side<T: Send, R>(items: Vec<T>, work: impl Fn(T) -> R + Sync, take: impl FnMut(R) + Send) {
+    let (queue, take) = (Mutex::new(items.into_iter()), Mutex::new(take));
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let (sender, outcomes) = mpsc::channel();
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            let sender = sender.clone();
-            scope.spawn(move || {
-                while let Some(item) = next() {
-                    // The receiver lives as long as this scope.
-                    let _ = sender.send(work(item));
-                }
-            });
+    let worker = || {
+        while let Some(item) = next() {
+            let outcome = work(item);
+            take.lock().unwrap_or_else(PoisonError::into_inner)(outcome);
         }
-        drop(sender);
-        outcomes.iter().for_each(take);
+    };
+    thread::scope(|scope| {
+        (0..thread::available_parallelism().map_or(1, usize::from)).for_each(|_| drop(scope.spawn(worker)));
     });
 }
 

@@ -2,13 +2,16 @@
 //!
 //! A terminal also shows the last line that a command printed and the seconds so far.
 
-use std::io::{self, BufRead, BufReader, IsTerminal, Write};
+use std::io::{self, BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::error::{Error, last_lines};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::error::{BRIEF, Error};
+
+/// A terminal's line: the step, the seconds so far, and the latest line of its command.
+const LINE: &str = "{prefix} {elapsed} {wide_msg}";
 
 /// Prints a line. A closed pipe (`| head`) is ignored, where `println!` would panic.
 pub fn print_line(line: &str) {
@@ -46,154 +49,101 @@ impl Steps {
 
     /// Begins the next step, and prints its title.
     pub fn begin(&mut self, title: &str) -> Step {
+        self.begin_on(title, ProgressDrawTarget::stdout())
+    }
+
+    /// Begins the next step beside others, to which it leaves the terminal's line.
+    pub fn beside(&mut self, title: &str) -> Step {
+        self.begin_on(title, ProgressDrawTarget::hidden())
+    }
+
+    fn begin_on(&mut self, title: &str, target: ProgressDrawTarget) -> Step {
         self.begun += 1;
-        let heading = format!("[{}/{}] {title}", self.begun, self.total);
-        print(&format!("{heading} ..."));
-        Step { heading, started: Instant::now(), line_open: true, terminal: io::stdout().is_terminal() }
+        let style = ProgressStyle::with_template(LINE).unwrap_or_else(|_| ProgressStyle::default_spinner());
+        let bar = ProgressBar::with_draw_target(None, target).with_style(style);
+        bar.set_prefix(format!("[{}/{}] {title} ...", self.begun, self.total));
+        if bar.is_hidden() {
+            print_line(&bar.prefix());
+        } else {
+            bar.enable_steady_tick(Duration::from_millis(250));
+        }
+        Step { bar, started: Instant::now() }
     }
 
     /// Ends a step, and prints the seconds that it took.
     pub fn end(&mut self, step: Step, title: &str, (has_succeeded, seconds): (bool, f64)) {
-        step.close(&format!("{}{seconds:.1} s", if has_succeeded { "" } else { "failed after " }));
+        step.bar.finish_and_clear();
+        print_line(&format!(
+            "{} {}{seconds:.1} s",
+            step.bar.prefix(),
+            if has_succeeded { "" } else { "failed after " }
+        ));
         self.times.push((title.to_owned(), seconds));
     }
 }
 
-/// Runs a command without its output, which the error has if the command fails.
-pub fn silent(command: impl Into<Command>) -> Result<(), Error> {
-    silent_but(command.into(), |_| {})
-}
-
-/// The same, with a function that is called as [`lines_of`] does.
-fn silent_but(command: Command, take: impl FnMut(Option<&str>)) -> Result<(), Error> {
-    let (outcome, lines) = lines_of(command, take)?;
-    outcome.map_err(|sentence| Error::Detailed { sentence, details: lines.join("\n") })
-}
-
 /// A step under way.
 pub struct Step {
-    heading: String,
+    bar: ProgressBar,
     started: Instant,
-    /// Whether the cursor is still on the line of the heading.
-    line_open: bool,
-    terminal: bool,
 }
 
 impl Step {
     /// Runs a command without its output, which the error has if the command fails. A terminal shows the latest line.
     pub fn quiet(&mut self, command: impl Into<Command>) -> Result<(), Error> {
-        let mut latest = String::new();
-        silent_but(command.into(), |line| match line {
-            Some(line) => line.clone_into(&mut latest),
-            None => self.refresh(&latest),
-        })
+        let (lines, outcome) = lines_of(command.into(), |line| self.bar.set_message(line.to_owned()));
+        outcome.map_err(Error::with(&lines))
     }
 
-    /// Runs a command, prints its output as it comes, and returns the lines. Calls `poll` a few times per second and at
-    /// the end.
-    pub fn echoed(&mut self, command: impl Into<Command>, mut poll: impl FnMut()) -> Result<Vec<String>, Error> {
-        self.break_line();
-        let (outcome, lines) = lines_of(command.into(), |line| line.map_or_else(&mut poll, print_line))?;
-        poll();
-        let details = || last_lines(&lines.join("\n"), 5).join("\n");
-        outcome.map_err(|sentence| Error::Detailed { sentence, details: details() }).map(|()| lines)
+    /// Runs a command, prints its output as it comes, and returns the lines with the outcome. Calls `poll` after each
+    /// line.
+    pub fn echoed(&mut self, command: impl Into<Command>, mut poll: impl FnMut()) -> (Vec<String>, Result<(), Error>) {
+        let (lines, outcome) = lines_of(command.into(), |line| {
+            self.bar.suspend(|| {
+                print_line(line);
+                poll();
+            });
+        });
+        let outcome = outcome.map_err(Error::with(&lines[lines.len().saturating_sub(BRIEF)..]));
+        (lines, outcome)
     }
 
     /// Prints a line within the step.
-    pub fn note(&mut self, line: &str) {
-        self.break_line();
-        print_line(line);
+    pub fn note(&self, line: &str) {
+        self.bar.suspend(|| print_line(line));
     }
 
     /// The time so far.
     pub fn seconds(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }
-
-    /// Leaves the terminal's line to other steps, beside which this one goes on.
-    pub fn stand_aside(mut self) -> Self {
-        self.break_line();
-        self.terminal = false;
-        self
-    }
-
-    /// Rewrites the line of the heading with the time so far and the latest line of the command.
-    fn refresh(&self, activity: &str) {
-        if self.terminal && self.line_open {
-            let seconds = self.started.elapsed().as_secs();
-            let line = format!("{} ... {seconds} s  {}", self.heading, activity.trim());
-            // A line that wraps could not be rewritten, and any terminal has 80 columns. Colours are left out: their
-            // control characters would count as columns and might be cut in half.
-            let line: String = line.chars().filter(|c| !c.is_control()).take(79).collect();
-            print(&format!("\r\x1b[K{line}"));
-        }
-    }
-
-    fn break_line(&mut self) {
-        if self.line_open {
-            print_line(&self.rewound());
-            self.line_open = false;
-        }
-    }
-
-    fn close(&self, outcome: &str) {
-        let start = if self.line_open { self.rewound() } else { format!("{} ...", self.heading) };
-        print_line(&format!("{start} {outcome}"));
-    }
-
-    /// The text that moves a terminal's cursor behind the heading, and removes what follows.
-    fn rewound(&self) -> String {
-        if self.terminal { format!("\r\x1b[K{} ...", self.heading) } else { String::new() }
-    }
 }
 
-fn print(text: &str) {
-    let mut stdout = io::stdout();
-    let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
-}
-
-/// Runs a command; passes each line of its output to `take`, and `None` a few times per second while it runs. Returns
-/// the lines, and a sentence on its failure.
-fn lines_of(
-    mut command: Command,
-    mut take: impl FnMut(Option<&str>),
-) -> Result<(Result<(), String>, Vec<String>), Error> {
+/// Runs a command; passes each line of its output, both streams in order, to `take`. Returns the lines, and a sentence
+/// on its failure.
+pub fn lines_of(mut command: Command, mut take: impl FnMut(&str)) -> (Vec<String>, Result<(), String>) {
     let name = command.get_program().display().to_string();
     let words = command.get_args().map(|word| format!(" {}", word.display())).collect::<String>();
-    // One pipe for both streams keeps the order of their lines.
-    let spawn = || {
+    let mut lines = Vec::new();
+    let run = || {
+        // One pipe for both streams keeps the order of their lines.
         let (reader, writer) = io::pipe()?;
-        let child = command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer).spawn()?;
+        let mut child = command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer).spawn()?;
         // The command holds the ends that the child has too: reading would never end.
         drop(command);
-        Ok((child, reader))
+        for line in BufReader::new(reader).split(b'\n') {
+            let line = String::from_utf8_lossy(&line?).trim_end_matches('\r').to_owned();
+            take(&line);
+            lines.push(line);
+        }
+        child.wait()
     };
-    let (mut child, reader) = spawn().map_err(Error::while_doing::<io::Error>(&name))?;
-    let (sender, receiver) = mpsc::channel();
-    thread::spawn(move || {
-        let mut lines = BufReader::new(reader).split(b'\n').map_while(Result::ok);
-        lines.try_for_each(|line| sender.send(String::from_utf8_lossy(&line).trim_end_matches('\r').to_owned()))
-    });
-    let mut lines = Vec::new();
-    let pause = Duration::from_millis(250);
-    let mut refreshed = Instant::now();
-    loop {
-        match receiver.recv_timeout(pause) {
-            Ok(line) => {
-                take(Some(&line));
-                lines.push(line);
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => break,
-        }
-        if refreshed.elapsed() >= pause {
-            take(None);
-            refreshed = Instant::now();
-        }
-    }
-    let status = child.wait().map_err(Error::while_doing(&name))?;
-    let outcome = if status.success() { Ok(()) } else { Err(format!("`{name}{words}` ended with {status}")) };
-    Ok((outcome, lines))
+    let outcome = match run() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("`{name}{words}` ended with {status}")),
+        Err(cause) => Err(format!("{name}: {cause}")),
+    };
+    (lines, outcome)
 }
 
 #[cfg(test)]
@@ -201,7 +151,7 @@ mod tests {
     use super::*;
 
     fn step() -> Step {
-        Step { heading: "[1/1] testing".into(), started: Instant::now(), line_open: false, terminal: false }
+        Steps::new(1).beside("testing")
     }
 
     fn shell(script: &str) -> Command {
@@ -215,8 +165,10 @@ mod tests {
         let error = step().quiet(shell("echo one; echo two >&2; exit 3")).unwrap_err().to_string();
         assert!(error.starts_with("`sh -c echo one; ") && error.contains("exit status: 3\n"), "{error}");
         assert!(error.contains("\none") && error.contains("\ntwo"), "{error}");
-        let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
+        let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).1.unwrap_err();
         assert!(error.brief().ends_with("exit status: 1\n    one\n    bad"), "{error}");
+        let error = step().quiet(shell("kill -SEGV $$")).unwrap_err().to_string();
+        assert!(error.contains(" ended with signal: 11"), "{error}");
         let error = step().quiet(Command::new("/nonexistent/program")).unwrap_err();
         assert!(error.to_string().starts_with("/nonexistent/program: "), "{error}");
     }
@@ -224,16 +176,15 @@ mod tests {
     #[test]
     fn lines_are_returned_as_they_come() {
         let mut polls = 0;
-        let lines = step().echoed(shell("echo one; echo two >&2; printf three"), || polls += 1).unwrap();
-        assert_eq!(lines, ["one", "two", "three"]);
-        assert!(polls >= 1);
+        let (lines, outcome) = step().echoed(shell("echo one; echo two >&2; printf three"), || polls += 1);
+        assert!(outcome.is_ok() && lines == ["one", "two", "three"] && polls == 3, "{lines:?}");
     }
 
     #[test]
     fn titles_and_seconds_of_all_steps_are_kept() {
         let mut steps = Steps::new(2);
         assert_eq!(steps.run("first", |_| Ok(1)), Ok(1));
-        assert!(steps.run("second", |_| Err::<(), _>(Error::Failed("no".into()))).is_err());
+        assert!(steps.run("second", |_| Err::<(), _>(Error("no".into()))).is_err());
         let titles: Vec<_> = steps.times.iter().map(|(title, _)| title.as_str()).collect();
         assert_eq!(titles, ["first", "second"]);
         assert!(steps.times.iter().all(|(_, seconds)| *seconds >= 0.0));

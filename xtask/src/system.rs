@@ -27,20 +27,12 @@ pub fn provide(needed: &[&Package], install: bool, step: &mut Step) -> Result<()
     if missing.is_empty() {
         return Ok(());
     }
-    let (packages, components) = (names(&missing, false), names(&missing, true));
     if !install {
         return Err(refusal(&missing, "missing, and --no-install forbids installing"));
     }
     missing.iter().for_each(|missing| step.note(&format!("installing {}", described(missing.package))));
-    if !packages.is_empty() {
-        let failed = |error: Error| format!("{}\n{error}", refusal(&missing, "missing, and not installed"));
-        apt_get(&packages, step).map_err(|error| Error::Failed(failed(error)))?;
-    }
-    if !components.is_empty() {
-        let mut rustup = Command::new("rustup");
-        rustup.args(["component", "add"]).args(&components);
-        step.quiet(rustup)?;
-    }
+    let failed = |error: Error| Error(format!("{}\n{error}", refusal(&missing, "missing, and not installed")));
+    apt_get(&names(&missing), step).map_err(failed)?;
     let left = self::missing(needed);
     if left.is_empty() { Ok(()) } else { Err(refusal(&left, "not found, although installed")) }
 }
@@ -50,9 +42,8 @@ fn missing<'a>(needed: &[&'a Package]) -> Vec<Missing<'a>> {
     needed.iter().filter_map(lacking).collect()
 }
 
-fn names(missing: &[Missing], components: bool) -> Vec<&'static str> {
-    let chosen = missing.iter().filter(|missing| missing.package.is_component == components);
-    chosen.map(|missing| missing.package.to_install()).collect()
+fn names(missing: &[Missing]) -> Vec<&'static str> {
+    missing.iter().map(|missing| missing.package.to_install()).collect()
 }
 
 fn described(package: &Package) -> String {
@@ -61,18 +52,10 @@ fn described(package: &Package) -> String {
 
 /// An error that says what is missing, why it is not installed, what to type, and the reason per package.
 fn refusal(missing: &[Missing], why: &str) -> Error {
-    let (packages, components) = (names(missing, false).join(" "), names(missing, true).join(" "));
-    let mut commands = Vec::new();
-    if !packages.is_empty() {
-        commands.push(format!("`sudo apt-get install -y --no-install-recommends {packages}`"));
-    }
-    if !components.is_empty() {
-        commands.push(format!("`rustup component add {components}`"));
-    }
-    let all = missing.iter().map(|missing| missing.package.to_install()).collect::<Vec<_>>().join(", ");
-    let sentence = format!("{why}: {all}; run {}", commands.join(" and "));
+    let (list, words) = (names(missing).join(", "), names(missing).join(" "));
+    let sentence = format!("{why}: {list}; run `sudo apt-get install -y --no-install-recommends {words}`");
     let reason = |missing: &Missing| format!("  {}: {}", described(missing.package), missing.reason);
-    Error::Detailed { sentence, details: missing.iter().map(reason).collect::<Vec<_>>().join("\n") }
+    Error::with(&missing.iter().map(reason).collect::<Vec<_>>())(sentence)
 }
 
 /// Installs packages, as root or by sudo, which may ask for a password; updates the package lists where that fails, as
@@ -87,11 +70,6 @@ fn apt_get(packages: &[&str], step: &mut Step) -> Result<(), Error> {
     };
     let install = [&INSTALL, packages].concat();
     run(&install).or_else(|_| run(&UPDATE).and_then(|()| run(&install)))
-}
-
-/// Whether a program exists and succeeds.
-pub fn succeeds<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> bool {
-    output(program, arguments).is_some()
 }
 
 /// The trimmed standard output of a program, if it exists and succeeds.

@@ -28,12 +28,12 @@ impl Workspace {
         // `cargo run` sets the variable; a program that was started without cargo takes the path known at compile time.
         let crate_dir = env::var_os("CARGO_MANIFEST_DIR").unwrap_or(env!("CARGO_MANIFEST_DIR").into());
         let root = Path::new(&crate_dir).parent().filter(|root| root.join("Cargo.toml").is_file());
-        let root = root.ok_or_else(|| Error::Failed(format!("no workspace above {}", crate_dir.display())))?;
+        let root = root.ok_or_else(|| Error(format!("no workspace above {}", crate_dir.display())))?;
         // The directory of this program is that of all builds, whether a variable, a configuration file or a target
         // triple has set it.
         let program = env::current_exe().map_err(Error::while_doing("this program's path"))?;
         let products = program.ancestors().nth(2);
-        let no_products = || Error::Failed(format!("no build directory: {}", program.display()));
+        let no_products = || Error(format!("no build directory: {}", program.display()));
         let products = products.ok_or_else(no_products)?.to_path_buf();
         shell.change_dir(root);
         // Cargo would take a relative target directory as relative to the root.

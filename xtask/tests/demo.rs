@@ -117,7 +117,7 @@ fn left_out((succeeded, printed, errors): &(bool, String, String)) -> Vec<&str> 
         printed.contains("first picture after ") && printed.contains(" s: pictures/tracer_000000.png\n"),
         "{printed}"
     );
-    assert!(printed.contains("\npictures (1):\n") && printed.contains("contact_sheet.png"), "{printed}");
+    assert!(printed.contains("\npictures (1), the last one:\n") && printed.contains("contact_sheet.png"), "{printed}");
     printed.lines().skip_while(|line| !line.starts_with("left out: the shallow-water model on 2 ranks")).collect()
 }
 

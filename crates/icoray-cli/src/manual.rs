@@ -29,6 +29,10 @@ pub fn run(args: &Args, command: clap::Command) -> CommandResult {
 }
 
 fn write(directory: &Path, mut command: clap::Command) -> io::Result<()> {
+    let pages = directory.join("man/man1");
+    std::fs::create_dir_all(&pages)?;
+    // Before the completions, for which clap adds commands of help.
+    clap_mangen::generate_to(command.clone(), pages)?;
     for (shell, path) in COMPLETIONS {
         let mut script = Vec::new();
         clap_complete::generate(shell, &mut command, "icoray", &mut script);
@@ -36,7 +40,5 @@ fn write(directory: &Path, mut command: clap::Command) -> io::Result<()> {
         std::fs::create_dir_all(path.parent().unwrap_or(directory))?;
         std::fs::write(path, script)?;
     }
-    let pages = directory.join("man/man1");
-    std::fs::create_dir_all(&pages)?;
-    clap_mangen::generate_to(command, pages)
+    Ok(())
 }

@@ -6,6 +6,7 @@ use crate::session::{NamedScene, SceneReader};
 use icoray::{Error, ErrorKind, Scene, Script, View, did_you_mean};
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
+use std::iter;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The keys that viewers may change, by sections. All others are the model's, those too that are added to the schema
@@ -59,8 +60,12 @@ pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<Sce
         if text.len() > most {
             return refused(format!("a scene of {} bytes, expected at most {most} of a viewer", text.len()));
         }
-        let mut script = Script::parse(text)?;
         let (own, given) = (document::values(&steered.text, None), document::values(text, None));
+        // Parsing a scene reads its files.
+        if files(&given).any(|file| files(&own).all(|known| known != file)) {
+            return refused("lines.file is the model's, which a viewer cannot change".into());
+        }
+        let mut script = Script::parse(text)?;
         if let Some(path) = not_steered("", &own, &given) {
             return refused(format!("{path} is the model's, which a viewer cannot change"));
         }
@@ -83,6 +88,13 @@ pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<Sce
         };
         script.views().iter().map(scene).collect()
     })
+}
+
+/// The files of outlines in a scene and its views.
+fn files(scene: &Json) -> impl Iterator<Item = &Json> {
+    let parts = iter::once(scene).chain(scene["views"].as_array().into_iter().flatten());
+    let lines = parts.flat_map(|part| part["lines"].as_array().into_iter().flatten());
+    lines.map(|lines| &lines["file"]).filter(|file| !file.is_null())
 }
 
 /// Whether viewers may change the key at a path, with all that it holds.
@@ -199,6 +211,11 @@ mod tests {
             (TEXT.replace("a_{step}", "../b_{step}"), "output.file is the model's"),
             (TEXT.replace("[camera]", "cinema = '/any/where/x.cdb'\n[camera]"), "output.cinema is the model's"),
             (TEXT.replace("[camera]", "concat = 'x.ffconcat'\n[camera]"), "output.concat is the model's"),
+            (format!("{TEXT}[[lines]]\nfile = '/no/such/file'\n"), "lines.file is the model's"),
+            (
+                format!("{TEXT}[[views]]\nname = 'a'\n[[views.lines]]\nfile = '/no/such/file'\n"),
+                "lines.file is the model's",
+            ),
             (TEXT.replace("64", "6400"), "image.width is the model's"),
             (TEXT.replace("[live]", "[live]\nport = 99"), "live.port is the model's"),
             (TEXT.replace("[live]", ""), "live is the model's"),

@@ -190,6 +190,26 @@ def test_mesh_and_heights_may_be_in_other_datasets(mpas: Any):
     assert same(icoray.render(mpas.theta, mesh=without, time=0, **LOOK), expected)
 
 
+def test_files_of_a_run_are_one_dataset(tmp_path: pathlib.Path):
+    whole = icoray.sample()
+    tables = [name for name in whole.variables if "Time" not in whole[name].dims]
+    for time, name in enumerate(["history.1.nc", "history.2.nc"]):
+        whole.drop_vars(tables).isel(Time=[time]).to_netcdf(tmp_path / name)
+    whole[tables].to_netcdf(tmp_path / "mesh.nc")
+    expected = icoray.open(whole)
+    files = [tmp_path / "history.2.nc", str(tmp_path / "history.1.nc")]
+    for data in [str(tmp_path / "history.*.nc"), tmp_path / "history.*.nc", files, [xarray.open_dataset(f) for f in files]]:
+        opened = icoray.open(data, mesh=tmp_path / "mesh.nc")
+        assert opened.times == expected.times and len(opened.times) == 2
+        for time in (0, 1):
+            image = opened.render("theta", time=time, **LOOK)
+            assert same(image, expected.render("theta", time=time, **LOOK))
+    with pytest.raises(ValueError, match=r"no file fits '.*none\.\*\.nc', expected a pattern"):
+        icoray.open(str(tmp_path / "none.*.nc"))
+    with pytest.raises(ValueError, match="expected one with fields"):
+        icoray.open([])
+
+
 def test_2d_fields_are_surfaces(mpas: Any):
     image = icoray.render(mpas, "surface_pressure", time=0, **LOOK)
     assert image.notes["field"] == "surface_pressure" and image.report["bytes_copied"] == 0

@@ -4,8 +4,10 @@
 //! the kernel for a single field renders it.
 
 use crate::coloring::Coloring;
+use crate::outlines::Outlines;
 use crate::transfer::TransferFunction;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Surfaces, lines, clips and ground beside volumes; none by default.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -157,7 +159,7 @@ pub struct Isosurface {
 }
 
 /// The pattern of lines.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Pattern {
     /// Edges of the Voronoi cells.
     Cells,
@@ -170,6 +172,8 @@ pub enum Pattern {
     },
     /// Coast lines: Natural Earth 1:110m, and 1:50m where pixels are smaller than 0.06 degrees.
     Coast,
+    /// Lines and outlines of polygons of a file.
+    Outlines(Arc<Outlines>),
 }
 
 /// Lines on the ground or on a level, drawn anti-aliased.

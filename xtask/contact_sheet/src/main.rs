@@ -1,10 +1,9 @@
 //! `contact_sheet DIR PREFIX OUT.png`: puts the pictures `PREFIX*.png` of a directory on one sheet, row by row, in the
 //! order of their names.
 
-use std::fmt::Display;
+use std::error::Error;
 use std::fs;
 use std::path::Path;
-use std::process::ExitCode;
 
 use image::{GenericImage, Rgb, RgbImage};
 
@@ -13,40 +12,28 @@ const SIDE: u32 = 240;
 const GAP: u32 = 6;
 const BACKGROUND: Rgb<u8> = Rgb([16, 18, 22]);
 
-fn main() -> ExitCode {
+fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    let [dir, prefix, out] = arguments.as_slice() else {
-        eprintln!("usage: contact_sheet DIR PREFIX OUT.png");
-        return ExitCode::FAILURE;
-    };
-    match make_sheet(Path::new(dir), &prefix.to_string_lossy(), Path::new(out)) {
-        Ok(count) => {
-            println!("{count} pictures on {}", Path::new(out).display());
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            eprintln!("contact_sheet: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    let [dir, prefix, out] = arguments.as_slice() else { return Err("usage: contact_sheet DIR PREFIX OUT.png".into()) };
+    let count = make_sheet(Path::new(dir), &prefix.to_string_lossy(), Path::new(out))?;
+    println!("{count} pictures on {}", out.display());
+    Ok(())
 }
 
 /// Puts the pictures in a directory whose names start with `prefix` on a sheet; returns their number.
-fn make_sheet(dir: &Path, prefix: &str, out: &Path) -> Result<usize, String> {
-    let about = |path: &Path, error: &dyn Display| format!("{}: {error}", path.display());
-    let entries = fs::read_dir(dir).map_err(|error| about(dir, &error))?.flatten();
-    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.retain(|name| name.starts_with(prefix) && name.ends_with(".png"));
+fn make_sheet(dir: &Path, prefix: &str, out: &Path) -> Result<usize, Box<dyn Error>> {
+    let mut names: Vec<_> = fs::read_dir(dir)?.flatten().map(|entry| entry.file_name()).collect();
+    names.retain(|name| name.to_string_lossy().starts_with(prefix) && name.to_string_lossy().ends_with(".png"));
     names.sort();
     let mut tiles = Vec::new();
     for path in names.iter().map(|name| dir.join(name)) {
-        let picture = image::open(&path).map_err(|error| about(&path, &error))?;
+        let picture = image::open(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         tiles.push(picture.thumbnail(SIDE, SIDE).into_rgb8());
     }
     if tiles.is_empty() {
-        return Err(about(dir, &format!("no pictures named {prefix}*.png")));
+        return Err(format!("{}: no pictures named {prefix}*.png", dir.display()).into());
     }
-    sheet(&tiles).save(out).map_err(|error| about(out, &error))?;
+    sheet(&tiles).save(out)?;
     Ok(tiles.len())
 }
 
@@ -92,7 +79,7 @@ mod tests {
             );
         }
         assert_eq!(pixel(246 + 6, 126 + 6), BACKGROUND);
-        assert!(make_sheet(&dir, "b_", &out).unwrap_err().contains("no pictures named b_*.png"));
+        assert!(make_sheet(&dir, "b_", &out).unwrap_err().to_string().contains("no pictures named b_*.png"));
         fs::remove_dir_all(dir).unwrap();
     }
 }

@@ -1,25 +1,34 @@
 //! Runs the commands of the README and the book, from the text of their `sh` blocks.
 //!
-//! The blocks of a page are one script of bash, in a folder of its own with copies of `examples`, links to the data
-//! files, and a home. The folder is inside the workspace, so that cargo finds the workspace and its builds from there.
-//! Pages run side by side, but for those that install the library: these run one after the other. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
-//! has a and b.
-
-mod needs;
-mod scratch;
+//! The blocks of a page are one script of bash, in a folder of its own, which [`PRELUDE`] fills. The folder is inside
+//! the workspace, so that cargo finds the workspace and its builds from there. Pages run side by side, but for those
+//! that install the library: these run one after the other. Words behind `sh` say when a block is run: `slow` in the
+//! long run only, `needs=a,b` where the machine has a and b.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
-use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
 use super::markdown::{Fence, Page};
+use crate::check::{Record, Suite};
 use crate::error::Error;
+use crate::mpi;
+use crate::requirements;
 use crate::side_by_side::side_by_side;
-use crate::step::{Step, silent};
+use crate::step::{Step, lines_of};
 use crate::workspace::{Workspace, is_required};
-use scratch::Scratch;
+
+/// Names behind `needs=`, and the Debian packages that they stand for. `data` is the data files and what reads them.
+const NEEDS: [(&str, &[&str]); 5] = [
+    ("data", &["libnetcdf-dev", "pkg-config"]),
+    ("gfortran", &["gfortran"]),
+    ("gpu", &["mesa-vulkan-drivers"]),
+    ("mpi", &["libopenmpi-dev", "openmpi-bin", "libclang-dev"]),
+    ("pkg-config", &["pkg-config"]),
+];
+
+/// The data file that `FILE.nc` in a page stands for.
+const FILE: &str = "mpas_jw_10242.nc";
 
 /// The word of blocks that are run in the long run only.
 const SLOW: &str = "slow";
@@ -30,35 +39,39 @@ const INSTALLING: &str = "cargo xtask install";
 /// The start of the command by which a block writes its own data file.
 const SAMPLING: &str = "icoray sample ";
 
+/// The parent of the folders of pages, below the workspace's root.
+const PLACE: &str = "out/docs";
+
 /// The script of a page, in the page's folder.
 const SCRIPT: &str = "commands.sh";
 
 /// The start of every script.
+const PRELUDE: &str = include_str!("prelude.sh");
+
+/// The command that runs a script as those of pages, in a new folder of this name, with the programs of a profile.
 ///
-/// `cargo xtask test` does not run itself; its options are still checked. The programs that a page builds are there, as the
-/// tests have built them, and the demo is short and built in their profile: the release profile would compile everything
-/// again. The library for MPI is built without GPUs, which takes half the time; tests have it with both.
-const PRELUDE: &str = r#"set -euo pipefail
-trap 'echo "the command that failed is in the block at $block" >&2' ERR
-cargo() {
-    case "$*" in
-    "xtask test"*) command cargo "$@" --help >/dev/null ;;
-    "xtask demo"*) command cargo "$@" --profile dev --days 2 ;;
-    "xtask install"*"--mpi"*) command cargo "$@" --no-gpu ;;
-    "build --release -p icoray-cli") "$PROGRAMS/icoray" --version >/dev/null ;;
-    "run --release -p icoray-study -- "*) shift 5; "$PROGRAMS/icoray-study" "$@" ;;
-    *) command cargo "$@" ;;
-    esac
+/// # Errors
+/// If the folder cannot be made.
+pub fn scripted(workspace: &Workspace, name: &str, profile: &str, script: &str) -> Result<Command, Error> {
+    let sh = &workspace.shell;
+    let folder = workspace.root.join(PLACE).join(name);
+    sh.remove_path(&folder)?;
+    sh.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
+    let command = sh.cmd("bash").arg(SCRIPT).env("ROOT", &workspace.root).env("DATA", workspace.data());
+    let command = command.env("PROGRAMS", workspace.products(profile)).env("FILE", FILE).envs(mpi::ANYWHERE);
+    let mut command = Command::from(command);
+    command.current_dir(folder);
+    Ok(command)
 }
-"#;
 
 /// A fault of the words behind `sh`: an unknown word, or a missing word that the commands need.
 pub fn attribute_fault(fence: &Fence) -> Option<String> {
     let fault = |word: &String| match word.split_once('=') {
         None if word == SLOW => None,
         Some(("needs", list)) => {
-            let unknown = list.split(',').find(|need| !needs::is_known(need))?;
-            Some(format!("needs={unknown}, expected one of {}", needs::known()))
+            let known = NEEDS.map(|(name, _)| name);
+            let unknown = list.split(',').find(|need| !known.contains(need))?;
+            Some(format!("needs={unknown}, expected one of {}", known.join(", ")))
         }
         _ => Some(format!("{word}, expected slow or needs=...")),
     };
@@ -77,28 +90,23 @@ pub fn attribute_fault(fence: &Fence) -> Option<String> {
     unknown.or_else(|| missing.map(str::to_owned))
 }
 
-/// Runs the commands: all of them, or those that are not marked as slow. `skip` is told of needs that are not met, and
-/// of how many blocks have them; `took` of each page and its seconds.
+/// Runs the commands: all of them, or those that are not marked as slow. Counts them as one check, and each block whose
+/// needs are not met as skipped; keeps the seconds of each page.
 ///
 /// # Errors
 /// The failures of all pages, with the output of the commands; a need that `ICORAY_REQUIRE` names and the machine
 /// lacks.
-pub fn run(
-    workspace: &Workspace,
-    step: &mut Step,
-    all: bool,
-    mut skip: impl FnMut(&str, usize),
-    mut took: impl FnMut(&str, f64),
-) -> Result<(), Error> {
+pub fn run(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
+    let workspace = suite.workspace;
     let mut counts = BlockCounts::default();
     let mut scripts = Vec::new();
     for page in &super::book(&workspace.root)? {
-        scripts.extend(script(page, &mut counts, all, |need| needs::is_met(workspace, need)));
+        scripts.extend(script(page, &mut counts, suite.all, |need| is_met(workspace, need)));
     }
     if let Some(lacking) = counts.lacking.keys().find(|need| is_required(need)) {
-        return Err(Error::Failed(format!("ICORAY_REQUIRE names {lacking}, and the machine lacks it")));
+        return Err(Error(format!("ICORAY_REQUIRE names {lacking}, and the machine lacks it")));
     }
-    counts.lacking.iter().for_each(|(need, count)| skip(need, *count));
+    counts.lacking.iter().for_each(|(need, count)| record.tally.add_skipped(&format!("no {need}"), *count));
     // The tests, which run before, have built the command; another selection of features would compile it again.
     for (program, package) in [("icoray", "icoray-cli"), ("icoray-study", "icoray-study")] {
         let is_used = scripts.iter().any(|(_, script)| script.contains(&format!("{program} ")));
@@ -106,30 +114,35 @@ pub fn run(
             step.quiet(workspace.cargo(["build", "--package", package, "--no-default-features"]))?;
         }
     }
-    let scratch = Scratch::new(workspace)?;
     // Those that install come first, as they take longest: each builds other libraries in the same place.
     let mut turns = vec![Vec::new()];
     for (path, script) in scripts {
-        let folder = scratch.page(Path::new(&path))?;
-        workspace.shell.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
-        let page = (path, scratch.bash(&folder, SCRIPT));
+        let name = path.trim_end_matches(".md").rsplit('/').next().unwrap_or(&path);
+        let page = (scripted(workspace, name, "dev", &script)?, path);
         if script.contains(INSTALLING) { turns[0].push(page) } else { turns.push(vec![page]) }
     }
-    let run = |(path, command): (String, Command)| {
+    let run = |(command, path): (Command, String)| {
         let started = Instant::now();
-        let outcome = silent(command);
-        (path, started.elapsed().as_secs_f64(), outcome)
+        let (lines, outcome) = lines_of(command, |_| {});
+        (path, started.elapsed().as_secs_f64(), outcome.map_err(Error::with(&lines)))
     };
     let mut failures = Vec::new();
     let work = |pages: Vec<_>| pages.into_iter().map(run).collect::<Vec<_>>();
     side_by_side(turns, work, |ended| {
         for (path, seconds, outcome) in ended {
-            took(&path, seconds);
+            record.times.push((format!("commands of {path}"), seconds));
             failures.extend(outcome.err().map(|failure| format!("{path}: {failure}")));
         }
     });
     step.note(&counts.summary());
-    if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
+    record.tally.add_whole(failures.is_empty());
+    if failures.is_empty() { Ok(()) } else { Err(Error(failures.join("\n"))) }
+}
+
+/// Whether the machine has what a need stands for.
+fn is_met(workspace: &Workspace, need: &str) -> bool {
+    let has_file = need != "data" || workspace.data().join(FILE).is_file();
+    has_file && NEEDS.iter().any(|(name, packages)| *name == need && requirements::has(packages))
 }
 
 /// Numbers of blocks that are run, and of those that are not.
@@ -143,15 +156,9 @@ struct BlockCounts {
 impl BlockCounts {
     fn summary(&self) -> String {
         let skipped: usize = self.lacking.values().sum();
-        let mut line = format!("{} blocks of commands run, {skipped} skipped", self.run);
-        for (need, count) in &self.lacking {
-            // Writing to a string cannot fail.
-            let _ = write!(line, ", {count} without {need}");
-        }
-        if self.slow > 0 {
-            let _ = write!(line, "; {} more with --all", self.slow);
-        }
-        line
+        let lacking = self.lacking.iter().map(|(need, count)| format!(", {count} without {need}")).collect::<String>();
+        let slow = if self.slow > 0 { format!("; {} more with --all", self.slow) } else { String::new() };
+        format!("{} blocks of commands run, {skipped} skipped{lacking}{slow}", self.run)
     }
 }
 
@@ -165,7 +172,7 @@ fn script(page: &Page, counts: &mut BlockCounts, all: bool, has: impl Fn(&str) -
             *counts.lacking.entry(lacking.to_owned()).or_default() += 1;
         } else {
             counts.run += 1;
-            let _ = write!(script, "block={}:{}\n{}", page.path, fence.line, fence.text);
+            script += &format!("block={}:{}\n{}", page.path, fence.line, fence.text);
         }
     }
     (!script.is_empty()).then(|| (page.path.clone(), script))
@@ -183,7 +190,7 @@ mod tests {
     const PAGE: &str =
         "```sh\necho 1\n```\n```text\nrm -r /\n```\n```sh slow\necho 2\n```\n```sh needs=mpi\necho 3\n```\n";
 
-    fn scripted(all: bool, has: bool) -> (String, String) {
+    fn written(all: bool, has: bool) -> (String, String) {
         let mut counts = BlockCounts::default();
         let script = script(&Page::parse("p.md", PAGE), &mut counts, all, |_| has);
         (script.unwrap().1, counts.summary())
@@ -191,18 +198,20 @@ mod tests {
 
     #[test]
     fn blocks_are_run_in_order_where_the_machine_has_what_they_need() {
-        let (script, summary) = scripted(true, true);
+        let (script, summary) = written(true, true);
         assert_eq!(script, "block=p.md:1\necho 1\nblock=p.md:7\necho 2\nblock=p.md:10\necho 3\n");
         assert_eq!(summary, "3 blocks of commands run, 0 skipped");
-        let (script, summary) = scripted(false, false);
+        let (script, summary) = written(false, false);
         assert_eq!(script, "block=p.md:1\necho 1\n");
         assert_eq!(summary, "1 blocks of commands run, 1 skipped, 1 without mpi; 1 more with --all");
     }
 
     #[test]
     fn a_failing_command_is_named_by_its_block() {
-        let script = format!("{PRELUDE}block=p.md:7\nfalse | true\necho not reached\n");
-        let output = Command::new("bash").args(["-c", &script]).output().unwrap();
+        let workspace = Workspace::find().unwrap();
+        let script =
+            "block=p.md:7\n[ -d examples ] && [ \"$HOME\" = \"$PWD/.home\" ]\nfalse | true\necho not reached\n";
+        let output = scripted(&workspace, "a failing command", "dev", script).unwrap().output().unwrap();
         assert!(!output.status.success() && output.stdout.is_empty(), "{output:?}");
         assert!(String::from_utf8_lossy(&output.stderr).contains("p.md:7"), "{output:?}");
     }

@@ -28,7 +28,7 @@ pub fn check(suite: &Suite, step: &mut Step) -> Result<(), Error> {
         }
     }
     step.note(&format!("{} sets of features", sets.len()));
-    if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
+    if failures.is_empty() { Ok(()) } else { Err(Error(failures.join("\n"))) }
 }
 
 /// Each package of the workspace that has features, without any and with each.
@@ -46,7 +46,7 @@ fn sets(metadata: &str) -> Result<Vec<(String, Option<String>)>, Error> {
             sets.extend(features.into_iter().map(|feature| (name.to_owned(), Some(feature.clone()))));
         }
     }
-    if sets.is_empty() { Err(Error::Failed("cargo metadata names no feature".into())) } else { Ok(sets) }
+    if sets.is_empty() { Err(Error("cargo metadata names no feature".into())) } else { Ok(sets) }
 }
 
 #[cfg(test)]

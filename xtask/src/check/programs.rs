@@ -16,7 +16,7 @@ use super::Record;
 use super::tally::results;
 use crate::error::Error;
 use crate::side_by_side::side_by_side;
-use crate::step::{Step, print_error};
+use crate::step::{Step, lines_of, print_error};
 use crate::workspace::Workspace;
 
 /// The programs that take longest, in this order: they start first, so that none of them runs alone at the end.
@@ -39,15 +39,6 @@ struct Program {
     file: PathBuf,
     /// The package's directory, in which cargo would run the program.
     directory: PathBuf,
-}
-
-/// A program that has ended.
-struct Ended {
-    name: String,
-    seconds: f64,
-    has_succeeded: bool,
-    output: String,
-    errors: String,
 }
 
 /// How test programs are run.
@@ -83,48 +74,27 @@ pub fn run<'a>(
         command.current_dir(&program.directory).env("CARGO_MANIFEST_DIR", &program.directory);
         command.env("LD_LIBRARY_PATH", &libraries).envs(run.variables.iter().cloned());
         command.args(Some(run.filter).filter(|filter| !filter.is_empty()));
-        execute(&program, command)
+        let started = Instant::now();
+        let (lines, outcome) = lines_of(command, |_| {});
+        (program.name, started.elapsed().as_secs_f64(), lines.join("\n"), outcome)
     };
     let (mut failed, mut count) = (Vec::new(), 0);
-    side_by_side(programs, work, |Ended { name, seconds, has_succeeded, output, errors }| {
+    side_by_side(programs, work, |(name, seconds, output, outcome)| {
         let [passed, failures, _] = results(&output);
-        record.tally.add_tests(&output, has_succeeded);
+        record.tally.add_tests(&output, outcome.is_ok());
         count += passed + failures;
-        record.times.add(&name, seconds);
         step.note(&format!("  {name}: {passed} passed, {failures} failed, {seconds:.1} s"));
-        if !has_succeeded {
-            print_error(&format!("{output}{errors}"));
+        record.times.push((name.clone(), seconds));
+        if let Err(sentence) = outcome {
+            print_error(&format!("{output}\n{sentence}"));
             failed.push(name);
         }
     });
     if !failed.is_empty() {
-        return Err(Error::Failed(format!("tests failed: {}", failed.join(", "))));
+        return Err(Error(format!("tests failed: {}", failed.join(", "))));
     }
     // Messages that cannot be read, or a filter that fits no test, would pass otherwise.
-    if count == 0 { Err(Error::Failed("no test was run".into())) } else { Ok(()) }
-}
-
-/// Runs a program to its end.
-fn execute(program: &Program, mut command: Command) -> Ended {
-    let started = Instant::now();
-    let output = command.output();
-    let seconds = started.elapsed().as_secs_f64();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let name = program.name.clone();
-    match output {
-        Ok(output) => {
-            let mut errors = text(&output.stderr);
-            if !output.status.success() {
-                errors += &format!("{name} ended with {}\n", output.status);
-            }
-            let has_succeeded = output.status.success();
-            Ended { name, seconds, has_succeeded, output: text(&output.stdout), errors }
-        }
-        Err(cause) => {
-            let errors = format!("{}: {cause}\n", program.file.display());
-            Ended { name, seconds, has_succeeded: false, output: String::new(), errors }
-        }
-    }
+    if count == 0 { Err(Error("no test was run".into())) } else { Ok(()) }
 }
 
 /// The test programs in the messages of cargo, a JSON object in each line.
@@ -174,15 +144,5 @@ mod tests {
             |name: &str, file: &str| Program { name: name.into(), file: file.into(), directory: "/w/x".into() };
         let expected = [program("icoray suite", "/t/suite-1"), program("icoray-tests ranks", "/t/ranks-2")];
         assert_eq!(listed(&messages.join("\n")), expected);
-    }
-
-    #[test]
-    fn the_end_of_a_program_is_reported_with_its_output() {
-        let program = Program { name: "a b".into(), file: "sh".into(), directory: "/".into() };
-        let mut command = Command::new("sh");
-        command.args(["-c", "echo out; echo err >&2; kill -SEGV $$"]);
-        let ended = execute(&program, command);
-        assert!(!ended.has_succeeded && ended.output == "out\n", "{}", ended.output);
-        assert!(ended.errors.starts_with("err\na b ended with signal: 11"), "{}", ended.errors);
     }
 }

@@ -4,17 +4,15 @@
 //! dependency, and cargo then compiles it and everything above it again.
 
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
 
 use xshell::Cmd;
 
 use super::Record;
 use super::programs::{self, Run};
 use crate::error::Error;
-use crate::step::{Step, print_line};
-use crate::system::succeeds;
+use crate::step::Step;
+use crate::system::output;
 use crate::workspace::Workspace;
 
 /// The packages of the default run: everything but GPU, MPI and the study.
@@ -68,14 +66,9 @@ impl Suite<'_> {
         self.workspace.cargo([subcommand, "--workspace", "--features", features, "--config", OPTIMISED])
     }
 
-    /// A cargo command on the packages of this run.
-    fn cargo(&self, subcommand: &str) -> Cmd<'_> {
-        if self.all { self.cargo_all(subcommand, FEATURES) } else { self.cargo_default(subcommand) }
-    }
-
-    /// A cargo command on the packages of this run, with all features of these.
-    fn cargo_linted(&self, subcommand: &str) -> Cmd<'_> {
-        if self.all { self.cargo_all(subcommand, FEATURES_OF_RANKS) } else { self.cargo_default(subcommand) }
+    /// A cargo command on the packages of this run, those of `--all` with these features.
+    fn cargo(&self, subcommand: &str, features: &str) -> Cmd<'_> {
+        if self.all { self.cargo_all(subcommand, features) } else { self.cargo_default(subcommand) }
     }
 
     /// The variables of this run's tests: its counts, and the file in which they list those that they skip.
@@ -90,12 +83,12 @@ impl Suite<'_> {
 }
 
 pub fn lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    step.quiet(suite.cargo_linted("clippy").args(["--all-targets", "--", "-D", "warnings"]))
+    step.quiet(suite.cargo("clippy", FEATURES_OF_RANKS).args(["--all-targets", "--", "-D", "warnings"]))
 }
 
 pub fn documentation(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     // With the features of the lints, which have compiled the dependencies.
-    step.quiet(suite.cargo_linted("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+    step.quiet(suite.cargo("doc", FEATURES_OF_RANKS).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 /// Packages the crates that are to be published, and compiles each from its own files.
@@ -110,7 +103,9 @@ pub fn tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), 
         variables.extend(library.map(|library| ("ICORAY_MPICH_LIBRARY", library.into_os_string())));
     }
     let run = Run { variables, filter: "" };
-    counted(suite, record, |record| programs::run(suite.workspace, || suite.cargo("test"), &run, step, record))
+    counted(suite, record, |record| {
+        programs::run(suite.workspace, || suite.cargo("test", FEATURES), &run, step, record)
+    })
 }
 
 /// The tests of `icoray render` over ranks: only the command is compiled again.
@@ -122,12 +117,11 @@ pub fn rank_tests(suite: &Suite, step: &mut Step, record: &mut Record) -> Result
 
 /// The examples in the documentation of the code.
 pub fn examples(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
-    let cargo = suite.cargo("test").args(["--doc", "--no-fail-fast"]).envs(suite.variables());
-    step.note("");
+    let cargo = suite.cargo("test", FEATURES).args(["--doc", "--no-fail-fast"]).envs(suite.variables());
     counted(suite, record, |record| {
-        let (lines, has_succeeded) = printed(cargo)?;
-        record.tally.add_tests(&lines.join("\n"), has_succeeded);
-        if has_succeeded { Ok(()) } else { Err(Error::Failed("examples failed".into())) }
+        let (lines, outcome) = step.echoed(cargo, || {});
+        record.tally.add_tests(&lines.join("\n"), outcome.is_ok());
+        outcome
     })
 }
 
@@ -144,27 +138,13 @@ fn counted(
     outcome
 }
 
-/// Runs a command, prints the lines of its standard output as they come, and returns them with whether it succeeded.
-pub fn printed(command: impl Into<Command>) -> Result<(Vec<String>, bool), Error> {
-    let mut child = command.into().stdout(Stdio::piped()).spawn().map_err(Error::while_doing("cargo"))?;
-    let mut lines = Vec::new();
-    for line in child.stdout.take().into_iter().flat_map(|stdout| BufReader::new(stdout).split(b'\n')) {
-        let line = line.map_err(Error::while_doing("the output of cargo"))?;
-        let line = String::from_utf8_lossy(&line).into_owned();
-        print_line(&line);
-        lines.push(line);
-    }
-    let status = child.wait().map_err(Error::while_doing("cargo"))?;
-    Ok((lines, status.success()))
-}
-
 /// The C library built for MPICH, where that is installed beside another MPI.
 ///
 /// mpi-sys does not notice that MPICC names another compiler. A profile of its own makes cargo build it, and what
 /// depends on it, apart from the build for the other MPI.
 fn mpich_library(suite: &Suite, step: &mut Step) -> Result<Option<PathBuf>, Error> {
     const MPICC: &str = "mpicc.mpich";
-    if !succeeds(MPICC, ["--version"]) {
+    if output(MPICC, ["--version"]).is_none() {
         return Ok(None);
     }
     let profile = ["--config", "profile.dev.package.mpi-sys.debug=1"];
@@ -181,6 +161,7 @@ fn mpich_library(suite: &Suite, step: &mut Step) -> Result<Option<PathBuf>, Erro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::process::Command;
 
     #[test]
     fn packages_that_read_files_are_left_out_without_their_library() {

@@ -1,11 +1,9 @@
 //! Builds the implementation of Catalyst 2.
 
-use std::ffi::OsString;
 use std::path::PathBuf;
 
 use xshell::cmd;
 
-use crate::elf;
 use crate::error::Error;
 use crate::libclang;
 use crate::step::Step;
@@ -24,24 +22,18 @@ const EXPORTS: &str = "crates/icoray-catalyst/exports.map";
 /// It is linked here and not by cargo, which would export the functions of the C interface too, that it has inside.
 pub fn build(workspace: &Workspace, profile: &str, mpi: bool, gpu: bool, step: &mut Step) -> Result<PathBuf, Error> {
     let options = ["rustc", "--package", "icoray-catalyst", "--lib", "--crate-type", "staticlib", "--profile", profile];
-    let mut cargo = workspace.cargo(options).args(["--no-default-features", "--features=live"]);
-    cargo = cargo.args(gpu.then_some("--features=gpu")).args(mpi.then_some("--features=mpi"));
-    if mpi {
-        cargo = cargo.envs(libclang::variable());
-    }
-    step.quiet(cargo)?;
+    let cargo = workspace.cargo(options).args(["--no-default-features", "--features=live"]);
+    let cargo = cargo.args(gpu.then_some("--features=gpu")).args(mpi.then_some("--features=mpi"));
+    step.quiet(cargo.envs(libclang::variable()))?;
     let archive = workspace.products(profile).join("libcatalyst_icoray.a");
     let library = archive.with_file_name(LIBRARY);
     let compiler = if mpi { variable("MPICC").unwrap_or_else(|| "mpicc".into()) } else { "cc".into() };
-    let soname = format!("-Wl,-soname,{LIBRARY}");
-    let mut exports = OsString::from("-Wl,--version-script=");
-    exports.push(workspace.root.join(EXPORTS));
     let sh = &workspace.shell;
     step.quiet(cmd!(
         sh,
-        "{compiler} -shared -s -o {library} {soname} {exports} -Wl,--gc-sections,-z,relro,-z,now,-u,catalyst_api_impl
-         {archive} -lgcc_s -lpthread -lm -ldl -lc"
+        "{compiler} -shared -s -o {library} -Wl,-soname,{LIBRARY} -Wl,--version-script={EXPORTS}
+         -Wl,--gc-sections,-z,relro,-z,now,-u,catalyst_api_impl {archive} -lgcc_s -lpthread -lm -ldl -lc"
     ))?;
-    elf::check_names(&library, &["-D"], &["catalyst_api_impl".to_owned()])?;
-    elf::check_shared(&library, LIBRARY, mpi).map(|_| library)
+    let check = super::library(workspace, "shared", &library).args([LIBRARY, super::linkage(mpi), "catalyst_api_impl"]);
+    step.quiet(check).map(|()| library)
 }

@@ -1,18 +1,17 @@
 //! Compiles the plugin for ICON against the `comin.h` of the user's ICON.
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use xshell::cmd;
 
-use crate::elf;
+use super::library as check;
 use crate::error::Error;
 use crate::step::Step;
 use crate::workspace::{Workspace, variable};
 
 /// The plugin's file name.
 pub const PLUGIN: &str = "libicoray_comin.so";
-/// Its sources.
+/// Its sources, below the workspace's root.
 const SOURCES: &str = "crates/icoray-comin";
 
 /// The directories of an installed ComIn.
@@ -27,7 +26,7 @@ impl Comin {
     pub fn find(prefix: &Path) -> Result<Self, Error> {
         let include = prefix.join("include");
         let lack = |what: &str| {
-            Error::Failed(format!(
+            Error(format!(
                 "--comin {}: {what}; expected the prefix where ComIn was installed (CMAKE_INSTALL_PREFIX). That of ICON's \
                  externals/comin is static and not installed: docs/src/comin.md has the commands that build a shared one",
                 prefix.display()
@@ -44,27 +43,19 @@ impl Comin {
 
     /// Compiles the plugin, which finds `library` beside itself when it is installed.
     pub fn build(&self, workspace: &Workspace, library: &Path, step: &mut Step) -> Result<PathBuf, Error> {
-        let (sh, sources) = (&workspace.shell, workspace.root.join(SOURCES));
+        let (sh, Comin { include, libraries }) = (&workspace.shell, self);
         let plugin = library.with_file_name(PLUGIN);
         let compiler = variable("CC").unwrap_or_else(|| "cc".into());
-        let files = ["clock.c", "grid.c", "host.c", "plugin.c"].map(|name| sources.join("src").join(name));
-        let option = |name: &str, path: &Path| {
-            let mut option = OsString::from(name);
-            option.push(path);
-            option
-        };
-        let own = option("-I", &workspace.root.join("include"));
-        let exports = option("-Wl,--version-script=", &sources.join("exports.map"));
-        let (libraries, rpath) = (option("-L", &self.libraries), option("-Wl,-rpath,$ORIGIN:", &self.libraries));
-        let include = &self.include;
+        let sources = ["clock.c", "grid.c", "host.c", "plugin.c"].map(|name| format!("{SOURCES}/src/{name}"));
         // comin.h of 0.2 defines tables of all functions of ComIn, which the plugin does not need.
         let sections = ["-fdata-sections", "-Wl,--gc-sections"];
         step.quiet(cmd!(
             sh,
-            "{compiler} -std=c99 -O2 -Wall -fPIC -shared {sections...} -isystem {include} {own} -o {plugin} {files...} {exports}
-             {library} {libraries} -lcomin {rpath} -lm"
+            "{compiler} -std=c99 -O2 -Wall -fPIC -shared {sections...} -isystem {include} -Iinclude -o {plugin}
+             {sources...} -Wl,--version-script={SOURCES}/exports.map {library} -L{libraries} -lcomin
+             -Wl,-rpath,$ORIGIN:{libraries} -lm"
         ))?;
-        elf::check_names(&plugin, &["-D"], &["comin_main".to_owned()]).map(|()| plugin)
+        step.quiet(check(workspace, "names", &plugin).arg("comin_main")).map(|()| plugin)
     }
 }
 

@@ -34,29 +34,23 @@ pub struct Item<'a> {
 pub fn place(items: &[Item]) -> Result<(), Error> {
     let written = items.iter().map(write).collect::<Result<Vec<_>, _>>()?;
     let pairs = written.into_iter().zip(items);
-    pairs.into_iter().try_for_each(|(file, item)| file.persist(&item.path).map_err(|at| failed(item)(at.error)))
+    pairs.into_iter().try_for_each(|(file, item)| file.persist(&item.path).map_err(|at| failed(item, at.error)))
 }
 
 /// Writes an item under a temporary name.
 fn write(item: &Item) -> Result<TempPath, Error> {
     // A file cannot be renamed to the name of a directory.
     if item.path.is_dir() && !item.path.is_symlink() {
-        return Err(Error::Failed(format!("{} is a directory: move it away", item.path.display())));
+        return Err(Error(format!("{} is a directory: move it away", item.path.display())));
     }
     let directory = item.path.parent().unwrap_or(&item.path);
     let written = fs::create_dir_all(directory)
         .and_then(|()| Builder::new().make_in(directory, |path| put(path, &item.content, item.mode)));
-    Ok(written.map_err(failed(item))?.into_temp_path())
+    Ok(written.map_err(|cause| failed(item, cause))?.into_temp_path())
 }
 
-fn failed(item: &Item) -> impl FnOnce(io::Error) -> Error {
-    let path = item.path.display().to_string();
-    move |cause| match cause.kind() {
-        io::ErrorKind::StorageFull => {
-            Error::Failed(format!("{path}: no space is left on the disk: free some, or choose another --prefix"))
-        }
-        _ => Error::Failed(format!("{path}: {cause}")),
-    }
+fn failed(item: &Item, cause: io::Error) -> Error {
+    Error(format!("{}: {cause}; --prefix takes another place", item.path.display()))
 }
 
 fn put(path: &Path, content: &Content, mode: u32) -> io::Result<()> {

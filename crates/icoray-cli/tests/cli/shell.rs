@@ -18,7 +18,9 @@ fn shells_and_man_know_every_command() {
         has(&read(path), &["render", "colormap", "isosurface"]);
     }
     has(&read("man/man1/icoray-render.1"), &["a first picture"]);
-    assert!(!folder.path().join("share/man/man1/icoray-study.1").exists());
+    for absent in ["icoray-study.1", "icoray-help.1", "icoray-help-render.1"] {
+        assert!(!folder.path().join("share/man/man1").join(absent).exists(), "{absent}");
+    }
     fails(icoray(folder.path()).args(["manual", "/proc/man"]), 1, &["/proc/man: cannot write the manual"]);
 }
 

@@ -8,9 +8,10 @@
 use super::screen_jacobian::{ScreenJacobian, View};
 use glam::DVec3;
 use icoray_grid::grid::unit_vector;
+use icoray_scene::Outlines;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 /// Runs of points, as `data/land.py` writes them, at 1:110 million and at 1:50 million.
 static LAND: [&[u8]; 2] = [include_bytes!("../../data/land-110m.bin"), include_bytes!("../../data/land-50m.bin")];
@@ -37,7 +38,7 @@ const BINS: [usize; 2] = [180, 90];
 /// From one longitude and latitude, in degrees, to another.
 pub(super) type Segment = [[f64; 2]; 2];
 
-/// Coast lines, sorted.
+/// Coast lines, or those of a file, sorted.
 #[derive(Debug)]
 pub(super) struct Coast {
     /// The lines over each degree of longitude.
@@ -48,9 +49,23 @@ pub(super) struct Coast {
 
 impl Coast {
     /// The coasts of the Earth for a camera, sorted when they are first asked for.
-    pub fn of(view: &View) -> &'static Self {
-        static COASTS: [OnceLock<Coast>; 2] = [OnceLock::new(), OnceLock::new()];
-        COASTS[scale(view)].get_or_init(|| Coast::new(&segments(view)))
+    pub fn of(view: &View) -> Arc<Self> {
+        static COASTS: [OnceLock<Arc<Coast>>; 2] = [OnceLock::new(), OnceLock::new()];
+        Arc::clone(COASTS[scale(view)].get_or_init(|| Arc::new(Coast::new(&segments(view)))))
+    }
+
+    /// The lines of a file, sorted once as long as it is in use.
+    pub fn of_outlines(outlines: &Arc<Outlines>) -> Arc<Self> {
+        static SORTED: Mutex<Vec<(Weak<Outlines>, Arc<Coast>)>> = Mutex::new(Vec::new());
+        let mut sorted = SORTED.lock().unwrap_or_else(PoisonError::into_inner);
+        sorted.retain(|(of, _)| of.strong_count() > 0);
+        if let Some((_, coast)) = sorted.iter().find(|(of, _)| of.as_ptr() == Arc::as_ptr(outlines)) {
+            return Arc::clone(coast);
+        }
+        let pairs = outlines.runs().iter().flat_map(|run| run.windows(2));
+        let coast = Arc::new(Coast::new(&pairs.map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>()));
+        sorted.push((Arc::downgrade(outlines), Arc::clone(&coast)));
+        coast
     }
 
     fn new(segments: &[Segment]) -> Self {

@@ -29,6 +29,7 @@ use coast::Coast;
 use icoray_grid::Grid;
 use icoray_scene::{Level, Scene};
 use screen_jacobian::{ScreenJacobian, View};
+use std::sync::Arc;
 
 /// Lines that are so many pixels apart are drawn in full; those closer than one pixel not at all.
 const CROWDED: f64 = 3.0;
@@ -41,7 +42,7 @@ const COARSEST: f64 = 3.0;
 pub struct Ground {
     eye: View,
     /// Linear RGB of land and sea, where they differ, and the coast between them.
-    shores: Option<([f64; 3], [f64; 3], &'static Coast)>,
+    shores: Option<([f64; 3], [f64; 3], Arc<Coast>)>,
     base: [f64; 3],
     painter: Option<Painter>,
 }
@@ -63,7 +64,7 @@ impl Ground {
     /// told over which the place lies.
     pub fn color(&self, hit: &SurfaceHit, triangle: Option<(&Grid, u32)>) -> [f64; 3] {
         let Some(jacobian) = ScreenJacobian::new(&self.eye, hit) else { return self.base };
-        let base = self.shores.map_or(self.base, |shores| shore(&jacobian, shores));
+        let base = self.shores.as_ref().map_or(self.base, |shores| shore(&jacobian, shores));
         let Some(painter) = &self.painter else { return base };
         let [r, g, b, opacity] = painter.light(&jacobian, triangle);
         [0, 1, 2].map(|k| [r, g, b][k] + (1.0 - opacity) * base[k])
@@ -71,7 +72,7 @@ impl Ground {
 }
 
 /// The colour of land or sea, mixed within half a pixel of the coast.
-fn shore(jacobian: &ScreenJacobian, (land, ocean, coast): ([f64; 3], [f64; 3], &Coast)) -> [f64; 3] {
+fn shore(jacobian: &ScreenJacobian, (land, ocean, coast): &([f64; 3], [f64; 3], Arc<Coast>)) -> [f64; 3] {
     let far = coast.distance(jacobian, 0.5, COARSEST).unwrap_or(0.5);
     let part = if coast.is_land(jacobian.lon_deg(), jacobian.lat_deg()) { 0.5 + far } else { 0.5 - far };
     [0, 1, 2].map(|k| ocean[k] + part * (land[k] - ocean[k]))

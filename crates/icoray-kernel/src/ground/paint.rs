@@ -5,14 +5,20 @@ use super::screen_jacobian::{ScreenJacobian, SurfaceHit, View};
 use super::{CROWDED, graticule, mesh, region};
 use icoray_grid::Grid;
 use icoray_scene::{Level, Lines, Pattern, Scene};
+use std::sync::Arc;
 
 /// Draws the lines of one level of a scene.
 #[derive(Debug)]
 pub struct Painter {
     eye: View,
-    lines: Vec<Lines>,
-    /// Where a pattern needs it.
-    coast: Option<&'static Coast>,
+    lines: Vec<Painted>,
+}
+
+/// Lines, and the coasts or outlines that they show.
+#[derive(Debug)]
+struct Painted {
+    lines: Lines,
+    coast: Option<Arc<Coast>>,
 }
 
 /// Width of a pattern's lines.
@@ -25,9 +31,17 @@ pub(super) struct LineStyle {
 impl Painter {
     /// The painter of the lines of `scene` that lie on `level`; `None` where there are none.
     pub fn new(scene: &Scene, level: Level) -> Option<Self> {
-        let lines: Vec<Lines> = scene.scenery.lines.iter().filter(|lines| lines.on == level).cloned().collect();
-        let (eye, has_coast) = (View::of(scene), lines.iter().any(|lines| lines.pattern == Pattern::Coast));
-        (!lines.is_empty()).then(|| Painter { eye, lines, coast: has_coast.then(|| Coast::of(&eye)) })
+        let eye = View::of(scene);
+        let painted = |lines: &Lines| {
+            let coast = match &lines.pattern {
+                Pattern::Coast => Some(Coast::of(&eye)),
+                Pattern::Outlines(outlines) => Some(Coast::of_outlines(outlines)),
+                Pattern::Cells | Pattern::Triangles | Pattern::Graticule { .. } => None,
+            };
+            Painted { lines: lines.clone(), coast }
+        };
+        let lines: Vec<_> = scene.scenery.lines.iter().filter(|lines| lines.on == level).map(painted).collect();
+        (!lines.is_empty()).then_some(Painter { eye, lines })
     }
 
     /// The lines where the level is met: premultiplied linear RGB before it is lit, and the part of what lies behind
@@ -39,15 +53,17 @@ impl Painter {
 
     pub(super) fn light(&self, jacobian: &ScreenJacobian, triangle: Option<(&Grid, u32)>) -> [f64; 4] {
         let mut light = [0.0; 4];
-        for lines in &self.lines {
+        for Painted { lines, coast } in &self.lines {
             let pen = LineStyle { width: lines.width_px };
             let inside = lines.region.map_or(1.0, |limits| region::inside(&limits, jacobian, pen));
             if inside == 0.0 {
                 continue;
             }
-            let covered = match (lines.pattern, triangle) {
-                (Pattern::Graticule { spacing_deg }, _) => graticule::covered(spacing_deg, jacobian, pen),
-                (Pattern::Coast, _) => self.coast.map_or(0.0, |coast| covered(coast, jacobian, pen)),
+            let covered = match (&lines.pattern, triangle) {
+                (Pattern::Graticule { spacing_deg }, _) => graticule::covered(*spacing_deg, jacobian, pen),
+                (Pattern::Coast | Pattern::Outlines(_), _) => {
+                    coast.as_ref().map_or(0.0, |coast| covered(coast, jacobian, pen))
+                }
                 (Pattern::Cells, Some((grid, triangle))) => mesh::cells(grid, triangle, jacobian, pen),
                 (Pattern::Triangles, Some((grid, triangle))) => mesh::triangles(grid, triangle, jacobian, pen),
                 (Pattern::Cells | Pattern::Triangles, None) => 0.0,

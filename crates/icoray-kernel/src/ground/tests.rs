@@ -7,7 +7,7 @@ use crate::walk::locate;
 use glam::DVec3;
 use icoray_grid::IcosahedralMesh;
 use icoray_grid::grid::unit_vector;
-use icoray_scene::{Camera, Lines, LonLatBox, Pattern};
+use icoray_scene::{Camera, Lines, LonLatBox, Outlines, Pattern};
 use sampled::{Sampled, Surface};
 
 /// Lines that turn, meet and run at an angle through their pixels are no more than this from the sampled ones.
@@ -74,6 +74,12 @@ fn lines_are_those_of_a_picture_sampled_many_times() {
     let near = Camera::above(12.3, 41.0, 1.3, 5.0).unwrap();
     let at_180 = Camera::above(180.0, -17.0, 1.3, 9.0).unwrap();
     let limb = at_limb(80.0, 10.0, 6.0);
+    let file = std::env::temp_dir().join(format!("icoray-lines-{}.geojson", std::process::id()));
+    let ring = [[170.0, -20.0], [195.0, -14.0], [188.0, -25.0], [170.0, -20.0]];
+    std::fs::write(&file, format!(r#"{{"type": "Polygon", "coordinates": [{ring:?}]}}"#)).unwrap();
+    let outlines = Outlines::read(&file).unwrap();
+    std::fs::remove_file(file).unwrap();
+    let ring = ring.windows(2).map(|pair| polyline(pair[0], pair[1])).collect();
     let cases = [
         ("globe", globe, graticule_of(15.0), 1.5, graticule(15)),
         ("thin", globe, graticule_of(30.0), 0.4, graticule(30)),
@@ -83,11 +89,12 @@ fn lines_are_those_of_a_picture_sampled_many_times() {
         ("limb at 180", at_limb(130.0, 0.0, 8.0), graticule_of(3.0), 1.5, graticule(3)),
         ("coast", near, Pattern::Coast, 1.5, coasts(near)),
         ("coast at 180", at_180, Pattern::Coast, 1.0, coasts(at_180)),
+        ("outlines", at_180, Pattern::Outlines(outlines), 1.5, ring),
         ("coast at the limb", limb, Pattern::Coast, 1.2, coasts(limb)),
     ];
     for (name, camera, pattern, width, polylines) in cases {
         let mut scene = scene();
-        (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern, width)]);
+        (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern.clone(), width)]);
         let painter = Painter::new(&scene, Level::Ground).unwrap();
         let apart = |lat: f64| match pattern {
             Pattern::Graticule { spacing_deg } => spacing_deg * lat.to_radians().cos().max(0.17),
@@ -114,7 +121,7 @@ fn cells_and_triangles_are_those_of_the_grid() {
     for (pattern, polylines) in [(Pattern::Cells, edges), (Pattern::Triangles, sides)] {
         for camera in [Camera::above(20.0, 35.0, 3.0, 30.0).unwrap(), at_limb(20.0, 35.0, 8.0)] {
             let mut scene = scene();
-            (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern, 2.0)]);
+            (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern.clone(), 2.0)]);
             let painter = Painter::new(&scene, Level::Ground).unwrap();
             let sampled = Sampled { scene: &scene, surface: Surface::Sphere, width: 2.0, apart: &|_| 5.5 };
             let off =

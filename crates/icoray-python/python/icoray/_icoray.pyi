@@ -391,7 +391,8 @@ def sample() -> dict[str, Any]: ...
 class Dataset:
     def __new__(
         cls,
-        stores: Sequence[Any],
+        fields: Sequence[Any],
+        others: Sequence[Any],
         *,
         at: Mapping[str, int] | None = None,
         heights: tuple[float, float] | None = None,

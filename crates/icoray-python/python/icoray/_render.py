@@ -43,7 +43,9 @@ class Dataset:
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID. A path is opened by xarray.
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID. A path is opened by xarray; it may be a
+        pattern such as ``"history.*.nc"``. Several files of one run, by a pattern or a sequence, are read as one by their
+        dates, with fields in any of them.
     mesh : the same or uxarray.Grid, or a sequence of these
         What `data` lacks: the mesh, as in the run's init or grid file, or the heights of layers.
     at : mapping of str to int, optional
@@ -65,7 +67,7 @@ class Dataset:
     """
 
     def __init__(self, data: Any, mesh: Any = (), **facts: Unpack[Facts]) -> None:
-        self._inner = _icoray.Dataset(stores(data, mesh), **facts)
+        self._inner = _icoray.Dataset(*stores(data, mesh), **facts)
 
     @property
     def fields(self) -> dict[str, dict[str, Any]]:
@@ -220,6 +222,9 @@ def open(data: Any, mesh: Any = (), **facts: Unpack[Facts]) -> Dataset:  # noqa:
     >>> import icoray
     >>> ds = icoray.open(icoray.sample())
     >>> images = [ds.render("theta", time=t, size=(80, 64)) for t in range(len(ds.times))]
+    >>> first, last = (icoray.sample().isel(Time=[t]) for t in (0, 1))
+    >>> icoray.open([first, last]).times == ds.times
+    True
     """
     return Dataset(data, mesh, **facts)
 
@@ -268,7 +273,8 @@ def render(
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID; or what `open` returned. Arrays of float32
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID, or several files of one run as in
+        `Dataset`; or what `open` returned. Arrays of float32
         and float64 in memory are read where they are; what is loaded, computed (dask) or converted is counted in
         ``image.report["bytes_copied"]``.
     field : str, optional

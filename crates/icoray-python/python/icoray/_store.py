@@ -6,6 +6,7 @@ are in memory are given as they lie there; others are loaded or computed, and to
 
 from __future__ import annotations
 
+import glob
 import importlib
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -164,23 +165,33 @@ def _text(value: object) -> str:
     return text.strip("\0 \t\r\n")
 
 
-def stores(data: Any, mesh: Any = ()) -> list[Store]:
-    """The stores of what a user gives: the one with the fields, then those with what it lacks.
+def stores(data: Any, mesh: Any = ()) -> tuple[list[Store], list[Store]]:
+    """The stores of what a user gives: those with the fields, and those with what these lack.
 
     Parameters
     ----------
-    data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
+    data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike, or a sequence
     mesh : the same, uxarray.Grid, or a sequence of these
     """
-    others = list(mesh) if isinstance(mesh, Iterable) and not _is_one(mesh) else [mesh]
-    found = _stores(data)
-    for other in others:
-        found += _stores(other)
-    return found
+    found = [_stores(one) for one in _each(data)]
+    others = [grid for one in found for grid in one[1:]] + [store for one in _each(mesh) for store in _stores(one)]
+    return [one[0] for one in found], others
 
 
-def _is_one(mesh: Any) -> bool:
-    return isinstance(mesh, (str, os.PathLike)) or hasattr(mesh, "dims") or hasattr(mesh, "face_node_connectivity")
+def _each(data: Any) -> list[Any]:
+    """The datasets of what a user gives: one, several, or the files that fit a pattern, in the order of their names."""
+    if isinstance(data, (str, os.PathLike)):
+        path = os.fspath(data)
+        # Addresses have question marks.
+        if os.path.exists(path) or "://" in str(path) or not glob.has_magic(path):
+            return [data]
+        files = sorted(glob.glob(path))
+        if not files:
+            raise ArgumentError(f"data or mesh: no file fits {path!r}, expected a pattern such as 'history.*.nc'")
+        return files
+    if hasattr(data, "dims") or hasattr(data, "face_node_connectivity") or not isinstance(data, Iterable):
+        return [data]
+    return [one for part in data for one in _each(part)]
 
 
 def _stores(data: Any) -> list[Store]:

@@ -6,14 +6,15 @@ mod source;
 #[cfg(feature = "live")]
 mod view;
 
-use crate::error::{argument, raised};
+use crate::error::raised;
 use crate::image::Image;
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use icoray::output::Stamp;
 use icoray::{Grid, Ranks, Script, printable};
 use icoray_dataset::{
-    DatasetOptions, Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, OwnedField, SceneFields, Series,
+    Combined, DatasetOptions, Drawing, FieldInfo, LayerSelection, Mesh, NativeHeightCache, OwnedField, SceneFields,
+    Series, Source,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -94,10 +95,11 @@ pub(crate) struct Dataset {
 #[pymethods]
 impl Dataset {
     #[new]
-    #[pyo3(signature = (stores, *, at = None, heights = None, radius = None, missing = None))]
+    #[pyo3(signature = (fields, others, *, at = None, heights = None, radius = None, missing = None))]
     fn new(
         py: Python,
-        stores: Vec<Bound<PyAny>>,
+        fields: Vec<Bound<PyAny>>,
+        others: Vec<Bound<PyAny>>,
         at: Option<HashMap<String, usize>>,
         heights: Option<[f64; 2]>,
         radius: Option<f64>,
@@ -111,16 +113,13 @@ impl Dataset {
             missing: missing.unwrap_or_default(),
         };
         let bytes_copied = Arc::<AtomicU64>::default();
-        let mut sources: Vec<Box<dyn icoray_dataset::Source>> = Vec::new();
-        for store in &stores {
-            sources.push(Box::new(Store::new(store, bytes_copied.clone())?));
-        }
-        if sources.is_empty() {
-            return Err(argument("no dataset, expected one with fields".into()));
-        }
+        let source = |store: &Bound<PyAny>| -> PyResult<Box<dyn Source>> {
+            Ok(Box::new(Store::new(store, bytes_copied.clone())?))
+        };
+        let fields = fields.iter().map(source).collect::<PyResult<Vec<_>>>()?;
+        let others = others.iter().map(source).collect::<PyResult<Vec<_>>>()?;
         let opened = py.detach(|| -> icoray::Result<Opened> {
-            let fields = sources.remove(0);
-            let dataset = icoray_dataset::Dataset::with_options(fields, sources, options)?;
+            let dataset = icoray_dataset::Dataset::with_options(Combined::of(fields)?, others, options)?;
             let grid = checked(dataset.shared_mesh())?;
             Ok(Opened { dataset, grid, bytes_copied, heights: Mutex::default() })
         });

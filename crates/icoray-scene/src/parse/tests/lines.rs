@@ -40,11 +40,34 @@ fn lines_show_a_pattern_somewhere() {
 
 #[test]
 fn patterns_have_names() {
-    let of = |keys: &str| shown(&format!("[[lines]]\n{keys}\n")).lines[0].pattern;
+    let of = |keys: &str| shown(&format!("[[lines]]\n{keys}\n")).lines[0].pattern.clone();
     assert_eq!(of("pattern = \"cells\""), Pattern::Cells);
     assert_eq!(of("pattern = \"triangles\""), Pattern::Triangles);
     assert_eq!(of("pattern = \"graticule\""), Pattern::Graticule { spacing_deg: 30.0 });
     assert_eq!(of("pattern = \"graticule\"\nspacing = 7.5"), Pattern::Graticule { spacing_deg: 7.5 });
+}
+
+#[test]
+fn outlines_are_those_of_a_file() {
+    let path = std::env::temp_dir().join(format!("icoray-scene-{}.geojson", std::process::id()));
+    let of = |coordinates: &str| {
+        std::fs::write(&path, format!("{{\"type\": \"LineString\", \"coordinates\": {coordinates}}}")).unwrap();
+        format!("field = \"q\"\n{CAMERA}[[lines]]\nfile = {path:?}\nwidth = 2\n")
+    };
+    let lines = parsed(&of("[[1, 2], [3, 4]]")).scenery.lines;
+    let Pattern::Outlines(outlines) = &lines[0].pattern else { panic!("{lines:?}") };
+    assert_eq!((outlines.runs(), lines[0].width_px), (&[vec![[1.0, 2.0], [3.0, 4.0]]][..], 2.0));
+    let good = of("[[1, 2], [3, 4]]");
+    refused(&[
+        (format!("{good}pattern = \"coast\""), "line 9 | key lines.pattern: | either pattern or file"),
+        (format!("{good}spacing = 3"), "line 9 | key lines.spacing: | graticule"),
+    ]);
+    refused(&[(of("[[1, 2], [3, 95]]"), "line 7 | key lines.file: | feature 0, coordinate 1: [3.0, 95.0]")]);
+    std::fs::remove_file(&path).unwrap();
+    refused(&[(
+        format!("field = \"q\"\n{CAMERA}[[lines]]\nfile = {path:?}"),
+        "line 7 | key lines.file: | No such file",
+    )]);
 }
 
 #[test]
