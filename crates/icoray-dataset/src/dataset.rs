@@ -10,7 +10,7 @@ use crate::sea::Sea;
 use crate::source::Source;
 use crate::sources::Sources;
 use crate::times::Times;
-use icoray::{ErrorKind, Grid, Layers, Result, did_you_mean};
+use icoray::{ErrorKind, Grid, Layers, Location, Result, did_you_mean};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
@@ -159,14 +159,14 @@ impl Dataset {
             }
             Convention::Icon => format!(
                 "(time, layers, {} triangles or {} points), without time or layers too",
-                self.mesh.corners(),
+                self.mesh.corners_in_file(),
                 self.mesh.cells()
             ),
             Convention::Cf => {
                 format!(
                     "(time, layers, {} cells or {} corners), without time or layers too",
                     self.mesh.cells(),
-                    self.mesh.corners()
+                    self.mesh.corners_in_file()
                 )
             }
         };
@@ -225,6 +225,9 @@ impl Dataset {
         }
         let sea = self.sea()?;
         let mut field = OwnedField::read(self.sources.fields(), info, time, layers.clone())?;
+        if info.location == Location::Corner {
+            field.spread(self.mesh.corner_rows());
+        }
         if let Some(sea) = sea {
             sea.mask_dry(info, layers.clone(), &mut field);
         }
@@ -332,7 +335,7 @@ impl Dataset {
 fn expect_one_mesh(sources: &Sources, mesh: &Mesh) -> Result<()> {
     let dimensions: &[(&str, usize)] = match mesh.convention() {
         Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners())],
-        Convention::Icon => &[("ncells", mesh.corners()), ("cell", mesh.corners())],
+        Convention::Icon => &[("ncells", mesh.corners_in_file()), ("cell", mesh.corners_in_file())],
         Convention::Cf => &[("ncells", mesh.cells()), ("cell", mesh.cells())],
     };
     for source in sources.all() {

@@ -1,6 +1,6 @@
 //! The fields of a file: over columns and layers, or 2D ones over columns alone.
 
-use crate::mesh::{Convention, Mesh};
+use crate::mesh::{Convention, Mesh, is_coordinate};
 use crate::source::{Dimension, Kind, Source, Variable};
 use crate::values::ShapedValues;
 use icoray::{Description, Error, ErrorKind, Field, Location, Reals, Result, Shape};
@@ -82,7 +82,7 @@ impl FieldInfo {
     /// Describes `variable`, `None` when it is not a field on the mesh.
     pub(crate) fn of(source: &dyn Source, variable: &Variable, mesh: &Mesh) -> Result<Option<Self>> {
         let dimensions = variable.after_time();
-        let is_of_mesh = OF_MESH.split(' ').any(|name| name == variable.name);
+        let is_of_mesh = OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable);
         let Some(axes) = Axes::of(mesh, dimensions).filter(|_| !is_of_mesh) else { return Ok(None) };
         let precision = match variable.kind {
             Kind::F32 => Precision::F32,
@@ -196,7 +196,7 @@ fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     match (mesh.convention(), dimension.name.as_str()) {
         (Convention::Mpas, "nCells") => Some(Location::Center),
         (Convention::Mpas, "nVertices") => Some(Location::Corner),
-        (Convention::Icon | Convention::Cf, _) if dimension.len == mesh.corners() => Some(Location::Corner),
+        (Convention::Icon | Convention::Cf, _) if dimension.len == mesh.corners_in_file() => Some(Location::Corner),
         (Convention::Icon | Convention::Cf, _) if dimension.len == mesh.cells() => Some(Location::Center),
         _ => None,
     }
@@ -292,6 +292,15 @@ impl OwnedField {
             fill = f64::NAN;
         }
         Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, values, fill })
+    }
+
+    /// Puts the values of the file's corners at the mesh's, whose rows in the file `rows` are; where these are `None`, they
+    /// stay.
+    pub(crate) fn spread(&mut self, rows: Option<&[u32]>) {
+        if let Some(rows) = rows {
+            self.values = self.values.of_columns(rows);
+            self.info.columns = rows.len();
+        }
     }
 
     /// The values less those of another field.

@@ -2,6 +2,7 @@
 
 mod angles;
 mod cf;
+mod columns;
 mod icon;
 mod mpas;
 mod points;
@@ -9,6 +10,7 @@ mod polygons;
 mod tables;
 mod ugrid;
 
+pub(crate) use columns::is_coordinate;
 pub use tables::{Convention, Mesh};
 
 use crate::sources::{IN_ANOTHER_FILE, Sources};
@@ -19,21 +21,27 @@ pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
     if ugrid::is_in(sources)? {
         return ugrid::read(sources);
     }
-    if mpas::is_in(sources)? {
+    // Without a table of neighbours, columns will do.
+    let are_columns = columns::are_in(sources);
+    if mpas::is_in(sources)? && (mpas::has_tables(sources) || !are_columns) {
         return mpas::read(sources);
     }
-    if icon::is_in(sources) {
+    if icon::has_triangles(sources) || icon::is_in(sources) && !are_columns {
         return icon::read(sources);
     }
     if cf::is_in(sources) {
         return cf::read(sources);
+    }
+    if are_columns {
+        return columns::read(sources);
     }
     Err(sources.error(
         ErrorKind::Grid,
         format_args!(
             "no mesh is known: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for \
              ICON's (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, \
-             6)), and for UGRID's (a variable with cf_role mesh_topology); {IN_ANOTHER_FILE}"
+             6)), for UGRID's (a variable with cf_role mesh_topology), and for places of columns (lon(ncol), lat(ncol) and \
+             a field over ncol); {IN_ANOTHER_FILE}"
         ),
     ))
 }

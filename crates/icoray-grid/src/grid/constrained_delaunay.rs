@@ -1,9 +1,9 @@
 //! A triangulation of the whole sphere into which points and sides are worked, by exact predicates.
 //!
-//! It starts as a bisected icosahedron, turned so that its points meet nothing else, or as a tetrahedron. A point is located by walking,
-//! splits its triangle, and sides are flipped until all are Delaunay again (Lawson 1977): neighbouring points lie in
-//! the order of the rim, so that takes few steps. A side that has to be there is freed of what crosses it by flips
-//! (Sloan 1993, doi:10.1016/0045-7949(93)90239-A).
+//! It starts as a bisected icosahedron, turned so that its points meet nothing else, or as a tetrahedron. A point is
+//! located by walking, splits its triangle, and sides are flipped until all are Delaunay again (Lawson 1977): where
+//! neighbouring points follow each other, that takes few steps. A side that has to be there is freed of what crosses it
+//! by flips (Sloan 1993, doi:10.1016/0045-7949(93)90239-A).
 //!
 //! Only two questions are asked of points: on which side of the plane through two of them and the sphere's centre a
 //! third one lies, and whether a fourth lies above the plane of three. Both are signs of determinants, exact by

@@ -99,7 +99,7 @@ fn triangles(directions: &[[f64; 3]]) -> Result<Vec<i32>> {
     }
     let (mut faces, hubs) = inside(&triangulation, &row);
     for ring in hubs {
-        faces.extend(cut_polygon(&ring, |vertex| triangulation.point(vertex)));
+        faces.extend(cut_polygon(&ring, |vertex| triangulation.point(vertex).to_array()));
     }
     let mut rows: Vec<[i32; 3]> = faces
         .into_iter()

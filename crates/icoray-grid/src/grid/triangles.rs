@@ -49,7 +49,10 @@ pub fn circumcenter(points: [[f64; 3]; 3]) -> [f64; 3] {
 /// triangle. `polygon` has different numbers of points, in order around it one way or the other, and `at` the places. Where
 /// points lie on one circle, the numbers decide: the triangles are the same wherever the polygon begins and however it
 /// turns. The polygon is convex.
-pub fn cut_polygon<N: Copy + Ord>(polygon: &[N], at: impl Fn(N) -> DVec3) -> Vec<[N; 3]> {
+pub fn cut_polygon<N: Copy + Ord>(polygon: &[N], at: impl Fn(N) -> [f64; 3]) -> Vec<[N; 3]> {
+    if let [a, b, c] = *polygon {
+        return vec![[a, b, c]];
+    }
     let mut polygon = polygon.to_vec();
     let least = (0..polygon.len()).min_by_key(|i| polygon[*i]).unwrap_or(0);
     polygon.rotate_left(least);
@@ -57,7 +60,7 @@ pub fn cut_polygon<N: Copy + Ord>(polygon: &[N], at: impl Fn(N) -> DVec3) -> Vec
     if is_reversed {
         polygon[1..].reverse();
     }
-    let place = |i: usize| coord(at(polygon[i]));
+    let place = |i: usize| coord(DVec3::from_array(at(polygon[i])));
     let mut triangles = Vec::with_capacity(polygon.len().saturating_sub(2));
     let mut sides = vec![[0, polygon.len().saturating_sub(1)]];
     while let Some([first, last]) = sides.pop() {
@@ -273,7 +276,7 @@ mod tests {
                     DVec3::new(radius(k) * cos, radius(k) * sin, 1.0).normalize()
                 };
                 let cut = |polygon: &[i32]| {
-                    let mut triangles = cut_polygon(polygon, at);
+                    let mut triangles = cut_polygon(polygon, |k| at(k).to_array());
                     triangles.iter_mut().for_each(|triangle| triangle.sort_unstable());
                     triangles.sort_unstable();
                     triangles
