@@ -6,6 +6,7 @@ use crate::heights::native::{self, NativeHeights, NativeInfo};
 use crate::joined::Joined;
 use crate::likely_fields::likely_fields;
 use crate::mesh::{self, Convention, Mesh};
+use crate::raster;
 use crate::sea::Sea;
 use crate::source::Source;
 use crate::sources::Sources;
@@ -50,7 +51,7 @@ impl Dataset {
     /// cells. [`ErrorKind::Unsupported`]: the mesh is planar, or `vertexDegree` is not 3. What the tables say is not
     /// checked before [`Mesh::grid`].
     pub fn new(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>) -> Result<Self> {
-        let sources = Sources::new(fields, others);
+        let sources = raster::flattened(Sources::new(fields, others))?;
         let mesh = Arc::new(mesh::read(&sources)?);
         Self::of(sources, mesh)
     }
@@ -60,7 +61,7 @@ impl Dataset {
     /// # Errors
     /// As [`Dataset::new`]; of the mesh only the numbers of cells and corners are compared.
     pub fn on_mesh(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>, mesh: Arc<Mesh>) -> Result<Self> {
-        Self::of(Sources::new(fields, others), mesh)
+        Self::of(raster::flattened(Sources::new(fields, others))?, mesh)
     }
 
     fn of(sources: Sources, mesh: Arc<Mesh>) -> Result<Self> {

@@ -34,6 +34,7 @@ mod layering;
 mod likely_fields;
 mod mesh;
 mod native_height_cache;
+mod raster;
 mod reals;
 mod sample;
 mod scene_fields;

@@ -16,6 +16,11 @@ impl Sources {
         Sources(std::iter::once(fields).chain(others).collect())
     }
 
+    /// Others in place of these.
+    pub(crate) fn map(self, change: impl Fn(Box<dyn Source>) -> Box<dyn Source>) -> Self {
+        Sources(self.0.into_iter().map(change).collect())
+    }
+
     /// The file with the fields.
     pub(crate) fn fields(&self) -> &dyn Source {
         self.0[0].as_ref()

@@ -60,7 +60,7 @@ impl<'a> Columns<'a> {
 }
 
 /// Whether a variable is a longitude (`which` is 0) or a latitude (1), by its standard name, its units or its name.
-fn is_angle(source: &dyn Source, variable: &Variable, which: usize) -> bool {
+pub(crate) fn is_angle(source: &dyn Source, variable: &Variable, which: usize) -> bool {
     let text = |attribute: &str| source.text_of(&variable.name, attribute).ok().flatten();
     text("standard_name").is_some_and(|name| name == ["longitude", "latitude"][which])
         || text("units").is_some_and(|units| UNITS[which].contains(&units.as_str()))

@@ -210,12 +210,15 @@ impl Mesh {
     /// What the tables are and their sizes, in words.
     pub fn in_words(&self) -> String {
         let [cells, corners, edges] = [self.cells(), self.corners(), self.edges()];
-        let made_of = match &self.file_corners {
-            _ if self.is_of_points => "; corners are the Delaunay triangles of the points".to_owned(),
-            Some(file) => format!("; corners are triangles, cut at {} corners of the file", file.count),
-            None => String::new(),
-        };
-        format!("{}: {cells} cells, {corners} corners, {edges} edges{made_of}", self.kind())
+        let made = self.made_in_words().map_or_else(String::new, |made| format!("; {made}"));
+        format!("{}: {cells} cells, {corners} corners, {edges} edges{made}", self.kind())
+    }
+
+    /// What corners are that are not the file's, in words.
+    pub fn made_in_words(&self) -> Option<String> {
+        let cut = |file: &FileCorners| format!("corners are triangles, cut at {} corners of the file", file.count);
+        let of_points = "corners are the Delaunay triangles of the points";
+        if self.is_of_points { Some(of_points.to_owned()) } else { self.file_corners.as_ref().map(cut) }
     }
 
     /// The convention of the tables, or "points" where the mesh was made of points alone.

@@ -68,3 +68,38 @@ fn columns_that_make_no_mesh_are_named() {
     let line = message(|lat| lat.fill(0.0));
     assert!(line.contains("the 162 points span no area"), "{line}");
 }
+
+/// A field of 7 rows of 12 whose values tell row, column and layer.
+fn rows(is_curvilinear: bool, is_level_last: bool) -> Made {
+    let mut made = Made::of([("time", 1), ("lev", 3), ("y", 7), ("x", 12)], []);
+    let [lon, lat] = [|i: usize| 30.0 * (i % 12) as f64, |i: usize| 25.0 * (i / 12) as f64 - 75.0];
+    let (all, dimensions) = (0..84, ["y", "x"]);
+    if is_curvilinear {
+        made.add("nav_lon", &dimensions, Values::F64(all.clone().map(lon).collect()));
+        made.add("nav_lat", &dimensions, Values::F64(all.map(lat).collect()));
+    } else {
+        made.add("lat", &["y"], Values::F64((0..7).map(|y| lat(12 * y)).collect()));
+        made.add("lon", &["x"], Values::F64((0..12).map(lon).collect()));
+    }
+    let value = |column: usize, layer: usize| (100 * layer + column) as f32;
+    let of_layer = |i: usize| if is_level_last { value(i / 3, i % 3) } else { value(i % 84, i / 84) };
+    let order: &[&'static str] = if is_level_last { &["time", "y", "x", "lev"] } else { &["time", "lev", "y", "x"] };
+    made.add("to", order, Values::F32((0..252).map(of_layer).collect()));
+    made
+}
+
+#[test]
+fn rows_and_columns_are_columns() {
+    for (is_curvilinear, is_level_last) in [(true, false), (false, false), (true, true), (false, true)] {
+        let file = open(&rows(is_curvilinear, is_level_last));
+        assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (84, true));
+        assert_eq!(file.mesh().grid().unwrap().void_triangles(), 0);
+        let center = file.mesh().tables().center;
+        let [lon, lat] = [center.lon_rad, center.lat_rad].map(|angle| angle.get(30).to_degrees().round());
+        assert_eq!([lon, lat], [180.0, -25.0]);
+        assert_eq!(file.fields().iter().map(|info| (info.name.as_str(), info.layers)).collect::<Vec<_>>(), [("to", 3)]);
+        let field = file.read_layers("to", 0, 1..3).unwrap();
+        assert_eq!(field.field().unwrap().value(83, 1), 283.0, "{is_curvilinear} {is_level_last}");
+        assert_eq!(field.field().unwrap().value(0, 0), 100.0);
+    }
+}

@@ -139,7 +139,8 @@ impl Dataset {
         self.opened.dataset.times().iter().map(Option::as_deref).collect()
     }
 
-    /// The conventions that the mesh follows: "MPAS", "ICON" (triangles) or "polygons"; "points" if it was made of points alone.
+    /// The conventions that the mesh follows: "MPAS", "ICON" (triangles), "polygons", or "points" for columns without
+    /// tables.
     #[getter]
     fn convention(&self) -> String {
         self.opened.dataset.mesh().kind()
