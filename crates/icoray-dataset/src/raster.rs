@@ -138,3 +138,80 @@ fn picked(values: &OwnedReals, of: impl Iterator<Item = usize>) -> OwnedReals {
         OwnedReals::F64(values) => OwnedReals::F64(of.map(|i| values[i]).collect()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::Kind;
+
+    /// Variables whose values are their places in memory.
+    #[derive(Debug)]
+    struct Places(Vec<Variable>);
+
+    impl Source for Places {
+        fn path(&self) -> &Path {
+            Path::new("places")
+        }
+
+        fn variables(&self) -> &[Variable] {
+            &self.0
+        }
+
+        fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+            Ok(self.0.iter().flat_map(|v| &v.dimensions).find(|d| d.name == name).map(|d| d.len))
+        }
+
+        fn attribute(&self, _: Option<&str>, _: &str) -> Result<Option<Attribute>> {
+            Ok(None)
+        }
+
+        fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
+            let mut places = vec![0];
+            for (dimension, (start, count)) in variable.dimensions.iter().zip(start.iter().zip(count)) {
+                let along = |place: usize| (*start..start + count).map(move |i| place * dimension.len + i);
+                places = places.into_iter().flat_map(along).collect();
+            }
+            Ok(OwnedReals::F64(places.into_iter().map(|place| place as f64).collect()))
+        }
+
+        fn integers(&self, _: &Variable) -> Result<Vec<i32>> {
+            Ok(Vec::new())
+        }
+
+        fn numbers(&self, _: &Variable) -> Result<Vec<f64>> {
+            Ok(Vec::new())
+        }
+
+        fn text_rows(&self, _: &Variable, _: usize) -> Vec<Option<String>> {
+            Vec::new()
+        }
+    }
+
+    #[test]
+    fn blocks_of_columns_begin_and_end_within_rows() {
+        let variable = |name: &str, dimensions: &[(&str, usize)]| Variable {
+            name: name.into(),
+            kind: Kind::F64,
+            dimensions: dimensions.iter().map(|(name, len)| Dimension { name: (*name).into(), len: *len }).collect(),
+        };
+        let (lat, lon) = (variable("lat", &[("y", 4)]), variable("lon", &[("x", 5)]));
+        let field = variable("field", &[("lev", 2), ("y", 4), ("x", 5), ("n", 3)]);
+        let sources = Sources::new(Box::new(Places(vec![lat, lon, field])), Vec::new());
+        let raster = flattened(sources).unwrap();
+        let (source, field) = raster.find("field").unwrap();
+        assert_eq!(field.to_string(), "field(lev = 2, y, x = 20, n = 3) of double");
+        assert_eq!(source.dimension_len("y, x").unwrap(), Some(20));
+        let read = |source: &dyn Source, variable: &Variable, start: &[usize], count: &[usize]| -> Vec<f64> {
+            let reals = source.reals(variable, start, count).unwrap();
+            (0..reals.as_reals().len()).map(|i| reals.as_reals().get(i)).collect()
+        };
+        for (first, count) in [(0, 20), (0, 1), (3, 4), (5, 5), (7, 13), (19, 1)] {
+            let (start, count) = ([0, first, 1], [2, count, 2]);
+            let expected = read(&Places(Vec::new()), field, &start, &count);
+            assert_eq!(read(source, field, &start, &count), expected, "{start:?} {count:?}");
+        }
+        let [lon, lat] = ["lon", "lat"].map(|name| source.all_numbers(source.variable(name).unwrap()).unwrap());
+        assert_eq!([lon[13], lat[13]], [3.0, 2.0]);
+        assert_eq!(read(source, source.variable("lat").unwrap(), &[4], &[2]), [0.0, 1.0]);
+    }
+}
