@@ -31,6 +31,7 @@ pub(super) struct GridInput {
     pub grid: Arc<Grid<'static>>,
     pub held: Option<Arc<Decomposition>>,
     /// The tables that the grid borrows, where the context made them of points; dropped after it.
+    #[expect(dead_code, reason = "it owns what the grid borrows")]
     pub tables: Option<Arc<OwnedTables>>,
 }
 

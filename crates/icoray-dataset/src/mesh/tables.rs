@@ -216,7 +216,7 @@ impl Mesh {
 
     /// What corners are that are not the file's, in words.
     pub fn made_in_words(&self) -> Option<String> {
-        let cut = |file: &FileCorners| format!("corners are triangles, cut at {} corners of the file", file.count);
+        let cut = |file: &FileCorners| format!("corners are triangles, made of {} corners of the file", file.count);
         let of_points = "corners are the Delaunay triangles of the points";
         if self.is_of_points { Some(of_points.to_owned()) } else { self.file_corners.as_ref().map(cut) }
     }
