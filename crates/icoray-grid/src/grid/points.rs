@@ -30,8 +30,10 @@ const OUTSIDE: f64 = 5.0;
 const MOST_TRIANGLES: u32 = 64;
 /// Bisections of the icosahedron in whose directions the points of the first tetrahedron are sought.
 const LEVEL: u32 = 1;
-/// Of a tetrahedron around the centre: the least volume that a face spans with the centre.
+/// Of a tetrahedron around the centre, the least volume that a face spans with the centre: that of points alone, so
+/// that no synthetic one is needed, and that of rounding, where points lie on one great circle.
 const VOLUME: f64 = 1e-9;
+const FLAT: f64 = 1e-14;
 /// In place of a row: the synthetic point.
 const SYNTHETIC: u32 = u32::MAX;
 /// Bits of each coordinate along the curve.
@@ -97,11 +99,7 @@ fn triangles(directions: &[[f64; 3]]) -> Result<Vec<i32>> {
             Err(_) => return Err(Error::new(ErrorKind::Internal, format!("point {cell} cannot be inserted"))),
         }
     }
-    let (mut faces, hubs) = inside(&triangulation, &row);
-    for ring in hubs {
-        faces.extend(cut_polygon(&ring, |vertex| triangulation.point(vertex).to_array()));
-    }
-    let mut rows: Vec<[i32; 3]> = faces
+    let mut rows: Vec<[i32; 3]> = inside(&triangulation, &row)
         .into_iter()
         .map(|vertices| {
             let cells = vertices.map(|v| row[v as usize] as i32);
@@ -135,7 +133,7 @@ fn first(directions: &[[f64; 3]]) -> Option<(ConstrainedDelaunay, Vec<u32>)> {
             let [b, c] = if volume([a, b, c]) > 0.0 { [b, c] } else { [c, b] };
             let faces = [[a, b, c], [a, c, d], [a, d, b], [b, d, c]];
             let least = faces.into_iter().map(volume).fold(f64::INFINITY, f64::min);
-            if least > best.map_or(0.0, |(volume, _)| volume) {
+            if least > best.map_or(FLAT, |(volume, _)| volume) {
                 best = Some((least, [a, b, c, d]));
             }
         }
@@ -184,9 +182,8 @@ fn in_order(directions: &[[f64; 3]]) -> Vec<u32> {
 }
 
 /// The triangles whose circumcircles are not much larger than others at the same points, and those between three such
-/// triangles, as scattered points have some. Points with very many triangles are left out: the rings of points around
-/// them are the second result.
-fn inside(triangulation: &ConstrainedDelaunay, row: &[u32]) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
+/// triangles, as scattered points have some. Points with very many triangles are left out, and their rings cut.
+fn inside(triangulation: &ConstrainedDelaunay, row: &[u32]) -> Vec<[u32; 3]> {
     let faces = &triangulation.faces;
     let radius = |vertices: [u32; 3]| {
         if vertices.iter().any(|v| row[*v as usize] == SYNTHETIC) {
@@ -219,11 +216,23 @@ fn inside(triangulation: &ConstrainedDelaunay, row: &[u32]) -> (Vec<[u32; 3]>, V
     let is_hub = |v: &u32| {
         count[*v as usize] > MOST_TRIANGLES && triangulation.ring(*v).all(|(face, _)| is_inside(face as usize))
     };
-    let hubs: Vec<u32> = (0..row.len() as u32).filter(is_hub).collect();
+    let volume = |[a, b, c]: [u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|v| triangulation.point(v));
+        a.dot(b.cross(c))
+    };
+    let (mut hubs, mut triangles) = (Vec::new(), Vec::new());
+    for hub in (0..row.len() as u32).filter(is_hub) {
+        let ring = triangulation.ring(hub).map(|(face, k)| faces[face as usize].vertices[(k + 1) % 3]);
+        let ring: Vec<u32> = ring.collect();
+        let cut = cut_polygon(&ring, |v| triangulation.point(v).to_array());
+        if cut.iter().all(|triangle| volume(*triangle) > 0.0) && !ring.iter().any(|v| hubs.contains(v)) {
+            hubs.push(hub);
+            triangles.extend(cut);
+        }
+    }
     let is_kept = |f: &usize| is_inside(*f) && !faces[*f].vertices.iter().any(|v| hubs.contains(v));
-    let kept = (0..faces.len()).filter(is_kept).map(|f| faces[f].vertices).collect();
-    let ring = |v: u32| triangulation.ring(v).map(|(face, k)| faces[face as usize].vertices[(k + 1) % 3]).collect();
-    (kept, hubs.into_iter().map(ring).collect())
+    triangles.extend((0..faces.len()).filter(is_kept).map(|f| faces[f].vertices));
+    triangles
 }
 
 #[cfg(test)]

@@ -125,7 +125,10 @@ fn points_that_make_no_mesh_are_named() {
     assert!(message(&points).contains("center[7]"), "{}", message(&points));
     points[7] = [20.0, 45.0];
     assert!(message(&points).contains("these look like degrees"));
-    for few in [&points[..0], &points[..2], &(0..90).map(|i| [0.05 * f64::from(i), 0.0]).collect::<Vec<_>>()] {
+    let equator: Vec<[f64; 2]> = (0..90).map(|i| [0.05 * f64::from(i), 0.0]).collect();
+    let inclined = |[lon, _]: &[f64; 2]| [(0.6 * lon.sin()).atan2(lon.cos()), (0.8 * lon.sin()).asin()];
+    let inclined: Vec<[f64; 2]> = equator.iter().map(inclined).collect();
+    for few in [&points[..0], &points[..2], &equator, &inclined] {
         assert!(message(few).contains(&format!("the {} points span no area", few.len())), "{}", message(few));
     }
     let places = LonLat { lon_rad: [0.0, 1.0][..].into(), lat_rad: [0.0][..].into() };
