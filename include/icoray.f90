@@ -1073,7 +1073,7 @@ contains
     places(:size(lon), 2) = lat(:min(size(lat), size(lon)))
     named = c_null_ptr
     call put_name(named, c_name, name)
-    call done(icoray_points_set_c(ctx%handle, named, size(lon, kind=c_int64_t), ICORAY_F32, &
+    call done(icoray_points_set_c(ctx%handle, named, size(lon, kind=c_int64_t), int(ICORAY_F32, c_int32_t), &
       c_loc(places(1, 1)), c_loc(places(1, 2))), ierr)
   end subroutine points_r4
 
@@ -1095,7 +1095,7 @@ contains
     places(:size(lon), 2) = lat(:min(size(lat), size(lon)))
     named = c_null_ptr
     call put_name(named, c_name, name)
-    call done(icoray_points_set_c(ctx%handle, named, size(lon, kind=c_int64_t), ICORAY_F64, &
+    call done(icoray_points_set_c(ctx%handle, named, size(lon, kind=c_int64_t), int(ICORAY_F64, c_int32_t), &
       c_loc(places(1, 1)), c_loc(places(1, 2))), ierr)
   end subroutine points_r8
 

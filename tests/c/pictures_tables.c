@@ -113,7 +113,8 @@ static void points(const char *directory)
     Field f = field(ICORAY_F32, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
     for (int k = 0; k < 2; k++) {
         int type = k ? ICORAY_F64 : ICORAY_F32;
-        double *lon = (double *)allocate((size_t)cells, sizeof(double)), *lat = (double *)allocate((size_t)cells, sizeof(double));
+        double *lon = (double *)allocate((size_t)cells, sizeof(double));
+        double *lat = (double *)allocate((size_t)cells, sizeof(double));
         for (int i = 0; i < cells; i++) {
             double at[2];
             at[0] = ((const double *)grid.lon_center_rad)[i], at[1] = ((const double *)grid.lat_center_rad)[i];

@@ -1,6 +1,8 @@
 /* Grids that are refused. */
 #include "refusals.h"
 
+#include <math.h>
+
 void grids(icoray_ctx *ctx)
 {
 #define TABLE(name) {"icoray_grid." #name, offsetof(icoray_grid, name)}
@@ -83,11 +85,11 @@ void grids(icoray_ctx *ctx)
     {
         const double *lon = (const double *)good_grid.lon_center_rad, *lat = (const double *)good_grid.lat_center_rad;
         const int64_t count = good_grid.cells;
-        double *nan = (double *)allocate((size_t)count, sizeof(double));
-        memcpy(nan, lat, (size_t)count * sizeof(double));
-        nan[7] = NAN;
-        REFUSED(ctx, GRID, "center[7]", icoray_points_set(ctx, NULL, count, ICORAY_F64, lon, nan));
-        free(nan);
+        double *spoilt = (double *)allocate((size_t)count, sizeof(double));
+        memcpy(spoilt, lat, (size_t)count * sizeof(double));
+        spoilt[7] = NAN;
+        REFUSED(ctx, GRID, "center[7]", icoray_points_set(ctx, NULL, count, ICORAY_F64, lon, spoilt));
+        free(spoilt);
         REFUSED(ctx, NULL, "lon_rad", icoray_points_set(ctx, NULL, count, ICORAY_F64, NULL, lat));
         REFUSED(ctx, NULL, "lat_rad", icoray_points_set(ctx, NULL, count, ICORAY_F64, lon, NULL));
         REFUSED(ctx, ARGUMENT, "cells: -1", icoray_points_set(ctx, NULL, -1, ICORAY_F64, lon, lat));

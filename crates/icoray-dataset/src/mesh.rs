@@ -16,45 +16,31 @@ pub use tables::{Convention, Mesh};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, Result};
 
-/// What the files have of a mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Found {
-    Ugrid,
-    Mpas,
-    Icon,
-    Polygons,
-    Columns,
-}
+type Reader = fn(&Sources) -> Result<Mesh>;
 
-impl Found {
-    fn of(sources: &Sources) -> Result<Option<Self>> {
-        // Without a table of neighbours, columns will do.
-        let are_columns = columns::are_in(sources);
-        let all = [
-            (ugrid::is_in(sources)?, Found::Ugrid),
-            (mpas::is_in(sources)? && (mpas::has_tables(sources) || !are_columns), Found::Mpas),
-            (icon::has_triangles(sources) || icon::is_in(sources) && !are_columns, Found::Icon),
-            (cf::is_in(sources), Found::Polygons),
-            (are_columns, Found::Columns),
-        ];
-        Ok(all.into_iter().find(|(is_there, _)| *is_there).map(|(_, found)| found))
-    }
+/// What reads the mesh that the files have.
+fn reader(sources: &Sources) -> Result<Option<Reader>> {
+    // Without a table of neighbours, columns will do.
+    let are_columns = columns::are_in(sources);
+    let all: [(bool, Reader); 5] = [
+        (ugrid::is_in(sources)?, ugrid::read),
+        (mpas::is_in(sources)? && (mpas::has_tables(sources) || !are_columns), mpas::read),
+        (icon::has_triangles(sources) || icon::is_in(sources) && !are_columns, icon::read),
+        (cf::is_in(sources), cf::read),
+        (are_columns, columns::read),
+    ];
+    Ok(all.into_iter().find(|(is_there, _)| *is_there).map(|(_, reader)| reader))
 }
 
 /// Whether the files have a mesh of a kind that [`read`] knows.
 pub(crate) fn is_known(sources: &Sources) -> Result<bool> {
-    Ok(Found::of(sources)?.is_some())
+    Ok(reader(sources)?.is_some())
 }
 
 /// Reads the tables in the convention of the files; their content is checked by [`Mesh::grid`].
 pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
-    match Found::of(sources)? {
-        Some(Found::Ugrid) => return ugrid::read(sources),
-        Some(Found::Mpas) => return mpas::read(sources),
-        Some(Found::Icon) => return icon::read(sources),
-        Some(Found::Polygons) => return cf::read(sources),
-        Some(Found::Columns) => return columns::read(sources),
-        None => {}
+    if let Some(reader) = reader(sources)? {
+        return reader(sources);
     }
     Err(sources.error(
         ErrorKind::Grid,

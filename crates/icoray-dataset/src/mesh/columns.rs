@@ -100,25 +100,11 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let Columns { source, lon, lat } = Columns::of(sources).expect("one has columns, or this is not called");
     let center = positions(source, &lon.name, &lat.name, &lon.after_time()[0].name)?;
     let of_points = OwnedTables::of_points(center.borrowed());
-    let OwnedTables { corner: [lon, lat], corner_cell, connectivity, .. } =
+    let OwnedTables { corner, corner_cell, connectivity: of, .. } =
         of_points.map_err(|e| e.within(format_args!("{}: {} and {}", source.path().display(), lon.name, lat.name)))?;
-    let [corner_edge, edge_corner] = [connectivity.corner_edge, connectivity.edge_corner];
-    let polygons = Polygons {
-        corners: connectivity.cell_corner,
-        row: connectivity.cell_corner_row,
-        count: connectivity.cell_corner_count,
-    };
-    let mesh = Mesh {
-        path: source.path().to_owned(),
-        convention: Convention::Cf,
-        center,
-        corner: Positions { lon: OwnedReals::F64(lon), lat: OwnedReals::F64(lat) },
-        polygons,
-        corner_cell,
-        corner_edge,
-        edge_corner,
-        file_corners: None,
-        is_of_points: true,
-    };
-    Ok(mesh)
+    let [lon, lat] = corner.map(OwnedReals::F64);
+    let polygons = Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count };
+    let (places, tables) = ([center, Positions { lon, lat }], [corner_cell, of.corner_edge, of.edge_corner]);
+    let mesh = Mesh::of_tables(source.path(), Convention::Cf, places, polygons, tables);
+    Ok(Mesh { is_of_points: true, ..mesh })
 }

@@ -37,22 +37,8 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let center = positions(source, ["lonCell", "latCell"], ["xCell", "yCell", "zCell"], "nCells")?;
     let corner = positions(source, ["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"], "nVertices")?;
     let [cells, corners] = [&center, &corner].map(|places| places.lon.as_reals().len());
-    let (polygons, [corner_cell, corner_edge, edge_corner]) =
-        Tables::read(source)?.completed(source, cells, corners)?;
-    let (path, convention, file_corners, is_of_points) = (source.path().to_owned(), Convention::Mpas, None, false);
-    let mesh = Mesh {
-        path,
-        convention,
-        center,
-        corner,
-        polygons,
-        corner_cell,
-        corner_edge,
-        edge_corner,
-        file_corners,
-        is_of_points,
-    };
-    Ok(mesh)
+    let (polygons, tables) = Tables::read(source)?.completed(source, cells, corners)?;
+    Ok(Mesh::of_tables(source.path(), Convention::Mpas, [center, corner], polygons, tables))
 }
 
 /// Longitudes and latitudes; of Cartesian coordinates where there are none.

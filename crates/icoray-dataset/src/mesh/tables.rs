@@ -17,7 +17,8 @@ pub enum Convention {
     /// corners or, rarely, at cells.
     Icon,
     /// Polygons: with their bounds over one dimension, as the CF conventions 1.11, §7.1, have them and DYNAMICO writes
-    /// them, with fields at cells; or UGRID's, with fields at faces or nodes.
+    /// them, with fields at cells; or UGRID's, with fields at faces or nodes; or columns without tables, with fields at
+    /// these.
     Cf,
 }
 
@@ -37,7 +38,8 @@ impl fmt::Display for Convention {
 /// determine them. For ICON, `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file
 /// has no tables, and all others are made of it, numbered from 0. Of polygons with bounds, points in one place are one
 /// corner, and all is made of the polygons' corners, numbered from 0. UGRID's faces are such polygons, or triangles as
-/// ICON's.
+/// ICON's. Where more than three polygons meet, the polygon of their middles is cut into triangles, which are the corners
+/// ([`Mesh::corners_in_file`]). Of columns without tables the corners are Delaunay triangles ([`Mesh::is_of_points`]).
 #[derive(Debug, Clone)]
 pub struct Mesh {
     pub(super) path: PathBuf,
@@ -103,26 +105,13 @@ impl Mesh {
     pub(super) fn of_triangles(
         path: &Path,
         convention: Convention,
-        [center, corner]: [Positions; 2],
+        places: [Positions; 2],
         corner_cell: Vec<i32>,
     ) -> Result<Self> {
-        let made = Connectivity::new(&corner_cell, center.lon.as_reals().len())?;
-        let polygons = Polygons { corners: made.cell_corner, row: made.cell_corner_row, count: made.cell_corner_count };
-        let [corner_edge, edge_corner] = [made.corner_edge, made.edge_corner];
-        let (path, file_corners, is_of_points) = (path.to_owned(), None, false);
-        let mesh = Mesh {
-            path,
-            convention,
-            center,
-            corner,
-            polygons,
-            corner_cell,
-            corner_edge,
-            edge_corner,
-            file_corners,
-            is_of_points,
-        };
-        Ok(mesh)
+        let connectivity = Connectivity::new(&corner_cell, places[0].lon.as_reals().len())?;
+        let Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count } = connectivity;
+        let polygons = Polygons { corners: cell_corner, row: cell_corner_row, count: cell_corner_count };
+        Ok(Self::of_tables(path, convention, places, polygons, [corner_cell, corner_edge, edge_corner]))
     }
 
     /// A mesh of polygons, with the places of cells and of the polygons' corners. Where a corner joins more than 3 cells,
@@ -137,8 +126,20 @@ impl Mesh {
         }
         let corner_cell = polygons.corner_cells(count)?;
         let (corner_edge, edge_corner) = polygons.edges(count)?;
+        let tables = [corner_cell, corner_edge, edge_corner];
+        Ok(Self::of_tables(path, convention, [center, corner], polygons, tables))
+    }
+
+    /// A mesh of all its tables: cells and edges of corners, and corners of edges.
+    pub(super) fn of_tables(
+        path: &Path,
+        convention: Convention,
+        [center, corner]: [Positions; 2],
+        polygons: Polygons,
+        [corner_cell, corner_edge, edge_corner]: [Vec<i32>; 3],
+    ) -> Self {
         let (path, file_corners, is_of_points) = (path.to_owned(), None, false);
-        let mesh = Mesh {
+        Mesh {
             path,
             convention,
             center,
@@ -149,8 +150,7 @@ impl Mesh {
             edge_corner,
             file_corners,
             is_of_points,
-        };
-        Ok(mesh)
+        }
     }
 
     /// The tables, borrowed. Their MPAS names stand at [`GridTables`].
