@@ -72,13 +72,18 @@ impl Dataset {
         let mesh = known.map_or_else(|| mesh::read(&sources).map(Arc::new), Ok)?;
         mesh::expect_one_mesh(&sources, &mesh)?;
         let sphere_radius_m = radius::of(&sources)?;
-        let source = sources.fields();
-        let times = Times::read(source)?;
-        // NetCDF forbids control characters in names, and a name is printed as it is.
-        let fields = source.variables().iter().filter(|variable| !variable.name.contains(char::is_control));
-        let fields: Vec<FieldInfo> = fields
-            .filter_map(|v| FieldInfo::of(source, v, &mesh, &sources.options).transpose())
-            .collect::<Result<_>>()?;
+        let times = Times::read(sources.fields())?;
+        let mut fields = fields_of(sources.fields(), &mesh, &sources.options)?;
+        // One variable per file: those that the file with the mesh lacks are in others of the same times.
+        for other in sources.all().skip(1) {
+            let is_its = |name: &str| sources.find(name).is_some_and(|(source, _)| std::ptr::addr_eq(source, other));
+            let is_new = |info: &FieldInfo| info.time_dependent && is_its(&info.name);
+            let lacking: Vec<_> =
+                fields_of(other, &mesh, &sources.options)?.into_iter().filter(|info| is_new(info)).collect();
+            if !lacking.is_empty() && Times::read(other)?.dates == times.dates {
+                fields.extend(lacking);
+            }
+        }
         Ok(Dataset {
             mesh,
             sphere_radius_m,
@@ -255,7 +260,7 @@ impl Dataset {
             return Err(bad(format!("layers {layers:?}, expected some of 0..{}", info.layers)));
         }
         let sea = self.sea()?;
-        let mut field = OwnedField::read(self.sources.fields(), info, time, layers.clone(), &self.sources.options)?;
+        let mut field = OwnedField::read(self.source_of(name), info, time, layers.clone(), &self.sources.options)?;
         let mut unsaid_marks = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
         unsaid_marks.insert(name.to_owned(), field.unsaid_marks.clone());
         drop(unsaid_marks);
@@ -360,7 +365,12 @@ impl Dataset {
         NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.sea()?.and_then(Sea::floor), time)
     }
 
-    /// Whether a field is in the fields' file itself.
+    /// The file that has a field.
+    fn source_of(&self, name: &str) -> &dyn Source {
+        self.sources.find(name).map_or(self.sources.fields(), |(source, _)| source)
+    }
+
+    /// Whether a field is in the files of this dataset themselves.
     pub(crate) fn has_own(&self, name: &str) -> bool {
         self.fields[..self.own_fields].iter().any(|info| info.name == name)
     }
@@ -373,4 +383,10 @@ impl Dataset {
         let sea = Sea::read(&self.sources, &self.mesh)?;
         Ok(self.sea.get_or_init(|| sea).as_ref())
     }
+}
+
+/// The fields of a file. NetCDF forbids control characters in names, and a name is printed as it is.
+fn fields_of(source: &dyn Source, mesh: &Mesh, options: &DatasetOptions) -> Result<Vec<FieldInfo>> {
+    let variables = source.variables().iter().filter(|variable| !variable.name.contains(char::is_control));
+    variables.filter_map(|variable| FieldInfo::of(source, variable, mesh, options).transpose()).collect()
 }

@@ -212,3 +212,23 @@ fn a_radius_is_that_of_positions_or_of_the_earth() {
     assert_eq!(radius(&|made| positions(made, 1.0)), (1.0, RADIUS_M));
     assert_eq!(radius(&|made| made.set("sphere_radius", 1.0)), (1.0, RADIUS_M));
 }
+
+/// One variable per file, as of FESOM2 and CESM, where the others came as those that have the mesh.
+#[test]
+fn fields_of_other_files_of_the_same_times_are_read_there() {
+    let mut own = Made::history();
+    own.variables.retain(|variable| variable.name != "w");
+    let mut other = Made::history();
+    other.variables.retain(|variable| !["theta", "rho"].contains(&variable.name));
+    let all = opened(&own, &[&other]).unwrap();
+    assert_eq!(all.read_field("w", 1).unwrap().field().unwrap().value(7, 1), value_of(&Made::history(), "w"));
+    // At other times it is not known which record belongs to which.
+    other.variable("xtime").values =
+        Values::Text(format!("{:<64}", "1999-01-01_00:00:00").repeat(RECORDS).into_bytes());
+    let error = opened(&own, &[&other]).unwrap().read_field("w", 1).unwrap_err();
+    expect(&error, ErrorKind::Field, &["no field w, but made.nc has w"]);
+}
+
+fn value_of(made: &Made, name: &str) -> f64 {
+    open(made).read_field(name, 1).unwrap().field().unwrap().value(7, 1)
+}
