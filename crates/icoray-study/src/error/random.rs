@@ -182,8 +182,8 @@ fn pixel(frame: &Frame, i: usize, drawn: &Drawn, oracle: &Oracle) -> Found {
     Found { truth, off: pixel_error(frame.pixels[i], &truth), told, is_undecided: false }
 }
 
-/// Whether it is undecided if pixel `i` is beyond its error: if the oracle's pixel moves by half of the error or more
-/// with panels of half the depth, or with eyes and values that are a few units in the last place away.
+/// Whether it is undecided if pixel `i` is beyond its error: if the oracle's pixel moves by a quarter of the error or
+/// more with panels of half the depth, or with eyes and values that are a few units in the last place away.
 fn is_unsure(i: usize, found: &Found, drawn: &Drawn, (oracle, doubts): (&Oracle, &[Oracle])) -> bool {
     let Found { truth, off, .. } = *found;
     let scene = &drawn.scene;
@@ -191,7 +191,7 @@ fn is_unsure(i: usize, found: &Found, drawn: &Drawn, (oracle, doubts): (&Oracle,
     let far = 4.0 * f64::EPSILON * (1.0 + eye.length());
     let moves = |oracle: &Oracle, step: DVec3| {
         let again = oracle.pixel(eye + far * step, dir);
-        again.is_none_or(|again| (0..4).any(|k| (again[k] - truth[k]).abs() >= 0.5 * off))
+        again.is_none_or(|again| (0..4).any(|k| (again[k] - truth[k]).abs() >= 0.25 * off))
     };
     let aside = dir.any_orthonormal_vector();
     let steps = [aside, -aside, aside.cross(dir), -aside.cross(dir)];
