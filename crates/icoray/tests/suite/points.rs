@@ -43,7 +43,7 @@ fn share_of_right_pixels(
             continue;
         }
         let at = (eye + (-b - (b * b - c).sqrt()) * dir).normalize();
-        let apart = |cell: usize| at.distance(DVec3::from(grid.direction(cell as u32)));
+        let apart = |cell: usize| at.distance(grid.direction(cell as u32));
         let nearest = (0..points.len()).map(apart).fold(f64::INFINITY, f64::min);
         let near = (0..points.len()).filter(|cell| apart(*cell) <= nearest + spacing).map(value);
         let [least, most] = near.fold([1.0, 0.0], |[least, most], value| [value.min(least), value.max(most)]);
