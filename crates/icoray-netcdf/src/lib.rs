@@ -18,8 +18,11 @@
 //! ```
 
 mod classic;
+mod filters;
+mod groups;
 mod guard;
 mod hdf5_errors;
+mod names;
 mod nc_file;
 mod outline;
 mod sample_file;
