@@ -358,6 +358,19 @@ module icoray
     procedure :: grid_r4_i4, grid_r4_i8, grid_r8_i4, grid_r8_i8, grid_mesh, grid_struct
   end interface icoray_grid_set
 
+  !> Sets a grid of points, for models whose columns have places and no tables of neighbours: the cells are the points, and
+  !> the corners their Delaunay triangles, which icoray makes and owns. The arrays are read during the call only.
+  !>   call icoray_points_set(ctx, lon, lat, [ierr], name)
+  !>   lon(cells), lat(cells)   radians, of one kind and any strides
+  !>   name                     name of the grid, for contexts with several grids
+  !> The points cover the sphere or regions; a triangle whose circumcircle is more than 5 times as large as others at its
+  !> points lies outside. Of points less than 3e-7 rad apart one is shown. Each rank gives all points; icoray_part_set then
+  !> says which are its columns. ICORAY_ERR_GRID if a point is not finite or the points span no area; the previous grid
+  !> then stays in effect.
+  interface icoray_points_set
+    procedure :: points_r4, points_r8
+  end interface icoray_points_set
+
   !> Declares which cells of a grid belong to this rank, where ranks have parts of the grid, or the whole grid and some
   !> columns of the fields. It is called after each icoray_grid_set of that grid, collectively, with the same ierr on
   !> all ranks. A rank may have no cells: arrays of size 0.
@@ -469,6 +482,7 @@ module icoray
   end interface icoray_last_error
 
   public :: icoray_open, icoray_open_serial, icoray_grid_set, icoray_part_set, icoray_layers_set, icoray_field_set
+  public :: icoray_points_set
   public :: icoray_field_set_ndarray, icoray_field_describe, icoray_heights_set, icoray_heights_set_ndarray
   public :: icoray_scene_load, icoray_scene_text, icoray_scene_field
   public :: icoray_wants, icoray_wants_field
@@ -512,6 +526,14 @@ module icoray
       type(icoray_grid), intent(in) :: grid
       integer(c_int32_t) :: status
     end function icoray_grid_set_c
+    function icoray_points_set_c(ctx, name, cells, real_type, lon_rad, lat_rad) bind(C, name='icoray_points_set') &
+        result(status)
+      import
+      type(c_ptr), value :: ctx, name, lon_rad, lat_rad
+      integer(c_int64_t), value :: cells
+      integer(c_int32_t), value :: real_type
+      integer(c_int32_t) :: status
+    end function icoray_points_set_c
     function icoray_part_set_c(ctx, part) bind(C, name='icoray_part_set') result(status)
       import
       type(c_ptr), value :: ctx
@@ -653,6 +675,7 @@ module icoray
     end function c_strlen
   end interface
   public :: icoray_open_c, icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c
+  public :: icoray_points_set_c
   public :: icoray_grid_set_c, icoray_part_set_c, icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c
   public :: icoray_scene_load_c, icoray_field_describe_c, icoray_heights_set_c, icoray_heights_set_ndarray_c
   public :: icoray_scene_text_c, icoray_scene_field_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c
@@ -1031,6 +1054,50 @@ contains
     sized%struct_size = c_sizeof(sized)
     call done(icoray_grid_set_c(ctx%handle, sized), ierr)
   end subroutine grid_struct
+
+  subroutine points_r4(ctx, lon, lat, ierr, name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_float), intent(in) :: lon(:), lat(:)
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: name
+    real(c_float), allocatable, target :: places(:, :)
+    character(kind=c_char), allocatable, target :: c_name(:)
+    type(c_ptr) :: named
+    if (size(lon) /= size(lat) .and. c_associated(ctx%handle)) then
+      call refuse(ctx, 'icoray_points_set', given_name(name), ICORAY_ERR_ARGUMENT, 'lat: ' &
+        //decimal(size(lat, kind=c_int64_t))//' values, expected '//decimal(size(lon, kind=c_int64_t))//' as of lon', ierr)
+      return
+    end if
+    allocate (places(size(lon) + 1, 2))   ! never empty, so that it has an address
+    places(:size(lon), 1) = lon
+    places(:size(lon), 2) = lat(:min(size(lat), size(lon)))
+    named = c_null_ptr
+    call put_name(named, c_name, name)
+    call done(icoray_points_set_c(ctx%handle, named, size(lon, kind=c_int64_t), int(ICORAY_F32, c_int32_t), &
+      c_loc(places(1, 1)), c_loc(places(1, 2))), ierr)
+  end subroutine points_r4
+
+  subroutine points_r8(ctx, lon, lat, ierr, name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), intent(in) :: lon(:), lat(:)
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: name
+    real(c_double), allocatable, target :: places(:, :)
+    character(kind=c_char), allocatable, target :: c_name(:)
+    type(c_ptr) :: named
+    if (size(lon) /= size(lat) .and. c_associated(ctx%handle)) then
+      call refuse(ctx, 'icoray_points_set', given_name(name), ICORAY_ERR_ARGUMENT, 'lat: ' &
+        //decimal(size(lat, kind=c_int64_t))//' values, expected '//decimal(size(lon, kind=c_int64_t))//' as of lon', ierr)
+      return
+    end if
+    allocate (places(size(lon) + 1, 2))   ! never empty, so that it has an address
+    places(:size(lon), 1) = lon
+    places(:size(lon), 2) = lat(:min(size(lat), size(lon)))
+    named = c_null_ptr
+    call put_name(named, c_name, name)
+    call done(icoray_points_set_c(ctx%handle, named, size(lon, kind=c_int64_t), int(ICORAY_F64, c_int32_t), &
+      c_loc(places(1, 1)), c_loc(places(1, 2))), ierr)
+  end subroutine points_r8
 
   !> Checks the shapes of the tables, which the library cannot see, and passes their addresses on. The views are those
   !> of the arrays in the order of icoray_grid_set, followed by cell_corner_count, of rank 0 if absent.

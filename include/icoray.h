@@ -992,6 +992,35 @@ icoray_status icoray_grid_set(struct icoray_ctx *ctx,
                               const struct icoray_grid *grid);
 
 /**
+ * Sets a grid of points, for models whose columns have places and no tables of neighbours (physics on spectral elements,
+ * unstructured waves). The cells are the points, in their order, and the corners the Delaunay triangles of the points,
+ * which icoray makes and owns: both arrays are read during the call only. Fields at centres have a value for each point.
+ *
+ * The points cover the sphere or regions: a triangle whose circumcircle is more than 5 times as large as others at its
+ * points lies outside. Of points less than 3e-7 rad (2 m on the Earth) apart, as at the poles of a lat-lon grid, one is
+ * a vertex of triangles, and the values at the others are not shown. With the ranks of icoray_open each rank gives all
+ * points, and icoray_part_set then says which of them are its columns. The same points give the same grid on all ranks.
+ *
+ * - `name`: the name of the grid, for contexts with several grids; NULL is the unnamed grid. It replaces a grid of that
+ *   name, as icoray_grid_set does, and waits for frames as that does.
+ * - `cells`: number of points, at least 3 that are not on one great circle.
+ * - `real_type`: type of both arrays: ICORAY_F32 or ICORAY_F64.
+ * - `lon_rad`, `lat_rad`: longitudes and latitudes, `cells` values each, radians.
+ *
+ * On failure (ICORAY_ERR_GRID names a point that is not finite or looks like degrees, and the number of points that span
+ * no area) the previous grid of that name, if any, stays in effect.
+ *
+ * # Safety
+ * `ctx` is open; `name` is NULL or a string; `lon_rad` and `lat_rad` are NULL or point to `cells` values.
+ */
+icoray_status icoray_points_set(struct icoray_ctx *ctx,
+                                const char *name,
+                                int64_t cells,
+                                int32_t real_type,
+                                const void *lon_rad,
+                                const void *lat_rad);
+
+/**
  * Declares which cells of a grid belong to this rank, where ranks have parts of the grid, or the whole grid and some
  * columns of the fields (icoray_part). It is called after icoray_grid_set of that grid, and again after each further
  * one (ICORAY_ERR_ORDER if no grid was set). The tables of `part` are read during the call only.

@@ -13,7 +13,7 @@ use tempfile::TempDir;
 /// The functions without `icoray_`, in the order of the alphabet.
 const FUNCTIONS: &str = "close execute field_describe field_set field_set_ndarray grid_set heights_set \
     heights_set_ndarray last_error layers_set log_stderr mesh_create mesh_free mesh_grid open \
-    open_serial part_set refuse report scene_field scene_load scene_text version wait wants wants_field";
+    open_serial part_set points_set refuse report scene_field scene_load scene_text version wait wants wants_field";
 const VIEWS: [&str; 3] = ["views", "pictures_common", "check"];
 
 /// Path without `.c` of a program that prints, for each line of `layout.txt`, what the C compiler makes of that name.

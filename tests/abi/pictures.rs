@@ -162,7 +162,7 @@ fn pictures_depend_on_values_and_nothing_else() {
         ("midway", 45),
         ("missing", 4),
         ("near corner", 1),
-        ("near plain", 1),
+        ("near plain", 3),
         ("nothing", 1),
         ("plain", 115),
         ("thick", 3),

@@ -106,8 +106,38 @@ static void single(const char *directory)
     release(&f);
 }
 
+/* Points alone, in either precision: the call reads them, and keeps neither array. */
+static void points(const char *directory)
+{
+    icoray_ctx *ctx = context(directory, "points", 2);
+    Field f = field(ICORAY_F32, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
+    for (int k = 0; k < 2; k++) {
+        int type = k ? ICORAY_F64 : ICORAY_F32;
+        double *lon = (double *)allocate((size_t)cells, sizeof(double));
+        double *lat = (double *)allocate((size_t)cells, sizeof(double));
+        for (int i = 0; i < cells; i++) {
+            double at[2];
+            at[0] = ((const double *)grid.lon_center_rad)[i], at[1] = ((const double *)grid.lat_center_rad)[i];
+            if (k) {
+                lon[i] = at[0], lat[i] = at[1];
+            } else {
+                ((float *)lon)[i] = (float)at[0], ((float *)lat)[i] = (float)at[1];
+            }
+        }
+        OK(icoray_points_set(ctx, NULL, cells, type, lon, lat));
+        memset(lon, 0x7f, (size_t)cells * sizeof(double));
+        memset(lat, 0x7f, (size_t)cells * sizeof(double));
+        free(lon);
+        free(lat);
+        picture(ctx, "near plain", "none", 6 + k, &f);
+    }
+    OK(icoray_close(&ctx));
+    release(&f);
+}
+
 void tables(const char *directory)
 {
     numbered(directory);
     single(directory);
+    points(directory);
 }

@@ -1,6 +1,8 @@
 /* Grids that are refused. */
 #include "refusals.h"
 
+#include <math.h>
+
 void grids(icoray_ctx *ctx)
 {
 #define TABLE(name) {"icoray_grid." #name, offsetof(icoray_grid, name)}
@@ -80,4 +82,20 @@ void grids(icoray_ctx *ctx)
     REFUSED(ctx, ARGUMENT, "icoray_grid", icoray_grid_set(ctx, &grid));
     /* Numbered from 0 and said to be from 1: cell 0 looks like a hole's mark. */
     REFUSED_WITH(grid, index_base, 1, GRID, "; numbers begin at 0: set index_base = 0", icoray_grid_set(ctx, &grid));
+    {
+        const double *lon = (const double *)good_grid.lon_center_rad, *lat = (const double *)good_grid.lat_center_rad;
+        const int64_t count = good_grid.cells;
+        double *spoilt = (double *)allocate((size_t)count, sizeof(double));
+        memcpy(spoilt, lat, (size_t)count * sizeof(double));
+        spoilt[7] = NAN;
+        REFUSED(ctx, GRID, "center[7]", icoray_points_set(ctx, NULL, count, ICORAY_F64, lon, spoilt));
+        free(spoilt);
+        REFUSED(ctx, NULL, "lon_rad", icoray_points_set(ctx, NULL, count, ICORAY_F64, NULL, lat));
+        REFUSED(ctx, NULL, "lat_rad", icoray_points_set(ctx, NULL, count, ICORAY_F64, lon, NULL));
+        REFUSED(ctx, ARGUMENT, "cells: -1", icoray_points_set(ctx, NULL, -1, ICORAY_F64, lon, lat));
+        REFUSED(ctx, ARGUMENT, "real_type: 7", icoray_points_set(ctx, NULL, count, 7, lon, lat));
+        REFUSED(ctx, ARGUMENT, "name", icoray_points_set(ctx, NO_UTF8, count, ICORAY_F64, lon, lat));
+        REFUSED(ctx, GRID, "the 2 points span no area", icoray_points_set(ctx, NULL, 2, ICORAY_F64, lon, lat));
+        REFUSED(ctx, GRID, "0 cells", icoray_points_set(ctx, NULL, 0, ICORAY_F64, lon, lat));
+    }
 }

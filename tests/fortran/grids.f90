@@ -55,6 +55,11 @@ contains
       call draw('plain')
       call icoray_grid_set(ctx, lon_c4, lat_c4, lon_v4, lat_v4, cv8, cc8, ce8, ev8, ierr)
       call draw('plain')
+      ! Points alone.
+      call icoray_points_set(ctx, t%lon_center, t%lat_center, ierr)
+      call draw('plain')
+      call icoray_points_set(ctx, lon_c4, lat_c4, ierr, name='')
+      call draw('plain')
       ! An address for each.
       call icoray_mesh_grid(mesh, grid)
       call icoray_grid_set(ctx, grid, ierr)

@@ -155,6 +155,25 @@ unsafe fn indices<'a>(
     }
 }
 
+/// The places of points.
+///
+/// # Safety
+/// Each pointer is NULL or points to `cells` elements of `real_type`, which live unchanged for `'a`.
+pub(crate) unsafe fn points<'a>(
+    cells: i64,
+    real_type: i32,
+    [lon_rad, lat_rad]: [*const c_void; 2],
+) -> Outcome<LonLat<'a>> {
+    let (cells, kind) = (count(cells, "cells")?, (real_type, "real_type"));
+    // SAFETY: the caller promises these arrays with this length.
+    unsafe {
+        Ok(LonLat {
+            lon_rad: reals(lon_rad, kind, cells, "lon_rad")?,
+            lat_rad: reals(lat_rad, kind, cells, "lat_rad")?,
+        })
+    }
+}
+
 /// The tables of a grid.
 ///
 /// # Safety

@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
 use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
-use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Script, View};
+use icoray_core::{Description, Grid, GridTables, Layers, LonLat, OwnedTables, Ranks, Script, View};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Weak};
 
@@ -128,14 +128,29 @@ impl Context {
     pub fn set_grid(&mut self, name: &str, tables: Outcome<GridTables<'static>>) -> Outcome<()> {
         let outcome = tables.and_then(|tables| {
             self.refuse_without_cells(tables.cells())?;
-            Ok(Arc::new(self.drawing.renderer().run(|| Grid::new(tables))?))
+            let grid = Arc::new(self.drawing.renderer().run(|| Grid::new(tables))?);
+            Ok(GridInput { grid, held: None, tables: None })
+        });
+        self.take_grid(name, outcome)
+    }
+
+    /// As [`Self::set_grid`], of points, which are read during the call only.
+    pub fn set_points(&mut self, name: &str, center: Outcome<LonLat>) -> Outcome<()> {
+        let outcome = center.and_then(|center| {
+            self.refuse_without_cells(center.lon_rad.len())?;
+            let renderer = self.drawing.renderer();
+            let tables = Arc::new(renderer.run(|| OwnedTables::of_points(center))?);
+            // SAFETY: the tables do not move in their Arc, which lives beside the grid and is dropped after it.
+            let borrowed: &'static OwnedTables = unsafe { &*Arc::as_ptr(&tables) };
+            let grid = Arc::new(renderer.run(|| Grid::new(borrowed.tables()))?);
+            Ok(GridInput { grid, held: None, tables: Some(tables) })
         });
         self.take_grid(name, outcome)
     }
 
     /// As [`Self::set_grid`], for a grid that was checked before.
     pub fn set_checked_grid(&mut self, name: &str, grid: Arc<Grid<'static>>) -> Outcome<()> {
-        let outcome = self.refuse_without_cells(grid.cells()).map(|()| grid);
+        let outcome = self.refuse_without_cells(grid.cells()).map(|()| GridInput { grid, held: None, tables: None });
         self.take_grid(name, outcome)
     }
 
@@ -146,9 +161,9 @@ impl Context {
         Ok(())
     }
 
-    fn take_grid(&mut self, name: &str, outcome: Outcome<Arc<Grid<'static>>>) -> Outcome<()> {
+    fn take_grid(&mut self, name: &str, outcome: Outcome<GridInput>) -> Outcome<()> {
         let grid = self.inputs.refusals.keep(Input::Grid, name, outcome)?;
-        self.inputs.grids.insert(name.into(), GridInput { grid, held: None });
+        self.inputs.grids.insert(name.into(), grid);
         Ok(())
     }
 

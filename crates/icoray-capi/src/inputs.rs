@@ -6,7 +6,7 @@ use crate::context::SceneSource;
 use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
 use icoray_core::{Description, Grid};
-use std::ffi::c_char;
+use std::ffi::{c_char, c_void};
 use std::ptr;
 use std::sync::Arc;
 
@@ -30,6 +30,43 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
             let grid = sized(grid)?;
             let name = name(grid.name, "icoray_grid.name")?;
             context.set_grid(name, borrow::tables(grid))
+        })
+    }
+}
+
+/// Sets a grid of points, for models whose columns have places and no tables of neighbours (physics on spectral elements,
+/// unstructured waves). The cells are the points, in their order, and the corners the Delaunay triangles of the points,
+/// which icoray makes and owns: both arrays are read during the call only. Fields at centres have a value for each point.
+///
+/// The points cover the sphere or regions: a triangle whose circumcircle is more than 5 times as large as others at its
+/// points lies outside. Of points less than 3e-7 rad (2 m on the Earth) apart, as at the poles of a lat-lon grid, one is
+/// a vertex of triangles, and the values at the others are not shown. With the ranks of icoray_open each rank gives all
+/// points, and icoray_part_set then says which of them are its columns. The same points give the same grid on all ranks.
+///
+/// - `name`: the name of the grid, for contexts with several grids; NULL is the unnamed grid. It replaces a grid of that
+///   name, as icoray_grid_set does, and waits for frames as that does.
+/// - `cells`: number of points, at least 3 that are not on one great circle.
+/// - `real_type`: type of both arrays: ICORAY_F32 or ICORAY_F64.
+/// - `lon_rad`, `lat_rad`: longitudes and latitudes, `cells` values each, radians.
+///
+/// On failure (ICORAY_ERR_GRID names a point that is not finite or looks like degrees, and the number of points that span
+/// no area) the previous grid of that name, if any, stays in effect.
+///
+/// # Safety
+/// `ctx` is open; `name` is NULL or a string; `lon_rad` and `lat_rad` are NULL or point to `cells` values.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_points_set(
+    ctx: *mut icoray_ctx,
+    name: *const c_char,
+    cells: i64,
+    real_type: i32,
+    lon_rad: *const c_void,
+    lat_rad: *const c_void,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with_frames_finished(ctx, "icoray_points_set", |context| {
+            context.set_points(borrow::name(name, "name")?, borrow::points(cells, real_type, [lon_rad, lat_rad]))
         })
     }
 }

@@ -4,7 +4,7 @@
 //! same whole mesh together. Columns of different ranks in one place are one node of the mesh.
 
 use crate::columns::{Columns, radius};
-use icoray::{Error, Result};
+use icoray::{Error, ErrorKind, Result};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -114,6 +114,11 @@ impl Surface {
         let middles: Option<Vec<[f64; 3]>> =
             (!has_triangles).then(|| table.chunks_exact(row).map(|face| centroid(face, &nodes.directions)).collect());
         let mesh = Mesh::of_faces(Path::new(name), &nodes.directions, middles.as_deref(), table, row)?;
+        if mesh.corners_in_file() != mesh.corners() {
+            let what =
+                "more than 3 columns of elements meet in a column of points, expected prisms on hexagons or triangles";
+            return Err(Error::new(ErrorKind::Unsupported, what));
+        }
         let count = pieces[rank].polygons.len();
         let own_faces =
             OwnedRows { row: (0..count).map(|i| (starts[rank] + i) as i64).collect(), is_owned: vec![1; count] };
@@ -283,6 +288,19 @@ mod tests {
         let mut ghost = pieces(&mesh, 1, 0.0);
         ghost.push(ghost[0].clone());
         assert!(message(&ghost).contains("elements 0 of rank 1 is also that of 0 of rank 0"), "{}", message(&ghost));
+    }
+
+    #[test]
+    fn elements_of_four_sides_are_refused() {
+        // A hat on a box: at its brim two sides and two triangles meet.
+        let ring = |z: f64| [[1.0, 0.0, z], [0.0, 1.0, z], [-1.0, 0.0, z], [0.0, -1.0, z]];
+        let directions = [&ring(1.0)[..], &ring(-1.0), &[[0.0, 0.0, 1.0]]].concat();
+        let sides = (0..4u32).map(|k| vec![k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4]);
+        let fans = (0..4u32).map(|k| vec![k, (k + 1) % 4, 8]);
+        let piece = Piece { levels: 2, directions, polygons: sides.chain(fans).collect() };
+        let error = Surface::of(&[piece], 0, "test").err().unwrap();
+        assert_eq!(error.kind(), ErrorKind::Unsupported);
+        assert!(error.to_string().contains("more than 3 columns of elements meet"), "{error}");
     }
 
     #[test]

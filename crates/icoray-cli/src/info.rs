@@ -48,12 +48,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 fn describe(args: &Args, file: &Dataset, progress: &Progress, out: &mut impl Write) -> CommandResult {
     let mesh = file.mesh();
     let tables = mesh.tables();
-    let [cells, corners, edges] = [tables.cells(), tables.corners(), tables.edges()];
     let Input { files, minus, mesh: others, data_options: _ } = &args.input;
     for (name, paths) in [("file", files), ("minus", minus), ("mesh file", others)] {
         paths.iter().try_for_each(|path| writeln!(out, "{name:<9}  {}", path.display()))?;
     }
-    writeln!(out, "mesh       {}: {cells} cells, {corners} corners, {edges} edges", mesh.convention())?;
+    writeln!(out, "mesh       {}", mesh.in_words())?;
     writeln!(out, "cells      {}", polygons(&tables))?;
     writeln!(out, "radius     {} m", file.sphere_radius_m())?;
     writeln!(out, "positions  {}", precision(&tables))?;

@@ -8,11 +8,12 @@ use crate::likely_fields::likely_fields;
 use crate::mesh::{self, Convention, Mesh};
 use crate::options::DatasetOptions;
 use crate::radius;
+use crate::raster;
 use crate::sea::Sea;
 use crate::source::Source;
 use crate::sources::Sources;
 use crate::times::Times;
-use icoray::{ErrorKind, Grid, Layers, Result, did_you_mean};
+use icoray::{ErrorKind, Grid, Layers, Location, Result, did_you_mean};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::Path;
@@ -66,6 +67,7 @@ impl Dataset {
     ) -> Result<Self> {
         let sources = Sources::new(fields, others, options);
         sources.expect_options()?;
+        let sources = raster::flattened(sources)?;
         let known = sources.options.mesh.clone();
         let mesh = known.map_or_else(|| mesh::read(&sources).map(Arc::new), Ok)?;
         mesh::expect_one_mesh(&sources, &mesh)?;
@@ -257,6 +259,9 @@ impl Dataset {
         let mut unsaid_marks = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
         unsaid_marks.insert(name.to_owned(), field.unsaid_marks.clone());
         drop(unsaid_marks);
+        if info.location == Location::Corner {
+            field.spread(self.mesh.corner_rows());
+        }
         if let Some(sea) = sea {
             sea.mask_dry(info, layers.clone(), &mut field);
         }

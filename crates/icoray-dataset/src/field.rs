@@ -1,6 +1,6 @@
 //! The fields of a file: over columns and layers, or 2D ones over columns alone.
 
-use crate::mesh::{Convention, Mesh};
+use crate::mesh::{Convention, Mesh, is_coordinate};
 use crate::options::DatasetOptions;
 use crate::source::{Dimension, Kind, Source, Variable};
 use crate::stored::{Decoder, packing};
@@ -86,7 +86,7 @@ impl FieldInfo {
         mesh: &Mesh,
         options: &DatasetOptions,
     ) -> Result<Option<Self>> {
-        let is_of_mesh = OF_MESH.split(' ').any(|name| name == variable.name);
+        let is_of_mesh = OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable);
         let found = Axes::of(mesh, &variable.dimensions, &options.at).filter(|_| !is_of_mesh);
         let Some((axes, location)) = found else { return Ok(None) };
         let layer = axes.layer.map(|layer| &variable.dimensions[layer]);
@@ -218,7 +218,7 @@ fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
         "nCells" if is_mpas => Some(Location::Center),
         "nVertices" if is_mpas => Some(Location::Corner),
         _ if is_mpas => None,
-        _ if dimension.len == mesh.corners() => Some(Location::Corner),
+        _ if dimension.len == mesh.corners_in_file() => Some(Location::Corner),
         _ if dimension.len == mesh.cells() => Some(Location::Center),
         _ => None,
     }
@@ -255,6 +255,15 @@ impl OwnedField {
         let unsaid_marks = decoder.take_unsaid_marks(&mut values);
         let fill = decoder.decode(&mut values);
         Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, values, fill, unsaid_marks })
+    }
+
+    /// Puts the values of the file's corners at the mesh's, whose rows in the file `rows` are; where these are `None`, they
+    /// stay.
+    pub(crate) fn spread(&mut self, rows: Option<&[u32]>) {
+        if let Some(rows) = rows {
+            self.values = self.values.of_columns(rows);
+            self.info.columns = rows.len();
+        }
     }
 
     /// The values less those of another field.

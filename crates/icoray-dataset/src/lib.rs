@@ -9,7 +9,8 @@
 //! MPAS's datasets follow the MPAS mesh specification 1.0
 //! (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>). ICON's triangles are corners of the hexagons around
 //! their points, so that its fields are at corners; where a dataset has no tables they are rebuilt from the triangles'
-//! bounds. DYNAMICO's hexagons are rebuilt from theirs. Tables of MPAS that a dataset lacks are made of the others where
+//! bounds. DYNAMICO's hexagons are rebuilt from theirs. Of columns with longitudes and latitudes alone the Delaunay
+//! triangles are made, and corners of more than three polygons are cut into triangles. Tables of MPAS that a dataset lacks are made of the others where
 //! these determine them.
 //!
 //! [`SceneFields`] finds what a scene needs of a dataset, [`Series`] reads it time by time, [`Drawing`] draws it, and
@@ -36,6 +37,7 @@ mod mesh;
 mod native_height_cache;
 mod options;
 mod radius;
+mod raster;
 mod reals;
 mod sample;
 mod scene_fields;

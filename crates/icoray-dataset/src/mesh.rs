@@ -2,6 +2,7 @@
 
 mod angles;
 mod cf;
+mod columns;
 mod fesom;
 mod icon;
 mod mpas;
@@ -11,28 +12,39 @@ mod polygons;
 mod tables;
 mod ugrid;
 
+pub(crate) use columns::{is_angle, is_coordinate};
 pub(crate) use one_mesh::{expect as expect_one_mesh, expect_one_name};
 pub use tables::{Convention, Mesh};
 
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, Result};
 
+type Reader = fn(&Sources) -> Result<Mesh>;
+
+/// What reads the mesh that the files have.
+fn reader(sources: &Sources) -> Result<Option<Reader>> {
+    // Without a table of neighbours, columns will do.
+    let are_columns = columns::are_in(sources);
+    let all: [(bool, Reader); 6] = [
+        (ugrid::is_in(sources)?, ugrid::read),
+        (fesom::is_in(sources), fesom::read),
+        (mpas::is_in(sources)? && (mpas::has_tables(sources) || !are_columns), mpas::read),
+        (icon::has_triangles(sources) || icon::is_in(sources) && !are_columns, icon::read),
+        (cf::is_in(sources), cf::read),
+        (are_columns, columns::read),
+    ];
+    Ok(all.into_iter().find(|(is_there, _)| *is_there).map(|(_, reader)| reader))
+}
+
+/// Whether the files have a mesh of a kind that [`read`] knows.
+pub(crate) fn is_known(sources: &Sources) -> Result<bool> {
+    Ok(reader(sources)?.is_some())
+}
+
 /// Reads the tables in the convention of the files; their content is checked by [`Mesh::grid`].
 pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
-    if ugrid::is_in(sources)? {
-        return ugrid::read(sources);
-    }
-    if fesom::is_in(sources) {
-        return fesom::read(sources);
-    }
-    if mpas::is_in(sources)? {
-        return mpas::read(sources);
-    }
-    if icon::is_in(sources) {
-        return icon::read(sources);
-    }
-    if cf::is_in(sources) {
-        return cf::read(sources);
+    if let Some(reader) = reader(sources)? {
+        return reader(sources);
     }
     let there = sources.fields().numbers_in_words();
     Err(sources.error(
@@ -40,8 +52,8 @@ pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
         format_args!(
             "no mesh is known of {there}: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for \
              ICON's (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, \
-             6)), and for UGRID's (a variable with cf_role mesh_topology) and for FESOM's (variables elements and nodes); \
-             {IN_ANOTHER_FILE}"
+             6)), for UGRID's (a variable with cf_role mesh_topology), for FESOM's (variables elements and nodes), and for \
+             places of columns (lon(ncol), lat(ncol) and a field over ncol, or lon(y, x) and lat(y, x)); {IN_ANOTHER_FILE}"
         ),
     ))
 }

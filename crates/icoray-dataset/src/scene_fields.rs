@@ -134,7 +134,8 @@ impl<'a> SceneFields<'a> {
     pub fn notes(&self, scene: &Scene) -> Result<Vec<String>> {
         let (layering, layer_info) = (self.layering(scene)?, self.layer_info(scene)?);
         let [first_field, _] = layering.key();
-        let mut notes = Vec::new();
+        let mut notes: Vec<String> =
+            self.dataset.mesh().made_in_words().map(|made| format!("mesh: {made}")).into_iter().collect();
         for SceneField { info, range } in self.of(scene)? {
             let (name, bytes) = (&info.name, self.cells * range.len() * info.precision.bytes());
             if info.location == Location::Corner {

@@ -48,6 +48,11 @@ impl Sources {
         }
     }
 
+    /// Others in place of these.
+    pub(crate) fn map(self, change: impl Fn(Box<dyn Source>) -> Box<dyn Source>) -> Self {
+        Sources { files: self.files.into_iter().map(change).collect(), ..self }
+    }
+
     /// The file with the fields.
     pub(crate) fn fields(&self) -> &dyn Source {
         self.files[0].as_ref()

@@ -118,20 +118,31 @@ impl ShapedValues {
 
     /// These values less others of the same columns and layers; NaN where one is its mark for missing values.
     pub(crate) fn less(&self, own_fill: f64, other: &Self, fill: f64) -> Self {
-        let layers = self.stored_layers();
         let value = |of: &Self, fill: f64, at: (usize, usize)| {
             let value = of.as_reals().get(of.element(at.0, at.1));
             if value == fill { f64::NAN } else { value }
         };
-        let places = (0..self.shape.columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
-        let values = places.map(|at| value(self, own_fill, at) - value(other, fill, at));
+        let columns = self.shape.columns;
+        self.made(columns, |column, layer| value(self, own_fill, (column, layer)) - value(other, fill, (column, layer)))
+    }
+
+    /// The values of some columns.
+    pub(crate) fn of_columns(&self, rows: &[u32]) -> Self {
+        self.made(rows.len(), |column, layer| self.as_reals().get(self.element(rows[column] as usize, layer)))
+    }
+
+    /// Values over so many columns and the same layers, in the same precision.
+    fn made(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Self {
+        let layers = self.stored_layers();
+        let values = (0..columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
+        let values = values.map(|(column, layer)| value(column, layer));
         let reals = match self.as_reals() {
             Reals::F32(_) => OwnedReals::F32(values.map(|value| value as f32).collect()),
             Reals::F64(_) => OwnedReals::F64(values.collect()),
         };
-        let plain = Shape::level_fastest(self.shape.columns, layers);
         let layer_stride = self.shape.layer_stride.signum().abs();
-        ShapedValues { shape: Shape { layers: self.shape.layers, layer_stride, ..plain }, reals: Stored::Owned(reals) }
+        let shape = Shape { layers: self.shape.layers, layer_stride, ..Shape::level_fastest(columns, layers) };
+        ShapedValues { shape, reals: Stored::Owned(reals) }
     }
 
     fn any(&self, holds: impl Fn(f64) -> bool) -> bool {

@@ -31,7 +31,10 @@ pub mod visible_cells;
 pub use description::Description;
 pub use error::{Error, ErrorKind, Result};
 pub use field::{CenterField, CornerColumns, Field, Location};
-pub use grid::{Connectivity, Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL};
+pub use grid::{
+    Connectivity, Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, OwnedGrid, OwnedTables, circumcenter,
+    cut_polygon,
+};
 pub use layers::Layers;
 pub use layout::{ColumnCount, Dimension};
 pub use printable::printable;

@@ -2,7 +2,9 @@
 
 use crate::array::{IndexArray, RealArray};
 use crate::error::{argument, raised};
-use icoray::{Connectivity, Error, ErrorKind, GridTables, IcosahedralMesh, Indices, LonLat, Renderer};
+use icoray::{
+    Connectivity, Error, ErrorKind, GridTables, IcosahedralMesh, Indices, LonLat, OwnedTables, Renderer, circumcenter,
+};
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -149,20 +151,36 @@ impl Grid {
             _ => return Err(argument("lon_corner_rad without lat_corner_rad, expected both or none".into())),
         };
         let is_as_is = index_base == 0 && !triangles.is_wide();
-        let made = |table: Vec<i32>, row: usize| made_indices(py, table, row);
-        let corner_cell = if is_as_is { triangles } else { made(from_zero, 3) };
-        let count = derived.cell_corner_count.into_pyarray(py);
-        Tables {
-            center: [lon, lat],
-            corner,
-            cell_corner: made(derived.cell_corner, derived.cell_corner_row),
-            cell_corner_count: Some(IndexArray::new(&read_only(count), &[cells], "cell_corner_count")?),
-            corner_cell,
-            corner_edge: made(derived.corner_edge, 3),
-            edge_corner: made(derived.edge_corner, 2),
-            index_base: 0,
-        }
-        .grid(py)
+        let corner_cell = if is_as_is { triangles } else { made_indices(py, from_zero, 3) };
+        Self::connected(py, [lon, lat], corner, corner_cell, derived)
+    }
+
+    /// A grid of points alone, for columns without tables: the cells are the points, the corners their Delaunay triangles.
+    ///
+    /// The points may cover the sphere or regions: a triangle whose circumcircle is more than 5 times as large as others at
+    /// its points lies outside. Of points less than 3e-7 rad (2 m on the Earth) apart, as at the poles of a lat-lon grid,
+    /// one is a vertex of triangles, and the values at the others are not shown. A 2D array of places is to be flattened.
+    ///
+    /// Parameters
+    /// ----------
+    /// lon_center_rad, lat_center_rad : array_like, shape (cells,)
+    ///     Positions of the points, radians, in any order.
+    ///
+    /// Raises
+    /// ------
+    /// GridError
+    ///     Names a point that is not finite or looks like degrees; also where the points span no area.
+    #[staticmethod]
+    fn from_points(py: Python, lon_center_rad: &Bound<PyAny>, lat_center_rad: &Bound<PyAny>) -> PyResult<Self> {
+        let lon = RealArray::packed(lon_center_rad, &[0], "lon_center_rad")?;
+        let cells = lon.dimensions[0].extent;
+        let lat = RealArray::packed(lat_center_rad, &[cells], "lat_center_rad")?;
+        // SAFETY: the arrays live until the call ends, and are not to be changed while the grid lives.
+        let center = unsafe { LonLat { lon_rad: lon.reals().0, lat_rad: lat.reals().0 } };
+        let made = py.detach(|| with_threads(|| OwnedTables::of_points(center))).map_err(raised)?;
+        let OwnedTables { corner, corner_cell, connectivity, .. } = made;
+        let corner = corner.map(|angle| made_reals(py, angle));
+        Self::connected(py, [lon, lat], corner, made_indices(py, corner_cell, 3), connectivity)
     }
 
     /// The icosahedral grid: an icosahedron whose triangles are bisected `level` times.
@@ -284,6 +302,31 @@ impl Grid {
     }
 }
 
+impl Grid {
+    /// A grid of tables that count from 0.
+    fn connected(
+        py: Python,
+        center: [RealArray; 2],
+        corner: [RealArray; 2],
+        corner_cell: IndexArray,
+        of: Connectivity,
+    ) -> PyResult<Self> {
+        let cells = of.cell_corner_count.len();
+        let count = of.cell_corner_count.into_pyarray(py);
+        Tables {
+            center,
+            corner,
+            cell_corner: made_indices(py, of.cell_corner, of.cell_corner_row),
+            cell_corner_count: Some(IndexArray::new(&read_only(count), &[cells], "cell_corner_count")?),
+            corner_cell,
+            corner_edge: made_indices(py, of.corner_edge, 3),
+            edge_corner: made_indices(py, of.edge_corner, 2),
+            index_base: 0,
+        }
+        .grid(py)
+    }
+}
+
 impl Tables {
     /// Checks the tables.
     fn grid(self, py: Python) -> PyResult<Grid> {
@@ -347,13 +390,8 @@ fn circumcentres(center: [icoray::Reals; 2], corner_cell: &[i32]) -> [Vec<f64>; 
         let [(sin_lon, cos_lon), (sin_lat, cos_lat)] = center.map(|angle| angle.get(cell as usize).sin_cos());
         [cos_lat * cos_lon, cos_lat * sin_lon, sin_lat]
     };
-    let minus = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let place = |triangle: &[i32]| {
-        let [a, b, c] = [triangle[0], triangle[1], triangle[2]].map(unit);
-        let (u, v) = (minus(b, a), minus(c, a));
-        let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        let outward: f64 = (0..3).map(|k| normal[k] * a[k]).sum();
-        let [x, y, z] = normal.map(|n| if outward < 0.0 { -n } else { n });
+        let [x, y, z] = circumcenter([triangle[0], triangle[1], triangle[2]].map(unit));
         (y.atan2(x), z.atan2(x.hypot(y)))
     };
     let (lon, lat) = corner_cell.chunks_exact(3).map(place).unzip();

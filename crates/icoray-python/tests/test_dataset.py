@@ -496,6 +496,49 @@ def test_uxarray_gives_the_picture_of_xarray(uxarray: Any, tmp_path: pathlib.Pat
     assert same(icoray.render(alone, "theta", mesh=path, time=2, **LOOK), image)
 
 
+def ugrid(mesh: icoray.Grid, path: pathlib.Path) -> None:
+    """A file of triangles that counts nodes from 1, with values at nodes."""
+    lon = ("node", np.degrees(mesh.lon_center_rad), {"standard_name": "longitude", "units": "degrees_east"})
+    lat = ("node", np.degrees(mesh.lat_center_rad), {"standard_name": "latitude", "units": "degrees_north"})
+    role = {"cf_role": "face_node_connectivity", "start_index": np.int32(1)}
+    topology = {
+        "cf_role": "mesh_topology",
+        "topology_dimension": np.int32(2),
+        "node_coordinates": "lon lat",
+        "face_node_connectivity": "nodes",
+    }
+    values = np.cos(mesh.lat_center_rad) * np.sin(mesh.lon_center_rad)
+    variables = {
+        "mesh": ((), np.int32(0), topology),
+        "lon": lon,
+        "lat": lat,
+        "nodes": (("face", "three"), mesh.corner_cell + 1, role),
+        "sst": ("node", values, {"mesh": "mesh", "location": "node"}),
+    }
+    xarray.Dataset(variables).to_netcdf(path)
+
+
+def test_uxarray_counts_from_0_whatever_the_file_does(uxarray: Any, mesh: icoray.Grid, tmp_path: pathlib.Path):
+    path = tmp_path / "ugrid.nc"
+    ugrid(mesh, path)
+    dataset = uxarray.open_dataset(path, path)
+    assert dataset.uxgrid.face_node_connectivity.values.min() == 0
+    expected = icoray.render(path, "sst", **LOOK)
+    assert np.abs(icoray.render(dataset, "sst", **LOOK).pixels - expected.pixels).max() < 1e-4
+    assert list(icoray.open(path).fields) == ["sst"]
+
+
+def test_columns_need_no_tables(mesh: icoray.Grid):
+    columns = {
+        "lon": ("ncol", np.degrees(mesh.lon_center_rad), {"units": "degrees_east"}),
+        "lat": ("ncol", np.degrees(mesh.lat_center_rad), {"units": "degrees_north"}),
+        "PS": ("ncol", np.sin(mesh.lat_center_rad)),
+    }
+    dataset = icoray.open(xarray.Dataset(columns))
+    assert (dataset.convention, dataset.cells) == ("points", mesh.cells)
+    assert "Delaunay triangles of the points" in icoray.render(xarray.Dataset(columns), "PS", **LOOK).notes["note"]
+
+
 def test_uxarray_of_icon_has_triangles(uxarray: Any, icon: Any, mesh: icoray.Grid, tmp_path: pathlib.Path):
     grid = uxarray.Grid.from_topology(
         node_lon=np.degrees(mesh.lon_center_rad),

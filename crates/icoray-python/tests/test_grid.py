@@ -87,6 +87,22 @@ def test_triangles_are_enough(renderer, scene, grid, layers, wave):
         )
 
 
+def test_points_are_enough(renderer, scene, grid, layers, wave):
+    expected = renderer.render(scene, grid, layers, wave)
+    made = icoray.Grid.from_points(grid.lon_center_rad, grid.lat_center_rad)
+    assert (made.cells, made.corners, made.edges) == (642, 1280, 1920)
+    triangles = [{tuple(sorted(row)) for row in table} for table in (made.corner_cell, grid.corner_cell)]
+    assert triangles[0] == triangles[1]
+    image = renderer.render(scene, made, layers, wave)
+    assert (np.abs(image.pixels - expected.pixels).max(2) <= image.error + expected.error).all()
+    wrong = np.array(grid.lat_center_rad)
+    wrong[3] = np.nan
+    with pytest.raises(icoray.GridError, match=r"center\[3\]"):
+        icoray.Grid.from_points(grid.lon_center_rad, wrong)
+    with pytest.raises(icoray.GridError, match="look like degrees"):
+        icoray.Grid.from_points(np.degrees(grid.lon_center_rad), np.degrees(grid.lat_center_rad))
+
+
 def test_a_grid_may_have_holes(renderer, scene, grid, layers, wave):
     there = np.cos(grid.lat_corner_rad) * np.cos(grid.lon_corner_rad) > 0
     half = icoray.Grid.from_triangles(grid.lon_center_rad, grid.lat_center_rad, grid.corner_cell[there])

@@ -88,7 +88,8 @@ pub use fields::Fields;
 pub use icoray_grid::memory;
 pub use icoray_grid::{
     CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
-    IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result, Shape, printable,
+    IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedGrid, OwnedReals, OwnedTables, Reals, Result,
+    Shape, circumcenter, cut_polygon, printable,
 };
 pub use icoray_kernel::ground::coast_runs;
 pub use icoray_kernel::{Counts, Frustum, Stretch, Traversal};

@@ -59,15 +59,14 @@ impl Context {
         let mine = caught(|| {
             self.refuse_if_poisoned()?;
             let (name, cells, corners) = part()?;
-            let GridInput { grid, .. } = self.inputs.grid(name, call)?;
-            Ok((name, grid.clone(), cells, corners))
+            Ok((name, self.inputs.grid(name, call)?.clone(), cells, corners))
         });
         // Facts are not compared if this rank fails.
         let facts = mine.iter().map(|(name, ..)| ("grid", format!("{name:?}"))).collect();
         let (agreed, _) = self.agree(mine, call, facts, &[]);
-        let (name, grid, cells, corners) = agreed?;
-        let held = Decomposition::with_corners(&mut self.ranks, &grid, &cells, corners.as_ref())?;
-        self.inputs.grids.insert(name.into(), GridInput { grid, held: Some(Arc::new(held)) });
+        let (name, input, cells, corners) = agreed?;
+        let held = Decomposition::with_corners(&mut self.ranks, &input.grid, &cells, corners.as_ref())?;
+        self.inputs.grids.insert(name.into(), GridInput { held: Some(Arc::new(held)), ..input });
         Ok(())
     }
 

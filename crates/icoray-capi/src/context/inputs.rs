@@ -7,7 +7,8 @@ use crate::frame_inputs::FrameInputs;
 use crate::message::listed;
 use crate::types::{icoray_array, icoray_ndarray, icoray_status};
 use icoray_core::{
-    ColumnCount, Decomposition, Description, Field, Fields, Grid, Heights, Layers, Location, Scene, Script, Shot,
+    ColumnCount, Decomposition, Description, Field, Fields, Grid, Heights, Layers, Location, OwnedTables, Scene,
+    Script, Shot,
 };
 use std::collections::BTreeMap;
 use std::ffi::c_char;
@@ -25,9 +26,13 @@ pub(super) struct ArrayInput {
 unsafe impl Send for ArrayInput {}
 
 /// A grid, with this rank's part of it where columns or cells are distributed over ranks.
+#[derive(Clone)]
 pub(super) struct GridInput {
     pub grid: Arc<Grid<'static>>,
     pub held: Option<Arc<Decomposition>>,
+    /// The tables that the grid borrows, where the context made them of points; dropped after it.
+    #[expect(dead_code, reason = "it owns what the grid borrows")]
+    pub tables: Option<Arc<OwnedTables>>,
 }
 
 impl GridInput {

@@ -16,6 +16,7 @@ impl Input {
     /// The input that a C function sets.
     pub fn of_call(call: &str) -> Option<Self> {
         let all = [Input::Grid, Input::Layers, Input::Field, Input::Heights];
+        let call = if call == "icoray_points_set" { Input::Grid.call() } else { call };
         all.into_iter().find(|input| input.call() == call)
     }
 

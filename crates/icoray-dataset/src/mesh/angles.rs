@@ -102,14 +102,3 @@ pub(super) fn of_directions(directions: impl Iterator<Item = [f64; 3]>) -> Posit
     }
     Positions { lon: OwnedReals::F64(lon), lat: OwnedReals::F64(lat) }
 }
-
-/// The direction as far from three points as from each other: the middle of the circle through them, on their side.
-pub(super) fn circumcenter([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
-    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));
-    let normal = [0, 1, 2].map(|k| {
-        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        u[i] * v[j] - u[j] * v[i]
-    });
-    let side: f64 = (0..3).map(|k| normal[k] * (a[k] + b[k] + c[k])).sum();
-    normal.map(|x| x * side.signum())
-}

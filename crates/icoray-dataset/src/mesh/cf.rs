@@ -7,7 +7,7 @@ use super::angles::{Bounds, distance, of_directions, positions, read_bounds};
 use super::icon::SAME;
 use super::points;
 use super::polygons::Polygons;
-use super::tables::{Convention, Mesh, Positions};
+use super::tables::{Mesh, Positions};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, OwnedReals, Result};
@@ -65,12 +65,8 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let (numbers, first) = points::number(directions.into_iter(), SAME * shortest);
     let of = |angle: &[f64]| OwnedReals::F64(first.iter().map(|&i| angle[i]).collect());
     let corner = Positions { lon: of(&bounds.lon), lat: of(&bounds.lat) };
-    let within = |e: icoray::Error| e.within(source.path().display());
     let polygons = Polygons::of_rows(&numbers, bounds.row);
-    let corner_cell = polygons.corner_cells(first.len()).map_err(within)?;
-    let (corner_edge, edge_corner) = polygons.edges(first.len()).map_err(within)?;
-    let (path, convention) = (source.path().to_owned(), Convention::Cf);
-    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
+    Mesh::of_polygons(source.path(), [center, corner], polygons).map_err(|e| e.within(source.path().display()))
 }
 
 /// The shortest side of all polygons.

@@ -5,17 +5,22 @@
 //! that gives the same table. Where the triangles' middles lack, they are the centres of the circles through their
 //! points, as ICON's are. Formats: ICON grid files, <https://gitlab.dkrz.de/icon>; CF conventions 1.11, §7.1.
 
-use super::angles::{Bounds, circumcenter, distance, of_directions, positions, read_bounds};
+use super::angles::{Bounds, distance, of_directions, positions, read_bounds};
 use super::points;
-use super::polygons::Polygons;
 use super::tables::{Convention, Mesh, Positions, find, missing};
 use crate::source::Source;
 use crate::sources::{IN_ANOTHER_FILE, Sources};
-use icoray::{Connectivity, ErrorKind, OwnedReals, Result};
+use icoray::{ErrorKind, OwnedReals, Result, circumcenter};
 
 /// Points nearer to each other than this part of the shortest side are one. Degrees in f32 are right to 1e-3 of a side
 /// of 2 km.
 pub(super) const SAME: f64 = 0.02;
+
+/// Whether any of the files has triangles with their points.
+pub(super) fn has_triangles(sources: &Sources) -> bool {
+    let has_points = |source| Triangles::of(source).is_some_and(|triangles| triangles.points.is_some());
+    sources.all().any(|source| source.variable("vertex_of_cell").is_some() || has_points(source))
+}
 
 /// Whether any of the files has triangles.
 pub(super) fn is_in(sources: &Sources) -> bool {
@@ -85,12 +90,8 @@ fn of_bounds(source: &dyn Source, triangles: &Triangles) -> Result<Mesh> {
 }
 
 fn mesh(source: &dyn Source, center: Positions, corner: Positions, corner_cell: Vec<i32>) -> Result<Mesh> {
-    let made =
-        Connectivity::new(&corner_cell, center.lon.as_reals().len()).map_err(|e| e.within(source.path().display()))?;
-    let (corner_edge, edge_corner) = (made.corner_edge, made.edge_corner);
-    let polygons = Polygons { corners: made.cell_corner, row: made.cell_corner_row, count: made.cell_corner_count };
-    let (path, convention) = (source.path().to_owned(), Convention::Icon);
-    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
+    Mesh::of_triangles(source.path(), Convention::Icon, [center, corner], corner_cell)
+        .map_err(|e| e.within(source.path().display()))
 }
 
 /// Names of a file's variables of triangles: of their middles, which may lack, and of their points.

@@ -8,7 +8,8 @@ use crate::sources::Sources;
 use icoray::{Connectivity, ErrorKind, Result};
 
 /// Tables of which the others may be made.
-const TABLES: [&str; 3] = ["lonCell", "verticesOnCell", "cellsOnVertex"];
+const TABLES: [&str; 6] =
+    ["lonCell", "verticesOnCell", "cellsOnVertex", "cellsOnEdge", "edgesOnVertex", "verticesOnEdge"];
 
 /// Whether any of the files follows MPAS's conventions.
 pub(super) fn is_in(sources: &Sources) -> Result<bool> {
@@ -18,6 +19,11 @@ pub(super) fn is_in(sources: &Sources) -> Result<bool> {
         }
     }
     Ok(false)
+}
+
+/// Whether any of the files has a table of neighbours.
+pub(super) fn has_tables(sources: &Sources) -> bool {
+    sources.all().any(|source| TABLES[1..].iter().any(|table| source.variable(table).is_some()))
 }
 
 /// Reads the tables from the first of the other files that has any, or from the fields' own.
@@ -31,10 +37,8 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let center = positions(source, ["lonCell", "latCell"], ["xCell", "yCell", "zCell"], "nCells")?;
     let corner = positions(source, ["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"], "nVertices")?;
     let [cells, corners] = [&center, &corner].map(|places| places.lon.as_reals().len());
-    let (polygons, [corner_cell, corner_edge, edge_corner]) =
-        Tables::read(source)?.completed(source, cells, corners)?;
-    let (path, convention) = (source.path().to_owned(), Convention::Mpas);
-    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
+    let (polygons, tables) = Tables::read(source)?.completed(source, cells, corners)?;
+    Ok(Mesh::of_tables(source.path(), Convention::Mpas, [center, corner], polygons, tables))
 }
 
 /// Longitudes and latitudes; of Cartesian coordinates where there are none.

@@ -48,7 +48,7 @@ pub(crate) fn expect_one_name<'a>(sources: impl Iterator<Item = &'a dyn Source>)
 fn expect_sizes(source: &dyn Source, mesh: &Mesh) -> Result<()> {
     let dimensions: &[(&str, usize)] = match mesh.convention() {
         Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners())],
-        Convention::Icon => &[("ncells", mesh.corners()), ("cell", mesh.corners())],
+        Convention::Icon => &[("ncells", mesh.corners_in_file()), ("cell", mesh.corners_in_file())],
         Convention::Cf => &[("ncells", mesh.cells()), ("cell", mesh.cells())],
     };
     for &(dimension, expected) in dimensions {
@@ -72,7 +72,7 @@ fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
         let Some(columns) = dimension(lon).filter(|of| dimension(lat) == Some(of)) else { continue };
         let expected = match columns.len {
             len if len == mesh.cells() => &mesh.center,
-            len if len == mesh.corners() => &mesh.corner,
+            len if len == mesh.corners() && mesh.corner_rows().is_none() => &mesh.corner,
             _ => continue,
         };
         // Coordinates that cannot be read are no reason to refuse fields.

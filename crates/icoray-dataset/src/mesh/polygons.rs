@@ -1,6 +1,6 @@
 //! Mesh tables from the corners of each cell.
 
-use icoray::{Error, ErrorKind, Result};
+use icoray::{Error, ErrorKind, Result, cut_polygon};
 use std::collections::HashMap;
 
 /// Marks missing entries in tables numbered from 0.
@@ -38,12 +38,55 @@ impl Polygons {
         self.corners.chunks_exact(self.row).zip(&self.count).map(|(row, count)| &row[..*count as usize])
     }
 
+    /// Whether a corner joins more than 3 cells.
+    pub fn joins_more_than_3(&self, corners: usize) -> bool {
+        let mut cells = vec![0u8; corners];
+        let around = self.each().flatten().filter_map(|corner| usize::try_from(*corner).ok());
+        around.filter(|corner| *corner < corners).any(|corner| {
+            cells[corner] += 1;
+            cells[corner] > 3
+        })
+    }
+
+    /// Triangles of cells, and the corner that each lies at: the polygon of the cells around a corner, whose middles are
+    /// `at`, is cut by Delaunay's rule ([`cut_polygon`]). At the mesh's rim a corner of one or two cells has none.
+    pub fn triangles(&self, corners: usize, at: impl Fn(i32) -> [f64; 3]) -> Result<(Vec<i32>, Vec<u32>)> {
+        // Of each cell at a corner: the cell, and the corners before and behind in its row.
+        let mut start = vec![0; corners + 1];
+        for (cell, around) in self.each().enumerate() {
+            for &corner in around {
+                places(&mut start, corner, corners, 1).map_err(|e| e.within(format!("cell {cell}")))?[0] += 1;
+            }
+        }
+        let mut sum = 0;
+        start.iter_mut().for_each(|first| sum += std::mem::replace(first, sum));
+        let (mut next, mut wedges) = (start.clone(), vec![Wedge::default(); sum]);
+        for (cell, around) in self.each().enumerate() {
+            for (k, &corner) in around.iter().enumerate() {
+                let [before, behind] = [around.len() - 1, 1].map(|turn| around[(k + turn) % around.len()]);
+                let place = &mut next[corner as usize];
+                wedges[*place] = Wedge { cell: cell as i32, sides: [before, behind] };
+                *place += 1;
+            }
+        }
+        let (mut triangles, mut corner_of) = (Vec::new(), Vec::new());
+        for corner in 0..corners {
+            for ring in rings(&mut wedges[start[corner]..start[corner + 1]]) {
+                let cells: Vec<i32> = ring.iter().map(|wedge| wedge.cell).collect();
+                let cut = cut_polygon(&cells, &at);
+                corner_of.extend(std::iter::repeat_n(corner as u32, cut.len()));
+                triangles.extend(cut.into_flattened());
+            }
+        }
+        Ok((triangles, corner_of))
+    }
+
     /// The cells around each corner, 3 for each, of which those that are missing are marked.
     pub fn corner_cells(&self, corners: usize) -> Result<Vec<i32>> {
         let mut table = vec![NONE; 3 * corners];
         for (cell, around) in self.each().enumerate() {
             for &corner in around {
-                let place = places(&mut table, corner, corners).map_err(|e| e.within(format!("cell {cell}")))?;
+                let place = places(&mut table, corner, corners, 3).map_err(|e| e.within(format!("cell {cell}")))?;
                 if !put(place, cell as i32) {
                     let what = format!(
                         "corner {corner} has more than 3 cells, the fourth is cell {cell}: only meshes whose corners each \
@@ -110,6 +153,31 @@ impl Polygons {
     }
 }
 
+/// A cell at a corner, with the corners beside that one in the cell's row: the far ends of the two sides that meet there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Wedge {
+    cell: i32,
+    sides: [i32; 2],
+}
+
+/// Puts cells around a corner in order, each beside the one that it shares a side with: one run, or several where the
+/// mesh touches itself in the corner. Runs begin at the rim, if they have one.
+fn rings(wedges: &mut [Wedge]) -> impl Iterator<Item = &[Wedge]> {
+    fn are_neighbours(one: &Wedge, other: &Wedge) -> bool {
+        one.sides.iter().any(|side| other.sides.contains(side))
+    }
+    for at in 0..wedges.len() {
+        let left = &wedges[at..];
+        let beside =
+            at.checked_sub(1).and_then(|last| left.iter().position(|next| are_neighbours(&wedges[last], next)));
+        let is_rim = |side: &i32| wedges.iter().filter(|wedge| wedge.sides.contains(side)).count() == 1;
+        let first = || left.iter().position(|wedge| wedge.sides.iter().any(is_rim)).unwrap_or(0);
+        let next = beside.unwrap_or_else(first);
+        wedges.swap(at, at + next);
+    }
+    wedges.chunk_by(are_neighbours)
+}
+
 /// The two corners of each edge, of the edges of each corner.
 pub(super) fn ends_of_edges(corner_edge: &[i32]) -> Result<Vec<i32>> {
     let edges = corner_edge.iter().max().map_or(0, |max| max + 1).max(0) as usize;
@@ -144,7 +212,7 @@ pub(super) fn cells_of_corners(edge_corner: &[i32], edge_cell: &[i32], corners: 
             if corner < 0 || cell < 0 {
                 continue;
             }
-            let place = places(&mut table, corner, corners)?;
+            let place = places(&mut table, corner, corners, 3)?;
             if !place.contains(&cell) && !put(place, cell) {
                 let what = format!("corner {corner} has more than 3 cells");
                 return Err(Error::new(ErrorKind::Unsupported, what));
@@ -155,7 +223,7 @@ pub(super) fn cells_of_corners(edge_corner: &[i32], edge_cell: &[i32], corners: 
 }
 
 fn put_edge(corner_edge: &mut [i32], corner: i32, edge: i32, corners: usize) -> Result<()> {
-    let place = places(corner_edge, corner, corners)?;
+    let place = places(corner_edge, corner, corners, 3)?;
     if put(place, edge) {
         return Ok(());
     }
@@ -168,11 +236,11 @@ fn put(places: &mut [i32], entry: i32) -> bool {
     free.map(|place| *place = entry).is_some()
 }
 
-/// The three entries of a corner.
-fn places(table: &mut [i32], corner: i32, corners: usize) -> Result<&mut [i32]> {
-    let start = usize::try_from(corner).ok().filter(|corner| *corner < corners).map(|corner| 3 * corner);
+/// The entries of a corner in a table with rows of `row`.
+fn places<E>(table: &mut [E], corner: i32, corners: usize, row: usize) -> Result<&mut [E]> {
+    let start = usize::try_from(corner).ok().filter(|corner| *corner < corners).map(|corner| row * corner);
     match start {
-        Some(start) => Ok(&mut table[start..start + 3]),
+        Some(start) => Ok(&mut table[start..start + row]),
         None => {
             let what = format!("corner {corner}, expected 0 to {}", corners as i64 - 1);
             Err(Error::new(ErrorKind::Grid, what))

@@ -1,9 +1,10 @@
 //! The tables of a mesh, owned.
 
+use super::angles::direction;
 use super::polygons::Polygons;
 use crate::source::{Kind, Source, Variable};
 use crate::sources::IN_ANOTHER_FILE;
-use icoray::{Error, ErrorKind, Grid, GridTables, LonLat, OwnedReals, Result};
+use icoray::{Connectivity, Error, ErrorKind, Grid, GridTables, LonLat, OwnedReals, Result};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,8 @@ pub enum Convention {
     /// corners or, rarely, at cells.
     Icon,
     /// Polygons: with their bounds over one dimension, as the CF conventions 1.11, §7.1, have them and DYNAMICO writes
-    /// them, with fields at cells; or UGRID's, with fields at faces or nodes.
+    /// them, with fields at cells; or UGRID's, with fields at faces or nodes; or columns without tables, with fields at
+    /// these.
     Cf,
 }
 
@@ -36,7 +38,8 @@ impl fmt::Display for Convention {
 /// determine them. For ICON, `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file
 /// has no tables, and all others are made of it, numbered from 0. Of polygons with bounds, points in one place are one
 /// corner, and all is made of the polygons' corners, numbered from 0. UGRID's faces are such polygons, or triangles as
-/// ICON's.
+/// ICON's. Where more than three polygons meet, the polygon of their middles is cut into triangles, which are the corners
+/// ([`Mesh::corners_in_file`]). Of columns without tables the corners are Delaunay triangles ([`Mesh::is_of_points`]).
 #[derive(Debug, Clone)]
 pub struct Mesh {
     pub(super) path: PathBuf,
@@ -48,6 +51,19 @@ pub struct Mesh {
     pub(super) corner_cell: Vec<i32>,
     pub(super) corner_edge: Vec<i32>,
     pub(super) edge_corner: Vec<i32>,
+    /// What the corners are in the file; `None` where they are the file's.
+    pub(super) file_corners: Option<FileCorners>,
+    /// Whether the corners are Delaunay triangles of points.
+    pub(super) is_of_points: bool,
+}
+
+/// The corners of a file, of which a mesh has some as several corners: triangles.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FileCorners {
+    /// Their number.
+    pub count: usize,
+    /// The row in the file of each of the mesh's corners.
+    pub row: Vec<u32>,
 }
 
 /// Longitudes and latitudes in radians.
@@ -58,7 +74,19 @@ pub(super) struct Positions {
 }
 
 impl Positions {
-    fn borrowed(&self) -> LonLat<'_> {
+    /// Those in some rows.
+    pub(super) fn of_rows(&self, rows: &[u32]) -> Self {
+        let of =
+            |angle: &OwnedReals| OwnedReals::F64(rows.iter().map(|row| angle.as_reals().get(*row as usize)).collect());
+        Positions { lon: of(&self.lon), lat: of(&self.lat) }
+    }
+
+    /// The unit vector to a row's place.
+    pub(super) fn direction(&self, row: i32) -> [f64; 3] {
+        direction(self.lon.as_reals().get(row as usize), self.lat.as_reals().get(row as usize))
+    }
+
+    pub(super) fn borrowed(&self) -> LonLat<'_> {
         LonLat { lon_rad: self.lon.as_reals(), lat_rad: self.lat.as_reals() }
     }
 
@@ -73,6 +101,58 @@ impl Positions {
 }
 
 impl Mesh {
+    /// A mesh of triangles of cells, numbered from 0, with the places of cells and of these corners.
+    pub(super) fn of_triangles(
+        path: &Path,
+        convention: Convention,
+        places: [Positions; 2],
+        corner_cell: Vec<i32>,
+    ) -> Result<Self> {
+        let connectivity = Connectivity::new(&corner_cell, places[0].lon.as_reals().len())?;
+        let Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count } = connectivity;
+        let polygons = Polygons { corners: cell_corner, row: cell_corner_row, count: cell_corner_count };
+        Ok(Self::of_tables(path, convention, places, polygons, [corner_cell, corner_edge, edge_corner]))
+    }
+
+    /// A mesh of polygons, with the places of cells and of the polygons' corners. Where a corner joins more than 3 cells,
+    /// the polygon of their middles is cut into triangles, which are the mesh's corners.
+    pub(super) fn of_polygons(path: &Path, [center, corner]: [Positions; 2], polygons: Polygons) -> Result<Self> {
+        let (convention, count) = (Convention::Cf, corner.lon.as_reals().len());
+        if polygons.joins_more_than_3(count) {
+            let (corner_cell, row) = polygons.triangles(count, |cell| center.direction(cell))?;
+            let places = [center, corner.of_rows(&row)];
+            let file_corners = Some(FileCorners { count, row });
+            return Ok(Mesh { file_corners, ..Self::of_triangles(path, convention, places, corner_cell)? });
+        }
+        let corner_cell = polygons.corner_cells(count)?;
+        let (corner_edge, edge_corner) = polygons.edges(count)?;
+        let tables = [corner_cell, corner_edge, edge_corner];
+        Ok(Self::of_tables(path, convention, [center, corner], polygons, tables))
+    }
+
+    /// A mesh of all its tables: cells and edges of corners, and corners of edges.
+    pub(super) fn of_tables(
+        path: &Path,
+        convention: Convention,
+        [center, corner]: [Positions; 2],
+        polygons: Polygons,
+        [corner_cell, corner_edge, edge_corner]: [Vec<i32>; 3],
+    ) -> Self {
+        let (path, file_corners, is_of_points) = (path.to_owned(), None, false);
+        Mesh {
+            path,
+            convention,
+            center,
+            corner,
+            polygons,
+            corner_cell,
+            corner_edge,
+            edge_corner,
+            file_corners,
+            is_of_points,
+        }
+    }
+
     /// The tables, borrowed. Their MPAS names stand at [`GridTables`].
     pub fn tables(&self) -> GridTables<'_> {
         GridTables {
@@ -111,6 +191,41 @@ impl Mesh {
         self.tables().corners()
     }
 
+    /// Number of corners in the file, over which its fields at corners lie: [`Mesh::corners`], or fewer where the mesh has
+    /// some as several triangles.
+    pub fn corners_in_file(&self) -> usize {
+        self.file_corners.as_ref().map_or(self.corners(), |corners| corners.count)
+    }
+
+    /// The row in the file of each corner, where the mesh's corners are not the file's.
+    pub(crate) fn corner_rows(&self) -> Option<&[u32]> {
+        self.file_corners.as_ref().map(|corners| corners.row.as_slice())
+    }
+
+    /// Whether the mesh was made of points alone: the corners are the Delaunay triangles of the cells' middles.
+    pub fn is_of_points(&self) -> bool {
+        self.is_of_points
+    }
+
+    /// What the tables are and their sizes, in words.
+    pub fn in_words(&self) -> String {
+        let [cells, corners, edges] = [self.cells(), self.corners(), self.edges()];
+        let made = self.made_in_words().map_or_else(String::new, |made| format!("; {made}"));
+        format!("{}: {cells} cells, {corners} corners, {edges} edges{made}", self.kind())
+    }
+
+    /// What corners are that are not the file's, in words.
+    pub fn made_in_words(&self) -> Option<String> {
+        let cut = |file: &FileCorners| format!("corners are triangles, made of {} corners of the file", file.count);
+        let of_points = "corners are the Delaunay triangles of the points";
+        if self.is_of_points { Some(of_points.to_owned()) } else { self.file_corners.as_ref().map(cut) }
+    }
+
+    /// The convention of the tables, or "points" where the mesh was made of points alone.
+    pub fn kind(&self) -> String {
+        if self.is_of_points { "points".to_owned() } else { self.convention.to_string() }
+    }
+
     /// Number of edges.
     pub fn edges(&self) -> usize {
         self.tables().edges()
@@ -123,10 +238,11 @@ impl Mesh {
 
     /// Bytes that the tables take.
     pub fn bytes(&self) -> usize {
+        let of_file = self.file_corners.as_ref().map_or(0, |corners| size_of_val(corners.row.as_slice()));
         let reals = [&self.center, &self.corner].map(|p| p.lon.bytes() + p.lat.bytes());
         let indices =
             [&self.polygons.corners, &self.polygons.count, &self.corner_cell, &self.corner_edge, &self.edge_corner];
-        reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
+        of_file + reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
     }
 
     /// The same mesh, whose tables are numbered from 0, as one of MPAS, whose are from 1.
@@ -150,6 +266,7 @@ impl Mesh {
     pub fn is_same(&self, other: &Mesh) -> bool {
         self.convention == other.convention
             && self.polygons == other.polygons
+            && self.file_corners == other.file_corners
             && [&self.corner_cell, &self.corner_edge, &self.edge_corner]
                 == [&other.corner_cell, &other.corner_edge, &other.edge_corner]
             && self.center.is_same(&other.center)

@@ -134,6 +134,7 @@ fn triangles_that_are_none_are_named() {
     };
     let error = spoilt(&|made| {
         made.remove("clat_bnds");
+        made.remove("clat");
     });
     expect(&error, ErrorKind::Grid, &["made.nc", "clat_bnds or clat_vertices", "vertex_of_cell"]);
     let error = spoilt(&|made| {

@@ -1,6 +1,7 @@
 //! Datasets of all conventions, from sources in memory.
 
 mod asked;
+mod columns;
 mod completed;
 mod conventions;
 mod icon;

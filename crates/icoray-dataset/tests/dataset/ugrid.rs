@@ -2,8 +2,10 @@
 
 use crate::made::{Made, Values, value};
 use crate::memory::{open, open_error};
-use icoray::{IcosahedralMesh, Location};
+use icoray::{ColumnCount, IcosahedralMesh, Location};
 use icoray_dataset::Convention;
+use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_4;
 
 const LAYERS: usize = 3;
 
@@ -106,4 +108,121 @@ fn a_node_that_is_not_there_is_named() {
     made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
     let error = open_error(&made).to_string();
     assert!(error.contains("nodes_of_face of face 2 is 43, expected 1 to 42"), "{error}");
+}
+
+/// A cube whose sides have `n` × `n` squares: nodes as longitude and latitude, and rows of 4 nodes.
+fn cube(n: i32) -> ([Vec<f64>; 2], Vec<i32>) {
+    let mut known = HashMap::new();
+    let mut places = [Vec::new(), Vec::new()];
+    let mut node = |p: [i32; 3]| {
+        *known.entry(p).or_insert_with(|| {
+            let [x, y, z] = p.map(|k| (f64::from(k) / f64::from(n) * FRAC_PI_4).tan());
+            places[0].push(y.atan2(x));
+            places[1].push(z.atan2(x.hypot(y)));
+            places[0].len() as i32 - 1
+        })
+    };
+    let mut faces = Vec::new();
+    for (axis, sign) in (0..3).flat_map(|axis| [(axis, -n), (axis, n)]) {
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            for [a, b] in [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]] {
+                let mut p = [0; 3];
+                (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (sign, 2 * a - n, 2 * b - n);
+                faces.push(node(p));
+            }
+        }
+    }
+    (places, faces)
+}
+
+/// Each corner joins four squares, or three at the cube's corners. The fields' values are sines of latitudes.
+#[test]
+fn squares_are_cells_or_their_nodes_are() {
+    let ([lon, lat], faces) = cube(6);
+    let (count, nodes) = (faces.len() / 4, lon.len());
+    let z: Vec<f64> = lat.iter().map(|lat| lat.sin()).collect();
+    let made = |fields: &[(&'static str, &'static str)]| {
+        let mut made = Made::ugrid(count, nodes, 4, faces.iter().map(|node| node + 1).collect());
+        made.nodes([&lon, &lat]);
+        for &(name, dimension) in fields {
+            let mean = |face: &[i32]| face.iter().map(|node| z[*node as usize]).sum::<f64>() / 4.0;
+            let values = if dimension == "nn" { z.clone() } else { faces.chunks_exact(4).map(mean).collect() };
+            made.add(name, &[dimension], Values::F64(values));
+        }
+        open(&made)
+    };
+    for (fields, cells, locations) in [
+        (&[("at_faces", "nf")][..], count, &[Location::Center][..]),
+        (&[("at_nodes", "nn")], nodes, &[Location::Center]),
+        (&[("at_faces", "nf"), ("at_nodes", "nn")], count, &[Location::Center, Location::Corner]),
+    ] {
+        let file = made(fields);
+        let grid = file.mesh().grid().unwrap();
+        assert_eq!((grid.cells(), grid.void_triangles(), grid.triangles()), (cells, 0, 2 * (cells - 2)), "{fields:?}");
+        assert!(file.mesh().in_words().contains("corners are triangles"), "{}", file.mesh().in_words());
+        for ((name, _), location) in fields.iter().zip(locations) {
+            let field = file.read_field(name, 0).unwrap();
+            let field = field.field().unwrap();
+            assert_eq!(
+                (field.location(), field.shape().columns),
+                (*location, ColumnCount::new(&grid, *location).columns)
+            );
+            let tables = file.mesh().tables();
+            let at = if *location == Location::Center { tables.center } else { tables.corner };
+            for column in 0..field.shape().columns {
+                assert!((field.value(column, 0) - at.lat_rad.get(column).sin()).abs() < 0.03, "{name} at {column}");
+            }
+        }
+    }
+}
+
+/// The same file in the other order, from 0 or 1, with the attributes that tell and without.
+#[test]
+fn tables_may_be_transposed_and_count_from_0_or_1() {
+    let mesh = mesh();
+    let corner_cells = |base: i32, is_transposed: bool| -> Vec<i32> {
+        let at = |i: usize| mesh.corner_cell[if is_transposed { 3 * (i % 80) + i / 80 } else { i }] + base;
+        (0..240).map(at).collect()
+    };
+    for (base, is_transposed, is_told) in
+        [(0, true, true), (1, true, false), (1, false, false), (0, false, false), (0, true, false)]
+    {
+        let mut made = Made::ugrid(80, mesh.cells(), 3, corner_cells(base, is_transposed));
+        made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
+        let table = made.variable("nodes_of_face");
+        table.attributes = if is_told { vec![("start_index", base.into())] } else { Vec::new() };
+        table.dimensions = if is_transposed { vec!["row", "nf"] } else { vec!["nf", "row"] };
+        if is_told {
+            made.variable("Mesh2").attributes.push(("face_dimension", "nf".into()));
+        }
+        let file = open(&made);
+        let read = file.mesh().tables().corner_cell.iter().map(|cell| cell as i32).collect::<Vec<_>>();
+        assert_eq!(read, mesh.corner_cell, "from {base}, transposed: {is_transposed}, told: {is_told}");
+    }
+}
+
+#[test]
+fn coordinates_are_no_fields_and_the_topology_goes_before_names() {
+    let mesh = mesh();
+    let mut made = Made::ugrid(80, mesh.cells(), 3, mesh.corner_cell.iter().map(|cell| cell + 1).collect());
+    made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
+    made.add("middle_x", &["nf"], degrees(&mesh.lon_corner_rad));
+    made.add("middle_y", &["nf"], degrees(&mesh.lat_corner_rad));
+    made.variable("Mesh2").attributes.push(("face_coordinates", "middle_x middle_y".into()));
+    made.add("depth", &["nn"], Values::F64(vec![1.0; 42]));
+    // A name that uxarray gives, as the table of a mesh with other coordinates has it.
+    made.variable("Mesh2").attributes[3].1 = "face_node_connectivity".into();
+    made.variable("nodes_of_face").name = "face_node_connectivity";
+    // A mesh of fewer variables: edges between two nodes of a river.
+    made.add("river", &[], Values::I32(vec![0]));
+    made.last().attributes = vec![
+        ("cf_role", "mesh_topology".into()),
+        ("node_coordinates", "lat_of_node lon_of_node".into()),
+        ("face_node_connectivity", "river_faces".into()),
+    ];
+    made.add("river_faces", &["row", "row"], Values::I32(vec![1; 9]));
+    made.variable("depth").attributes = vec![("mesh", "Mesh2".into())];
+    let file = open(&made);
+    assert_eq!(file.fields().iter().map(|field| field.name.as_str()).collect::<Vec<_>>(), ["depth"]);
+    assert_eq!((file.mesh().cells(), file.mesh().corners()), (42, 80));
 }

@@ -1,9 +1,9 @@
 //! A triangulation of the whole sphere into which points and sides are worked, by exact predicates.
 //!
-//! It starts as a bisected icosahedron, turned so that its points meet nothing else. A point is located by walking,
-//! splits its triangle, and sides are flipped until all are Delaunay again (Lawson 1977): neighbouring points lie in
-//! the order of the rim, so that takes few steps. A side that has to be there is freed of what crosses it by flips
-//! (Sloan 1993, doi:10.1016/0045-7949(93)90239-A).
+//! It starts as a bisected icosahedron, turned so that its points meet nothing else, or as a tetrahedron. A point is
+//! located by walking, splits its triangle, and sides are flipped until all are Delaunay again (Lawson 1977): where
+//! neighbouring points follow each other, that takes few steps. A side that has to be there is freed of what crosses it
+//! by flips (Sloan 1993, doi:10.1016/0045-7949(93)90239-A).
 //!
 //! Only two questions are asked of points: on which side of the plane through two of them and the sphere's centre a
 //! third one lies, and whether a fourth lies above the plane of three. Both are signs of determinants, exact by
@@ -19,7 +19,7 @@ use std::collections::{HashMap, HashSet};
 /// Components below this are taken as 0: smaller ones would underflow in exact products. No walk can tell the
 /// difference.
 const NOTHING: f64 = 1e-60;
-const CENTER: Coord3D<f64> = Coord3D { x: 0.0, y: 0.0, z: 0.0 };
+pub(super) const CENTER: Coord3D<f64> = Coord3D { x: 0.0, y: 0.0, z: 0.0 };
 
 /// A triangle, counter-clockwise from outside.
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +49,8 @@ pub(super) struct ConstrainedDelaunay {
     /// Sides that have to stay, from the smaller vertex to the larger.
     fixed: HashSet<(u32, u32)>,
     last: u32,
+    /// Square of the distance within which a point is taken for a vertex.
+    same_squared: f64,
 }
 
 /// The place of `k` among the three corners of a face after `by` steps.
@@ -56,7 +58,7 @@ fn turn(k: usize, by: usize) -> usize {
     (k + by) % 3
 }
 
-fn coord(p: DVec3) -> Coord3D<f64> {
+pub(super) fn coord(p: DVec3) -> Coord3D<f64> {
     let [x, y, z] = p.to_array().map(|c| if c.abs() < NOTHING { 0.0 } else { c });
     Coord3D { x, y, z }
 }
@@ -68,20 +70,34 @@ impl ConstrainedDelaunay {
         let places = mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad);
         let points = places.map(|(lon, lat)| coord(rotation * super::unit_vector(*lon, *lat))).collect();
         let triangle = |row: &[i32]| [row[0] as u32, row[1] as u32, row[2] as u32];
-        let faces: Vec<[u32; 3]> = mesh.corner_cell.chunks_exact(3).map(triangle).collect();
+        Ok(Self::of_faces(points, &mesh.corner_cell.chunks_exact(3).map(triangle).collect::<Vec<_>>()))
+    }
+
+    /// A tetrahedron; `None` unless the centre lies in it and its first three points are counter-clockwise from outside.
+    pub fn of_tetrahedron(points: [DVec3; 4]) -> Option<Self> {
+        const FACES: [[u32; 3]; 4] = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+        let made = Self::of_faces(points.map(coord).to_vec(), &FACES);
+        let is_around = FACES.iter().all(|[a, b, c]| made.side(*a, *b, made.at(*c)) > 0.0);
+        is_around.then_some(made)
+    }
+
+    fn of_faces(points: Vec<Coord3D<f64>>, faces: &[[u32; 3]]) -> Self {
         let mut sides = HashMap::new();
-        for (f, v) in (0u32..).zip(&faces) {
+        let mut around = vec![0; points.len()];
+        for (f, v) in (0u32..).zip(faces) {
             for k in 0..3 {
                 sides.insert((v[turn(k, 1)], v[turn(k, 2)]), f);
+                around[v[k] as usize] = f;
             }
-        }
-        let mut around = vec![0; mesh.cells()];
-        for (f, v) in (0u32..).zip(&faces) {
-            v.iter().for_each(|&v| around[v as usize] = f);
         }
         let beyond = |v: &[u32; 3]| [0, 1, 2].map(|k| sides[&(v[turn(k, 2)], v[turn(k, 1)])]);
         let faces = faces.iter().map(|v| Face { vertices: *v, beyond: beyond(v) }).collect();
-        Ok(ConstrainedDelaunay { points, faces, around, fixed: HashSet::new(), last: 0 })
+        ConstrainedDelaunay { points, faces, around, fixed: HashSet::new(), last: 0, same_squared: 0.0 }
+    }
+
+    /// Takes points within this distance of a vertex for that vertex, from now on.
+    pub fn merge_within(&mut self, distance: f64) {
+        self.same_squared = distance * distance;
     }
 
     pub fn vertices(&self) -> usize {
@@ -112,7 +128,11 @@ impl ConstrainedDelaunay {
     pub fn insert(&mut self, point: DVec3) -> std::result::Result<u32, ConstraintError> {
         let p = coord(point);
         let face = self.locate(p);
-        let [a, b, c] = self.faces[face as usize].vertices;
+        let vertices = self.faces[face as usize].vertices;
+        if let Some(same) = vertices.into_iter().find(|v| self.point(*v).distance_squared(point) <= self.same_squared) {
+            return Err(ConstraintError::Vertex(same));
+        }
+        let [a, b, c] = vertices;
         let on = [self.side(b, c, p), self.side(c, a, p), self.side(a, b, p)].map(|s| s == 0.0);
         if let Some(k) = (0..3).find(|&k| on[turn(k, 1)] && on[turn(k, 2)]) {
             return Err(ConstraintError::Vertex(self.faces[face as usize].vertices[k]));
@@ -203,7 +223,7 @@ impl ConstrainedDelaunay {
     }
 
     /// The faces around a vertex, counter-clockwise, each with the vertex's place in it.
-    fn ring(&self, vertex: u32) -> impl Iterator<Item = (u32, usize)> + '_ {
+    pub fn ring(&self, vertex: u32) -> impl Iterator<Item = (u32, usize)> + '_ {
         let place = move |face: u32| {
             let v = self.faces[face as usize].vertices;
             v.iter().position(|&v| v == vertex).expect("a ring's faces share its vertex")

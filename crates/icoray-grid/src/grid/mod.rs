@@ -15,6 +15,7 @@ mod generate;
 pub mod half_edges;
 mod hole_filling;
 mod owned;
+mod points;
 mod table_names;
 mod tables;
 mod triangle_orientation;
@@ -24,7 +25,7 @@ pub use check::unit_vector;
 pub use generate::{IcosahedralMesh, MAX_LEVEL};
 pub use owned::{OwnedGrid, OwnedTables};
 pub use tables::{GridTables, Indices, LonLat};
-pub use triangles::Connectivity;
+pub use triangles::{Connectivity, circumcenter, cut_polygon};
 
 use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};

@@ -6,7 +6,7 @@ use self_cell::self_cell;
 use std::fmt;
 
 /// The six tables, owned; numbered from 0.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct OwnedTables {
     /// Longitude and latitude of cells and of corners, radians.
     pub center: [Vec<f64>; 2],
@@ -21,7 +21,8 @@ pub struct OwnedTables {
 }
 
 impl OwnedTables {
-    fn tables(&self) -> GridTables<'_> {
+    /// The tables, borrowed.
+    pub fn tables(&self) -> GridTables<'_> {
         let of = &self.connectivity;
         GridTables {
             index_base: 0,

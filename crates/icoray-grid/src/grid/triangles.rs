@@ -1,13 +1,16 @@
 //! A mesh's tables of corners and edges, made of its triangles alone.
 
+use super::constrained_delaunay::{CENTER, coord};
 use crate::error::{Error, Result};
+use glam::DVec3;
+use robust::{Coord3D, orient3d};
 
 /// Entry for a missing neighbour, in tables that number from 0.
 const NONE: i32 = -1;
 
 /// The tables of [`GridTables`](super::GridTables) that follow from `corner_cell`; numbered from 0, and -1 where a
 /// neighbour is missing.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Connectivity {
     /// As [`GridTables::corner_edge`](super::GridTables::corner_edge): column k is the side opposite the cell in
     /// column k of `corner_cell`.
@@ -32,6 +35,54 @@ impl Connectivity {
     pub fn new(corner_cell: &[i32], cells: usize) -> Result<Self> {
         connect(corner_cell, cells)
     }
+}
+
+/// The direction as far from three points as from each other: the middle of the circle through them, on their side. Of
+/// any length.
+pub fn circumcenter(points: [[f64; 3]; 3]) -> [f64; 3] {
+    let [a, b, c] = points.map(DVec3::from_array);
+    let normal = (b - a).cross(c - a);
+    (normal * normal.dot(a + b + c).signum()).to_array()
+}
+
+/// Cuts a polygon of points into triangles by Delaunay's rule: no point of the polygon lies in the circumcircle of a
+/// triangle. `polygon` has different numbers of points, in order around it one way or the other, and `at` the places. Where
+/// points lie on one circle, the numbers decide: the triangles are the same wherever the polygon begins and however it
+/// turns. The polygon is convex.
+pub fn cut_polygon<N: Copy + Ord>(polygon: &[N], at: impl Fn(N) -> [f64; 3]) -> Vec<[N; 3]> {
+    if let [a, b, c] = *polygon {
+        return vec![[a, b, c]];
+    }
+    let mut polygon = polygon.to_vec();
+    let least = (0..polygon.len()).min_by_key(|i| polygon[*i]).unwrap_or(0);
+    polygon.rotate_left(least);
+    let is_reversed = polygon.len() > 2 && polygon[1] > polygon[polygon.len() - 1];
+    if is_reversed {
+        polygon[1..].reverse();
+    }
+    let place = |i: usize| coord(DVec3::from_array(at(polygon[i])));
+    let mut triangles = Vec::with_capacity(polygon.len().saturating_sub(2));
+    let mut sides = vec![[0, polygon.len().saturating_sub(1)]];
+    while let Some([first, last]) = sides.pop() {
+        if last - first < 2 {
+            continue;
+        }
+        let ends = [first, last].map(place);
+        let from_middle = |i: usize| (2 * i).abs_diff(first + last);
+        let mut apex = first + 1;
+        for other in first + 2..last {
+            let plane = |p: Coord3D<f64>| orient3d(ends[0], place(apex), ends[1], p);
+            // Negative beyond the plane of the triangle, as seen from the sphere's centre.
+            let above = plane(place(other)) * plane(CENTER).signum();
+            if above < 0.0 || above == 0.0 && from_middle(other) < from_middle(apex) {
+                apex = other;
+            }
+        }
+        let [a, b, c] = [first, apex, last].map(|i| polygon[i]);
+        triangles.push(if is_reversed { [c, b, a] } else { [a, b, c] });
+        sides.extend([[first, apex], [apex, last]]);
+    }
+    triangles
 }
 
 fn connect(corner_cell: &[i32], cells: usize) -> Result<Connectivity> {
@@ -207,6 +258,43 @@ mod tests {
             (tables.corner.lon_rad, tables.corner.lat_rad) = (lon.as_slice().into(), lat.as_slice().into());
             let grid = Grid::new(tables).unwrap();
             assert!(grid.void_triangles() > 10, "{keep}");
+        }
+    }
+
+    /// A polygon around the pole, of which one corner comes first after the other.
+    #[test]
+    fn a_polygon_is_cut_alike_wherever_it_begins() {
+        let mut random = Random::new(4);
+        for corners in [3, 4, 5, 8, 40] {
+            let turn = |k: usize| (k as f64 + 0.5 * random.unit()) / corners as f64 * std::f64::consts::TAU;
+            let angle: Vec<f64> = (0..corners).map(turn).collect();
+            // On one circle, and beside it.
+            for width in [0.0, 1e-3] {
+                let radius = |k: i32| 0.1 + width * f64::from(k * k % 7) / f64::from(corners as i32).powi(2);
+                let at = |k: i32| {
+                    let (sin, cos) = angle[k as usize].sin_cos();
+                    DVec3::new(radius(k) * cos, radius(k) * sin, 1.0).normalize()
+                };
+                let cut = |polygon: &[i32]| {
+                    let mut triangles = cut_polygon(polygon, |k| at(k).to_array());
+                    triangles.iter_mut().for_each(|triangle| triangle.sort_unstable());
+                    triangles.sort_unstable();
+                    triangles
+                };
+                let mut polygon: Vec<i32> = (0..corners as i32).collect();
+                let expected = cut(&polygon);
+                assert_eq!(expected.len(), corners - 2);
+                polygon.rotate_left(corners / 3);
+                assert_eq!(cut(&polygon), expected);
+                polygon.reverse();
+                assert_eq!(cut(&polygon), expected);
+                for [a, b, c] in &expected {
+                    let [a, b, c] = [*a, *b, *c].map(at);
+                    let normal = (b - a).cross(c - a);
+                    let beyond = polygon.iter().map(|other| normal.dot(at(*other) - a) * normal.z.signum());
+                    assert!(beyond.fold(f64::NEG_INFINITY, f64::max) < 1e-15, "{corners} {width}");
+                }
+            }
         }
     }
 

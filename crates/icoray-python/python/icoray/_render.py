@@ -87,7 +87,7 @@ class Dataset:
 
     @property
     def convention(self) -> str:
-        """What the mesh is: "MPAS", "ICON" (triangles) or "polygons"."""
+        """What the mesh is: "MPAS", "ICON" (triangles), "polygons" or "points" (columns without tables)."""
         return self._inner.convention
 
     @property

@@ -226,6 +226,8 @@ def _grid(grid: Any) -> Store:
         tables[name] = xarray.Variable(table.dims, table.values, dict(table.attrs))
     for name in names[:4]:
         tables[name].attrs["units"] = "degrees"
+    # uxarray keeps the attribute of files whose tables count from 1, and makes tables that count from 0.
+    tables["face_node_connectivity"].attrs["start_index"] = 0
     radius = getattr(grid, "attrs", {}).get("sphere_radius") if isinstance(getattr(grid, "attrs", {}), Mapping) else None
     if radius is None and hasattr(grid, "_ds"):
         radius = grid._ds.attrs.get("sphere_radius")

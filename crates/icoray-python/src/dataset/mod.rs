@@ -156,10 +156,11 @@ impl Dataset {
         self.opened.dataset.times().iter().map(Option::as_deref).collect()
     }
 
-    /// The conventions that the mesh follows: "MPAS", "ICON" (triangles) or "polygons".
+    /// The conventions that the mesh follows: "MPAS", "ICON" (triangles), "polygons", or "points" for columns without
+    /// tables.
     #[getter]
     fn convention(&self) -> String {
-        self.opened.dataset.mesh().convention().to_string()
+        self.opened.dataset.mesh().kind()
     }
 
     /// Number of cells: the points of ICON's triangles.
@@ -231,7 +232,7 @@ impl Dataset {
     fn __repr__(&self) -> String {
         let dataset = &self.opened.dataset;
         let (cells, fields, times) = (dataset.mesh().cells(), dataset.fields().len(), dataset.times().len());
-        let (name, convention) = (dataset.path().display(), dataset.mesh().convention());
+        let (name, convention) = (dataset.path().display(), dataset.mesh().kind());
         let name = printable(&name.to_string()).into_owned();
         format!("<icoray.Dataset {name}: {convention}, {cells} cells, {fields} fields, {times} times>")
     }

@@ -13,6 +13,7 @@ mod memory_limit;
 mod mixed;
 mod mixed_packets;
 mod native;
+mod points;
 mod probe;
 mod samples;
 mod savings;

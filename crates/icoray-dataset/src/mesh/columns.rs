@@ -1,0 +1,110 @@
+//! Columns without tables: a longitude and a latitude of each, and nothing about neighbours, as CAM-SE, E3SM, LFRic, GEOS
+//! and WAVEWATCH III write them, and HEALPix or files of any model of which the mesh is left out.
+//!
+//! The cells are the columns, and the corners their Delaunay triangles ([`OwnedTables::of_points`]).
+//! Format: CF conventions 1.11, §4.1, §4.2 and §5.2.
+
+use super::angles::positions;
+use super::polygons::Polygons;
+use super::tables::{Convention, Mesh, Positions};
+use crate::source::{Dimension, Source, Variable};
+use crate::sources::Sources;
+use icoray::{OwnedReals, OwnedTables, Result};
+
+/// Names of longitudes, and of the latitudes that belong to them.
+const NAMES: [[&str; 2]; 9] = [
+    ["lon", "lat"],
+    ["longitude", "latitude"],
+    ["lons", "lats"],
+    ["nav_lon", "nav_lat"],
+    ["grid_center_lon", "grid_center_lat"],
+    ["clon", "clat"],
+    ["lonCell", "latCell"],
+    ["vlon", "vlat"],
+    ["lonVertex", "latVertex"],
+];
+
+/// Units of longitudes and of latitudes, as CF has them.
+const UNITS: [[&str; 6]; 2] = [
+    ["degrees_east", "degree_east", "degrees_E", "degree_E", "degreesE", "degreeE"],
+    ["degrees_north", "degree_north", "degrees_N", "degree_N", "degreesN", "degreeN"],
+];
+
+/// Longitudes and latitudes of columns in a file.
+struct Columns<'a> {
+    source: &'a dyn Source,
+    lon: &'a Variable,
+    lat: &'a Variable,
+}
+
+impl<'a> Columns<'a> {
+    /// The coordinates over the dimension that most variables of the fields' file have; `None` where there are none.
+    fn of(sources: &'a Sources) -> Option<Self> {
+        let mut found: Option<(usize, Self)> = None;
+        for source in sources.others_first() {
+            let all = || source.variables().iter().filter(|v| v.kind.is_real());
+            for lon in all().filter(|variable| is_angle(source, variable, 0)) {
+                let [column] = lon.after_time() else { continue };
+                let named = NAMES.iter().find(|[name, _]| *name == lon.name).and_then(|[_, lat]| source.variable(lat));
+                let is_beside = |lat: &&Variable| lat.after_time() == lon.after_time();
+                let other = || all().find(|lat| is_beside(lat) && is_angle(source, lat, 1));
+                let Some(lat) = named.filter(is_beside).or_else(other) else { continue };
+                let fields = number_of_fields(sources, column);
+                if fields > found.as_ref().map_or(0, |(most, _)| *most) {
+                    found = Some((fields, Columns { source, lon, lat }));
+                }
+            }
+        }
+        found.map(|(_, columns)| columns)
+    }
+}
+
+/// Whether a variable is a longitude (`which` is 0) or a latitude (1), by its standard name, its units or its name.
+pub(crate) fn is_angle(source: &dyn Source, variable: &Variable, which: usize) -> bool {
+    let text = |attribute: &str| source.text_of(&variable.name, attribute).ok().flatten();
+    text("standard_name").is_some_and(|name| name == ["longitude", "latitude"][which])
+        || text("units").is_some_and(|units| UNITS[which].contains(&units.as_str()))
+        || NAMES.iter().any(|names| names[which] == variable.name)
+}
+
+/// Whether a variable is a coordinate of a mesh: a longitude or latitude, or named by one of the attributes in which UGRID
+/// names coordinates.
+pub(crate) fn is_coordinate(source: &dyn Source, variable: &Variable) -> bool {
+    let names_it = |topology: &Variable| {
+        ["node_coordinates", "face_coordinates", "edge_coordinates"].iter().any(|attribute| {
+            let names = source.text_of(&topology.name, attribute).ok().flatten();
+            names.is_some_and(|names| names.split_whitespace().any(|name| name == variable.name))
+        })
+    };
+    let mut scalars = source.variables().iter().filter(|variable| variable.dimensions.is_empty());
+    (0..2).any(|which| is_angle(source, variable, which)) || scalars.any(names_it)
+}
+
+/// Number of variables in the fields' file over a dimension as long as `column`, besides coordinates.
+fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
+    let fields = sources.fields();
+    let is_field = |v: &&Variable| {
+        v.kind.is_number()
+            && v.after_time().iter().any(|d| d.len == column.len)
+            && (0..2).all(|k| !is_angle(fields, v, k))
+    };
+    fields.variables().iter().filter(is_field).count()
+}
+
+/// Whether any of the files has places of columns, over which fields lie.
+pub(super) fn are_in(sources: &Sources) -> bool {
+    Columns::of(sources).is_some()
+}
+
+pub(super) fn read(sources: &Sources) -> Result<Mesh> {
+    let Columns { source, lon, lat } = Columns::of(sources).expect("one has columns, or this is not called");
+    let center = positions(source, &lon.name, &lat.name, &lon.after_time()[0].name)?;
+    let of_points = OwnedTables::of_points(center.borrowed());
+    let OwnedTables { corner, corner_cell, connectivity: of, .. } =
+        of_points.map_err(|e| e.within(format_args!("{}: {} and {}", source.path().display(), lon.name, lat.name)))?;
+    let [lon, lat] = corner.map(OwnedReals::F64);
+    let polygons = Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count };
+    let (places, tables) = ([center, Positions { lon, lat }], [corner_cell, of.corner_edge, of.edge_corner]);
+    let mesh = Mesh::of_tables(source.path(), Convention::Cf, places, polygons, tables);
+    Ok(Mesh { is_of_points: true, ..mesh })
+}
