@@ -21,8 +21,7 @@ pub(crate) fn expect_netcdf(path: &Path) -> Result<()> {
     let io = |e: std::io::Error| error(e.to_string());
     if ZARR.iter().any(|name| path.join(name).exists()) {
         return Err(error(format!(
-            "a Zarr store, expected a NetCDF file: in Python `icoray.open(\"{shown}\")` reads it with xarray and zarr; the \
-             NetCDF library itself may open one of version 2 as `file://` with its absolute path and `#mode=zarr,file`"
+            "a Zarr store, expected a NetCDF file: in Python `icoray.open(\"{shown}\")` reads it with xarray and zarr"
         )));
     }
     if !std::fs::metadata(path).map_err(io)?.is_file() {
