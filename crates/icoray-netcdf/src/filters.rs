@@ -1,4 +1,4 @@
-//! Filters of HDF5 that a variable needs and that are not there: the NetCDF library says of which variable, not which.
+//! Filters of HDF5 that a variable needs and that are not installed. The errors of the NetCDF library do not name them.
 
 use hdf5_metno_sys::{LOCK, h5d, h5f, h5i, h5p, h5z};
 use std::ffi::{CString, c_int};

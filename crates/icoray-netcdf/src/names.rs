@@ -1,5 +1,5 @@
-//! Names of files: addresses, which the NetCDF library opens, and local files, of which those of other formats are told
-//! apart.
+//! Names of files: addresses, which the NetCDF library opens, and local files. Zarr and GRIB are recognised, to say what
+//! reads them.
 
 use icoray::{Error, ErrorKind, Result};
 use std::fs::File;
@@ -31,9 +31,8 @@ pub(crate) fn expect_netcdf(path: &Path) -> Result<()> {
     File::open(path).and_then(|file| file.take(8).read_to_end(&mut begin)).map_err(io)?;
     match begin[..] {
         [b'G', b'R', b'I', b'B', _, _, _, edition] => Err(error(format!(
-            "a file of GRIB {edition}, expected NetCDF: `cdo -f nc copy {shown} {}` converts it; in Python \
-             `icoray.open(\"{shown}\")` reads it with xarray and cfgrib",
-            path.with_extension("nc").display()
+            "a file of GRIB {edition}, expected NetCDF: `cdo -f nc copy {shown} NEW.nc` converts it; in Python \
+             `icoray.open(\"{shown}\")` reads it with xarray and cfgrib"
         ))),
         _ => Ok(()),
     }

@@ -33,7 +33,7 @@ LAT = {"standard_name": "latitude", "units": "degrees_north"}
 
 
 def values(lon_deg: Any, lat_deg: Any) -> Any:
-    """float32 at places, of which no two are the same and none is where a mirrored or shifted table would have it."""
+    """float32 at places: waves without a symmetry, so that a mirrored or shifted mesh has another picture."""
     lon, lat = np.radians(lon_deg), np.radians(lat_deg)
     wave = 9 * np.cos(lat) * np.cos(lon - 0.4) + 5 * np.sin(lat - 0.2) + np.cos(lat) * np.sin(5 * lon)
     return (300 + wave).astype(np.float32)
@@ -165,8 +165,9 @@ def test_files_are_read_as_others_read_them(
 ):
     path = tmp_path / "small.nc"
     write(datasets.grid()).to_netcdf(path)
-    lon, lat, triangles, field = (None if part is None else np.asarray(part) for part in read(path))
-    lon, lat, field = (np.ascontiguousarray(part.ravel()) for part in (np.radians(lon), np.radians(lat), field))
+    *lon_lat, triangles, values_read = read(path)
+    lon, lat = (np.radians(np.asarray(part).ravel()) for part in lon_lat)
+    field = np.asarray(values_read).ravel()
     data = icoray.open(path, radius=RADIUS_M)
     scene = data.scene("h", size=(160, 120), cmap="viridis", range=(285, 316), lon=10, lat=15)
     image = data.render(scene=scene)

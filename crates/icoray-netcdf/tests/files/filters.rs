@@ -1,4 +1,4 @@
-//! Variables packed by a filter that HDF5 has not.
+//! Variables packed by a filter that HDF5 does not find.
 
 use crate::memory::expect;
 use hdf5_metno_sys::{LOCK, h5d, h5f, h5i, h5p, h5s, h5t, h5z};

@@ -32,7 +32,8 @@ fn other_formats_are_named_with_what_reads_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("icon.grib2");
     std::fs::write(&path, b"GRIB\0\0\0\x02 and more").unwrap();
-    let parts = ["icon.grib2: a file of GRIB 2", "cdo -f nc copy", "icon.nc` converts it", "xarray and cfgrib"];
+    let parts =
+        ["icon.grib2: a file of GRIB 2", "cdo -f nc copy", "icon.grib2 NEW.nc` converts it", "xarray and cfgrib"];
     expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &parts);
     for name in [".zgroup", ".zmetadata", "zarr.json"] {
         let store = folder.path().join(format!("{name}.zarr"));
