@@ -47,9 +47,10 @@ pub struct Dimension {
 }
 
 impl Dimension {
-    /// A dimension; that of time if its name says so.
+    /// A dimension; that of time if its name says so, behind the path of a group.
     pub fn new(name: String, len: usize) -> Self {
-        let is_time = name.eq_ignore_ascii_case("time") || name == "time_counter";
+        let name_in_group = name.rsplit('/').next().unwrap_or_default();
+        let is_time = name_in_group.eq_ignore_ascii_case("time") || name_in_group == "time_counter";
         Dimension { name, len, is_time }
     }
 }

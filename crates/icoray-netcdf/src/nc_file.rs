@@ -3,9 +3,10 @@
 
 use crate::classic::ClassicLayout;
 use crate::guard::guarded;
+use crate::{filters, groups, names};
 use icoray::{Error, ErrorKind, OwnedReals, Result};
-use icoray_dataset::{Attribute, Dimension, Kind, Source, Variable};
-use netcdf::types::{FloatType, NcVariableType};
+use icoray_dataset::{Attribute, Kind, Source, Variable};
+use netcdf::types::NcVariableType;
 use netcdf::{AttributeValue, Extents, NcTypeDescriptor};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -36,17 +37,16 @@ unsafe impl NcTypeDescriptor for Char {
 
 impl NcFile {
     pub(crate) fn open(path: &Path) -> Result<Self> {
-        // The library would take an absent file for an address on the network if its name looks like one.
-        let io = |e: std::io::Error| Error::new(ErrorKind::Io, format!("{}: {e}", path.display()));
-        if !std::fs::metadata(path).map_err(io)?.is_file() {
-            return Err(Error::new(ErrorKind::Io, format!("{}: not a file", path.display())));
-        }
         let damaged = |e| format!("{}: the header is damaged or cut off: {e}", path.display());
-        let classic = ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
-        let what = "not a NetCDF file, or damaged or cut off";
+        let (classic, what) = if names::is_address(path) {
+            (None, "the NetCDF library cannot open this address")
+        } else {
+            names::expect_netcdf(path)?;
+            let classic = ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
+            (classic, "not a NetCDF file, or damaged or cut off")
+        };
         let file = guarded(path, what, || netcdf::open(path))?;
-        let variables =
-            guarded(path, "the list of variables", || Ok(file.variables().map(|v| describe(&v)).collect()))?;
+        let variables = guarded(path, "the list of variables", || Ok(groups::variables(&file)))?;
         let mut opened = NcFile { file, path: path.to_owned(), classic, variables };
         opened.variables = (&opened as &dyn Source).with_time_marked();
         Ok(opened)
@@ -94,14 +94,19 @@ impl NcFile {
         values.resize(entries, T::default());
         guarded(&self.path, format_args!("variable {name}"), || {
             let variable = self.file.variable(name).ok_or("no such variable")?;
-            variable.get_values_into(&mut values, Extents::try_from((start, count))?)
+            let read = variable.get_values_into(&mut values, Extents::try_from((start, count))?);
+            read.map_err(|error| filters::missing(&self.path, name).map_or(error, netcdf::Error::from))
         })?;
         Ok(values)
     }
 
     /// Fails where a NetCDF-4 file is too small for the bytes that a variable is to have, whatever the compression:
-    /// memory that the system promises and does not have would end the process.
+    /// memory that the system promises and does not have would end the process. The length of what an address names is not
+    /// known.
     fn expect_plausible(&self, variable: &Variable, bytes: u64) -> Result<()> {
+        if names::is_address(&self.path) {
+            return Ok(());
+        }
         let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
         if self.classic.is_some() || bytes / MOST_PER_BYTE <= length {
             return Ok(());
@@ -134,6 +139,11 @@ impl Source for NcFile {
     }
 
     fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        // Those of groups are known by the variables over them.
+        let mut dimensions = self.variables.iter().flat_map(|variable| &variable.dimensions);
+        if let Some(known) = dimensions.find(|dimension| dimension.name == name) {
+            return Ok(Some(known.len));
+        }
         guarded(&self.path, format_args!("dimension {name}"), || Ok(self.file.dimension_len(name)))
     }
 
@@ -178,18 +188,6 @@ impl Source for NcFile {
         texts.resize(rows, None);
         texts
     }
-}
-
-fn describe(variable: &netcdf::Variable<'_>) -> Variable {
-    let kind = match variable.vartype() {
-        NcVariableType::Float(FloatType::F32) => Kind::F32,
-        NcVariableType::Float(FloatType::F64) => Kind::F64,
-        NcVariableType::Int(_) => Kind::Integer,
-        NcVariableType::Char => Kind::Text,
-        _ => Kind::Other,
-    };
-    let dimensions = variable.dimensions().iter().map(|d| Dimension::new(d.name(), d.len())).collect();
-    Variable { name: variable.name(), kind, dimensions }
 }
 
 fn trimmed(text: &str) -> String {

@@ -1,6 +1,7 @@
 //! The contents of a file, read from its header and its times alone.
 
 use crate::classic::{self, ClassicLayout};
+use crate::names;
 use crate::nc_file::NcFile;
 use icoray::{Error, ErrorKind, Result};
 use icoray_dataset::{Source, Times};
@@ -66,12 +67,16 @@ impl Outline {
     }
 
     /// Whether the file is a classic one (CDF-1, CDF-2, CDF-5). Damaged ones are read safely; in NetCDF-4 files, and so in
-    /// those that are being written, damage may end or hang the process inside the HDF5 library.
+    /// those that are being written, damage may end or hang the process inside the HDF5 library. What an address names
+    /// is taken for NetCDF-4.
     ///
     /// # Errors
     /// [`ErrorKind::Io`]: the file cannot be opened.
     pub fn is_classic(path: impl AsRef<Path>) -> Result<bool> {
         let path = path.as_ref();
+        if names::is_address(path) {
+            return Ok(false);
+        }
         classic::is_classic(path).map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display())))
     }
 

@@ -2,7 +2,9 @@
 
 mod asked;
 mod damaged;
+mod filters;
 mod formats;
+mod groups;
 #[expect(dead_code, reason = "the tests of datasets in memory use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made.rs"]
 mod made;

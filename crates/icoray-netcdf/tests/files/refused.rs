@@ -13,5 +13,33 @@ fn what_is_no_netcdf_is_refused() {
         std::fs::write(&path, text).unwrap();
         expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc"]);
     }
-    expect(&icoray_netcdf::open("https://example.org/notes.nc").unwrap_err(), ErrorKind::Io, &["No such file"]);
+}
+
+/// Nobody listens at port 1 of this machine, and the store is not there.
+#[test]
+fn addresses_are_refused_in_the_words_of_the_library() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = format!("file://{}#mode=nczarr,file", folder.path().join("none").display());
+    for address in ["https://127.0.0.1:1/notes.nc", &store] {
+        let parts = [address, "the NetCDF library cannot open this address: netcdf error(-"];
+        expect(&icoray_netcdf::open(address).unwrap_err(), ErrorKind::Io, &parts);
+        assert!(!icoray_netcdf::Outline::is_classic(address).unwrap());
+    }
+}
+
+#[test]
+fn other_formats_are_named_with_what_reads_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("icon.grib2");
+    std::fs::write(&path, b"GRIB\0\0\0\x02 and more").unwrap();
+    let parts =
+        ["icon.grib2: a file of GRIB 2", "cdo -f nc copy", "icon.grib2 NEW.nc` converts it", "xarray and cfgrib"];
+    expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &parts);
+    for name in [".zgroup", ".zmetadata", "zarr.json"] {
+        let store = folder.path().join(format!("{name}.zarr"));
+        std::fs::create_dir(&store).unwrap();
+        std::fs::write(store.join(name), "{}").unwrap();
+        let parts = ["a Zarr store", "icoray.open(\"", "xarray and zarr"];
+        expect(&icoray_netcdf::open(&store).unwrap_err(), ErrorKind::Io, &parts);
+    }
 }
