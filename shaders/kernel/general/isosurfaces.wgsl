@@ -215,7 +215,8 @@ fn isosurface_color(
         found.color = found.color * shade.body + vec3f(shade.highlight);
         // Normals are those of f32.
         let turned = ray_shading_deviation(shading, course.size, largest(abs(gradient)));
-        found.off = found.off * shade.body + 4.0 * (ROUNDING * (1.0 + shading.sharpness) + turned);
+        let rounded = ROUNDING * (1.0 + shading.sharpness);
+        found.off = found.off * shade.body + 4.0 * sqrt(rounded * rounded + turned * turned);
     }
     return found;
 }

@@ -176,10 +176,11 @@ pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &
     };
     assert!(rmse <= times * RMSE && max <= times * MAX, "{name}: rmse {rmse:e}, max {max:e}");
     assert_eq!(count_beyond(&drawn, &wide, 0.0), 0, "{name}: pixels beyond their errors");
-    // Errors and reports agree up to rounding.
+    // Errors and reports agree up to rounding, of which a device counts more where normals cancel.
+    let apart = if scene.lighting.is_some() { 0.05 } else { 0.02 };
     let (ours, theirs) = (drawn.report.error, narrow.report.error);
     assert_eq!(ours.certainty, theirs.certainty, "{name}");
-    assert!((ours.mean - theirs.mean).abs() <= 0.02 * theirs.mean + 1e-7, "{name}: {ours}, {theirs}");
+    assert!((ours.mean - theirs.mean).abs() <= apart * theirs.mean + 1e-7, "{name}: {ours}, {theirs}");
     let Counts { rays, columns, frusta, void_frusta, .. } = narrow.report.counts;
     assert_eq!(counts.rays, rays, "{name}");
     // A ray through a vertex or along a layer may meet either of two frusta.
