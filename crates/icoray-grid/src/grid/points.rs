@@ -220,17 +220,17 @@ fn inside(triangulation: &ConstrainedDelaunay, row: &[u32]) -> Vec<[u32; 3]> {
         let [a, b, c] = [a, b, c].map(|v| triangulation.point(v));
         a.dot(b.cross(c))
     };
-    let (mut hubs, mut triangles) = (Vec::new(), Vec::new());
+    let (mut is_left_out, mut triangles) = (vec![false; row.len()], Vec::new());
     for hub in (0..row.len() as u32).filter(is_hub) {
         let ring = triangulation.ring(hub).map(|(face, k)| faces[face as usize].vertices[(k + 1) % 3]);
         let ring: Vec<u32> = ring.collect();
         let cut = cut_polygon(&ring, |v| triangulation.point(v).to_array());
-        if cut.iter().all(|triangle| volume(*triangle) > 0.0) && !ring.iter().any(|v| hubs.contains(v)) {
-            hubs.push(hub);
+        if cut.iter().all(|triangle| volume(*triangle) > 0.0) && !ring.iter().any(|v| is_left_out[*v as usize]) {
+            is_left_out[hub as usize] = true;
             triangles.extend(cut);
         }
     }
-    let is_kept = |f: &usize| is_inside(*f) && !faces[*f].vertices.iter().any(|v| hubs.contains(v));
+    let is_kept = |f: &usize| is_inside(*f) && !faces[*f].vertices.iter().any(|v| is_left_out[*v as usize]);
     triangles.extend((0..faces.len()).filter(is_kept).map(|f| faces[f].vertices));
     triangles
 }
