@@ -42,7 +42,7 @@
 //! The same with coasts, a colour bar and comments is
 //! [examples/rust](https://github.com/icoray/icoray/tree/main/examples/rust).
 //!
-//! # Where to go from here
+//! # Overview
 //!
 //! - **Grid**: [`GridTables`] are a model's six index tables in 32 or 64 bits, [`Grid`] checks and borrows them.
 //! - **Field**: [`Field`] borrows values in the memory layout that a [`Shape`] describes; [`Layers`] are their heights.
@@ -109,7 +109,7 @@ pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, PartCorners, Ran
 pub use render::{Histogram, Probe, ProbePoint, Rendered, Renderer};
 pub use snapshot::Snapshot;
 
-/// Pictures and their report on disk: one at a time, or on a thread that writes while the model goes on.
+/// Writes pictures and their report to disk: one at a time, or on a thread while the model goes on.
 ///
 /// ```
 /// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
