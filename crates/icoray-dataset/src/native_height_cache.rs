@@ -46,7 +46,7 @@ impl NativeHeightCache {
     /// The heights of a scene; `None` if it shows mean heights.
     ///
     /// # Errors
-    /// As [`SceneFields::native`]; [`ErrorKind::Internal`] where they were not read.
+    /// As [`SceneFields::native`]; [`ErrorKind::Internal`] if they were not read.
     pub fn of(&self, scene_fields: &SceneFields, scene: &Scene) -> Result<Option<Field<'_>>> {
         let Some(info) = scene_fields.native(scene)? else { return Ok(None) };
         let Some((_, read)) = self.read.get(&info.description) else {
