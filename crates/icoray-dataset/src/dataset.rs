@@ -293,7 +293,7 @@ impl Dataset {
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when no variable gives heights (the
-    /// sentence says which were looked for), or when they are not finite, not strictly monotone or larger than the
+    /// message lists those that were searched), or when they are not finite, not strictly monotone or larger than the
     /// sphere; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn layer_heights(&self, field: &str) -> Result<LayerHeights> {
         self.heights_of(field, false)
@@ -385,7 +385,7 @@ impl Dataset {
     }
 }
 
-/// The fields of a file. NetCDF forbids control characters in names, and a name is printed as it is.
+/// The fields of a file. NetCDF forbids control characters in names, so a name is printed unchanged.
 fn fields_of(source: &dyn Source, mesh: &Mesh, options: &DatasetOptions) -> Result<Vec<FieldInfo>> {
     let variables = source.variables().iter().filter(|variable| !variable.name.contains(char::is_control));
     variables.filter_map(|variable| FieldInfo::of(source, variable, mesh, options).transpose()).collect()

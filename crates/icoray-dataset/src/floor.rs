@@ -9,9 +9,9 @@ use std::ops::Range;
 
 /// Variables with the last and the first layer of each column that is water, counted from 1.
 struct Levels {
-    /// Of cells.
+    /// Names for cells.
     cells: [&'static str; 2],
-    /// Of corners, which may be missing.
+    /// Names for corners; `None` if the model has none.
     corners: Option<[&'static str; 2]>,
     /// Whether the last level is an interface, one more than the last layer.
     ends_at_interface: bool,

@@ -10,7 +10,7 @@ use std::time::Instant;
 /// Heights that were read: once per time, or once if they do not change.
 #[derive(Default)]
 pub struct NativeHeightCache {
-    /// By description; with the time if they change.
+    /// The heights by description; with the time if they change.
     read: HashMap<String, (Option<usize>, NativeHeights)>,
 }
 

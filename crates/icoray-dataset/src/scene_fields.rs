@@ -16,7 +16,7 @@ pub struct SceneFields<'a> {
     dataset: &'a Dataset,
     layers_wanted: &'a LayerSelection,
     cells: usize,
-    /// By [`Layering::key`].
+    /// The layers and heights by [`Layering::key`].
     layer_infos: HashMap<[&'a str; 2], LayerInfo>,
 }
 

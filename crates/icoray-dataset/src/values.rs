@@ -21,7 +21,7 @@ pub trait Memory: fmt::Debug + Send + Sync {
 pub enum Values {
     /// Read or converted: the last dimension of the block is the fastest.
     Owned(OwnedReals),
-    /// In place.
+    /// Borrowed in place.
     Shared {
         /// The memory that contains them.
         memory: Arc<dyn Memory>,

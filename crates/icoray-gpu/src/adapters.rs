@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// How the names of nodes of GPUs begin: NVIDIA's own driver, Windows' below Linux, Adreno, Mali.
+/// Prefixes of the names of GPU device nodes: NVIDIA's own driver, Windows' below Linux, Adreno, Mali.
 const NODES: [&str; 4] = ["nvidia", "dxg", "kgsl", "mali"];
 
 /// The kind of an adapter. Faster kinds compare as less.

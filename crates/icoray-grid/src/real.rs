@@ -136,7 +136,7 @@ impl Real for f64 {
     }
 }
 
-/// `a + w·(b - a)`: exactly `a` at `w = 0` and wherever `a = b`.
+/// `a + w·(b - a)`: exactly `a` at `w = 0` and if `a = b`.
 #[inline]
 pub fn lerp<T: Real>(a: T, b: T, w: T) -> T {
     a + w * (b - a)

@@ -1,6 +1,6 @@
 //! Counts of rays, columns, frusta and fragments.
 
-/// Counts of what rays have crossed, summed over a tile or a frame.
+/// Counts of crossed columns and frusta, summed over the rays of a tile or a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Rays that hit the shell.

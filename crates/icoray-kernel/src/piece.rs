@@ -224,7 +224,7 @@ fn thin_error<T: Real>(terms: &Terms<'_, T>) -> T {
     terms.steep * (b * (T::of(0.02) * x + T::of(1.0 / 240.0) * b) + y * y * y * T::of(1.0 / 24.0))
 }
 
-/// W by Gauss's 2-point rule, plus what it misses of u⁴, the product of the two bends, known in closed form.
+/// W by Gauss's 2-point rule, plus its error in u⁴, the product of the two bends, in closed form.
 #[inline(always)]
 fn gauss<T: Real>(terms: &Terms<'_, T>) -> T {
     let (one, half) = (T::one(), T::of(0.5));
@@ -242,8 +242,8 @@ fn gauss<T: Real>(terms: &Terms<'_, T>) -> T {
 /// The bound of [`gauss`]: a fourth derivative over 4320; it falls with the fourth power of the number of panels.
 ///
 /// With `a >= |T'|`, `b >= |T''|`, `j = |T'''|`, `F >= |f'|` and `f'' = -2·bend` the fourth derivative of `f'(1 -
-/// e^-T)` is at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being what the quartic
-/// term leaves.
+/// e^-T)` is at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being the remainder of
+/// the quartic term.
 #[inline(always)]
 fn gauss_error<T: Real>(terms: &Terms<'_, T>) -> T {
     let (bend, length) = (terms.bend.abs(), terms.piece.length);

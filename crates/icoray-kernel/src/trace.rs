@@ -1,9 +1,9 @@
 //! The interface of both kernels to a picture: rays traced whole or as fragments, and the loop over the columns of a
 //! ray.
 //!
-//! [`Tracer`] is what a picture uses, a trait object per tile. A kernel implements [`Kernel`], which makes its rays,
-//! and [`ColumnRay`] for these; [`boxed`] joins the two. Both kernels are compiled in this crate only: the functions
-//! that return a `Box<dyn Tracer>` are not generic.
+//! A picture uses a [`Tracer`], a trait object per tile. A kernel implements [`Kernel`], which makes its rays, and
+//! [`ColumnRay`] for these; [`boxed`] joins the two. Both kernels are compiled in this crate only: the functions that
+//! return a `Box<dyn Tracer>` are not generic.
 
 use crate::budget::Budget;
 use crate::column::Flow;

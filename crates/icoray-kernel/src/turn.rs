@@ -51,13 +51,13 @@ pub struct NormalTurn<T> {
 /// Components along one direction.
 #[derive(Debug, Clone, Copy)]
 pub struct Cosine<T> {
-    /// Of the mean for evenly spread light.
+    /// Component of the mean for evenly spread light.
     pub even: T,
-    /// Of the mean at the light's centre.
+    /// Component of the mean at the light's centre.
     pub mean: T,
-    /// Of the difference of the ends.
+    /// Component of the difference of the ends.
     pub rise: T,
-    /// Of the bend.
+    /// Component of the bend.
     pub bend: T,
 }
 

@@ -12,7 +12,7 @@ const SWATCH: usize = 16;
 /// Description of a program's data.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Description {
-    /// The title: the file's name, say.
+    /// The title, such as the file's name.
     pub title: String,
     /// Whether it is a running model: then keys of the model have no control.
     pub live: bool,

@@ -369,7 +369,7 @@ mod tests {
         assert!(changed("a = ", &[], None).is_err());
     }
 
-    /// Whatever comes from outside is walked to a depth that any stack holds.
+    /// Input of any depth is processed only to a depth that fits on every stack.
     #[test]
     fn depth_has_a_bound() {
         for (steps, is_taken) in [(DEEPEST, true), (DEEPEST + 1, false), (100_000, false)] {

@@ -274,7 +274,7 @@ mod tests {
             differing(&read(&pictures[2]).unwrap(), &read(&pictures[3]).unwrap()),
         ];
         assert_eq!(parts, [Region { at: [0, 0], size: [2, 1] }, Region { at: [0, 0], size: [1, 1] }]);
-        // A viewer that knows nothing of animations shows the first one.
+        // A viewer without support for animations shows the first picture.
         assert_eq!(image::open(&path).unwrap().to_rgba8().into_raw(), read(&pictures[0]).unwrap().rgba);
     }
 

@@ -36,7 +36,7 @@ pub fn write_error_map(path: &Path, frame: &Frame) -> Result<()> {
     write_error_map_with(path, frame, Existing::Overwrite)
 }
 
-/// As [`write_error_map`]; `existing` selects what happens to an existing file.
+/// As [`write_error_map`]; `existing` selects the treatment of an existing file.
 ///
 /// # Errors
 /// As [`write_error_map`], and [`ErrorKind::Exists`] as specified by [`Existing`].

@@ -81,7 +81,7 @@ mod tests {
         }
     }
 
-    /// Outcomes of frames 0 to `count`, those of which `fails` says so being failures.
+    /// Outcomes of frames 0 to `count`; those for which `fails` returns true are failures.
     fn of(count: usize, fails: impl Fn(usize) -> bool) -> Outcomes<Numbered> {
         let mut outcomes = Outcomes::default();
         let error = |i| fails(i).then(|| Error::new(ErrorKind::Io, format!("frame {i}")));

@@ -20,7 +20,7 @@ pub fn write_picture(path: &Path, frame: &Frame) -> Result<()> {
     write_picture_with(path, frame, Existing::Overwrite)
 }
 
-/// As [`write_picture`]; `existing` selects what happens to an existing file.
+/// As [`write_picture`]; `existing` selects the treatment of an existing file.
 ///
 /// # Errors
 /// As [`write_picture`], and [`ErrorKind::Exists`] as specified by [`Existing`].
@@ -85,7 +85,7 @@ pub fn write_frame(directory: &Path, output: &Output, stamp: &Stamp, frame: &mut
     write_frame_with(directory, output, stamp, frame, Existing::Overwrite)
 }
 
-/// As [`write_frame`]; `existing` selects what happens to existing files.
+/// As [`write_frame`]; `existing` selects the treatment of existing files.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] and [`ErrorKind::Exists`] name the path, and state it if the picture itself is written but the map

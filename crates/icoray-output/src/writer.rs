@@ -123,7 +123,7 @@ struct State {
     texts: Vec<Text>,
     /// Frames that wait or are being written.
     unfinished: usize,
-    /// Callers that found the queue full, for tests to know that one of them waits.
+    /// Number of callers that found the queue full, by which tests detect a waiting one.
     #[cfg(test)]
     blocked: usize,
     outcomes: Outcomes<Written>,

@@ -1,9 +1,9 @@
 //! Renders frames one at a time on a thread of their own, while the model computes on.
 //!
-//! The model hands over a copy of the fields that the scenes of a step need ([`Snapshot`]) and goes on; the frames are
-//! drawn from the copy, in their order, and passed to the [`Writer`]. At most one step is in progress: submitting the
-//! next one blocks the model until then. Memory is one copy of each field, and a model that submits more pictures than
-//! can be drawn is slowed. Tables of the grid are not copied; after [`Background::wait`] no thread reads them.
+//! The model submits a copy of the fields that the scenes of a step need ([`Snapshot`]) and continues; the frames are
+//! drawn from the copy, in order, and passed to the [`Writer`]. At most one step is in progress: submitting the next
+//! one blocks the model until then. Memory is one copy of each field, and a model that submits pictures faster than
+//! they are drawn is slowed. Tables of the grid are not copied; after [`Background::wait`] no thread reads them.
 //!
 //! Several ranks can render a frame together in the background ([`Background::over`]). Their drawing threads do not
 //! call the transport: the model's thread moves messages in each call.

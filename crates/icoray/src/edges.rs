@@ -3,7 +3,7 @@
 //! Edge pixels are found in the finished picture of one ray per pixel: those that the silhouette of a sphere passes
 //! through, and, in scenes of more than one volume and a core, those next to a pixel whose ray meets other surfaces, or
 //! the same ones at another depth ([`BoundarySignature`]). A pixel that differs from its neighbours by no more than
-//! [`FAINTEST`] stays as it is. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices,
+//! [`FAINTEST`] remains unchanged. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices,
 //! and on the tolerance only through the pictures' errors.
 
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};

@@ -5,7 +5,7 @@ use icoray_scene::{Heights, Scene, did_you_mean};
 
 /// Borrowed fields by name.
 ///
-/// One field alone, `(&field).into()`, is the first one of any scene, whatever the scene calls it.
+/// A single field, `(&field).into()`, is the first one of any scene, by any name.
 #[derive(Debug, Clone, Default)]
 pub struct Fields<'f> {
     named: Vec<(String, Field<'f>)>,

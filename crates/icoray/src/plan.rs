@@ -51,7 +51,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Decides what `scene` needs, and checks that grid, layers and field fit each other and the scene.
+    /// Determines the data that `scene` needs, and checks that grid, layers and field fit each other and the scene.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when the field's shape does not fit the grid or the layers; [`ErrorKind::Scene`] when the

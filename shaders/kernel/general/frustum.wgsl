@@ -118,8 +118,8 @@ fn scene_cut_face(column: Column, bases: array<Base, 3>, way: GapWay, own: Field
     ray_scene.is_cut = !is_face && crossing_count + scenery.sphere_count == 0u;
 }
 
-// Adds volumes and isosurfaces in a frustum, as far as they are shown; returns true if the ray ends. `own` is undefined
-// if values are missing.
+// Adds volumes and isosurfaces in a frustum, as far as they are shown; returns true if the ray ends. Without values
+// `own` is undefined.
 fn scene_frustum(
     ray: ptr<function, Ray>,
     light: ptr<function, Radiance>,

@@ -26,7 +26,7 @@ struct Topology<'a> {
     /// The name of the dimension that counts faces, if the file has it.
     face_dimension: Option<String>,
     nodes: [String; 2],
-    /// Of the faces' middles, which may be missing.
+    /// Coordinates of the faces' middles, which may be missing.
     faces: Option<[String; 2]>,
 }
 

@@ -161,7 +161,7 @@ mod tests {
         Field::new(values.into(), shape, Location::Corner, Some(5.0)).unwrap()
     }
 
-    /// Whichever corners lie in the halo, and whatever stands in their own columns.
+    /// Averages do not depend on the set of corners in the halo, or on values in their own columns.
     #[test]
     fn averages_with_a_halo_have_the_bits_of_whole_fields() {
         let mesh = IcosahedralMesh::new(2).unwrap();

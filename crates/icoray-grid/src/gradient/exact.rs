@@ -20,7 +20,7 @@ pub(super) struct Ring {
     pub neighbours: Vec<u32>,
     /// The mean gradient at radius 1 per unit of difference to each neighbour, when all triangles count.
     pub weight: Vec<DVec3>,
-    /// The same for the radial slope.
+    /// The mean gradient per unit of the radial slope.
     pub radial: DVec3,
     fans: Vec<IncidentTriangle>,
 }

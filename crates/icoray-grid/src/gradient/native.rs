@@ -119,7 +119,7 @@ mod tests {
     use crate::layers::Layers;
     use crate::shape::Shape;
 
-    /// Between flat facets a field that is linear in space is exact at every vertex, wherever the layers lie.
+    /// Between flat facets a field that is linear in space is exact at every vertex, for any heights of layers.
     #[test]
     fn a_linear_field_has_its_slope_everywhere() {
         const LAYERS: usize = 4;

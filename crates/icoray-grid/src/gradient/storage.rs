@@ -201,7 +201,8 @@ mod tests {
         assert!(worst > 1e-6, "{worst}");
     }
 
-    /// Gradients whose largest component is just above a power of two are turned by as much as is told, others by less.
+    /// The turn of gradients whose largest component is just above a power of two equals the stated bound; that of
+    /// others is smaller.
     #[test]
     fn packed_gradients_turn_as_told() {
         for (size, least, most) in [(1.01f32, 0.85, 1.0), (1.9, 0.4, 0.6)] {

@@ -56,7 +56,7 @@ impl<V: Machine> Pieces<V> {
 pub(super) struct Cutter<'c, 't, V: Machine> {
     pub simd: V,
     pub spans: &'c SpanTables<'t>,
-    /// Lanes whose parts are known to be monotone.
+    /// Lanes with monotone parts.
     pub is_monotone: Mask<V>,
     /// The largest magnitude of values at the vertices of their frusta.
     pub size: Floats<V>,

@@ -69,7 +69,7 @@ impl Entries {
     }
 }
 
-/// Where the entry of each lane starts.
+/// Offset of each lane's entry.
 const ENTRY_STARTS: [u32; MOST] = {
     let mut starts = [0; MOST];
     let mut lane = 0;

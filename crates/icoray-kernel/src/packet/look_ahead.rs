@@ -1,7 +1,8 @@
 //! Prefetches the data of the lanes' next columns.
 //!
-//! A lane knows the half-edge through which it leaves its column once it has entered it, and fetches it at once. At the
-//! end of the turn the half-edge gives the apex of the next column, whose direction, value and gradient are fetched.
+//! The half-edge through which a lane leaves its column is determined when it enters the column, and is fetched at
+//! once. At the end of the turn the half-edge gives the apex of the next column, whose direction, value and gradient
+//! are fetched.
 
 use super::Packet;
 use super::lanes::lanes_of;

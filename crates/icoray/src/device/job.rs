@@ -105,7 +105,7 @@ impl<'f> Job<'f> {
         self.is_part
     }
 
-    /// What is shown beside the volume and the core; `None` in a plain scene.
+    /// The parts of the scene beside the volume and the core; `None` in a plain scene.
     pub fn scenery(&self) -> Option<&Scenery> {
         self.scenery.as_ref()
     }

@@ -89,8 +89,8 @@ pub trait Device: fmt::Debug + Send + Sync {
 pub struct OwnedColumns<'p> {
     /// Whether each triangle is own.
     pub triangles: &'p [bool],
-    /// Lowest height of any rank's facets over a unit sphere: below it, under the innermost layer, nothing is searched
-    /// behind an opaque core.
+    /// Lowest height of any rank's facets, for a layer that is a unit sphere: deeper below the innermost layer, nothing
+    /// is searched behind an opaque core.
     pub lowest_facet: f64,
     /// Centre of a ball around own columns: a line that misses it has no fragments.
     pub middle: [f64; 3],

@@ -12,7 +12,7 @@ pub(crate) const HAS_WHOLE: &str = "has of the whole grid (ranks with parts call
 /// The vote of one rank in an agreement.
 #[derive(Debug, Clone, Default)]
 pub struct Vote<'a> {
-    /// Why it cannot go on: a number other than 0, and a sentence.
+    /// The reason why it cannot continue: a number other than 0, and a sentence.
     pub refusal: Option<(i32, &'a str)>,
     /// Values that must be equal on all ranks, each with a name for the error message: "step", "6".
     pub facts: Vec<(&'static str, String)>,

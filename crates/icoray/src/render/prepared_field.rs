@@ -118,7 +118,7 @@ impl Renderer {
         Ok(prepared)
     }
 
-    /// The heights of columns, if `scene` asks for native ones: those at corners are checked there and averaged.
+    /// The heights of columns, if `scene` requests native ones: those at corners are checked there and averaged.
     /// Collective.
     pub(super) fn prepare_heights<'f>(
         &self,

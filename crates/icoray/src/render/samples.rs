@@ -25,7 +25,7 @@ pub(super) struct Sampled {
     pub summary: Option<SamplingError>,
 }
 
-/// How a picture of one ray per pixel was drawn.
+/// The raster, quality and deadline of a picture of one ray per pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Manner {
     pub raster: Raster,

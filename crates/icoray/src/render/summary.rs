@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn what_all_have_is_what_rank_0_has() {
-        // Every rank continues, whatever the outcome on others.
+        // Every rank continues after any outcome on the others.
         let found = over(3, |ranks, _| {
             let values = values(4, ranks.rank() + 1, |_| true);
             summary_of(ranks, &values, Location::Center, None)

@@ -16,7 +16,7 @@ const SECTORS: usize = 72;
 const APART_DEG: f64 = 5.0;
 /// Minimum fraction of the variance in deviations from zonal means for a field to have a side to face.
 const LEAST_VARIANCE: f64 = 1e-4;
-/// Minimum ratio of what a place shows to what the usual one shows: below it the camera stays there.
+/// Minimum ratio of the visible part of the field at a place to that at the usual one: below it the camera stays there.
 const LEAST_GAIN: f64 = 1.1;
 /// Fraction by which a pole counts less than the equator, as pictures with north upwards are read more easily.
 const POLE: f64 = 0.3;
@@ -35,7 +35,7 @@ pub(super) struct Aim {
 impl Aim {
     const DEFAULT: Self = Aim { lon_deg: 0.0, lat_deg: 25.0, is_of_field: false };
 
-    /// The place that shows most: of what is dense, or else of the field's differences from its zonal mean.
+    /// The place with the best view: of what is dense, or else of the field's differences from its zonal mean.
     pub fn new(survey: &Survey, look: &Look, exaggeration: f64) -> Self {
         let weights = match look.kind {
             Kind::Signed | Kind::Upper | Kind::Lower => {

@@ -58,7 +58,7 @@ const LEAST_RANGE: f64 = 0.02;
 const SEEN: f64 = 30.0;
 /// Fraction of these columns that may be beyond the range.
 const BEYOND: f64 = 0.1;
-/// Places between the base of a tail and its dense end from which it is visible.
+/// Limits of the place from which a tail is visible, between its base (0) and its dense end (1).
 const CLEAR: [f64; 2] = [0.15, 0.8];
 /// Optical depth of the columns with much of the tail.
 const DEPTH: f64 = 1.5;

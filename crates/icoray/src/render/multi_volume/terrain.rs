@@ -21,7 +21,7 @@ pub(super) struct Terrain<'f> {
 }
 
 impl<'f> Terrain<'f> {
-    /// The terrain of the heights if the scene asks for native ones. Collective.
+    /// The terrain of the heights if the scene requests native ones. Collective.
     pub fn new(context: &FrameContext<'f>, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, grid, part, layers, heights: given, .. } = *context;
         let radius = &plan.radius;
