@@ -136,8 +136,8 @@ impl Background {
 
     /// Submits the frames of a step: waits for the previous frames, copies those of `fields` that any of the scenes
     /// needs, each once, on the renderer's threads, and returns; the fields may then change. A job with an error is
-    /// refused: `refused` is called at once with the job's number and the error; its frame is left out and has no
-    /// outcome. Without a job that passes, nothing is copied.
+    /// refused: its number and its error are appended to `refused`; its frame is left out and has no outcome. Without a
+    /// job that passes, nothing is copied.
     ///
     /// `ranks` are those of [`Self::over`], all of which submit the same jobs together: collective, and all ranks
     /// refuse the same jobs.
@@ -287,7 +287,7 @@ impl<'f> AcceptedJobs<'f> {
         AcceptedJobs { numbers: (0..jobs.len()).collect(), jobs }
     }
 
-    /// Retains the jobs that pass `check` on all ranks; passes the others to `refused` with their errors. Collective.
+    /// Retains the jobs that pass `check` on all ranks; appends the others to `refused` with their errors. Collective.
     fn retain(
         &mut self,
         ranks: &mut Ranks,

@@ -1,6 +1,6 @@
 // Mirrors the treatment of isosurfaces in kernel/general/frustum.rs. In f32 two columns each find the value on the side
-// between them to some roundings: the side of a surface on which a ray is is carried from frustum to frustum, so that
-// none is met twice or missed.
+// between them to some roundings: the side of a surface that contains the ray is carried from frustum to frustum, so
+// that none is met twice or missed.
 #import params
 #import scenery
 #import kernel/ray

@@ -20,7 +20,7 @@ pub struct SceneField {
     pub gradients: Vec<[f32; 3]>,
 }
 
-/// The field of a scene: `None` for that of [`Job::values`](super::Job::values), or else the number of another one in
+/// A field of a scene: `None` for that of [`Job::values`](super::Job::values), or else the number of another one in
 /// [`Scenery::fields`](super::Scenery).
 pub type FieldId = Option<usize>;
 

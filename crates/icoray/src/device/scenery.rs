@@ -33,8 +33,8 @@ pub struct Scenery {
 }
 
 impl Scenery {
-    /// Collects the scenery with these cuts between layers of a grid of `cells` cells. `knots` are those of the job's
-    /// transfer function, and `range` returns the least and the greatest value of each field.
+    /// Collects the scenery with these cuts. `size` is the field's number of cells and of layers, `knots` are those of
+    /// the job's transfer function, and `range` returns the least and the greatest value of each field.
     ///
     /// # Errors
     /// A [`FallbackReason`] if devices do not support it.

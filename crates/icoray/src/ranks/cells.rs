@@ -9,7 +9,7 @@ pub(super) const NONE: u64 = u64::MAX;
 /// Marks of a rank's own cells or corners.
 #[derive(Debug, Clone, Copy)]
 pub enum Owned<'a> {
-    /// The first `n` are own, as in MPAS.
+    /// Number of own cells or corners, which come first, as in MPAS.
     First(usize),
     /// Those with a value other than 0 are own; one value per cell or corner.
     Marked(&'a [i32]),

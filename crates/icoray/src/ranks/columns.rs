@@ -254,9 +254,9 @@ impl Columns {
         Err(expected.error(shape.columns, each))
     }
 
-    /// Gathers a field from the own columns of each rank, with at most `max_bytes` sent at once; returns the bytes that
-    /// this rank wrote to the node's memory. Collective, and all ranks have the same result, except for a failure that
-    /// has yet to be sent to the others.
+    /// Gathers a field from the own columns of each rank, with at most `most` bytes sent at once; returns the bytes
+    /// that this rank wrote to the node's memory. Collective, and all ranks have the same result, except for a failure
+    /// that has yet to be sent to the others.
     pub(super) fn gather_by(
         &self,
         ranks: &mut Ranks,
