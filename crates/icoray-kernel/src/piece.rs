@@ -241,9 +241,9 @@ fn gauss<T: Real>(terms: &Terms<'_, T>) -> T {
 
 /// The bound of [`gauss`]: a fourth derivative over 4320; it falls with the fourth power of the number of panels.
 ///
-/// With `a >= |T'|`, `b >= |T''|`, `j = |T'''|`, `F >= |f'|` and `f'' = -2·bend` the fourth derivative of `f'(1 -
-/// e^-T)` is at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being the remainder of
-/// the quartic term.
+/// With `a >= |T'|`, `b >= |T''|`, `j = |T'''|`, `F >= |f'|` and `f'' = -2·bend` the fourth derivative of
+/// `f'(1 - e^-T)` is at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being the
+/// remainder of the quartic term.
 #[inline(always)]
 fn gauss_error<T: Real>(terms: &Terms<'_, T>) -> T {
     let (bend, length) = (terms.bend.abs(), terms.piece.length);

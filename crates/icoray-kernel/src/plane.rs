@@ -1,8 +1,8 @@
 //! The plane through a ray and the sphere's centre, and points of the mesh in its coordinates.
 //!
 //! In the plane the ray is the vertical line `(b, t)`, b its distance from the centre and t measured from its closest
-//! point; its shadow on the sphere is a great circle, walked counter-clockwise from `(0, -1)` over `(1, 0)` to `(0,
-//! 1)`. The walk needs only the side of a vertex V: the sign of V·q.
+//! point; its shadow on the sphere is a great circle, walked counter-clockwise from `(0, -1)` over `(1, 0)` to
+//! `(0, 1)`. The walk needs only the side of a vertex V: the sign of V·q.
 
 use glam::DVec3;
 

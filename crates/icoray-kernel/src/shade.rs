@@ -8,12 +8,12 @@
 //! is `|a| + (r - |a|)²/2r`, and light that rises along the piece weighs the part behind the kink. Colour that changes
 //! together with n·l adds the covariance of the two, `Δc Δ(n·l)/12`, less the square of the centre.
 //!
-//! **Highlight**, `specular |n·h|^s`. To second order about the mean p of n·h, of variance V, it is `p^s (1 +
-//! s(s-1)V/2p²)`. With `x = √s θ` and t the angle from the highlight's middle times √s, the remainder is at most `x⁴
-//! e^(-t²/2) |t⁴/1920 - t²/720| <= x⁴/1900`; more where light is uneven (`0.023 centre x³`), where its centre is not
-//! sure (the slope, at most `0.61 x`), and where the mean normal is not. At `y = s (1 - |n·h|) = t²/2` the polynomial
-//! times `e^-y` is no more than `(1.3 - y/12)⁴` of its largest value, and less than 1/1700 of that beyond y = 14.
-//! Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
+//! **Highlight**, `specular |n·h|^s`. To second order about the mean p of n·h, of variance V, it is
+//! `p^s (1 + s(s-1)V/2p²)`. With `x = √s θ` and t the angle from the highlight's middle times √s, the remainder is at
+//! most `x⁴ e^(-t²/2) |t⁴/1920 - t²/720| <= x⁴/1900`; more where light is uneven (`0.023 centre x³`), where its centre
+//! is not sure (the slope, at most `0.61 x`), and where the mean normal is not. At `y = s (1 - |n·h|) = t²/2` the
+//! polynomial times `e^-y` is no more than `(1.3 - y/12)⁴` of its largest value, and less than 1/1700 of that beyond y
+//! = 14. Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
 use super::piece::Radiance;
 use super::turn::{NormalTurn, direction, dot};

@@ -24,8 +24,8 @@ pub enum Certainty {
     /// A bound, derived from the integrand; rounding in f64, which is orders smaller, is estimated. Unlit scenes in f64
     /// with `method = "exact"`.
     Bound,
-    /// An estimate that is intended to be no less than the error, without proof: light, f32 rounding, `method =
-    /// "paper"`.
+    /// An estimate that is intended to be no less than the error, without proof: light, f32 rounding,
+    /// `method = "paper"`.
     #[default]
     Estimate,
 }

@@ -8,12 +8,12 @@
 //! **Its error** is that of ∫q, where `q = Σσ(c - C) e^-t`, relative to the absorbed light. Over x from -1 to 1 the
 //! rule misses 8/105 of the coefficient of x⁶, and less regular parts of the higher ones. The three places determine
 //! the coefficients a1 to a4 of q; the higher ones come from e^-t and from the fields' denominators, by factors e2 to
-//! e4 of x² to x⁴ that follow from extinctions and ε. So the error is taken as three times `8/105 (a4 e2 + a3 e3 + a2
-//! e4 + a1 e2 e3)`, which does not vanish by accident, as a difference of two rules does. The absorption is known
-//! without the rule: the rule's deviation from it may mix different colours wrongly by as much. The sum is no bound,
-//! but none of 50,000 panels of random media exceeded it, and it was 26 times the true error in the median
-//! (`blend/tests.rs`). If optical depth is large and colours differ, it exceeds the difference of the colours, which
-//! then replaces it.
+//! e4 of x² to x⁴ that follow from extinctions and ε. So the error is taken as three times
+//! `8/105 (a4 e2 + a3 e3 + a2 e4 + a1 e2 e3)`, which does not vanish by accident, as a difference of two rules does.
+//! The absorption is known without the rule: the rule's deviation from it may mix different colours wrongly by as much.
+//! The sum is no bound, but none of 50,000 panels of random media exceeded it, and it was 26 times the true error in
+//! the median (`blend/tests.rs`). If optical depth is large and colours differ, it exceeds the difference of the
+//! colours, which then replaces it.
 
 use icoray_grid::array::MapInline;
 

@@ -4,10 +4,11 @@
 //! A point of the column is `Σ α·V`, with α linear along the ray. The facet of a layer is where `ψ = Σ α/R` is 1:
 //! linear too, so that a ray crosses each facet of a column once at most, and below it ψ < 1. Radii rise with the
 //! layers, so ψ falls with them, and the layers of a column are crossed in one order for any shape. On a facet a value
-//! is barycentric, `Σ (α/R)·g/ψ`; between two of them it is linear along the radius, at the fraction `w = ψ'(ψ - 1)/(ψ
-//! - ψ')` of the way from the lower (ψ) to the upper (ψ'). Both depend, on a side between two columns, on the vertices
-//! of that side alone: values are continuous everywhere. Along the ray the value is `((1 - ψ')·N + (ψ - 1)·N')/(ψ -
-//! ψ')` with N linear: a quadratic over a linear function, as in Eq. 3 of the paper, which is the case of equal radii.
+//! is barycentric, `Σ (α/R)·g/ψ`; between two of them it is linear along the radius, at the fraction
+//! `w = ψ'(ψ - 1)/(ψ - ψ')` of the way from the lower (ψ) to the upper (ψ'). Both depend, on a side between two
+//! columns, on the vertices of that side alone: values are continuous everywhere. Along the ray the value is
+//! `((1 - ψ')·N + (ψ - 1)·N')/(ψ - ψ')` with N linear: a quadratic over a linear function, as in Eq. 3 of the paper,
+//! which is the case of equal radii.
 
 use crate::walk::Column;
 use icoray_grid::array::MapInline;

@@ -9,8 +9,8 @@ use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine};
 
 /// The points at which each ray enters and leaves its frustum: `(1 - x) N + x N'` is the value (`native.rs`), with N
-/// and N' linear along the column. With Q = N' - N the bend of [`Segment`](crate::segment::Segment) is `κ = (xb - xa)(ε
-/// Qa + Qa - Qb)`.
+/// and N' linear along the column. With Q = N' - N the bend of [`Segment`](crate::segment::Segment) is
+/// `κ = (xb - xa)(ε Qa + Qa - Qb)`.
 #[derive(Clone, Copy)]
 pub(super) struct NativeWay<V: Machine> {
     /// Weights in N and in N' of the second and the third vertex, at the column's entry and exit.
