@@ -87,7 +87,7 @@ mod tests {
 
     const PIXELS: [[u32; 2]; 5] = [[0, 0], [1, 0], [0, 1], [511, 77], [16383, 16383]];
 
-    /// The place of a sample in squares of a pixel with so many in each direction.
+    /// The square that contains a sample, in a pixel divided into `many` squares in each direction.
     fn square(place: [f64; 2], many: [f64; 2]) -> [u32; 2] {
         [0, 1].map(|axis| ((place[axis] + 0.5) * many[axis]) as u32)
     }
