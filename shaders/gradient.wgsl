@@ -1,27 +1,28 @@
 // Mirrors gradient.rs, from the field on the device: one vertex per invocation. The mean over all frusta is the same
-// sum as that over those that miss no value, so there is the latter only.
+// sum as that over those that miss no value, so only the latter is implemented.
 //
-// Where a field is all but flat in one direction, f32 has no digits left for the slope there: so values have more.
+// If a field is almost flat in one direction, f32 has no digits left for the slope there: so values have more.
 #import kernel/column
 
-// One page: its first column's number, how many there are, and places for triangles around each cell.
+// One page: the number of its first column, its number of columns, and the places for triangles around each cell.
 struct Around {
     first: u32,
     columns: u32,
     row: u32,
 }
 
-// In place of a triangle behind a cell's last one.
+// Marks that there is no triangle behind a cell's last one.
 const NONE: u32 = 0xffffffffu;
 
 @group(2) @binding(0) var<uniform> around: Around;
 // The triangles with data around each cell.
 @group(2) @binding(1) var<storage, read> corners: array<u32>;
-// The cells of columns, where these are not all.
+// The cells of columns, if these are not all cells.
 @group(2) @binding(2) var<storage, read> cells_of_columns: array<u32>;
-// As gradients.wgsl reads them.
+// In the format of gradients.wgsl.
 @group(2) @binding(3) var<storage, read_write> gradients_out: array<f32>;
-// Remainders of the values beyond f32, in 16 bits each, two in a word: a value's last digits, in pages as the field's.
+// Remainders of the values beyond f32, in 16 bits each, two in a word: a value's last digits, in pages like the
+// field's.
 #each @group(3) @binding(PAGE) var<storage, read> rests_PAGE: array<u32>;
 
 const LARGEST: f32 = 1e15;
@@ -45,7 +46,7 @@ fn value_get(base: Base, layer: u32) -> Wide {
     return Wide(value, rests_get(base, layer) * abs(value) * ROUNDING);
 }
 
-// A value beside that at a vertex: one layer further.
+// The value next to that at a vertex: one layer further.
 struct Next {
     layer: u32,
     slope: f32,
@@ -77,7 +78,7 @@ fn known(cell: u32, layer: u32) -> vec3f {
         return vec3f(0.0);
     }
     var next = array<Next, 2>(
-        // There is no layer below the innermost: its number is beyond all.
+        // There is no layer below the innermost: its number exceeds all.
         next_above(base, layer - 1u, false, own),
         next_above(base, layer, true, own),
     );
@@ -117,8 +118,8 @@ fn known(cell: u32, layer: u32) -> vec3f {
     return narrowed(sum / max(count, 1.0), size);
 }
 
-// Values at the end of what f32 kernels are given, of size `size`, stand for whatever lies beyond: there gradients are
-// as long as any may be.
+// Values at the limit of f32 kernels, of size `size`, represent all values beyond: gradients there have the largest
+// length.
 fn narrowed(mean: vec3f, size: f32) -> vec3f {
     let largest = max(abs(mean.x), max(abs(mean.y), abs(mean.z)));
     return mean * select(1.0, 1e30 / max(largest, 1.0), size >= LARGEST);

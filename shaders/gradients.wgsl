@@ -1,7 +1,7 @@
-// Gradients at the vertices: what lit scenes read beside the field, in pages as the field's.
+// Gradients at the vertices: the data that lit scenes read beside the field, in pages like the field's.
 #import pages
 
-// x, y and z one after the other, where the value is in the field's page.
+// x, y and z one after the other, at the place of the value in the field's page.
 #each @group(3) @binding(PAGE) var<storage, read> gradients_PAGE: array<f32>;
 
 fn gradients_get(base: Base, layer: u32) -> vec3f {

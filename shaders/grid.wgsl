@@ -1,4 +1,4 @@
-// Mirrors grid/mod.rs: the model's tables as they are, counted from `params.index_base`.
+// Mirrors grid/mod.rs: the model's tables unchanged, counted from `params.index_base`.
 #import params
 #import kernel/wide
 

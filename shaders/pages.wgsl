@@ -1,20 +1,20 @@
-// The field on the device: columns of values. A binding holds no more than a device says, so columns lie in pages, each
-// in a binding of its own: what follows `#each` stands in the shader once per page, with its number for PAGE.
+// The field on the device: columns of values. The size of a binding is limited, so columns lie in pages, each in a
+// separate binding: a line that starts with `#each` is repeated once per page, with its number for PAGE.
 //
 // Of a large field, only the columns that rays can read are uploaded.
 #import params
 
 override PAGES: u32 = 1u;
-// Else every cell has a column, and its number.
+// Otherwise every cell has a column with the cell's number.
 override HAS_PLACES: bool = false;
-// Else some of the lowest or highest layers are not there.
+// Otherwise some of the lowest or highest layers are missing.
 override HAS_ALL_LAYERS: bool = true;
 
 // The numbers of cells' columns.
 @group(0) @binding(10) var<storage, read> places: array<u32>;
 #each @group(1) @binding(PAGE) var<storage, read> field_PAGE: array<f32>;
 
-// Where a column begins.
+// Offset of a column.
 struct Base {
     page: u32,
     first: u32,
@@ -33,7 +33,7 @@ fn pages_base(cell: u32) -> Base {
     return Base(page, number * params.column_stride);
 }
 
-// A layer that is not there has the values of the next one that is: both are in one clear span, with all between them.
+// A missing layer has the values of the next existing one: both are in one clear span, with all between them.
 fn pages_at(base: Base, layer: u32) -> u32 {
     var row = layer;
     if !HAS_ALL_LAYERS {

@@ -10,20 +10,20 @@ struct Params {
     // The first piece of this dispatch.
     first_piece: u32,
     forward_lo: vec3f,
-    // Pixels from one that is traced to the next.
+    // Distance between traced pixels.
     pixel_step: u32,
     right_hi: vec3f,
-    // Half a pixel's side at distance 1.
+    // Half of a pixel's side at distance 1.
     half_pixel_hi: f32,
     right_lo: vec3f,
     half_pixel_lo: f32,
     up_hi: vec3f,
-    // 0: what compilers must not know.
+    // Always 0, which compilers must not know.
     zero: u32,
     up_lo: vec3f,
-    // A ray that takes more steps from triangle to triangle has lost its way.
+    // A ray that takes more steps from triangle to triangle has failed.
     max_steps: u32,
-    // With FEW_KNOTS where the spans behind the first begin, and ENDLESS behind the last.
+    // With FEW_KNOTS the starts of the spans behind the first, and ENDLESS behind the last.
     knots: vec4f,
     // Linear RGB of the core.
     core: vec3f,
@@ -36,11 +36,11 @@ struct Params {
     // Elements from column to column and from layer to layer, in a page.
     column_stride: u32,
     layer_stride: u32,
-    // The tolerance's parts: `Budget` of kernel/ray.rs.
+    // The divided tolerance: `Budget` of kernel/ray.rs.
     color_tolerance: f32,
     min_transmittance: f32,
     brightest: f32,
-    // A triangle that is there.
+    // A row that is a triangle.
     start: u32,
     // Columns of a page.
     page_columns: u32,
@@ -51,7 +51,7 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> params: Params;
 
-// Code that a scene does not need is not in its shader.
+// Code that a scene does not need is omitted from its shader.
 override IS_EXACT: bool = true;
 override HAS_CORE: bool = true;
 override HAS_VOID: bool = true;

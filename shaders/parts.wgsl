@@ -1,9 +1,9 @@
-// A picture's rays through a rank's part of the cells: fragments of each, in bands of pieces.
+// Traces a picture's rays through a rank's part of the cells: fragments of each, in bands of pieces.
 #import params
 #import pieces
 #import kernel/ray/fragment
 
-// The boundaries that a ray met, and its number of fragments; LOST where the walk failed.
+// The boundaries that a ray met, and its number of fragments; LOST if the walk failed.
 struct Passed {
     columns: u32,
     frusta: u32,

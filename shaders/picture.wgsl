@@ -1,9 +1,9 @@
-// A picture's rays, one per invocation, in bands of pieces.
+// Traces a picture's rays, one per invocation, in bands of pieces.
 #import params
 #import pieces
 #import kernel/ray
 
-// Result of a ray: `Traced` of icoray/src/device. `error` is MISSED or LOST where the ray has no light.
+// Result of a ray: `Traced` of icoray/src/device. `error` is MISSED or LOST if the ray has no light.
 struct Pixel {
     red: f32,
     green: f32,
@@ -14,7 +14,7 @@ struct Pixel {
     columns: u32,
     frusta: u32,
     void_frusta: u32,
-    // The surfaces that it met: `BoundarySignature`, nothing where there is only a volume.
+    // The surfaces that it met: `BoundarySignature`, empty if there is only a volume.
     order: u32,
     nearness: f32,
 }

@@ -8,10 +8,10 @@ struct Piece {
     top: u32,
     width: u32,
     height: u32,
-    // Where its first ray lies in `pixels`, and the next row's behind it.
+    // Index of its first ray in `pixels`, and the distance to the next row's.
     first: u32,
     stride: u32,
-    // A triangle near those that its rays start over.
+    // A triangle near those at which its rays start.
     hint: u32,
 }
 
@@ -29,8 +29,8 @@ fn direction(x: u32, y: u32) -> Wide3 {
     );
 }
 
-// Mesa's llvmpipe ends all loops of an invocation once they have taken 65,535 turns together, and does not tell: then
-// this one ends early too. Rays without light, which come near that on the largest grids only, see it in `trace` alone.
+// Mesa's llvmpipe ends all loops of an invocation after 65,535 turns in total, without an error: then this one ends
+// early too. Rays without light, which approach that on the largest grids only, check it in `trace` only.
 fn are_loops_whole() -> bool {
     var turns = params.zero;
     while turns < 2u {

@@ -1,9 +1,9 @@
-// What is shown beside the volume. Mirrored by icoray-gpu/src/layout.rs; lengths and directions are in double-float,
-// upper half first.
+// The parts of a scene beside the volume. Mirrored by icoray-gpu/src/layout.rs; lengths and directions are in
+// double-float, upper half first.
 
-// A cut: where all of its conditions hold.
+// A cut: the region where all of its conditions hold.
 struct Clip {
-    // The direction in which a half-space lies, and how far out.
+    // Unit normal of a half-space's plane, and its distance from the centre.
     towards_hi: vec3f,
     distance_hi: f32,
     towards_lo: vec3f,
@@ -47,18 +47,18 @@ const AT_RADIUS: u32 = 0xFFFFFFFFu;
 
 // Colours of a surface.
 struct Material {
-    // The colour, where it is one.
+    // The colour, if it is uniform.
     color: vec3f,
     opacity: f32,
     // One of MATERIAL_PLAIN and those behind it.
     kind: u32,
-    // Where the values over the first cell lie in `surface_values`.
+    // Index in `surface_values` of the value over the first cell.
     first_value: u32,
     // The spans of its transfer function in `spans`.
     first_span: u32,
     span_count: u32,
-    // Of MATERIAL_BETWEEN: the field, OWN_FIELD or its number in `fields`, and from its normalised value to that of the
-    // spans.
+    // For MATERIAL_BETWEEN: the field, OWN_FIELD or its number in `fields`, and the conversion from its normalised
+    // value to that of the spans.
     field: u32,
     scale: f32,
     shift: f32,
@@ -75,16 +75,16 @@ const MATERIAL_BETWEEN: u32 = 3u;
 
 // A field beside the volume's.
 struct SceneField {
-    // Where its values lie in `surface_values`, level-fastest, normalised to its range.
+    // Index of its values in `surface_values`, level-fastest, normalised to its range.
     first_value: u32,
-    // Where its gradients lie there, x, y and z one after the other, where the scene is lit.
+    // Index of its gradients there, x, y and z one after the other, if the scene is lit.
     first_gradient: u32,
     padding: vec2u,
 }
 
 // A surface on which a field has one value.
 struct Isosurface {
-    // The colour, where it is one.
+    // The colour, if it is uniform.
     color: vec3f,
     opacity: f32,
     // The value, normalised as the field.
@@ -93,8 +93,8 @@ struct Isosurface {
     field: u32,
     // Colours: MATERIAL_PLAIN or MATERIAL_FIELD.
     kind: u32,
-    // Of the field that colours: which it is, the spans of its transfer function in `spans`, and from the field's
-    // normalised value to that of the spans.
+    // For the colouring field: its number, the spans of its transfer function in `spans`, and the conversion from the
+    // field's normalised value to that of the spans.
     color_field: u32,
     first_span: u32,
     span_count: u32,
@@ -108,7 +108,7 @@ const OWN_FIELD: u32 = 0xFFFFFFFFu;
 struct VolumeMap {
     // OWN_FIELD, or else its number in `fields`.
     field: u32,
-    // In `spans`. None of a colour: then it is that of the volume's extinction.
+    // In `spans`. Empty for a colour equal to that of the volume's extinction.
     first_span: u32,
     span_count: u32,
     // In `steps`.
@@ -128,14 +128,14 @@ struct Scenery {
     materials: array<Material, MAX_SURFACES>,
     isosurfaces: array<Isosurface, MAX_SURFACES>,
     fields: array<SceneField, MAX_FIELDS>,
-    // Of several volumes: those of the extinction and of the colour of the first one, and so on.
+    // For several volumes: the maps of the extinction and of the colour of the first one, and so on.
     maps: array<VolumeMap, MAX_MAPS>,
     clip_count: u32,
     surface_layer_count: u32,
     isosurface_count: u32,
-    // A surface is seen where more than this part of its light comes through.
+    // A surface is visible if more than this fraction of its light passes.
     seen_above: f32,
-    // 0 where the scene has no more than the volume of the field.
+    // 0 if the scene has only the volume of the field.
     volume_count: u32,
     // The number of spheres among `surface_layers`.
     sphere_count: u32,

@@ -1,5 +1,5 @@
-// Mirrors kernel/column.rs. Heights are in double-float; fractions are f32, made of differences of heights that are
-// right to the digits of f32 (`wide_apart`), and so are lengths: layers of 100 m on an Earth keep their digits.
+// Mirrors kernel/column.rs. Heights are in double-float; fractions and lengths are f32, computed from differences of
+// heights that are accurate to the digits of f32 (`wide_apart`): layers of 100 m on an Earth keep their digits.
 #import params
 #import kernel/walk
 #import kernel/sample
@@ -48,14 +48,14 @@ fn shell_fraction(gap: u32, rho: Wide) -> f32 {
 struct Chord {
     entry: f32,
     exit: f32,
-    // Whether a vertex has no value.
+    // Whether a value at a vertex is missing.
     is_void: bool,
-    // As a segment has it.
+    // As in a segment.
     size: f32,
-    // Gradients, where the scene is lit.
+    // Gradients, if the scene is lit.
     entry_gradient: vec3f,
     exit_gradient: vec3f,
-    // The largest component of those at the vertices.
+    // The largest component of the gradients at the vertices.
     gradient_size: f32,
 }
 
@@ -66,13 +66,14 @@ fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
     let is_void = is_missing(values.x) || is_missing(values.y) || is_missing(values.z);
     let sizes = abs(values);
     let most = max(sizes.x, max(sizes.y, sizes.z));
-    // Far beyond the transfer function's range, roundings of a column's weights count, which all of its frusta share.
+    // Far beyond the transfer function's range, the roundings that matter are those of a column's weights, which all of
+    // its frusta share.
     let size = max(max(most, 2.0 * most - 1.0), select(1.0, 0.0, HAS_STEPS));
     let none = vec3f(0.0);
     return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void, size, none, none, 0.0);
 }
 
-// A chord's gradients, of those at the three vertices.
+// A chord's gradients, from those at the three vertices.
 fn chord_over_gradients(chord: ptr<function, Chord>, a: vec3f, b: vec3f, c: vec3f, entry: vec2f, exit: vec2f) {
     let ab = b - a;
     let ac = c - a;

@@ -1,4 +1,4 @@
-// Mirrors kernel/lit.rs; where recursion cuts a piece in two there, a loop goes through the parts in their order.
+// Mirrors kernel/lit.rs; instead of its recursion, which cuts a piece in two, a loop visits the parts in order.
 #import kernel/shade
 
 // The gradient along a whole frustum; the value beside it is the frustum's segment.
@@ -69,24 +69,24 @@ struct Lit {
     interpolant: FrustumInterpolant,
 }
 
-// Most halvings of a piece at its start, and how many more there may be by its end.
+// Maximum number of halvings of a piece at its start, and of further ones by its end.
 const HALVINGS_AT_START: f32 = 500.0;
 const HALVINGS_ALONG: f32 = 1500.0;
 
-// Whether a part that ends at `done` of its piece, or of its frustum, may be halved after so many halvings.
+// Whether a part that ends at `done` of its piece, or of its frustum, may be halved after this number of halvings.
 fn may_halve(halvings: u32, done: f32) -> bool {
     return f32(halvings) < HALVINGS_AT_START + HALVINGS_ALONG * done;
 }
 
-// Most of `lighting.most_cuts`.
+// Maximum of `lighting.most_cuts`.
 const MAX_CUTS: u32 = 20u;
 
-// The light of the last front half of each level, and what it leaves of the spare error. Outside the function, which
+// The light of the last front half of each level, and the spare error that it leaves. Outside of the function, which
 // would zero them for each piece.
 var<private> fronts: array<Radiance, MAX_CUTS + 1u>;
 
-// The piece or, where its error cannot be afforded, its halves one after the other: number `index` of 2^level. Their
-// light is added up in pairs, as there: a sum of thousands one by one would lose what is less than a last digit.
+// The piece or, if its error cannot be afforded, its halves one after the other: number `index` of 2^level. Their light
+// is summed in pairs, as there: a sum of thousands one by one would lose light below the last digit.
 fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> Radiance {
     var light: Radiance;
     var level = 0u;
@@ -115,7 +115,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> R
         }
         light = outcome.light;
         left = spare_behind(left, light, lit.budget.color_tolerance);
-        // A back half makes its parent whole, and so does a front half behind which nothing is seen.
+        // A back half completes its parent, and so does a front half behind which nothing is visible.
         while level > 0u {
             if (index & 1u) == 1u {
                 var whole = fronts[level];
@@ -137,7 +137,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> R
     return light;
 }
 
-// What is left to the parts behind `light`.
+// The spare error of the parts behind `light`.
 fn spare_behind(spare: f32, light: Radiance, color_tolerance: f32) -> f32 {
     let left = spare + color_tolerance * light.alpha - light.error;
     return max(left, 0.0) / max(1.0 - light.alpha, LEAST);

@@ -1,4 +1,4 @@
-// Mirrors kernel/piece.rs; where recursion halves a piece there, a loop goes through the halves in their order.
+// Mirrors kernel/piece.rs; instead of its recursion, which halves a piece, a loop visits the halves in order.
 #import params
 #import kernel/transfer
 
@@ -102,10 +102,10 @@ fn linear(terms: Terms) -> Radiance {
 
 const MAX_PANELS: f32 = 32.0;
 const THIN: f32 = 0.5;
-// Halvings inside each other. What is left is some 1e-8 of the piece, whose colours are its first one's.
+// Maximum depth of halvings. The rest is about 1e-8 of the piece, whose colours are those of its start.
 const MAX_HALVINGS: u32 = 24u;
 
-// `whole` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level.
+// `whole` of the piece or, if that requests it, of its halves one after the other: number `index` of 2^level.
 fn exact(terms: Terms, budget: ErrorBudget) -> Radiance {
     var light = radiance_none();
     var level = 0u;
@@ -130,7 +130,7 @@ fn exact(terms: Terms, budget: ErrorBudget) -> Radiance {
         }
         radiance_over(&light, outcome.light);
         behind.transmittance = (1.0 - light.alpha) * budget.transmittance;
-        // Behind a back half its parent is done too.
+        // After a back half its parent is done too.
         while level > 0u && (index & 1u) == 1u {
             level--;
             index /= 2u;
@@ -144,7 +144,7 @@ fn exact(terms: Terms, budget: ErrorBudget) -> Radiance {
     return light;
 }
 
-// A piece's light, if it needs not be halved.
+// A piece's light, unless it must be halved.
 struct Outcome {
     light: Radiance,
     is_done: bool,
@@ -191,8 +191,8 @@ fn dense(terms: Terms, alpha: f32, budget: ErrorBudget, is_last: bool) -> Outcom
     return Outcome(radiance_none(), false);
 }
 
-// The closed form cancels, in f32 more than it gives, where ε is neither near 0 nor large; there 8-point Gauss, whose
-// nodes are summed in pairs x and 1 - x, is off by less than 1e-7.
+// The closed form loses too many digits in f32 if ε is neither near 0 nor large; there 8-point Gauss, whose nodes are
+// summed in pairs x and 1 - x, has an error of less than 1e-7.
 fn bend_factor(eps: f32) -> f32 {
     if abs(eps) < 0.02 {
         let e2 = eps * eps;
@@ -202,7 +202,7 @@ fn bend_factor(eps: f32) -> f32 {
         return low + e2 * (middle + e2 * high);
     }
     if eps < -0.75 || eps > 3.0 {
-        // Turned round, the piece has the ε below.
+        // Reversed, the piece has the ε below.
         let e = select(eps, -eps / (1.0 + eps), eps < 0.0);
         let turned = 6.0 * (e + 0.5 * e * e - (1.0 + e) * log(1.0 + e)) / (e * e * e);
         return select(turned, turned / (1.0 + eps), eps < 0.0);
@@ -258,7 +258,7 @@ fn gauss_error(terms: Terms) -> f32 {
     return (terms.steep * even + odd) * (1.0 / 4320.0);
 }
 
-// Here a single panel goes the same way, so that a shader has the rule once.
+// Here a single panel is computed in the same way, so that a shader contains the rule once.
 fn panels(terms: Terms, count: u32, budget: ErrorBudget) -> Radiance {
     let piece = terms.piece;
     let steepest = terms.span.steepest;

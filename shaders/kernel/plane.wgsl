@@ -7,7 +7,7 @@ struct Plane {
     q: Wide3,
 }
 
-// A vertex of the mesh seen in a plane: its x, y and q.
+// A vertex of the mesh in a plane: its x, y and q.
 struct PlaneVertex {
     cell: u32,
     at: Wide3,
@@ -45,10 +45,10 @@ fn plane_vertex_q(seen: PlaneVertex) -> Wide {
     return Wide(seen.at.hi.z, seen.at.lo.z);
 }
 
-// A length that is nothing on any planet but whose square is still a number.
+// A length that is negligible on any planet and whose square does not underflow.
 const TINY: f32 = 1e-15;
 
-// The plane of the great circle from `from_` towards `to`; where these are equal or opposite, q is 0.
+// The plane of the great circle from `from_` towards `to`; if these are equal or opposite, q is 0.
 fn plane_through(from_: Wide3, to: Wide3) -> Plane {
     let upwards = wide3_cross(from_, to);
     let long = wide3_length(upwards);
@@ -95,7 +95,7 @@ struct RayLine {
     b: Wide,
     start: Wide,
     end: Wide,
-    // Whether there is a part inside the sphere at all.
+    // Whether any part is inside the sphere.
     is_there: bool,
 }
 

@@ -1,7 +1,7 @@
 // Mirrors kernel/ray.rs.
 //
-// `cross` of kernel/column.rs stands here, with what it visits: WGSL has no functions that are passed on. Each of
-// `piece`, `monotone` and `frustum` is called from one place only, since drivers inline every call.
+// `cross` of kernel/column.rs is here, with its visitor: WGSL cannot pass functions. Each of `piece`, `monotone` and
+// `frustum` is called from one place only, since drivers inline every call.
 #import params
 #import kernel/column
 #import kernel/roundoff
@@ -10,19 +10,19 @@
 #scene #import kernel/general/frustum
 
 struct Ray {
-    // The span of the transfer function that the ray is in, where that is known.
+    // The span of the transfer function at the ray's position, if known.
     span: u32,
     is_in_span: bool,
     columns: u32,
     frusta: u32,
     void_frusta: u32,
-    // Where IN_PARTS: see `ray_min_transmittance`.
+    // If IN_PARTS: see `ray_min_transmittance`.
     min_transmittance: f32,
-    // Where the scene is lit.
+    // If the scene is lit.
     shading: RayShading,
 }
 
-// The transmittance at which the ray ends, which fragments before have had their part of.
+// The transmittance at which the ray ends, reduced by the fragments before.
 fn ray_min_transmittance(ray: ptr<function, Ray>) -> f32 {
     if IN_PARTS {
         return (*ray).min_transmittance;
@@ -30,7 +30,7 @@ fn ray_min_transmittance(ray: ptr<function, Ray>) -> f32 {
     return params.min_transmittance;
 }
 
-// Radiance that comes along a ray, and what the ray met.
+// Radiance along a ray, and the surfaces that it met.
 struct Traced {
     light: Radiance,
     ray: Ray,
@@ -71,7 +71,7 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
     return Traced(light, ray, true);
 }
 
-// Visits the gaps that the ray passes in `column`; true where the ray ends.
+// Visits the gaps that the ray passes in `column`; returns true if the ray ends.
 fn cross(
     ray: ptr<function, Ray>,
     light: ptr<function, Radiance>,
@@ -121,7 +121,7 @@ fn cross(
                 let w = shell_fraction(*gap, b.rho);
                 at_b = chord_mix(near, far, select(1.0 - w, w, rising));
             }
-            // The whole column where no layer is passed. Else a fraction of its own, not the difference of two.
+            // The whole column if no layer is passed. Else a separate fraction, not the difference of two.
             let climb = wide_apart(b.rho, a.rho);
             let part = select(clamp(climb * scale, 0.0, 1.0), 1.0, is_first && !passes);
 #scene             let way = GapWay(*gap, a, b, part);
@@ -216,7 +216,7 @@ fn void_column(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: Ra
     return met.is_there && core(ray, light, line, met.t);
 }
 
-// True where the core ends the ray.
+// Returns true if the core ends the ray.
 fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: RayLine, t: Wide) -> bool {
     if HAS_CORE {
         var body = 1.0;
@@ -352,7 +352,7 @@ fn piece(
     (*light).variance += off * off;
 }
 
-// The `count` steps from `first` on, of which none counts as having less extinction than `least`.
+// Accounts for the `count` steps from `first` on, each with an extinction of at least `least`.
 fn near_steps(light: ptr<function, Radiance>, segment: Segment, first: u32, count: u32, least: f32) {
     let steep = abs(segment.f1 - segment.f0) + abs(segment.kappa);
     if steep == 0.0 {

@@ -2,8 +2,8 @@
 
 const ROUNDING: f32 = 5.9604644775390625e-8;
 const SURFACE: f32 = 1e12;
-// In place of the CPU's infinities and NaN, of which a shader need not know: beyond all normalised values, which are
-// held within 1e15.
+// Replaces the CPU's infinities and NaN, which shaders need not support: larger than all normalised values, which are
+// clamped to 1e15.
 const ENDLESS: f32 = 3e38;
 
 // A missing sample is stored as ENDLESS.
@@ -22,7 +22,7 @@ fn absorbed_by(x: f32) -> f32 {
     return x * (low + x4 * high);
 }
 
-// x to the power of y for x up to 1: WGSL's own is as exact as its logarithm, which near 1 need not be.
+// x to the power of y for x up to 1: WGSL's own is as exact as its logarithm, which may be inexact near 1.
 fn power(x: f32, y: f32) -> f32 {
     var ln = log(x);
     if x > 0.7 {

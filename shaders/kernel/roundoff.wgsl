@@ -57,7 +57,7 @@ fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance
     if piece.is_narrow {
         stretch = roundoff_stretch(roundoff, piece.values);
     }
-    // A piece without length, which f32 can have, has no colours to have elsewhere.
+    // A piece without length, which is possible in f32, cannot have its colours elsewhere.
     let part = min(stretch + off / max(piece.length, 1e-37), 1.0);
     let colors = ((*light).alpha - alpha) * piece.change * part;
     let depth = min((1.0 - (*light).alpha) * piece.mean.extinction * piece.length * stretch, 1.0);
@@ -74,7 +74,7 @@ fn roundoff_stretch(roundoff: ptr<function, Roundoff>, values: vec2f) -> f32 {
     return 2.0 * (*roundoff).reach / ((*roundoff).reach + min(a, b));
 }
 
-// How far a knot is from the ends of its segment; the ends themselves are no knots.
+// Distance of a knot from the ends of its segment; the ends themselves are no knots.
 fn roundoff_apart(value: f32, ends: vec2f) -> f32 {
     return select(min(abs(value - ends.x), abs(value - ends.y)), ENDLESS, any(vec2f(value) == ends));
 }

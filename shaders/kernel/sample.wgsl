@@ -1,8 +1,8 @@
-// Mirrors kernel/sample.rs: values were normalised, in f64, when they were uploaded, and missing ones marked.
+// Mirrors kernel/sample.rs: values were normalised, in f64, and missing ones marked, when they were uploaded.
 #import pages
 #import kernel/real
 
-// Where the values over `cell` begin, for `samples_get`.
+// Offset of the values over `cell`, for `samples_get`.
 fn samples_base(cell: u32) -> Base {
     return pages_base(cell);
 }

@@ -7,7 +7,7 @@ struct Segment {
     kappa: f32,
     eps: f32,
     length: f32,
-    // The largest magnitude of the values at the frustum's vertices; at least 1 where the transfer function has no steps.
+    // The largest magnitude of the values at the frustum's vertices; at least 1 if the transfer function has no steps.
     size: f32,
 }
 

@@ -3,7 +3,8 @@
 #import kernel/plane
 #import kernel/turn
 
-// Shading parameters of all rays (`Shading` of icoray/src/device), and how often a piece may be cut for its light.
+// Shading parameters of all rays (`Shading` of icoray/src/device), and the maximum number of cuts of a piece for its
+// light.
 struct Shading {
     light_hi: vec3f,
     ambient: f32,
@@ -94,7 +95,7 @@ fn ray_shading_mean_body(s: RayShading, turn: NormalTurn, color: ColorChange) ->
     let part = beyond / (reach + reach + LEAST);
     let forward = select(centre, -centre, sign * cosine.rise < 0.0);
     let kink = beyond * part * (1.0 - forward * (6.0 - 4.0 * part));
-    // Rules that do not hold must not leave the range of what they approximate.
+    // Rules beyond their validity must not leave the range of what they approximate.
     let body = s.ambient + s.diffuse * clamp(level + kink, 0.0, 1.0);
     let tilt = select(sign * cosine.rise * normal_turn_variance(turn) * s.diffuse, 0.0, crosses);
     let bend = abs(cosine.bend);
@@ -137,8 +138,8 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     return vec2f(s.specular * highlight, s.specular * off);
 }
 
-// Standard deviation of the shade across a gradient of this size, mixed of gradients of size `mixed_of`. The gradients of
-// devices are not packed.
+// Standard deviation of the shade across a gradient of this size, mixed from gradients of size `mixed_of`. The
+// gradients of devices are not packed.
 fn ray_shading_deviation(s: RayShading, mixed_of: f32, size: f32) -> f32 {
     let highlight = 0.61 * sqrt(s.shininess) * s.specular;
     // Gradients are rounded when they are stored and when they are mixed.

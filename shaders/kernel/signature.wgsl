@@ -16,7 +16,7 @@ fn boundary_surface_layer(k: u32, materials: u32) -> u32 {
 const SIGNATURE_HASH: u32 = 0xFFFFFFu;
 const SIGNATURE_BASE: u32 = 0x9E3779u;
 
-// The next boundary, by its number, at `distance` from the eye.
+// Adds the next boundary, by its number, at `distance` from the eye.
 fn signature_push(signature: BoundarySignature, boundary: u32, distance: f32) -> BoundarySignature {
     var number = boundary * 0x85EBCA6Bu;
     number = ((number ^ (number >> 13u)) * 0xC2B2AE35u) >> 8u;

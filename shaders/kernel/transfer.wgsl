@@ -63,7 +63,7 @@ fn spans_find(f: f32) -> u32 {
     return spans_search(f);
 }
 
-// Where spans begin there, which is in order.
+// The number of flags that are set: knots are in order.
 fn knots_below(is_below: vec4<bool>) -> u32 {
     let counted = select(vec4u(0u), vec4u(1u), is_below);
     return counted.x + counted.y + counted.z + counted.w;

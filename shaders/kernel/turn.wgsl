@@ -30,7 +30,7 @@ struct Cosine {
 
 const LEAST: f32 = 1.1754944e-38;
 
-// The start, middle and end of a piece.
+// The turn from the start over the middle to the end of a piece.
 fn normal_turn_of(at_a: vec3f, at_m: vec3f, at_b: vec3f, eps: f32, spread: LightSpread) -> NormalTurn {
     let size = largest(max(max(abs(at_a), abs(at_m)), max(abs(at_b), vec3f(LEAST))));
     let a = scaled(at_a, size);
@@ -102,7 +102,7 @@ fn cosine_swing(c: Cosine) -> f32 {
     return abs(c.rise) + abs(c.bend);
 }
 
-// Unit vector of a gradient of any size; zero where there is none.
+// Unit vector of a gradient of any size; zero if it vanishes.
 fn direction_of(gradient: vec3f) -> vec3f {
     let x = scaled(gradient, largest(max(abs(gradient), vec3f(LEAST))));
     return unit(x, dot(x, x));

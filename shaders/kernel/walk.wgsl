@@ -1,17 +1,16 @@
 // Mirrors kernel/walk.rs in double-float.
 //
-// The sides of vertices are as certain here as there, a pure function of plane and vertex; loops are bounded all the
-// same, for a GPU that never ends takes its host with it.
+// The sides of vertices are as certain as there, a pure function of plane and vertex; loops are bounded anyway, as a
+// GPU that never ends hangs its host.
 #import params
 #import grid
 #import kernel/plane
 
-// Set where a walk takes more steps than any can: a broken invariant, or a driver that does not compute what it is told
-// to.
+// Set if a walk takes more steps than possible: a broken invariant, or a driver that computes wrongly.
 var<private> is_lost: bool = false;
 var<private> steps_taken: u32 = 0u;
 
-// Counts a step; false where there were too many.
+// Counts a step; returns false if there were too many.
 fn may_step() -> bool {
     steps_taken++;
     is_lost = is_lost || steps_taken > params.max_steps;
@@ -36,7 +35,7 @@ fn crossing_between(left: PlaneVertex, right: PlaneVertex) -> Crossing {
     return Crossing(point_lerp(plane_vertex_point(left), plane_vertex_point(right), w), w);
 }
 
-// Whether the circle passes `triangle`; then `contour` is there.
+// Whether the circle passes `triangle`; if so, sets `contour`.
 fn contour_inside(plane: Plane, triangle: u32, contour: ptr<function, Contour>) -> bool {
     let cells = grid_triangle(triangle);
     var seen: array<PlaneVertex, 3>;
@@ -58,7 +57,7 @@ fn contour_inside(plane: Plane, triangle: u32, contour: ptr<function, Contour>) 
     return false;
 }
 
-// Triangles that are looked at around one that rounding misses: two rings.
+// Number of triangles that are searched around one that rounding misses: two rings.
 const AROUND: u32 = 32u;
 
 fn contour_near(plane: Plane, triangle: u32) -> Contour {
@@ -178,7 +177,7 @@ fn locate_short(from_: u32, middle: Wide3, target_: Wide3) -> u32 {
     return contour.triangle;
 }
 
-// One end of a ray's way through a column. Weights are those of the column's second and third vertex.
+// One end of a ray's path through a column. Weights are those of the column's second and third vertex.
 struct ColumnEnd {
     t: Wide,
     rho: Wide,

@@ -1,10 +1,9 @@
-// Double-float numbers: hi + lo with |lo| at most half a last digit of hi, some 48 bits, for what the CPU has in f64.
+// Double-float numbers: hi + lo with |lo| at most half a last digit of hi, some 48 bits, in place of the CPU's f64.
 //
 // Knuth's and Dekker's error-free sums and products (Dekker 1971, doi:10.1007/BF01397083; Hida, Li and Bailey 2001).
-// They live on rounding that algebra does not know of, and drivers do algebra: Mesa takes `(a + b) - a` for b, and
-// others fuse a product with the sum behind it where they like. What must be rounded as it is written goes through
-// `opaque`. So every function here is a pure function of its arguments' bits, wherever it is inlined: the walk rests on
-// that.
+// They depend on rounding, which algebra ignores, and drivers apply algebra: Mesa replaces `(a + b) - a` by b, and
+// others fuse a product with the following sum at will. Operations that must be rounded as written go through `opaque`.
+// So every function here is a pure function of its arguments' bits, wherever it is inlined: the walk relies on that.
 #import params
 
 struct Wide {
@@ -17,7 +16,7 @@ struct Wide3 {
     lo: vec3f,
 }
 
-// x, by a way that no compiler sees through: `params.zero` is known at run time only.
+// x, in a form that no compiler can simplify: `params.zero` is known at run time only.
 fn opaque(x: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(x) ^ params.zero);
 }
@@ -26,7 +25,7 @@ fn opaque3(x: vec3f) -> vec3f {
     return bitcast<vec3f>(bitcast<vec3u>(x) ^ vec3u(params.zero));
 }
 
-// a + b, exactly, where |a| >= |b|.
+// a + b, exactly, if |a| >= |b|.
 fn quick_two_sum(a: f32, b: f32) -> Wide {
     let sum = opaque(a + b);
     return Wide(sum, b - opaque(sum - a));
@@ -52,7 +51,7 @@ fn two_sum3(a: vec3f, b: vec3f) -> Wide3 {
     return Wide3(sum, opaque3(a - of_a) + opaque3(b - of_b));
 }
 
-// The upper half of x's digits: what is left has the other half.
+// The upper half of x's digits: the remainder has the other half.
 fn upper_half(x: f32) -> f32 {
     let shifted = opaque(4097.0 * x);
     return opaque(shifted - opaque(shifted - x));
@@ -112,7 +111,7 @@ fn wide_times(a: Wide, b: f32) -> Wide {
     return quick_two_sum(product.hi, product.lo + opaque(a.lo * b));
 }
 
-// By long division, a digit of f32 at a time: a rough first digit does no harm.
+// Long division, a digit of f32 at a time: a rough first digit does no harm.
 fn wide_div(a: Wide, b: Wide) -> Wide {
     let first = opaque(a.hi / b.hi);
     var rest = wide_sub(a, wide_times(b, first));
@@ -135,8 +134,8 @@ fn wide_sqrt(a: Wide) -> Wide {
     return root;
 }
 
-// a - b to the digits of f32, which is all that a small difference of two wide numbers has to have: where the upper
-// halves are close, their difference is exact.
+// a - b to the digits of f32, which suffice for a small difference of two wide numbers: if the upper halves are close,
+// their difference is exact.
 fn wide_apart(a: Wide, b: Wide) -> f32 {
     return opaque(a.hi - b.hi) + opaque(a.lo - b.lo);
 }
@@ -194,7 +193,7 @@ fn wide3_length(a: Wide3) -> Wide {
     return wide_sqrt(wide3_dot(a, a));
 }
 
-// The unit vector along `a`, which is no shorter than a hair (`plane.wgsl`).
+// The unit vector along `a`, which is no shorter than `TINY` (`plane.wgsl`).
 fn wide3_normalize(a: Wide3) -> Wide3 {
     return wide3_scale(a, wide_div(wide(1.0), wide3_length(a)));
 }

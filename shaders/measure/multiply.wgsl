@@ -1,5 +1,5 @@
-// Multiplies and adds in registers: what a device computes at most. Twelve chains, as many as keep a processor's pipes
-// full and fit its registers.
+// Multiplies and adds in registers: measures a device's peak rate. Twelve chains, which fill a processor's pipes and
+// fit its registers.
 
 @group(0) @binding(0) var<storage, read_write> products: array<f32>;
 

@@ -1,4 +1,4 @@
-// Reads a buffer from end to end, neighbours side by side: what a device's memory gives at most.
+// Reads a buffer from end to end, neighbours side by side: measures a device's peak memory rate.
 
 @group(0) @binding(0) var<storage, read> streamed: array<vec4u>;
 @group(0) @binding(1) var<storage, read_write> sums: array<u32>;

@@ -1,4 +1,4 @@
-//! Dates from CF's times: a count of days, hours, minutes or seconds since a date, in the calendars that models have.
+//! Dates from CF's times: a count of days, hours, minutes or seconds since a date, in the calendars of models.
 //!
 //! CF conventions 1.11, §4.4. Days are counted from 1970-01-01 in the Gregorian calendar, the algorithms are those of
 //! Howard Hinnant, <https://howardhinnant.github.io/date_algorithms.html>.
@@ -125,13 +125,13 @@ impl Cycle {
 pub(crate) enum Clock {
     /// Units since a date.
     Since { calendar: Calendar, unit_s: f64, epoch_s: i64 },
-    /// `day as %Y%m%d.%f`: digits of the date, and the day's fraction, as the CDO write them.
+    /// `day as %Y%m%d.%f`: digits of the date, and the day's fraction, as written by the CDO.
     Digits,
 }
 
 impl Clock {
-    /// The clock of CF's attributes `units` and `calendar`; `None` where they name no date that is certain, such as
-    /// months since one.
+    /// The clock of CF's attributes `units` and `calendar`; `None` if they do not determine a date, such as months
+    /// since one.
     pub(crate) fn new(units: &str, calendar: Option<&str>) -> Option<Self> {
         if units.trim() == "day as %Y%m%d.%f" {
             return Some(Clock::Digits);
@@ -175,7 +175,7 @@ impl Clock {
     }
 }
 
-/// Seconds from a day that is the same for all dates to one written as MPAS does, in a calendar by CF's or MPAS's name.
+/// Seconds from a day that is equal for all dates to one in MPAS's notation, in a calendar by CF's or MPAS's name.
 pub(crate) fn seconds_of(date: &str, calendar: &str) -> Option<f64> {
     let calendar = match calendar {
         "gregorian_noleap" => "noleap",
@@ -187,7 +187,7 @@ pub(crate) fn seconds_of(date: &str, calendar: &str) -> Option<f64> {
     Some((days * DAY_S + hour * 3600 + minute * 60 + second) as f64)
 }
 
-/// Year to second of `1979-01-01 06:00:00.0 UTC` and its like; a zone other than UTC is not understood.
+/// Year to second of texts like `1979-01-01 06:00:00.0 UTC`; a zone other than UTC is not supported.
 fn date_and_time(text: &str) -> Option<[i64; 6]> {
     let text = text.trim();
     let zone = ["UTC", "Z", "+00:00", "+0:00"].iter().find_map(|zone| text.strip_suffix(zone));

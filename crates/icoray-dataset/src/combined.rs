@@ -7,12 +7,12 @@ use icoray::{Error, ErrorKind, OwnedReals, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Attributes that make values of what is stored: all sources of a variable must have the same.
+/// Attributes that determine values from stored numbers: all sources of a variable must have the same.
 const STORED_AS: [&str; 4] = ["scale_factor", "add_offset", "_FillValue", "missing_value"];
-/// The variable of the dates, as MPAS has it.
+/// MPAS's variable of the dates.
 const DATES: &str = "xtime";
 
-/// Sources of one mesh, as the files of a run are, in which nothing is read twice.
+/// Sources of one mesh, such as the files of a run, each of which is read once.
 #[derive(Debug)]
 pub struct Combined {
     sources: Vec<Box<dyn Source>>,
@@ -28,15 +28,15 @@ struct Record {
 }
 
 impl Combined {
-    /// Combines sources: records of the same date become one time; those without dates follow those of the last source
-    /// before that has one of their variables, or else begin at time 0. A variable of several sources is read from the
-    /// first that has it at a time, one that does not depend on time from the first that has it. A single source stays as
-    /// it is.
+    /// Combines sources: records of the same date become one time; those without dates follow those of the last
+    /// previous source that has one of their variables, or else begin at time 0. A variable of several sources is read
+    /// from the first that has it at a time, one that does not depend on time from the first that has it. A single
+    /// source is returned unchanged.
     ///
     /// # Errors
-    /// [`ErrorKind::Argument`] where there is no source; [`ErrorKind::Field`] where a variable has other dimensions in
-    /// another source, or is stored in another way, or where some of the sources have dates and one with several records
-    /// has none; [`ErrorKind::Io`] as [`Times::read`].
+    /// [`ErrorKind::Argument`] if there is no source; [`ErrorKind::Field`] if a variable has other dimensions in
+    /// another source, or is stored differently, or if some of the sources have dates and one with several records has
+    /// none; [`ErrorKind::Io`] as [`Times::read`].
     pub fn of(mut sources: Vec<Box<dyn Source>>) -> Result<Box<dyn Source>> {
         if sources.is_empty() {
             return Err(Error::new(ErrorKind::Argument, "no source, expected one with fields"));
@@ -104,7 +104,7 @@ fn times(sources: &[Box<dyn Source>]) -> Result<Vec<(Option<String>, Vec<Record>
     let has_values = |v: &Variable| v.kind.is_number() && v.dimensions.len() > 1 && v.changes();
     let mut dated: BTreeMap<(usize, String), Vec<Record>> = BTreeMap::new();
     let mut undated: Vec<Vec<Record>> = Vec::new();
-    // Sources, and the time behind their last.
+    // Sources, and the time after their last record.
     let mut ends: Vec<(usize, usize)> = Vec::new();
     for (number, source) in sources.iter().enumerate().filter(|(_, s)| s.variables().iter().any(has_values)) {
         let times = Times::read(source.as_ref())?;
@@ -134,7 +134,7 @@ fn times(sources: &[Box<dyn Source>]) -> Result<Vec<(Option<String>, Vec<Record>
     Ok(dated.into_iter().map(|((_, date), records)| (Some(date), records)).collect())
 }
 
-/// Checks that a variable is in another source as it is in those before.
+/// Checks that a variable in another source is like that in the previous ones.
 fn expect_alike(sources: &[Box<dyn Source>], known: &Variable, source: &dyn Source, other: &Variable) -> Result<()> {
     if known.after_time() != other.after_time() {
         let context = format!("{other}, expected the dimensions of {known} as in the files before");

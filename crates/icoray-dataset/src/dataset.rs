@@ -1,4 +1,4 @@
-//! A dataset, with what it lacks in others.
+//! A dataset, completed from others.
 
 use crate::field::{FieldInfo, OwnedField};
 use crate::heights::LayerHeights;
@@ -19,22 +19,22 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// A dataset of a model. The mesh tables are in memory; fields, of the times and layers asked for, and heights are read
-/// on demand.
+/// A dataset of a model. The mesh tables are in memory; requested times and layers of fields, and heights, are read on
+/// demand.
 #[derive(Debug)]
 pub struct Dataset {
     sources: Sources,
     mesh: Arc<Mesh>,
     sphere_radius_m: f64,
     times: Times,
-    /// Those of the fields' file, then those of joined files that are not among them.
+    /// The fields of the fields' file, followed by those of joined files that are not among them.
     pub(crate) fields: Vec<FieldInfo>,
-    /// Number of those of the fields' file.
+    /// Number of fields of the fields' file.
     pub(crate) own_fields: usize,
     sea: OnceLock<Option<Sea>>,
     /// Heights that were read, by the field's name.
     heights: Mutex<HashMap<String, LayerHeights>>,
-    /// Values taken for marks in fields that were read, by the field's name, and how many of each.
+    /// Values of fields that were taken for marks of missing values, by the field's name, and the number of each.
     unsaid_marks: Mutex<BTreeMap<String, Vec<(f64, usize)>>>,
     pub(crate) joined: Vec<Joined>,
     /// The dataset whose values are subtracted.
@@ -42,24 +42,24 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// A dataset of a source that holds fields and, mostly, the mesh, and of others with what it lacks: the mesh, in the
+    /// A dataset of a source with fields and, mostly, the mesh, and of other sources that complete it: the mesh, in the
     /// run's init or grid file, or the heights of layers. The mesh is taken from the first of the others that has one;
     /// heights and the radius from the first of all that has them, the fields' source first. Reads the mesh tables.
     ///
     /// # Errors
-    /// All name the source. [`ErrorKind::Io`]: it is damaged or cut off. [`ErrorKind::Grid`]: a mesh table or the radius
-    /// is missing, or not of the dimensions that the model gives it; or a source is of another mesh, of more or fewer
-    /// cells. [`ErrorKind::Unsupported`]: the mesh is planar, or `vertexDegree` is not 3. What the tables say is not
-    /// checked before [`Mesh::grid`].
+    /// All name the source. [`ErrorKind::Io`]: it is damaged or cut off. [`ErrorKind::Grid`]: a mesh table or the
+    /// radius is missing, or does not have the dimensions of the model; or a source has another mesh, of more or fewer
+    /// cells. [`ErrorKind::Unsupported`]: the mesh is planar, or `vertexDegree` is not 3. [`Mesh::grid`] checks the
+    /// contents of the tables.
     pub fn new(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>) -> Result<Self> {
         Self::with_options(fields, others, DatasetOptions::default())
     }
 
-    /// As [`Dataset::new`], with what the files do not tell.
+    /// As [`Dataset::new`], with facts that the files lack.
     ///
     /// # Errors
-    /// As [`Dataset::new`]; [`ErrorKind::Argument`] where no file has a dimension or an entry of
-    /// [`DatasetOptions::at`], the radius is not positive or the heights are equal.
+    /// As [`Dataset::new`]; [`ErrorKind::Argument`] if no file has a dimension or an entry of [`DatasetOptions::at`],
+    /// the radius is not positive or the heights are equal.
     pub fn with_options(
         fields: Box<dyn Source>,
         others: Vec<Box<dyn Source>>,
@@ -74,7 +74,7 @@ impl Dataset {
         let sphere_radius_m = radius::of(&sources)?;
         let times = Times::read(sources.fields())?;
         let mut fields = fields_of(sources.fields(), &mesh, &sources.options)?;
-        // One variable per file: those that the file with the mesh lacks are in others of the same times.
+        // With one variable per file, those that the file with the mesh lacks are in others of the same times.
         for other in sources.all().skip(1) {
             let is_its = |name: &str| sources.find(name).is_some_and(|(source, _)| std::ptr::addr_eq(source, other));
             let is_new = |info: &FieldInfo| info.time_dependent && is_its(&info.name);
@@ -109,7 +109,7 @@ impl Dataset {
         &self.mesh
     }
 
-    /// The mesh, to keep when the file is closed.
+    /// The mesh, which can outlive the file.
     pub fn shared_mesh(&self) -> Arc<Mesh> {
         Arc::clone(&self.mesh)
     }
@@ -123,22 +123,22 @@ impl Dataset {
         self.sphere_radius_m
     }
 
-    /// The date of each record as MPAS writes it (`2013-10-25_00:00:00`): of `xtime`, or made of CF's time in its
-    /// calendar. At least one: a file without a time record has one all the same, for its fields that do not depend
-    /// on time. `None` where there is no readable time.
+    /// The date of each record in MPAS's notation (`2013-10-25_00:00:00`): from `xtime`, or from CF's time in its
+    /// calendar. At least one: a file without a time record has one for its fields that do not depend on time. `None`
+    /// if there is no readable time.
     pub fn times(&self) -> &[Option<String>] {
         &self.times.dates
     }
 
-    /// Seconds from the first record to each, in the calendar that the file names (`calendar` of its time, MPAS's
-    /// `config_calendar_type`), else the standard one. Records at the end that have no date yet, as in a file that is being
-    /// written, have no entry; `None` where another record has no readable time.
+    /// Seconds from the first record to each, in the calendar of the file (`calendar` of its time, MPAS's
+    /// `config_calendar_type`), else the standard one. Records at the end without a date yet, as in a file that is
+    /// being written, have no entry; `None` if another record has no readable time.
     pub fn seconds(&self) -> Option<Vec<f64>> {
         self.times.seconds.clone()
     }
 
     /// The variables that can be read as fields, in the file's order: `float`, `double` or packed integers, over cells
-    /// or corners, with or without layers and time. Positions of the mesh are none.
+    /// or corners, with or without layers and time. Positions of the mesh are excluded.
     pub fn fields(&self) -> &[FieldInfo] {
         &self.fields
     }
@@ -151,10 +151,10 @@ impl Dataset {
         likely_fields(&self.fields)
     }
 
-    /// The likeliest of [`Dataset::likely_fields`]: what is shown where no field is named.
+    /// The likeliest of [`Dataset::likely_fields`]: the one shown if no field is named.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where there is none, with the fields that there are.
+    /// [`ErrorKind::Field`] if there is none, with the list of all fields.
     pub fn first_field(&self) -> Result<&FieldInfo> {
         self.likely_fields().first().copied().ok_or_else(|| {
             let names: Vec<&str> = self.fields.iter().map(|info| info.name.as_str()).collect();
@@ -180,7 +180,7 @@ impl Dataset {
         })
     }
 
-    /// Where fields may lie.
+    /// The locations of fields, with their sizes.
     fn sizes_in_words(&self) -> String {
         let (cells, corners) = (self.mesh.cells(), self.mesh.corners());
         match self.mesh.convention() {
@@ -193,7 +193,7 @@ impl Dataset {
     /// Properties of the field `name`, without its values.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when there is no such field, with the list of those that there are.
+    /// [`ErrorKind::Field`] when there is no such field, with the list of all fields.
     pub fn field_info(&self, name: &str) -> Result<&FieldInfo> {
         if let Some(info) = self.fields.iter().find(|f| f.name == name) {
             return Ok(info);
@@ -221,8 +221,8 @@ impl Dataset {
         Err(source.error(ErrorKind::Field, format_args!("{reason}; fields in the file: {there}")))
     }
 
-    /// Reads record `time` (from 0) of the field `name`, and nothing else. A field that does not depend on time reads
-    /// the same at every `time` that [`Dataset::times`] has. A 2D field has its values on each of 2 layers.
+    /// Reads only record `time` (from 0) of the field `name`. A field that does not depend on time is the same at every
+    /// `time` of [`Dataset::times`]. A 2D field has its values on each of 2 layers.
     ///
     /// Missing are values that equal `_FillValue` or `missing_value`, those outside `valid_range`, `valid_min` and
     /// `valid_max`, those below MPAS-Ocean's sea floor (`maxLevelCell`), and those of ICON-O's land (`wet_c` is 0).
@@ -235,12 +235,12 @@ impl Dataset {
         self.read_layers(name, time, layers)
     }
 
-    /// Reads some of the layers, counted from 0, as [`Dataset::read_field`] does all. A 2D field has the same values
-    /// on any layers, so that it can be shown with a field that has these.
+    /// Reads some of the layers, counted from 0, like [`Dataset::read_field`]. A 2D field has the same values on any
+    /// layers, so that it can be shown with a field that has these.
     ///
     /// # Errors
-    /// As [`Dataset::read_field`]; also [`ErrorKind::Field`] when the field has not all these layers, or these are
-    /// none.
+    /// As [`Dataset::read_field`]; also [`ErrorKind::Field`] when the field does not have all these layers, or there
+    /// are none.
     pub fn read_layers(&self, name: &str, time: usize, layers: Range<usize>) -> Result<OwnedField> {
         if let Some(joined) = self.joined_with(name) {
             return joined.file.read_layers(name, joined.record(name, time)?, layers);
@@ -276,8 +276,8 @@ impl Dataset {
         }
     }
 
-    /// Values of a field, as it was read last, that were taken for marks of missing values, as they look like marks and
-    /// neither an attribute nor the user gives one; with the number of places.
+    /// Values of a field, at its last reading, that were taken for marks of missing values, as they look like marks and
+    /// neither an attribute nor the user specifies one; with the number of places.
     pub fn unsaid_marks(&self, field: &str) -> Vec<(f64, usize)> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.unsaid_marks(field);
@@ -286,21 +286,21 @@ impl Dataset {
         found.get(field).cloned().unwrap_or_default()
     }
 
-    /// Reads the heights on which a field's layers lie, and how far terrain bends them.
+    /// Reads the heights of a field's layers, and their largest deviation due to terrain.
     ///
-    /// Heights that differ between columns are read whole, in blocks, and their mean over all columns is taken; their
-    /// own are [`Dataset::native_heights`]. They are read once: later calls return the same.
+    /// Heights that differ between columns are read whole, in blocks, and averaged over all columns;
+    /// [`Dataset::native_heights`] reads their own. They are read once: later calls return the same.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when no variable gives heights (the
-    /// sentence says which were looked for), or when they are not finite, not strictly monotone or larger than the
+    /// message lists those that were searched), or when they are not finite, not strictly monotone or larger than the
     /// sphere; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn layer_heights(&self, field: &str) -> Result<LayerHeights> {
         self.heights_of(field, false)
     }
 
-    /// As [`Self::layer_heights`], or the layers of a thin shell where no variable gives heights and the layers are shown
-    /// as surfaces alone (`is_flat`).
+    /// As [`Self::layer_heights`], or the layers of a thin shell if no variable gives heights and the layers are shown
+    /// only as surfaces (`is_flat`).
     pub(crate) fn heights_of(&self, field: &str, is_flat: bool) -> Result<LayerHeights> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.heights_of(field, is_flat);
@@ -326,12 +326,12 @@ impl Dataset {
         self.layer_heights(field)?.layers.for_field(self.field_info(field)?.all_layers().len())
     }
 
-    /// What heights of its own each column of a field has, in words; `None` where all columns share the layers'
-    /// heights, or no file tells. Nothing is read of them.
+    /// A description of the native heights of a field's columns; `None` if all columns share the layers' heights, or no
+    /// file has native ones. Does not read the heights.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable that should have the
-    /// heights is of other dimensions.
+    /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable of the heights has
+    /// other dimensions.
     pub fn native_heights_in_words(&self, field: &str) -> Result<Option<String>> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.native_heights_in_words(field);
@@ -339,10 +339,11 @@ impl Dataset {
         native::describe(&self.sources, &self.mesh, self.field_info(field)?)
     }
 
-    /// What is known of the heights that each column of a field has of its own. Nothing is read of them.
+    /// Properties of the native heights of a field's columns. Does not read the heights.
     ///
     /// # Errors
-    /// As [`Dataset::native_heights_in_words`]; [`ErrorKind::Layers`] where there are none, with what was looked for.
+    /// As [`Dataset::native_heights_in_words`]; [`ErrorKind::Layers`] if there are none, with the variables that were
+    /// searched.
     pub fn native_info(&self, field: &str) -> Result<NativeInfo> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.native_info(field);
@@ -350,13 +351,12 @@ impl Dataset {
         native::info(&self.sources, &self.mesh, self.field_info(field)?)
     }
 
-    /// Reads the heights that each column of a field has of its own, at record `time` where they change; those of a
-    /// file that has not the fields, at its first. `grid` is the mesh's. `None` as in
-    /// [`Dataset::native_heights_in_words`].
+    /// Reads the native heights of a field's columns, at record `time` if they change; from a file without the fields,
+    /// at its first record. `grid` is the mesh's. `None` as in [`Dataset::native_heights_in_words`].
     ///
     /// # Errors
     /// As [`Dataset::native_heights_in_words`]; [`ErrorKind::Layers`] when there is no such record or a thickness is
-    /// none; [`ErrorKind::Io`] when the file is damaged or cut off.
+    /// invalid; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn native_heights(&self, grid: &Grid, field: &str, time: usize) -> Result<Option<NativeHeights>> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.native_heights(grid, field, joined.record(field, time)?);
@@ -370,7 +370,7 @@ impl Dataset {
         self.sources.find(name).map_or(self.sources.fields(), |(source, _)| source)
     }
 
-    /// Whether a field is in the files of this dataset themselves.
+    /// Whether a field is in the files of this dataset, not in joined ones.
     pub(crate) fn has_own(&self, name: &str) -> bool {
         self.fields[..self.own_fields].iter().any(|info| info.name == name)
     }
@@ -385,7 +385,7 @@ impl Dataset {
     }
 }
 
-/// The fields of a file. NetCDF forbids control characters in names, and a name is printed as it is.
+/// The fields of a file. NetCDF forbids control characters in names, so a name is printed unchanged.
 fn fields_of(source: &dyn Source, mesh: &Mesh, options: &DatasetOptions) -> Result<Vec<FieldInfo>> {
     let variables = source.variables().iter().filter(|variable| !variable.name.contains(char::is_control));
     variables.filter_map(|variable| FieldInfo::of(source, variable, mesh, options).transpose()).collect()

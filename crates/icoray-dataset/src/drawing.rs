@@ -1,23 +1,23 @@
-//! Drawing of one scene of a dataset.
+//! Draws one scene of a dataset.
 
 use crate::native_height_cache::NativeHeightCache;
 use crate::scene_fields::{Key, SceneField, SceneFields};
 use icoray::{Field, Fields, Frame, Grid, Ranks, Rendered, Renderer, Result, Scene};
 use std::collections::BTreeMap;
 
-/// What scenes are drawn from.
+/// The inputs of drawing scenes.
 #[derive(Clone, Copy)]
 pub struct Drawing<'a> {
     /// The layers and fields of all scenes.
     pub scene_fields: &'a SceneFields<'a>,
     /// The grid of the dataset's mesh.
     pub grid: &'a Grid<'a>,
-    /// What draws.
+    /// The renderer.
     pub renderer: &'a Renderer,
 }
 
 impl Drawing<'_> {
-    /// Renders a scene with the other ranks; the frame, with what the dataset says of its fields, is at rank 0.
+    /// Renders a scene with the other ranks; the frame, with the dataset's descriptions of its fields, is at rank 0.
     ///
     /// # Errors
     /// As [`Renderer::render_over`], and [`Drawing::fields`].
@@ -46,7 +46,7 @@ impl Drawing<'_> {
         Ok(Some(frame))
     }
 
-    /// The fields of a scene, with the heights of each column where it shows these.
+    /// The fields of a scene, with the heights of each column if it shows these.
     ///
     /// # Errors
     /// As [`SceneFields::of`] and [`NativeHeightCache::of`].

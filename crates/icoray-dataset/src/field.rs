@@ -1,4 +1,4 @@
-//! The fields of a file: over columns and layers, or 2D ones over columns alone.
+//! The fields of a file: over columns and layers, or 2D ones over columns only.
 
 use crate::mesh::{Convention, Mesh, is_coordinate};
 use crate::options::DatasetOptions;
@@ -64,22 +64,22 @@ pub struct FieldInfo {
     pub location: Location,
     /// Number of columns: the mesh's cells or corners.
     pub columns: usize,
-    /// Number of layers; 1 of a 2D field ([`FieldInfo::is_2d`]).
+    /// Number of layers; 1 for a 2D field ([`FieldInfo::is_2d`]).
     pub layers: usize,
-    /// How the values are stored; of integers, how they are kept.
+    /// Precision of the values in the file; for integers, in memory.
     pub precision: Precision,
-    /// Whether there is one array per time record; otherwise one array serves all.
+    /// Whether there is one array per time record; otherwise one array is used at all times.
     pub time_dependent: bool,
     /// The attributes `long_name` and `units`.
     pub description: Description,
-    /// Name of the dimension of layers; empty of a 2D field.
+    /// Name of the dimension of layers; empty for a 2D field.
     pub layer_dimension: String,
-    /// Where they are among the variable's dimensions.
+    /// Their positions among the variable's dimensions.
     pub(crate) axes: Axes,
 }
 
 impl FieldInfo {
-    /// Describes `variable`, `None` when it is not a field on the mesh.
+    /// Describes `variable`; `None` when it is not a field on the mesh.
     pub(crate) fn of(
         source: &dyn Source,
         variable: &Variable,
@@ -112,25 +112,25 @@ impl FieldInfo {
         }))
     }
 
-    /// Whether the field has one value in each column, as surface pressure and sea surface height have. Such a field is
-    /// shown as a surface, and read with the same value on all the layers that are asked for.
+    /// Whether the field has one value in each column, such as surface pressure and sea surface height. Such a field is
+    /// shown as a surface, and read with the same value on all requested layers.
     pub fn is_2d(&self) -> bool {
         self.layers == 1
     }
 
-    /// The layers that [`Dataset::read_field`](crate::Dataset::read_field) reads: all; of a 2D field those of a
-    /// thin shell, 2.
+    /// The layers that [`Dataset::read_field`](crate::Dataset::read_field) reads: all; for a 2D field the 2 of a thin
+    /// shell.
     pub fn all_layers(&self) -> Range<usize> {
         if self.is_2d() { 0..SHELL_LAYERS } else { 0..self.layers }
     }
 
-    /// A layer and the entries of dimensions that were picked: names and lengths of their dimensions, and their numbers.
+    /// A layer and the picked entries of dimensions: names and lengths of their dimensions, and their numbers.
     pub(crate) fn entries(&self, layer: usize) -> impl Iterator<Item = (&str, usize, usize)> {
         let picked = self.axes.picked.iter().map(|(dimension, entry)| (dimension.name.as_str(), dimension.len, *entry));
         picked.chain([(self.layer_dimension.as_str(), self.layers, layer)])
     }
 
-    /// Bytes that one time record takes in memory.
+    /// Bytes of one time record in memory.
     pub fn bytes(&self) -> usize {
         self.columns.saturating_mul(self.layers).saturating_mul(self.precision.bytes())
     }
@@ -140,7 +140,7 @@ impl FieldInfo {
         self.axes.layer.is_none_or(|layer| layer > self.axes.column)
     }
 
-    /// How an array with `layers` of the layers lies in memory. All layers of a 2D field are the same values.
+    /// The layout of an array with `layers` layers. All layers of a 2D field are the same values.
     fn shape(&self, layers: usize) -> Shape {
         if self.is_2d() {
             Shape { layer_stride: 0, ..Shape::cell_fastest(self.columns, layers) }
@@ -152,7 +152,7 @@ impl FieldInfo {
     }
 }
 
-/// The dimensions of a field among those of its variable. Others have one entry, or one that is read.
+/// The dimensions of a field among those of its variable. Others have one entry, or one entry that is read.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Axes {
     column: usize,
@@ -165,8 +165,8 @@ pub(crate) struct Axes {
 }
 
 impl Axes {
-    /// The axes, and where the columns are; `None` where the dimensions are not columns of the mesh, with layers and times
-    /// or without, and others of which `at` names an entry.
+    /// The axes, and the location of the columns; `None` if the dimensions are not columns of the mesh, with or without
+    /// layers and times, and others with an entry in `at`.
     fn of(mesh: &Mesh, dimensions: &[Dimension], at: &[(String, usize)]) -> Option<(Self, Location)> {
         let (mut column, mut layer, mut time, mut start) = (None, None, None, vec![0; dimensions.len()]);
         let mut picked = Vec::new();
@@ -209,7 +209,7 @@ fn is_field(source: &dyn Source, variable: &Variable, axes: &Axes) -> Result<boo
             && source.attribute(Some(&variable.name), "cf_role")?.is_none())
 }
 
-/// Location of a dimension on the mesh: by name of MPAS's own dimensions (`nCells`), by length of others, which have
+/// Location of a dimension on the mesh: by name for MPAS's own dimensions (`nCells`), by length for others, which have
 /// various names in ICON's files and are `ncol` in those of CAM.
 fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     let name = dimension.name.as_bytes();
@@ -230,12 +230,13 @@ pub struct OwnedField {
     info: FieldInfo,
     pub(crate) values: ShapedValues,
     pub(crate) fill: f64,
-    /// Values that became NaN as they look like marks, which no attribute gives, and how many.
+    /// Values that became NaN as they look like marks, without an attribute that specifies them, and the number of
+    /// each.
     pub(crate) unsaid_marks: Vec<(f64, usize)>,
 }
 
 impl OwnedField {
-    /// Reads `layers` of record `time` of the variable that `info` describes; of a 2D field its values, for as many
+    /// Reads `layers` of record `time` of the variable that `info` describes; for a 2D field its values, for as many
     /// layers.
     pub(crate) fn read(
         source: &dyn Source,
@@ -257,8 +258,8 @@ impl OwnedField {
         Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, values, fill, unsaid_marks })
     }
 
-    /// Puts the values of the file's corners at the mesh's, whose rows in the file `rows` are; where these are `None`, they
-    /// stay.
+    /// Distributes the values of the file's corners to the mesh's, whose rows in the file are `rows`; without `rows`
+    /// the values are unchanged.
     pub(crate) fn spread(&mut self, rows: Option<&[u32]>) {
         if let Some(rows) = rows {
             self.values = self.values.of_columns(rows);
@@ -266,10 +267,10 @@ impl OwnedField {
         }
     }
 
-    /// The values less those of another field.
+    /// The values minus those of another field.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where that has other columns or layers.
+    /// [`ErrorKind::Field`] if that has other columns or layers.
     pub(crate) fn less(self, other: &OwnedField) -> Result<Self> {
         let shape = |field: &OwnedField| (field.info.location, field.values.shape.columns, field.values.shape.layers);
         if shape(&self) != shape(other) {
@@ -288,7 +289,7 @@ impl OwnedField {
     /// The field, borrowed.
     ///
     /// # Errors
-    /// As [`Field::new`], with the field's name before the sentence.
+    /// As [`Field::new`], with the field's name before the message.
     pub fn field(&self) -> Result<Field<'_>> {
         Field::new(self.values(), self.values.shape, self.info.location, Some(self.fill))
             .map_err(|e: Error| e.within(&self.info.name))
@@ -299,19 +300,19 @@ impl OwnedField {
         &self.info
     }
 
-    /// The array that has the values, which may have others too; [`OwnedField::field`] knows where they are.
+    /// The array that contains the values, and possibly others; [`OwnedField::field`] has their layout.
     pub fn values(&self) -> Reals<'_> {
         self.values.as_reals()
     }
 
-    /// The value that marks a missing sample: the attribute `_FillValue`, or else what the NetCDF library leaves where
-    /// nothing was written. Values equal to `missing_value`, those outside `valid_range`, `valid_min` and `valid_max`,
+    /// The value that marks a missing sample: the attribute `_FillValue`, or else the NetCDF library's default for
+    /// unwritten values. Values equal to `missing_value`, those outside `valid_range`, `valid_min` and `valid_max`,
     /// those below the sea floor or on land, and missing ones among packed values are NaN.
     pub fn fill(&self) -> f64 {
         self.fill
     }
 
-    /// Bytes that were read or copied: none of values that lay in memory and are borrowed.
+    /// Bytes that were read or copied: 0 for values in memory that are borrowed.
     pub fn bytes(&self) -> usize {
         self.values.owned_bytes()
     }

@@ -9,9 +9,9 @@ use std::ops::Range;
 
 /// Variables with the last and the first layer of each column that is water, counted from 1.
 struct Levels {
-    /// Of cells.
+    /// Names for cells.
     cells: [&'static str; 2],
-    /// Of corners, which may lack.
+    /// Names for corners; `None` if the model has none.
     corners: Option<[&'static str; 2]>,
     /// Whether the last level is an interface, one more than the last layer.
     ends_at_interface: bool,
@@ -30,8 +30,8 @@ const LEVELS: [Levels; 2] = [
 #[derive(Debug)]
 pub(crate) struct Floor {
     cells: Vec<Range<usize>>,
-    /// Where no file tells, a corner has water where all three of its cells have: an average of corners then has none below
-    /// a cell's floor, and no triangle of three wet cells lacks any.
+    /// If no file has them, a corner has water where all three of its cells have: then no average of corners has values
+    /// below a cell's floor, and no triangle of three wet cells lacks any.
     corners: Vec<Range<usize>>,
 }
 
@@ -63,8 +63,8 @@ impl Floor {
             Location::Center => &self.cells[column],
             Location::Corner => &self.corners[column],
         };
-        // Interfaces are one more than layers. A 2D field lies on the water, beneath ice shelves too, and so do layers that
-        // are not the water's, such as categories of ice.
+        // Interfaces are one more than layers. A 2D field lies on the water, beneath ice shelves too, and so do layers
+        // that are not those of the water, such as categories of ice.
         let mut entries = info.entries(layer);
         let is_wet = entries.all(|(dimension, _, entry)| match dimension {
             "nVertLevels" | "nz1" => water.contains(&entry),
@@ -75,7 +75,7 @@ impl Floor {
     }
 }
 
-/// The layers of each of `columns` that are water, by the variables with the last and the first; `None` where no file has
+/// The layers of each of `columns` that are water, by the variables with the last and the first; `None` if no file has
 /// the last.
 fn water(
     sources: &Sources,
@@ -118,7 +118,7 @@ fn levels(sources: &Sources, name: &str, columns: usize) -> Result<Option<Vec<us
     checked.collect::<Result<_>>().map(Some)
 }
 
-/// The most levels that a column may have.
+/// The maximum number of levels of a column.
 fn most_levels(sources: &Sources) -> Result<usize> {
     for name in ["nVertLevels", "nz"] {
         for source in sources.all() {

@@ -1,4 +1,4 @@
-//! The heights on which a field's layers lie.
+//! The heights of a field's layers.
 
 mod axis;
 mod columns;
@@ -16,46 +16,46 @@ use icoray::{Error, ErrorKind, Layers, Location, Result};
 /// ICON's variables of heights over columns: of interfaces, then of full levels.
 const ICON_COLUMNS: [&str; 7] = ["z_ifc", "zghalf", "HHL", "z_mc", "zg", "zfull", "geometric_height"];
 
-/// Pressures over columns, in pascals unless units say otherwise.
+/// Pressures over columns, in pascals unless units specify others.
 const PRESSURE_COLUMNS: [&str; 3] = ["pfull", "pres", "pressure"];
 
 /// Depths of MPAS-Atmosphere's soil over columns.
 const SOIL_DEPTHS: &str = "zs";
 
-/// Name of what heights are of where no variable gives them.
+/// Name of the source of heights if no variable gives them.
 const SPHERE: &str = "sphere";
 
-/// What to do without heights.
+/// Advice for missing heights.
 const WITHOUT_HEIGHTS: &str = "`heights` says at what heights the first and the last layer lie; a scene that shows layers \
                                as surfaces alone needs none";
 
-/// Name of what heights are of where the user gives them.
+/// Name of the source of heights if the user gives them.
 const GIVEN: &str = "heights";
 
 /// Thickness of the shell of a 2D field, in radii of the sphere.
 const SHELL: f64 = 1e-3;
 
-/// Where a field's layers lie.
+/// The heights of a field's layers.
 ///
 /// A 2D field lies on the sphere: on the inner layer of a shell of a thousandth of the radius.
 ///
-/// In MPAS these are the interfaces, one more than `nVertLevels`, where fields over `nVertLevelsP1` lie; fields over
+/// In MPAS these are the interfaces, one more than `nVertLevels`, on which fields over `nVertLevelsP1` lie; fields over
 /// `nVertLevels` lie midway between them ([`Layers::for_field`]). In ICON they are the field's own layers, or
 /// interfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerHeights {
-    /// The variable that the heights are from; `sphere` of a 2D field.
+    /// The variable of the heights; `sphere` for a 2D field.
     pub variable: String,
-    /// Whether they are those of the standard atmosphere for pressures that the variable gives.
+    /// Whether they are those of the standard atmosphere for the variable's pressures.
     pub is_of_pressure: bool,
-    /// Whether the variable only counts layers: these are evenly spaced, at heights of no meaning.
+    /// Whether the variable only counts layers: these are evenly spaced, at arbitrary heights.
     pub is_counted: bool,
-    /// Height of each above the sphere in metres, negative below it: the mean over all columns where it differs.
+    /// Height of each above the sphere in metres, negative below it: the mean over all columns if it differs.
     pub height_m: Vec<f64>,
-    /// How far a column's layer lies off the mean at most, in metres: 0 without terrain. `None` where the file gives
-    /// one height for all columns and does not tell.
+    /// Largest deviation of a column's layer from the mean, in metres: 0 without terrain. `None` if the file gives one
+    /// height for all columns and no deviation.
     pub deviation_m: Option<f64>,
-    /// The same as radii.
+    /// The layers as radii.
     pub layers: Layers,
 }
 
@@ -70,14 +70,14 @@ struct ReadHeights<'a> {
 }
 
 impl<'a> ReadHeights<'a> {
-    /// Heights in metres, of a variable that gives no pressures.
+    /// Heights in metres, from a variable that is not of pressures.
     fn new((source, variable): (&'a dyn Source, &'a Variable), (height_m, deviation_m): columns::Means) -> Self {
         ReadHeights { source, variable, is_of_pressure: false, is_counted: false, height_m, deviation_m }
     }
 }
 
 impl LayerHeights {
-    /// Finds and reads the heights of a field's layers; `None` where no file gives them.
+    /// Finds and reads the heights of a field's layers; `None` if no file gives them.
     pub(crate) fn read(sources: &Sources, mesh: &Mesh, info: &FieldInfo, sphere_radius_m: f64) -> Result<Option<Self>> {
         if info.is_2d() {
             return Self::of_shell(2, true, sphere_radius_m).map(Some);
@@ -92,7 +92,7 @@ impl LayerHeights {
         };
         let Some(found) = found else { return Ok(None) };
         let (source, name, height_m) = (found.source, &found.variable.name, found.height_m);
-        // Of a mesh on the unit sphere whose heights are in metres, as files of the mesh alone and of heights make one.
+        // For a mesh on the unit sphere whose heights are in metres, from a mesh file and a file of heights.
         let is_in_metres = sphere_radius_m == 1.0 && height_m.iter().any(|height| height.abs() >= 1.0);
         let sphere_radius_m = if is_in_metres { EARTH_M } else { sphere_radius_m };
         if let Some(i) = height_m.iter().position(|h| !h.is_finite() || h.abs() >= sphere_radius_m) {
@@ -111,7 +111,7 @@ impl LayerHeights {
         Ok(Some(LayerHeights { is_of_pressure, is_counted, ..plain }))
     }
 
-    /// Heights in metres of a name.
+    /// Heights in metres with a name.
     fn plain(name: &str, height_m: Vec<f64>, deviation_m: Option<f64>, sphere_radius_m: f64) -> Result<Self> {
         let layers = Layers::from_heights(&height_m, sphere_radius_m).map_err(|e| e.within(name))?;
         let variable = name.to_owned();
@@ -119,7 +119,8 @@ impl LayerHeights {
     }
 
     /// The layers of a thin shell: that of a 2D field, or one in which some layers are shown as surfaces whose heights
-    /// no file gives. The first is the innermost over the levels of MPAS-Atmosphere, and the outermost in others, as there.
+    /// no file gives. The first is the innermost over the levels of MPAS-Atmosphere, and the outermost in others, as in
+    /// these models.
     pub(crate) fn of_layers(sources: &Sources, mesh: &Mesh, info: &FieldInfo, sphere_radius_m: f64) -> Result<Self> {
         let is_rising = is_over_mpas_levels(mesh, info) && sources.find("maxLevelCell").is_none();
         Self::of_shell(info.layers, is_rising, sphere_radius_m)
@@ -134,7 +135,7 @@ impl LayerHeights {
         self.variable == SPHERE
     }
 
-    /// Which heights of a field's layers were looked for and not found.
+    /// The error with the heights that were searched for a field's layers and not found.
     pub(crate) fn missing(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Error {
         let context = format!(
             "no heights for the {} layers of {}: looked for {}; {IN_ANOTHER_FILE}; {WITHOUT_HEIGHTS}",
@@ -167,7 +168,7 @@ fn looked_for(mesh: &Mesh, info: &FieldInfo) -> String {
     )
 }
 
-/// Heights of `count` layers, of which the first and the last are given.
+/// Heights of `count` layers between the given first and last one.
 fn evenly_spaced(count: usize, [first, last]: [f64; 2]) -> Vec<f64> {
     (0..count).map(|layer| first + (last - first) * (layer as f64 / (count - 1) as f64)).collect()
 }
@@ -202,8 +203,8 @@ fn of_mpas<'a>(sources: &'a Sources, mesh: &Mesh) -> Result<Option<ReadHeights<'
     Ok(Some(ReadHeights::new(found, thickness::interfaces(sources, found)?)))
 }
 
-/// Heights of other layers: of a coordinate in metres or pascals, of a variable with the heights, depths or pressures of
-/// columns, of hybrid levels, or evenly spaced where a coordinate counts them.
+/// Heights of other layers: of a coordinate in metres or pascals, of a variable with the heights, depths or pressures
+/// of columns, of hybrid levels, or evenly spaced if a coordinate counts them.
 fn of_others<'a>(
     sources: &'a Sources,
     mesh: &Mesh,
@@ -237,8 +238,8 @@ fn of_others<'a>(
     }))
 }
 
-/// Heights of the coordinate of a field's layers, which all columns share; `None` where no file has one. In files of MPAS
-/// it may have another name than the dimension, as `t_iso_levels(nIsoLevelsT)` has, if it is of pressures.
+/// Heights of the coordinate of a field's layers, which all columns share; `None` if no file has one. In MPAS files it
+/// may have another name than the dimension, such as `t_iso_levels(nIsoLevelsT)`, if it is of pressures.
 fn of_axis<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<ReadHeights<'a>>> {
     let is_mpas = mesh.convention() == Convention::Mpas;
     let is_over = |v: &Variable| v.lies_at_times_over(&[&info.layer_dimension]);
@@ -257,7 +258,7 @@ fn of_axis<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Op
     Ok(None)
 }
 
-/// Number of columns with heights, and where they are: ICON's triangles, other models' cells.
+/// Number and location of the columns with heights: ICON's triangles, other models' cells.
 fn height_columns(mesh: &Mesh) -> (usize, Location) {
     match mesh.convention() {
         Convention::Icon => (mesh.corners(), Location::Corner),

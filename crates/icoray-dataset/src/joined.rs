@@ -8,15 +8,15 @@ use icoray::{Error, ErrorKind, Result};
 #[derive(Debug)]
 pub(crate) struct Joined {
     pub(crate) file: Dataset,
-    /// The record of each time of the other file; `None` where this file has none of that date.
+    /// The record of each time of the other file; `None` if this file has none of that date.
     records: Vec<Option<usize>>,
     /// Dates of the other file, for errors.
     dates: Vec<Option<String>>,
 }
 
 impl Joined {
-    /// A file of the same mesh beside another, `own`: records of the same date belong together; of files without dates
-    /// those of the same number.
+    /// A file of the same mesh beside another, `own`: records of the same date belong together, or in files without
+    /// dates those of the same number.
     fn new(own: &Dataset, file: Dataset) -> Result<Self> {
         if (own.mesh().cells(), own.mesh().corners()) != (file.mesh().cells(), file.mesh().corners()) {
             let context = format!(
@@ -36,7 +36,7 @@ impl Joined {
         Ok(Joined { records, dates: own.times().to_vec(), file })
     }
 
-    /// The record of a field at a time of the other file. A field that does not depend on time has all.
+    /// The record of a field at a time of the other file. A field that does not depend on time has one at all times.
     pub(crate) fn record(&self, name: &str, time: usize) -> Result<usize> {
         if !self.file.field_info(name)?.time_dependent {
             return Ok(0);
@@ -50,7 +50,7 @@ impl Joined {
 }
 
 impl Dataset {
-    /// Joins the fields of a file of the same mesh, as of another output stream: those that this file lacks are read
+    /// Joins the fields of a file of the same mesh, such as another output stream: those that this file lacks are read
     /// there, at the record of the same date. Times, steps and the mesh stay those of this file.
     ///
     /// # Errors
@@ -65,8 +65,8 @@ impl Dataset {
         Ok(())
     }
 
-    /// Makes this a dataset of differences: the values of each field less those of another dataset of the same mesh and
-    /// layers, at the same date, or at the same record where there are no dates. Fields that the other lacks are left
+    /// Makes this a dataset of differences: the values of each field minus those of another dataset of the same mesh
+    /// and layers, at the same date, or at the same record if there are no dates. Fields that the other lacks are left
     /// out.
     ///
     /// # Errors
@@ -83,7 +83,7 @@ impl Dataset {
         Ok(())
     }
 
-    /// The joined file that a field is read from; `None` for the fields of this file.
+    /// The joined file that contains a field; `None` for the fields of this file.
     pub(crate) fn joined_with(&self, name: &str) -> Option<&Joined> {
         if self.joined.is_empty() || self.has_own(name) {
             return None;

@@ -1,4 +1,4 @@
-//! Which of a field's layers are read and drawn.
+//! Selects the layers of a field that are read and drawn.
 
 use crate::field::FieldInfo;
 use icoray::{Error, ErrorKind, Result};
@@ -6,7 +6,7 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// A range of layers, counted from 0 and without the last, either end of which may be left out: `0..20`, `5..`, `..`.
+/// A range of layers, counted from 0 and without the last, whose ends may be left out: `0..20`, `5..`, `..`.
 ///
 /// ```
 /// use icoray_dataset::LayerSelection;
@@ -44,7 +44,8 @@ impl LayerSelection {
     /// The selected layers of a field; of a 2D field those of the shell that shows it.
     ///
     /// # Errors
-    /// [`ErrorKind::Argument`] where some layers of a 2D field are selected, fewer than 2, or such as it has not.
+    /// [`ErrorKind::Argument`] if some layers of a 2D field are selected, fewer than 2, or any that the field does not
+    /// have.
     pub fn of(&self, info: &FieldInfo) -> Result<Range<usize>> {
         if self.is_all() {
             return Ok(info.all_layers());

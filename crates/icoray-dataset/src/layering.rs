@@ -1,4 +1,4 @@
-//! The layers of a dataset's fields that a scene is rendered with.
+//! The layers of a dataset's fields with which a scene is rendered.
 
 use crate::dataset::Dataset;
 use crate::field::FieldInfo;
@@ -16,7 +16,7 @@ pub struct Layering<'a> {
     first_field: &'a FieldInfo,
     /// The field that defines the heights: one on interfaces if the first lies between them.
     height_field: &'a FieldInfo,
-    /// Whether the scene shows layers as surfaces alone, which may lie anywhere.
+    /// Whether the scene shows layers only as surfaces, which may lie anywhere.
     is_flat: bool,
 }
 
@@ -49,12 +49,12 @@ impl<'a> Layering<'a> {
         info.layers != self.first_field.layers && !info.is_2d()
     }
 
-    /// The layers of a field that are read and rendered: of a field on interfaces those around the layers of the first
-    /// field, of one between interfaces those between them, of a 2D field as many as of the first.
+    /// The layers of a field that are read and rendered: for a field on interfaces those around the layers of the first
+    /// field, for one between interfaces those between them, for a 2D field as many as for the first.
     ///
     /// # Errors
-    /// As [`LayerSelection::of`]; [`ErrorKind::Argument`] where fewer than 2 are left, or the field's layers are not
-    /// the first one's.
+    /// As [`LayerSelection::of`]; [`ErrorKind::Argument`] if fewer than 2 remain, or the field's layers are not the
+    /// first one's.
     pub fn range(&self, info: &FieldInfo) -> Result<Range<usize>> {
         if self.layers_wanted.is_all() {
             return Ok(if info.is_2d() { self.first_field.all_layers() } else { info.all_layers() });
@@ -77,7 +77,7 @@ impl<'a> Layering<'a> {
     /// The heights of the layers.
     ///
     /// # Errors
-    /// As [`Dataset::layer_heights`], unless the scene shows layers as surfaces alone.
+    /// As [`Dataset::layer_heights`], unless the scene shows layers only as surfaces.
     pub fn heights(&self, dataset: &Dataset) -> Result<LayerHeights> {
         dataset.heights_of(&self.height_field.name, self.is_flat)
     }
@@ -91,8 +91,7 @@ impl<'a> Layering<'a> {
     }
 }
 
-/// Whether nothing of a scene depends on heights: it shows no volume, and what it shows of layers is named by their
-/// numbers.
+/// Whether a scene does not depend on heights: it shows no volume, and names layers by their numbers.
 fn is_flat(scene: &Scene) -> bool {
     let scenery = &scene.scenery;
     let is_clear = |volume: &Volume| volume.transfer.knots.iter().all(|knot| knot.extinction == 0.0);

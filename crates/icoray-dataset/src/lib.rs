@@ -1,25 +1,24 @@
-//! Datasets of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON,
-//! FESOM2, DYNAMICO.
+//! Reads datasets of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice,
+//! ICON, FESOM2, DYNAMICO.
 //!
-//! A [`Source`] is a file that is open, or a dataset in memory: variables with dimensions and attributes. [`Dataset`]
-//! finds the mesh, the heights of layers and the fields in it, by the conventions of the models; a field is read on
-//! demand, one time record at a time, all layers or some, in the source's order and precision, and without a copy where
-//! it lies in memory.
+//! A [`Source`] is an open file, or a dataset in memory: variables with dimensions and attributes. [`Dataset`] finds
+//! the mesh, the heights of layers and the fields in it, by the conventions of the models; a field is read on demand,
+//! one time record at a time, all layers or some, in the source's order and precision, and without a copy if it is in
+//! memory.
 //!
 //! MPAS's datasets follow the MPAS mesh specification 1.0
-//! (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>). ICON's triangles are corners of the hexagons around
-//! their points, so that its fields are at corners; where a dataset has no tables they are rebuilt from the triangles'
-//! bounds. DYNAMICO's hexagons are rebuilt from theirs. Of columns with longitudes and latitudes alone the Delaunay
-//! triangles are made, and corners of more than three polygons are cut into triangles. Tables of MPAS that a dataset lacks are made of the others where
-//! these determine them.
+//! (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>). ICON's triangles are corners of the hexagons
+//! around their points, so its fields are at corners; if a dataset has no tables they are rebuilt from the triangles'
+//! bounds. DYNAMICO's hexagons are rebuilt from theirs. Columns with only longitudes and latitudes are joined by
+//! Delaunay triangles, and corners of more than three polygons are cut into triangles. Tables of MPAS that a dataset
+//! lacks are derived from the others if these determine them.
 //!
-//! [`SceneFields`] finds what a scene needs of a dataset, [`Series`] reads it time by time, [`Drawing`] draws it, and
+//! [`SceneFields`] finds the data that a scene needs, [`Series`] reads them time by time, [`Drawing`] draws them, and
 //! with the feature `live` the module `view` answers the live page.
 //!
 //! [`Sample`] is a small dataset to try these on.
 //!
-//! A 2D field, such as surface pressure, has the same values on as many layers as are asked for, and costs the memory
-//! of one.
+//! A 2D field, such as surface pressure, has the same values on any number of layers, and takes the memory of one.
 #![forbid(unsafe_code)]
 
 mod calendar;

@@ -23,7 +23,7 @@ pub(crate) fn likely_fields(all: &[FieldInfo]) -> Vec<&FieldInfo> {
     fields
 }
 
-/// Whether layers are others than the levels of MPAS's models, such as those of the soil.
+/// Whether the layers are not the levels of MPAS's models, such as those of the soil.
 fn is_beside_levels(info: &FieldInfo) -> bool {
     let is_mpas = matches!(info.layer_dimension.as_bytes(), [b'n', b'A'..=b'Z', ..]);
     is_mpas && !info.layer_dimension.starts_with("nVertLevels")

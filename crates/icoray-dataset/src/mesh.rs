@@ -21,9 +21,9 @@ use icoray::{ErrorKind, Result};
 
 type Reader = fn(&Sources) -> Result<Mesh>;
 
-/// What reads the mesh that the files have.
+/// The reader of the mesh in the files.
 fn reader(sources: &Sources) -> Result<Option<Reader>> {
-    // Without a table of neighbours, columns will do.
+    // Without a table of neighbours, columns suffice.
     let are_columns = columns::are_in(sources);
     let all: [(bool, Reader); 6] = [
         (ugrid::is_in(sources)?, ugrid::read),
@@ -36,7 +36,7 @@ fn reader(sources: &Sources) -> Result<Option<Reader>> {
     Ok(all.into_iter().find(|(is_there, _)| *is_there).map(|(_, reader)| reader))
 }
 
-/// Whether the files have a mesh of a kind that [`read`] knows.
+/// Whether the files have a mesh of a kind that [`read`] supports.
 pub(crate) fn is_known(sources: &Sources) -> Result<bool> {
     Ok(reader(sources)?.is_some())
 }

@@ -10,7 +10,7 @@ use std::time::Instant;
 /// Heights that were read: once per time, or once if they do not change.
 #[derive(Default)]
 pub struct NativeHeightCache {
-    /// By description; with the time if they change.
+    /// The heights by description; with the time if they change.
     read: HashMap<String, (Option<usize>, NativeHeights)>,
 }
 
@@ -46,7 +46,7 @@ impl NativeHeightCache {
     /// The heights of a scene; `None` if it shows mean heights.
     ///
     /// # Errors
-    /// As [`SceneFields::native`]; [`ErrorKind::Internal`] where they were not read.
+    /// As [`SceneFields::native`]; [`ErrorKind::Internal`] if they were not read.
     pub fn of(&self, scene_fields: &SceneFields, scene: &Scene) -> Result<Option<Field<'_>>> {
         let Some(info) = scene_fields.native(scene)? else { return Ok(None) };
         let Some((_, read)) = self.read.get(&info.description) else {

@@ -6,7 +6,7 @@ use icoray::{ErrorKind, Result};
 /// Earth's radius in ICON and DYNAMICO, metres, for files without one.
 pub(crate) const EARTH_M: f64 = 6_371_229.0;
 
-/// The radius that the user gives, or the files, or positions of cells; else that of the Earth.
+/// The radius from the user, or from the files, or from positions of cells; else that of the Earth.
 pub(crate) fn of(sources: &Sources) -> Result<f64> {
     if let Some(radius_m) = sources.options.radius_m {
         return Ok(radius_m);
@@ -32,6 +32,6 @@ fn of_positions(sources: &Sources) -> Result<Option<f64>> {
         }
         square += source.reals(variable, &start, &count)?.as_reals().get(0).powi(2);
     }
-    // Rounded, so that a unit sphere is one.
+    // Rounded, so that a unit sphere has radius 1.
     Ok(Some((1e3 * square.sqrt()).round() / 1e3).filter(|radius| radius.is_finite() && *radius > 0.0))
 }

@@ -1,5 +1,5 @@
-//! Rows and columns of places as one dimension: longitudes and latitudes over (y, x), as tripolar, rotated and swath grids
-//! have them, or each over a dimension of its own, as lat-lon grids have.
+//! Rows and columns of positions as one dimension: longitudes and latitudes over (y, x), as in tripolar, rotated and
+//! swath grids, or each over a separate dimension, as in lat-lon grids.
 //!
 //! A [`Raster`] shows two dimensions of a source as one, so that its fields are over columns like those of other models.
 //! Formats: CF conventions 1.11, §5.1 and §5.2.
@@ -10,7 +10,7 @@ use crate::sources::Sources;
 use icoray::{OwnedReals, Result};
 use std::path::Path;
 
-/// A source whose dimensions `y` and `x`, where they follow each other, are one dimension.
+/// A source whose adjacent dimensions `y` and `x` are one dimension.
 #[derive(Debug)]
 struct Raster {
     source: Box<dyn Source>,
@@ -18,7 +18,8 @@ struct Raster {
     rows: [Dimension; 2],
 }
 
-/// The sources, as rasters where no mesh is known in them and one has longitudes and latitudes over two dimensions.
+/// The sources, as rasters if they have no mesh of a known kind and one has longitudes and latitudes over two
+/// dimensions.
 pub(crate) fn flattened(sources: Sources) -> Result<Sources> {
     if mesh::is_known(&sources)? {
         return Ok(sources);
@@ -64,12 +65,12 @@ impl Raster {
     }
 }
 
-/// The place of the two dimensions among those of a variable.
+/// The index of the two dimensions among those of a variable.
 fn place(rows: &[Dimension; 2], variable: &Variable) -> Option<usize> {
     variable.dimensions.windows(2).position(|pair| pair == rows)
 }
 
-/// Which of the two dimensions a longitude or latitude is over.
+/// The one of the two dimensions over which a longitude or latitude lies.
 fn side(rows: &[Dimension; 2], source: &dyn Source, variable: &Variable) -> Option<usize> {
     let is_angle = (0..2).any(|which| mesh::is_angle(source, variable, which));
     (0..2).find(|k| is_angle && variable.dimensions == rows[*k..=*k])
@@ -102,7 +103,7 @@ impl Source for Raster {
             return Ok(picked(&angles, (start[0]..start[0] + count[0]).map(along)));
         }
         let Some(at) = place(&self.rows, original) else { return source.reals(original, start, count) };
-        // Whole rows are read, and the ends of the first and the last left out.
+        // Reads whole rows, and leaves the ends of the first and the last out.
         let (first, end) = (start[at] / x.len, (start[at] + count[at]).div_ceil(x.len).min(y.len));
         let block = |of: &[usize], rows: [usize; 2]| [&of[..at], &rows, &of[at + 1..]].concat();
         let read = source.reals(original, &block(start, [first, 0]), &block(count, [end - first, x.len]))?;

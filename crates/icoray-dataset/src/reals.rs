@@ -1,4 +1,4 @@
-//! Changes of owned arrays, in the precision in which the file stores them.
+//! Changes owned arrays, in the precision in which the file stores them.
 
 use icoray::OwnedReals;
 

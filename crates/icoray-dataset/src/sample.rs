@@ -19,13 +19,13 @@ const DAYS: [f64; 2] = [1.0, 2.0];
 const SECONDS_PER_DAY: f64 = 86_400.0;
 /// Longitude at the ground and latitude of the axis, degrees.
 const AXIS_DEG: [f64; 2] = [-30.0, 45.0];
-/// By how much the axis lies farther west at the top, degrees.
+/// Westward shift of the axis from the ground to the top, degrees.
 const TILT_DEG: f64 = 25.0;
 /// ρ₀: the vortices have their largest wind at ρ = 0.66.
 const SHARPNESS: f64 = 2.2;
 /// U at the ground and at the top, m/s.
 const WIND_M_S: [f64; 2] = [20.0, 40.0];
-/// The northern vortex is stronger by this part, the southern one is weaker.
+/// Fraction by which the northern vortex is stronger, and the southern one weaker.
 const ASYMMETRY: f64 = 0.25;
 
 /// Global attributes of the sample, besides its [`Sample::sphere_radius_m`].
@@ -72,7 +72,7 @@ impl Sample {
     /// Computes the sample: about 2 MB.
     ///
     /// # Errors
-    /// [`icoray::ErrorKind::Memory`] where the mesh does not fit.
+    /// [`icoray::ErrorKind::Memory`] if the mesh does not fit.
     pub fn new() -> icoray::Result<Self> {
         let mesh = IcosahedralMesh::new(LEVEL)?;
         let dimensions = vec![
@@ -178,16 +178,16 @@ impl Place {
         }
     }
 
-    /// Where the parcel that is here was so many seconds ago.
+    /// The position of the parcel `seconds` seconds ago.
     fn before(&self, seconds: f64) -> Self {
         let (sin, cos) = (-self.angular_speed(self.along) * seconds).sin_cos();
         Place { east: cos * self.east - sin * self.north, north: sin * self.east + cos * self.north, ..*self }
     }
 
-    /// Angular speed about the axis at this height, 1/s, where the sine of the latitude about it is `along`.
+    /// Angular speed about the axis at this height, 1/s, at the sine `along` of the latitude about it.
     fn angular_speed(&self, along: f64) -> f64 {
         let cosine = (1.0 - along * along).max(0.0).sqrt();
-        // At the axis the quotient has the limit of its neighbourhood.
+        // At the axis the quotient has the limit of nearby values.
         let rho = (SHARPNESS * cosine).max(1e-6);
         let speed = 1.5 * 3f64.sqrt() * rho.cosh().powi(-2) * rho.tanh();
         let wind_m_s = (WIND_M_S[0] + (WIND_M_S[1] - WIND_M_S[0]) * self.height_m / TOP_M) * (1.0 + ASYMMETRY * along);

@@ -16,7 +16,7 @@ pub struct SceneFields<'a> {
     dataset: &'a Dataset,
     layers_wanted: &'a LayerSelection,
     cells: usize,
-    /// By [`Layering::key`].
+    /// The layers and heights by [`Layering::key`].
     layer_infos: HashMap<[&'a str; 2], LayerInfo>,
 }
 
@@ -127,7 +127,7 @@ impl<'a> SceneFields<'a> {
         Ok(SceneField { info, range })
     }
 
-    /// Notes on what is not rendered as stored in the dataset.
+    /// Notes on data that are not rendered as stored in the dataset.
     ///
     /// # Errors
     /// As [`SceneFields::of`].
@@ -142,7 +142,7 @@ impl<'a> SceneFields<'a> {
                 notes.push(format!("{name} lives on corners: averaged to cell centres (derived, {bytes} bytes)"));
             }
             for (mark, count) in self.dataset.unsaid_marks(name) {
-                // As the field has it, not the nearest number of double precision.
+                // In the field's precision, not as the nearest number of double precision.
                 let mark = match info.precision {
                     Precision::F32 => format!("{:e}", mark as f32),
                     Precision::F64 => format!("{mark:e}"),

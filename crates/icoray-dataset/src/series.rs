@@ -110,7 +110,7 @@ impl FieldCache {
         Ok(&self.fields[&key])
     }
 
-    /// A field of which no value was written: all are missing.
+    /// A field without any written value: all are missing.
     pub fn unwritten(&self) -> Option<&str> {
         let is_unwritten = |field: &OwnedField| {
             let fill = field.fill();

@@ -1,11 +1,11 @@
-//! Where variables come from: a file, or a dataset in memory.
+//! Sources of variables: a file, or a dataset in memory.
 
 use crate::values::Values;
 use icoray::{Error, ErrorKind, OwnedReals, Result, printable};
 use std::fmt;
 use std::path::Path;
 
-/// Most variables that a message names.
+/// Maximum number of variables that a message names.
 const NAMED: usize = 8;
 
 /// Type of a variable's values.
@@ -42,12 +42,13 @@ pub struct Dimension {
     pub name: String,
     /// Number of entries along it.
     pub len: usize,
-    /// Whether it is that of the time records.
+    /// Whether it is the dimension of the time records.
     pub is_time: bool,
 }
 
 impl Dimension {
-    /// A dimension; that of time if its name says so, behind the path of a group.
+    /// A dimension; it is that of time if its name, without the path of a group, is `time` in any case or
+    /// `time_counter`.
     pub fn new(name: String, len: usize) -> Self {
         let name_in_group = name.rsplit('/').next().unwrap_or_default();
         let is_time = name_in_group.eq_ignore_ascii_case("time") || name_in_group == "time_counter";
@@ -55,7 +56,7 @@ impl Dimension {
     }
 }
 
-/// A variable: its name, type and dimensions, the slowest first. Time comes first where it is a dimension.
+/// A variable: its name, type and dimensions, the slowest first. The dimension of time, if any, comes first.
 #[derive(Debug, Clone)]
 pub struct Variable {
     /// Its name.
@@ -67,7 +68,7 @@ pub struct Variable {
 }
 
 impl Variable {
-    /// The dimensions behind that of the time records, or all where it has none.
+    /// The dimensions behind that of the time records, or all if it has none.
     pub(crate) fn after_time(&self) -> &[Dimension] {
         match self.dimensions.as_slice() {
             [time, rest @ ..] if time.is_time => rest,
@@ -75,7 +76,7 @@ impl Variable {
         }
     }
 
-    /// As [`Self::whole`], of one over time its first record.
+    /// As [`Self::whole`], for one over time its first record.
     pub(crate) fn first_record(&self) -> (Vec<usize>, Vec<usize>) {
         let (start, mut count) = self.whole();
         if self.changes() {
@@ -89,7 +90,7 @@ impl Variable {
         self.dimensions.first().is_some_and(|dimension| dimension.is_time)
     }
 
-    /// Whether the dimensions have these names, in this order, at times or without.
+    /// Whether the dimensions have these names, in this order, with or without times.
     pub(crate) fn lies_at_times_over(&self, names: &[&str]) -> bool {
         self.after_time().iter().map(|d| d.name.as_str()).eq(names.iter().copied())
     }
@@ -130,7 +131,7 @@ pub enum Attribute {
     },
 }
 
-/// A file or dataset that is open: a list of variables with their attributes, and reads of blocks of them.
+/// An open file or dataset: a list of variables with their attributes, and reads of blocks of them.
 ///
 /// Blocks start at `start` and have `count` entries along each dimension of the variable. Errors name the source.
 #[expect(clippy::missing_errors_doc, reason = "the trait has them: `ErrorKind::Io` where a read fails")]
@@ -141,32 +142,32 @@ pub trait Source: fmt::Debug + Send + Sync {
     /// All variables.
     fn variables(&self) -> &[Variable];
 
-    /// Length of a dimension, `None` when there is none of that name.
+    /// Length of a dimension; `None` when there is none of that name.
     fn dimension_len(&self, name: &str) -> Result<Option<usize>>;
 
-    /// An attribute of a variable, or of the source itself; `None` when it is absent or of no type that is known.
+    /// An attribute of a variable, or of the source itself; `None` when it is absent or of an unsupported type.
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>>;
 
     /// Reads a block of numbers: `float` in single precision, `double` and integers in double precision.
     fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals>;
 
-    /// As [`Source::reals`], without a copy where the values are in memory.
+    /// As [`Source::reals`], without a copy if the values are in memory.
     fn values(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Values> {
         self.reals(variable, start, count).map(Values::from)
     }
 
-    /// Reads a whole variable of integers; a value that 32 bits cannot hold is an error.
+    /// Reads a whole variable of integers; a value that does not fit into 32 bits is an error.
     fn integers(&self, variable: &Variable) -> Result<Vec<i32>>;
 
-    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be
-    /// read, as behind the end of a file that is cut off, is none.
+    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding; `None` for a row that
+    /// cannot be read, such as behind the end of a file that is cut off.
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>>;
 }
 
 impl dyn Source + '_ {
-    /// The variables, in which the dimension of time is marked: what [`Source::variables`] returns. Where none has its name
-    /// it is the longest whose coordinate has `axis = "T"`, `standard_name = "time"` or units such as `days since
-    /// 2000-01-01` (CF conventions 1.11, §4.4).
+    /// The variables, in which the dimension of time is marked: for implementations of [`Source::variables`]. If none
+    /// has its name it is the longest whose coordinate has `axis = "T"`, `standard_name = "time"` or units such as
+    /// `days since 2000-01-01` (CF conventions 1.11, §4.4).
     pub fn with_time_marked(&self) -> Vec<Variable> {
         let mut variables = self.variables().to_vec();
         if variables.iter().flat_map(|v| &v.dimensions).any(|dimension| dimension.is_time) {
@@ -184,7 +185,7 @@ impl dyn Source + '_ {
         variables
     }
 
-    /// Variables of numbers with their dimensions, the first ones of many, for a message.
+    /// Variables of numbers with their dimensions, only the first ones if there are many, for a message.
     pub(crate) fn numbers_in_words(&self) -> String {
         let is_table = |variable: &&Variable| variable.kind.is_number() && !variable.dimensions.is_empty();
         let all: Vec<String> = self.variables().iter().filter(is_table).map(Variable::to_string).collect();
@@ -205,12 +206,12 @@ impl dyn Source + '_ {
         self.variables().iter().find(|v| v.name == name)
     }
 
-    /// The variable of that name; an error where there is none.
+    /// The variable of that name; an error if there is none.
     pub(crate) fn expect(&self, name: &str) -> Result<&Variable> {
         self.variable(name).ok_or_else(|| self.error(ErrorKind::Grid, format_args!("variable {name} is missing")))
     }
 
-    /// A global attribute that holds text.
+    /// The text of a global attribute.
     pub(crate) fn text(&self, attribute: &str) -> Result<Option<String>> {
         self.attribute(None, attribute).map(text)
     }
@@ -220,7 +221,7 @@ impl dyn Source + '_ {
         Ok(numbers(self.attribute(None, attribute)?).first().copied())
     }
 
-    /// An attribute of a variable that holds text.
+    /// The text of an attribute of a variable.
     ///
     /// # Errors
     /// As [`Source::attribute`].
@@ -238,8 +239,8 @@ impl dyn Source + '_ {
         self.attribute(Some(variable), attribute).map(numbers)
     }
 
-    /// Reads a whole table of numbers, `float` in single precision; of one over time, as `open_mfdataset` of xarray makes
-    /// of all, its first record, which the last one equals.
+    /// Reads a whole table of numbers, `float` in single precision; for one over time, to which xarray's
+    /// `open_mfdataset` converts all, its first record, which the last one must equal.
     pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
         let (mut start, count) = variable.first_record();
         let first = self.reals(variable, &start, &count)?;
@@ -275,7 +276,7 @@ impl dyn Source + '_ {
     }
 }
 
-/// Text of an attribute on one line, for whatever prints it.
+/// Text of an attribute on one line, for printing.
 fn text(value: Option<Attribute>) -> Option<String> {
     match value {
         Some(Attribute::Text(text)) => Some(printable(&text).into_owned()),

@@ -4,11 +4,11 @@ use crate::options::DatasetOptions;
 use crate::source::{Source, Variable};
 use icoray::{Error, ErrorKind, Result};
 
-/// What to do where tables or heights are missing; option and argument have this name.
+/// Advice for missing tables or heights; option and argument have this name.
 pub(crate) const IN_ANOTHER_FILE: &str =
     "what is missing may be in another file, such as the run's init or grid file: give that file as `mesh`";
 
-/// Open files, of which the first has the fields, and what the user says of them.
+/// Open files, of which the first has the fields, and the user's options for them.
 #[derive(Debug)]
 pub(crate) struct Sources {
     files: Vec<Box<dyn Source>>,
@@ -20,7 +20,7 @@ impl Sources {
         Sources { files: std::iter::once(fields).chain(others).collect(), options }
     }
 
-    /// Checks what the user says.
+    /// Checks the user's options.
     pub(crate) fn expect_options(&self) -> Result<()> {
         let bad = |what: String| Err(Error::new(ErrorKind::Argument, what));
         let DatasetOptions { at, heights_m, radius_m, .. } = &self.options;
@@ -48,7 +48,7 @@ impl Sources {
         }
     }
 
-    /// Others in place of these.
+    /// Replaces each file.
     pub(crate) fn map(self, change: impl Fn(Box<dyn Source>) -> Box<dyn Source>) -> Self {
         Sources { files: self.files.into_iter().map(change).collect(), ..self }
     }
@@ -73,7 +73,7 @@ impl Sources {
         self.all().find_map(|source| source.variable(name).map(|variable| (source, variable)))
     }
 
-    /// The first number that a global attribute of a file has.
+    /// The first number of a global attribute in any file.
     pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
         for source in self.all() {
             if let Some(number) = source.number(attribute)? {

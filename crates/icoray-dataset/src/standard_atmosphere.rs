@@ -1,5 +1,5 @@
 //! Heights of pressures in the International Standard Atmosphere (ISO 2533:1975; U.S. Standard Atmosphere 1976, which
-//! is the same up to 86 km).
+//! is identical up to 86 km).
 
 /// Earth's radius for geopotential heights, metres.
 const RADIUS_M: f64 = 6_356_766.0;
@@ -17,7 +17,7 @@ const LAYERS: [(f64, f64, f64); 7] = [
 ];
 
 /// Height above the sea in metres at which the standard atmosphere has a pressure of `pressure_pa` pascals; the lowest
-/// and the uppermost layer go on beyond their ends.
+/// and the uppermost layer extend beyond their ends.
 pub(crate) fn height_m(pressure_pa: f64) -> f64 {
     let mut base_pa = 101_325.0;
     let mut geopotential_m = 0.0;

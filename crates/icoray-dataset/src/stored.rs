@@ -1,5 +1,5 @@
-//! From numbers as a variable stores them to values: packed numbers are unpacked, and what marks a missing value, or lies
-//! outside of the valid ones, becomes NaN.
+//! Converts the stored numbers of a variable to values: unpacks packed numbers, and replaces marks of missing values,
+//! and values outside of the valid range, by NaN.
 
 use crate::source::{Kind, Source, Variable};
 use crate::values::ShapedValues;
@@ -10,7 +10,7 @@ const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
 /// That of integers of 32 and of 64 bits (`NC_FILL_INT` and `NC_FILL_INT64`); shorter ones may be any value.
 const UNWRITTEN_INTEGERS: [f64; 2] = [-2_147_483_647.0, -9_223_372_036_854_775_806.0];
 
-/// Factor and offset of values that are stored packed, as CF conventions 1.11, §8.1, have them.
+/// Factor and offset of packed values, according to CF conventions 1.11, §8.1.
 pub(crate) fn packing(source: &dyn Source, name: &str) -> Result<Option<[f64; 2]>> {
     let first = |attribute: &str| Ok(source.numbers_of(name, attribute)?.first().copied());
     let (scale, offset) = (first("scale_factor")?, first("add_offset")?);
@@ -18,13 +18,13 @@ pub(crate) fn packing(source: &dyn Source, name: &str) -> Result<Option<[f64; 2]
     Ok(is_packed.then(|| [scale.unwrap_or(1.0), offset.unwrap_or(0.0)]))
 }
 
-/// The values that a variable's `valid_range`, `valid_min` and `valid_max` admit, as CF conventions 1.11, §2.5.1, have
-/// them.
+/// The values that a variable's `valid_range`, `valid_min` and `valid_max` admit, according to CF conventions 1.11,
+/// §2.5.1.
 #[derive(Debug)]
 struct Valid {
     ends: [f64; 2],
-    /// Whether the ends are of values as they are stored, as CF §8.1 wants of packed ones. The NetCDF Users Guide lets
-    /// real ends of packed integers be of unpacked values.
+    /// Whether the ends are of values as stored, as CF §8.1 requires for packed ones. The NetCDF Users Guide permits
+    /// real ends of packed integers to be of unpacked values.
     is_of_stored: bool,
 }
 
@@ -42,7 +42,7 @@ impl Valid {
         Ok(Valid { ends, is_of_stored: variable.kind != Kind::Integer || !is_real })
     }
 
-    /// Puts NaN for what lies outside, where `applies`.
+    /// Sets values outside to NaN, if `applies`.
     fn mask_outside(&self, values: &mut ShapedValues, applies: bool) {
         if applies && self.ends != [f64::NEG_INFINITY, f64::INFINITY] {
             let [low, high] = self.ends.map(|end| values.rounded(end));
@@ -51,12 +51,12 @@ impl Valid {
     }
 }
 
-/// How the numbers of a variable become values.
+/// The conversion of a variable's numbers to values.
 #[derive(Debug)]
 pub(crate) struct Decoder {
     /// Marks of missing values; at least one.
     marks: Vec<f64>,
-    /// Whether attributes or the user give a mark.
+    /// Whether attributes or the user specify a mark.
     is_said: bool,
     valid: Valid,
     packing: Option<[f64; 2]>,
@@ -79,7 +79,7 @@ impl Decoder {
         Ok(Decoder { marks, is_said, valid, packing })
     }
 
-    /// Sets values that look like marks to NaN where no mark is said; returns these, and how many of each there were.
+    /// Sets values that look like marks to NaN if no mark is specified; returns these, and the number of each.
     pub(crate) fn take_unsaid_marks(&self, values: &mut ShapedValues) -> Vec<(f64, usize)> {
         let mut taken = Vec::new();
         while let Some((mark, count)) = values.outlier().filter(|_| !self.is_said) {
@@ -92,10 +92,10 @@ impl Decoder {
         taken
     }
 
-    /// Unpacks values and masks those that are none. Returns the one mark that may be left among them.
+    /// Unpacks values and masks invalid ones. Returns the one mark that may remain among them.
     pub(crate) fn decode(&self, values: &mut ShapedValues) -> f64 {
         let fill = values.rounded(self.marks[0]);
-        // A field has one mark; further ones become NaN, which is missing as well.
+        // A field has one mark; further ones become NaN, which counts as missing too.
         for mark in &self.marks[1..] {
             let mark = values.rounded(*mark);
             if mark != fill {

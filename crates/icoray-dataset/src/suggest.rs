@@ -1,4 +1,4 @@
-//! Scenes that are suggested for a field of a dataset.
+//! Suggests scenes for a field of a dataset.
 
 use crate::dataset::Dataset;
 use crate::field::FieldInfo;
@@ -6,12 +6,12 @@ use crate::layer_selection::LayerSelection;
 use icoray::{Error, ErrorKind, Grid, Level, Renderer, Result, suggest};
 
 impl Dataset {
-    /// The text of a scene file that shows a field, in a look that fits its values at a time, as
-    /// [`suggest::scene`] has it. A 2D field is shown as a surface, without exaggeration unless `options` has one.
+    /// The text of a scene file that shows a field, with a look that fits its values at a time, as [`suggest::scene`]
+    /// chooses it. A 2D field is shown as a surface, without exaggeration unless `options` has one.
     ///
     /// # Errors
     /// As [`Dataset::read_layers`], [`Dataset::layer_heights`], [`LayerSelection::of`] and [`suggest::scene`];
-    /// [`ErrorKind::Argument`] where another surface than layer 0, or an isosurface, of a 2D field is asked for.
+    /// [`ErrorKind::Argument`] if another surface than layer 0, or an isosurface, of a 2D field is requested.
     pub fn suggest_scene(
         &self,
         (grid, renderer): (&Grid, &Renderer),
@@ -26,7 +26,7 @@ impl Dataset {
         let layers = heights.layers_over(info, range)?;
         let options = match info.is_2d() {
             true => as_surface(info, options)?,
-            // A shell that stands for unknown heights is thin.
+            // A shell for unknown heights is thin.
             false if heights.are_of_shell() => {
                 suggest::Options { exaggeration: options.exaggeration.or(Some(1.0)), ..options }
             }
@@ -38,8 +38,8 @@ impl Dataset {
         renderer.run(|| suggest::scene(&info.name, grid, &layers, &field, &options))
     }
 
-    /// The text of a scene, completed as [`suggest::completed`] has it by the suggestion for its field at a time; as it
-    /// is where there is nothing to complete.
+    /// The text of a scene, completed by [`suggest::completed`] with the suggestion for its field at a time; unchanged
+    /// if there is nothing to complete.
     ///
     /// # Errors
     /// As [`Dataset::suggest_scene`], [`Dataset::field_info`] and [`Dataset::first_field`].

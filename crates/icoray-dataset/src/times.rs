@@ -7,19 +7,19 @@ use icoray::{ErrorKind, Result, printable};
 /// Limit of the number of time records; a century has fewer hours.
 const MAX_RECORDS: usize = 1 << 20;
 
-/// MPAS's dates as text: of history and restart files, and of MPAS-Ocean's means, at the beginning of what they cover.
+/// MPAS's dates as text: of history and restart files, and of MPAS-Ocean's means, at the beginning of their intervals.
 const TEXTS: [&str; 4] = ["xtime", "xtime_startMonthly", "xtime_startDaily", "xtime_startYearly"];
 
 /// The time records of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Times {
-    /// The number of records, 0 where there is no such dimension.
+    /// The number of records; 0 if there is no such dimension.
     pub records: usize,
-    /// The date of each record, as [`Dataset::times`](crate::Dataset::times).
+    /// The date of each record, as in [`Dataset::times`](crate::Dataset::times).
     pub dates: Vec<Option<String>>,
     /// Whether a variable has the dates: then a record without one is not written yet.
     pub is_dated: bool,
-    /// Seconds from the first record to each, as [`Dataset::seconds`](crate::Dataset::seconds).
+    /// Seconds from the first record to each, as in [`Dataset::seconds`](crate::Dataset::seconds).
     pub seconds: Option<Vec<f64>>,
 }
 
@@ -27,7 +27,7 @@ impl Times {
     /// Reads the times of a source.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`] where there are more than a million, as a damaged header has.
+    /// [`ErrorKind::Io`] if there are more than a million, as in a damaged header.
     pub fn read(source: &dyn Source) -> Result<Self> {
         let records = records(source)?;
         let dates = dates(source, records.max(1));
@@ -36,7 +36,7 @@ impl Times {
     }
 }
 
-/// The number of time records, 0 where there is no such dimension.
+/// The number of time records; 0 if there is no such dimension.
 fn records(source: &dyn Source) -> Result<usize> {
     let own = source.variables().iter().filter(|v| v.changes()).map(|v| v.dimensions[0].len);
     let mut records = own.max().unwrap_or(0);
@@ -69,7 +69,7 @@ fn dates(source: &dyn Source, count: usize) -> Vec<Option<String>> {
         return rows.into_iter().map(|text| text.and_then(date)).collect();
     }
     let counted = source.variables().iter().find_map(|v| Some((v, clock(source, v)?)));
-    // Of a file that is cut off, the numbers before its end.
+    // In a file that is cut off, the numbers before its end.
     let first_ones = |variable: &Variable| {
         let number = |record| Some(source.reals(variable, &[record], &[1]).ok()?.as_reals().get(0));
         (0..count).map_while(number).collect::<Vec<f64>>()
@@ -86,8 +86,8 @@ fn dates(source: &dyn Source, count: usize) -> Vec<Option<String>> {
     (0..count).map(|record| numbers.get(record).and_then(|number| clock.date(*number))).collect()
 }
 
-/// Seconds from the first of these dates to each, in the file's calendar, up to the last date that there is; `None` where
-/// an earlier one lacks or one is not understood.
+/// Seconds from the first of these dates to each, in the file's calendar, up to the last date; `None` if an earlier one
+/// is missing or invalid.
 fn seconds(source: &dyn Source, dates: &[Option<String>]) -> Option<Vec<f64>> {
     let of_times = source.variables().iter().filter(|v| v.changes() && v.dimensions.len() == 1);
     let of_times = of_times.filter_map(|v| source.text_of(&v.name, "calendar").ok()?).next();

@@ -1,4 +1,4 @@
-//! Values of a block: owned, or borrowed where they lie in memory.
+//! Values of a block: owned, or borrowed in place.
 
 use crate::reals::ChangeReals;
 use icoray::{OwnedReals, Reals, Shape};
@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 /// Marks of missing values that are in use.
 const USUAL_MARKS: [f64; 6] = [-999.0, -9999.0, -99999.0, -999_999.0, -32767.0, -32768.0];
-/// Least size of a value that may be taken for a mark: physical quantities in their usual units are smaller.
+/// Minimum magnitude of a value that may be taken for a mark: physical quantities in their usual units are smaller.
 const HUGE: f64 = 1e15;
 
-/// Borrowed memory with numbers, which must not change while this is held.
+/// Borrowed memory with numbers, which must not change while this exists.
 pub trait Memory: fmt::Debug + Send + Sync {
     /// All numbers.
     fn reals(&self) -> Reals<'_>;
@@ -21,9 +21,9 @@ pub trait Memory: fmt::Debug + Send + Sync {
 pub enum Values {
     /// Read or converted: the last dimension of the block is the fastest.
     Owned(OwnedReals),
-    /// In place.
+    /// Borrowed in place.
     Shared {
-        /// The memory that has them.
+        /// The memory that contains them.
         memory: Arc<dyn Memory>,
         /// Element of the block's first number.
         offset: usize,
@@ -52,8 +52,8 @@ enum Stored {
 }
 
 impl ShapedValues {
-    /// The values of a block. `shape` is their layout where they are owned; `column` and `layer` are the dimensions of the
-    /// block along which columns and layers follow each other, the layers of a 2D field along none.
+    /// The values of a block. `shape` is their layout if they are owned; `column` and `layer` are the dimensions of the
+    /// block along which columns and layers follow each other; the layers of a 2D field follow along none.
     pub(crate) fn new(values: Values, shape: Shape, [column, layer]: [Option<usize>; 2]) -> Self {
         match values {
             Values::Owned(reals) => ShapedValues { shape, reals: Stored::Owned(reals) },
@@ -94,7 +94,7 @@ impl ShapedValues {
         self.owned().each(change);
     }
 
-    /// Sets values to NaN. Shared ones are copied first if there are any such.
+    /// Sets values to NaN. Shared ones are copied first if any are affected.
     pub(crate) fn mask(&mut self, is_missing: impl Fn(f64) -> bool) {
         if matches!(self.reals, Stored::Owned(_)) || self.any(&is_missing) {
             self.owned().mask(is_missing);
@@ -116,7 +116,7 @@ impl ShapedValues {
         (offset as isize + column as isize * column_stride + layer as isize * layer_stride) as usize
     }
 
-    /// These values less others of the same columns and layers; NaN where one is its mark for missing values.
+    /// These values minus others of the same columns and layers; NaN where either is its mark for missing values.
     pub(crate) fn less(&self, own_fill: f64, other: &Self, fill: f64) -> Self {
         let value = |of: &Self, fill: f64, at: (usize, usize)| {
             let value = of.as_reals().get(of.element(at.0, at.1));
@@ -131,7 +131,7 @@ impl ShapedValues {
         self.made(rows.len(), |column, layer| self.as_reals().get(self.element(rows[column] as usize, layer)))
     }
 
-    /// Values over so many columns and the same layers, in the same precision.
+    /// Values over this number of columns and the same layers, in the same precision.
     fn made(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Self {
         let layers = self.stored_layers();
         let values = (0..columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
@@ -156,8 +156,8 @@ impl ShapedValues {
         places.map(move |(column, layer)| reals.get(self.element(column, layer)))
     }
 
-    /// A value in several places that looks like a mark, and the number of places: a huge one, all others being a
-    /// millionth of it at most, or a usual mark below all others, as far from them as these are apart at least.
+    /// A value in several places that looks like a mark, and the number of places: a huge one, if all others are at
+    /// most a millionth of it, or a usual mark below all others, at least as far from them as these are apart.
     pub(crate) fn outlier(&self) -> Option<(f64, usize)> {
         let [lowest, highest] = ends(self.all());
         let is_usual = USUAL_MARKS.contains(&lowest);
@@ -176,7 +176,7 @@ impl ShapedValues {
         if self.shape.layer_stride == 0 { 1 } else { self.shape.layers }
     }
 
-    /// The values in memory of their own; shared ones are copied, the layers of a column behind each other.
+    /// The values in owned memory; shared ones are copied, the layers of a column behind each other.
     fn owned(&mut self) -> &mut OwnedReals {
         if let Stored::Shared(memory) = &self.reals {
             let layers = self.stored_layers();
@@ -197,7 +197,7 @@ impl ShapedValues {
     }
 }
 
-/// The least and the greatest of values.
+/// The least and the greatest value.
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }

@@ -1,4 +1,4 @@
-//! A page on which a dataset is looked at, turned and coloured.
+//! Serves a page on which viewers look at a dataset.
 
 pub mod answers;
 mod reader;
@@ -36,7 +36,7 @@ pub fn describe(dataset: &Dataset, command: String) -> Description {
     }
 }
 
-/// A suggested scene from its first key on: the comment above is about this scene and time, which viewers change.
+/// A suggested scene from its first key on: the comment above describes this scene and time, which viewers change.
 pub fn without_head(suggested: &str) -> &str {
     let mut text = suggested;
     while let Some((_, rest)) = text.split_once('\n').filter(|_| text.starts_with('#')) {
@@ -56,7 +56,7 @@ pub struct Viewer<'v> {
     at_rest: Option<(Scene, usize, Frame)>,
 }
 
-/// What requests are answered from while they need the same data.
+/// The data that requests share while they need the same.
 struct Data<'d> {
     drawing: Drawing<'d>,
     fields: &'d BTreeMap<Key, Field<'d>>,
@@ -65,8 +65,7 @@ struct Data<'d> {
 }
 
 impl<'v> Viewer<'v> {
-    /// A viewer of the dataset whose grid this is. Drawing ends early where the renderer has the page's
-    /// [`LiveView::stop`].
+    /// A viewer of the dataset with this grid. Drawing ends early if the renderer has the page's [`LiveView::stop`].
     pub fn new(
         (dataset, grid): (&'v Dataset, &'v Grid<'v>),
         renderer: &'v Renderer,
@@ -91,7 +90,7 @@ impl<'v> Viewer<'v> {
         }
     }
 
-    /// Reads what a request needs and serves it and all that follow and need no more; returns the first that does.
+    /// Reads the data of a request and serves it and the following ones that need no more; returns the first that does.
     fn serve(
         &mut self,
         first: Request,
@@ -192,10 +191,10 @@ impl Needs {
     }
 }
 
-/// Tells viewers that a request cannot be served.
+/// Reports to viewers that a request cannot be served.
 fn refuse(live: &LiveView, request: Request, error: Error) {
     match request {
-        // The error is shown in place of the picture.
+        // The error is shown instead of the picture.
         Request::Draw(wanted) => drop(live.publish(&wanted, |_| Err(error))),
         Request::Answer { question, .. } => question.refuse(error),
     }

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// How the names of nodes of GPUs begin: NVIDIA's own driver, Windows' below Linux, Adreno, Mali.
+/// Prefixes of the names of GPU device nodes: NVIDIA's own driver, Windows' below Linux, Adreno, Mali.
 const NODES: [&str; 4] = ["nvidia", "dxg", "kgsl", "mali"];
 
 /// The kind of an adapter. Faster kinds compare as less.
@@ -74,8 +74,8 @@ fn adapters() -> Result<Vec<wgpu::Adapter>, FallbackReason> {
     Ok(pollster::block_on(instance()?.enumerate_adapters(wgpu::Backends::VULKAN)))
 }
 
-/// The number of the adapter that is wanted: among those that fit, one of the fastest kind. The ranks of a node take
-/// them in turn.
+/// The number of the adapter that `wanted` selects: among those that fit, one of the fastest kind. The ranks of a node
+/// take them in turn.
 fn choose(all: &[Listed], wanted: &DeviceRequest) -> Result<usize, FallbackReason> {
     let names = || all.iter().map(|one| one.name.as_str()).collect::<Vec<_>>();
     let fits = |(number, one): &(usize, &Listed)| match &wanted.adapter {
@@ -104,7 +104,7 @@ fn choose(all: &[Listed], wanted: &DeviceRequest) -> Result<usize, FallbackReaso
     Ok(number)
 }
 
-/// Whether there is any GPU, by the nodes that Linux's drivers make for them in `dev`; elsewhere there may be.
+/// Whether there is any GPU, by the nodes that Linux's drivers create for them in `dev`; on other systems always true.
 fn may_have_gpu(dev: &Path) -> bool {
     let has_node = |folder: &Path, names: &[&str]| {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -114,10 +114,10 @@ fn may_have_gpu(dev: &Path) -> bool {
     cfg!(not(target_os = "linux")) || has_node(&dev.join("dri"), &["renderD"]) || has_node(dev, &NODES)
 }
 
-/// Finds the adapter that is wanted. `dev` is the folder of device nodes.
+/// Finds the adapter that `wanted` selects. `dev` is the folder of device nodes.
 ///
 /// The loader of Vulkan loads all drivers, and with that of a processor a compiler, which takes 50 MB of the model's
-/// memory. So no driver is loaded where a GPU alone is wanted and there is none.
+/// memory. So no driver is loaded if only a GPU is wanted and there is none.
 pub(crate) fn find(wanted: &DeviceRequest, dev: &Path) -> Result<wgpu::Adapter, FallbackReason> {
     if wanted.adapter.is_none() && !wanted.or_processor && !may_have_gpu(dev) {
         let reason = "no GPU was found; backend = \"gpu\" uses a processor that acts as one";

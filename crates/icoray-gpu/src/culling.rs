@@ -44,7 +44,8 @@ impl CellSet {
     }
 }
 
-/// The volume that the rays of a picture or of some of its tiles pass, and what else decides which cells they read.
+/// The volume that the rays of a picture or of some of its tiles pass, and the other conditions for the cells that they
+/// read.
 #[derive(Debug, Clone, PartialEq)]
 struct ViewFrustum {
     eye: DVec3,
@@ -150,8 +151,8 @@ impl Culling {
         self.cached.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The cells whose columns the rays of a picture can read, whatever its tiles, and the number of bytes uploaded for
-    /// them. A small field that `fits_a_page` is not culled.
+    /// The cells whose columns the rays of a picture can read with any of its tiles, and the number of bytes uploaded
+    /// for them. A small field that `fits_a_page` is not culled.
     pub fn of_picture(
         &self,
         ctx: &Context,

@@ -65,7 +65,7 @@ impl GradientKey {
 }
 
 impl DeviceField {
-    /// Whether this is what a job reads of its field over `cells`.
+    /// Whether these are the values and gradients that a job reads over `cells`.
     pub fn matches(&self, job: &Job, cells: &CellSet) -> bool {
         let key = GradientKey::new(job);
         self.content == job.content()

@@ -120,7 +120,7 @@ impl FieldStore {
         })
     }
 
-    /// Uploads values and gradients, or what these are computed from. Returns the number of bytes.
+    /// Uploads values and gradients, or the data from which these are computed. Returns the number of bytes.
     ///
     /// Values are normalised in f64 while they are copied from the model's array to a staging buffer: once per value
     /// instead of once per read, with the bits of the CPU's kernel, and without a second copy of the field on the host.

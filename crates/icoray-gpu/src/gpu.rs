@@ -52,7 +52,7 @@ impl Gpu {
     /// Opens an adapter, by default one of the fastest kind, which may be a CPU driver such as lavapipe.
     ///
     /// # Errors
-    /// A [`FallbackReason`] if there is no such adapter, or it lacks what the shaders need.
+    /// A [`FallbackReason`] if there is no such adapter, or it lacks features that the shaders need.
     pub fn new(adapter: Option<Adapter>) -> Result<Self, FallbackReason> {
         Self::with_limits(adapter, MemoryLimits::default())
     }

@@ -3,7 +3,8 @@
 //!
 //! A [`Gpu`] is a [`Device`](icoray::device::Device) of a [`Renderer`](icoray::Renderer). It draws scenes in `f32`,
 //! with the errors and counts of the CPU renderer. The CPU draws scenes that the shaders do not support or that do not
-//! fit on the device; a [`FallbackReason`](icoray::device::FallbackReason) says why. Nothing panics if there is no GPU.
+//! fit on the device; a [`FallbackReason`](icoray::device::FallbackReason) states the reason. Nothing panics if there
+//! is no GPU.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
-/// In place of a triangle behind a cell's last one: `NONE` of `shaders/gradient.wgsl`.
+/// Marks that there is no triangle behind a cell's last one: `NONE` of `shaders/gradient.wgsl`.
 const NONE: u32 = u32::MAX;
 
 /// The tables of a grid on a device.

@@ -22,7 +22,7 @@ pub(crate) struct Passes<'p> {
 }
 
 impl Passes<'_> {
-    /// Traces tiles with a field that is on the device after an upload of so many bytes.
+    /// Traces tiles with a field that is on the device after an upload of this number of bytes.
     pub fn trace(&mut self, (field, bytes): (Arc<DeviceField>, u64), tiles: &[Tile]) -> Result<(), FallbackReason> {
         let trace = PixelTrace::new(&self.picture, &field, tiles)?;
         self.spent.bytes_uploaded += bytes + trace.bytes();

@@ -24,7 +24,7 @@ pub(crate) struct SceneGroup {
     _buffers: Vec<PooledBuffer>,
 }
 
-/// A picture and what its rays read on the device besides the field.
+/// A picture and the data besides the field that its rays read on the device.
 pub(crate) struct Picture<'p> {
     pub ctx: &'p Context,
     pub pipelines: &'p Pipelines,
@@ -44,7 +44,7 @@ impl<'p> Picture<'p> {
         mesh: Arc<DeviceMesh>,
         entries: Arc<RayEntries>,
     ) -> Result<Self, FallbackReason> {
-        // Those of surfaces and of several volumes lie behind those of the field.
+        // The spans of surfaces and of several volumes follow those of the field.
         let spans: Vec<Span> = job.spans().iter().chain(scenery_spans(job)).map(Span::from).collect();
         let steps: Vec<Step> = job.steps().iter().chain(volume_steps(job)).map(Step::from).collect();
         let radius = job.radius();
@@ -100,7 +100,7 @@ impl<'p> Picture<'p> {
     pub fn constants(&self, in_parts: bool) -> Constants {
         let (job, scene) = (self.job, self.job.scene());
         let flags = [
-            // Scenes that are not plain are integrated to the tolerance whatever their method.
+            // Scenes that are not plain are integrated to the tolerance with either method.
             ("IS_EXACT", scene.method == Method::Exact || job.scenery().is_some()),
             ("HAS_CORE", scene.core.is_some()),
             ("HAS_VOID", job.grid().void_triangles() > 0),

@@ -20,7 +20,7 @@ const TABLES: [BufferBindingType; 14] = {
 pub(crate) type Constants = Vec<(&'static str, u32)>;
 
 /// The pipelines of a device, compiled on first use, and the layouts of their bind groups. Groups 1 and 3 are pages of
-/// the field and of what accompanies it.
+/// the field and of the data that accompany it.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     /// Group 0.

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Traced pixels from one cached triangle to the next, in each direction.
 const SPACING: u32 = 8;
-/// In place of a triangle that is not known yet.
+/// Marks a triangle that is not known yet.
 const NONE: u32 = u32::MAX;
 
 /// The entry triangles of the last picture.

@@ -1,10 +1,10 @@
-//! Surfaces, isosurfaces, cuts and further volumes of a scene, as shaders read them.
+//! Surfaces, isosurfaces, cuts and further volumes of a scene, in the shaders' form.
 
 use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, VolumeMap, halves, halves3};
 use crate::shader::Contents;
 use icoray::device::{self, ClipRegion, ColorByField, FieldId, IsosurfacePaint, Job, Paint, SurfacePlace};
 
-/// What the shader of a job's picture has code for.
+/// The contents of a job's picture, for which the shader needs code.
 pub(crate) fn contents(job: &Job) -> Contents {
     Contents { scenery: job.scenery().is_some(), volumes: job.scenery().map_or(0, |scenery| scenery.volumes.len()) }
 }
@@ -135,7 +135,7 @@ fn clip_of(region: &ClipRegion) -> Clip {
     }
     let Some(region) = region.region else { return clip };
     clip.kind |= Clip::HAS_LATITUDES;
-    // Beyond the poles, where rounding is not asked.
+    // Beyond the poles, where rounding does not matter.
     let sine = |lat: f64| if lat.abs() < 90.0 { lat.to_radians().sin() } else { 2.0 * lat.signum() };
     [clip.south, clip.north] = region.lat_deg.map(|lat| halves(sine(lat)));
     let [west, east] = region.lon_deg;

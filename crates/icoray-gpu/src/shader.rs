@@ -8,7 +8,7 @@
 
 pub use icoray_shaders::SOURCES;
 
-/// What a scene has that needs code of its own: all other shaders are without it.
+/// The contents of a scene that need code of their own: all other shaders omit it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Contents {
     /// More than one volume and a core: lines `#scene`, else `#plain`.
@@ -63,7 +63,7 @@ struct Composer<'t> {
     volumes: usize,
     /// See [`Contents::tags`].
     tags: [[&'static str; 2]; 2],
-    /// The names of the files that it has.
+    /// The names of the files that are included.
     seen: Vec<&'t str>,
     whole: String,
 }

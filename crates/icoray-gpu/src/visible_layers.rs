@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const CHUNK: usize = 1024;
 
 /// The layers without the lowest and the highest ones that lie, together with their neighbour, within one clear span of
-/// the transfer function over all of `columns`. Values that shaders read in place of the missing ones lie in the same
+/// the transfer function over all of `columns`. Values that shaders read instead of the missing ones lie in the same
 /// span, so that the picture is the same.
 pub(crate) fn visible_layers(job: &Job, columns: &[u32]) -> Range<usize> {
     let layers = job.radius().len();

@@ -2,7 +2,7 @@
 
 /// [`map`](array::map) of an array, inlined into its caller in every build.
 ///
-/// The standard library's method is generic and not marked `#[inline]`: where a crate is compiled in several units, the
+/// The standard library's method is generic and not marked `#[inline]`: if a crate is compiled in several units, the
 /// method and its closure are compiled apart from the caller. With it, a build in 16 units rendered 1.5 to 5 times
 /// slower than one in a single unit.
 pub trait MapInline<A, const N: usize> {

@@ -1,8 +1,7 @@
 //! The one error type of the library.
 //!
-//! User data that is wrong gives an [`Error`] whose message names the table, the row, the value and what was
-//! expected. A broken invariant of icoray itself panics instead; the C boundary turns that into
-//! [`ErrorKind::Internal`].
+//! Wrong user data gives an [`Error`] whose message names the table, the row, the value and the expected value. A
+//! broken invariant of icoray itself panics instead; the C boundary turns that into [`ErrorKind::Internal`].
 
 use crate::printable;
 use std::fmt;
@@ -16,7 +15,7 @@ pub enum ErrorKind {
     Argument,
     /// A connectivity or coordinate table contradicts itself or another table.
     Grid,
-    /// The mesh is right but of a kind that is not rendered (planar meshes, corners that join four cells).
+    /// The mesh is valid but of a kind that is not rendered (planar meshes, corners that join four cells).
     Unsupported,
     /// Layer radii are not strictly monotone, not positive or not finite.
     Layers,
@@ -24,17 +23,17 @@ pub enum ErrorKind {
     Field,
     /// The scene text has a syntax error, an unknown key or a bad value.
     Scene,
-    /// A call came before what it needs (for example execute before a grid was set).
+    /// A call came before the calls that it requires (for example execute before a grid was set).
     Order,
     /// A file could not be read or written.
     Io,
-    /// A file is there already and is not modified.
+    /// A file exists already and is not modified.
     Exists,
     /// A bug in icoray.
     Internal,
     /// MPI failed, or ranks that draw one picture disagree.
     Mpi,
-    /// A grid or a frame needs more memory than there is.
+    /// A grid or a frame needs more memory than is available.
     Memory,
 }
 
@@ -61,7 +60,7 @@ impl ErrorKind {
         found.map_or(11, |(_, number)| *number)
     }
 
-    /// The kind of a number; [`ErrorKind::Internal`] where none has it.
+    /// The kind with this number; [`ErrorKind::Internal`] if there is none.
     pub fn of_number(number: i32) -> Self {
         let found = Self::NUMBERS.iter().find(|(_, its)| *its == number);
         found.map_or(ErrorKind::Internal, |(kind, _)| *kind)
@@ -87,7 +86,7 @@ impl fmt::Display for ErrorKind {
     }
 }
 
-/// An error: its kind and a sentence that names the place, the value and what was expected, in one line: control
+/// An error: its kind and a sentence that names the place, the value and the expected value, in one line: control
 /// characters are escaped ([`printable`]).
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{kind}: {context}")]
@@ -120,13 +119,13 @@ impl Error {
         &self.context
     }
 
-    /// Puts `prefix: ` before the sentence, for a caller that knows the file or the name.
+    /// Puts `prefix: ` before the sentence, for a caller that has the name of the file or field.
     #[must_use]
     pub fn within(self, prefix: impl fmt::Display) -> Self {
         Error::new(self.kind, format!("{prefix}: {}", self.context))
     }
 
-    /// Puts the rank whose error it is before the sentence, where there are several.
+    /// Puts the rank of the error before the sentence if there are several ranks.
     #[must_use]
     pub fn of_rank(self, rank: usize, ranks: usize) -> Self {
         if ranks == 1 { self } else { self.within(format_args!("rank {rank}")) }
@@ -138,8 +137,8 @@ impl Error {
         Error::new(self.kind, format!("{} ({note})", self.context))
     }
 
-    /// Does `work`; a panic in it becomes an error of kind [`ErrorKind::Internal`] with the panic's words, so that a
-    /// thread lives on. What `work` can reach must not be left half-changed by a panic.
+    /// Calls `work`; a panic in it becomes an error of kind [`ErrorKind::Internal`] with the panic's message, so that a
+    /// thread continues. A panic must not leave data that `work` can reach half-changed.
     ///
     /// # Errors
     /// Those of `work`, and [`ErrorKind::Internal`] for a panic.

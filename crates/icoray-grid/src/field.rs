@@ -1,8 +1,8 @@
-//! A field as the model holds it: a borrowed array, read in place through its [`Shape`], whatever the layout.
+//! A field in the model's memory: a borrowed array, read in place through its [`Shape`] in any layout.
 //!
-//! `shape.rs` lists the layouts and the models that use them. A reader computes the base of a column once and goes from
-//! layer to layer by one stride; only the base depends on blocks. Fields at corners, and fields on other layers, are
-//! copied: they become a [`CenterField`].
+//! `shape.rs` lists the layouts and the models that use them. A reader computes the base of a column once and moves
+//! from layer to layer by one stride; only the base depends on blocks. Fields at corners, and fields on other layers,
+//! are copied: they become a [`CenterField`].
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::hash::{self, GOLDEN};
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::slice;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Where a field's values live on the mesh.
+/// The location of a field's values on the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Location {
     /// At the cell centres.
@@ -81,7 +81,7 @@ impl<'a> Field<'a> {
         Ok(Field { samples, shape, elements, location, fill, number })
     }
 
-    /// A 2D field, which has one layer, with its values on each of `layers`; other fields as they are.
+    /// Repeats the values of a 2D field, which has one layer, on each of `layers`; other fields are returned unchanged.
     #[must_use]
     pub fn on_layers(self, layers: usize) -> Self {
         if self.shape.layers != 1 {
@@ -104,12 +104,12 @@ impl<'a> Field<'a> {
         self.number
     }
 
-    /// How the array is read.
+    /// The layout of the array.
     pub fn shape(&self) -> &Shape {
         &self.shape
     }
 
-    /// Where the values live.
+    /// The location of the values.
     pub fn location(&self) -> Location {
         self.location
     }
@@ -119,7 +119,7 @@ impl<'a> Field<'a> {
         self.fill
     }
 
-    /// Value of `column` at `layer`, NaN where it is missing.
+    /// Value of `column` at `layer`; NaN if it is missing.
     ///
     /// # Panics
     /// When the indices are out of range.
@@ -128,8 +128,8 @@ impl<'a> Field<'a> {
         self.value_or_nan(self.samples.get(self.elements.at(self.elements.base(column), layer)))
     }
 
-    /// A hash of `samples` values that are spread over all columns and layers, or of all where there are no more. It
-    /// depends on the values only, not on precision and layout: missing ones are all alike, and so are 0 and -0.
+    /// A hash of `samples` values that are spread over all columns and layers, or of all values if there are no more.
+    /// It depends on the values only, not on precision and layout: all missing values are equal, and so are 0 and -0.
     pub fn hash_of_samples(&self, samples: usize) -> u64 {
         let columns = self.shape.columns;
         let count = columns * self.shape.layers;
@@ -142,7 +142,7 @@ impl<'a> Field<'a> {
         terms.fold(0, u64::wrapping_add)
     }
 
-    /// The value, or NaN where it marks a missing one.
+    /// The value, or NaN if it marks a missing one.
     #[inline]
     fn value_or_nan(&self, value: f64) -> f64 {
         if Some(value) == self.fill || !value.is_finite() { f64::NAN } else { value }
@@ -153,8 +153,8 @@ impl<'a> Field<'a> {
         &self.elements
     }
 
-    /// The number of values in each of `bins` equal parts of the range from `low` to `high`, over those columns for which
-    /// `counts` is true, over all without it; values outside are in none. Parallel.
+    /// The number of values in each of `bins` equal parts of the range from `low` to `high`, over those columns for
+    /// which `counts` is true, or over all without it; values outside are in none. Parallel.
     pub fn histogram_over(
         &self,
         [low, high]: [f64; 2],
@@ -182,13 +182,13 @@ impl<'a> Field<'a> {
         columns.filter(|column| counts.is_none_or(|counts| counts(*column))).fold(none, add).reduce(none, both)
     }
 
-    /// Whether any value is there. It looks no further than to the first one.
+    /// Whether the field has any value. Stops at the first one.
     pub fn has_values(&self) -> bool {
         let Shape { columns, layers, .. } = self.shape;
         (0..columns).any(|column| (0..layers).any(|layer| !self.value(column, layer).is_nan()))
     }
 
-    /// Least and greatest value, and the number of missing values; the range is `None` where all are missing. Parallel.
+    /// Least and greatest value, and the number of missing values; the range is `None` if all are missing. Parallel.
     pub fn range(&self) -> (Option<[f64; 2]>, u64) {
         self.range_over(None)
     }
@@ -225,13 +225,13 @@ impl<'a> Field<'a> {
     }
 }
 
-/// A number that no other field of the process has had.
+/// A number that no other field of the process has.
 fn next_number() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// Least and greatest value, and how many are missing.
+/// Least and greatest value, and the number of missing values.
 type Extremes = (f64, f64, u64);
 
 fn no_values() -> Extremes {
@@ -248,7 +248,7 @@ fn merged(a: Extremes, b: Extremes) -> Extremes {
 fn range_of<S: Sample>(values: &[S], fill: Option<S>) -> Extremes {
     const SIDE: usize = 32;
     let [least, greatest] = [f64::NEG_INFINITY, f64::INFINITY].map(S::near);
-    // Without a fill value: a value that is missing in any case.
+    // Without a fill value: a value that counts as missing anyway.
     let fill = fill.unwrap_or(greatest.next_up());
     let (sides, rest) = values.as_chunks::<SIDE>();
     let mut last = [fill; SIDE];

@@ -1,14 +1,14 @@
 //! Gradients at the vertices: the mean over the frusta around each (§3.5 of the paper).
 //!
-//! At vertex A of a frustum the interpolant's gradient G is fixed by three slopes: along A, the change to the next
-//! layer; along B - A and C - A, the changes to the neighbours on the same layer. With the dual basis e of these three
+//! At vertex A of a frustum three slopes determine the interpolant's gradient G: along A, the change to the next layer;
+//! along B - A and C - A, the changes to the neighbours on the same layer. With the dual basis e of these three
 //! vectors, `G = s·eA + ((gB - gA)·eB + (gC - gA)·eC)/R`. The frusta above and below share the triangle, so the mean
 //! over 12 frusta (10 at a pentagon, half of that on the innermost and outermost layer) is the mean over the triangles
 //! with the mean of the two radial slopes. Frusta with a missing value are left out of the mean, and beside a hole
 //! there are fewer of them.
 //!
 //! The mean is linear in the values: `stencil.rs` evaluates it in single precision, 16 layers at a time. `exact.rs`
-//! evaluates it in double precision, also where frusta are left out.
+//! evaluates it in double precision, also if frusta are left out.
 
 use crate::error::Result;
 use crate::grid::Grid;
@@ -33,28 +33,28 @@ use stencil::{Scratch, Stencil};
 use storage::GradientFormat;
 pub use storage::Gradients;
 
-/// Which gradients are computed, and how.
+/// Selects the gradients to compute, and the method.
 #[derive(Debug, Clone, Copy)]
 pub struct GradientOptions<'w> {
-    /// Computes only the gradients in visible blocks; all of them where it is `None`.
+    /// Computes only the gradients in visible blocks; all of them if it is `None`.
     pub visible: Option<&'w OccupancyMask>,
     /// Stores a gradient in 8 bytes instead of 12.
     pub packed: bool,
-    /// Computes in single precision where no value is missing: several times as fast, with errors of a few roundings
-    /// of the largest term of each mean.
+    /// Computes in single precision if no value is missing: several times as fast, with errors of a few roundings of
+    /// the largest term of each mean.
     pub single: bool,
 }
 
-/// Cells of which a thread computes the gradients at a time.
+/// Cells per parallel task.
 const BLOCK: usize = 64;
 
 /// Gradients of the normalised field at the vertices over `cells` (§3.5 of the paper), per planet radius,
 /// level-fastest: `cells.len() * radius.len()` of them. `radius` are the layers' radii in planet radii, rising. A
-/// gradient is zero where no frustum around its vertex has all its values. The result reuses `memory`, whose old values
-/// stay where nothing is `wanted`. Parallel.
+/// gradient is zero if no frustum around its vertex has all its values. The result reuses `memory`, whose old values
+/// remain at gradients that are not `wanted`. Parallel.
 ///
 /// # Errors
-/// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
+/// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if they do not fit.
 pub fn gradients<S: PreparedSample>(
     grid: &Grid,
     radius: &[f64],
@@ -68,8 +68,8 @@ pub fn gradients<S: PreparedSample>(
     Ok(gradients)
 }
 
-/// A type of samples that are prepared for rays. As functions of the type these passes are compiled in this crate, and not
-/// again, with other optimisations, in those that have fields.
+/// A type of samples that are prepared for rays. As functions of the type these passes are compiled in this crate, and
+/// not again, with other optimisations, in crates that use fields.
 pub trait PreparedSample: SearchedSample {
     /// Computes gradients.
     fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>);
@@ -92,15 +92,15 @@ pub struct GradientInput<'a, S> {
     grid: &'a Grid<'a>,
     radius: &'a [f64],
     samples: &'a Samples<'a, S>,
-    /// The first cell, and how many follow one another.
+    /// The first cell, and the number of consecutive cells.
     first: usize,
     cells: usize,
     visible: Option<&'a OccupancyMask>,
-    /// The pass in single precision, where it is wanted and applies to the field.
+    /// The pass in single precision, if requested and applicable to the field.
     stencil: Option<Stencil<'a, S>>,
 }
 
-/// The cells whose gradients are computed, of those for which they are not yet.
+/// The cells whose gradients are to be computed, out of those without gradients.
 pub struct MissingCells<'m> {
     seen: &'m VisibleCells,
     is_computed: &'m mut [bool],
@@ -160,7 +160,7 @@ impl<'a, S: Sample> GradientInput<'a, S> {
         (self.first + block * BLOCK) as u32
     }
 
-    /// The layers over each cell of a block that is wanted.
+    /// The layers over each wanted cell of a block.
     #[inline(always)]
     fn wanted_layers(&self, block: usize, mut is_wanted: impl FnMut(u32) -> bool) -> WantedLayers {
         let mut wanted = [const { 0..0 }; BLOCK];
@@ -199,7 +199,7 @@ impl<'a, S: Sample> GradientInput<'a, S> {
         self.visible.map_or(0..layers, |visible| visible.layers_over(self.grid, cell, layers))
     }
 
-    /// The cells of a block from `first` on, by the stencil where it applies.
+    /// Computes the cells of a block from `first` on, by the stencil if it applies.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "one call in one place")]
     fn fill_by_stencil<V: Simd, F: GradientFormat>(
@@ -212,7 +212,7 @@ impl<'a, S: Sample> GradientInput<'a, S> {
         wanted: &WantedLayers,
         rows: &mut [F],
     ) {
-        // The rings of all cells first: their look-ups wait for memory, and none waits for another.
+        // The rings of all cells first: their look-ups wait for memory independently.
         let mut rings = [const { None }; BLOCK];
         for ((cell, ring), wanted) in (first..).zip(&mut rings).zip(wanted) {
             if !wanted.is_empty() {
@@ -239,7 +239,7 @@ impl<'a, S: Sample> GradientInput<'a, S> {
     }
 }
 
-/// Gradients in double precision, with the memory that they take; allocated when it is first used.
+/// Computes gradients in double precision; its memory is allocated on the first use.
 struct ExactColumns<'a, S> {
     input: &'a GradientInput<'a, S>,
     memory: Option<(Ring, NeighborColumns<'a>)>,
@@ -250,7 +250,7 @@ impl<'a, S: Sample> ExactColumns<'a, S> {
         ExactColumns { input, memory: None }
     }
 
-    /// The gradients on layers `wanted` over a cell: where a value is missing, and where the layer `is_open`.
+    /// Computes the gradients on layers `wanted` over a cell, at missing values and on layers that are `is_open`.
     #[inline(never)]
     fn fill<F: GradientFormat>(
         &mut self,
@@ -278,12 +278,12 @@ impl<'a, S: Sample> ExactColumns<'a, S> {
     }
 }
 
-/// The longest gradient: sums of a few of these are no more than a float holds.
+/// The longest gradient: sums of a few of these fit into a float.
 const LONGEST: f64 = 1e30;
 
-/// In single precision. Light asks for directions alone, so one that is too long is shortened: with infinite ones
-/// between vertices nothing tells how light changes, and rays would be cut as fine as they can be. None where even
-/// doubles overflow.
+/// Converts to single precision. Light uses only directions, so too long a gradient is shortened: with infinite ones at
+/// vertices the change of light would be unknown, and rays would be cut as finely as possible. Zero if even doubles
+/// overflow.
 fn narrowed(mean: DVec3) -> [f32; 3] {
     let largest = mean.abs().max_element();
     if !mean.is_finite() {

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 /// 2^64 over the golden ratio, rounded to an odd number: its multiples are spread evenly over 64 bits.
 pub(crate) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Contribution of number `i` of a sequence to its hash, which is the sum of all: in any order and on any number of
-/// threads the same. The mixing is that of SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195).
+/// Contribution of number `i` of a sequence to its hash, which is the sum of all: equal in any order and on any number
+/// of threads. The mixing is that of SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195).
 pub(crate) fn term(i: usize, number: u64) -> u64 {
     let mut bits = number ^ (i as u64 + 1).wrapping_mul(GOLDEN);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -14,7 +14,7 @@ pub(crate) fn term(i: usize, number: u64) -> u64 {
     bits ^ (bits >> 31)
 }
 
-/// The bits of a value that is no NaN or the only NaN that there is; -0 has those of 0.
+/// The bits of a value; all NaN have the same bits, and -0 has those of 0.
 pub(crate) fn bits(value: f64) -> u64 {
     (value + 0.0).to_bits()
 }

@@ -1,4 +1,4 @@
-//! Layers that lie at heights of their own in each column, read in place from the model's array.
+//! Layers with separate heights in each column, read in place from the model's array.
 
 use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
@@ -12,9 +12,9 @@ mod corners;
 
 pub use corners::{check_corner_columns, check_corners};
 
-/// The radii of the layers of all columns on which a field lies, counted from the innermost layer.
+/// The radii of a field's layers in all columns, counted from the innermost layer.
 ///
-/// Radii never fall on the way up a column, whatever the rounding: stretching and averaging are monotone.
+/// Radii never decrease upwards in a column, for any rounding: stretching and averaging are monotone.
 #[derive(Debug, Clone)]
 pub struct Heights<'f> {
     samples: Reals<'f>,
@@ -27,7 +27,7 @@ pub struct Heights<'f> {
     is_midway: bool,
     /// Planet radii per metre of height, exaggeration included.
     stretch: f64,
-    /// Radii of the field's layers where a column has none.
+    /// Radii of the field's layers in columns without heights.
     mean: Vec<f64>,
     bounds: [f64; 2],
 }
@@ -37,7 +37,7 @@ pub struct Heights<'f> {
 pub struct PlainHeights<'a> {
     /// The model's array, in metres.
     pub samples: Reals<'a>,
-    /// The base of cell 0 and the stride from cell to cell; `None` where cells lie in blocks.
+    /// The base of cell 0 and the stride from cell to cell; `None` if cells lie in blocks.
     pub column: Option<[isize; 2]>,
     /// Elements from one layer to the next above it.
     pub layer_stride: isize,
@@ -45,7 +45,7 @@ pub struct PlainHeights<'a> {
     pub is_midway: bool,
     /// Planet radii per metre of height, exaggeration included.
     pub stretch: f64,
-    /// Where columns have no heights: the mark of missing ones beside NaN, and the radii of the layers there.
+    /// For columns without heights: the mark of missing ones beside NaN, and the radii of their layers.
     pub missing: Option<(f64, &'a [f64])>,
 }
 
@@ -56,12 +56,12 @@ pub struct Cells<'g> {
     pub count: usize,
     /// The number of the first, in the grid's tables.
     pub first: i32,
-    /// Numbers in the whole grid, where the model knows cells by those; else none.
+    /// Numbers in the whole grid, if the model identifies cells by those; else empty.
     pub numbers: &'g [i64],
 }
 
 impl Cells<'_> {
-    /// A cell as the model knows it.
+    /// A cell's name in the model's numbering.
     fn name(&self, cell: usize) -> String {
         match self.numbers.get(cell) {
             Some(number) => format!("cell {number} of the whole grid"),
@@ -70,7 +70,7 @@ impl Cells<'_> {
     }
 }
 
-/// Where a column's heights begin, see [`Heights::bases`].
+/// Offset of a column's heights, see [`Heights::bases`].
 type Base = isize;
 
 /// No column of the array: its layers lie at mean heights.
@@ -82,9 +82,9 @@ impl<'f> Heights<'f> {
     /// `exaggeration` stretches heights, 1 leaves them as they are. Parallel.
     ///
     /// # Errors
-    /// [`ErrorKind::Layers`] where they have another shape or place, some of a column's heights but not all are
-    /// missing, heights fall on the way up, or a stretched one is not above the planet's centre; as
-    /// [`Layers::for_field`] and [`Layers::shell`].
+    /// [`ErrorKind::Layers`] if they have another shape or place, some of a column's heights but not all are missing,
+    /// heights decrease upwards, or a stretched one is not above the planet's centre; as [`Layers::for_field`] and
+    /// [`Layers::shell`].
     pub fn new(
         heights: &Field<'f>,
         layers: &Layers,
@@ -141,7 +141,7 @@ impl<'f> Heights<'f> {
         self.mean.len()
     }
 
-    /// The array and how it is read.
+    /// The array and its layout.
     #[inline]
     pub fn plain(&self) -> PlainHeights<'_> {
         let missing = self.has_missing.then_some((self.fill.unwrap_or(f64::NAN), self.mean.as_slice()));
@@ -155,13 +155,13 @@ impl<'f> Heights<'f> {
         }
     }
 
-    /// Where the column of a cell of the grid begins in the array.
+    /// Offset of the column of a cell of the grid in the array.
     #[inline]
     pub fn base(&self, cell: u32) -> isize {
         self.elements.base(cell as usize)
     }
 
-    /// Where the columns of three cells begin, for [`Self::radii_at`]. Cells that the grid does not have, such as those
+    /// Offsets of the columns of three cells, for [`Self::radii_at`]. Cells that the grid does not have, such as those
     /// of void triangles, have mean heights.
     #[inline(always)]
     pub fn bases(&self, cells: [u32; 3]) -> [Base; 3] {
@@ -202,7 +202,7 @@ impl<'f> Heights<'f> {
         if height.is_nan() { self.mean[layer] } else { self.stretched(height) }
     }
 
-    /// Height in metres of a layer that has one, NaN where it is missing.
+    /// Height in metres of a layer that has one; NaN if it is missing.
     #[inline(always)]
     fn height(&self, base: Base, layer: usize) -> f64 {
         let height = self.samples.get(self.elements.at(base, layer));
@@ -237,8 +237,8 @@ impl<'f> Heights<'f> {
     }
 }
 
-/// Checks the heights of a column, layers counted from the innermost, NaN where one is missing; `name` is for the
-/// message. Returns whether the column has heights.
+/// Checks the heights of a column, layers counted from the innermost, NaN for a missing one; `name` is for the message.
+/// Returns whether the column has heights.
 fn check_column(layers: &Layers, height: impl Fn(usize) -> f64, name: impl Fn() -> String) -> Result<bool> {
     let count = layers.count();
     // Layers are named in the order in which they were given, counted from 1.

@@ -1,4 +1,4 @@
-//! Layer radii and the shell that a scene makes of them.
+//! Layer radii and the shell of a scene.
 
 use crate::error::{Error, ErrorKind, Result};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -123,7 +123,7 @@ impl Layers {
         Self::new(self.radius_m.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect(), self.planet_radius_m)
     }
 
-    /// The layers on which a field with `layers` of them lies: these, or, with one fewer, those midway between.
+    /// The layers on which a field with `layers` layers lies: these, or, with one fewer, those midway between.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when the number fits neither.

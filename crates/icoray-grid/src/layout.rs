@@ -1,12 +1,12 @@
-//! Which dimension of a model's array is which: layers, columns, blocks.
+//! Identifies the dimensions of a model's array: layers, columns, blocks.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::Location;
 use crate::grid::Grid;
 use crate::shape::Shape;
 
-/// Elements by which a dimension of columns may be longer than its grid: MPAS allocates one more, rows end at a
-/// multiple of a cache line or a vector register. A halo that the grid has not is no padding.
+/// Maximum number of elements by which a dimension of columns may be longer than its grid: MPAS allocates one more,
+/// rows end at a multiple of a cache line or a vector register. A halo that the grid does not have is no padding.
 const MAX_PADDING: usize = 64;
 
 /// One dimension of an array: its size, and the elements from one index to the next.
@@ -40,15 +40,15 @@ impl ColumnCount {
         ColumnCount { columns, cells, corners, edges: grid.tables().edges() }
     }
 
-    /// Whether a dimension of `extent` indices holds the columns and at most padding. It may be any longer where it
+    /// Whether a dimension of `extent` indices contains the columns and at most padding. It may be any longer if it
     /// `is_block`, the only block of ICON's nproma columns.
     fn is_held_by(&self, extent: usize, is_block: bool) -> bool {
         let Some(padding) = extent.checked_sub(self.columns) else { return false };
         padding <= 1 || (self.look_alike(extent).is_none() && (is_block || padding <= MAX_PADDING))
     }
 
-    /// Which other count of the grid `extent` or `extent - 1` (MPAS allocates one more) equals, and the advice for the
-    /// user; `None` for the expected count.
+    /// The other count of the grid that equals `extent` or `extent - 1` (MPAS allocates one more), and the advice for
+    /// the user; `None` for the expected count.
     fn look_alike(&self, extent: usize) -> Option<(&'static str, &'static str)> {
         let is_like = |count: usize| count > 0 && count != self.columns && [count, count + 1].contains(&extent);
         if is_like(self.cells) {
@@ -62,7 +62,7 @@ impl ColumnCount {
         is_like(self.edges).then_some(("edges", "fields at edges are not drawn; average them to cells"))
     }
 
-    /// Which count of the grid `extent` matches instead of the expected one, as text; `None` where it matches none.
+    /// The count of the grid that `extent` matches instead of the expected one, as text; `None` if it matches none.
     pub fn explain(&self, extent: usize) -> Option<String> {
         if extent == self.columns {
             return None;
@@ -83,18 +83,18 @@ impl Shape {
     /// Finds the layers and columns among `dimensions` of an array for a field with `expected.columns` columns and on
     /// `layers` interfaces or full levels, or midway between them (one fewer).
     ///
-    /// Dimensions of extent 1 do not count. Of one dimension, rows of layers follow one another. Of two, one holds the
-    /// layers, the other the columns. Of three, one holds the layers, and the others, in order, the columns of a block
-    /// and the blocks, none of which is empty. One that holds the columns alone is that of a 2D field, of one layer. Where
-    /// several readings fit, that with as many layers as `layers`
-    /// comes before that with one fewer, then layers in the second of three or the first of two before others.
+    /// Dimensions of extent 1 are ignored. With one dimension, rows of layers follow one another. With two, one
+    /// contains the layers, the other the columns. With three, one contains the layers, and the others, in order, the
+    /// columns of a block and the blocks, none of which is empty. An array with only columns is a 2D field, of one
+    /// layer. If several readings fit, that with as many layers as `layers` precedes that with one fewer, then layers
+    /// in the second of three or the first of two precede others.
     ///
     /// The dimension of columns may be longer by padding, at most 64, but not as long as the grid has corners or edges
-    /// (or cells, for a field at corners), or one more. Where a dimension of extent 1 comes after the first, as the
-    /// only block of `(nproma, layers, 1)`, it may be any longer.
+    /// (or cells, for a field at corners), or one more. If a dimension of extent 1 comes after the first, as the only
+    /// block of `(nproma, layers, 1)`, it may be any longer.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] names the extents, what was expected, and what the array's columns look like.
+    /// [`ErrorKind::Field`] names the extents, the expected ones, and the grid's count that the array's columns match.
     pub fn of_dimensions(dimensions: &[Dimension], expected: &ColumnCount, layers: usize) -> Result<Self> {
         let is_block = dimensions.iter().skip(1).any(|d| d.extent == 1);
         let kept: Vec<Dimension> = dimensions.iter().copied().filter(|d| d.extent != 1).collect();
@@ -143,13 +143,13 @@ fn other_columns(dimensions: &[Dimension], expected: &ColumnCount, layers: usize
     expected.explain(extent).or_else(too_long)
 }
 
-/// The reading with just `layers` layers, if there is one.
+/// The reading with exactly `layers` layers, if there is one.
 fn read(dimensions: &[Dimension], expected: &ColumnCount, layers: usize, is_block: bool) -> Option<Shape> {
     let columns = expected.columns;
     let flat = Shape { columns, layers, offset: 0, column_stride: 0, layer_stride: 0, block: 0, block_stride: 0 };
     match *dimensions {
         [all] => {
-            // An array without columns holds MPAS's spare one behind the last.
+            // An array without columns may have MPAS's extra one behind the last.
             let is_spare = columns == 0 && all.extent == layers;
             (is_spare || all.extent == columns.checked_mul(layers)?).then_some(Shape {
                 column_stride: all.stride.checked_mul(isize::try_from(layers).ok()?)?,
@@ -169,7 +169,8 @@ fn read(dimensions: &[Dimension], expected: &ColumnCount, layers: usize, is_bloc
         }
         [a, b, c] => {
             let reading = |level: Dimension, column: Dimension, block: Dimension| {
-                // Each block is needed: otherwise the two are something else, such as tracers or time levels and cells.
+                // Each block is needed: otherwise the two are other dimensions, such as tracers or time levels and
+                // cells.
                 let full = block.extent.saturating_sub(1);
                 let holds = column.extent.checked_mul(block.extent)? >= columns
                     && (block.extent == 0 || column.extent.checked_mul(full)? < columns);

@@ -1,9 +1,9 @@
-//! Macrocells: a coarse map of the sphere, by which rays leap over columns in which nothing shows.
+//! Macrocells: a coarse map of the sphere, by which rays leap over invisible columns.
 //!
-//! The six faces of a cube around the sphere are divided into squares, each the base of a pyramid from the centre. A ray
-//! leaves a pyramid through one of four planes through the centre, so that its way over the map is found without the
-//! mesh. Each triangle belongs to all macrocells that it overlaps, with a margin that is larger than all rounding. Where
-//! a group of 8 by 8 macrocells, or a whole face of a coarse map, is empty, it is passed in one step.
+//! The six faces of a cube around the sphere are divided into squares, each the base of a pyramid from the centre. A
+//! ray leaves a pyramid through one of four planes through the centre, so its path over the map is found without the
+//! mesh. Each triangle belongs to all macrocells that it overlaps, with a margin that exceeds all rounding. An empty
+//! group of 8 by 8 macrocells, or an empty face of a coarse map, is passed in one step.
 
 use crate::array::MapInline;
 use crate::grid::Grid;
@@ -13,11 +13,11 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Mean number of triangles per macrocell.
 const TRIANGLES: f64 = 24.0;
-/// Macrocells along a side of a group, where a face has room for two at least.
+/// Macrocells along a side of a group, if a face has room for at least two.
 const GROUP: u32 = 8;
-/// Largest number of macrocells along a side of a face.
+/// Maximum number of macrocells along a side of a face.
 const MAX_SIDE: u32 = 4096;
-/// Part of a macrocell by which triangles are widened.
+/// Fraction of a macrocell by which triangles are widened.
 const MARGIN: f64 = 1e-3;
 /// Triangles with a longer side (radians) belong to all macrocells.
 const LONGEST: f64 = 0.3;
@@ -31,10 +31,10 @@ pub struct CubeMap {
     side: u32,
 }
 
-/// A macrocell's place: its face, and its column and row there.
+/// A macrocell's position: its face, and its column and row there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Macrocell {
-    /// Twice the axis (x, y, z) that goes through the face, and one more where that is its negative half.
+    /// Twice the number of the axis (x, y, z) through the face, plus one for its negative half.
     pub face: u32,
     /// Column and row on the face.
     pub at: [u32; 2],
@@ -49,20 +49,20 @@ impl CubeMap {
         CubeMap { side: if side < 2 * GROUP { side } else { side - side % GROUP } }
     }
 
-    /// The division into groups of macrocells: whole faces where these are few.
+    /// The division into groups of macrocells: whole faces if these are few.
     #[inline]
     pub fn groups(&self) -> CubeMap {
         CubeMap { side: if self.side < 2 * GROUP { 1 } else { self.side / GROUP } }
     }
 
-    /// The place of the group that a macrocell is in.
+    /// The position of a macrocell's group.
     #[inline]
     pub fn group_of(&self, cell: Macrocell) -> Macrocell {
         let shift = if self.side < 2 * GROUP { u32::BITS - 1 } else { GROUP.ilog2() };
         Macrocell { at: cell.at.map_inline(|index| index >> shift), ..cell }
     }
 
-    /// The place of the macrocell with this number.
+    /// The position of the macrocell with this number.
     #[inline]
     fn place(&self, number: u32) -> Macrocell {
         let (row, column) = (number / self.side, number % self.side);
@@ -110,7 +110,8 @@ impl CubeMap {
         Macrocell { face: 2 * axis + u32::from(m < 0.0), at: [index(u), index(v)] }
     }
 
-    /// Where on the way `from + t·along`, `t >= start`, the pyramid of a macrocell is left; infinity where it never is.
+    /// The t at which the line `from + t·along`, `t >= start`, leaves the pyramid of a macrocell; infinity if it never
+    /// does.
     #[inline]
     pub fn exit(&self, cell: Macrocell, from: DVec3, along: DVec3, start: f64) -> f64 {
         let sign = if cell.face.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -181,17 +182,17 @@ fn components(place: DVec3, axis: u32) -> [f64; 3] {
     }
 }
 
-/// The macrocells of a grid: which of them each triangle overlaps.
+/// The macrocells of a grid, with those that each triangle overlaps.
 #[derive(Debug)]
 pub struct Macrocells {
     /// The division of the sphere.
     pub map: CubeMap,
     /// Its division into groups.
     pub groups: CubeMap,
-    /// For each triangle the number of the first macrocell that it overlaps, shifted by two bits for whether it overlaps
-    /// the next column and the next row; [`MANY`] where it overlaps others.
+    /// For each triangle the number of the first macrocell that it overlaps, shifted by two bits that mark whether it
+    /// overlaps the next column and the next row; [`MANY`] if it overlaps others.
     of_triangle: Vec<u32>,
-    /// A triangle in each macrocell, from which rays search.
+    /// A triangle in each macrocell, at which searches start.
     triangle_in: Vec<u32>,
     /// [`Grid::lowest_facet`].
     pub lowest_facet: f64,
@@ -205,7 +206,7 @@ pub struct JoinedBits {
 }
 
 impl JoinedBits {
-    /// Whether there are none.
+    /// Whether there are no bits.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.macrocells.is_empty()
@@ -217,13 +218,13 @@ impl JoinedBits {
         self.macrocells.len()
     }
 
-    /// Those of a macrocell.
+    /// The bits of a macrocell.
     #[inline]
     pub fn of_macrocell(&self, number: u32) -> u32 {
         self.macrocells[number as usize].load(Relaxed)
     }
 
-    /// Those of a group of macrocells.
+    /// The bits of a group of macrocells.
     #[inline]
     pub fn of_group(&self, number: u32) -> u32 {
         self.groups[number as usize]
@@ -243,7 +244,7 @@ impl JoinedBits {
     }
 }
 
-/// A triangle overlaps macrocells that are found from its vertices.
+/// Marks that a triangle's macrocells are found from its vertices.
 const MANY: u32 = u32::MAX;
 
 impl Macrocells {
@@ -274,8 +275,8 @@ impl Macrocells {
         self.triangle_in[cell as usize]
     }
 
-    /// Joins the bits of the triangles that overlap each macrocell, in `joined`, whose memory is reused; returns how many
-    /// are set in macrocells.
+    /// Joins the bits of the triangles that overlap each macrocell, in `joined`, whose memory is reused; returns the
+    /// number of bits that are set in macrocells.
     pub fn join(&self, grid: &Grid, bits: &[u32], joined: &mut JoinedBits) -> u64 {
         joined.clear();
         joined.macrocells.resize_with(self.map.len(), || AtomicU32::new(0));

@@ -1,4 +1,4 @@
-//! The memory that this process can still take, and tables that are refused with an error where it is too little.
+//! The memory that this process can still allocate, and errors for tables that exceed it.
 
 use crate::error::{Error, ErrorKind, Result};
 use bytemuck::Zeroable;
@@ -9,8 +9,8 @@ use sysinfo::{MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, Ref
 /// Bytes below which available memory is not checked: the check takes longer than such an allocation.
 const SMALL: u64 = 64 << 20;
 
-/// Bytes that this process can still take: the least of what the machine has, what its control group leaves
-/// (containers, batch jobs), and what the limit of its address space leaves. `None` where the system does not tell.
+/// Bytes that this process can still allocate: the least of the machine's free memory and the rest of the limits of its
+/// control group (containers, batch jobs) and its address space. `None` if the system does not report it.
 ///
 /// ```
 /// let available = icoray_grid::memory::available();
@@ -34,7 +34,7 @@ pub fn available() -> Option<u64> {
 }
 
 /// Bytes that the control groups of this process and all groups above them leave, versions 1 and 2; `None` without a
-/// limit. `root` is the folder that has `proc` and `sys`.
+/// limit. `root` is the folder that contains `proc` and `sys`.
 fn left_by_control_groups(root: &Path) -> Option<u64> {
     let groups = read_to_string(root.join("proc/self/cgroup")).ok()?;
     let left = groups.lines().filter_map(|line| {
@@ -49,8 +49,8 @@ fn left_by_control_groups(root: &Path) -> Option<u64> {
     left.min()
 }
 
-/// The least that a group in the hierarchy `mount` and the groups above it leave. Their cached files do not count: the
-/// system drops them where memory is short.
+/// The least number of bytes that a group in the hierarchy `mount` and the groups above it leave. Their cached files do
+/// not count: the system drops them when memory is short.
 fn left_by_group(mount: &Path, path: &str, limit: &str, used: &str) -> Option<u64> {
     let group = mount.join(path);
     let folders = group.ancestors().take_while(|folder| folder.starts_with(mount));
@@ -74,10 +74,10 @@ fn address_space() -> Option<u64> {
     None
 }
 
-/// Checks that `what` fits into `limit`, or where there is none into what is [`available`].
+/// Checks that `what` fits into `limit` or, without one, into the [`available`] memory.
 ///
 /// # Errors
-/// [`ErrorKind::Memory`] says how many bytes it takes, how many are available, and how many are missing.
+/// [`ErrorKind::Memory`] states the bytes needed, available and missing.
 pub fn require(what: &str, bytes: u64, limit: Option<u64>) -> Result<()> {
     let known = limit.or_else(|| if bytes < SMALL { None } else { available() });
     match known.filter(|known| *known < bytes) {
@@ -86,7 +86,7 @@ pub fn require(what: &str, bytes: u64, limit: Option<u64>) -> Result<()> {
     }
 }
 
-/// The error of `what` that takes too many bytes.
+/// The error for `what`, which needs too many bytes.
 fn short(what: &str, bytes: u64, available: Option<u64>) -> Error {
     let left = match available.filter(|available| *available < bytes) {
         Some(available) => format!("{available} are available, {} are missing", bytes - available),
@@ -111,7 +111,7 @@ fn bytes_of<X>(count: usize) -> u64 {
 /// An empty vector with room for `count` elements.
 ///
 /// # Errors
-/// [`ErrorKind::Memory`] where they do not fit.
+/// [`ErrorKind::Memory`] if they do not fit.
 pub fn room_for<X>(what: &str, count: usize) -> Result<Vec<X>> {
     let bytes = bytes_of::<X>(count);
     require(what, bytes, None)?;
@@ -123,7 +123,7 @@ pub fn room_for<X>(what: &str, count: usize) -> Result<Vec<X>> {
 /// A vector of `count` zeros, whose pages take memory when they are first written to.
 ///
 /// # Errors
-/// [`ErrorKind::Memory`] where the system refuses the address space.
+/// [`ErrorKind::Memory`] if the system refuses the address space.
 pub fn zeros<X: Zeroable>(what: &str, count: usize) -> Result<Vec<X>> {
     bytemuck::allocation::try_zeroed_vec(count).map_err(|()| short(what, bytes_of::<X>(count), available()))
 }

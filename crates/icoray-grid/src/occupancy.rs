@@ -1,26 +1,26 @@
-//! Which parts of a field's columns can be seen: a bit for each block of gaps over a triangle.
+//! The visible parts of a field's columns: a bit for each block of gaps over a triangle.
 
 use crate::array::MapInline;
 use crate::grid::Grid;
 use crate::macrocells::JoinedBits;
 use std::ops::Range;
 
-/// Largest number of blocks over a triangle.
+/// Maximum number of blocks over a triangle.
 pub(crate) const MAX_BLOCKS: usize = 32;
 
-/// The blocks of gaps over each triangle in which something can be seen. Gap `k` lies between layers `k - 1` and `k`,
-/// counted from the innermost layer, so the first is 1. Without triangles, everything can be seen.
+/// The visible blocks of gaps over each triangle. Gap `k` lies between layers `k - 1` and `k`, counted from the
+/// innermost layer, so the first is 1. Without triangles, everything is visible.
 #[derive(Debug, Default)]
 pub struct OccupancyMask {
     /// A bit per block for each triangle of the table.
     pub blocks: Vec<u32>,
     /// A block has `1 << shift` gaps.
     pub shift: u32,
-    /// The layer above which nothing can be seen over any triangle.
+    /// The layer above which nothing is visible over any triangle.
     pub top: usize,
     /// The same bits for each cell, from which those of triangles are made.
     pub columns: Vec<u32>,
-    /// The joined bits of the triangles of each macrocell ([`Grid::macrocells`]); empty where they are not used.
+    /// The joined bits of the triangles of each macrocell ([`Grid::macrocells`]); empty if not used.
     pub macrocells: JoinedBits,
 }
 
@@ -39,7 +39,7 @@ impl OccupancyMask {
         OccupancyMask { shift: Self::shift(layers), top: layers - 1, ..self }
     }
 
-    /// Whether everything can be seen.
+    /// Whether everything is visible.
     #[inline]
     pub fn is_full(&self) -> bool {
         self.blocks.is_empty()
@@ -51,14 +51,14 @@ impl OccupancyMask {
         self.blocks.get(triangle as usize).copied().unwrap_or(u32::MAX)
     }
 
-    /// Whether `gap`, from 1 on, can be seen by these blocks.
+    /// Whether `gap`, from 1 on, is visible according to these blocks.
     #[inline(always)]
     pub fn is_occupied(&self, blocks: u32, gap: usize) -> bool {
         blocks >> ((gap - 1) >> self.shift) & 1 != 0
     }
 
-    /// The bits of the blocks through which heights from gap `low` to gap `high` lead, among `layers` layers; 0 below and
-    /// above all of them.
+    /// The bits of the blocks that contain the gaps from `low` to `high`, among `layers` layers; 0 below and above all
+    /// of them.
     #[inline(always)]
     pub fn between(&self, [low, high]: [usize; 2], layers: usize) -> u32 {
         let (low, high) = (low.max(1), high.min(layers - 1));

@@ -1,9 +1,9 @@
-//! Text that comes from a file, a path or a host, for terminals, tables and pictures.
+//! Escapes text from a file, a path or a host, for terminals, tables and pictures.
 
 use std::borrow::Cow;
 
 /// The text with its control characters escaped as in Rust (`\u{1b}`, `\n`), and those that change the direction of
-/// what follows or end a line: a terminal would obey them. Text that was escaped before stays as it is.
+/// text or end a line: a terminal would obey them. Escaped text stays unchanged.
 ///
 /// ```
 /// assert_eq!(icoray_grid::printable("K \u{1b}[2J"), r"K \u{1b}[2J");

@@ -6,18 +6,18 @@ pub trait Real: num_traits::Float + Send + Sync + 'static {
     const ROUNDING: f64;
     /// Optical depth beyond which a piece is a surface.
     const SURFACE: f64;
-    /// Normalised field values are held within ± this, so that products of two of them stay finite.
+    /// Normalised field values are clamped to ± this, so that products of two of them stay finite.
     const LARGEST: f64;
 
     /// Rounds a double.
     fn of(value: f64) -> Self;
     /// Widens.
     fn wide(self) -> f64;
-    /// `1 - e^-x` for `x >= 0`, to rounding also where x is tiny: the light that optical depth x absorbs.
+    /// `1 - e^-x` for `x >= 0`, to rounding also for tiny x: the light that optical depth x absorbs.
     fn absorbed_by(self) -> Self;
     /// The same for `x <= 1/2`, in f32 without a branch.
     fn absorbed_by_thin(self) -> Self;
-    /// `x^y` for `0 <= x <= 1` and `y >= 0`, in f32 without a branch: there to 2e-6 of it where it is more than 1e-6.
+    /// `x^y` for `0 <= x <= 1` and `y >= 0`, in f32 without a branch: there to 2e-6 of it if it exceeds 1e-6.
     fn power(self, exponent: Self) -> Self;
 }
 
@@ -36,7 +36,7 @@ impl Real for f32 {
         f64::from(self)
     }
 
-    /// Up to 1/2, where almost all pieces lie, the series up to x⁸: the first term left out is 1e-8 of the sum.
+    /// Up to 1/2, where almost all pieces lie, the series up to x⁸: the first omitted term is 1e-8 of the sum.
     #[inline]
     fn absorbed_by(self) -> f32 {
         let x = self;
@@ -68,7 +68,7 @@ impl Real for f32 {
     }
 }
 
-/// The binary logarithm of a positive normal number; of zero it is some large negative number.
+/// The binary logarithm of a positive normal number; of zero a large negative number.
 #[inline(always)]
 fn log2(x: f32) -> f32 {
     const HALF: u32 = 0x3f35_04f3;
@@ -136,7 +136,7 @@ impl Real for f64 {
     }
 }
 
-/// `a + w·(b - a)`: exactly `a` at `w = 0` and wherever `a = b`.
+/// `a + w·(b - a)`: exactly `a` at `w = 0` and if `a = b`.
 #[inline]
 pub fn lerp<T: Real>(a: T, b: T, w: T) -> T {
     a + w * (b - a)

@@ -1,4 +1,4 @@
-//! Arrays of real numbers in single or double precision, as models hold them.
+//! Arrays of real numbers in single or double precision, in the model's memory.
 
 /// A borrowed array of real numbers in either precision.
 #[derive(Debug, Clone, Copy)]

@@ -9,7 +9,7 @@ pub trait Sample: Copy + Default + PartialOrd + Send + Sync + SampleVectors + 's
     fn wide(self) -> f64;
     /// The finite number nearest to `value`.
     fn near(value: f64) -> Self;
-    /// The number that is `value`, if there is one.
+    /// `value` as this type, if it is representable.
     #[inline]
     fn exact(value: f64) -> Option<Self> {
         Some(Self::near(value)).filter(|near| near.wide() == value)

@@ -1,4 +1,4 @@
-//! Reading the model's array: its layout, normalisation to the transfer function's range, missing values.
+//! Reads the model's array: its layout, normalisation to the transfer function's range, missing values.
 
 use crate::array::MapInline;
 use crate::field::Field;
@@ -10,7 +10,7 @@ use crate::shape::ElementIndexer;
 mod clear;
 pub use clear::{Outside, SearchedSample, Stored};
 
-/// Where the values of a field lie in its array, and how they become normalised values on layers that rise.
+/// The layout of a field's array, and the normalisation of its values on layers that rise.
 #[derive(Debug, Clone, Copy)]
 struct SampleMapping {
     elements: ElementIndexer,
@@ -32,7 +32,7 @@ impl SampleMapping {
         SampleMapping { shift: range[0], scale: 1.0 / (range[1] - range[0]), ..self }
     }
 
-    /// A value, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel. NaN where it is
+    /// A value, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel. NaN if it is
     /// missing.
     #[inline(always)]
     fn normal<T: Real>(&self, value: f64) -> T {
@@ -66,7 +66,7 @@ pub struct Samples<'a, S> {
 }
 
 impl<'a, S: Sample> Samples<'a, S> {
-    /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. Where `falling` is set,
+    /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. If `falling` is set,
     /// the field's first layer is the outermost, and layers are read in reverse.
     pub fn new(data: &'a [S], field: &Field, falling: bool, range: [f64; 2]) -> Self {
         Samples { data, reading: SampleMapping::new(field, falling, range) }
@@ -90,7 +90,7 @@ impl<'a, S: Sample> Samples<'a, S> {
         self.data[element]
     }
 
-    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
+    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN if it is missing.
     #[inline(always)]
     pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
         self.normal(self.at(self.element(base, layer)))
@@ -102,7 +102,7 @@ impl<'a, S: Sample> Samples<'a, S> {
         self.reading.elements.layer_stride()
     }
 
-    /// The `layers` samples over `cell` as the array has them, from its lowest element on: outermost layer first where
+    /// The `layers` samples over `cell` in the order of the array, from its lowest element on: outermost layer first if
     /// [`Self::layer_stride`] is -1. It must be that or 1.
     #[inline(always)]
     pub fn column(&self, cell: u32, layers: usize) -> &'a [S] {
@@ -111,7 +111,7 @@ impl<'a, S: Sample> Samples<'a, S> {
         &self.data[start..start + layers]
     }
 
-    /// The mark of missing values, if the array can hold it.
+    /// The mark of missing values, if the array's type can represent it.
     pub fn fill(&self) -> Option<S> {
         S::exact(self.reading.fill).filter(|_| self.reading.has_fill)
     }
@@ -121,7 +121,7 @@ impl<'a, S: Sample> Samples<'a, S> {
         self.reading.scale
     }
 
-    /// A sample, normalised; NaN where it is missing.
+    /// A sample, normalised; NaN if it is missing.
     #[inline(always)]
     pub fn normal<T: Real>(&self, sample: S) -> T {
         self.reading.normal(sample.wide())
@@ -133,11 +133,11 @@ impl<'a, S: Sample> Samples<'a, S> {
 pub struct PlainSamples<'a> {
     /// The model's array.
     pub data: &'a [f32],
-    /// The base of cell 0 and the stride from cell to cell; `None` where cells lie in blocks.
+    /// The base of cell 0 and the stride from cell to cell; `None` if cells lie in blocks.
     pub column: Option<[isize; 2]>,
     /// Elements from one layer to the next above it.
     pub layer_stride: isize,
-    /// The value that stands for a missing one.
+    /// The mark of a missing value.
     pub fill: Option<f32>,
     /// The value that is normalised to 0.
     pub shift: f64,
@@ -164,7 +164,7 @@ impl<'a> AnySamples<'a> {
         AnySamples { data: self.data, reading: self.reading.normalised_to(range) }
     }
 
-    /// The array and how it is read, where it has f32 values.
+    /// The array and its layout, if it has f32 values.
     #[inline]
     pub fn plain(&self) -> Option<PlainSamples<'a>> {
         let Reals::F32(data) = self.data else { return None };
@@ -213,13 +213,13 @@ impl<'a> AnySamples<'a> {
         }
     }
 
-    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
+    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN if it is missing.
     #[inline(always)]
     pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
         self.normal(self.at(self.element(base, layer)))
     }
 
-    /// A value, normalised; NaN where it is missing.
+    /// A value, normalised; NaN if it is missing.
     #[inline(always)]
     pub fn normal<T: Real>(&self, value: f64) -> T {
         self.reading.normal(value)

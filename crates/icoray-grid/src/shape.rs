@@ -1,4 +1,4 @@
-//! Where a value lies in the model's array, in every layout that models have, so that none has to be copied.
+//! The position of a value in the model's array, for every layout of models, so that no array has to be copied.
 //!
 //! | layout | who has it | column_stride | layer_stride | block, block_stride |
 //! |---|---|---|---|---|
@@ -39,7 +39,7 @@ use crate::array::MapInline;
 pub struct Shape {
     /// Number of columns: cells, or corners for a field at corners.
     pub columns: usize,
-    /// Number of layers that hold values.
+    /// Number of layers with values.
     pub layers: usize,
     /// Index of value (0, 0).
     pub offset: usize,
@@ -47,9 +47,9 @@ pub struct Shape {
     pub column_stride: isize,
     /// Elements from one layer to the next.
     pub layer_stride: isize,
-    /// Columns per block, of which the last block may have fewer; 0 where columns are not blocked.
+    /// Columns per block, of which the last block may have fewer; 0 if columns are not blocked.
     pub block: usize,
-    /// Elements from one block to the next; means nothing where `block` is 0.
+    /// Elements from one block to the next; ignored if `block` is 0.
     pub block_stride: isize,
 }
 
@@ -84,8 +84,8 @@ impl Shape {
         let (last, layers) = (self.columns.checked_sub(1)?, self.layers.checked_sub(1)?);
         let block = if self.block == 0 { self.columns } else { self.block };
         let last_block = last / block;
-        // Where a value lies is linear in the place inside the block and in the block, so the extremes are at the ends
-        // of the full blocks and of the last one.
+        // The position of a value is linear in the place inside the block and in the block, so the extremes are at the
+        // ends of the full blocks and of the last one.
         let widest = if last_block > 0 { block - 1 } else { 0 };
         let full = last_block.saturating_sub(1);
         let ends = [(0, 0), (widest, 0), (widest, full), (0, last_block), (last % block, last_block)];
@@ -104,7 +104,7 @@ impl Shape {
 }
 
 impl Shape {
-    /// The first and the last element, where those between are all values too, each once.
+    /// The first and the last element, if the elements between are all values too, each once.
     pub(crate) fn packed(&self) -> Option<(usize, usize)> {
         let [column, layer] = [self.column_stride, self.layer_stride].map_inline(isize::unsigned_abs);
         let is_packed = (layer == 1 && column == self.layers) || (column == 1 && layer == self.columns);
@@ -121,7 +121,7 @@ pub struct ElementIndexer {
     layer_stride: isize,
     block: u32,
     block_stride: isize,
-    /// 2⁶⁴ / block, rounded up; 0 where columns are not blocked.
+    /// 2⁶⁴ / block, rounded up; 0 if columns are not blocked.
     reciprocal: u64,
     layers: usize,
 }
@@ -156,7 +156,7 @@ impl ElementIndexer {
         ElementIndexer { offset, layer_stride: -self.layer_stride, ..self }
     }
 
-    /// Where the values of `column` begin, for [`Self::at`].
+    /// Offset of the values of `column`, for [`Self::at`].
     #[inline(always)]
     pub fn base(&self, column: usize) -> isize {
         if self.reciprocal == 0 {
@@ -165,7 +165,7 @@ impl ElementIndexer {
         self.blocked_base(column)
     }
 
-    /// The base of column 0 and the stride from column to column; `None` where columns lie in blocks.
+    /// The base of column 0 and the stride from column to column; `None` if columns lie in blocks.
     pub fn plain_column(&self) -> Option<[isize; 2]> {
         (self.reciprocal == 0).then_some([self.offset, self.column_stride])
     }
@@ -179,7 +179,7 @@ impl ElementIndexer {
         columns.map_inline(|column| self.blocked_base(column))
     }
 
-    /// Apart, so that the loops that read arrays without blocks keep their registers.
+    /// Separate, so that the loops that read arrays without blocks keep their registers.
     #[inline(never)]
     fn blocked_base(&self, column: usize) -> isize {
         // With a divisor from 2 to 2³² the reciprocal, rounded up, is off by less than one part in 2³² of a quotient's

@@ -1,6 +1,6 @@
 //! A thread pool whose threads have ended when it is dropped.
 //!
-//! Rayon tells the threads of a dropped pool to end and does not wait for them. A model that closes icoray and then
+//! Rayon signals the threads of a dropped pool to end and does not wait for them. A model that closes icoray and then
 //! unloads the library, forks or counts its threads would find threads still running, so the pool joins its threads.
 
 use crate::error::{Error, ErrorKind, Result};
@@ -34,11 +34,11 @@ impl Drop for Handles {
 }
 
 impl Threads {
-    /// `count` threads, or as many as the affinity mask allows when that is 0. Rayon's own default would obey an
+    /// Starts `count` threads, or as many as the affinity mask allows for 0. Rayon's own default would obey an
     /// environment variable that is meant for other programs.
     ///
     /// # Errors
-    /// [`ErrorKind::Internal`] where the system gives no thread.
+    /// [`ErrorKind::Internal`] if the system starts no thread.
     pub fn new(count: usize) -> Result<Self> {
         let count = if count == 0 { available_parallelism().map_or(1, NonZero::get) } else { count };
         let mut handles = Handles(Vec::with_capacity(count));
@@ -68,8 +68,8 @@ impl Threads {
         }
     }
 
-    /// Runs `work` on the threads and meanwhile `beside` on this one, which must not wait for what it is not certain to
-    /// be given. Returns when both are done.
+    /// Runs `work` on the threads and meanwhile `beside` on this one, which must not wait for anything that `work` may
+    /// not deliver. Returns when both are done.
     pub fn run_with<R>(&self, work: impl FnOnce() + Send, beside: impl FnOnce() -> R) -> R {
         let Some(pool) = &self.pool else {
             work();

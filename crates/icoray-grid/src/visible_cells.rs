@@ -21,10 +21,10 @@ pub struct VisibleCells {
 }
 
 impl VisibleCells {
-    /// For rays from `eye` between the planes through it that have the inward unit normals `sides`, in a shell between
-    /// two radii, in planet radii. An opaque core hides what lies beyond its limb.
+    /// The set for rays from `eye` between the planes through it that have the inward unit normals `sides`, in a shell
+    /// between two radii, in planet radii. An opaque core hides the space beyond its limb.
     pub fn new(grid: &Grid, eye: DVec3, sides: [DVec3; 4], [inner, outer]: [f64; 2], has_core: bool) -> Self {
-        // More than rounding does to a ray and to a side.
+        // More than the rounding of a ray and of a side.
         let extent = 1.001 * grid.longest_side() + 1e-6;
         let distance = eye.length();
         // The facets of the lowest layer lie below its sphere. A ray that touches the core at its limb passes the shell

@@ -1,4 +1,4 @@
-//! From layer to layer inside one column: Algorithm 2's top and bottom faces.
+//! Traverses the layers inside one column: Algorithm 2's top and bottom faces.
 //!
 //! In a column the height ρ is linear in t, so all layers between its ends are crossed in one direction, each after
 //! the fraction `u = (R - ρ1)/(ρ2 - ρ1)` of the way, at the place `τ = u ρ2/R` between the two edge points. On a layer
@@ -15,7 +15,7 @@ use icoray_grid::real::{Real, lerp};
 #[derive(Debug, Clone)]
 pub struct Shell<T> {
     radius: Vec<f64>,
-    /// The same between two bounds that no height reaches: gap k lies between elements k and k + 1.
+    /// The radii between two bounds that no height reaches: gap k lies between elements k and k + 1.
     bounds: Vec<f64>,
     /// 1 / radius of each layer.
     curvature: Vec<f64>,
@@ -71,7 +71,7 @@ impl<T: Real> Shell<T> {
         self.radius.len()
     }
 
-    /// The gap that holds height `rho`: 0 below all layers, k between layers k-1 and k, [`Self::layers`] above all.
+    /// The gap that contains height `rho`: 0 below all layers, k between layers k-1 and k, [`Self::layers`] above all.
     #[inline(always)]
     pub fn gap(&self, rho: f64) -> usize {
         let drawer = ((rho - self.radius[0]) * self.drawers_per_height) as usize;
@@ -111,8 +111,7 @@ impl<T: Real> Shell<T> {
     }
 }
 
-/// Values that are interpolated together: the value alone (N = 1), or value and gradient (N = 4) where the scene is
-/// lit.
+/// Values that are interpolated together: the value alone (N = 1), or value and gradient (N = 4) if the scene is lit.
 pub(crate) type Values<T, const N: usize> = [T; N];
 
 /// Values at a column's two edge points, at one height.
@@ -144,7 +143,7 @@ impl<T: Real, const N: usize> Chord<T, N> {
         Chord { entry: mix(&self.entry, &other.entry, w), exit: mix(&self.exit, &other.exit, w) }
     }
 
-    /// Values along a way from the chord `self` to `other`, entered and left at `tau`.
+    /// Values along a path from the chord `self` to `other`, entered and left at `tau`.
     #[inline(always)]
     pub fn interpolant(&self, other: &Self, tau: [T; 2], eps: T) -> FrustumInterpolant<T, N> {
         let mut interpolant =
@@ -185,7 +184,7 @@ pub(crate) struct RayPoint<T> {
     pub curvature: f64,
 }
 
-/// Whether a ray goes on or ends.
+/// Whether a ray continues or ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Flow {
     On,
@@ -194,27 +193,27 @@ pub(crate) enum Flow {
 
 /// The visitor of [`cross`], called for each gap of a column.
 pub(crate) trait ColumnVisitor<T, const N: usize> {
-    /// Reads a layer at the column's two edge points.
+    /// Returns a layer's values at the column's two edge points.
     fn chord(&self, layer: usize) -> Chord<T, N>;
     /// The ray crosses the frustum above layer `lower` from `a` to `b`; the chords are those at the heights of `a` and
     /// `b`. `eps` is the relative change of height.
     fn frustum(&mut self, lower: usize, ends: [&RayPoint<T>; 2], chords: [&Chord<T, N>; 2], eps: T) -> Flow;
-    /// Whether the gap can be skipped without reading; called once for each.
+    /// Whether the gap can be skipped without reading; called once per gap.
     #[inline(always)]
     fn skips(&mut self, _gap: usize) -> bool {
         false
     }
-    /// The ray is below the innermost layer, from `a` on.
+    /// Called when the ray is below the innermost layer, from `a` on.
     fn core(&mut self, a: &RayPoint<T>) -> Flow;
 }
 
-/// A ray's way up or down through a column, gap by gap.
+/// A ray's path up or down through a column, gap by gap.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ColumnTraversal<T> {
-    /// The gap that the ray is in, see [`Shell::gap`], and where it has entered it.
+    /// The gap that contains the ray, see [`Shell::gap`], and the point at which the ray entered it.
     pub gap: usize,
     pub a: RayPoint<T>,
-    /// Whether it has come through a layer.
+    /// Whether it entered through a layer.
     is_on_layer: bool,
     rising: bool,
     /// Heights at the column's ends, and the inverse of their difference.
@@ -223,13 +222,13 @@ pub(crate) struct ColumnTraversal<T> {
     scale: f64,
 }
 
-/// A ray's way through one gap of a column.
+/// A ray's path through one gap of a column.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GapCrossing<T> {
-    /// The layer that the ray comes from, and that to which it goes; one of them is none below and above all layers.
+    /// The layers behind and ahead of the ray; below and above all layers one of them does not exist.
     pub behind: usize,
     pub ahead: usize,
-    /// Where it leaves the gap, and whether that is through the layer ahead.
+    /// The point at which it leaves the gap, and whether it leaves through the layer ahead.
     pub b: RayPoint<T>,
     pub passes: bool,
 }
@@ -244,7 +243,7 @@ impl<T: Real> ColumnTraversal<T> {
         ColumnTraversal { gap, a, is_on_layer: false, rising, entry, exit, scale }
     }
 
-    /// The way through the gap that the ray is in.
+    /// The path through the current gap.
     #[inline(always)]
     pub fn crossed(&self, shell: &Shell<T>) -> GapCrossing<T> {
         let ColumnTraversal { gap, rising, entry, exit, scale, .. } = *self;
@@ -284,16 +283,16 @@ impl<T: Real> ColumnTraversal<T> {
         ]
     }
 
-    /// The change of height in the gap, relative to where the ray enters it.
+    /// The change of height in the gap, relative to the height at which the ray enters it.
     #[inline(always)]
     pub fn eps(&self, crossed: &GapCrossing<T>) -> T {
-        // A core of next to no radius would round it to -1.
+        // With an almost vanishing core radius it would round to -1.
         T::of((crossed.b.rho - self.a.rho) * self.a.curvature).max(T::of(T::ROUNDING - 1.0))
     }
 }
 
-/// Visits the gaps that the ray passes in `column`, in order, starting in `gap`; gives the gap at the column's end.
-/// Each layer is read at most once.
+/// Visits the gaps that the ray passes in `column`, in order, starting in `gap`; returns the gap at the column's end.
+/// Reads each layer at most once.
 #[inline(always)]
 pub(crate) fn cross<T: Real, const N: usize>(
     shell: &Shell<T>,
@@ -303,7 +302,7 @@ pub(crate) fn cross<T: Real, const N: usize>(
 ) -> (usize, Flow) {
     let top = shell.layers();
     let mut passage = ColumnTraversal::new(column, gap);
-    // The chord on the layer that the ray came through.
+    // The chord on the layer through which the ray came.
     let mut near = None;
     loop {
         let (gap, crossed) = (passage.gap, passage.crossed(shell));

@@ -7,17 +7,17 @@ use crate::signature::BoundarySignature;
 use crate::walk::Column;
 use icoray_grid::real::Real;
 
-/// A ray on its way through the mesh.
+/// A ray in the mesh.
 pub(crate) trait ColumnRay {
     type Real: Real;
 
-    /// Bits of the blocks of gaps over a triangle in which something can be seen.
+    /// Bits of the visible blocks of gaps over a triangle.
     fn blocks(&self, triangle: u32) -> u32;
 
     /// Passes a column over a triangle with data.
     fn column(&mut self, column: &Column, triangle: u32, blocks: u32) -> Flow;
 
-    /// Passes a column over a void triangle: only the core can be met there, which is round.
+    /// Passes a column over a void triangle: only the core, a sphere there, can be met.
     fn void_column(&mut self, column: &Column) -> Flow;
 
     fn counts(&mut self) -> &mut Counts;

@@ -1,9 +1,9 @@
 //! Empty-space skipping: the values of a transfer function that are clear.
 //!
-//! A value along a ray is a convex mean of values at vertices. Where all of these lie in one clear part of the transfer
-//! function, by more than rounding, a frustum adds no light, moves no cut and comes near no step: rays skip it without
-//! reading, and the picture has the same bits as without skipping. The same holds for a frustum with one value
-//! throughout that is clear although it lies on a knot, such as the zeros of cloud water.
+//! A value along a ray is a convex mean of values at vertices. If all of these lie in one clear part of the transfer
+//! function, by more than rounding, a frustum adds no light, moves no cut and is near no step: rays skip it without
+//! reading, and the picture is equal to the bit. The same holds for a frustum of one value that is clear although it
+//! lies on a knot, such as the zeros of cloud water.
 
 use super::transfer::Spans;
 use icoray_grid::array::MapInline;

@@ -1,12 +1,12 @@
-//! Fragments of a ray, where each rank has a part of the cells: one for each run of columns that belong to the rank.
+//! Fragments of a ray, if each rank has a part of the cells: one for each run of columns that belong to the rank.
 //!
-//! The rank's mesh is closed by hole filling, so the ray walks over it from end to end; columns of other ranks and void
-//! columns are passed over. A column has the same bits in each rank's mesh, and so have the distances at its sides:
-//! where a run of one rank ends, the run of the next rank begins.
+//! The rank's mesh is closed by hole filling, so the ray walks over it from end to end and skips columns of other ranks
+//! and void columns. A column and the distances at its sides have the same bits in each rank's mesh: the run of the
+//! next rank begins at the distance at which the run of one rank ends.
 //!
 //! A ray may end inside a rank's columns by the transmittance of these columns alone: that of the whole ray is no
-//! larger. An opaque core is met under the rank's own columns only. Behind the distance at which the ray must have met
-//! the core, however deep the facets lie, the walk ends.
+//! larger. An opaque core is met under the rank's own columns only. The walk ends behind the distance at which the ray
+//! must have met the core for any depth of the facets.
 
 use crate::column::Flow;
 use crate::column_ray::ColumnRay;
@@ -21,9 +21,8 @@ use icoray_grid::real::Real;
 /// Light of a part of a ray, in single precision, as it is sent to the rank that composes the ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fragment {
-    /// Distances along the ray at which it begins and ends, in planet radii from the ray's closest point to the
-    /// centre. The end is infinite where the ray ended in it: the core hides what lies behind, or the error
-    /// includes it.
+    /// Distances along the ray at which it begins and ends, in planet radii from the ray's closest point to the centre.
+    /// The end is infinite if the ray ends in it: the core hides all light from behind, or the error includes it.
     pub t: [f64; 2],
     /// Premultiplied linear RGB.
     pub color: [f32; 3],
@@ -31,9 +30,9 @@ pub struct Fragment {
     pub alpha: f32,
     /// Largest error of a channel; includes rounding to single precision, but no other rounding.
     pub error: f32,
-    /// Variance that rounding gives to colour and absorption.
+    /// Variance of colour and absorption due to rounding.
     pub variance: f32,
-    /// The surfaces that the ray meets in it; empty for rays through one field alone.
+    /// The surfaces that the ray meets in it; empty for rays through one field.
     pub surfaces: BoundarySignature,
 }
 
@@ -66,7 +65,7 @@ impl Fragment {
         }
     }
 
-    /// Whether it adds nothing to a picture.
+    /// Whether it contributes nothing to a picture.
     #[inline]
     fn is_clear(&self) -> bool {
         self.alpha == 0.0
@@ -77,11 +76,11 @@ impl Fragment {
     }
 }
 
-/// What the fragments of a ray depend on beside their light.
+/// The data on which the fragments of a ray depend beside their light.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FragmentRules {
     brightest: f64,
-    /// Distances at which the ray meets the core at the earliest and at the latest.
+    /// Smallest and largest distance at which the ray can meet the core.
     core: [f64; 2],
 }
 
@@ -94,13 +93,13 @@ impl FragmentRules {
         FragmentRules { brightest, core }
     }
 
-    /// Distance behind which the ray has met the core, however deep the facets lie.
+    /// Distance behind which the ray has met the core, for any depth of the facets.
     #[inline]
     pub fn core_by(&self) -> f64 {
         self.core[1]
     }
 
-    /// The fragment of a run that the ray has left, unless nothing shows in it and the core cannot be met there.
+    /// The fragment of a run that the ray has left; `None` if it shows nothing and cannot meet the core.
     #[inline]
     pub fn left<T: Real>(&self, t: [f64; 2], (light, surfaces): (&Radiance<T>, BoundarySignature)) -> Option<Fragment> {
         let fragment = Fragment::new(t, light, surfaces, self.brightest);

@@ -1,4 +1,4 @@
-//! Leaps over empty space: how far a ray goes over macrocells in which nothing shows.
+//! Leaps over empty space: the distance that a ray passes over invisible macrocells.
 
 use crate::column::Shell;
 use crate::plane::RayLine;
@@ -7,15 +7,15 @@ use icoray_grid::macrocells::Macrocells;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
 
-/// What lies ahead of a ray.
+/// The result of looking ahead of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Ahead {
-    /// Nothing shows up to the ray's end.
+    /// Nothing is visible up to the ray's end.
     Nothing,
-    /// Nothing shows up to the distance `at`; something may show from there on.
+    /// Nothing is visible up to the distance `at`; something may be visible from there on.
     Shown {
         at: f64,
-        /// Where the ray leaves the macrocell that it is in at `at`.
+        /// Distance at which the ray leaves the macrocell that contains it at `at`.
         until: f64,
         /// A triangle nearby.
         near: u32,
@@ -29,12 +29,12 @@ pub(crate) struct Leaps<'t, T> {
     shell: &'t Shell<T>,
     /// Squares of the lowest and the highest radius in the gaps of each block.
     blocks: Vec<[f64; 2]>,
-    /// Square of the radius below which rays do not leap: that of the core where it is opaque.
+    /// Square of the radius below which rays do not leap: that of an opaque core.
     inner2: f64,
 }
 
-/// Part of a macrocell's width by which a ray goes on behind its border: with [`CENTRE`] less than the margin of its
-/// triangles.
+/// Fraction of a macrocell's width by which a ray continues behind its border: with [`CENTRE`] less than the margin of
+/// its triangles.
 const STEP: f64 = 1e-5;
 /// Radius below which rays do not leap.
 const CENTRE: f64 = 0.1;
@@ -42,7 +42,7 @@ const CENTRE: f64 = 0.1;
 const ROUNDING: f64 = 1e-12;
 
 impl<'t, T: Real> Leaps<'t, T> {
-    /// The macrocells of a frame; `None` where all or too little of it is visible to leap.
+    /// The macrocells of a frame; `None` if too much of it is visible for leaps.
     #[inline]
     pub fn new(tracer: &'t SingleVolumeTracer<'_, T>) -> Option<Self> {
         let SingleVolumeTracer { grid, shell, visible, .. } = *tracer;
@@ -62,13 +62,13 @@ impl<'t, T: Real> Leaps<'t, T> {
         Some(Leaps { macrocells, visible, shell, blocks, inner2: square(inner, 1.0 + ROUNDING) })
     }
 
-    /// The least length of a leap that is worth it, for a ray at radius 1.
+    /// The least length of a worthwhile leap, for a ray at radius 1.
     #[inline]
     pub fn least(&self) -> f64 {
         0.5 * self.macrocells.map.width()
     }
 
-    /// What lies ahead of a ray that is at distance `t`.
+    /// Looks ahead of a ray at distance `t`.
     #[inline(never)]
     pub fn ahead(&self, line: &RayLine, mut t: f64) -> Ahead {
         let Macrocells { map, groups, .. } = self.macrocells;
@@ -101,10 +101,10 @@ impl<'t, T: Real> Leaps<'t, T> {
     }
 
     /// The first distance from `t` on at which a ray is between the lowest and the highest radius of these blocks, or
-    /// where rays do not leap; infinity where there is none. `b2` is the square of the line's distance from the centre.
+    /// at which rays do not leap; infinity if there is none. `b2` is the square of the line's distance from the centre.
     #[inline]
     fn first(&self, bits: u32, b2: f64, t: f64) -> f64 {
-        // Half of the chord that the line has in a sphere.
+        // Half of the line's chord in a sphere.
         let half = |r2: f64| (r2 - b2).max(0.0).sqrt();
         let core = if b2 < self.inner2 { half(self.inner2) } else { f64::NEG_INFINITY };
         if t.abs() <= core {
@@ -129,8 +129,8 @@ impl<'t, T: Real> Leaps<'t, T> {
         to_core.min(to_blocks)
     }
 
-    /// Whether something may show, or rays do not leap, between two distances in a macrocell with these visible blocks;
-    /// `b2` is the square of the line's distance from the centre.
+    /// Whether something may be visible, or rays do not leap, between two distances in a macrocell with these visible
+    /// blocks; `b2` is the square of the line's distance from the centre.
     #[inline]
     fn shows(&self, bits: u32, b2: f64, [from, to]: [f64; 2]) -> bool {
         let near = if from < 0.0 && to > 0.0 { 0.0 } else { from.abs().min(to.abs()) };

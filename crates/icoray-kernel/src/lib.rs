@@ -1,12 +1,12 @@
-//! Rays: the way of a ray through the grid, the integral along it and its light, one file per step:
+//! Rays: the path of a ray through the grid, the integral along it and its light, one file per step:
 //!
 //! [`plane`] the ray's own plane → [`walk`] from triangle to triangle along the great circle below the ray →
 //! [`mod@column`] from layer to layer inside one triangle → [`segment`] the scalar along one frustum, its extremum and
 //! its knots → [`piece`] the integral of one monotone piece.
 //!
 //! Three loops take these steps, and `trace.rs` drives the rays of all. In f32 `packet/` traces rays side by side, one
-//! in each lane of the machine's vectors, through every kind of scene. [`ray`] traces one ray after the other through
-//! one volume: in f64, with the paper's method, and on processors without such vectors. [`general`] does so in f64 for
+//! in each lane of the machine's vectors, through every kind of scene. [`ray`] traces one ray at a time through one
+//! volume: in f64, with the paper's method, and on processors without such vectors. [`general`] does so in f64 for
 //! several volumes, surfaces and cuts, and for the frusta of packets in which a ray meets a surface or a cut.
 //!
 //! Lengths are in planet radii, extinction is per planet radius, colours are linear RGB.

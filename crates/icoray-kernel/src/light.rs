@@ -6,13 +6,13 @@ use icoray_grid::real::Real;
 /// Colour and absorption of a piece of a ray, or of several.
 #[derive(Debug, Clone, Copy)]
 pub struct Radiance<T> {
-    /// Linear RGB, premultiplied.
+    /// Premultiplied linear RGB.
     pub color: [T; 3],
     /// The part of the light from behind that is absorbed, 0 to 1.
     pub alpha: T,
-    /// Largest error of a channel of `color`, rounding apart.
+    /// Largest error of a channel of `color`, without rounding.
     pub error: T,
-    /// Variance that rounding gives to `color` and `absorbed`, as if each piece were rounded independently.
+    /// Variance of `color` and `absorbed` due to rounding, as if each piece were rounded independently.
     pub variance: T,
 }
 
@@ -29,7 +29,7 @@ impl<T: Real> Radiance<T> {
         Radiance { color: color.map_inline(|c| c * alpha), alpha, error: T::zero(), variance: T::zero() }
     }
 
-    /// The same in double precision.
+    /// The light in double precision.
     #[inline]
     pub fn wide(&self) -> Radiance<f64> {
         Radiance {
@@ -40,14 +40,14 @@ impl<T: Real> Radiance<T> {
         }
     }
 
-    /// The part of the light from behind that comes through, 0 to 1.
+    /// The fraction of the light from behind that passes, 0 to 1.
     #[inline(always)]
     pub fn transmittance(&self) -> T {
         T::one() - self.alpha
     }
 
-    /// Whether a ray ends here: no more than `rest` of the light from behind comes through. The light that the ray then
-    /// leaves out, of at most `brightest` in a channel, is added to the error.
+    /// Whether a ray ends here: no more than `rest` of the light from behind passes. The light that the ray then omits,
+    /// of at most `brightest` in a channel, is added to the error.
     #[inline(always)]
     pub fn ends(&mut self, rest: T, brightest: T) -> bool {
         let through = self.transmittance();

@@ -1,5 +1,5 @@
-//! Pieces with lighting: a piece has one shade, at its mean normal, and where the error of that is too large for what the
-//! ray has left to spend the piece is cut in two.
+//! Pieces with lighting: a piece has one shade, at its mean normal, and is cut in two if the error of the shade exceeds
+//! the ray's remaining budget.
 
 use super::column::Values;
 use super::piece::{ErrorBudget, Radiance, integrate};
@@ -11,14 +11,14 @@ use icoray_grid::array::MapInline;
 use icoray_grid::real::{Real, lerp};
 use icoray_scene::Method;
 
-/// Value and gradient along a whole frustum: each component runs as a [`Segment`]'s value does.
+/// Value and gradient along a whole frustum: each component varies like a [`Segment`]'s value.
 #[derive(Debug, Clone, Copy)]
 pub struct FrustumInterpolant<T, const N: usize> {
     /// Value and gradient at the frustum's entry.
     pub from: Values<T, N>,
     /// Value and gradient at its exit.
     pub to: Values<T, N>,
-    /// Coefficient of u(1 - u) of each component, as [`Segment`] has it.
+    /// Coefficient of u(1 - u) of each component, as in [`Segment`].
     pub kappa: Values<T, N>,
     /// Relative change of height along the frustum.
     pub eps: T,
@@ -34,19 +34,19 @@ impl<T: Real, const N: usize> FrustumInterpolant<T, N> {
     }
 }
 
-/// Where in a piece its light comes from, whatever its colour.
+/// The distribution of the light of a piece, independent of its colour.
 #[derive(Debug, Clone, Copy)]
 pub struct LightSpread<T> {
-    /// The light's centre, from the piece's middle in parts of the piece.
+    /// The light's centre, from the piece's middle as a fraction of the piece.
     pub centre: T,
     /// Error of the centre.
     pub error_bound: T,
 }
 
 impl<T: Real> LightSpread<T> {
-    /// Thin and without a bend the light is spread as extinction is, whose centre lies by a sixth of its relative
-    /// change ρ from the middle. Light behind is weakened: to first order in the optical depth x this draws the centre
-    /// forward by `x (5 - ρ²)/60`.
+    /// The light of a thin piece without bend is distributed like extinction, whose centre lies at a sixth of its
+    /// relative change ρ from the middle. Light behind is weakened: to first order in the optical depth x this moves
+    /// the centre forward by `x (5 - ρ²)/60`.
     #[inline(always)]
     pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
         let (from, to) = (span.extinction(piece.f0), span.extinction(piece.f1));
@@ -61,7 +61,7 @@ impl<T: Real> LightSpread<T> {
 }
 
 impl<T: Real> ColorChange<T> {
-    /// Along a piece that stays in `span`.
+    /// The spread of a piece that stays in `span`.
     #[inline(always)]
     pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
         let bend = span.steepest() * piece.kappa.abs();
@@ -82,7 +82,7 @@ pub fn mean_shade<T: Real>(
     shading.mean(&turn, &ColorChange::of(piece, span))
 }
 
-/// `light` of a piece under its mean shade, which has this standard deviation.
+/// `light` of a piece with its mean shade, which has this standard deviation.
 #[inline(always)]
 pub fn shaded<T: Real>(
     shading: &RayShading<T>,
@@ -96,18 +96,18 @@ pub fn shaded<T: Real>(
     shading.apply(light, mean, [*r * rise, *g * rise, *b * rise], deviation)
 }
 
-/// Whether a piece is left whole: the part of the error of its shade that is more than `color_tolerance` of its light is
-/// within `spare`.
+/// Whether a piece need not be cut: the part of the error of its shade above `color_tolerance` of its light is within
+/// `spare`.
 #[inline(always)]
 pub fn is_affordable<T: Real>(piece: &Segment<T>, span: &Span<T>, off: T, color_tolerance: T, spare: T) -> bool {
-    // No less than what the piece absorbs.
+    // An upper bound of the light that the piece absorbs.
     let depth = piece.length * span.extinction(piece.f0).max(span.extinction(piece.f1));
     (off - color_tolerance) * depth.min(T::one()) <= spare
 }
 
-/// The error that a ray with this `light` may spend on its next piece beyond `color_tolerance` of that piece's light, in
-/// parts of the light that comes through: what the pieces before have left of theirs, and an advance for the first ones.
-/// So the errors along a ray add up to no more than `color_tolerance` times its light and the advance, wherever it has
+/// The error that a ray with this `light` may spend on its next piece beyond `color_tolerance` of that piece's light,
+/// as a fraction of the light that passes: the unspent error of the previous pieces, and an advance for the first ones.
+/// So the errors along a ray add up to no more than `color_tolerance` times its light and the advance, for any order of
 /// its hard pieces.
 #[inline(always)]
 pub fn spare<T: Real>(light: &Radiance<T>, color_tolerance: T) -> T {
@@ -115,21 +115,21 @@ pub fn spare<T: Real>(light: &Radiance<T>, color_tolerance: T) -> T {
     earned.max(T::zero()) / light.transmittance().max(T::min_positive_value())
 }
 
-/// Part of the tolerance of all colours that the first pieces of a ray may spend before they have earned it.
+/// Fraction of the tolerance of all colours that the first pieces of a ray may spend in advance.
 pub const ADVANCE: f64 = 0.1;
 
-/// Most halvings of a piece at its start; what is hard there leaves something for the rest.
+/// Maximum number of halvings of a piece at its start; hard pieces there leave some for the rest.
 pub const HALVINGS_AT_START: f64 = 500.0;
-/// How many more there may be by its end. What is not reached is in the error.
+/// Number of further halvings by its end. The error includes what remains.
 pub const HALVINGS_ALONG: f64 = 1500.0;
 
-/// Whether a part that ends at `done` of its piece, 0 to 1, may be halved after so many halvings.
+/// Whether a part that ends at `done` of its piece, 0 to 1, may be halved after this number of halvings.
 #[inline(always)]
 pub fn may_halve(halvings: u32, done: f64) -> bool {
     f64::from(halvings) < HALVINGS_AT_START + HALVINGS_ALONG * done
 }
 
-/// What is left to the parts of a piece that are to come.
+/// The budget for the remaining parts of a piece.
 struct Rest<T> {
     spare: T,
     halvings: u32,
@@ -141,30 +141,31 @@ struct Rest<T> {
 pub struct Lit<'l, T, const N: usize> {
     /// The rule of integration.
     pub method: Method,
-    /// The error that is allowed.
+    /// The allowed error.
     pub allowance: &'l ErrorBudget<T>,
     /// Lighting of the ray.
     pub shading: &'l RayShading<T>,
-    /// The part of the transfer function in which its values lie.
+    /// The span of the transfer function that contains its values.
     pub span: &'l Span<T>,
     /// Value and gradient of its frustum.
     pub interpolant: &'l FrustumInterpolant<T, N>,
-    /// The largest component of the gradients at the frustum's vertices; 0 where it is not known.
+    /// The largest component of the gradients at the frustum's vertices; 0 if unknown.
     pub gradient_size: T,
 }
 
 impl<T: Real, const N: usize> Lit<'_, T, N> {
-    /// Largest depth of nested cuts of a piece.
+    /// Maximum depth of nested cuts of a piece.
     pub const MAX_CUTS: u32 = 20;
 
-    /// The light of `piece`, which is `range` of the interpolant, where the ray has [`spare`] error to spend. The piece
-    /// is cut until it can be afforded, with at most `cuts` nested cuts and as many halvings as [`may_halve`] allows.
+    /// The light of `piece`, which is `range` of the interpolant, if the ray has [`spare`] error to spend. The piece is
+    /// cut until its error is affordable, with at most `cuts` nested cuts and as many halvings as [`may_halve`]
+    /// permits.
     #[inline]
     pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: T) -> Radiance<T> {
         self.part(piece, range, cuts, &mut Rest { spare, halvings: 0, range })
     }
 
-    /// The light of a part, front to back with what the parts before have left.
+    /// The light of a part, front to back with the unspent error of the previous parts.
     #[inline]
     fn part(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, rest: &mut Rest<T>) -> Radiance<T> {
         let half = T::of(0.5);

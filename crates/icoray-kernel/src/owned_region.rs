@@ -4,11 +4,11 @@ use super::plane::RayLine;
 use glam::DVec3;
 use icoray_grid::Grid;
 
-/// The triangles over whose columns a rank traces rays, and bounds of where these columns lie.
+/// The triangles over whose columns a rank traces rays, and bounds of the position of these columns.
 #[derive(Debug, Clone)]
 pub struct OwnedRegion {
     triangles: Vec<bool>,
-    /// The same marks, 32 in a word; the last word has none.
+    /// The same marks, 32 in a word; the last word is zero.
     words: Vec<u32>,
     /// Axis of the cap around the triangles, and the cosine of the angle to the farthest of their vertices.
     cap: Option<(DVec3, f64)>,
@@ -28,7 +28,7 @@ impl OwnedRegion {
         &self.triangles
     }
 
-    /// Whether a triangle is in the region; false for a number that no triangle has.
+    /// Whether a triangle is in the region; false for numbers out of range.
     #[inline]
     pub fn has(&self, triangle: u32) -> bool {
         self.triangles.get(triangle as usize).is_some_and(|is_own| *is_own)
@@ -40,12 +40,12 @@ impl OwnedRegion {
         &self.words
     }
 
-    /// Smallest distance from the centre of any rank's facets, where layers are a unit sphere.
+    /// Smallest distance from the centre of any rank's facets, if layers are a unit sphere.
     pub fn lowest_facet(&self) -> f64 {
         self.lowest_facet
     }
 
-    /// Lowers the lowest facet to `height` where that is below it.
+    /// Lowers the lowest facet to `height` if that is lower.
     pub fn lower_facet(&mut self, height: f64) {
         self.lowest_facet = self.lowest_facet.min(height);
     }
@@ -64,9 +64,9 @@ impl OwnedRegion {
         if cos <= 0.1 {
             return (DVec3::ZERO, f64::INFINITY);
         }
-        // Columns go down to the facets below the inner radius, at worst to the chord of the cap.
+        // Columns extend down to the facets below the inner radius, at worst to the chord of the cap.
         let low = inner * cos;
-        // A ball around the rim's disc at the outer radius has the cap in it, and the rim of its bottom.
+        // A ball around the rim's disc at the outer radius contains the cap, and the rim of its bottom.
         let middle = outer * cos * axis;
         let reach = |r: f64| r * r - 2.0 * r * outer * cos * cos + outer * outer * cos * cos;
         (middle, reach(low).max(reach(outer)) * (1.0 + 1e-9))

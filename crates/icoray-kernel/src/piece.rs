@@ -1,4 +1,4 @@
-//! The integral of one piece of a ray between two knots (§3.4 of the paper), and how far it may be off.
+//! The integral of one piece of a ray between two knots (§3.4 of the paper), and its error bound.
 //!
 //! Extinction and colour are linear in f here. With T(u) the optical depth from the piece's start and s = dc/df, the
 //! emission c κ e^-T integrates by parts to
@@ -22,16 +22,16 @@ use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
 use icoray_scene::Method;
 
-/// Error and transmittance that a piece is allowed.
+/// Error and transmittance allowed for a piece.
 #[derive(Debug, Clone, Copy)]
 pub struct ErrorBudget<T> {
-    /// Error of the colour per absorbed light.
+    /// Allowed error of the colour per absorbed light.
     pub color_tolerance: T,
     /// Transmittance at which the ray may end.
     pub min_transmittance: T,
     /// Transmittance at the piece's start.
     pub transmittance: T,
-    /// Error that rounding gives to the values at the piece's ends.
+    /// Error of the values at the piece's ends due to rounding.
     pub reach: T,
 }
 
@@ -61,9 +61,9 @@ struct Terms<'p, T> {
     slope: T,
     /// f1 - f0.
     rise: T,
-    /// The bend, taken as constant: that which gives the piece its mean value.
+    /// The bend, taken as constant: the value that gives the piece its mean.
     bend: T,
-    /// Most of |f'|.
+    /// Maximum of |f'|.
     steep: T,
     /// Optical depth.
     depth: T,
@@ -82,7 +82,7 @@ impl<'p, T: Real> Terms<'p, T> {
         Terms { piece, span, ends, slope, rise, bend, steep: rise.abs() + bend.abs(), depth }
     }
 
-    /// Most of |T''|.
+    /// Maximum of |T''|.
     #[inline(always)]
     fn bend_of_depth(&self) -> T {
         self.piece.length * self.slope.abs() * self.steep
@@ -105,7 +105,7 @@ impl<'p, T: Real> Terms<'p, T> {
         wide * self.bend.abs() * eps.abs() * (T::of(0.05) * absorbed + T::of(1.0 / 60.0) * self.bend_of_depth())
     }
 
-    /// Rounding: what values that are off by `reach` change, and the last digits of lengths and sums.
+    /// Variance due to rounding: the effect of values that are off by `reach`, and the last digits of lengths and sums.
     #[inline(always)]
     fn variance(&self, absorbed: T, reach: T) -> T {
         let change = self.piece.length * self.slope.abs() * (T::one() - absorbed) + self.span.steepest() * absorbed;
@@ -114,7 +114,7 @@ impl<'p, T: Real> Terms<'p, T> {
     }
 }
 
-/// The paper's scheme. Its error is an estimate: the bend that is left out, and the colour's skew over the piece.
+/// The paper's scheme. Its error is an estimate: the omitted bend, and the colour's skew over the piece.
 #[inline]
 fn linear<T: Real>(terms: &Terms<'_, T>) -> Radiance<T> {
     let half = T::of(0.5);
@@ -147,13 +147,13 @@ fn exact<T: Real>(terms: &Terms<'_, T>, allowance: &ErrorBudget<T>) -> Radiance<
     dense(terms, absorbed, allowance)
 }
 
-/// The bound of what [`thin`] does to the colour.
+/// The bound of the error of [`thin`] in the colour.
 #[inline(always)]
 fn thin_bound<T: Real>(terms: &Terms<'_, T>, absorbed: T) -> T {
     terms.span.steepest() * (thin_error(terms) + terms.skew(absorbed))
 }
 
-/// A piece for which [`thin`] is not enough.
+/// Integrates a piece for which [`thin`] is not sufficient.
 #[inline]
 fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &ErrorBudget<T>) -> Radiance<T> {
     let (half, two, steepest) = (T::of(0.5), T::of(2.0), terms.span.steepest());
@@ -167,7 +167,7 @@ fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &ErrorBudget<T>)
     if bound + skew <= allowed {
         return terms.light(absorbed, gauss(terms), bound + skew);
     }
-    // The colours of the piece differ by no more than its change, whatever weighs them.
+    // The colours of the piece differ by no more than its change, for any weights.
     let change = steepest * terms.steep;
     if half * change <= allowance.color_tolerance {
         return terms.light(absorbed, half * terms.rise * absorbed, half * change * absorbed);
@@ -180,7 +180,7 @@ fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &ErrorBudget<T>)
     }
 }
 
-/// Where |ε| is less, [`bend_series`] is exact to 1e-11.
+/// Bound of |ε| below which [`bend_series`] is exact to 1e-11.
 const SMALL_EPS: f64 = 0.02;
 
 /// [`bend_factor`] of small ε; the first term left out is ε⁶/12.
@@ -224,7 +224,7 @@ fn thin_error<T: Real>(terms: &Terms<'_, T>) -> T {
     terms.steep * (b * (T::of(0.02) * x + T::of(1.0 / 240.0) * b) + y * y * y * T::of(1.0 / 24.0))
 }
 
-/// W by Gauss's 2-point rule, plus what it misses of u⁴, the product of the two bends, known in closed form.
+/// W by Gauss's 2-point rule, plus its error in u⁴, the product of the two bends, in closed form.
 #[inline(always)]
 fn gauss<T: Real>(terms: &Terms<'_, T>) -> T {
     let (one, half) = (T::one(), T::of(0.5));
@@ -241,9 +241,9 @@ fn gauss<T: Real>(terms: &Terms<'_, T>) -> T {
 
 /// The bound of [`gauss`]: a fourth derivative over 4320; it falls with the fourth power of the number of panels.
 ///
-/// With `a >= |T'|`, `b >= |T''|`, `j = |T'''|`, `F >= |f'|` and `f'' = -2·bend` the fourth derivative of `f'(1 -
-/// e^-T)` is at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being what the quartic
-/// term leaves.
+/// With `a >= |T'|`, `b >= |T''|`, `j = |T'''|`, `F >= |f'|` and `f'' = -2·bend` the fourth derivative of
+/// `f'(1 - e^-T)` is at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being the
+/// remainder of the quartic term.
 #[inline(always)]
 fn gauss_error<T: Real>(terms: &Terms<'_, T>) -> T {
     let (bend, length) = (terms.bend.abs(), terms.piece.length);
@@ -278,8 +278,8 @@ fn panels<T: Real>(terms: &Terms<'_, T>, count: usize, allowance: &ErrorBudget<T
     light
 }
 
-/// A piece so dense that panels of equal length would be wasted behind its opaque front: the front half first, and
-/// the back half only where light still comes through.
+/// A piece so dense that panels of equal length would be wasted behind its opaque front: integrates the front half
+/// first, and the back half only if light still passes.
 #[inline]
 fn halves<T: Real>(terms: &Terms<'_, T>, allowance: &ErrorBudget<T>) -> Radiance<T> {
     let (piece, span, half) = (terms.piece, terms.span, T::of(0.5));

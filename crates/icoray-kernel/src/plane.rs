@@ -1,8 +1,8 @@
 //! The plane through a ray and the sphere's centre, and points of the mesh in its coordinates.
 //!
-//! In the plane the ray is the upright line `(b, t)`, b its distance from the centre and t measured from its closest
-//! point; its shadow on the sphere is a great circle, walked counter-clockwise from `(0, -1)` over `(1, 0)` to `(0,
-//! 1)`. The walk needs of a vertex V only its side of the plane: the sign of V·q.
+//! In the plane the ray is the vertical line `(b, t)`, b its distance from the centre and t measured from its closest
+//! point; its shadow on the sphere is a great circle, walked counter-clockwise from `(0, -1)` over `(1, 0)` to
+//! `(0, 1)`. The walk needs only the side of a vertex V: the sign of V·q.
 
 use glam::DVec3;
 
@@ -42,7 +42,7 @@ impl Point {
         Point { x, y }
     }
 
-    /// Positive where `other` lies counter-clockwise of `self`, by less than half a turn.
+    /// Positive if `other` lies counter-clockwise of `self`, by less than half a turn.
     #[inline]
     pub fn cross(self, other: Point) -> f64 {
         self.x * other.y - self.y * other.x
@@ -54,7 +54,7 @@ impl Point {
         self.x * other.x + self.y * other.y
     }
 
-    /// The point at the part `w` of the way to `other`.
+    /// The point at the fraction `w` of the way to `other`.
     #[inline]
     pub fn lerp(self, other: Point, w: f64) -> Point {
         Point::new(self.x + w * (other.x - self.x), self.y + w * (other.y - self.y))
@@ -62,8 +62,8 @@ impl Point {
 }
 
 impl PlaneVertex {
-    /// The side of the great circle that the vertex lies on. A vertex on the circle counts as left: with one answer per
-    /// vertex, whatever the rounding, each triangle has two or no sides that the circle crosses.
+    /// The side of the great circle on which the vertex lies. A vertex on the circle counts as left: the result depends
+    /// on the vertex alone, so each triangle has two or no sides that the circle crosses, for any rounding.
     #[inline]
     pub fn is_left(&self) -> bool {
         self.q >= 0.0
@@ -101,9 +101,9 @@ pub struct RayLine {
     pub plane: Plane,
     /// Distance of the line from the sphere's centre.
     pub b: f64,
-    /// Where the line enters the sphere, or the eye when that lies inside; from the closest point.
+    /// Distance at which the line enters the sphere, or of the eye if that lies inside; from the closest point.
     pub start: f64,
-    /// Where the line leaves the sphere.
+    /// Distance at which the line leaves the sphere.
     pub end: f64,
 }
 
@@ -122,7 +122,7 @@ impl RayLine {
         }
         let end = half.sqrt();
         let start = along.max(-end);
-        // At the very centre the start has no direction; a hair along the ray gives it the ray's own.
+        // At the very centre the start has no direction; moving it slightly along the ray gives it the ray's.
         let start = if b.max(start.abs()) < TINY { TINY } else { start };
         if start >= end {
             return None;
@@ -140,7 +140,7 @@ impl RayLine {
         Point::new(self.b, t)
     }
 
-    /// Where between the distances `from` and `to` the line is first inside the sphere of `radius`, if it is.
+    /// The distance between `from` and `to` at which the line is first inside the sphere of `radius`, if it is.
     ///
     /// A part without length has no place inside.
     #[inline]
@@ -151,7 +151,7 @@ impl RayLine {
         (first < to.min(half)).then_some(first)
     }
 
-    /// The same in space.
+    /// The point of [`Self::at`] in space.
     #[inline]
     pub fn position(&self, t: f64) -> DVec3 {
         self.b * self.plane.x + t * self.plane.y

@@ -20,13 +20,13 @@ pub use crate::trace::{FragmentReport, PrimaryRay, Report, Tracer};
 
 /// A precision for which the kernel is compiled: `f32` or `f64`.
 pub trait KernelReal: Real {
-    /// Whether rays of this precision are traced in packets, which walk by the grid's half-edges.
+    /// Whether rays of this precision are traced in packets, which use the grid's half-edges.
     const HAS_PACKETS: bool;
 
     /// The kernel as a trait object.
     fn boxed<'f>(tracer: SingleVolumeTracer<'f, Self>) -> Box<dyn Tracer + 'f>;
 
-    /// Traces all rays in packets and returns true, or traces none where this precision or the grid has no packets.
+    /// Traces all rays in packets and returns true, or traces none if this precision or the grid has no packets.
     fn trace_packets<const N: usize>(
         level: Level,
         tracer: &SingleVolumeTracer<'_, Self>,
@@ -58,7 +58,7 @@ impl KernelReal for f32 {
 }
 
 impl KernelReal for f64 {
-    /// Packets of them were a tenth faster.
+    /// Packets of f64 were a tenth faster.
     const HAS_PACKETS: bool = false;
 
     #[inline(never)]

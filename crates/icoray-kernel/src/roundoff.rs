@@ -1,6 +1,6 @@
-//! The effect of rounding on the places where a segment is cut at knots.
+//! The effect of rounding on the places at which a segment is cut at knots.
 //!
-//! Rounding of a segment's ends shifts all cuts alike; rounding of a cut and of its knot shifts that cut alone. Both
+//! Rounding of a segment's ends shifts all cuts equally; rounding of a cut and of its knot shifts only that cut. Both
 //! move a little of the segment from one side of a knot to the other. The effect is added to the light's variance.
 
 use super::piece::Radiance;
@@ -23,7 +23,7 @@ impl<T: Real> MediumSample<T> {
         MediumSample { extinction: span.extinction(f), color: span.color(f) }
     }
 
-    /// The largest difference of a channel between light that both emit.
+    /// The largest difference of a channel between the light of both.
     #[inline]
     fn color_difference(&self, other: &Self) -> T {
         let [r, g, b] = [0, 1, 2].map_inline(|k| (self.color[k] - other.color[k]).abs());
@@ -34,7 +34,7 @@ impl<T: Real> MediumSample<T> {
 /// A piece behind a cut.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KnotCrossing<T> {
-    /// Values at its start, where the cut is, and at its end.
+    /// Values at its start, which is the cut, and at its end.
     pub values: [T; 2],
     /// Its length, planet radii.
     pub length: T,
@@ -50,7 +50,7 @@ pub(super) struct KnotCrossing<T> {
 #[derive(Debug)]
 pub(super) struct Roundoff<T> {
     length: T,
-    /// Values at the ends, and how far rounding may have put them.
+    /// Values at the ends, and their rounding error.
     ends: [T; 2],
     reach: T,
     start: MediumSample<T>,
@@ -59,7 +59,7 @@ pub(super) struct Roundoff<T> {
 }
 
 impl<T: Real> Roundoff<T> {
-    /// For a segment that starts in `start`, whose ends rounding may have put off by `reach`.
+    /// For a segment that starts in `start`, whose ends have the rounding error `reach`.
     #[inline]
     pub fn new(segment: &Segment<T>, reach: T, start: MediumSample<T>) -> Self {
         let ends = [segment.f0, segment.f1];
@@ -79,12 +79,12 @@ impl<T: Real> Roundoff<T> {
         let knot = self.length * last_digit / (last_digit + self.rise());
         let off = unit * piece.length + knot;
         if let Some((last, length)) = self.last {
-            // A cut is found from the cut before: the shorter piece beside it says how far it may be off.
+            // A cut is found from the previous cut: the shorter adjacent piece bounds its error.
             let off = unit * length.min(piece.length) + knot;
             self.add_displacement(light, absorbed, off, [&last, &piece.mean]);
         }
-        // A piece that is longer or shorter than it should be has its colours elsewhere; one in a narrow span is so by
-        // as much as the segment is too steep or too flat there.
+        // A piece of the wrong length has its colours elsewhere; in a narrow span it is too long or too short by as
+        // much as the segment is too flat or too steep there.
         let stretch = if piece.is_narrow { self.stretch(piece.values) } else { T::zero() };
         let part = (stretch + off / piece.length).min(T::one());
         let colors = (light.alpha - absorbed) * piece.change * part;
@@ -93,8 +93,8 @@ impl<T: Real> Roundoff<T> {
         self.last = Some((piece.mean, piece.length));
     }
 
-    /// By which part a narrow piece between these values may be longer or shorter: most where it ends at a knot near an end
-    /// of the segment, at which f turns and runs flat.
+    /// The relative error of the length of a narrow piece between these values: largest if it ends at a knot near an
+    /// end of the segment, at which f turns and is flat.
     #[inline]
     fn stretch(&self, values: [T; 2]) -> T {
         let apart = |value: T| (value - self.ends[0]).abs().min((value - self.ends[1]).abs());
@@ -103,15 +103,15 @@ impl<T: Real> Roundoff<T> {
         T::of(2.0) * self.reach / (self.reach + near)
     }
 
-    /// The segment's end, in the medium `end`.
+    /// Adds the effect at the segment's end, in the medium `end`.
     #[inline]
     pub fn shift(&self, light: &mut Radiance<T>, end: &MediumSample<T>) {
         let shift = self.length * self.reach / (self.reach + self.rise());
         self.add_displacement(light, light.alpha, shift, [&self.start, end]);
     }
 
-    /// `length` of the segment lies in the one medium rather than in the other. Where extinction rises, what is moved
-    /// is hidden by the denser piece behind.
+    /// Adds the effect of `length` of the segment being in one medium instead of the other. If extinction rises, the
+    /// denser piece behind hides the displaced light.
     #[inline]
     fn add_displacement(
         &self,

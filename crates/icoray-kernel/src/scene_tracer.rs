@@ -1,4 +1,4 @@
-//! Rays through any scene in single precision: packets, which leave what is rare to the general kernel.
+//! Rays through any scene in single precision: packets, which pass rare cases to the general kernel.
 
 use crate::budget::Budget;
 use crate::counts::Counts;
@@ -16,13 +16,13 @@ use icoray_scene::Method;
 pub struct SceneTracer<'w, 'f> {
     /// The general kernel for the scene.
     pub general: MultiVolumeTracer<'w, 'f>,
-    /// The scene as packets read it.
+    /// The scene for packets.
     pub packets: &'w PacketScene<'f>,
     /// The machine's vector instructions.
     pub level: Level,
     /// When set, pieces are not cut where the gradient turns.
     pub is_coarse: bool,
-    /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
+    /// Whether frusta are integrated; false to measure only the walk and the interpolation.
     pub integrates: bool,
 }
 

@@ -43,20 +43,20 @@ impl<T: Real> Segment<T> {
         self.f1 - self.f0 + self.kappa * (one - u - u * r) / (r * r)
     }
 
-    /// Whether a missing value makes it void.
+    /// Whether a value is missing, which makes it void.
     #[inline(always)]
     pub fn is_void(&self) -> bool {
         !(self.f0 + self.f1 + self.kappa).is_finite()
     }
 
-    /// Whether it has one value from end to end.
+    /// Whether its value is constant.
     #[inline(always)]
     pub fn is_constant(&self) -> bool {
         self.f0 == self.f1 && self.kappa == T::zero()
     }
 
-    /// Error that rounding gives to the values at its ends, which are computed from values of up to `size` at the
-    /// frustum's vertices.
+    /// Error of the values at its ends due to rounding, which are computed from values of up to `size` at the frustum's
+    /// vertices.
     #[inline(always)]
     pub fn reach(&self, size: T) -> T {
         T::of(0.5 * T::ROUNDING) * (size + self.f0.abs() + self.f1.abs())
@@ -69,7 +69,7 @@ impl<T: Real> Segment<T> {
         [self.f0.min(self.f1) - swing, self.f0.max(self.f1) + swing]
     }
 
-    /// Where f turns inside the segment, if it does: u and the value there.
+    /// The extremum of f inside the segment, if there is one: u and the value there.
     ///
     /// f' has opposite signs at the ends exactly when `(d + κ)((1 + ε)d - κ) < 0`; then κ and `κ - dε` have one sign
     /// and the root below is real and lies in (0, 1).
@@ -89,7 +89,7 @@ impl<T: Real> Segment<T> {
         Some((u, self.f0 + d * u + bend))
     }
 
-    /// Where f takes the value `v`, for a segment on which f is monotone and `v` lies between its ends.
+    /// The place at which f takes the value `v`, for a segment on which f is monotone and `v` lies between its ends.
     ///
     /// The quadratic in Bernstein form; the root is taken by the branch that does not cancel.
     #[inline]
@@ -109,7 +109,7 @@ impl<T: Real> Segment<T> {
         u.max(zero).min(one)
     }
 
-    /// The part from `u0` to `u1`, whose values are known there.
+    /// The part from `u0` to `u1`, given the values there.
     #[inline]
     pub fn part(&self, (u0, f0): (T, T), (u1, f1): (T, T)) -> Self {
         let one = T::one();

@@ -1,7 +1,7 @@
 //! Lighting: Blinn and Phong's model with the field's gradient as the normal (§3.5 of the paper).
 //!
-//! A piece has one shade, [`RayShading::mean`], taken at its mean normal ([`NormalTurn`]), and what is known of the turn
-//! about that mean corrects it and bounds what is left.
+//! A piece has one shade, [`RayShading::mean`], taken at its mean normal ([`NormalTurn`]); the turn about that mean
+//! corrects it and bounds the remaining error.
 //!
 //! **Body**, `ambient + diffuse |n·l|`. Where `n·l` keeps its sign its mean is that of n, times l: no error but that of
 //! the mean normal. Where it changes its sign, |n·l| has a kink: over a linear `n·l` of mean a and half-range r the mean
@@ -9,11 +9,11 @@
 //! together with n·l adds the covariance of the two, `Δc Δ(n·l)/12`, less the square of the centre.
 //!
 //! **Highlight**, `specular |n·h|^s`. To second order about the mean p of n·h, of variance V, it is
-//! `p^s (1 + s(s-1)V/2p²)`. With `x = √s θ` and t the angle from the highlight's middle times √s, what is left is at
-//! most `x⁴ e^(-t²/2) |t⁴/1920 - t²/720| <= x⁴/1900`; more where light is uneven (`0.023 centre x³`), where its centre is
-//! not sure (the slope, at most `0.61 x`), and where the mean normal is not. At `y = s (1 - |n·h|) = t²/2` the polynomial
-//! times `e^-y` is no more than `(1.3 - y/12)⁴` of its largest value, and less than 1/1700 of that beyond y = 14.
-//! Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
+//! `p^s (1 + s(s-1)V/2p²)`. With `x = √s θ` and t the angle from the highlight's middle times √s, the remainder is at
+//! most `x⁴ e^(-t²/2) |t⁴/1920 - t²/720| <= x⁴/1900`; more where light is uneven (`0.023 centre x³`), where its centre
+//! is not sure (the slope, at most `0.61 x`), and where the mean normal is not. At `y = s (1 - |n·h|) = t²/2` the
+//! polynomial times `e^-y` is no more than `(1.3 - y/12)⁴` of its largest value, and less than 1/1700 of that beyond y
+//! = 14. Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
 use super::piece::Radiance;
 use super::turn::{NormalTurn, direction, dot};
@@ -35,7 +35,7 @@ pub struct Shading {
     pub shininess: f64,
     /// Unit vector towards the light; `None` is a headlight, at the eye.
     pub towards_light: Option<DVec3>,
-    /// Whether the gradients are packed ([`Gradients::Packed`]), which turns the normals a little.
+    /// Whether the gradients are packed ([`Gradients::Packed`]), which turns the normals slightly.
     pub is_packed: bool,
 }
 
@@ -56,8 +56,8 @@ pub struct RayShading<T> {
     pub halfway: [T; 3],
     /// The larger of 4 and the exponent: squared ratio of the change of a shade to the turn of its normal.
     pub sharpness: T,
-    /// Standard deviation of a shade by its own rounding, and by that of the gradients of which its normal is mixed
-    /// ([`Shading::deviations`]).
+    /// Standard deviation of a shade due to its own rounding, and to that of the gradients from which its normal is
+    /// mixed ([`Shading::deviations`]).
     pub deviations: [T; 2],
 }
 
@@ -70,7 +70,7 @@ pub struct Shade<T> {
     pub highlight: T,
 }
 
-/// The shade of a piece, for light of which the colour changes along it.
+/// The shade of a piece, for light whose colour changes along it.
 #[derive(Debug, Clone, Copy)]
 pub struct MeanShade<T> {
     /// The mean shade.
@@ -81,33 +81,33 @@ pub struct MeanShade<T> {
     pub off: T,
 }
 
-/// How bright a piece is, and how its colour changes along it.
+/// Brightness of a piece, and the change of its colour along it.
 #[derive(Debug, Clone, Copy)]
 pub struct ColorChange<T> {
     /// Its brightest channel.
     pub brightest: T,
-    /// The most that a channel changes along it.
+    /// The largest change of a channel along it.
     pub change: T,
-    /// The part of that which is a bend, the same at both ends.
+    /// The part of that change that is a bend, equal at both ends.
     pub bend: T,
     /// Relative change of height along the piece, which makes the bend uneven.
     pub eps: T,
 }
 
 impl Shading {
-    /// The smallest error per absorbed light that a piece can be cut to, whose channels are no brighter than
-    /// `brightest`: twice the error that rounding gives to a mean shade ([`RayShading::mean`]), as short pieces have it
-    /// too, and no less than what rounding of their sum takes where they are a thousand.
+    /// The smallest error per absorbed light to which a piece can be cut whose channels are no brighter than
+    /// `brightest`: twice the rounding error of a mean shade ([`RayShading::mean`]), which short pieces have too, and
+    /// at least the rounding of the sum of a thousand of them.
     #[inline]
     pub fn least_error<T: Real>(&self, brightest: f64) -> f64 {
         let of_shade = 2.0 * (4.0 * brightest + 3.0 * self.shininess.max(4.0) * self.specular);
         T::ROUNDING * of_shade.max(64.0)
     }
 
-    /// Standard deviations of a shade: what rounding of the shade gives to it, the more the sharper the highlight is, and
-    /// what rounding of gradients does, which are stored in single precision or packed. A normal that turns by a small
-    /// angle changes the body by `diffuse` times that at most, the highlight by `0.61 √shininess specular` times that, but
-    /// hardly ever both.
+    /// Standard deviations of a shade: that due to rounding of the shade, which is larger for sharper highlights, and
+    /// that due to rounding of gradients, which are stored in single precision or packed. A normal that turns by a
+    /// small angle changes the body by at most `diffuse` times that angle, the highlight by `0.61 √shininess specular`
+    /// times it, but hardly ever both.
     #[inline]
     pub fn deviations<T: Real>(&self) -> [f64; 2] {
         let rounded = 0.5 * T::ROUNDING * self.shininess.max(4.0);
@@ -120,7 +120,7 @@ impl Shading {
     #[inline]
     pub fn along<T: Real>(&self, dir: DVec3) -> RayShading<T> {
         let light = self.towards_light.unwrap_or(-dir);
-        // The light straight behind leaves no half-way direction; none then gives no highlight.
+        // Light from straight behind has no half-way direction; a zero vector then gives no highlight.
         let halfway = (light - dir).try_normalize().unwrap_or(DVec3::ZERO);
         RayShading {
             ambient: T::of(self.ambient),
@@ -136,7 +136,7 @@ impl Shading {
 }
 
 impl<T: Real> RayShading<T> {
-    /// Light on a surface across `gradient`, on either side of it; only ambient light where there is no gradient.
+    /// Light on a surface across `gradient`, on either side of it; only ambient light without a gradient.
     #[inline(always)]
     pub fn shade(&self, gradient: [T; 3]) -> Shade<T> {
         let normal = direction(&gradient);
@@ -151,7 +151,7 @@ impl<T: Real> RayShading<T> {
         let (body, tilt, dim) = self.mean_body(turn, color);
         let (highlight, faint) = self.mean_highlight(turn);
         let most = color.brightest * self.diffuse + self.specular;
-        // A mean cosine is off by two last digits, and its power by that times the exponent.
+        // A mean cosine has an error of two last digits, and its power that times the exponent.
         let rounded = T::of(4.0) * color.brightest * body + T::of(3.0) * self.sharpness * highlight;
         let off = if turn.is_wild { most } else { dim + faint + T::of(T::ROUNDING) * rounded };
         MeanShade { shade: Shade { body, highlight }, tilt, off }
@@ -166,13 +166,13 @@ impl<T: Real> RayShading<T> {
         let (level, centre) = (cosine.mean.abs(), turn.spread.centre);
         let may_cross = half * cosine.swing() + T::of(0.02) * turn.angle2 + turn.across - level;
         let crosses = may_cross > zero;
-        // The kink's place, and what is beyond it, as if n·l were linear.
+        // The kink's position, and the part beyond it, as if n·l were linear.
         let reach = half * cosine.rise.abs();
         let beyond = (reach - sign * cosine.even).max(zero);
         let part = beyond / (reach + reach + T::min_positive_value());
         let forward = if sign * cosine.rise < zero { -centre } else { centre };
         let kink = beyond * part * (T::one() - forward * (T::of(6.0) - T::of(4.0) * part));
-        // Rules that do not hold must not leave the range of what they approximate.
+        // Rules beyond their validity must not leave the range of what they approximate.
         let body = self.ambient + self.diffuse * (level + kink).max(zero).min(T::one());
         let tilt = if crosses { zero } else { sign * cosine.rise * turn.variance() * self.diffuse };
         let (bend, swing) = (cosine.bend.abs(), cosine.swing());
@@ -218,7 +218,7 @@ impl<T: Real> RayShading<T> {
         (self.specular * highlight, self.specular * off)
     }
 
-    /// `light` under `mean`; its colour changes by `change` from start to end. The shade's own deviation
+    /// `light` with the shade `mean`; its colour changes by `change` from start to end. The shade's own deviation
     /// ([`RayShading::deviation_of`]) is added to that of the light.
     #[inline(always)]
     pub fn apply(&self, mut light: Radiance<T>, mean: &MeanShade<T>, change: [T; 3], deviation: T) -> Radiance<T> {
@@ -233,8 +233,8 @@ impl<T: Real> RayShading<T> {
         light
     }
 
-    /// Standard deviation of the shade across a gradient of this size, mixed of gradients of size `mixed_of`: rounding of
-    /// these turns it the more the smaller it is.
+    /// Standard deviation of the shade across a gradient of this size, mixed from gradients of size `mixed_of`: their
+    /// rounding turns a smaller mixed gradient more.
     #[inline]
     pub fn deviation_of(&self, mixed_of: T, size: T) -> T {
         let [rounded, turned] = self.deviations;

@@ -1,5 +1,5 @@
-//! A signature of the surfaces that a ray meets, in order, with their distances: where neighbouring rays differ in it,
-//! the edge of a surface passes between them.
+//! A signature of the surfaces that a ray meets, in order, with their distances: if neighbouring rays differ in it, the
+//! edge of a surface passes between them.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use glam::DVec3;
 pub enum Boundary {
     /// The opaque core.
     Core,
-    /// Visible matter behind what is cut away.
+    /// Visible matter behind a cut.
     CutFace,
     /// The isosurface of this number.
     Isosurface(usize),
@@ -43,16 +43,16 @@ const HASH: u32 = (1 << HASH_BITS) - 1;
 const BASE: u32 = 0x9E_3779;
 
 impl BoundarySignature {
-    /// The next boundary, at `distance` from the eye.
+    /// Adds the next boundary, at `distance` from the eye.
     #[inline]
     pub fn push(&mut self, boundary: Boundary, distance: f64) {
-        // Numbers are small: bits are spread before they are added up.
+        // Numbers are small: their bits are spread before summing.
         let number = boundary.number().wrapping_mul(0x85EB_CA6B);
         let number = (number ^ number >> 13).wrapping_mul(0xC2B2_AE35) >> 8;
         self.then(&BoundarySignature { order: 1 << HASH_BITS | number, nearness: distance.recip() as f32 });
     }
 
-    /// The boundaries of a part of the ray behind.
+    /// Adds the boundaries of a part of the ray behind.
     #[inline]
     pub fn then(&mut self, behind: &BoundarySignature) {
         let hash = self.order.wrapping_mul(BASE.wrapping_pow(behind.order >> HASH_BITS));
@@ -80,7 +80,7 @@ impl BoundarySignature {
         [f32::from_bits(self.order), self.nearness]
     }
 
-    /// The signature of which these are [`Self::values`].
+    /// The signature with these [`Self::values`].
     #[inline]
     pub fn of_values([order, nearness]: [f32; 2]) -> Self {
         BoundarySignature { order: order.to_bits(), nearness }
@@ -98,7 +98,7 @@ impl EyeDistance {
         EyeDistance(eye.dot(dir))
     }
 
-    /// Distance from the eye of the place at `t`.
+    /// Distance from the eye of the point at `t`.
     #[inline]
     pub fn distance(&self, t: f64) -> f64 {
         t - self.0

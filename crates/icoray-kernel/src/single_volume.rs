@@ -1,4 +1,4 @@
-//! The part of a frame that is the same for all rays through a single volume.
+//! The part of a frame that all rays through a single volume share.
 
 use crate::budget::Budget;
 use crate::column::{Shell, Values};
@@ -13,9 +13,9 @@ use icoray_grid::real::Real;
 use icoray_grid::samples::AnySamples;
 use icoray_scene::Method;
 
-/// The kernel for one field: everything that is the same for all rays of a frame.
+/// The kernel for one field: all data that the rays of a frame share.
 ///
-/// Rays interpolate `N` values: the field's value (`N = 1`), or value and gradient (`N = 4`) where there is lighting.
+/// Rays interpolate `N` values: the field's value (`N = 1`), or value and gradient (`N = 4`) with lighting.
 pub struct SingleVolumeTracer<'f, T> {
     /// Tables and directions of the grid.
     pub grid: &'f Grid<'f>,
@@ -27,9 +27,9 @@ pub struct SingleVolumeTracer<'f, T> {
     pub samples: AnySamples<'f>,
     /// [`Spans::needs_sizes`] of the field.
     pub needs_sizes: bool,
-    /// Blocks of gaps in which something can be seen.
+    /// Visible blocks of gaps.
     pub visible: &'f OccupancyMask,
-    /// Radius outside of which nothing is seen, in planet radii.
+    /// Radius of the visible space, in planet radii.
     pub outer: f64,
     /// Gradients at the vertices, level-fastest; not read without lighting.
     pub gradients: &'f Gradients,
@@ -41,16 +41,16 @@ pub struct SingleVolumeTracer<'f, T> {
     pub shading: Option<Shading>,
     /// When set, pieces are not cut where the gradient turns.
     pub is_coarse: bool,
-    /// The machine's vector instructions, where rays are traced in packets.
+    /// The machine's vector instructions, if rays are traced in packets.
     pub level: Option<Level>,
-    /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
+    /// Whether frusta are integrated; false to measure only the walk and the interpolation.
     pub integrates: bool,
     /// The opaque core; `None` lets rays through the hollow core.
     pub core: Option<Core<'f>>,
 }
 
 impl<T: Real> SingleVolumeTracer<'_, T> {
-    /// Error of the colour that is allowed per absorbed light.
+    /// Allowed error of the colour per absorbed light.
     #[inline]
     pub(crate) fn color_tolerance(&self) -> f64 {
         self.budget.color_tolerance_in::<T>(self.shading.as_ref())

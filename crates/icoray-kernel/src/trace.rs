@@ -1,9 +1,9 @@
 //! The interface of both kernels to a picture: rays traced whole or as fragments, and the loop over the columns of a
 //! ray.
 //!
-//! [`Tracer`] is what a picture uses, a trait object per tile. A kernel implements [`Kernel`], which makes its rays,
-//! and [`ColumnRay`] for these; [`boxed`] joins the two. Both kernels are compiled in this crate only: the functions
-//! that return a `Box<dyn Tracer>` are not generic.
+//! A picture uses a [`Tracer`], a trait object per tile. A kernel implements [`Kernel`], which makes its rays, and
+//! [`ColumnRay`] for these; [`boxed`] joins the two. Both kernels are compiled in this crate only: the functions that
+//! return a `Box<dyn Tracer>` are not generic.
 
 use crate::budget::Budget;
 use crate::column::Flow;
@@ -23,14 +23,14 @@ pub use queue::PrimaryRay;
 
 pub(crate) mod queue;
 
-/// Receives the number of a ray, its premultiplied light (`None` where the ray misses the shell), and the surfaces that
-/// it meets.
+/// Receives the number of a ray, its premultiplied light (`None` if the ray misses the shell), and the surfaces that it
+/// meets.
 pub type Report<'r> = dyn FnMut(usize, Option<Radiance<f64>>, BoundarySignature) + 'r;
 
 /// Receives the number of a ray and its fragments, in order along the ray.
 pub type FragmentReport<'r> = dyn FnMut(usize, &[Fragment]) + 'r;
 
-/// What rays are traced for, and the receiver of it.
+/// The requested result of rays, and its receiver.
 pub enum Target<'t, 'r> {
     /// The light of each ray.
     Light(&'t mut Report<'r>),
@@ -40,18 +40,17 @@ pub enum Target<'t, 'r> {
 
 /// Traces rays, and finds the fragments of rays inside a part of the cells.
 pub trait Tracer: Sync {
-    /// Radius outside of which nothing is seen, in planet radii.
+    /// Radius of the visible space, in planet radii.
     fn outer(&self) -> f64;
     /// Division of the tolerance along a ray.
     fn budget(&self) -> &Budget;
-    /// Traces rays, in any order, and reports the light of each. The signature is empty for rays through one field
-    /// alone.
+    /// Traces rays, in any order, and reports the light of each. The signature is empty for rays through one field.
     fn trace(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, report: &mut Report);
     /// Traces rays inside `own`, in any order, and reports the fragments of each that has any. The rays themselves are
     /// not counted, since several ranks trace them.
     ///
-    /// A fragment that shows nothing is left out, unless the core may be met in it: then it marks where the mesh has
-    /// data.
+    /// A fragment that shows nothing is left out, unless the core may be met in it: then it marks that the mesh has
+    /// data there.
     fn fragments(
         &self,
         own: &OwnedRegion,
@@ -65,7 +64,7 @@ pub trait Tracer: Sync {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Extent<'g> {
     pub grid: &'g Grid<'g>,
-    /// Radius outside of which nothing is seen.
+    /// Radius of the visible space.
     pub outer: f64,
     /// Radius of the sphere to which rays are clipped for fragments.
     pub top: f64,
@@ -88,7 +87,7 @@ pub(crate) trait Kernel: Sync {
     /// The ray from `eye` along `dir` at its start; `line` is the same ray in its plane.
     fn ray(&self, line: RayLine, eye: DVec3, dir: DVec3) -> Self::Ray<'_>;
 
-    /// Traces all rays in packets and returns true, or traces none where the kernel or the machine has no packets.
+    /// Traces all rays in packets and returns true, or traces none if the kernel or the machine has no packets.
     #[inline]
     fn trace_packets(&self, _: &mut dyn Iterator<Item = PrimaryRay>, _: &mut Counts, _: &mut Target) -> bool {
         false
@@ -99,8 +98,8 @@ pub(crate) trait Kernel: Sync {
 #[inline]
 fn pass(ray: &mut impl ColumnRay, has_voids: bool, mut walk: Walk) {
     loop {
-        // `has_voids` spares meshes without holes the look-up. Blocks are read before the walk goes on, so that both
-        // wait for memory at the same time.
+        // `has_voids` saves meshes without holes the look-up. Blocks are read before the next step of the walk, so that
+        // both wait for memory at the same time.
         let is_void = has_voids && walk.is_void();
         let triangle = walk.triangle();
         let blocks = ray.blocks(triangle);

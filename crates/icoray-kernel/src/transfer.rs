@@ -1,4 +1,4 @@
-//! The transfer function as the kernel reads it: linear spans between knots, in normalised values.
+//! The transfer function in the kernel's form: linear spans between knots, in normalised values.
 
 use super::segment::Segment;
 use icoray_grid::array::{MapInline, partition_point};
@@ -25,7 +25,7 @@ impl KernelKnot {
     }
 }
 
-/// Between two neighbouring knots (or outside all) extinction and colour are linear in the value.
+/// A span between two neighbouring knots, or outside all, in which extinction and colour are linear in the value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span<T> {
     /// Values of the span, `low <= high`.
@@ -42,11 +42,11 @@ pub struct Span<T> {
     pub color: [T; 3],
     /// Change of colour per unit of value.
     pub color_slope: [T; 3],
-    /// Most of |dc/df| over the channels.
+    /// Maximum of |dc/df| over the channels.
     pub steepest: T,
     /// Brightest channel within the span.
     pub brightest: T,
-    /// Extinction is zero throughout.
+    /// Whether extinction is zero throughout.
     pub is_clear: bool,
 }
 
@@ -58,8 +58,8 @@ impl<T: Real> Span<T> {
         (low >= self.low) & (high <= self.high) & (segment.eps > T::of(-0.75))
     }
 
-    /// Whether `segment`, which stays in the span, has no extinction. A constant on a knot is clear if the knot has
-    /// none, although values beside it are not clear.
+    /// Whether `segment`, which stays in the span, has no extinction. A constant on a knot is clear if the knot has no
+    /// extinction, although values beside it are not clear.
     #[inline(always)]
     pub fn is_clear_in(&self, segment: &Segment<T>) -> bool {
         self.is_clear || (segment.is_constant() && self.extinction(segment.f0) == T::zero())
@@ -72,7 +72,7 @@ impl<T: Real> Span<T> {
         (self.extinction + self.extinction_slope * (f - self.anchor)).max(T::zero())
     }
 
-    /// Whether it is a spike or a step rather than a part of a ramp.
+    /// Whether it is a spike or a step instead of a part of a ramp.
     #[inline]
     pub fn is_narrow(&self) -> bool {
         self.high - self.low < T::of(NARROW)
@@ -145,7 +145,7 @@ impl<T: Real> Spans<T> {
     #[inline]
     pub fn new(knots: &[KernelKnot]) -> Self {
         let (first, last) = (knots[0], knots[knots.len() - 1]);
-        // All knots on one value leave no range to normalise to; the value's own size serves then.
+        // If all knots have one value there is no range for normalisation; the value's own size replaces it.
         let width = last.value - first.value;
         let width = if width > 0.0 { width } else { first.value.abs().max(1.0) };
         let origin = origin(knots, width);
@@ -155,7 +155,7 @@ impl<T: Real> Spans<T> {
         let mut values = vec![normalise(first.value)];
         for knot in &knots[1..] {
             let (before, value) = (values[values.len() - 1], normalise(knot.value));
-            // Slopes between knots that are closer than that would be no numbers: a step.
+            // Slopes between closer knots would not be finite: a step.
             values.push(if value - before < T::of(T::ROUNDING * T::ROUNDING) { before } else { value });
         }
         let mut spans = vec![flat(&first, T::neg_infinity(), values[0])];
@@ -207,8 +207,8 @@ impl<T: Real> Spans<T> {
         k
     }
 
-    /// For a segment that begins in span `k`: the span beside it, where the segment begins on the knot between the two
-    /// and stays there; else `k`.
+    /// For a segment that begins in span `k`: the adjacent span, if the segment begins on the knot between the two and
+    /// stays there; else `k`.
     #[inline]
     pub fn holding(&self, k: usize, segment: &Segment<T>) -> usize {
         let (span, f) = (&self.spans[k], segment.f0);
@@ -233,8 +233,8 @@ impl<T: Real> Spans<T> {
         self.has_steps
     }
 
-    /// Whether what rounding does to values depends on those at the vertices of frusta: where spans are narrow, or values
-    /// of a field, which has this range, are far outside of that of the knots.
+    /// Whether the effect of rounding on values depends on those at the vertices of frusta: if spans are narrow, or
+    /// values of a field, which has this range, are far outside of that of the knots.
     #[inline]
     pub fn needs_sizes(&self, values: Option<[f64; 2]>) -> bool {
         let [low, high] = self.range;
@@ -258,8 +258,8 @@ pub(crate) struct SpanRows<T> {
     pub numbers: [Vec<T>; 11],
     /// The first knot.
     pub origin: T,
-    /// For buckets of equal width from the first to the last knot, and one behind them: the number of knots up to where
-    /// each begins.
+    /// For buckets of equal width from the first to the last knot, and one behind them: the number of knots up to the
+    /// start of each.
     pub first: Vec<u32>,
 }
 
@@ -299,7 +299,7 @@ impl<T: Real> SpanRows<T> {
     }
 }
 
-/// The value that normalises to 0: near it values have the most digits. The first knot, or the one beside the narrowest
+/// The value that normalises to 0: values near it have the most digits. The first knot, or the one beside the narrowest
 /// span if that is narrow.
 fn origin(knots: &[KernelKnot], width: f64) -> f64 {
     let span_width = |pair: &[KernelKnot]| pair[1].value - pair[0].value;
@@ -311,7 +311,7 @@ fn origin(knots: &[KernelKnot], width: f64) -> f64 {
     }
 }
 
-/// The part of the range of knots below which a span is a spike or a step rather than a part of a ramp.
+/// Fraction of the range of knots below which a span is a spike or a step instead of a part of a ramp.
 const NARROW: f64 = 1e-3;
 /// A normalised value that is far outside of those of the knots, which are at most 1 in size.
 const OUTSIDE: f64 = 4.0;

@@ -1,4 +1,4 @@
-//! The frusta along a ray, for callers that integrate something else along it.
+//! The frusta along a ray, for callers that integrate other quantities along it.
 
 use crate::column::{Chord, ColumnVisitor, Flow, RayPoint, Shell, cross};
 use crate::plane::RayLine;
@@ -47,8 +47,8 @@ pub struct Traversal<'g> {
 pub enum Stretch {
     /// A frustum between two layers.
     Frustum(Frustum),
-    /// The space below the innermost layer, from distance `t` on; reported again for each triangle, data or void, that
-    /// it is crossed under. Under void ones it is round, under others it has the facets of the layer.
+    /// The space below the innermost layer, from distance `t` on; reported again for each triangle, data or void, under
+    /// which the ray crosses it. It is a sphere under void triangles, and has the facets of the layer under others.
     Core {
         /// Distance from the ray's eye, planet radii.
         t: f64,
@@ -58,7 +58,7 @@ pub enum Stretch {
 /// A ray's stretch inside one frustum: a triangle of three cells between `layer` and `layer + 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frustum {
-    /// The triangle's cells; which comes first has no meaning.
+    /// The triangle's cells; their order has no meaning.
     pub cells: [u32; 3],
     /// The lower layer, counted from the innermost.
     pub layer: usize,
@@ -89,10 +89,10 @@ impl<'g> Traversal<'g> {
         self.shell.outer()
     }
 
-    /// Calls `visit` for each stretch of the ray from `eye` along the unit vector `dir`, in order, until it breaks.
-    /// Where the mesh has a hole, only the core is reported.
+    /// Calls `visit` for each stretch of the ray from `eye` along the unit vector `dir`, in order, until it breaks. In
+    /// holes of the mesh, only the core is reported.
     ///
-    /// The first triangle is searched from `hint`, any will do; `hint` becomes that triangle.
+    /// The first triangle is searched from `hint`, which may be any triangle; `hint` becomes that triangle.
     pub fn ray(&self, eye: DVec3, dir: DVec3, hint: &mut u32, visit: impl FnMut(&Stretch) -> ControlFlow<()>) {
         let Some(line) = RayLine::new(eye, dir, self.shell.outer()) else { return };
         let mut walk = Walk::new(self.grid, line, *hint);
@@ -122,7 +122,7 @@ impl<'g> Traversal<'g> {
     }
 }
 
-/// Tells a visitor where the stations of a column lie.
+/// Reports the stretches of a column to a visitor.
 struct StretchVisitor<'t, V> {
     column: &'t Column,
     along: f64,

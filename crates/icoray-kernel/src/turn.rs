@@ -1,8 +1,8 @@
-//! How the normal turns along a piece, from the gradients at its start, middle and end.
+//! The turn of the normal along a piece, from the gradients at its start, middle and end.
 //!
-//! Light is asked for the mean of a function of `n·d` over the piece, n being the unit normal and d a fixed direction.
-//! So the mean of n itself is what a piece needs: with `n_a, n_m, n_b` and the piece's light centred at `centre` behind
-//! the middle (in parts of the piece) it is
+//! Light needs the mean of a function of `n·d` over the piece, n being the unit normal and d a fixed direction. So a
+//! piece needs the mean of n: with `n_a, n_m, n_b` and the piece's light centred at `centre` behind the middle (as a
+//! fraction of the piece) it is
 //!
 //! `(n_a + 4 n_m + n_b)/6 + centre (n_b - n_a)`
 //!
@@ -28,9 +28,9 @@ use icoray_grid::real::Real;
 pub struct NormalTurn<T> {
     /// Mean of the normals of a piece whose light is spread evenly.
     pub mean: [T; 3],
-    /// Normal at the end less normal at the start.
+    /// Normal at the end minus normal at the start.
     pub rise: [T; 3],
-    /// Sum of the normals at the ends, less twice that in the middle.
+    /// Sum of the normals at the ends, minus twice that in the middle.
     pub bend: [T; 3],
     /// Twice the larger of the turns of the two halves, as a chord; its square is exact.
     pub angle: T,
@@ -42,30 +42,30 @@ pub struct NormalTurn<T> {
     pub across: T,
     /// Error of the mean along the normal.
     pub along: T,
-    /// Where the light comes from and how uncertain that is.
+    /// The centre of the light and its uncertainty.
     pub spread: LightSpread<T>,
-    /// Whether the normal turns too far, or is missing where nothing can stand for it.
+    /// Whether the normal turns too far, or is missing without a substitute.
     pub is_wild: bool,
 }
 
 /// Components along one direction.
 #[derive(Debug, Clone, Copy)]
 pub struct Cosine<T> {
-    /// Of the mean for evenly spread light.
+    /// Component of the mean for evenly spread light.
     pub even: T,
-    /// Of the mean at the light's centre.
+    /// Component of the mean at the light's centre.
     pub mean: T,
-    /// Of the difference of the ends.
+    /// Component of the difference of the ends.
     pub rise: T,
-    /// Of the bend.
+    /// Component of the bend.
     pub bend: T,
 }
 
 impl<T: Real> NormalTurn<T> {
     /// The turn between the gradients at start, middle and end of a piece with this relative change of height.
     ///
-    /// A gradient that vanishes at one end has a limit of its direction there, which the other two tell. Where all three
-    /// vanish there is no normal, and no turn.
+    /// A gradient that vanishes at one end has a limit of its direction there, which follows from the other two. If all
+    /// three vanish there is no normal, and no turn.
     #[inline(always)]
     pub fn of(gradients: &[[T; 3]; 3], eps: T, spread: LightSpread<T>) -> Self {
         let (zero, one, two) = (T::zero(), T::one(), T::of(2.0));
@@ -89,7 +89,7 @@ impl<T: Real> NormalTurn<T> {
         let present = |is_there: bool, x: T| if is_there { x } else { T::max_value() };
         let least = present(has_a, a2).min(present(has_m, m2)).min(present(has_b, b2));
         let bulged = [0, 1, 2].map_inline(|k| second(&a, &m, &b, k));
-        // No number is a large one.
+        // NaN becomes a large value.
         let bulge = (dot(&bulged, &bulged) / least).sqrt().min(T::of(4.0));
         let part = bend2 / (rise2 + bend2 + T::min_positive_value());
         let uneven = ((T::of(0.5) + T::of(4.0) * part) * part).min(T::of(0.6)) + T::of(0.03) * eps * eps;
@@ -119,7 +119,7 @@ impl<T: Real> NormalTurn<T> {
         Cosine { even, mean: even + self.spread.centre * rise, rise, bend }
     }
 
-    /// Part of the square of a difference between the ends that is the variance over the piece's light.
+    /// The ratio of the variance over the piece's light to the square of a difference between the ends.
     #[inline(always)]
     pub fn variance(&self) -> T {
         T::of(1.0 / 12.0) - self.spread.centre * self.spread.centre
@@ -136,20 +136,20 @@ impl<T: Real> Cosine<T> {
         end.max(middle.abs())
     }
 
-    /// The most that values along the piece differ from the mean.
+    /// The largest difference of values along the piece from the mean.
     #[inline(always)]
     pub fn reach(&self) -> T {
         T::of(0.5) * self.swing()
     }
 
-    /// The most that two values along the piece differ.
+    /// The largest difference of two values along the piece.
     #[inline(always)]
     pub fn swing(&self) -> T {
         self.rise.abs() + self.bend.abs()
     }
 }
 
-/// Unit vector of a gradient of any size; zero where there is none.
+/// Unit vector of a gradient of any size; zero if it vanishes.
 #[inline(always)]
 pub fn direction<T: Real>(gradient: &[T; 3]) -> [T; 3] {
     let [x] = scaled(&[*gradient]);

@@ -2,10 +2,9 @@
 //!
 //! The side of a vertex is the sign of V·q, a pure function of the plane and the vertex. So every triangle has either
 //! no side or exactly two sides whose ends lie on different sides of the circle, and the triangles that the circle
-//! crosses form closed loops that never branch: the walk ends after finitely many steps and cannot get lost,
-//! whatever the rounding, without any epsilon and without special cases at vertices and edges. All of that holds over
-//! void triangles too, which close a mesh with holes: they are walked like others, and `Walk::is_void` tells them
-//! apart.
+//! crosses form closed loops that never branch: the walk ends after finitely many steps and cannot get lost, for any
+//! rounding, without any epsilon and without special cases at vertices and edges. All of that holds over void triangles
+//! too, which close a mesh with holes: they are walked like others, and `Walk::is_void` distinguishes them.
 
 use super::plane::{Plane, PlaneVertex, Point, RayLine};
 use glam::DVec3;
@@ -25,7 +24,7 @@ pub(crate) struct Contour<'g, 'a> {
     apex: PlaneVertex,
 }
 
-/// Where the circle crosses a side: `point = (1 - w)·left + w·right`.
+/// The point at which the circle crosses a side: `point = (1 - w)·left + w·right`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Crossing {
     pub point: Point,
@@ -42,7 +41,7 @@ impl Crossing {
 }
 
 impl<'g, 'a> Contour<'g, 'a> {
-    /// The circle inside `triangle`, or `None` when all three vertices lie on one side of it.
+    /// The circle inside `triangle`, or `None` if all three vertices lie on one side of it.
     #[inline]
     fn inside(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Option<Self> {
         let cells = grid.triangle(triangle);
@@ -57,7 +56,7 @@ impl<'g, 'a> Contour<'g, 'a> {
         Some(Contour { grid, plane, triangle, cells, left, right, apex })
     }
 
-    /// The circle at `triangle` or, when rounding puts it just outside, in the nearest triangle around.
+    /// The circle at `triangle` or, if rounding puts it just outside, in the nearest adjacent triangle.
     #[inline]
     fn near(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Self {
         if let Some(contour) = Self::inside(grid, plane, triangle) {
@@ -102,7 +101,7 @@ impl<'g, 'a> Contour<'g, 'a> {
         if self.cells[0] == cell { 0 } else { 1 + usize::from(self.cells[1] != cell) }
     }
 
-    /// Goes through the side opposite `behind` into the next triangle and gives the vertex that is new there.
+    /// Crosses the side opposite `behind` into the next triangle and returns the vertex that is new there.
     #[inline]
     fn cross(&mut self, behind: u32) -> PlaneVertex {
         let kept = self.cells[0].wrapping_add(self.cells[1]).wrapping_add(self.cells[2]).wrapping_sub(behind);
@@ -139,7 +138,7 @@ impl<'g, 'a> Contour<'g, 'a> {
     }
 }
 
-/// The triangle that holds `target`, found by walking the great circle from the middle of the triangle `from`.
+/// The triangle that contains `target`, found by walking the great circle from the middle of the triangle `from`.
 ///
 /// Any number is valid for `from`, also that of a row that is no triangle.
 #[inline]
@@ -148,7 +147,7 @@ pub fn locate(grid: &Grid, from: u32, target: DVec3) -> u32 {
     let mut from = grid.nearest_valid_triangle(from);
     let mut start = middle(from);
     if start.dot(target) < -0.5 {
-        // Half a turn leaves the direction open; stop over at a right angle. Once: where triangles are as large as the
+        // Half a turn leaves the direction open; stop over at a right angle. Once: if triangles are as large as the
         // sphere, the next one's middle may be no nearer.
         let aside = target.any_orthonormal_vector();
         let aside = if aside.dot(start) < 0.0 { -aside } else { aside };
@@ -171,7 +170,7 @@ fn locate_short(grid: &Grid, from: u32, middle: DVec3, target: DVec3) -> u32 {
     contour.triangle
 }
 
-/// One end of a ray's way through a column.
+/// One end of a ray's path through a column.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ColumnEnd {
     /// Distance along the ray from its point closest to the centre, planet radii.
@@ -182,7 +181,7 @@ pub(crate) struct ColumnEnd {
     pub weight: [f64; 2],
 }
 
-/// The way of a ray over one triangle: `rho` is linear in t between the ends.
+/// The path of a ray over one triangle: `rho` is linear in t between the ends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Column {
     pub cells: [u32; 3],
@@ -210,7 +209,7 @@ pub(crate) struct Walk<'g, 'a> {
     last: (f64, f64),
 }
 
-/// Where a ray begins: on the way from a side into its triangle.
+/// The start of a ray: on the way from a side into its triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Side {
     pub line: RayLine,
@@ -226,7 +225,7 @@ pub(crate) struct Side {
 }
 
 /// The entry of a ray into the column over the triangle of `half_edge`, whose left, right and third vertex are
-/// `corners`; `None` where the ray begins in another column.
+/// `corners`; `None` if the ray begins in another column.
 #[inline]
 pub(crate) fn enter(line: RayLine, [left, right, apex]: [PlaneVertex; 3], half_edge: u32) -> Option<Side> {
     let start = line.at(line.start);
@@ -268,7 +267,7 @@ struct ContourPoint {
 }
 
 impl ContourPoint {
-    /// The point between this place and `other` that lies in the direction of `to`.
+    /// The point between this point and `other` that lies in the direction of `to`.
     #[inline]
     fn clip(self, other: ContourPoint, to: Point) -> ContourPoint {
         let (before, after) = (to.cross(self.point), to.cross(other.point));
@@ -310,7 +309,7 @@ impl<'g, 'a> Walk<'g, 'a> {
         Side { line: self.line, left, right, half_edge, point, weight, height: self.last.1, t: self.last.0 }
     }
 
-    /// The triangle that the next column lies over.
+    /// The triangle below the next column.
     #[inline]
     pub fn triangle(&self) -> u32 {
         self.contour.triangle
@@ -367,7 +366,7 @@ impl<'g, 'a> Walk<'g, 'a> {
 
 /// The height at which the point `at` of the ray lies above the unit facet's point `on` in the same direction.
 ///
-/// `b / on.x` is the same in exact arithmetic, but is noise where the ray passes the centre closely.
+/// `b / on.x` is equal in exact arithmetic, but is noise if the ray passes the centre closely.
 #[inline]
 fn height(at: Point, on: Point) -> f64 {
     at.dot(on) / on.dot(on)

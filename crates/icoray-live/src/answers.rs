@@ -1,20 +1,20 @@
-//! Answers about the data, as the page reads them.
+//! Answers about the data, for the page.
 
 use icoray::Frame;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// Number of bins that are sent.
+/// Number of bins in an answer.
 const BINS: usize = 128;
 
-/// How often a field has which values.
+/// The distribution of a field's values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Histogram {
     /// Name of the field.
     pub field: String,
     /// Its units.
     pub units: Option<String>,
-    /// Least and greatest value; `None` where all are missing.
+    /// Least and greatest value; `None` if all are missing.
     pub range: Option<[f64; 2]>,
     /// Numbers of values in equal parts of the range.
     pub counts: Vec<u64>,
@@ -24,7 +24,7 @@ pub struct Histogram {
     pub missing: u64,
 }
 
-/// Values below which a number of hundredths of all values lie.
+/// Percentiles of a field's values.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Percentiles {
     #[serde(rename = "1")]
@@ -40,7 +40,7 @@ pub struct Percentiles {
 }
 
 impl Histogram {
-    /// The number of bins in which values are to be counted, for percentiles.
+    /// The number of bins in which values are counted, for percentiles.
     pub const FINE_BINS: usize = BINS * 64;
 
     /// The histogram of a field whose values were counted in [`Self::FINE_BINS`].
@@ -74,23 +74,23 @@ impl Histogram {
     }
 }
 
-/// A place that a ray shows, and the values along it.
+/// A place that a ray shows, and the values along the ray.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
-    /// What the renderer found.
+    /// The renderer's probe.
     pub found: icoray::Probe,
     /// Name of the field.
     pub field: String,
     /// Its units.
     pub units: Option<String>,
-    /// The error of the pixel in the last picture at rest; `None` where there is none.
+    /// The error of the pixel in the last picture at rest; `None` if there is none.
     pub error: Option<f32>,
     /// The step of a running model whose data were probed.
     pub step: Option<i64>,
 }
 
 impl Probe {
-    /// What was found at a place of the picture `shown`, from 0 to 1 from the left and from the top.
+    /// The result of a probe at a place of the picture `shown`, from 0 to 1 from the left and from the top.
     pub fn new(
         found: icoray::Probe,
         (field, units): (String, Option<String>),
@@ -105,7 +105,7 @@ impl Probe {
         Probe { found, field, units, error, step: None }
     }
 
-    /// What is sent; missing values are null, as JSON has no NaN.
+    /// The answer as JSON; missing values are null, as JSON has no NaN.
     pub(crate) fn answer(&self) -> Value {
         let Probe { found, field, units, error, step } = self;
         let along = found.along.iter().map(|point| {

@@ -1,4 +1,4 @@
-//! Requests of the page and what they are answered with.
+//! Answers the requests of the page.
 
 use crate::describe::{DescribeAnswer, Description, hex};
 use crate::guard;
@@ -21,11 +21,11 @@ use tokio::time::timeout;
 
 /// Largest body of a request, bytes: a scene with many knots is far smaller.
 const MAX_BODY: usize = 1 << 20;
-/// How long a request may take to arrive.
+/// Time limit for a request to arrive.
 const ARRIVES: Duration = Duration::from_secs(10);
-/// How long a request waits for the next picture.
+/// Time for which a request waits for the next picture.
 const NEXT_PICTURE: Duration = Duration::from_secs(20);
-/// How long a question waits for its answer: a picture at rest of a large grid takes its time.
+/// Time for which a question waits for its answer: a picture at rest of a large grid may take long.
 const ANSWER: Duration = Duration::from_secs(600);
 
 macro_rules! policy {
@@ -43,7 +43,7 @@ const UNFRAMED: &str = policy!("'none'");
 /// As [`UNFRAMED`], but for pages of this machine.
 const FRAMED: &str = policy!("'self' http://localhost:* http://127.0.0.1:* vscode-webview:");
 
-/// What requests are answered from.
+/// The data from which requests are answered.
 pub(crate) struct Api {
     pub hub: Arc<Hub>,
     pub description: Arc<Mutex<Description>>,
@@ -168,12 +168,12 @@ impl Api {
         self.description.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The command that draws the scene; none of a running model, whose scene file does.
+    /// The command that draws the scene; empty for a running model, whose scene file replaces it.
     fn command(&self, session: &Session) -> String {
         self.description().command.replace("{time}", &session.time().to_string())
     }
 
-    /// The next picture after one, when there is one.
+    /// The next picture after the given one, as soon as there is one.
     async fn frame(&self, query: &str) -> Outcome {
         let after: u64 = number(query, "after")?;
         // The page's canvas.
@@ -204,7 +204,7 @@ impl Api {
         Ok(json_answer(&probe.map_or_else(|| json!({ "hit": false }), |probe| probe.answer())))
     }
 
-    /// Shows another field in the look that is suggested for it.
+    /// Shows another field with its suggested look.
     async fn look(&self, query: &str) -> Outcome {
         let field = parameter(query, "field").ok_or_else(|| missing("field"))?;
         let names: Vec<String> = self.description().fields.iter().map(|field| field.name.clone()).collect();
@@ -221,7 +221,7 @@ impl Api {
                 is_same = session.text() == text;
                 if is_same { session.replace(&found) } else { Ok(()) }
             });
-            // Where another viewer has changed the scene meanwhile, that one is to show the field.
+            // If another viewer has changed the scene meanwhile, the changed scene is to show the field.
             if is_same {
                 return answer;
             }
@@ -254,7 +254,7 @@ impl Api {
         Ok(answer)
     }
 
-    /// The picture at rest that is shown, once it is drawn.
+    /// The displayed picture at rest, once it is drawn.
     async fn at_rest(&self) -> Result<Arc<Frame>, Refusal> {
         let revision = self.hub.look(Session::revision);
         let mut pictures = self.hub.pictures.subscribe();
@@ -282,7 +282,7 @@ impl Api {
     }
 }
 
-/// The first volume's transfer function as knots, over the range that the last picture had.
+/// The first volume's transfer function as knots, over its range in the last picture.
 fn transfer(scene: &Scene, range: Option<[f64; 2]>) -> serde_json::Value {
     let first = &scene.volumes[0];
     let transfer = match (&first.coloring, range) {

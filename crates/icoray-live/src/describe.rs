@@ -9,16 +9,16 @@ use std::ops::Bound;
 /// Colours of a swatch.
 const SWATCH: usize = 16;
 
-/// What a program shows.
+/// Description of a program's data.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Description {
-    /// The title: the file's name, say.
+    /// The title, such as the file's name.
     pub title: String,
-    /// Whether it is a running model: then keys that are the model's have no control.
+    /// Whether it is a running model: then keys of the model have no control.
     pub live: bool,
     /// The fields that can be shown.
     pub fields: Vec<FieldDescription>,
-    /// Names of the times; empty where a time has none.
+    /// Names of the times; empty for a time without a name.
     pub times: Vec<String>,
     /// Number of layers.
     pub layers: usize,
@@ -81,7 +81,7 @@ impl<'d> DescribeAnswer<'d> {
     pub fn new(description: &'d Description) -> Self {
         let mut sections: Vec<_> = sections().into_iter().map(SectionAnswer::from).collect();
         if description.live {
-            // The page has controls for what is described: none for keys that are the model's.
+            // The page has controls for the described keys: none for keys of the model.
             for section in &mut sections {
                 let path = |key: &str| {
                     if section.name.is_empty() { key.to_owned() } else { format!("{}.{key}", section.name) }
@@ -104,7 +104,7 @@ impl<'d> DescribeAnswer<'d> {
     }
 }
 
-/// A colour as CSS writes it.
+/// A colour in CSS notation.
 pub(crate) fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }

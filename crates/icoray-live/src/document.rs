@@ -1,11 +1,11 @@
-//! A scene as the text of its file: comments and order stay where hands change its keys.
+//! A scene as the text of its file: comments and order remain when viewers change its keys.
 
 use serde::Deserialize;
 use serde_json::Value as Json;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
 
-/// The deepest key that a change names, in steps from the top: no scene has one that is deeper. What is set there is
-/// JSON, whose depth its parser bounds, as TOML's does that of texts.
+/// Depth of the deepest key that a change may name, in steps from the top: no scene has a deeper one. The new value is
+/// JSON, whose depth its parser bounds, as TOML's does for texts.
 const DEEPEST: usize = 16;
 
 /// A change of one key.
@@ -32,8 +32,8 @@ enum Step {
     Entry(usize),
 }
 
-/// The text after the changes, which are taken together. Of a script with views, `view` is the number of the one that is
-/// changed: a key is set there if the view has the section or key of its own, else at the top, for all views.
+/// The text after the changes, which are applied together. In a script with views, `view` is the number of the changed
+/// one: a key is set there if the view has the section or key itself, else at the top, for all views.
 ///
 /// # Errors
 /// A sentence that names the path or the line.
@@ -55,13 +55,13 @@ pub(crate) fn changed(text: &str, changes: &[Change], view: Option<usize>) -> Re
     Ok(document.to_string())
 }
 
-/// Whether a view has the section or key at the beginning of a path of its own.
+/// Whether a view itself has the section or key at the beginning of a path.
 fn is_in_view(document: &Table, view: usize, path: &[Step]) -> bool {
     let Some(Step::Key(key)) = path.first() else { return false };
     document.get("views").and_then(|views| views.get(view)).is_some_and(|view| view.get(key).is_some())
 }
 
-/// The scene as JSON; of a script with views the keys of `view` over those at the top.
+/// The scene as JSON; in a script with views the keys of `view` replace those at the top.
 pub(crate) fn values(text: &str, view: Option<usize>) -> Json {
     let document = text.parse().map_or(Json::Null, |document: DocumentMut| table_as_json(document.as_table()));
     let (Some(view), Json::Object(mut all)) = (view, document.clone()) else { return document };
@@ -141,7 +141,7 @@ fn set_in_table(table: &mut Table, key: &str, rest: &[Step], value: &Json) -> Re
     Ok(())
 }
 
-/// Sets what lies `path`, of at least one step, below an item.
+/// Sets the value at `path`, of at least one step, below an item.
 fn set_in_item(item: &mut Item, path: &[Step], value: &Json) -> Result<(), String> {
     let (first, rest) = (&path[0], &path[1..]);
     match (item, first) {
@@ -178,7 +178,7 @@ fn set_in_list(list: &mut ArrayOfTables, number: usize, rest: &[Step], value: &J
     }
 }
 
-/// Sets what lies below a value, which is a list or a table on one line.
+/// Sets a value below another value, which is a list or a table on one line.
 fn set_in_value(its: &mut Value, path: &[Step], value: &Json) -> Result<(), String> {
     let Some((first, rest)) = path.split_first() else {
         *its = new_value(value)?;
@@ -217,7 +217,7 @@ fn set_in_value(its: &mut Value, path: &[Step], value: &Json) -> Result<(), Stri
     }
 }
 
-/// Puts an item in the place of another, with the comments around it.
+/// Replaces an item by another, and keeps the comments around it.
 fn replace(place: &mut Item, item: Item) {
     match (place, item) {
         (Item::Value(old), Item::Value(mut new)) => {
@@ -228,7 +228,7 @@ fn replace(place: &mut Item, item: Item) {
     }
 }
 
-/// What a missing key becomes so that something can be set in it.
+/// The new value of a missing key below which a value is to be set.
 fn new_container(inner: &Step) -> Item {
     match inner {
         Step::Key(_) => Item::Table(Table::new()),
@@ -369,7 +369,7 @@ mod tests {
         assert!(changed("a = ", &[], None).is_err());
     }
 
-    /// Whatever comes from outside is walked to a depth that any stack holds.
+    /// Input of any depth is processed only to a depth that fits on every stack.
     #[test]
     fn depth_has_a_bound() {
         for (steps, is_taken) in [(DEEPEST, true), (DEEPEST + 1, false), (100_000, false)] {

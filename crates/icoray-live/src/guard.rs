@@ -3,9 +3,9 @@
 use hyper::HeaderMap;
 use hyper::header::{AUTHORIZATION, HOST, HeaderName, ORIGIN};
 
-/// Whether a request comes from the page that this server sent: its host is this machine by name or number, whatever
-/// the port (it may be forwarded), and its origin, if it has one, is that host. A page of another site that a browser
-/// led here by a name of its own has another host, and one that asks from there another origin.
+/// Whether a request comes from the page that this server sent: its host is this machine by name or number, with any
+/// port (it may be forwarded), and its origin, if it has one, is that host. A page of another site that a browser
+/// reached here by a name of its own has another host, and one that sends requests from there another origin.
 pub(crate) fn is_local(headers: &HeaderMap) -> bool {
     let Some(host) = text(headers, &HOST) else { return false };
     let name = host
@@ -23,7 +23,7 @@ pub(crate) fn has_token(headers: &HeaderMap, token: &str) -> bool {
     given.len() == token.len() && differs == 0
 }
 
-/// A header that is there once and is text.
+/// The text of a header that occurs once.
 fn text<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Option<&'h str> {
     let mut values = headers.get_all(name).iter();
     let value = values.next()?.to_str().ok()?;

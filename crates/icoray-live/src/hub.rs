@@ -1,4 +1,4 @@
-//! Between the server, which answers viewers, and the thread that draws.
+//! Connects the server, which answers viewers, and the thread that draws.
 
 use crate::answers::{Histogram, Probe};
 use crate::document;
@@ -14,47 +14,48 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::{oneshot, watch};
 
-/// Milliseconds that a frame may take while a hand moves: ten frames a second, and what is left for the rest.
+/// Time budget in milliseconds of a frame while a hand moves: ten frames a second, and the rest for other work.
 const MOVING_MS: f64 = 80.0;
-/// Largest picture while a hand moves, unless the page names another.
+/// Maximum size of a picture while a hand moves, unless the page specifies another.
 const MOVING_SIZE: [u32; 2] = [640, 480];
-/// Pictures that take no longer (seconds) are drawn at once as they are at rest.
+/// Pictures that take no longer than this (seconds) are drawn at rest at once.
 const QUICK_S: f64 = 0.1;
-/// How long a hand may stay still before the picture is refined all the same: it may hold, or its page may be gone.
+/// Time after which the picture is refined although the hand has not let go: it may hold still, or its page may be
+/// closed.
 const STILL: Duration = Duration::from_secs(1);
-/// Most questions that wait.
+/// Maximum number of waiting questions.
 const MAX_QUESTIONS: usize = 32;
 
-/// What a viewer asks of the data.
+/// A viewer's question about the data.
 #[derive(Debug)]
 pub enum Question {
-    /// The histogram of a field at the time that is shown.
+    /// The histogram of a field at the displayed time.
     Histogram {
         /// Name of the field.
         field: String,
-        /// Takes the answer.
+        /// Receives the answer.
         reply: Reply<Histogram>,
     },
-    /// What a ray of the picture shows, at a place from 0 to 1 from the left and from the top.
+    /// The probe of a ray of the picture, at a place from 0 to 1 from the left and from the top.
     Probe {
         /// The place.
         at: [f64; 2],
-        /// Takes the answer.
+        /// Receives the answer.
         reply: Reply<Option<Probe>>,
     },
-    /// The text of the scene in which the view that is looked at shows another field, in the look that is suggested for
-    /// its values at the time that is shown.
+    /// The text of the scene in which the displayed view shows another field, with the look suggested for its values at
+    /// the displayed time.
     Look {
-        /// What is wanted.
+        /// The field and the view.
         look: Box<Look>,
-        /// Takes the answer.
+        /// Receives the answer.
         reply: Reply<String>,
     },
-    /// The picture at rest, as it is written to a file.
+    /// The picture at rest, for a file.
     Picture {
-        /// Number of the time, in place of the one that is shown.
+        /// Number of the time, if not the displayed one.
         time: Option<usize>,
-        /// Takes the answer.
+        /// Receives the answer.
         reply: Reply<Frame>,
     },
 }
@@ -71,20 +72,20 @@ pub struct Look {
 }
 
 impl Look {
-    /// As a completion, for a page whose viewers steer a program if it `is_steered`.
+    /// Converts to a completion, for a page whose viewers steer a program if it `is_steered`.
     pub fn completion(&self, is_steered: bool) -> Completion<'_> {
         Completion { text: &self.text, view: Some(&self.view), field: Some(&self.field), is_steered }
     }
 }
 
-/// Takes the answer to a question.
+/// Receives the answer to a question.
 #[derive(Debug)]
 pub struct Reply<T>(pub(crate) oneshot::Sender<icoray::Result<T>>);
 
 impl<T> Reply<T> {
-    /// Gives the answer; does nothing if the request has been dropped.
+    /// Sends the answer; does nothing if the request has been dropped.
     pub fn send(self, answer: icoray::Result<T>) {
-        // Whoever asked may have gone.
+        // The request may have been dropped.
         let _ = self.0.send(answer);
     }
 
@@ -94,33 +95,33 @@ impl<T> Reply<T> {
     }
 }
 
-/// What viewers have set and asked.
+/// Changes and questions of viewers.
 #[derive(Debug, Default)]
 pub struct Taken {
-    /// The scene, if it is another.
+    /// The scene, if it was changed.
     pub change: Option<Change>,
-    /// What is asked of the data.
+    /// Questions about the data.
     pub questions: Vec<Question>,
-    /// The name of the view that is looked at; empty for a scene without views.
+    /// The name of the displayed view; empty for a scene without views.
     pub view: String,
 }
 
-/// Another scene.
+/// A change of the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
     /// Number of the scene's state.
     pub revision: u64,
-    /// The text that holds from now on.
+    /// The new text.
     pub text: String,
-    /// The text that held before.
+    /// The previous text.
     pub before: String,
 }
 
 impl Change {
-    /// Name of the file in which a scene that viewers have set is kept beside the pictures.
+    /// Name of the file beside the pictures in which a scene set by viewers is stored.
     pub const FILE: &str = "live.toml";
 
-    /// Writes the text to [`Self::FILE`] in a directory, in place of the one before.
+    /// Writes the text to [`Self::FILE`] in a directory, and replaces the previous one.
     ///
     /// # Errors
     /// [`Io`](icoray::ErrorKind::Io) names the file.
@@ -134,10 +135,10 @@ impl Change {
     }
 }
 
-/// A picture that is to be drawn.
+/// A picture to be drawn.
 #[derive(Debug, Clone)]
 pub struct DrawRequest {
-    /// The scene, of the size and within the time that it is to be drawn.
+    /// The scene with the size and time budget of the picture.
     pub scene: Scene,
     /// Number of the time.
     pub time: usize,
@@ -148,7 +149,7 @@ pub struct DrawRequest {
     pub(crate) is_moving: bool,
 }
 
-/// What the drawing thread is to do next.
+/// The next task of the drawing thread.
 #[derive(Debug)]
 pub enum Request {
     /// Draw a picture and publish it.
@@ -157,7 +158,7 @@ pub enum Request {
     Answer {
         /// The question.
         question: Question,
-        /// The scene as it is at rest.
+        /// The scene at rest.
         scene: Box<Scene>,
         /// Number of the time.
         time: usize,
@@ -165,7 +166,7 @@ pub enum Request {
 }
 
 impl Request {
-    /// The scene that the request is about, and the number of its time.
+    /// The scene of the request, and the number of its time.
     pub fn scene(&self) -> (&Scene, usize) {
         match self {
             Request::Draw(wanted) => (&wanted.scene, wanted.time),
@@ -175,7 +176,7 @@ impl Request {
 }
 
 impl Question {
-    /// Answers with an error.
+    /// Replies with an error.
     pub fn refuse(self, error: Error) {
         match self {
             Question::Histogram { reply, .. } => reply.send(Err(error)),
@@ -191,9 +192,9 @@ pub(crate) struct Hub {
     state: Mutex<State>,
     changed: Condvar,
     pub pictures: watch::Sender<Option<Arc<Picture>>>,
-    /// Set where the picture at rest that is being drawn is out of date.
+    /// Set when the picture at rest that is being drawn is out of date.
     pub stop: Arc<AtomicBool>,
-    /// The last frame of a program that draws when it is time to.
+    /// The last frame of a program that draws at its own times.
     pub shown: Mutex<Option<Arc<Frame>>>,
 }
 
@@ -202,12 +203,12 @@ pub(crate) struct State {
     questions: VecDeque<Question>,
     /// The text that [`Hub::take`] has returned.
     taken: String,
-    /// Why the last change that was taken is not drawn, until a picture says so.
+    /// Why the last change taken is not drawn, until a picture reports it.
     refusal: Option<String>,
     /// Revisions of the newest pictures: of any kind, and at rest.
     drawn: u64,
     at_rest: u64,
-    /// Seconds that the last picture at rest took.
+    /// Seconds of the last picture at rest.
     rest_s: f64,
     is_drawing_at_rest: bool,
     has_ended: bool,
@@ -239,12 +240,12 @@ impl Hub {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What `look` sees of the session.
+    /// Calls `look` with the session.
     pub fn look<R>(&self, look: impl FnOnce(&Session) -> R) -> R {
         look(&self.lock().session)
     }
 
-    /// Changes the session; where that is done, a picture at rest that is being drawn is out of date.
+    /// Changes the session; on success, a picture at rest that is being drawn is out of date.
     pub fn change(&self, change: impl FnOnce(&mut Session) -> Result<(), String>) -> Result<u64, String> {
         let mut state = self.lock();
         change(&mut state.session)?;
@@ -252,7 +253,7 @@ impl Hub {
         Ok(state.session.revision())
     }
 
-    /// Asks the drawing thread; false where too many questions wait.
+    /// Queues a question for the drawing thread; false if too many questions wait.
     pub fn ask(&self, question: Question) -> bool {
         let mut state = self.lock();
         if state.questions.len() >= MAX_QUESTIONS || state.has_ended {
@@ -272,12 +273,12 @@ impl Hub {
     pub fn end(&self) {
         let mut state = self.lock();
         state.has_ended = true;
-        // Requests that wait get an error.
+        // Waiting requests get an error.
         state.questions.clear();
         self.wake(&state);
     }
 
-    /// What is to be done next, which is waited for; `None` at the end.
+    /// Waits for the next task; `None` at the end.
     pub fn next(&self) -> Option<Request> {
         let mut state = self.lock();
         loop {
@@ -301,7 +302,7 @@ impl Hub {
         }
     }
 
-    /// What viewers have set and asked since the last call; nothing while one of them is being served.
+    /// The changes and questions of viewers since the last call; none while one of them is being served.
     pub fn take(&self) -> Taken {
         let Ok(mut state) = self.state.try_lock() else { return Taken::default() };
         let revision = state.session.revision();
@@ -312,19 +313,19 @@ impl Hub {
         Taken { change, questions: std::mem::take(&mut state.questions).into(), view }
     }
 
-    /// Waits until [`Self::take`] has something to return, at most so long.
+    /// Waits until [`Self::take`] has something to return, at most for this time.
     pub fn wait(&self, at_most: Duration) {
         let is_idle =
             |state: &mut State| state.questions.is_empty() && state.session.text() == state.taken && !state.has_ended;
         drop(self.changed.wait_timeout_while(self.lock(), at_most, is_idle));
     }
 
-    /// Goes back to a scene from what viewers have set.
+    /// Replaces the scene set by viewers by this one.
     pub fn refuse(&self, text: &str, why: &str) -> Change {
         let mut state = self.lock();
         state.refusal = Some(why.to_owned());
         let before = std::mem::replace(&mut state.taken, text.to_owned());
-        // What viewers have set since then goes too. The text was read before.
+        // Later changes of viewers are dropped too. The text was read before.
         let _ = state.session.load(text);
         Change { revision: state.session.revision(), text: text.to_owned(), before }
     }
@@ -333,7 +334,7 @@ impl Hub {
         self.lock().refusal.take()
     }
 
-    /// Notes a picture that was drawn; true if it is to be shown, false if it was given up.
+    /// Records a drawn picture; true if it is to be shown, false if it was abandoned.
     pub fn drawn(&self, request: &DrawRequest, seconds: f64) -> bool {
         let mut state = self.lock();
         state.is_drawing_at_rest = false;

@@ -1,10 +1,10 @@
-//! Pictures under the hand: a page that shows what a renderer draws and changes its scene.
+//! Interactive pictures: a page that shows a renderer's pictures and changes its scene.
 //!
-//! A [`LiveView`] serves one page to browsers on this machine. What hands do there changes the text of a scene
-//! (`document.rs`), which all viewers share (`session.rs`). The program that has the data takes requests one by one,
-//! draws pictures and answers questions (`hub.rs`); it decides on which thread and when. Pictures that are out of date
-//! are given up, never queued. A program that draws when it is time to, a running model, takes what viewers have set
-//! ([`LiveView::take`]) and shows what it draws ([`LiveView::show`]), and never waits for them.
+//! A [`LiveView`] serves one page to browsers on this machine. Viewers change the text of a scene (`document.rs`),
+//! which all of them share (`session.rs`). The program that has the data takes requests one by one, draws pictures and
+//! answers questions (`hub.rs`); it decides on which thread and when. Out-of-date pictures are abandoned, never queued.
+//! A program that draws at its own times, such as a running model, takes the viewers' changes ([`LiveView::take`]) and
+//! shows its pictures ([`LiveView::show`]), and never waits for viewers.
 //!
 //! ```no_run
 //! use icoray_live::{Description, LiveView, NamedScene, Options, Request};
@@ -54,18 +54,18 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Where the page is served.
+/// Options of serving the page.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// The port on this machine's loopback address; another one if it is taken, and any without it.
+    /// The port on this machine's loopback address; another one if it is taken, and any if it is `None`.
     pub port: Option<u16>,
-    /// Who says how large pictures are.
+    /// Source of the size of pictures.
     pub size: PictureSize,
     /// Whether pages of this machine, such as a notebook's, may show the page in a frame.
     pub is_framed: bool,
 }
 
-/// A page that is being served, until this is dropped.
+/// A served page, until this is dropped.
 pub struct LiveView {
     hub: Arc<Hub>,
     server: Server,
@@ -75,10 +75,10 @@ pub struct LiveView {
 }
 
 impl LiveView {
-    /// Serves a page with a scene: its text, and the number of the time that is shown. `read` turns texts into scenes.
+    /// Serves a page with a scene: its text, and the number of the displayed time. `read` parses texts into scenes.
     ///
     /// # Errors
-    /// Those of `read` for the text, and [`ErrorKind::Io`] where no port is free.
+    /// Those of `read` for the text, and [`ErrorKind::Io`] if no port is free.
     pub fn open(
         options: &Options,
         description: Description,
@@ -98,12 +98,12 @@ impl LiveView {
         Ok(LiveView { hub, server, description, token, numbers: AtomicU64::new(0) })
     }
 
-    /// Describes what is shown anew; pages read it when they are opened.
+    /// Replaces the description of the data; pages read it when they are opened.
     pub fn describe(&self, description: Description) {
         *self.description.lock().unwrap_or_else(PoisonError::into_inner) = description;
     }
 
-    /// The address of the page, with the token without which nothing is answered.
+    /// The address of the page, with the token that every request needs.
     pub fn address(&self) -> String {
         format!("http://127.0.0.1:{}/#{}", self.server.port, self.token)
     }
@@ -113,20 +113,20 @@ impl LiveView {
         self.hub.stop.clone()
     }
 
-    /// What is to be done next, which is waited for; `None` once [`Self::end`] was called.
+    /// Waits for the next task; `None` once [`Self::end`] was called.
     pub fn next(&self) -> Option<Request> {
         self.hub.next()
     }
 
-    /// Lets [`Self::next`] return `None`, and refuses further questions.
+    /// Makes [`Self::next`] return `None`, and refuses further questions.
     pub fn end(&self) {
         self.hub.end();
     }
 
-    /// Draws a requested picture and shows it, or why it could not be drawn. Returns the picture at rest, if it is one.
+    /// Draws a requested picture and shows it, or the error. Returns the picture at rest, if it is one.
     ///
     /// # Errors
-    /// Those of `draw`; viewers see them, and [`Self::next`] goes on.
+    /// Those of `draw`; viewers see them, and [`Self::next`] continues.
     pub fn publish(&self, request: &DrawRequest, draw: impl FnOnce(&Scene) -> Result<Frame>) -> Result<Option<Frame>> {
         let start = Instant::now();
         let drawn = draw(&request.scene);
@@ -147,18 +147,19 @@ impl LiveView {
         self.numbers.fetch_add(1, Relaxed) + 1
     }
 
-    /// What viewers have set and asked since the last call, for a program that draws when it is time to. Does not wait.
+    /// The changes and questions of viewers since the last call, for a program that draws at its own times. Does not
+    /// wait.
     pub fn take(&self) -> Taken {
         self.hub.take()
     }
 
-    /// Waits until viewers have set or asked something that [`Self::take`] has not returned, at most so long.
+    /// Waits until viewers have made changes or questions that [`Self::take`] has not returned, at most for this time.
     pub fn wait(&self, at_most: Duration) {
         self.hub.wait(at_most);
     }
 
-    /// Shows a picture that the program has drawn of the view that viewers look at, from the scene of this revision;
-    /// pictures of other views are not shown.
+    /// Shows a picture that the program has drawn of the displayed view, from the scene of this revision; pictures of
+    /// other views are not shown.
     pub fn show(&self, frame: Frame, revision: u64) {
         let view = frame.notes.iter().find(|(key, _)| *key == "view").map_or("", |(_, name)| name.as_str());
         if self.hub.look(|session| session.view() != view) {
@@ -170,8 +171,8 @@ impl LiveView {
         self.hub.pictures.send_replace(Some(Arc::new(picture)));
     }
 
-    /// Goes back to a scene that can be drawn from what viewers have set, which is not drawn; the next picture says why.
-    /// Returns the change, which [`Self::take`] does not.
+    /// Replaces the viewers' scene, which cannot be drawn, by one that can; the next picture states why. Returns the
+    /// change, which [`Self::take`] does not.
     pub fn refuse(&self, text: &str, why: &str) -> Change {
         self.hub.refuse(text, why)
     }
@@ -181,33 +182,33 @@ impl LiveView {
         self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Takes the text of another scene from the program, as if a viewer had loaded it.
+    /// Loads the text of another scene from the program, as if a viewer had loaded it.
     ///
     /// # Errors
-    /// A sentence that names the key and what was expected.
+    /// A sentence that names the key and the expected value.
     pub fn load(&self, text: &str) -> std::result::Result<(), String> {
         self.hub.change(|session| session.load(text)).map(|_| ())
     }
 
-    /// The text of the scene as viewers have set it.
+    /// The text of the scene with the viewers' changes.
     pub fn scene_text(&self) -> String {
         self.hub.look(|session| session.text().to_owned())
     }
 
-    /// The name of the view that is looked at; empty for a scene without views.
+    /// The name of the displayed view; empty for a scene without views.
     pub fn view(&self) -> String {
         self.hub.look(|session| session.view().to_owned())
     }
 }
 
 impl Drop for LiveView {
-    /// Nobody answers questions any more.
+    /// Ends the answering of questions.
     fn drop(&mut self) {
         self.hub.end();
     }
 }
 
-/// 128 bits of chance, as hexadecimal digits.
+/// 128 random bits, as hexadecimal digits.
 fn token() -> Result<String> {
     let mut bytes = [0u8; 16];
     let failed = |e| Error::new(ErrorKind::Io, format!("no random numbers for the live view's token: {e}"));

@@ -1,4 +1,4 @@
-//! A picture on its way to viewers: a PNG with the facts of its frame.
+//! A picture for viewers: a PNG with the facts of its frame.
 
 use crate::hub::DrawRequest;
 use hyper::body::Bytes;
@@ -11,15 +11,15 @@ use std::sync::{Arc, OnceLock};
 /// Largest side of a page's labels, pixels.
 const LARGEST: f64 = 4096.0;
 
-/// A picture as it is sent: the length of the facts in four bytes, the facts as JSON, the PNG. A page on which it has
-/// another size gets its PNG without labels, and these in a PNG of that size behind it, whose length is `labels` of the
-/// facts.
+/// An encoded picture: the length of the facts in four bytes, the facts as JSON, the PNG. A page that shows it in
+/// another size gets the PNG without labels, followed by a PNG of the labels in that size, whose length is `labels` of
+/// the facts.
 #[derive(Debug)]
 pub(crate) struct Picture {
     pub number: u64,
-    /// The range that the first volume's colour map has, where it follows the data.
+    /// The range of the first volume's colour map, if it follows the data.
     pub color_range: Option<[f64; 2]>,
-    /// What was drawn, or why it could not be.
+    /// The frame, or the error of drawing it.
     pub drawn: Result<Arc<Frame>, String>,
     revision: u64,
     is_final: bool,
@@ -28,8 +28,8 @@ pub(crate) struct Picture {
     bytes: OnceLock<Bytes>,
 }
 
-/// The lines that the page draws over a picture, and what it needs for that: the camera with which the picture was drawn
-/// (eye, vectors forwards, to the right and upwards, half the height at distance 1) and the radius of the ground.
+/// The lines that the page draws over a picture, and the data for that: the picture's camera (eye, vectors forwards, to
+/// the right and upwards, half the height at distance 1) and the radius of the ground.
 fn overlay(frame: &Frame, request: &DrawRequest) -> Option<Value> {
     let legend = frame.legend.as_ref().filter(|_| !request.lines.is_empty())?;
     let camera = &request.scene.camera;
@@ -42,7 +42,7 @@ fn overlay(frame: &Frame, request: &DrawRequest) -> Option<Value> {
     Some(json!({ "eye": eye, "axes": axes, "half_height": half_height, "radius": radius, "lines": lines }))
 }
 
-/// What is seen, and how well.
+/// The facts of a frame: its view and its quality.
 #[derive(Serialize, Default)]
 struct Facts<'f> {
     number: u64,
@@ -66,12 +66,12 @@ struct Facts<'f> {
     overlay: Option<Value>,
     /// Why there is no picture.
     failure: Option<String>,
-    /// Why what a viewer has set is not drawn.
+    /// Why the changes of a viewer are not drawn.
     refused: Option<String>,
 }
 
 impl Picture {
-    /// Of a request.
+    /// The picture of a request.
     pub fn new(number: u64, frame: Frame, request: &DrawRequest, seconds: f64) -> Self {
         let facts = Facts {
             revision: request.revision,
@@ -86,7 +86,8 @@ impl Picture {
         Picture { is_final: request.is_final, ..Self::with(number, Arc::new(frame), facts) }
     }
 
-    /// Of a program that draws when it is time to, with the revision of its scene, and why a later one is not drawn.
+    /// The picture of a program that draws at its own times, with the revision of its scene, and the reason why a later
+    /// one is not drawn.
     pub fn of_step(number: u64, frame: Arc<Frame>, revision: u64, refused: Option<String>) -> Self {
         let stamp = frame.stamp.clone();
         let when = stamp.date.unwrap_or_else(|| format!("{} s", stamp.time_s));
@@ -120,7 +121,7 @@ impl Picture {
         Picture { number, color_range, drawn: Ok(frame), revision, is_final: true, facts, bytes }
     }
 
-    /// The news that a scene cannot be drawn.
+    /// The message that a scene cannot be drawn.
     pub fn failed(number: u64, request: &DrawRequest, error: &icoray::Error) -> Self {
         let DrawRequest { revision, time, is_moving, .. } = *request;
         let (why, bytes) = (error.to_string(), OnceLock::new());
@@ -129,12 +130,12 @@ impl Picture {
         Picture { number, color_range: None, drawn: Err(why), revision, is_final: true, facts, bytes }
     }
 
-    /// Whether it is the picture at rest of the scene of this revision or a later one, or why there is none.
+    /// Whether it is the picture at rest of the scene of this revision or a later one, or the error of it.
     pub fn is_at_rest(&self, revision: u64) -> bool {
         self.is_final && self.revision >= revision
     }
 
-    /// All that is sent to a page with so much room for a picture, width and height in pixels, where it says so.
+    /// The bytes for a page with this room for a picture, width and height in pixels, if it states them.
     pub fn bytes(&self, room: Option<[f64; 2]>) -> Bytes {
         let frame = self.drawn.as_ref().ok();
         if let (Some(frame), Some(room)) = (frame, room) {
@@ -151,8 +152,7 @@ impl Picture {
     }
 }
 
-/// The size of a picture that is made as large as the room for it; the room's own where sides of whole pixels have that
-/// aspect.
+/// The size of a picture enlarged to the room for it; the room's own size if sides of whole pixels have that aspect.
 fn fitted([width, height]: [u32; 2], room: [f64; 2]) -> [u32; 2] {
     let aspect = f64::from(width) / f64::from(height);
     let room = room.map(|side| side.min(LARGEST));

@@ -1,4 +1,4 @@
-//! The server: one thread, which has nothing to do with the renderer's.
+//! The server: one thread, independent of the renderer's.
 
 use crate::api::Api;
 use crate::guard::has_token;
@@ -18,11 +18,11 @@ use tokio::sync::oneshot;
 use tokio::task::AbortHandle;
 use tokio::time::timeout;
 
-/// Most connections at a time: some viewers, each with a few requests.
+/// Maximum number of connections: some viewers, each with a few requests.
 const MAX_CONNECTIONS: usize = 64;
-/// How long the head of a request may take to arrive.
+/// Time limit for the head of a request to arrive.
 const HEAD_ARRIVES: Duration = Duration::from_secs(10);
-/// How long a connection lives: one that stalls ends, and a page opens another.
+/// Lifetime of a connection: one that stalls ends, and a page opens another.
 const CONNECTION_LIVES: Duration = Duration::from_secs(900);
 /// Ports that are tried before the system chooses one.
 const PORTS: std::ops::Range<u16> = 8750..8770;
@@ -35,7 +35,7 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    /// Listens on this machine's loopback address, on `port`, or a free one where it is taken or `None`.
+    /// Listens on this machine's loopback address, on `port`, or a free one if that is taken or `None`.
     pub fn start(port: Option<u16>, api: Api) -> Result<Self> {
         let failed = |e: std::io::Error| Error::new(ErrorKind::Io, format!("the live view cannot listen: {e}"));
         let listener = listen(port).map_err(failed)?;
@@ -78,7 +78,7 @@ async fn accept(listener: TcpListener, api: Arc<Api>) {
     let mut connections = Connections::default();
     loop {
         let Ok((stream, _)) = listener.accept().await else {
-            // Out of files, say: others may close.
+            // For example, out of file descriptors: other connections may close.
             tokio::time::sleep(Duration::from_millis(100)).await;
             continue;
         };
@@ -93,7 +93,7 @@ async fn accept(listener: TcpListener, api: Arc<Api>) {
             let mut connection = http1::Builder::new();
             connection.timer(TokioTimer::new()).header_read_timeout(HEAD_ARRIVES).max_buf_size(32 << 10);
             let served = connection.serve_connection(TokioIo::new(stream), service);
-            // What a client does wrong ends its connection and nothing else.
+            // A client's error ends its connection only.
             let _ = timeout(CONNECTION_LIVES, served).await;
         });
     }
@@ -104,8 +104,8 @@ async fn accept(listener: TcpListener, api: Arc<Api>) {
 struct Connections(Vec<(AbortHandle, Arc<AtomicBool>)>);
 
 impl Connections {
-    /// Serves another one. If there are too many, the oldest of those without a token ends, or else the oldest: a page
-    /// opens another.
+    /// Serves another one. If there are too many, the oldest of those without a token ends, or else the oldest: its
+    /// page opens another.
     fn add<F: Future<Output = ()> + Send + 'static>(&mut self, serve: impl FnOnce(Arc<AtomicBool>) -> F) {
         self.0.retain(|(task, _)| !task.is_finished());
         if self.0.len() >= MAX_CONNECTIONS {
@@ -124,7 +124,7 @@ mod tests {
     use std::future::pending;
     use tokio::sync::mpsc;
 
-    /// A connection that tells when it ends.
+    /// A connection that reports its end.
     struct Open(usize, mpsc::UnboundedSender<usize>);
 
     impl Drop for Open {

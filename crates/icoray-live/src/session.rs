@@ -4,18 +4,18 @@ use crate::document::{self, Change};
 use icoray::{LabelPlace, Level, Lines, Pattern, Scene};
 use serde::Deserialize;
 
-/// Most steps that can be undone, and most bytes of their texts.
+/// Maximum number of steps that can be undone, and of bytes of their texts.
 const MAX_UNDO: usize = 200;
 const MAX_UNDO_BYTES: usize = 32 << 20;
-/// Pixels of the picture at rest between two that are traced while a hand moves, at most.
+/// Maximum distance, in pixels of the picture at rest, of traced pixels while a hand moves.
 const COARSEST: f64 = 8.0;
-/// Longest text of a scene, bytes: as long as a request's body.
+/// Maximum length of a scene's text, bytes: that of a request's body.
 const MAX_TEXT: usize = 1 << 20;
-/// Most pages whose sizes are known.
+/// Maximum number of pages whose sizes are stored.
 const MAX_PAGES: usize = 64;
 
-/// Turns the text of a scene file into the scenes of its views, at least one, with what depends on the data (the name of
-/// the first field, which fields are 2D).
+/// Parses the text of a scene file into the scenes of its views, at least one, with their data-dependent parts (the
+/// name of the first field, the 2D fields).
 pub type SceneReader = dyn Fn(&str) -> icoray::Result<Vec<NamedScene>> + Send;
 
 /// The scene of a view.
@@ -23,11 +23,11 @@ pub type SceneReader = dyn Fn(&str) -> icoray::Result<Vec<NamedScene>> + Send;
 pub struct NamedScene {
     /// Name of the view; empty for a file without views.
     pub name: String,
-    /// What it shows.
+    /// The scene.
     pub scene: Scene,
 }
 
-/// Who says how large pictures are.
+/// Source of the size of pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PictureSize {
     /// The scene if it has an `[image]`, else the viewer.
@@ -39,16 +39,16 @@ pub enum PictureSize {
     Scene,
 }
 
-/// What a session begins with.
+/// The initial state of a session.
 pub(crate) struct Start {
     pub text: String,
-    /// Number of the time that is shown, and of all times.
+    /// Number of the displayed time, and of all times.
     pub time: usize,
     pub times: usize,
     pub size: PictureSize,
 }
 
-/// What a viewer changes at once.
+/// A change of one or several settings by a viewer.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ChangeRequest {
@@ -58,12 +58,12 @@ pub(crate) struct ChangeRequest {
     time: Option<usize>,
     /// Name of the view to show.
     view: Option<String>,
-    /// Width and height that the page has for the picture, pixels; zeros where it is closed.
+    /// Width and height of the page's room for the picture, pixels; zeros if the page is closed.
     size: Option<[u32; 2]>,
-    /// The page, by a number of its own.
+    /// The number of the page.
     #[serde(default)]
     page: u32,
-    /// Whether a hand is still moving: the picture may be coarse, and the step can be undone together with the next.
+    /// Whether a hand is still moving: the picture may be coarse, and the step is undone together with the next.
     #[serde(default)]
     is_moving: bool,
 }
@@ -73,14 +73,14 @@ pub(crate) struct Session {
     read: Box<SceneReader>,
     text: String,
     views: Vec<NamedScene>,
-    /// Number of the view that is shown.
+    /// Number of the displayed view.
     view: usize,
     time: usize,
     times: usize,
     size: PictureSize,
-    /// Whether pictures have the size that viewers ask for.
+    /// Whether pictures have the size that viewers request.
     follows_size: bool,
-    /// The sizes that pages have for the picture, by the pages' numbers.
+    /// The sizes of the pages' rooms for the picture, by the pages' numbers.
     sizes: Vec<(u32, [u32; 2])>,
     moving_size: Option<[u32; 2]>,
     is_moving: bool,
@@ -118,12 +118,12 @@ impl Session {
         Ok(session)
     }
 
-    /// Whether the viewer alone sets the size of pictures.
+    /// Whether only the viewer sets the size of pictures.
     fn lacks_size(&self) -> bool {
         self.size != PictureSize::Scene && self.values().get("image").is_none()
     }
 
-    /// The keys of the view that is shown.
+    /// The keys of the displayed view.
     pub fn values(&self) -> serde_json::Value {
         document::values(&self.text, self.number_of_view())
     }
@@ -133,17 +133,17 @@ impl Session {
         (!self.view().is_empty()).then_some(self.view)
     }
 
-    /// Name of the view that is shown; empty for a text without views.
+    /// Name of the displayed view; empty for a text without views.
     pub fn view(&self) -> &str {
         &self.views[self.view].name
     }
 
-    /// Names of all views; none for a text without views.
+    /// Names of all views; empty for a text without views.
     pub fn views(&self) -> Vec<&str> {
         self.views.iter().map(|view| view.name.as_str()).filter(|name| !name.is_empty()).collect()
     }
 
-    /// Shows the views of a text; the view of the same name, or else the first.
+    /// Shows the views of a text: the view of the same name, or else the first.
     fn show(&mut self, text: String, views: Vec<NamedScene>) {
         let view = views.iter().position(|view| view.name == self.view()).unwrap_or(0);
         (self.text, self.views, self.view) = (text, views, view);
@@ -153,7 +153,7 @@ impl Session {
         &self.text
     }
 
-    /// The scene as it is drawn at rest.
+    /// The scene for pictures at rest.
     pub fn scene(&self) -> &Scene {
         &self.views[self.view].scene
     }
@@ -170,25 +170,26 @@ impl Session {
         self.is_moving
     }
 
-    /// Whether there are steps to undo, and to do again.
+    /// Whether there are steps to undo, and to redo.
     pub fn history(&self) -> [bool; 2] {
         [&self.undo, &self.redo].map(|steps| !steps.is_empty())
     }
 
-    /// Lets the picture be refined although the hand has not let go.
+    /// Permits refining the picture although the hand has not let go.
     pub fn hold_still(&mut self) {
         self.is_moving = false;
     }
 
-    /// The lines that the page draws over pictures of a moving hand, as these are too small for them: coasts and
-    /// graticule on the ground, where labels lie over the picture too.
+    /// The lines that the page draws over pictures of a moving hand, which are too small for them: coasts and graticule
+    /// on the ground, if labels lie over the picture too.
     pub fn lines_over(&self) -> Vec<Lines> {
         let scene = self.scene();
         let has_labels = scene.labels.as_ref().is_some_and(|labels| labels.place != LabelPlace::Below);
         scene.scenery.lines.iter().filter(|lines| has_labels && is_over(lines)).cloned().collect()
     }
 
-    /// The scene for a frame while a hand moves: small, within a time, each pixel one ray, without [`Self::lines_over`].
+    /// The scene for a frame while a hand moves: small, within a time budget, one ray per pixel, without
+    /// [`Self::lines_over`].
     pub fn moving_scene(&self, budget_ms: f64, most: [u32; 2]) -> Scene {
         let (scene, over) = (self.scene(), self.lines_over());
         let mut scenery = scene.scenery.clone();
@@ -209,10 +210,10 @@ impl Session {
         }
     }
 
-    /// Takes all changes, or none.
+    /// Applies all changes, or none.
     ///
     /// # Errors
-    /// A sentence that names the key and what was expected.
+    /// A sentence that names the key and the expected value.
     pub fn change(&mut self, request: &ChangeRequest) -> Result<(), String> {
         let ChangeRequest { changes, time, view, size, page, is_moving } = request;
         if let Some(time) = time.filter(|time| *time >= self.times.max(1)) {
@@ -225,7 +226,7 @@ impl Session {
             sizes.extend((*size != [0, 0]).then_some((*page, *size)));
             sizes.drain(..sizes.len().saturating_sub(MAX_PAGES));
         }
-        // A page shows a picture of any size, and a small one would spoil that of a large one.
+        // A page shows a picture of any size, and a small one would spoil that of a large page.
         let largest =
             sizes.iter().map(|(_, size)| *size).max_by_key(|[width, height]| u64::from(*width) * u64::from(*height));
         if let (Some([width, height]), Some(_), true, false) = (largest, size, self.follows_size, *is_moving) {
@@ -252,7 +253,7 @@ impl Session {
         Ok(())
     }
 
-    /// Takes another text, such as that of a file.
+    /// Loads another text, such as that of a file.
     ///
     /// # Errors
     /// As [`Self::change`].
@@ -275,7 +276,7 @@ impl Session {
         Ok(())
     }
 
-    /// Goes back a step, or forward again; without steps nothing happens.
+    /// Undoes or redoes a step; does nothing without one.
     ///
     /// # Errors
     /// As [`Self::change`].

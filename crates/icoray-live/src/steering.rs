@@ -1,5 +1,5 @@
-//! Which scenes viewers may set where a program writes the pictures that they watch: they change what pictures show, not
-//! where these go, when or in which size they are drawn, nor what they may cost.
+//! Limits the scenes that viewers may set if a program writes the pictures that they watch: they change the contents of
+//! pictures, not their destination, times, sizes or cost.
 
 use crate::document;
 use crate::session::{NamedScene, SceneReader};
@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::iter;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The keys that viewers may change, by sections. All others are the model's, those too that are added to the schema
-/// later. A name stands for all that the key holds.
+/// The keys that viewers may change, by sections. All others are the model's, including those that are added to the
+/// schema later. A name stands for all values that the key contains.
 const STEERED: &[(&str, &[&str])] = &[
     ("", &["field", "exaggeration", "background", "core"]),
     ("camera", &["lon", "lat", "distance", "altitude", "eye", "target", "up", "fov", "orbit", "path"]),
@@ -31,13 +31,13 @@ const STEERED: &[(&str, &[&str])] = &[
 const TRANSFER: [&str; 10] =
     ["unit_length", "knots", "map", "reverse", "range", "scale", "threshold", "center", "opacity", "opacity_in"];
 
-/// As many volumes, surfaces, isosurfaces, lines and clips of a kind may a viewer's scene have, if the model's has no
-/// more.
+/// Maximum number of volumes, surfaces, isosurfaces, lines and clips of each kind in a viewer's scene, if the model's
+/// has no more.
 const MOST: usize = 8;
-/// So many bytes longer than the model's may a viewer's text be: the model reads it too.
+/// Maximum number of bytes by which a viewer's text may exceed the model's, which parses it too.
 const MOST_BYTES: usize = 1 << 16;
 
-/// What is known of the model. It may change while the page is open.
+/// The model's data for steering. They may change while the page is open.
 #[derive(Debug, Clone, Default)]
 pub struct Steered {
     /// The text of its own scene.
@@ -46,14 +46,14 @@ pub struct Steered {
     pub fields: BTreeSet<String>,
 }
 
-/// What a program and its page's reader of scenes share.
+/// State that a program and its page's reader of scenes share.
 pub type SharedSteered = Arc<Mutex<Steered>>;
 
-/// Reads scenes in place of the model's, of its fields alone; `first` is the field of scenes that name none. Refuses a
-/// scene that differs from the model's in more than the keys that viewers may change.
+/// Parses scenes that replace the model's, with its fields only; `first` is the field of scenes that name none. Refuses
+/// a scene that differs from the model's in more than the keys that viewers may change.
 pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<SceneReader> {
     Box::new(move |text| {
-        // A copy: the model waits for this lock, and the rest takes its time.
+        // A copy: the model waits for this lock, and the rest takes time.
         let steered = steered.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let refused = |what: String| Err(Error::new(ErrorKind::Scene, what));
         let most = steered.text.len() + MOST_BYTES;
@@ -97,25 +97,25 @@ fn files(scene: &Json) -> impl Iterator<Item = &Json> {
     lines.map(|lines| &lines["file"]).filter(|file| !file.is_null())
 }
 
-/// Whether viewers may change the key at a path, with all that it holds.
+/// Whether viewers may change the key at a path, with all values that it contains.
 fn is_steered(path: &str) -> bool {
     let (section, key) = path.rsplit_once('.').unwrap_or(("", path));
     STEERED.iter().any(|(name, keys)| *name == section && keys.contains(&key))
 }
 
-/// Whether viewers may change the key at a path, or one that holds it.
+/// Whether viewers may change the key at a path, or one that contains it.
 pub(crate) fn may_steer(path: &str) -> bool {
     is_steered(path) || path.rsplit_once('.').is_some_and(|(above, _)| may_steer(above))
 }
 
-/// The path of the first difference that is not a viewer's to make.
+/// The path of the first difference that viewers may not make.
 fn not_steered(path: &str, own: &Json, given: &Json) -> Option<String> {
     if own == given || is_steered(path) {
         return None;
     }
     let none = Json::Null;
     match [own, given].map(|value| (value.as_object(), value.as_array())) {
-        // A table, or entries of a list of tables, that only one of the texts has differ in each of their keys.
+        // If only one of the texts has a table, or entries of a list of tables, they differ in each of their keys.
         [(own_keys, None), (keys, None)]
             if (own_keys.is_some() || own.is_null()) && (keys.is_some() || given.is_null()) =>
         {
@@ -150,7 +150,7 @@ fn is_section(path: &str) -> bool {
     STEERED.iter().any(|(name, _)| *name == path)
 }
 
-/// What a script has more of than [`MOST`] and than the model's own.
+/// The kind of which a script has more than [`MOST`] and than the model's own.
 fn too_many(own: &Script, given: &Script) -> Option<String> {
     let counts = |scene: &Scene| {
         let scenery = &scene.scenery;

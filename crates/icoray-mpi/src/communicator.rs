@@ -1,4 +1,4 @@
-//! Communicators of this library.
+//! Communicators of this crate.
 
 use crate::error::check;
 use icoray::Result;
@@ -15,7 +15,7 @@ pub struct MpiCommunicator {
     pub(crate) handle: ffi::MPI_Comm,
     pub(crate) rank: usize,
     pub(crate) size: usize,
-    /// Whether a rank has left: then nothing is freed, as that is collective.
+    /// Whether a rank has left: then nothing is freed, as freeing is collective.
     pub(crate) is_given_up: Arc<AtomicBool>,
 }
 
@@ -30,7 +30,7 @@ impl MpiCommunicator {
         Self::new("MPI_Comm_dup", is_given_up, |new| unsafe { ffi::MPI_Comm_dup(of, new) })
     }
 
-    /// The communicator that the MPI function `call` writes to the handle given to `make`.
+    /// The communicator that the MPI function `call` writes to the handle passed to `make`.
     pub(crate) fn new(
         call: &str,
         is_given_up: Arc<AtomicBool>,

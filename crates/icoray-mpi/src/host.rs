@@ -17,9 +17,9 @@ pub type MpiTeam = CommunicatorTeam<MpiCommunicator>;
 /// the others. Both are collective over it.
 ///
 /// # Errors
-/// [`ErrorKind::Mpi`] where MPI is not initialised or finalised already, where it may not be called on this thread,
-/// and where the integer is no communicator of one group; [`ErrorKind::Unsupported`] where the host runs
-/// another MPI than this was built for.
+/// [`ErrorKind::Mpi`] if MPI is not initialised or already finalised, if it may not be called on this thread, and if
+/// the integer is no communicator of one group; [`ErrorKind::Unsupported`] if the host runs another MPI than this was
+/// built for.
 pub fn team(fortran_comm: i32) -> Result<MpiTeam> {
     refuse_other_mpi()?;
     if !flag(ffi::MPI_Initialized) {
@@ -71,7 +71,8 @@ pub fn world_communicator() -> Option<i32> {
     Some(unsafe { ffi::RSMPI_Comm_c2f(ffi::RSMPI_COMM_WORLD) })
 }
 
-/// Handles are pointers in Open MPI and integers in MPICH and its kin: a build for one must not take the other's.
+/// Handles are pointers in Open MPI and integers in MPICH and its relatives: a build for one must not accept the
+/// other's.
 fn refuse_other_mpi() -> Result<()> {
     let mut text = [0u8; 8192];
     let mut length = 0;

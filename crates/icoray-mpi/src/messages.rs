@@ -1,4 +1,4 @@
-//! The calls by which messages are sent and received.
+//! Sends and receives messages.
 
 use crate::communicator::{MpiCommunicator, is_finalized};
 use crate::error::{check, failed};

@@ -7,7 +7,7 @@ use mpi::ffi;
 use std::ffi::c_int;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
-/// Runs the test of that name on so many ranks, where `work` gets a team of all of them.
+/// Runs the test of that name on this number of ranks, and passes `work` a team of all of them.
 ///
 /// # Panics
 /// When a rank does, or the run takes too long.
@@ -83,14 +83,14 @@ fn what_is_sent_comes_in_order_and_nobody_waits() {
                 }
                 assert!(team.try_receive().unwrap().is_none());
             }
-            // What comes next is not taken for a message.
+            // The bytes of a broadcast are not taken for a message.
             assert_eq!(team.broadcast(vec![rank as u8; 5]).unwrap(), [0; 5]);
             assert_eq!(team.share(&[rank as u8]).unwrap().len(), size);
         }
     });
 }
 
-/// What a rank sends in a collective call has gone when it returns there: the model may then compute without a call.
+/// The messages of a rank in a collective call are sent when it returns: the model may then compute without a call.
 #[test]
 fn no_rank_waits_for_the_next_call_of_another() {
     on_ranks(&[2], "no_rank_waits_for_the_next_call_of_another", |team| {
@@ -125,7 +125,7 @@ fn lengths_may_need_more_than_32_bits() {
     });
 }
 
-/// Whether so many GB of memory are free. If not, skips the test.
+/// Whether this number of GB of memory is free. If not, skips the test.
 fn has_memory(gigabytes: u64) -> bool {
     let meminfo = std::fs::read_to_string("/proc/meminfo").unwrap();
     let available = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:")).unwrap();

@@ -66,7 +66,7 @@ impl MpiCommunicator {
         self.split(|key, new| unsafe { ffi::MPI_Comm_split(host.handle, color as c_int, key, new) })
     }
 
-    /// The group that `split` makes of this communicator, in the order of its ranks.
+    /// The group that `split` creates from this communicator, in the order of its ranks.
     fn split(&self, split: impl FnOnce(c_int, *mut ffi::MPI_Comm) -> c_int) -> Result<MpiCommunicator> {
         let key = self.rank as c_int;
         MpiCommunicator::new("MPI_Comm_split", self.is_given_up.clone(), |new| split(key, new))
@@ -215,7 +215,7 @@ impl NodeMemory for Window {
         // Makes own writes visible, waits for all ranks, then sees their writes.
         // SAFETY: a window of ours, between lock and unlock.
         let is_visible = check("MPI_Win_sync", unsafe { ffi::MPI_Win_sync(self.win) });
-        // The others wait in it, whatever failed here.
+        // The others wait in it, even after a failure here.
         self.group.barrier()?;
         self.is_open = false;
         // SAFETY: as above.

@@ -1,5 +1,5 @@
-//! Animated PNG: pictures one after the other, of each but the first only what differs from the one before; and MP4 and
-//! GIF by ffmpeg.
+//! Animated PNG: a sequence of pictures, of which each but the first stores only the differences from the previous one;
+//! and MP4 and GIF by ffmpeg.
 
 use super::atomic;
 use crate::atomic::Existing;
@@ -22,7 +22,7 @@ pub struct Animated {
     pub bytes: u64,
 }
 
-/// A decoded picture: 8-bit RGBA, as it is in the file.
+/// A decoded picture: 8-bit RGBA, as in the file.
 struct Picture {
     size: [u32; 2],
     rgba: Vec<u8>,
@@ -35,20 +35,21 @@ struct Region {
     size: [u32; 2],
 }
 
-/// Options of ffmpeg by the ending of the file: sides of an MP4 are even, a GIF has the best 256 colours of its pictures.
+/// Options of ffmpeg by the extension of the file: sides of an MP4 are even, a GIF has the best 256 colours of its
+/// pictures.
 const FILMS: [(&str, &[&str]); 2] = [
     ("mp4", &["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]),
     ("gif", &["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"]),
 ];
 
-/// Writes the PNG pictures, all of one size, as an animated PNG to `path`, to be shown again and again at `fps`
-/// pictures per second; where `path` ends in `.mp4` or `.gif`, through the program ffmpeg, which must be installed.
-/// Pictures are read one by one.
+/// Writes the PNG pictures, all of one size, as an animated PNG to `path`, which repeats at `fps` pictures per second;
+/// if `path` ends in `.mp4` or `.gif`, through the program ffmpeg, which must be installed. Pictures are read one by
+/// one.
 ///
 /// # Errors
-/// [`ErrorKind::Argument`] where there is no picture, where one has another size than the first, where `path` has
-/// another ending or is one of the pictures, or where `fps` is not 0.001 to 1000; [`ErrorKind::Io`] where a file cannot
-/// be read or written or ffmpeg is missing or fails, [`ErrorKind::Exists`] as [`Existing`] says.
+/// [`ErrorKind::Argument`] if there is no picture, if one has another size than the first, if `path` has another
+/// extension or is one of the pictures, or if `fps` is not 0.001 to 1000; [`ErrorKind::Io`] if a file cannot be read or
+/// written or ffmpeg is missing or fails, [`ErrorKind::Exists`] as specified by [`Existing`].
 pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Existing) -> Result<Animated> {
     let bad = |what: String| Error::new(ErrorKind::Argument, what);
     let [first, rest @ ..] = pictures else { return Err(bad("an animation of no pictures".into())) };
@@ -112,7 +113,7 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
     Ok(Animated { size, frames, bytes })
 }
 
-/// Encodes pictures by ffmpeg, into a file beside the animation first, as it goes back in what it writes.
+/// Encodes pictures by ffmpeg, first into a file beside the animation, as ffmpeg seeks backwards in its output.
 fn encode_film(
     path: &Path,
     (ending, options): (&str, &[&str]),
@@ -135,7 +136,7 @@ fn encode_film(
         })?;
     let feed = |mut input: ChildStdin| -> Result<()> {
         for picture in pictures {
-            // Why ffmpeg ends early is in what it prints.
+            // ffmpeg prints the reason for an early end.
             if input.write_all(&picture?.rgba).is_err() {
                 break;
             }
@@ -152,7 +153,7 @@ fn encode_film(
     io::copy(&mut File::open(name.path()).map_err(failed)?, out).map(drop).map_err(failed)
 }
 
-/// Seconds that a picture is shown, as a fraction.
+/// Seconds for which a picture is shown, as a fraction.
 fn delay(fps: f64) -> Option<(u16, u16)> {
     // Whole numbers of pictures per second exactly, others to a millisecond or a part in sixty.
     if fps.fract() == 0.0 && (1.0..=1000.0).contains(&fps) {
@@ -197,7 +198,7 @@ impl Picture {
     }
 }
 
-/// The least part outside of which two pictures of one size are the same; one pixel where they are the same.
+/// The smallest region that contains all differences of two pictures of one size; one pixel if they are equal.
 fn differing(a: &Picture, b: &Picture) -> Region {
     let [width, height] = a.size;
     let (mut low, mut high) = ([width, height], [0, 0]);
@@ -273,7 +274,7 @@ mod tests {
             differing(&read(&pictures[2]).unwrap(), &read(&pictures[3]).unwrap()),
         ];
         assert_eq!(parts, [Region { at: [0, 0], size: [2, 1] }, Region { at: [0, 0], size: [1, 1] }]);
-        // A viewer that knows nothing of animations shows the first one.
+        // A viewer without support for animations shows the first picture.
         assert_eq!(image::open(&path).unwrap().to_rgba8().into_raw(), read(&pictures[0]).unwrap().rgba);
     }
 

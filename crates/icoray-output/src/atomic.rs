@@ -1,9 +1,9 @@
 //! Atomic files: a file is written under another name in its own folder and renamed when it is complete.
 //!
-//! A model may be stopped at any moment, a disk may fill up, and other programs may read the folder meanwhile. A
-//! rename within one folder is atomic on every file system that models run on, so a picture is either not there or
-//! whole. The other name begins with a dot and ends in `.tmp`; the file of that name goes when anything fails, a panic
-//! included. Only a process that is killed leaves it behind.
+//! A model may be stopped at any moment, a disk may fill up, and other programs may read the folder meanwhile. A rename
+//! within one folder is atomic on every file system that models run on, so a picture is either missing or complete. The
+//! temporary name begins with a dot and ends in `.tmp`; that file is removed if anything fails, a panic included. Only
+//! a killed process leaves it behind.
 
 use crate::folder::check_file;
 use crate::path::{io_error, made_folder};
@@ -15,22 +15,22 @@ use std::path::Path;
 /// Treatment of an existing file of a picture's name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Existing {
-    /// It stays as it is, and writing fails with [`ErrorKind::Exists`]: what a run has drawn is not lost by starting it
-    /// again.
+    /// It stays unchanged, and writing fails with [`ErrorKind::Exists`]: starting a run again does not lose its
+    /// pictures.
     #[default]
     NeverModify,
-    /// It is replaced, at once and whole. A link of that name is replaced too, not followed.
+    /// It is replaced, atomically. A link of that name is replaced too, not followed.
     Overwrite,
 }
 
 impl Existing {
-    /// Refuses a name that cannot be written.
+    /// Checks that a file of this name can be written.
     ///
     /// # Errors
-    /// [`ErrorKind::Exists`] where it is taken and this is [`Existing::NeverModify`]; [`ErrorKind::Io`] where it is a
-    /// directory's, or where a folder on the way to it is none. Folders that are missing yet are fine.
+    /// [`ErrorKind::Exists`] if it exists and this is [`Existing::NeverModify`]; [`ErrorKind::Io`] if it is a
+    /// directory, or if a parent of it is not a folder. Missing folders are accepted.
     pub fn check(self, path: &Path) -> Result<()> {
-        // The name itself counts, not what a link leads to: a link to nothing is in the way as well.
+        // The name itself counts, not the target of a link: a broken link is in the way too.
         match path.symlink_metadata() {
             Ok(there) if there.is_dir() => Err(io_error(path, "cannot write the file", "a directory has its name")),
             Ok(_) if self == Existing::NeverModify => Err(exists(path)),
@@ -39,10 +39,10 @@ impl Existing {
         }
     }
 
-    /// Makes the folder of a file that is still to be computed, and refuses a name that could not be written then.
+    /// Makes the folder of a file that is still to be computed, and checks that the file can be written then.
     ///
     /// # Errors
-    /// As [`Existing::check`]; [`ErrorKind::Io`] where the folder cannot be made or written to.
+    /// As [`Existing::check`]; [`ErrorKind::Io`] if the folder cannot be made or written to.
     pub fn prepare(self, path: &Path) -> Result<()> {
         self.check(path)?;
         made_folder(path)?;
@@ -50,7 +50,7 @@ impl Existing {
     }
 }
 
-/// Writes a text to the file at `path`, whole or not at all, in place of one that is there. Makes the folder.
+/// Writes a text to the file at `path`, completely or not at all, and replaces an existing one. Makes the folder.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] names the file.
@@ -61,11 +61,11 @@ pub fn write_text(path: &Path, what: &str, text: &str) -> Result<()> {
     })
 }
 
-/// Writes the file at `path` with `encode`, which gets a buffered writer that can seek. `what` is being written, in
-/// words for an error ("the picture").
+/// Writes the file at `path` with `encode`, which receives a buffered writer that can seek. `what` describes the file
+/// for an error ("the picture").
 ///
 /// The data are on the disk before the file has its name: a crash leaves no empty picture, and a network file system
-/// that tells of a full disk or quota late tells it in time.
+/// that reports a full disk or quota late reports it in time.
 pub(super) fn write(
     path: &Path,
     existing: Existing,
@@ -96,7 +96,7 @@ pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The error that says that `path` is taken.
+/// The error that `path` exists.
 pub(super) fn exists(path: &Path) -> Error {
     let wish = "move it away, write to another directory or under another name, or ask for files to be overwritten";
     Error::new(ErrorKind::Exists, format!("{}: is there already and is not modified; {wish}", path.display()))
@@ -114,9 +114,9 @@ fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Gives `file` its name where that is free: in one step where the file system can do that, which is by a rename that
-/// replaces nothing or by a hard link. Where it can do neither (FAT, some FUSE and network ones), a look and a rename,
-/// so that a file that comes to be between the two would be replaced.
+/// Gives `file` its name if that is free: atomically if the file system supports a rename that replaces nothing, or
+/// hard links. If it supports neither (FAT, some FUSE and network ones), a check and a rename, so that a file created
+/// between the two would be replaced.
 fn persist_new(file: tempfile::NamedTempFile, path: &Path) -> io::Result<File> {
     let refused = match file.persist_noclobber(path) {
         Ok(file) => return Ok(file),

@@ -25,21 +25,21 @@ const PAPER: [u8; 3] = [0; 3];
 /// Writes the error of each pixel of `frame` to the PNG file at `path`.
 ///
 /// The colours are viridis over the logarithm of the error, from dark at 1e-8 and less to bright at 1e-1 and more.
-/// Pixels without an error, which are those whose ray meets nothing, are transparent. Where pixels are means of several
-/// rays, a map of their estimated sampling errors ([`Frame::sampling_error`]) in the same colours lies below. A bar with a
-/// tick at each decade follows, where the picture is at least 160 pixels wide; the text of the file says the same, and
-/// what [`Frame::describe`] says. A file of that name is replaced when the new one is complete.
+/// Pixels without an error, which are those whose ray meets nothing, are transparent. If pixels are means of several
+/// rays, a map of their estimated sampling errors ([`Frame::sampling_error`]) in the same colours lies below. A bar
+/// with a tick at each decade follows if the picture is at least 160 pixels wide; the text of the file states the same,
+/// and the entries of [`Frame::describe`]. An existing file is replaced when the new one is complete.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an ending other than `.png`.
+/// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an extension other than `.png`.
 pub fn write_error_map(path: &Path, frame: &Frame) -> Result<()> {
     write_error_map_with(path, frame, Existing::Overwrite)
 }
 
-/// As [`write_error_map`]; `existing` selects what happens to an existing file.
+/// As [`write_error_map`]; `existing` selects the treatment of an existing file.
 ///
 /// # Errors
-/// As [`write_error_map`], and [`ErrorKind::Exists`] as [`Existing`] says.
+/// As [`write_error_map`], and [`ErrorKind::Exists`] as specified by [`Existing`].
 pub fn write_error_map_with(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
     if path.extension().and_then(|e| e.to_str()) != Some("png") {
         let context = format!("{}: expected a name that ends in .png for the map of errors", path.display());
@@ -91,7 +91,7 @@ fn color(shades: &[Rgba], error: f32) -> Rgba {
     shades[(part.clamp(0.0, 1.0) * (SHADES - 1) as f32).round() as usize]
 }
 
-/// The colours by errors, for the bar.
+/// The colours as a function of the error, for the bar.
 fn transfer() -> TransferFunction {
     let (map, [low, high]) = (preset::viridis(), DECADES.map(f64::from));
     let knot = |i: usize| {

@@ -1,4 +1,4 @@
-//! OpenEXR: linear premultiplied RGBA and the errors, the exact floats.
+//! OpenEXR: linear premultiplied RGBA and the errors, as exact floats.
 
 use super::atomic;
 use crate::atomic::Existing;
@@ -11,8 +11,8 @@ use icoray_grid::{Error, ErrorKind, Result};
 use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
-/// What the picture says of itself, a line `key: text` each. In one attribute, since the crate writes several in an
-/// order of chance, and equal frames are to be equal files.
+/// The picture's description, a line `key: text` each. In one attribute, since the crate writes several in random
+/// order, and equal frames must give equal files.
 fn comments(frame: &Frame) -> Text {
     let lines: Vec<_> = frame.describe().iter().map(|(key, text)| format!("{key}: {text}")).collect();
     Text::from_slice_unchecked(lines.join("\n").as_bytes())
@@ -42,7 +42,7 @@ fn encode(frame: &Frame, out: impl Write + Seek) -> exr::error::UnitResult {
     let attributes = LayerAttributes { comments: Some(comments(frame)), ..LayerAttributes::default() };
     let size = (frame.width as usize, frame.height as usize);
     let image = Image::from_layer(Layer::new(size, attributes, Encoding::default(), channels));
-    // On this thread alone, whatever features another user of the crate asks for.
+    // On this thread only, for any features that another user of the crate enables.
     image.write().non_parallel().to_buffered(out)
 }
 

@@ -6,11 +6,11 @@ use icoray_grid::Result;
 use std::io;
 use std::path::Path;
 
-/// Refuses a file that could not be made: its name is impossible, something on the way to it is no folder, or its
-/// folder, or the folder in which that would be made, cannot be written to. Leaves nothing behind.
+/// Checks that a file can be made: its name is possible, all its parents are folders, and its folder, or the existing
+/// parent in which that would be made, can be written to. Leaves nothing behind.
 ///
 /// # Errors
-/// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) names `path` and what is in the way.
+/// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) names `path` and the obstacle.
 pub(super) fn check_file(path: &Path) -> Result<()> {
     let refused = |what: &str, e: io::Error| io_error(path, what, e);
     let mut ancestors = path.ancestors();
@@ -21,7 +21,7 @@ pub(super) fn check_file(path: &Path) -> Result<()> {
         .map_err(|(folder, e)| refused(&format!("cannot write to the folder {}", folder.display()), e))
 }
 
-/// Refuses a folder to which nothing could be written, or which could not be made.
+/// Checks that a folder can be written to, or can be made.
 ///
 /// # Errors
 /// As [`check_file`].
@@ -43,7 +43,7 @@ fn check_ancestors<'p>(ancestors: impl Iterator<Item = &'p Path>) -> std::result
     Ok(())
 }
 
-/// Whether something has that name, also a link to nothing.
+/// Whether the name exists, also as a broken link.
 fn is_there(path: &Path) -> io::Result<bool> {
     match path.symlink_metadata() {
         Ok(_) => Ok(true),
@@ -53,7 +53,7 @@ fn is_there(path: &Path) -> io::Result<bool> {
 }
 
 /// Whether this process can make files in a folder: makes one without a name, since permissions do not reveal file
-/// systems that are read-only or full, or of servers with rules of their own.
+/// systems that are read-only or full, or servers with rules of their own.
 fn may_write(folder: &Path) -> io::Result<()> {
     if !folder.metadata()?.is_dir() {
         return Err(io::ErrorKind::NotADirectory.into());

@@ -1,4 +1,4 @@
-//! A rendered picture with what it cost.
+//! A rendered picture with its cost.
 
 use icoray_grid::{Description, printable};
 use icoray_scene::name::Stamp;
@@ -18,14 +18,14 @@ pub use legend::Legend;
 pub use sampling::{CellsPerPixel, SamplingError, SamplingReport};
 pub use sharing::Sharing;
 
-/// How much a frame's errors are to be relied on.
+/// Reliability of a frame's errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Certainty {
-    /// A bound, derived from the integrand; rounding in f64, orders smaller, is estimated. Unlit scenes in f64 with
-    /// `method = "exact"`.
+    /// A bound, derived from the integrand; rounding in f64, which is orders smaller, is estimated. Unlit scenes in f64
+    /// with `method = "exact"`.
     Bound,
-    /// An estimate that is meant to be no less than the error, but is no proof: light, f32 rounding, `method =
-    /// "paper"`.
+    /// An estimate that is intended to be no less than the error, without proof: light, f32 rounding,
+    /// `method = "paper"`.
     #[default]
     Estimate,
 }
@@ -39,15 +39,15 @@ impl fmt::Display for Certainty {
     }
 }
 
-/// A frame's errors in short: of the largest error over the channels of each pixel, premultiplied linear 0 to 1.
+/// Summary of a frame's errors: of the largest error over the channels of each pixel, premultiplied linear 0 to 1.
 ///
-/// The error is that of the integral along the pixel's ray, against the exact integral of the same interpolant; how
-/// well flat triangles and straight interpolation between cells stand for the field is not in it. Of a pixel that was
-/// not traced ([`Quality::pixel_step`](icoray_scene::Quality::pixel_step)) nothing is known: its error is 1, or the
-/// brightest that the scene may show.
+/// The error is that of the integral along the pixel's ray, against the exact integral of the same interpolant; it does
+/// not include the error of flat triangles and linear interpolation between cells. The error of a pixel that was not
+/// traced ([`Quality::pixel_step`](icoray_scene::Quality::pixel_step)) is unknown: it is given as 1, or the brightest
+/// value that the scene may show.
 ///
-/// Mean and percentile are over the pixels whose error is above 0: empty space around the planet, which cannot be
-/// wrong, does not make a picture look better than it is. All are 0 where no pixel has an error.
+/// Mean and percentile are over the pixels whose error is above 0: exact empty space around the planet does not improve
+/// them. All are 0 if no pixel has an error.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ErrorSummary {
     /// Largest over the picture.
@@ -63,8 +63,7 @@ pub struct ErrorSummary {
 }
 
 impl ErrorSummary {
-    /// Sums up `error`, one per pixel, of a picture drawn to `tolerance`. An error that is not a number counts as
-    /// infinite.
+    /// Summarises `error`, one per pixel, of a picture drawn to `tolerance`. A NaN error counts as infinite.
     pub fn of(error: &[f32], certainty: Certainty, tolerance: f64) -> Self {
         let known = error.iter().map(|e| if e.is_nan() { f32::INFINITY } else { *e });
         let mut error: Vec<f32> = known.filter(|e| *e > 0.0).collect();
@@ -74,7 +73,7 @@ impl ErrorSummary {
         }
         let sum: f64 = error.iter().map(|e| f64::from(*e)).sum();
         let pixels_over_tolerance = error.iter().filter(|e| **e > tolerance as f32).count() as u64;
-        // The least of the errors that a part of 0.999 or more do not exceed; counted down, which needs no rounding.
+        // The least error that at most one in a thousand errors exceeds; counting down needs no rounding.
         let (_, p999, above) = error.select_nth_unstable_by(count - 1 - count / 1000, f32::total_cmp);
         let max = above.iter().fold(*p999, |max, e| max.max(*e));
         ErrorSummary {
@@ -99,7 +98,7 @@ impl fmt::Display for ErrorSummary {
     }
 }
 
-/// A number from 0 to two digits, none below it but for the rounding of a float: a bound stays one when it is printed.
+/// A number from 0 to two digits, rounded up except for the rounding of a float: a printed bound remains one.
 pub(crate) fn two_digits_up(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -112,14 +111,14 @@ pub(crate) fn two_digits_up(value: f64) -> String {
     format!("{:.1e}", value + 1.001 * half_a_digit)
 }
 
-/// Over which values a colour map went.
+/// The range of values of a colour map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Colors {
-    /// Name of the field that it coloured.
+    /// Name of the coloured field.
     pub field: String,
     /// First and last value.
     pub range: [f64; 2],
-    /// The map, its scale, and how the range came to be this.
+    /// The map, its scale, and the source of the range.
     pub how: String,
 }
 
@@ -131,8 +130,8 @@ impl fmt::Display for Colors {
 }
 
 impl Colors {
-    /// Of each colour map of a scene, in the scene's words and over the range with which it was drawn; once where
-    /// several things are coloured alike.
+    /// The ranges of each colour map of a scene, described as in the scene `asked` and with the ranges of the scene
+    /// `drawn`; equal colourings are listed once.
     pub fn of(asked: &Scene, drawn: &Scene) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for (asked, drawn) in asked.paintings().into_iter().zip(drawn.paintings()) {
@@ -156,12 +155,12 @@ pub struct Frame {
     pub height: u32,
     /// `width · height` pixels, premultiplied linear RGBA.
     pub pixels: Vec<[f32; 4]>,
-    /// For each pixel, how far any of its channels may be from the exact integral; see [`ErrorSummary`].
+    /// For each pixel, the error of its channels against the exact integral; see [`ErrorSummary`].
     pub error: Vec<f32>,
-    /// For each pixel, how far the mean of its rays may be from the mean over its area, or a pixel that was not traced
-    /// from its ray: an estimate, see [`SamplingError`]. Empty where pixels are one ray each.
+    /// For each pixel, the estimated error of the mean of its rays against the mean over its area, or of a pixel that
+    /// was not traced against its ray, see [`SamplingError`]. Empty if each pixel has one ray.
     pub sampling_error: Vec<f32>,
-    /// Name of the field that is shown.
+    /// Name of the displayed field.
     pub field: String,
     /// Description of the field; set by the caller.
     pub description: Description,
@@ -171,7 +170,7 @@ pub struct Frame {
     pub legend: Option<Box<Legend>>,
     /// Camera and transfer range in words.
     pub notes: Vec<(&'static str, String)>,
-    /// When the frame was; set when it is written.
+    /// Step and time of the frame; set when it is written.
     pub stamp: Stamp,
     /// Cost and statistics of the frame.
     pub report: FrameReport,
@@ -184,8 +183,8 @@ impl Frame {
         figures.map(|figure| (figure, figure.of(&self.stamp, &self.report)))
     }
 
-    /// Keys and texts that a picture file carries, without control characters: field, figures of the picture, notes such
-    /// as the camera, and the version.
+    /// Keys and texts of a picture file, without control characters: field, figures of the picture, notes such as the
+    /// camera, and the version.
     pub fn describe(&self) -> Vec<(String, String)> {
         let mut lines = vec![
             ("Software".into(), format!("icoray {}", env!("CARGO_PKG_VERSION"))),

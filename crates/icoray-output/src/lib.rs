@@ -1,5 +1,5 @@
 //! The output of icoray: pictures as PNG and EXR with their labels, maps of their errors, `report.csv`, lists of
-//! pictures, Cinema databases and animations, each file whole or not at all.
+//! pictures, Cinema databases and animations. Each file is written completely or not at all.
 #![forbid(unsafe_code)]
 
 mod animation;

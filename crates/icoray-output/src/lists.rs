@@ -136,8 +136,8 @@ impl Text {
 
     /// Changes the lines below the first one, and rewrites the file if they differ.
     fn grow(&self, change: impl FnOnce(&mut Vec<String>)) -> Result<()> {
-        // So that several processes may add to one text; given back when the folder is closed. Where folders cannot be
-        // locked each still leaves a whole text.
+        // The lock lets several processes add to one text, and is released when the folder is closed. Without it the
+        // text of each process is still complete.
         let folder = File::open(crate::path::made_folder(&self.path)?).ok();
         let _is_locked = folder.as_ref().is_some_and(|folder| folder.lock().is_ok());
         let known = self.read()?;

@@ -1,24 +1,24 @@
-//! Outcomes of frames that another thread handles, stored until the caller asks for them.
+//! Outcomes of frames that another thread handles, stored until the caller takes them.
 
 use icoray_grid::Error;
 
-/// Outcomes since the caller asked last, the oldest first.
+/// Outcomes since the caller's last request, the oldest first.
 ///
-/// No more than [`Outcomes::KEPT`] are kept one by one, so that a caller who never asks costs no memory; of the rest
-/// there are numbers. Failures push successes out: the first failures are kept whatever comes before and after them.
+/// At most [`Outcomes::KEPT`] are stored, so that a caller who never takes them costs no memory; the rest are counted.
+/// Failures displace successes: the first failures are stored in any case.
 #[derive(Debug, Clone)]
 pub struct Outcomes<T> {
     /// The stored outcomes, oldest first.
     pub kept: Vec<T>,
-    /// How many frames went well that are not in `kept`.
+    /// Number of successful frames that are not in `kept`.
     pub more_done: u64,
-    /// How many frames failed that are not in `kept`.
+    /// Number of failed frames that are not in `kept`.
     pub more_failed: u64,
 }
 
 /// An outcome that [`Outcomes`] can store: a success or a failure.
 pub trait Outcome {
-    /// Why it failed, if it did.
+    /// The error of a failure.
     fn error(&self) -> Option<&Error>;
 }
 
@@ -29,7 +29,7 @@ impl<T> Default for Outcomes<T> {
 }
 
 impl<T: Outcome> Outcomes<T> {
-    /// How many outcomes are kept one by one.
+    /// Maximum number of stored outcomes.
     pub const KEPT: usize = 256;
 
     /// Adds the latest outcome.
@@ -52,17 +52,17 @@ impl<T: Outcome> Outcomes<T> {
         }
     }
 
-    /// How many frames went well.
+    /// Number of successful frames.
     pub fn done(&self) -> u64 {
         self.kept.iter().filter(|o| o.error().is_none()).count() as u64 + self.more_done
     }
 
-    /// How many frames failed.
+    /// Number of failed frames.
     pub fn failed(&self) -> u64 {
         self.errors().count() as u64 + self.more_failed
     }
 
-    /// The failures that are kept, the first one first.
+    /// The stored failures, the first one first.
     pub fn errors(&self) -> impl Iterator<Item = &Error> {
         self.kept.iter().filter_map(Outcome::error)
     }
@@ -81,7 +81,7 @@ mod tests {
         }
     }
 
-    /// Outcomes of frames 0 to `count`, those of which `fails` says so being failures.
+    /// Outcomes of frames 0 to `count`; those for which `fails` returns true are failures.
     fn of(count: usize, fails: impl Fn(usize) -> bool) -> Outcomes<Numbered> {
         let mut outcomes = Outcomes::default();
         let error = |i| fails(i).then(|| Error::new(ErrorKind::Io, format!("frame {i}")));

@@ -8,7 +8,7 @@ pub(crate) fn io_error(path: &Path, what: &str, error: impl std::fmt::Display) -
     Error::new(ErrorKind::Io, format!("{}: {what}: {error}", path.display()))
 }
 
-/// The folder of a file, made where it is missing.
+/// The folder of a file, made if missing.
 pub(crate) fn made_folder(path: &Path) -> Result<&Path> {
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(|e| io_error(folder, "cannot make the directory", e))?;

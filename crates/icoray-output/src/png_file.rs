@@ -1,4 +1,4 @@
-//! PNG: 8-bit sRGB with straight alpha, and how the picture came to be in text chunks.
+//! PNG: 8-bit sRGB with straight alpha, with the picture's description in text chunks.
 
 use super::atomic;
 use crate::atomic::Existing;
@@ -12,7 +12,7 @@ use icoray_scene::LabelPlace;
 use std::io::Write;
 use std::path::Path;
 
-/// A premultiplied linear pixel as straight sRGB.
+/// Converts a premultiplied linear pixel to straight sRGB.
 fn encode(pixel: [f32; 4]) -> [u8; 4] {
     let [r, g, b, a] = pixel;
     if a <= 0.0 {
@@ -31,7 +31,7 @@ pub(super) fn bytes(frame: &Frame) -> Result<Vec<u8>> {
     encoded(&labelled(frame), &frame.describe())
 }
 
-/// The picture without labels, and the labels alone in another size; `None` where they do not lie over the picture.
+/// The picture without labels, and only the labels in another size; `None` if they do not lie over the picture.
 pub(super) fn layers(frame: &Frame, [width, height]: [u32; 2]) -> Result<Option<[Vec<u8>; 2]>> {
     let Some(legend) = frame.legend.as_ref().filter(|legend| legend.labels.place != LabelPlace::Below) else {
         return Ok(None);
@@ -63,7 +63,7 @@ fn labelled(frame: &Frame) -> Canvas {
     canvas
 }
 
-/// Writes 8-bit sRGB with straight alpha, and texts beside it.
+/// Writes 8-bit sRGB with straight alpha, and text chunks.
 pub(super) fn write_rgba(
     path: &Path,
     size: [u32; 2],

@@ -10,7 +10,7 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-/// The first line: names of figures, and of two columns that say which picture it is.
+/// The first line: names of figures, and of two columns that identify the picture.
 static HEADER: LazyLock<String> = LazyLock::new(|| {
     let figures = FIGURES.iter().filter(|figure| figure.scope >= Scope::Frame).map(|figure| figure.name);
     figures.chain(["field", "file"]).collect::<Vec<_>>().join(",")
@@ -29,7 +29,7 @@ pub(super) fn beside(picture: &Path) -> PathBuf {
     picture.with_file_name("report.csv")
 }
 
-/// Refuses a report that has other columns than ours: lines of two kinds in one file could not be distinguished.
+/// Checks that a report has our columns: lines of two kinds in one file could not be distinguished.
 pub(super) fn check(path: &Path) -> Result<()> {
     let found = match std::fs::metadata(path) {
         // Opening a pipe would wait for a writer.
@@ -44,7 +44,7 @@ pub(super) fn check(path: &Path) -> Result<()> {
     }
 }
 
-/// Reads no more than the header of ours would have. A part of it is what a disk that was full left of ours.
+/// Reads no more than the length of our header. A part of it is the rest of ours after a full disk.
 fn check_columns(path: &Path, file: &File) -> Result<()> {
     let mut head = Vec::new();
     file.take(HEADER.len() as u64 + 1).read_to_end(&mut head).map_err(|e| io_error(path, FAILED, e))?;
@@ -58,14 +58,14 @@ fn check_columns(path: &Path, file: &File) -> Result<()> {
 
 const FAILED: &str = "cannot write the report";
 
-/// Appends the line of a frame to the report at `path`, and the header first where that is new or was cut off by a full
-/// disk. The file is locked meanwhile, so that contexts and processes may share a report; where it cannot be, each line
-/// is still one write. A line that a full disk cut off before stays alone.
+/// Appends the line of a frame to the report at `path`, and the header first if the file is new or a full disk cut it
+/// off. The file is locked meanwhile, so that contexts and processes may share a report; if it cannot be locked, each
+/// line is still one write. A line that a full disk cut off stays on its own.
 pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
     let failed = |e| io_error(path, FAILED, e);
     check(path)?;
     let mut file = OpenOptions::new().create(true).append(true).read(true).open(path).map_err(failed)?;
-    // Given back when the file is closed.
+    // The lock is released when the file is closed.
     let is_locked = file.lock().is_ok();
     check_columns(path, &file)?;
     let length = file.metadata().map_err(failed)?.len();

@@ -11,19 +11,19 @@ use icoray_scene::name::{Output, Stamp};
 use std::path::{Path, PathBuf};
 
 /// Writes `frame` to `path`: as PNG (8-bit sRGB, with text, and with the labels of its scene) or as EXR (linear, exact
-/// floats, with the error of each pixel as a fifth channel, `error`), depending on the ending. An existing file is
+/// floats, with the error of each pixel as a fifth channel, `error`), depending on the extension. An existing file is
 /// replaced when the new one is complete.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an ending that is neither.
+/// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an extension that is neither.
 pub fn write_picture(path: &Path, frame: &Frame) -> Result<()> {
     write_picture_with(path, frame, Existing::Overwrite)
 }
 
-/// As [`write_picture`]; `existing` selects what happens to an existing file.
+/// As [`write_picture`]; `existing` selects the treatment of an existing file.
 ///
 /// # Errors
-/// As [`write_picture`], and [`ErrorKind::Exists`] as [`Existing`] says.
+/// As [`write_picture`], and [`ErrorKind::Exists`] as specified by [`Existing`].
 pub fn write_picture_with(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("png") => png_file::write(path, frame, existing),
@@ -43,16 +43,16 @@ pub fn rgba8(frame: &Frame) -> Vec<u8> {
 /// The content of the PNG that [`write_picture`] writes.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] where it cannot be encoded.
+/// [`ErrorKind::Io`] if it cannot be encoded.
 pub fn png_bytes(frame: &Frame) -> Result<Vec<u8>> {
     png_file::bytes(frame)
 }
 
-/// A PNG of the pixels of `frame` without labels, and one of its labels alone on transparent ground, of another size in
-/// pixels. `None` where labels stand below the picture or there are none.
+/// A PNG of the pixels of `frame` without labels, and one of only its labels on transparent ground, of another size in
+/// pixels. `None` if labels are below the picture or there are none.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] where they cannot be encoded.
+/// [`ErrorKind::Io`] if they cannot be encoded.
 pub fn png_layers(frame: &Frame, size: [u32; 2]) -> Result<Option<[Vec<u8>; 2]>> {
     png_file::layers(frame, size)
 }
@@ -60,7 +60,7 @@ pub fn png_layers(frame: &Frame, size: [u32; 2]) -> Result<Option<[Vec<u8>; 2]>>
 /// The content of the EXR that [`write_picture`] writes.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] where it cannot be encoded.
+/// [`ErrorKind::Io`] if it cannot be encoded.
 pub fn exr_bytes(frame: &Frame) -> Result<Vec<u8>> {
     exr_file::bytes(frame)
 }
@@ -75,9 +75,9 @@ pub fn write_color_maps(path: &Path, existing: Existing) -> Result<()> {
     png_file::write_rgba(path, [width, height], &rgba, &[], existing)
 }
 
-/// Writes `frame` into `directory` under the name that `output` gives, the map of its errors beside it where that has a
+/// Writes `frame` into `directory` under the name that `output` gives, the map of its errors beside it if that has a
 /// name too, a row to `report.csv` beside the picture, and entries to the lists of the series. Missing directories are
-/// made; files of the same name are replaced.
+/// made; existing files are replaced.
 ///
 /// # Errors
 /// As [`write_frame_with`].
@@ -85,11 +85,11 @@ pub fn write_frame(directory: &Path, output: &Output, stamp: &Stamp, frame: &mut
     write_frame_with(directory, output, stamp, frame, Existing::Overwrite)
 }
 
-/// As [`write_frame`]; `existing` selects what happens to existing files.
+/// As [`write_frame`]; `existing` selects the treatment of existing files.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] and [`ErrorKind::Exists`] name the path, and say so where the picture itself is written but the
-/// map or the row is not; otherwise as [`Output::names`].
+/// [`ErrorKind::Io`] and [`ErrorKind::Exists`] name the path, and state it if the picture itself is written but the map
+/// or the row is not; otherwise as [`Output::names`].
 pub fn write_frame_with(
     directory: &Path,
     output: &Output,

@@ -1,12 +1,12 @@
 //! Encodes and writes pictures on a separate thread while the model computes.
 //!
 //! Frames are queued in a bounded channel: encoding is faster than drawing unless the disk is slow. When the queue is
-//! full the caller blocks or the oldest queued frame is dropped, as [`WhenFull`] says. The outcome of each frame is
-//! stored until [`Writer::take_outcomes`]; after a failure of one frame, also a panic of an encoder, the next one is
-//! tried.
+//! full the caller blocks or the oldest queued frame is dropped, as specified by [`WhenFull`]. The outcome of each
+//! frame is stored until [`Writer::take_outcomes`]; after a failure of one frame, also a panic of an encoder, the next
+//! one is tried.
 //!
-//! The reserved names and the outcomes are one state behind one lock, which is never held while a file is written or a
-//! caller blocks.
+//! The reserved names and the outcomes are one state behind one lock, which no thread keeps while it writes a file or
+//! blocks a caller.
 
 use super::lists;
 use super::lists::Text;
@@ -31,26 +31,26 @@ pub enum WhenFull {
     /// [`Writer::submit`] waits for room: every picture is written, and a slow disk slows the caller.
     #[default]
     Block,
-    /// The oldest frame that waits is dropped: the caller never waits, and a slow disk costs pictures.
+    /// The oldest waiting frame is dropped: the caller never waits, and a slow disk loses pictures.
     DropOldest,
 }
 
-/// How a [`Writer`] writes.
+/// Options of a [`Writer`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WriterOptions {
-    /// Where pictures and `report.csv` go, made when missing. A relative one is meant from where the process is when
-    /// the writer is made, wherever it goes later.
+    /// Directory of pictures and `report.csv`, made if missing. A relative one is resolved against the working
+    /// directory when the writer is made.
     pub directory: PathBuf,
     /// Treatment of existing files.
     pub existing: Existing,
-    /// How many frames may wait, at least 1; the one that is being written does not count.
+    /// Maximum number of waiting frames, at least 1; the one that is being written does not count.
     pub queue: usize,
     /// Behaviour when the queue is full.
     pub when_full: WhenFull,
 }
 
 impl WriterOptions {
-    /// Into `directory`, with two frames waiting at most, nothing overwritten and nothing dropped.
+    /// Writes into `directory`, with at most two waiting frames, nothing overwritten and nothing dropped.
     pub fn new(directory: impl Into<PathBuf>) -> Self {
         let (existing, when_full) = (Existing::default(), WhenFull::default());
         WriterOptions { directory: directory.into(), existing, queue: 2, when_full }
@@ -60,11 +60,11 @@ impl WriterOptions {
 /// Outcome of a frame.
 #[derive(Debug, Clone)]
 pub struct Written {
-    /// Which frame it was.
+    /// Step and time of the frame.
     pub stamp: Stamp,
-    /// The picture's path, or why it, the map of its errors or its line of the report could not be written.
+    /// The picture's path, or the error of writing it, the map of its errors or its line of the report.
     pub result: Result<PathBuf>,
-    /// Seconds of encoding and disk.
+    /// Seconds of encoding and writing.
     pub write_s: f64,
 }
 
@@ -87,9 +87,9 @@ pub struct Submitted {
 #[derive(Debug)]
 pub struct Writer {
     options: WriterOptions,
-    /// One frame is handed over at a time. `None` only while the writer is dropped, which ends the thread.
+    /// Takes one frame at a time. `None` only while the writer is dropped, which ends the thread.
     queue: Option<Mutex<Sender<Entry>>>,
-    /// The other end, for taking the oldest frame back.
+    /// The receiving end, from which the oldest frame is dropped.
     waiting: Receiver<Entry>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
@@ -100,11 +100,11 @@ struct Shared {
     state: Mutex<State>,
     /// Notified when a frame is finished.
     done: Condvar,
-    /// Takes frames that were written.
+    /// Receives frames that were written.
     next: Mutex<Option<Box<Next>>>,
 }
 
-/// What takes frames that were written.
+/// The receiver of frames that were written.
 type Next = dyn FnMut(Frame) + Send;
 
 impl std::fmt::Debug for Shared {
@@ -123,7 +123,7 @@ struct State {
     texts: Vec<Text>,
     /// Frames that wait or are being written.
     unfinished: usize,
-    /// Callers that found the queue full, for tests to know that one of them waits.
+    /// Number of callers that found the queue full, by which tests detect a waiting one.
     #[cfg(test)]
     blocked: usize,
     outcomes: Outcomes<Written>,
@@ -135,7 +135,7 @@ struct Entry {
     frame: Frame,
     output: Output,
     stamp: Stamp,
-    /// The files that it will be, without the report.
+    /// Its files, except the report.
     files: Vec<PathBuf>,
 }
 
@@ -164,9 +164,9 @@ impl Shared {
             let result = Error::of_panics(|| write(&mut entry));
             let Entry { frame, stamp, files, .. } = entry;
             let written = Written { stamp, result, write_s: start.elapsed().as_secs_f64() };
-            // The picture's memory is passed on or free before the outcome is visible.
+            // The picture's memory is passed on or freed before the outcome is visible.
             match &mut *self.next.lock().unwrap_or_else(PoisonError::into_inner) {
-                // A panic there loses this frame for it and nothing else.
+                // A panic there loses only this frame.
                 Some(next) => drop(Error::of_panics(|| {
                     next(frame);
                     Ok(())
@@ -179,11 +179,11 @@ impl Shared {
 }
 
 impl Writer {
-    /// A writer with its thread. Nothing is made on disk before the first frame.
+    /// Starts a writer with its thread. Nothing is created on disk before the first frame.
     ///
     /// # Errors
     /// [`ErrorKind::Argument`] when the queue has no place; [`ErrorKind::Io`] when the directory is relative and the
-    /// working directory is gone, or when the thread cannot be made.
+    /// working directory does not exist any more, or when the thread cannot be started.
     pub fn new(options: WriterOptions) -> Result<Self> {
         let given = &options.directory;
         let given = if given.as_os_str().is_empty() { Path::new(".") } else { given };
@@ -195,7 +195,7 @@ impl Writer {
         })
     }
 
-    /// A writer whose thread does `write` with each frame.
+    /// Starts a writer whose thread calls `write` for each frame.
     fn with(options: WriterOptions, write: impl FnMut(&mut Entry) -> Result<PathBuf> + Send + 'static) -> Result<Self> {
         if options.queue == 0 {
             return Err(Error::new(ErrorKind::Argument, "a writer's queue of 0 frames, expected at least 1"));
@@ -208,38 +208,38 @@ impl Writer {
         Ok(Writer { options, queue: Some(Mutex::new(queue)), waiting, shared, thread: Some(thread) })
     }
 
-    /// How it writes; the directory is absolute.
+    /// The options; the directory is absolute.
     pub fn options(&self) -> &WriterOptions {
         &self.options
     }
 
-    /// Refuses a directory in which nothing could be written, or which could not be made: so that it is known before
-    /// the run. Leaves nothing behind.
+    /// Checks that the directory can be written to, or can be made, so that an error is found before the run. Leaves
+    /// nothing behind.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`] names the directory and what is in the way.
+    /// [`ErrorKind::Io`] names the directory and the obstacle.
     pub fn check_directory(&self) -> Result<()> {
         folder::check_folder(&self.options.directory)
     }
 
-    /// Refuses names that could not be written at any step, by those of one frame: names that are too long, or in
-    /// folders that cannot be made. Files that are there do not count. Leaves nothing behind.
+    /// Checks, by the names of one frame, that names can be written at any step: they are not too long, and their
+    /// folders can be made. Existing files are ignored. Leaves nothing behind.
     ///
     /// # Errors
-    /// As [`NameTemplate::name`](icoray_scene::name::NameTemplate::name); [`ErrorKind::Io`] names the file and what is
-    /// in the way.
+    /// As [`NameTemplate::name`](icoray_scene::name::NameTemplate::name); [`ErrorKind::Io`] names the file and the
+    /// obstacle.
     pub fn check_folders(&self, output: &Output, stamp: &Stamp, field: &str) -> Result<()> {
         let names = output.names_of_any(stamp, field)?;
         self.files(&names).iter().try_for_each(|file| folder::check_file(file))
     }
 
-    /// The names of a frame's files, relative to the directory, after a look whether they can be written: so that it is
-    /// known before the first ray. Names that wait to be written count as taken.
+    /// The names of a frame's files, relative to the directory, after a check that they can be written, so that an
+    /// error is found before the first ray. Names of queued frames count as existing.
     ///
     /// # Errors
-    /// As [`Output::names`]; [`ErrorKind::Exists`] where a file is there and is not to be modified, or where
-    /// `report.csv` has other columns than this version's or what is kept of the series is something else;
-    /// [`ErrorKind::Io`] where a directory has a file's name.
+    /// As [`Output::names`]; [`ErrorKind::Exists`] if a file exists and must not be modified, or if `report.csv` has
+    /// other columns than this version's or a list of the series is a different file; [`ErrorKind::Io`] if a directory
+    /// has a file's name.
     pub fn check(&self, output: &Output, stamp: &Stamp, field: &str) -> Result<FrameNames> {
         let names = output.names(stamp, field)?;
         let files = self.files(&names);
@@ -266,8 +266,8 @@ impl Writer {
         Ok(names)
     }
 
-    /// Hands over a frame, which is written with `stamp` under the names that `output` gives. Where the queue is full
-    /// this waits or drops the oldest waiting frame, as the options say. Seconds waited are added to the frame's
+    /// Submits a frame, which is written with `stamp` under the names that `output` gives. If the queue is full this
+    /// waits or drops the oldest waiting frame, as specified by the options. The waiting time is added to the frame's
     /// report.
     pub fn submit(&self, frame: Frame, output: Output, stamp: Stamp) -> Submitted {
         self.enqueue(frame, output, stamp, true)
@@ -279,7 +279,7 @@ impl Writer {
     }
 
     fn enqueue(&self, frame: Frame, output: Output, stamp: Stamp, is_seen: bool) -> Submitted {
-        // Invalid names become an outcome, as every other failure to write.
+        // Invalid names become an outcome, like every other failure to write.
         let files = output.names(&stamp, &frame.field).map_or_else(|_| Vec::new(), |names| self.files(&names));
         let mut state = self.shared.lock();
         state.taken.extend_from_slice(&files);
@@ -327,7 +327,7 @@ impl Writer {
         start.elapsed().as_secs_f64()
     }
 
-    /// Gives each frame to `next`, on the writer's thread, once it was written or could not be; `None` ends that.
+    /// Passes each frame to `next`, on the writer's thread, after it was written or failed; `None` ends that.
     pub fn pass_on(&self, next: Option<Box<dyn FnMut(Frame) + Send>>) {
         *self.shared.next.lock().unwrap_or_else(PoisonError::into_inner) = next;
     }
@@ -337,7 +337,7 @@ impl Writer {
         mem::take(&mut self.shared.lock().outcomes)
     }
 
-    /// Waits until all that was submitted is on disk or has failed.
+    /// Waits until all submitted frames are on disk or have failed.
     pub fn wait(&self) {
         let state = self.shared.lock();
         let idle = self.shared.done.wait_while(state, |state| state.unfinished > 0);

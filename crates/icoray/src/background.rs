@@ -1,9 +1,9 @@
-//! Frames drawn by a thread of their own, one at a time, while the model computes on.
+//! Renders frames one at a time on a thread of their own, while the model computes on.
 //!
-//! The model hands over a copy of the fields that the scenes of a step need ([`Snapshot`]) and goes on; the frames are
-//! drawn from the copy, in their order, and passed to the [`Writer`]. At most one step is in progress: submitting the
-//! next one blocks the model until then. Memory is one copy of each field, and a model that submits more pictures than
-//! can be drawn is slowed. Tables of the grid are not copied; after [`Background::wait`] no thread reads them.
+//! The model submits a copy of the fields that the scenes of a step need ([`Snapshot`]) and continues; the frames are
+//! drawn from the copy, in order, and passed to the [`Writer`]. At most one step is in progress: submitting the next
+//! one blocks the model until then. Memory is one copy of each field, and a model that submits pictures faster than
+//! they are drawn is slowed. Tables of the grid are not copied; after [`Background::wait`] no thread reads them.
 //!
 //! Several ranks can render a frame together in the background ([`Background::over`]). Their drawing threads do not
 //! call the transport: the model's thread moves messages in each call.
@@ -28,11 +28,11 @@ mod job;
 use copies::{Copies, check_gathered, needed};
 pub use job::{Accepted, Drawn, Job};
 
-/// The jobs of a step, what they are drawn from, and what handing them over cost.
+/// The jobs of a step, the copies that they are drawn from, and the cost of submitting them.
 type Step = (Vec<Job>, Copies, Accepted);
 
-/// A thread that draws. Dropping it finishes the frames that are being drawn; those of several ranks fail, so that over
-/// ranks [`Self::wait`] comes first.
+/// A thread that draws. Dropping it finishes the frames that are being drawn; frames of several ranks fail instead, so
+/// call [`Self::wait`] first.
 #[derive(Debug)]
 pub struct Background {
     renderer: Arc<Renderer>,
@@ -45,7 +45,7 @@ pub struct Background {
     is_busy: bool,
     /// Moves messages on, where several ranks draw.
     pump: Option<MessagePump>,
-    /// Whether a step was submitted since the last [`Self::wait`]: the same on all ranks.
+    /// Whether a step was submitted since the last [`Self::wait`]: equal on all ranks.
     is_under_way: bool,
     /// Memory of the last copies, while no frame is drawn from it.
     spare: Copies,
@@ -53,15 +53,15 @@ pub struct Background {
 }
 
 impl Background {
-    /// A thread that draws with `renderer` and passes frames to `writer`.
+    /// Starts a thread that draws with `renderer` and passes frames to `writer`.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`] when the thread cannot be made.
+    /// [`ErrorKind::Io`] when the thread cannot be started.
     pub fn new(renderer: Arc<Renderer>, writer: Arc<Writer>) -> Result<Self> {
         Self::over(&mut Ranks::alone(), renderer, writer)
     }
 
-    /// The same for ranks that render frames together; rank 0 passes them to its `writer`. Collective.
+    /// As [`Self::new`] for ranks that render frames together; rank 0 passes them to its `writer`. Collective.
     ///
     /// # Errors
     /// The same on all ranks: [`ErrorKind::Io`] when a thread cannot be made, [`ErrorKind::Unsupported`] where the
@@ -82,7 +82,7 @@ impl Background {
         ranks.collective(made)
     }
 
-    /// A thread that does `draw` with each frame.
+    /// Starts a thread that calls `draw` for each frame.
     fn with(
         renderer: Arc<Renderer>,
         writer: Arc<Writer>,
@@ -124,26 +124,26 @@ impl Background {
         })
     }
 
-    /// Hands over a frame, as [`Self::submit_all`] does.
+    /// Submits a frame, as [`Self::submit_all`] does.
     ///
     /// # Errors
-    /// Those of [`Self::submit_all`], and the reason why the job was refused.
+    /// Those of [`Self::submit_all`], and the error for which the job was refused.
     pub fn submit<'f>(&mut self, job: Job, fields: impl Into<Fields<'f>>) -> Result<Accepted> {
         let mut refused = Vec::new();
         let accepted = self.submit_all(&mut Ranks::alone(), vec![job], fields, &mut refused)?;
         refused.pop().map_or(Ok(accepted), |(_, error)| Err(error))
     }
 
-    /// Hands over the frames of a step: waits for those before, copies those of `fields` that any of the scenes needs
-    /// on the renderer's threads, each once, and returns; they may then change. What is wrong with a job itself
-    /// goes to `refused` now, with the job's number: that frame is left out and has no outcome. Nothing is copied
-    /// where none is left.
+    /// Submits the frames of a step: waits for the previous frames, copies those of `fields` that any of the scenes
+    /// needs, each once, on the renderer's threads, and returns; the fields may then change. A job with an error is
+    /// refused: its number and its error are appended to `refused`; its frame is left out and has no outcome. Without a
+    /// job that passes, nothing is copied.
     ///
-    /// `ranks` are those of [`Self::over`], all of which hand over the same jobs together: collective, and so is what
-    /// is refused.
+    /// `ranks` are those of [`Self::over`], all of which submit the same jobs together: collective, and all ranks
+    /// refuse the same jobs.
     ///
-    /// [`Plan::new`](crate::plan::Plan::new), [`Writer::check`] and [`Fields::get`] say what can be wrong;
-    /// [`ErrorKind::Field`] where a scene needs heights and there are none.
+    /// The errors of a job are those of [`Plan::new`](crate::plan::Plan::new), [`Writer::check`] and [`Fields::get`],
+    /// and [`ErrorKind::Field`] where a scene needs heights and there are none.
     ///
     /// # Errors
     /// [`ErrorKind::Internal`] when the thread is gone; [`ErrorKind::Mpi`] when ranks cannot be reached.
@@ -169,7 +169,7 @@ impl Background {
         };
         let (writer, writes) = (&self.writer, ranks.is_root());
         accepted_jobs.retain(ranks, refused, |job, _| {
-            // After the wait: names of the frames before are known to the writer only now.
+            // After the wait: only then does the writer have the names of the previous frames.
             if writes {
                 writer.check(&job.scene.output, &job.stamp, job.scene.field())?;
             }
@@ -189,7 +189,7 @@ impl Background {
         self.hand_over(ranks, accepted_jobs.jobs.into_iter().map(|(job, _)| job).collect(), accepted)
     }
 
-    /// Gives the thread a step, where it is there on all ranks.
+    /// Passes a step to the thread, if the thread runs on all ranks.
     fn hand_over(&mut self, ranks: &mut Ranks, jobs: Vec<Job>, accepted: Accepted) -> Result<Accepted> {
         let gone = || Error::new(ErrorKind::Internal, "the drawing thread is gone");
         let is_there = self.thread.as_ref().is_some_and(|thread| !thread.is_finished());
@@ -203,20 +203,20 @@ impl Background {
         if self.is_busy { Ok(accepted) } else { Err(gone()) }
     }
 
-    /// Moves messages between ranks on, where frames are being drawn: takes half a millisecond at most, and waits for
-    /// nobody. Not collective. Frames come to an end the sooner the more often it is called on all ranks.
+    /// Moves messages between ranks on while frames are being drawn; takes half a millisecond at most, and waits for no
+    /// rank. Not collective. The more often all ranks call it, the sooner frames are finished.
     pub fn pump(&mut self) {
         if let (Some(pump), true) = (&mut self.pump, self.is_under_way) {
             pump.pump();
         }
     }
 
-    /// Whether frames were handed over that were not waited for: the same on all ranks.
+    /// Whether submitted frames have not been waited for: equal on all ranks.
     pub fn is_under_way(&self) -> bool {
         self.is_under_way
     }
 
-    /// Outcomes of frames that were rendered since the last call.
+    /// The outcomes of frames rendered since the last call.
     pub fn take_outcomes(&mut self) -> Outcomes<Drawn> {
         if self.is_busy {
             self.look();
@@ -225,8 +225,8 @@ impl Background {
     }
 
     /// Waits until nothing is being drawn and all frames are with the writer: then grid, layers and renderer are not in
-    /// use. They may yet have to be written ([`Writer::wait`]). Collective, unless ranks can be reached no more:
-    /// then frames that need them fail.
+    /// use. The writer may still have to write them ([`Writer::wait`]). Collective, unless ranks can be reached no
+    /// more: then frames that need them fail.
     pub fn wait(&mut self) {
         if !mem::take(&mut self.is_under_way) {
             return;
@@ -241,12 +241,12 @@ impl Background {
         }
         match self.drawn.recv() {
             Ok(drawn) => self.finish_step(drawn),
-            // The thread is gone; the next submit says so.
+            // The thread has ended; the next submission reports that.
             Err(_) => self.is_busy = false,
         }
     }
 
-    /// Takes in a step that is drawn.
+    /// Takes in a finished step.
     fn look(&mut self) {
         match self.drawn.try_recv() {
             Ok(drawn) => self.finish_step(drawn),
@@ -287,7 +287,7 @@ impl<'f> AcceptedJobs<'f> {
         AcceptedJobs { numbers: (0..jobs.len()).collect(), jobs }
     }
 
-    /// Retains the jobs that pass `check` on all ranks; the others go to `refused` with their errors. Collective.
+    /// Retains the jobs that pass `check` on all ranks; appends the others to `refused` with their errors. Collective.
     fn retain(
         &mut self,
         ranks: &mut Ranks,
@@ -308,7 +308,7 @@ impl<'f> AcceptedJobs<'f> {
     }
 }
 
-/// Runs `draw` on a job. An error is sent to the other ranks.
+/// Calls `draw` for a job and sends an error to the other ranks.
 fn attempt(
     ranks: &mut Ranks,
     job: Job,

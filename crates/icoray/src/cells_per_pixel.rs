@@ -1,10 +1,9 @@
-//! How many cells fall into a pixel, seen by rays of some pixels.
+//! Number of cells per pixel, from the rays of some pixels.
 //!
-//! A pixel covers the cells on the layer that its ray meets first, the outermost one or, from within the shell, the
-//! outermost or innermost one. There, at the distance t, it is a = t · sqrt(Ω) wide, where Ω is its solid angle, and as
-//! long as the arc of the sphere between rays that pass the centre by a / 2 nearer and farther: a / cos θ under an angle
-//! of incidence θ, and finite at the limb. A cell has the area of two triangles of the mesh: of that which the ray
-//! meets.
+//! A pixel covers the cells on the layer that its ray meets first: the outermost one or, from within the shell, the
+//! outermost or innermost one. At the distance t the pixel is a = t · sqrt(Ω) wide, where Ω is its solid angle. On the
+//! layer it is as long as the arc between rays that pass the centre a / 2 nearer and farther: a / cos θ at an angle of
+//! incidence θ, and finite at the limb. A cell has twice the area of the triangle of the mesh that the ray meets.
 
 use crate::ranks::Part;
 use glam::DVec3;
@@ -14,10 +13,11 @@ use icoray_output::CellsPerPixel;
 use icoray_scene::Scene;
 use std::f64::consts::{PI, TAU};
 
-/// Looks at no more than so many pixels in each direction: steps of the walk between them are a small part of a frame's.
+/// Maximum number of sampled pixels in each direction: the walk between them costs little compared with a frame.
 const NODES: u32 = 16;
 
-/// Of a scene whose shell has these radii. Where ranks have parts of the grid, all cells count as equally large.
+/// Cells per pixel of a scene whose shell has these radii. On ranks with parts of the grid all cells count as equally
+/// large.
 pub(crate) fn cells_per_pixel(scene: &Scene, grid: &Grid, part: Option<&Part>, radius: [f64; 2]) -> CellsPerPixel {
     let mean_area = part.map(|part| 4.0 * PI * part.covered() / part.cells() as f64);
     let (mut max, mut sum, mut count) = (0.0f64, 0.0, 0.0);
@@ -40,14 +40,14 @@ pub(crate) fn cells_per_pixel(scene: &Scene, grid: &Grid, part: Option<&Part>, r
     CellsPerPixel { max, mean: if count > 0.0 { sum / count } else { 0.0 } }
 }
 
-/// Pixels at equal distances of a side.
+/// Evenly spaced pixels of a side.
 fn nodes(side: u32) -> impl Iterator<Item = u32> {
     let many = side.min(NODES);
     (0..many).map(move |node| (2 * node + 1) * side / (2 * many))
 }
 
-/// Where a pixel's ray meets the shell first, as a unit vector, and the solid angle that the pixel covers there, from the
-/// centre; `None` for a ray that misses it.
+/// The first intersection of a pixel's ray with the shell, as a unit vector, and the solid angle that the pixel covers
+/// there, seen from the centre; `None` for a ray that misses the shell.
 fn footprint(scene: &Scene, [x, y]: [u32; 2], [inner, outer]: [f64; 2]) -> Option<(DVec3, f64)> {
     let camera = &scene.camera;
     let eye = DVec3::from_array(camera.eye());
@@ -61,7 +61,7 @@ fn footprint(scene: &Scene, [x, y]: [u32; 2], [inner, outer]: [f64; 2]) -> Optio
     };
     let (distance, radius) = [inner, outer].into_iter().filter_map(meets).min_by(|a, b| a.0.total_cmp(&b.0))?;
     let (axes, _) = camera.frame();
-    // A pixel is narrower off the middle of the picture, and seen aslant there.
+    // Off the middle of the picture a pixel is narrower and oblique.
     let aslant = dir.dot(DVec3::from_array(axes[0]));
     let width = distance * camera.pixel_width(scene.height) * aslant.powf(1.5) / radius;
     let passes_at = passes_at / radius;
@@ -70,7 +70,7 @@ fn footprint(scene: &Scene, [x, y]: [u32; 2], [inner, outer]: [f64; 2]) -> Optio
     Some(((eye + distance * dir) / radius, (width * length).min(TAU)))
 }
 
-/// The solid angle of a cell at a triangle, infinite where the mesh has a hole.
+/// The solid angle of a cell at a triangle; infinite where the mesh has a hole.
 fn area_of_cell(grid: &Grid, triangle: u32) -> f64 {
     if grid.is_void(triangle) {
         return f64::INFINITY;

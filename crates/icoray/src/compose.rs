@@ -3,8 +3,9 @@
 //! Fragments of one ray do not overlap, and adjacent fragments share their boundary to the bit. An interval without a
 //! fragment is a hole of the whole mesh, where the core is a sphere.
 //!
-//! As bytes a tile is its number of fragments and, where there are any, how many each of its rays has (2 bytes) and the
-//! fragments themselves, ray by ray; behind them, where any has met a surface, the surfaces of each fragment (8 bytes).
+//! A tile is encoded as its number of fragments and, if there are any, the number of fragments of each ray (2 bytes)
+//! and the fragments themselves, ray by ray; if any fragment has met a surface, the surfaces of each fragment follow (8
+//! bytes).
 
 use glam::DVec3;
 use icoray_grid::{Error, ErrorKind, Result};
@@ -21,9 +22,9 @@ use std::iter;
 const BYTES: usize = 40;
 /// Bytes of a fragment's surfaces.
 const SURFACES: usize = 8;
-/// The bit of the number of fragments that says that their surfaces follow.
+/// The bit of the number of fragments that marks that their surfaces follow.
 const HAS_SURFACES: u64 = 1 << 63;
-/// Gaps between fragments shorter than this, in planet radii, are rounding.
+/// Gaps between fragments shorter than this, in planet radii, are due to rounding.
 const HAIR: f64 = 1e-12;
 
 /// Parameters of compositing, shared by all rays of a frame.
@@ -37,8 +38,8 @@ pub(crate) struct Composer<'g> {
 }
 
 impl Composer<'_> {
-    /// The light along the ray from `eye` towards `dir`, and the surfaces that it meets; `None` where it misses the
-    /// shell. `fragments` are sorted on the way.
+    /// The light along the ray from `eye` towards `dir`, and the surfaces that it meets; `None` if it misses the shell.
+    /// Sorts `fragments`.
     pub fn ray(
         &self,
         eye: DVec3,
@@ -94,24 +95,24 @@ impl Composer<'_> {
     }
 }
 
-/// Fragments of a tile's rays, which come in any order.
+/// The fragments of a tile's rays, which are added in any order.
 #[derive(Debug, Default)]
 pub(crate) struct TileFragments {
-    /// The first fragment of each ray in `all`, and how many it has.
+    /// Index in `all` of the first fragment of each ray, and the ray's number of fragments.
     rays: Vec<(usize, u16)>,
     all: Vec<Fragment>,
 }
 
 impl TileFragments {
-    /// The fragments of so many rays: none yet.
+    /// An empty list for this number of rays.
     pub fn of_rays(rays: usize) -> Self {
         TileFragments { rays: vec![(0, 0); rays], all: Vec::new() }
     }
 
-    /// Adds the fragments of a ray, in order along it; once for each ray.
+    /// Adds the fragments of a ray, ordered along it; once for each ray.
     ///
     /// # Panics
-    /// When they are more than 16 bits count.
+    /// If their number exceeds 16 bits.
     pub fn add(&mut self, ray: usize, fragments: &[Fragment]) {
         let count = u16::try_from(fragments.len()).expect("a ray has fewer than 65536 fragments");
         self.rays[ray] = (self.all.len(), count);
@@ -123,7 +124,7 @@ impl TileFragments {
         self.rays.iter().flat_map(|(first, count)| &self.all[*first..first + usize::from(*count)])
     }
 
-    /// Appends the tile as bytes.
+    /// Appends the encoded tile.
     pub fn put(&self, bytes: &mut Vec<u8>) {
         let has_surfaces = self.all.iter().any(|fragment| fragment.surfaces != BoundarySignature::default());
         let head = self.all.len() as u64 | if has_surfaces { HAS_SURFACES } else { 0 };
@@ -149,12 +150,12 @@ impl TileFragments {
 pub(crate) struct ReceivedTile<'b> {
     counts: &'b [[u8; 2]],
     fragments: &'b [[u8; BYTES]],
-    /// Of each fragment, or none where no fragment has any.
+    /// One entry per fragment; empty if no fragment has met a surface.
     surfaces: &'b [[u8; SURFACES]],
 }
 
 impl<'b> ReceivedTile<'b> {
-    /// Takes a tile of so many rays from the front of `bytes`.
+    /// Decodes a tile of `rays` rays from the front of `bytes`.
     pub fn take(bytes: &mut &'b [u8], rays: usize) -> Result<Self> {
         let cut = || Error::new(ErrorKind::Mpi, "a tile's fragments are cut short");
         let mut next = |count: usize| -> Result<&'b [u8]> {

@@ -1,10 +1,10 @@
-//! Anti-aliasing of edges: a pixel with the edge of a surface in it shows the mean of [`RAYS`] rays in place of one.
+//! Anti-aliasing of edges: a pixel with the edge of a surface in it shows the mean of [`RAYS`] rays instead of one.
 //!
 //! Edge pixels are found in the finished picture of one ray per pixel: those that the silhouette of a sphere passes
-//! through, and, where more is shown than one volume and a core, those next to a pixel whose ray meets other surfaces,
-//! or the same at another depth ([`BoundarySignature`]). A pixel that differs from its neighbours by no more than
-//! [`FAINTEST`] stays as it is. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices, and
-//! on the tolerance by the pictures' errors only.
+//! through, and, in scenes of more than one volume and a core, those next to a pixel whose ray meets other surfaces, or
+//! the same ones at another depth ([`BoundarySignature`]). A pixel that differs from its neighbours by no more than
+//! [`FAINTEST`] remains unchanged. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices,
+//! and on the tolerance only through the pictures' errors.
 
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
 use crate::scattered::ScatteredPixels;
@@ -18,16 +18,16 @@ use std::f64::consts::SQRT_2;
 
 /// Rays of an edge pixel.
 pub(crate) const RAYS: usize = 8;
-/// Offsets of their sample points: sixteenths of its side from its middle. No two share a row or a column, so that
-/// upright and level edges are resolved to an eighth.
+/// Offsets of their sample points from the pixel's middle, in sixteenths of its side. No two share a row or a column,
+/// so that vertical and horizontal edges are resolved to an eighth.
 const PATTERN: [[i8; 2]; RAYS] = [[1, -3], [-1, 3], [5, 1], [-3, -5], [-5, 5], [-7, -1], [3, 7], [7, -7]];
 /// Edge pixels of a tile, which has about as many rays as one of a raster.
 const TILE: usize = 32;
-/// A surface's depth has a step where it is off that of a plane by more than this many times a pixel's width.
+/// A surface has a step where its depth differs from that of a plane by more than this many pixel widths.
 const STEP: f64 = 4.0;
 /// The top of the shell has an edge where pixels differ by more than this: thin matter fades out there by itself.
 const JAG: f64 = 1.0 / 32.0;
-/// Pixels of a row that are ruled out together.
+/// Pixels of a row that are excluded together.
 const RUN: u32 = 16;
 
 /// The silhouette of a sphere, or of the facets of a layer.
@@ -35,11 +35,11 @@ const RUN: u32 = 16;
 pub(crate) struct Silhouette {
     /// Least and greatest radius.
     pub radius: [f64; 2],
-    /// It is an edge where pixels differ by more than this.
+    /// Minimum contrast between pixels at which it is an edge.
     pub contrast: f64,
 }
 
-/// Which pixels may have an edge in them; the default is none.
+/// The test for pixels that may contain an edge; the default finds none.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Edges {
     silhouettes: Vec<Silhouette>,
@@ -47,9 +47,9 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// Those through which the silhouette of a `core` of these radii may pass, or where matter is dense up to the top,
-    /// that of the `shell`; and with `surfaces` those next to a pixel whose ray meets other surfaces. None where
-    /// the scene asks for one ray per pixel.
+    /// Finds the pixels that the silhouette of a `core` of these radii may pass through or, if matter is dense up to
+    /// the top, that of the `shell`; and with `surfaces` those next to a pixel whose ray meets other surfaces. Finds
+    /// none if the scene requests one ray per pixel.
     pub fn new(scene: &Scene, core: Option<[f64; 2]>, shell: Option<[f64; 2]>, surfaces: bool) -> Self {
         if !scene.antialias {
             return Edges::default();
@@ -59,7 +59,7 @@ impl Edges {
         Edges { silhouettes: core.into_iter().chain(shell).collect(), surfaces }
     }
 
-    /// Whether there are none.
+    /// Whether it finds none.
     pub fn is_none(&self) -> bool {
         self.silhouettes.is_empty() && !self.surfaces
     }
@@ -89,7 +89,7 @@ impl Edges {
 #[derive(Clone, Copy)]
 struct View<'v> {
     scene: &'v Scene,
-    /// Width of a pixel at distance 1, in the middle of the picture: nowhere is it wider.
+    /// Width of a pixel at distance 1 in the middle of the picture, where it is widest.
     pixel: f64,
     picture: &'v [Pixel],
 }
@@ -99,7 +99,7 @@ impl View<'_> {
         &self.picture[y as usize * self.scene.width as usize + x as usize]
     }
 
-    /// The pixels before and behind a pixel in its row and in its column, where they are.
+    /// The pixels before and behind a pixel in its row and in its column, if they exist.
     fn beside(&self, x: u32, y: u32) -> [[Option<&Pixel>; 2]; 2] {
         let Scene { width, height, .. } = *self.scene;
         let [left, up] = [x.checked_sub(1).map(|x| (x, y)), y.checked_sub(1).map(|y| (x, y))];
@@ -114,15 +114,15 @@ impl View<'_> {
         let eye = DVec3::from_array(camera.eye());
         let middle = SamplePoint::middle(x, y, false);
         let dir = DVec3::from_array(camera.direction_at(middle.at, *width, *height));
-        // A ray that is turned by an angle passes the centre nearer or farther by the angle times the distance, at
-        // most.
+        // Turning a ray by an angle changes its distance from the centre by at most the angle times the distance of the
+        // eye.
         let reach = 0.5 * SQRT_2 * f64::from(pixels) * self.pixel * eye.length();
         let along = -eye.dot(dir);
         let b = (eye + along * dir).length();
         along + reach > 0.0 && b + reach >= low && b - reach <= high
     }
 
-    /// Whether a pixel's ray meets other surfaces than its neighbours', or the same at another depth.
+    /// Whether a pixel's ray meets other surfaces than those of its neighbours, or the same ones at another depth.
     fn has_step(&self, x: u32, y: u32) -> bool {
         let most = (STEP * self.pixel) as f32;
         let mine = &self.at(x, y).surfaces;
@@ -133,7 +133,7 @@ impl View<'_> {
         })
     }
 
-    /// Whether a pixel differs from one beside it by more than `least`.
+    /// Whether a pixel differs from an adjacent one by more than `least`.
     fn has_contrast(&self, x: u32, y: u32, least: f64) -> bool {
         let mine = self.at(x, y).color;
         let differs =
@@ -152,15 +152,15 @@ impl EdgePixels {
         EdgePixels(ScatteredPixels::new(raster.width, numbers, TILE))
     }
 
-    /// How many.
+    /// Number of edge pixels.
     pub fn count(&self) -> usize {
         self.0.numbers().len()
     }
 
-    /// Puts the pixels of all tiles into the picture, and adds up what their rays met.
+    /// Puts the pixels of all tiles into the picture, and sums the counts of their rays.
     ///
     /// # Panics
-    /// When a tile is missing or there twice.
+    /// If a tile is missing or occurs twice.
     pub fn replace(&self, tiles: &[Tile], picture: &mut [Pixel]) -> Counts {
         let (tiles, counts) = self.0.in_order(tiles);
         let pixels = tiles.into_iter().flat_map(|tile| &tile.pixels);
@@ -218,7 +218,7 @@ pub(crate) fn weighted_mean<'p>(pixels: impl Iterator<Item = (&'p Pixel, f64)>) 
     let color = color.map(|sum| (sum / whole) as f32);
     let error = error / whole;
     let largest = color.iter().fold(0.0f32, |most, c| most.max(*c));
-    // The background alone is exact.
+    // Only the background is exact.
     let stored = if error > 0.0 { 0.5 * f64::from(f32::EPSILON) * f64::from(largest) } else { 0.0 };
     Pixel { color, error: (error + stored) as f32, surfaces: BoundarySignature::default() }
 }

@@ -5,7 +5,7 @@ use icoray_scene::{Heights, Scene, did_you_mean};
 
 /// Borrowed fields by name.
 ///
-/// One field alone, `(&field).into()`, is the first one of any scene, whatever the scene calls it.
+/// A single field, `(&field).into()`, is the first one of any scene, by any name.
 #[derive(Debug, Clone, Default)]
 pub struct Fields<'f> {
     named: Vec<(String, Field<'f>)>,
@@ -14,26 +14,25 @@ pub struct Fields<'f> {
 }
 
 impl<'f> Fields<'f> {
-    /// Fields by name; of two with the same name the first counts.
+    /// Fields by name; the first of those with the same name counts.
     pub fn new<N: Into<String>>(named: impl IntoIterator<Item = (N, Field<'f>)>) -> Self {
         let named = named.into_iter().map(|(name, field)| (name.into(), field)).collect();
         Fields { named, ..Fields::default() }
     }
 
-    /// The same, with the heights of each column's layers, which scenes ask for by
-    /// [`Heights::Native`](icoray_scene::Heights).
+    /// Adds the heights of each column's layers, which scenes request with [`Heights::Native`](icoray_scene::Heights).
     ///
     /// `heights` has one column per cell or per corner, and as many layers as [`Layers`](icoray_grid::Layers), in their
-    /// order: metres above the planet's surface, negative below it. They must not fall on the way up a column; layers
-    /// may have no thickness, as below a sea floor. A column of which all heights are missing has the mean ones of
-    /// `Layers`. Heights at corners are averaged to cells as fields are ([`CenterField`](icoray_grid::CenterField)), over
-    /// the columns that have heights. All is checked when a frame is drawn.
+    /// order: metres above the planet's surface, negative below it. Heights must not decrease upwards; layers may have
+    /// no thickness, as below a sea floor. A column without any height takes the mean heights of `Layers`. Heights at
+    /// corners are averaged to cells as fields are ([`CenterField`](icoray_grid::CenterField)), over the columns that
+    /// have heights. Heights are checked when a frame is drawn.
     #[must_use]
     pub fn with_heights(self, heights: Field<'f>) -> Self {
         Fields { heights: Some(heights), ..self }
     }
 
-    /// The same, where 2D fields, which have one layer, have their values on each of `layers`.
+    /// Repeats the values of 2D fields, which have one layer, on each of `layers`.
     #[must_use]
     pub fn on_layers(mut self, layers: &Layers) -> Self {
         let named = self.named.iter_mut().map(|(_, field)| field);
@@ -41,13 +40,12 @@ impl<'f> Fields<'f> {
         self
     }
 
-    /// The heights of each column's layers, where they were given.
+    /// The heights of each column's layers, if given.
     pub fn heights(&self) -> Option<&Field<'f>> {
         self.heights.as_ref()
     }
 
-    /// The field that a scene calls `name`, where it is the scene's first; a scene without a name means the first of
-    /// all.
+    /// The field `name`, if that is the scene's first; without a name, the first of all fields.
     ///
     /// # Errors
     /// As [`Fields::get`].
@@ -60,7 +58,7 @@ impl<'f> Fields<'f> {
     /// The field called `name`.
     ///
     /// # Errors
-    /// [`ErrorKind::Scene`] with the names that there are.
+    /// [`ErrorKind::Scene`] with the names of the fields that are there.
     pub fn get(&self, name: &str) -> Result<&Field<'f>> {
         let found = self.named.iter().find(|(known, _)| known == name);
         found.map(|(_, field)| field).ok_or_else(|| {
@@ -74,8 +72,8 @@ impl<'f> Fields<'f> {
         })
     }
 
-    /// Those that `scene` needs, each by its name, in the order of [`Scene::model_fields`], and the heights where it
-    /// needs these.
+    /// The fields that `scene` needs, each by its name, in the order of [`Scene::model_fields`], and the heights if it
+    /// needs them.
     ///
     /// # Errors
     /// As [`Fields::get`]; [`ErrorKind::Field`] where the scene needs heights and there are none.
@@ -116,7 +114,7 @@ impl<'f> Fields<'f> {
         self.named.iter().map(|(name, field)| (name.as_str(), field))
     }
 
-    /// The same with `first` before all others, and the field without a name called `name`.
+    /// The fields with `first` before all others, and the unnamed field named `name`.
     pub(crate) fn behind(&self, first: Vec<(String, Field<'f>)>, name: Option<&str>) -> Self {
         let unnamed = self.unnamed.iter().zip(name).map(|(field, name)| (name.to_owned(), *field));
         let named = first.into_iter().chain(unnamed).chain(self.named.iter().cloned()).collect();

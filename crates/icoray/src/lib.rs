@@ -42,13 +42,14 @@
 //! The same with coasts, a colour bar and comments is
 //! [examples/rust](https://github.com/icoray/icoray/tree/main/examples/rust).
 //!
-//! # Where to go from here
+//! # Overview
 //!
 //! - **Grid**: [`GridTables`] are a model's six index tables in 32 or 64 bits, [`Grid`] checks and borrows them.
 //! - **Field**: [`Field`] borrows values in the memory layout that a [`Shape`] describes; [`Layers`] are their heights.
-//! - **Scene**: [`Scene`] is what to show: [`Camera`], [`TransferFunction`], [`Lighting`], [`Surface`]s, [`Clip`]s;
-//!   [`Script`] has several views and a schedule. Both are TOML, whose keys are listed by [`keys`].
-//! - **Plan**: [`Plan`] is what a scene needs of a grid (layers, blocks, gradients, bytes), before it is rendered.
+//! - **Scene**: [`Scene`] describes the picture: [`Camera`], [`TransferFunction`], [`Lighting`], [`Surface`]s,
+//!   [`Clip`]s; [`Script`] has several views and a schedule. Both are TOML, whose keys are listed by [`keys`].
+//! - **Plan**: [`Plan`] lists the data of a grid that a scene needs (layers, blocks, gradients, bytes), before it is
+//!   rendered.
 //! - **Render**: [`Renderer`] makes a [`Frame`] with its [`FrameReport`]; [`Background`] renders copies of fields while
 //!   the model computes on; [`ranks`] share a picture; [`device`]s render in place of the CPU.
 //! - **Output**: [`output`] writes frames as PNG and EXR, with labels and `report.csv`, in place or on a thread.
@@ -109,7 +110,7 @@ pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, PartCorners, Ran
 pub use render::{Histogram, Probe, ProbePoint, Rendered, Renderer};
 pub use snapshot::Snapshot;
 
-/// Pictures and their report on disk: one at a time, or on a thread that writes while the model goes on.
+/// Writes pictures and their report to disk: one at a time, or on a thread while the model goes on.
 ///
 /// ```
 /// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};

@@ -1,4 +1,5 @@
-//! The plan: what one scene needs of one grid, set of layers and field. The only place that decides what is left out.
+//! The plan of a scene: the data of a grid, layers and a field that it needs. Only this module decides which are left
+//! out.
 
 use crate::cells_per_pixel::cells_per_pixel;
 use crate::derive;
@@ -50,7 +51,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Decides what `scene` needs, and checks that grid, layers and field fit each other and the scene.
+    /// Determines the data that `scene` needs, and checks that grid, layers and field fit each other and the scene.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when the field's shape does not fit the grid or the layers; [`ErrorKind::Scene`] when the
@@ -103,7 +104,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Checks that field `name` fits grid and layers, and gives the layers on which it lies.
+    /// Checks that field `name` fits grid and layers, and returns the layers on which it lies.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when its shape does not fit.
@@ -131,7 +132,7 @@ impl Plan {
     /// rank's part of the grid, `None` the whole.
     ///
     /// # Errors
-    /// [`ErrorKind::Scene`] where tiles are asked for and ranks have parts only.
+    /// [`ErrorKind::Scene`] if tiles are requested and ranks have only parts.
     pub fn sharing(scene: &Scene, part: Option<&Part>) -> Result<Sharing> {
         let (scheme, why) = match (scene.ranks, part) {
             (Scheme::Tiles, Some(part)) => {
@@ -150,7 +151,7 @@ impl Plan {
         Ok(Sharing::because(scheme, why))
     }
 
-    /// How many cells of the grid would fall into a pixel of the scene's picture.
+    /// Number of the grid's cells per pixel of the scene's picture.
     pub fn cells_per_pixel(&self, scene: &Scene, grid: &Grid) -> CellsPerPixel {
         cells_per_pixel(scene, grid, None, [self.radius[0], self.radius[self.radius.len() - 1]])
     }
@@ -167,12 +168,12 @@ impl Plan {
         VisibleCells::new(grid, DVec3::from_array(scene.camera.eye()), sides, shell, scene.core.is_some())
     }
 
-    /// Whether rays walk side by side, where the machine can.
+    /// Whether rays are traced in packets, if the machine supports it.
     pub(crate) fn walks_in_packets(&self, scene: &Scene) -> bool {
         scene.is_plain() && scene.precision == Precision::F32 && scene.method == Method::Exact
     }
 
-    /// The first table that is too long for rays side by side.
+    /// The first table that is too long for packets of rays.
     fn beyond_gathers(&self, scene: &Scene, grid: &Grid) -> Option<String> {
         let values = grid.cells() * self.radius.len();
         let words = if self.allows_single_gradients(scene) { 1 } else { 3 };
@@ -180,15 +181,15 @@ impl Plan {
         beyond_gathers(values, gradients, 3 * (grid.triangles() + grid.void_triangles()))
     }
 
-    /// Whether the scene's tolerance is far above what gradients in single precision, and packed ones, do to light:
-    /// packing turns normals by 1e-5.
+    /// Whether the scene's tolerance is far above the effect on light of gradients in single precision and of packed
+    /// ones: packing turns normals by 1e-5.
     pub(crate) fn allows_single_gradients(&self, scene: &Scene) -> bool {
         const TURN: f64 = 1e-5;
         let off = self.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
         scene.precision == Precision::F32 && off <= 0.05 * scene.tolerance
     }
 
-    /// Data that are not computed or read for this scene, as text.
+    /// Descriptions of the data that are not computed or read for this scene.
     pub fn left_out(&self) -> &[String] {
         &self.left_out
     }

@@ -1,7 +1,7 @@
 //! Colour ranges that follow the data: percentiles of the first frame, or of all frames so far.
 //!
-//! A renderer remembers the range of each field and colour map, so that views of the same field have the same colours.
-//! All ranks find the same range to the last bit, however the grid is shared out: they add up whole numbers.
+//! A renderer stores the range of each field and colour map, so that views of the same field have the same colours. All
+//! ranks find the same range to the last bit, for any distribution of the grid: they sum integers.
 
 use crate::ranks::{Part, Ranks};
 use icoray_grid::Field;
@@ -11,9 +11,9 @@ use icoray_scene::{ColorRange, Coloring, Scale, Scene};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// Bins of a histogram; percentiles are known to a part in the square of it of the range, along the scale.
+/// Bins of a histogram; the resolution of percentiles is the range over the square of this number, along the scale.
 const BINS: usize = 4096;
-/// Maximum number of stored ranges: bounds the memory when a host generates ever new maps.
+/// Maximum number of stored ranges: bounds the memory if a host generates ever new maps.
 const MAX_RANGES: usize = 64;
 
 /// The ranges that a renderer has found.
@@ -32,14 +32,13 @@ struct RecentRange {
 pub(crate) struct FieldValues<'f> {
     pub threads: &'f Threads,
     pub field: &'f Field<'f>,
-    /// The rank's part of the grid, whose own cells count; `None` is the whole grid.
+    /// The rank's part of the grid, of which only own cells count; `None` is the whole grid.
     pub part: Option<&'f Part>,
 }
 
 impl Ranges {
-    /// The scene with each of its colour maps over the range of this frame, of the field that `values` has by that
-    /// name; `None` where it says all ranges itself. Collective: all ranks ask for the same fields in the same
-    /// order.
+    /// The scene with the range of each colour map in this frame; `values` returns the field of a name. `None` if the
+    /// scene specifies all ranges. Collective: all ranks request the same fields in the same order.
     pub fn resolve<'v>(
         &self,
         ranks: &mut Ranks,
@@ -58,7 +57,7 @@ impl Ranges {
         })
     }
 
-    /// The range of this frame; `None` where it is fixed. Collective.
+    /// The range in this frame; `None` if it is fixed. Collective.
     fn range_of<'v>(
         &self,
         ranks: &mut Ranks,
@@ -84,7 +83,7 @@ impl Ranges {
                     (None, Some(seen)) => seen,
                     (None, None) => return Ok(Some(coloring.unknown())),
                 };
-                // A single value is no range: the next frame is asked again.
+                // A single value is no range: the next frame searches again.
                 if range[0] < range[1] {
                     self.keep(field, coloring, range);
                 }
@@ -115,7 +114,8 @@ impl RecentRange {
     }
 }
 
-/// A range after a frame: ends that the frame passes by more than a part of the range move, and as far beyond.
+/// Updates a range after a frame: an end that the frame exceeds by more than a fraction of the range moves, and as far
+/// beyond.
 fn widened(scale: Scale, known: [f64; 2], seen: [f64; 2], hysteresis: f64) -> [f64; 2] {
     let [low, high] = known.map(|end| scale.forward(end));
     let [least, most] = seen.map(|end| scale.forward(end));
@@ -126,7 +126,7 @@ fn widened(scale: Scale, known: [f64; 2], seen: [f64; 2], hysteresis: f64) -> [f
     ]
 }
 
-/// Two ends about the one value where there is only one.
+/// Two ends around the value if there is only one.
 fn apart(scale: Scale, [low, high]: [f64; 2]) -> [f64; 2] {
     if low < high {
         return [low, high];
@@ -136,14 +136,14 @@ fn apart(scale: Scale, [low, high]: [f64; 2]) -> [f64; 2] {
     [scale.backward(at - half), scale.backward(at + half)]
 }
 
-/// Which bin of `BINS` a place is in, and which of as many parts of that.
+/// The bin of `BINS` that contains a place, and the bin within that.
 fn bins(place: f64, [low, high]: [f64; 2]) -> [usize; 2] {
     let at = (place - low) / (high - low) * BINS as f64;
     let bin = (at as usize).min(BINS - 1);
     [bin, (((at - bin as f64) * BINS as f64) as usize).min(BINS - 1)]
 }
 
-/// The bin of the value number `rank` of all, and how many lie in bins before it.
+/// The bin of the value with index `rank` among all, and the number of values in bins before it.
 fn bin_of(rank: u64, counts: &[u64]) -> (usize, u64) {
     let mut before = 0;
     for (bin, count) in counts.iter().enumerate() {
@@ -161,7 +161,7 @@ fn added(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
 }
 
 impl FieldValues<'_> {
-    /// Two percentiles of the values that the scale admits; the least and the greatest where they are one. `None` where
+    /// Two percentiles of the values that the scale admits; the least and the greatest if they are equal. `None` if
     /// there is no value. Collective.
     fn percentiles(&self, ranks: &mut Ranks, scale: Scale, percentile: [f64; 2]) -> Result<Option<[f64; 2]>> {
         let (extent, count) = self.extent(ranks, scale)?;
@@ -201,7 +201,7 @@ impl FieldValues<'_> {
         }
     }
 
-    /// Least and greatest value that the scale admits, and how many there are. Collective.
+    /// Least and greatest value that the scale admits, and the number of such values. Collective.
     fn extent(&self, ranks: &mut Ranks, scale: Scale) -> Result<(Option<[f64; 2]>, u64)> {
         let one = |column| {
             let (mut low, mut high, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0u64);
@@ -221,7 +221,7 @@ impl FieldValues<'_> {
         Ok(((all.0 <= all.1).then_some([all.0, all.1]), all.2))
     }
 
-    /// What `count` adds up of the places of all values in `size` numbers. Collective.
+    /// Sums over all values of the `size` numbers that `count` adds for each value's place. Collective.
     fn histogram(
         &self,
         ranks: &mut Ranks,
@@ -230,7 +230,7 @@ impl FieldValues<'_> {
         count: &(dyn Fn(f64, &mut [u64]) + Sync),
     ) -> Result<Vec<u64>> {
         let nothing = || vec![0u64; size];
-        // A few histograms for each thread, however large the grid.
+        // A few histograms per thread, for any size of the grid.
         let columns = self.field.shape().columns;
         let most = columns.div_ceil(4 * self.threads.count()).max(256);
         let columns = (0..columns).into_par_iter().with_min_len(most);

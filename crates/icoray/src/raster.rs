@@ -1,4 +1,4 @@
-//! Pixels over the thread pool: tiles of a raster, which may hold each k-th pixel only and is filled in then.
+//! Traces pixels over the thread pool, in tiles of a raster, which may have only each k-th pixel and is then filled in.
 
 mod rect;
 
@@ -10,7 +10,8 @@ use icoray_kernel::signature::BoundarySignature;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Most of a tile's side in traced pixels: so small that 64 threads have about as much to do in a picture of 512 x 512.
+/// Maximum side of a tile in traced pixels: small enough that 64 threads have about equal work in a picture of 512 x
+/// 512.
 const TILE: u32 = 16;
 
 /// A pixel and its error bound.
@@ -18,7 +19,7 @@ const TILE: u32 = 16;
 pub(crate) struct Pixel {
     pub color: [f32; 4],
     pub error: f32,
-    /// The surfaces that its ray met, where the scene has several.
+    /// The surfaces that its ray met, if the scene has several.
     pub surfaces: BoundarySignature,
 }
 
@@ -38,30 +39,32 @@ impl SamplePoint {
     }
 }
 
-/// Rays in tiles, numbered from 0: the same for all devices, threads and ranks.
+/// Rays in tiles, numbered from 0: equal for all devices, threads and ranks.
 pub(crate) trait Tiling: Sync {
-    /// How many tiles there are.
+    /// Number of tiles.
     fn tiles(&self) -> u32;
 
-    /// How many pixels a tile has.
+    /// Number of pixels of a tile.
     fn pixels_of(&self, tile: u32) -> usize;
 
-    /// How many rays each pixel has.
+    /// Number of rays of each pixel.
     fn rays_per_pixel(&self) -> usize;
 
     /// Calls `emit` with the sample points of a tile, pixel by pixel.
     fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint));
 
-    /// A tile's pixels, made of what its rays show.
+    /// A tile's pixels, computed from the results of its rays.
     fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel>;
 
-    /// The raster whose tiles these are, if they are a raster's.
+    /// The raster of these tiles, if they are a raster's.
     fn raster(&self) -> Option<Raster>;
 }
 
-/// Traces tiles, dealt to threads one by one, when the iterator is run: `draw` gives what rays show at a tile's places.
+/// Traces tiles, dealt to threads one by one, when the iterator is run: `draw` returns the results of rays at a tile's
+/// sample points.
 ///
-/// Tiles are left untraced once `is_stopped`. Each starts its search afresh: pictures depend on no thread or rank.
+/// Tiles are left untraced once `is_stopped` is true. Each tile starts its own search: pictures depend on no thread or
+/// rank.
 pub(crate) fn trace<'a>(
     tiling: &'a dyn Tiling,
     tiles: &'a [u32],
@@ -90,7 +93,7 @@ pub(crate) fn sample_points(tiling: &dyn Tiling, tile: u32) -> Vec<SamplePoint> 
 /// A rectangle of traced pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tile {
-    /// Its place among the raster's tiles.
+    /// Its index among the raster's tiles.
     pub number: u32,
     /// Seconds of tracing on one thread.
     pub seconds: f64,
@@ -101,24 +104,24 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// What the rays of a tile of `tiling` show, which was begun at `start`.
+    /// The tile of `tiling` with the results of its rays, whose tracing began at `start`.
     pub fn resolved(tiling: &dyn Tiling, number: u32, rays: Vec<Pixel>, start: Instant, counts: Counts) -> Self {
         Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels: tiling.resolve(rays) }
     }
 
-    /// A tile of a frame that is given up.
+    /// A tile of an abandoned frame.
     fn untraced(tiling: &dyn Tiling, number: u32) -> Self {
         let pixels = vec![Pixel::default(); tiling.pixels_of(number)];
         Tile { number, seconds: 0.0, counts: Counts::default(), pixels }
     }
 }
 
-/// The pixels of a picture that are traced: each `step`-th in both directions, the last ones of a row and a column too.
+/// The pixels of a picture that are traced: each `step`-th in both directions, and the last of each row and column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Raster {
     pub width: u32,
     pub height: u32,
-    /// Every how many-th pixel is traced.
+    /// Distance between traced pixels.
     pub step: u32,
 }
 
@@ -128,7 +131,7 @@ impl Raster {
         [self.width, self.height].map(|side| (side - 1).div_ceil(self.step) + 1)
     }
 
-    /// Pixels that are traced, for each pixel of the picture.
+    /// Fraction of the picture's pixels that are traced.
     pub fn part(&self) -> f64 {
         let [across, down] = self.nodes().map(f64::from);
         across * down / (f64::from(self.width) * f64::from(self.height))
@@ -159,11 +162,11 @@ impl Raster {
         Rect { left, top, width: right - left, height: bottom - top }
     }
 
-    /// The picture of all tiles, in whatever order they are, with the pixels between filled in: rows from the top. The
+    /// The picture of all tiles, which are in any order, with the pixels between filled in: rows from the top. The
     /// error of a pixel between is an estimate ([`Self::is_traced`]).
     ///
     /// # Panics
-    /// When a tile is missing or there twice.
+    /// If a tile is missing or occurs twice.
     pub fn assemble(&self, tiles: &[Tile]) -> (Vec<Pixel>, Counts) {
         let [across, down] = self.nodes();
         let mut is_there = vec![false; self.tiles() as usize];
@@ -182,22 +185,22 @@ impl Raster {
         if self.step == 1 { (nodes, counts) } else { (self.fill(&nodes), counts) }
     }
 
-    /// Traces all tiles and makes the picture of them.
+    /// Traces all tiles and assembles the picture.
     #[cfg(test)]
     pub fn draw(&self, draw: impl Fn(&[SamplePoint], &mut Counts) -> Vec<Pixel> + Sync + Send) -> (Vec<Pixel>, Counts) {
         let all: Vec<u32> = (0..self.tiles()).collect();
         self.assemble(&trace(self, &all, || false, draw).collect::<Vec<_>>())
     }
 
-    /// Whether the pixel of this number in the picture is traced.
+    /// Whether the pixel with this number in the picture is traced.
     pub fn is_traced(&self, number: u32) -> bool {
         let is_node = |at: u32, side: u32| at.is_multiple_of(self.step) || at + 1 == side;
         is_node(number % self.width, self.width) && is_node(number / self.width, self.height)
     }
 
-    /// All pixels, bilinear between traced ones. Between, a pixel is estimated to be as far off as a traced pixel
-    /// around it differs from its neighbours on all sides, beside their own errors. A detail that falls between traced
-    /// pixels escapes that.
+    /// All pixels, bilinear between traced ones. The error of a pixel between is estimated as the difference of a
+    /// traced pixel around it from its neighbours on all sides, in addition to their own errors. The estimate misses
+    /// details between traced pixels.
     fn fill(&self, nodes: &[Pixel]) -> Vec<Pixel> {
         let [across, down] = self.nodes().map(|n| n as usize);
         let range = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
@@ -217,7 +220,7 @@ impl Raster {
         let spread: Vec<f32> = (0..nodes.len()).into_par_iter().map(spread).collect();
         let step = self.step as usize;
         let (width, height) = (self.width as usize, self.height as usize);
-        // The traced pixels before and behind a pixel, and the place between them.
+        // The traced pixels before and behind a pixel, and its position between them.
         let between = |at: usize, side: usize| {
             let node = at / step;
             let (low, high) = (node * step, (node * step + step).min(side - 1));
@@ -276,7 +279,7 @@ impl Tiling for Raster {
     }
 }
 
-/// The bilinear mean of four colours; one that all four are stays as it is.
+/// The bilinear mean of four colours; exact if all four are equal.
 fn mean(around: &[[f32; 4]; 4], u: f32, v: f32) -> [f32; 4] {
     let between = |a: f32, b: f32, at: f32| a + (b - a) * at;
     let [up_left, up_right, down_left, down_right] = around;

@@ -1,4 +1,4 @@
-//! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
+//! The renderer: draws scenes on a thread pool of its own, and on a device if there is one.
 
 use crate::derive;
 use crate::edges::Edges;
@@ -60,11 +60,11 @@ use prepared_field::PreparedField;
 use work::{SingleVolume, Work};
 
 impl Renderer {
-    /// Renders `scene` of its fields, or of one field.
+    /// Renders `scene` from its fields, or from one field.
     ///
     /// # Errors
-    /// As [`Plan::new`], and [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) where the scene shows a field that is
-    /// not there.
+    /// As [`Plan::new`], and [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) if the scene shows a field that is
+    /// missing.
     pub fn render<'f>(
         &self,
         scene: &Scene,
@@ -80,20 +80,20 @@ impl Renderer {
         }
     }
 
-    /// Renders `scene` together with the other ranks; the picture is at rank 0. Collective: all ranks give the same
+    /// Renders `scene` together with the other ranks; the picture is at rank 0. Collective: all ranks pass the same
     /// scene and layers.
     ///
-    /// Without a `part` all give copies of the same grid and field, each draws some tiles, and the picture is bitwise
-    /// that of [`Self::render`]. With one, each gives its own part of the grid and the field's values there, halo
-    /// included, and the picture is as near to the exact integral as its errors say.
-    /// [`Sharing`](icoray_output::Sharing) has what a scene can ask for.
+    /// Without a `part` all ranks pass copies of the same grid and field, each draws some tiles, and the picture is
+    /// bitwise that of [`Self::render`]. With one, each passes its own part of the grid and the field's values there,
+    /// halo included, and the picture agrees with the exact integral within its errors.
+    /// [`Sharing`](icoray_output::Sharing) lists the schemes that a scene can request.
     ///
-    /// Within a time budget the quality is what rank 0 picks, or of parts the cheapest that any rank picks.
+    /// Within a time budget rank 0 picks the quality; with parts it is the cheapest that any rank picks.
     ///
     /// # Errors
-    /// The same on all ranks: as [`Plan::new`] on any of them,
-    /// [`ErrorKind::Internal`](icoray_grid::ErrorKind::Internal) where one of several panicked, and
-    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) where they have not the same data or the transport fails.
+    /// Equal on all ranks: as [`Plan::new`] on any of them, [`ErrorKind::Internal`](icoray_grid::ErrorKind::Internal)
+    /// if one of several panicked, and [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) if their data differ or the
+    /// transport fails.
     pub fn render_over<'f>(
         &self,
         ranks: &mut Ranks,
@@ -107,17 +107,17 @@ impl Renderer {
         self.render_since(Instant::now(), ranks, scene, &given)
     }
 
-    /// The device for a picture, if there is one and it can. Collective.
+    /// The device for a picture, if there is one that supports it. Collective.
     fn find_device(&self, ranks: &mut Ranks, scene: &Scene) -> Result<DeviceChoice> {
         if scene.backend == Backend::Cpu {
             return Ok(Err(None));
         }
         let node_rank = ranks.node_rank()?;
-        // On a thread of icoray's: those that a driver makes are no more the host's than they are.
+        // On one of the renderer's threads, so that threads that a driver starts do not descend from the host's.
         Ok(self.run(|| self.device_for(scene, node_rank)))
     }
 
-    /// [`Self::render_over`] of a frame that was begun at `start`.
+    /// [`Self::render_over`] for a frame that began at `start`.
     fn render_since(&self, start: Instant, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<Rendered> {
         let RenderInputs { grid, part, fields, .. } = *given;
         if !scene.scenery.derived.is_empty() {
@@ -136,7 +136,7 @@ impl Renderer {
         Ok(rendered)
     }
 
-    /// [`Self::render_since`] of fields that include the derived ones.
+    /// [`Self::render_since`] with fields that include the derived ones.
     fn render_fields(
         &self,
         start: Instant,
@@ -212,7 +212,7 @@ impl Renderer {
         Ok(rendered)
     }
 
-    /// The plan of a frame, and how ranks share out its picture: the same on all. Collective.
+    /// The plan of a frame, and the distribution of its picture over ranks: equal on all. Collective.
     fn agree_on_plan(&self, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<(Plan, Sharing)> {
         let RenderInputs { grid, part, layers, fields } = *given;
         let field = ranks.attempt(|| fields.first(scene.field()));

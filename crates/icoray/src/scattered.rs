@@ -1,4 +1,4 @@
-//! Pixels anywhere in a picture, which are traced again in tiles of their list.
+//! Pixels at any places of a picture, which are traced again in tiles of their list.
 
 use crate::raster::{SamplePoint, Tile};
 use icoray_kernel::Counts;
@@ -10,12 +10,12 @@ pub(crate) struct ScatteredPixels {
     width: u32,
     /// Their numbers in the picture, rising.
     numbers: Vec<u32>,
-    /// Pixels of a tile.
+    /// Number of pixels of a tile.
     per_tile: usize,
 }
 
 impl ScatteredPixels {
-    /// The pixels of these numbers, which rise, of a picture so wide.
+    /// The pixels with these numbers, in rising order, of a picture `width` pixels wide.
     pub fn new(width: u32, numbers: Vec<u32>, per_tile: usize) -> Self {
         ScatteredPixels { width, numbers, per_tile }
     }
@@ -25,7 +25,7 @@ impl ScatteredPixels {
         &self.numbers
     }
 
-    /// How many tiles they make.
+    /// Number of tiles.
     pub fn tiles(&self) -> u32 {
         self.numbers.len().div_ceil(self.per_tile) as u32
     }
@@ -50,10 +50,10 @@ impl ScatteredPixels {
         }
     }
 
-    /// The tiles in their order, and the sum of what their rays met.
+    /// The tiles in order, and the sum of their rays' counts.
     ///
     /// # Panics
-    /// When a tile is missing or there twice.
+    /// If a tile is missing or occurs twice.
     pub fn in_order<'t>(&self, tiles: &'t [Tile]) -> (Vec<&'t Tile>, Counts) {
         let mut found = vec![None; self.tiles() as usize];
         let mut counts = Counts::default();

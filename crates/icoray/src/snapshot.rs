@@ -1,6 +1,6 @@
-//! Copies of fields as they are now, so that the model can compute on while the frame is drawn.
+//! Copies fields at one time, so that the model can compute on while the frame is drawn.
 //!
-//! It is the one place where icoray copies a model's data, and the reports say how many bytes and seconds that takes.
+//! Only this module copies a model's data; the reports contain the bytes and seconds of that.
 
 use crate::fields::Fields;
 use crate::render::Renderer;
@@ -10,33 +10,33 @@ use icoray_grid::{OwnedReals, Reals, Result, Shape};
 use rayon::prelude::*;
 use std::mem::replace;
 
-/// Owned copies of fields, and of the heights of their columns where there are any: level-fastest, in each one's own
+/// Owned copies of fields, and of the heights of their columns if there are any: level-fastest, each in its own
 /// precision and with its fill value and location.
 ///
-/// Their memory is used again by the next copies, so that a run of frames of the same fields allocates once.
+/// The next copies reuse their memory, so that a series of frames of the same fields allocates once.
 #[derive(Debug, Clone, Default)]
 pub struct Snapshot {
-    /// Of the copies, in their order; none of one field without a name.
+    /// Names of the copies, in their order; empty for one field without a name.
     names: Vec<String>,
     copies: Vec<Copied>,
     heights: Option<Copied>,
 }
 
 impl Snapshot {
-    /// A snapshot of no field yet, which takes no memory.
+    /// A snapshot without fields, which takes no memory.
     pub fn empty() -> Self {
         Snapshot::default()
     }
 
-    /// Copies of `fields`, made on the renderer's threads.
+    /// Copies `fields` on the renderer's threads.
     pub fn of<'f>(fields: impl Into<Fields<'f>>, renderer: &Renderer) -> Self {
         let mut snapshot = Self::empty();
         snapshot.take(fields, renderer);
         snapshot
     }
 
-    /// Copies `fields` in place of what was copied before, on the renderer's threads. Memory is allocated only where a
-    /// field is larger than any before it at its place in the list, or of another precision.
+    /// Replaces the copies by those of `fields`, made on the renderer's threads. Memory is allocated only if a field is
+    /// larger than any before it at its place in the list, or has another precision.
     pub fn take<'f>(&mut self, fields: impl Into<Fields<'f>>, renderer: &Renderer) {
         let fields = fields.into();
         self.names = fields.iter().map(|(name, _)| name.to_owned()).collect();
@@ -53,7 +53,7 @@ impl Snapshot {
     /// The copied fields.
     ///
     /// # Errors
-    /// None that can be met: copies have the shapes that they were made with.
+    /// None in practice: copies keep the shapes of their fields.
     pub fn fields(&self) -> Result<Fields<'_>> {
         let copies = self.copies.iter().map(Copied::field).collect::<Result<Vec<_>>>()?;
         let fields = match copies.first() {
@@ -66,7 +66,7 @@ impl Snapshot {
         })
     }
 
-    /// Bytes that were copied.
+    /// Number of copied bytes.
     pub fn bytes(&self) -> u64 {
         self.copies.iter().chain(&self.heights).map(Copied::bytes).sum()
     }
@@ -114,10 +114,10 @@ impl Copied {
 }
 
 /// Columns that are copied together: enough for whole cache lines of a layer in a cell-fastest array, few enough to
-/// stay in the first cache.
+/// stay in the first-level cache.
 const BLOCK: usize = 64;
 
-/// Copies what `shape` says of `from` to `to`, level-fastest.
+/// Copies the elements of `from` in the layout `shape` to `to`, level-fastest.
 fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Shape, elements: &ElementIndexer) {
     let layers = shape.layers;
     to.resize(shape.columns * layers, S::default());

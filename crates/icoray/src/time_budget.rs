@@ -4,17 +4,17 @@ use crate::raster::Raster;
 use icoray_scene::{Lights, Quality, Scene};
 use std::time::Instant;
 
-/// The tolerance that a budget may go up to.
+/// Maximum tolerance that a budget may choose.
 const LOOSEST: f64 = 1e-2;
-/// About how many pixels are traced to see what a frame costs.
+/// Approximate number of pixels that are traced to measure the cost of a frame.
 const PROBE: f64 = 400.0;
-/// The part of what is left that one more measurement on a device may take.
+/// Maximum fraction of the time left for one more measurement on a device.
 const DEVICE_PROBE: f64 = 0.1;
-/// How many times over there has to be time before a better quality is tried.
+/// Ratio of the time left to the estimated time from which a better quality is tried.
 const TO_SPARE: f64 = 1.2;
-/// A frame is planned to take this part of what is left, since a probe is not exact.
+/// Planned fraction of the time left, since a probe is not exact.
 const MARGIN: f64 = 0.8;
-/// The part of a budget that gradients may take before light is left out.
+/// Maximum fraction of a budget for gradients before light is left out.
 const GRADIENTS: f64 = 0.5;
 
 /// Time that a frame may take, counted from its start.
@@ -24,28 +24,28 @@ pub(crate) struct Deadline {
     seconds: f64,
     /// The largest step between traced pixels.
     largest_step: u32,
-    /// Ranks among which rays are shared out.
+    /// Number of ranks that divide the rays.
     ranks: f64,
 }
 
 impl Deadline {
-    /// The scene's, if it has one, for a frame that so many ranks draw.
+    /// The deadline of the scene, if it has one, for a frame that `ranks` ranks draw.
     pub fn of(scene: &Scene, start: Instant, ranks: usize) -> Option<Self> {
         let Scene { time_budget_ms, largest_step, .. } = *scene;
         time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0, largest_step, ranks: ranks as f64 })
     }
 
-    /// Seconds that may still be planned.
+    /// Seconds left for planning.
     fn left(&self) -> f64 {
         MARGIN * (self.seconds - self.start.elapsed().as_secs_f64()).max(0.0)
     }
 
-    /// Whether there is time for something that takes so many seconds.
+    /// Whether there is time for something that takes `seconds` seconds.
     pub fn has_time_for(&self, seconds: f64) -> bool {
         seconds <= self.left()
     }
 
-    /// Whether there is time for gradients, of which a part `part` is computed by `sample` to see what they cost.
+    /// Whether there is time for gradients; `sample` computes the fraction `part` of them to measure their cost.
     pub fn has_time_for_gradients(&self, part: f64, sample: impl FnOnce()) -> bool {
         let start = Instant::now();
         sample();
@@ -75,24 +75,24 @@ impl Deadline {
 /// The measured cost of a picture in one quality.
 #[derive(Debug, Clone, Copy)]
 struct Cost {
-    /// Seconds that the measurement took.
+    /// Seconds of the measurement.
     spent: f64,
     /// Seconds independent of the number of pixels.
     fixed: f64,
-    /// Seconds of tracing all pixels, in addition.
+    /// Additional seconds for tracing all pixels.
     pixels: f64,
 }
 
 impl Cost {
-    /// From some pixels, each of which takes its time.
+    /// Measures some pixels, each of which takes its time.
     fn on_cpu(raster: Raster, mut seconds: impl FnMut(Raster) -> f64) -> Self {
         let probe = probe(raster);
         let spent = seconds(probe);
         Cost { spent, fixed: 0.0, pixels: spent / probe.part() }
     }
 
-    /// From ever more pixels, while `left` seconds allow it: on a device that is not full, more take next to no more
-    /// time.
+    /// Measures more and more pixels, while `left` seconds permit it: on a device that is not fully used, more pixels
+    /// take almost no more time.
     fn on_device(raster: Raster, left: f64, mut seconds: impl FnMut(Raster) -> f64) -> Self {
         let mut last = Raster { step: probe(raster).step.next_power_of_two(), ..raster };
         let mut took = seconds(last);
@@ -103,7 +103,7 @@ impl Cost {
                 break;
             }
             let before = std::mem::replace(&mut took, seconds(finer));
-            // It may have become full just now, so that more pixels take longer than these did; at most in proportion.
+            // It may be fully used only now, so that more pixels take longer than these did; at most in proportion.
             let most = took / finer.part();
             let slope = ((took - before) / (finer.part() - last.part())).clamp(0.0, most);
             cost.spent += took;
@@ -114,7 +114,7 @@ impl Cost {
         cost
     }
 
-    /// Seconds where a part of the pixels is traced by so many ranks.
+    /// Seconds if `ranks` ranks trace a fraction `part` of the pixels.
     fn of(&self, part: f64, ranks: f64) -> f64 {
         self.fixed + self.pixels * part / ranks
     }
@@ -126,11 +126,11 @@ fn probe(raster: Raster) -> Raster {
     Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, Quality::LARGEST_STEP), ..raster }
 }
 
-/// The best quality for which `left` seconds are enough where `ranks` share the rays: first the tolerance is loosened,
-/// then light is made coarse, then pixels are left out. `measure` gives what a quality costs, told what is left.
+/// The best quality that takes at most `left` seconds if `ranks` share the rays: first the tolerance is increased, then
+/// light is made coarse, then pixels are left out. `measure` returns the cost of a quality, given the time left.
 ///
-/// Costs are measured from the cheapest quality upwards, the next only where there is time to spare for it: a probe of
-/// what is far too dear would itself take the time.
+/// Costs are measured from the cheapest quality upwards, each only if there is time to spare for it: probing a much too
+/// expensive quality would itself take too much time.
 fn choose(
     asked: Quality,
     raster: Raster,

@@ -1,5 +1,5 @@
 // Mirrors kernel/packet/blend.rs: several volumes on one piece of a ray. Extinctions add up, colours mix by extinction;
-// the start, the middle and the end of the piece give the mean colour of the light that is absorbed, by the rule of
+// the start, the middle and the end of the piece give the mean colour of the absorbed light, by the rule of
 // kernel/general/mean_color.rs.
 #import params
 #import scenery
@@ -44,7 +44,7 @@ struct VolumeColors {
     tints: mat2x3f,
 }
 
-// Those of a volume, none below black.
+// The colours of a volume, none below black.
 fn volume_colors(piece: VolumePiece) -> VolumeColors {
     let s = piece.color;
     let span = spans[piece.color_span];
@@ -58,7 +58,7 @@ fn volume_colors(piece: VolumePiece) -> VolumeColors {
     return VolumeColors(at, mat2x3f(span.color_slope * slopes.x, span.color_slope * slopes.y));
 }
 
-// Colours under the mean shade of their volume, the light that it absorbs, and the error and the standard deviation of
+// Colours with the mean shade of their volume, the light that it absorbs, and the error and the standard deviation of
 // the shade.
 struct ShadedColors {
     color: VolumeColors,
@@ -67,8 +67,8 @@ struct ShadedColors {
     deviation: f32,
 }
 
-// `through` is the transmittance in the middle and at the end, `unseen` the relative error of what all volumes absorb at
-// the three places; `at` are the gradients there, mixed of gradients of `size`.
+// `through` is the transmittance in the middle and at the end, `unseen` the relative error of the absorption of all
+// volumes at the three places; `at` are the gradients there, mixed from gradients of `size`.
 fn volume_shade(
     shading: RayShading,
     piece: VolumePiece,
@@ -83,7 +83,7 @@ fn volume_shade(
     let a = extinction.x;
     let m = extinction.y * through.x;
     let b = extinction.z * through.y;
-    // Of dense media the three places may see nothing.
+    // The three places may miss dense media entirely.
     let share = (a + 4.0 * m + b) * (1.0 / 6.0) + LEAST;
     let bent = abs((a - m) + (b - m)) / share;
     let spread = LightSpread((b - a) / (12.0 * share), min(0.2 * bent + 0.5 * unseen, 0.5));
@@ -115,7 +115,7 @@ fn mixture_none() -> Mixture {
     return Mixture(vec3f(0.0), vec2f(0.0), mat3x3f(), mat2x3f(), 0.0, 0.0);
 }
 
-// With a volume more.
+// Adds a volume to the mixture.
 fn mixture_and(mixture: Mixture, depths: VolumeDepths, color: VolumeColors, piece: Segment) -> Mixture {
     let rates = depths.extinction;
     let thickening = depths.thickening;
@@ -134,13 +134,13 @@ fn mixture_and(mixture: Mixture, depths: VolumeDepths, color: VolumeColors, piec
     );
 }
 
-// The relative error of what volumes of these rates absorb at the three places of a piece.
+// The relative error of the absorption of volumes with these rates at the three places of a piece.
 fn unseen_of(rates: vec3f, through: vec2f, length: f32, absorbed: f32) -> f32 {
     let seen = length * (rates.x + 4.0 * rates.y * through.x + rates.z * through.y) * (1.0 / 6.0);
     return abs(seen / max(absorbed, LEAST) - 1.0);
 }
 
-// The mean colour of what is absorbed, how far it may be off, and how far colours are apart.
+// The mean colour of the absorbed light, its error, and the difference of the colours.
 struct MeanColor {
     color: vec3f,
     off: f32,
@@ -155,7 +155,7 @@ fn fifth_degree(values: mat3x4f, slopes: mat2x4f) -> vec4f {
 
 fn mixture_mean(mixture: Mixture, through: vec2f, depth: f32, absorbed: f32) -> MeanColor {
     let rates = mixture.rates;
-    // Colours times extinction, and extinction, weighted by the light that comes there.
+    // Colours times extinction, and extinction, weighted by the transmittance to the place.
     let entry = vec4f(mixture.colors[0], rates.x);
     let middle = vec4f(mixture.colors[1], rates.y) * through.x;
     let exit = vec4f(mixture.colors[2], rates.z);
@@ -188,8 +188,8 @@ fn mixture_mean(mixture: Mixture, through: vec2f, depth: f32, absorbed: f32) -> 
     if whole.w > 0.0 && off <= spread {
         return MeanColor(color, off, spread);
     }
-    // Simpson's rule: a mean of the colours that are there. Nothing may be left in the middle and at the end of what
-    // begins to absorb at the start.
+    // Simpson's rule: a mean of the colours at the places. The light absorbed at the start may leave none in the middle
+    // and at the end.
     let simpson = values[0] + 4.0 * values[1] + values[2];
     if simpson.w > LEAST {
         return MeanColor(simpson.xyz / simpson.w, spread, spread);
@@ -211,7 +211,7 @@ fn mixture_first(mixture: Mixture) -> vec3f {
     return mixture.colors[2] / max(mixture.rates.z, LEAST);
 }
 
-// How far colours are apart on a piece, by those at the places and by their slopes.
+// The difference of the colours on a piece, from those at the places and from their slopes.
 fn mixture_spread(mixture: Mixture) -> f32 {
     let has = mixture.rates > vec3f(0.0);
     let inverse = 1.0 / max(mixture.rates, vec3f(LEAST));
@@ -221,7 +221,7 @@ fn mixture_spread(mixture: Mixture) -> f32 {
     let slope_in = abs(mixture.tints[0] - a * mixture.thickening.x) * inverse.x;
     let slope_out = abs(mixture.tints[1] - c * mixture.thickening.y) * inverse.z;
     let steepest = max(select(vec3f(0.0), slope_in, has.x), select(vec3f(0.0), slope_out, has.z));
-    // Where nothing absorbs, the colour is that of what begins to absorb there.
+    // Without absorption, the colour is that of the volume that begins to absorb there.
     let begins = mixture.thickening != vec2f(0.0);
     if !has.x && begins.x {
         a = mixture.tints[0] / mixture.thickening.x;
@@ -241,20 +241,20 @@ fn mixture_spread(mixture: Mixture) -> f32 {
 struct Blend {
     light: Radiance,
     off: f32,
-    // Whether that is no more than what rounding gives to it.
+    // Whether that is no more than its rounding error.
     is_rounding: bool,
 }
 
-// `rounds` is what rounding does to the colours and to the optical depth `depth`, `shade` the error and the standard
+// `rounds` is the rounding error of the colours and of the optical depth `depth`, `shade` the error and the standard
 // deviation of shades per absorbed light.
 fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: vec2f) -> Blend {
     let absorbed = absorbed_by(depth);
     let mean = mixture_mean(mixture, through, depth, absorbed);
-    // Extinctions that are off mix colours otherwise.
+    // Errors of extinctions change the mixture of colours.
     let rounded = rounds.x + mean.spread * min(rounds.y / max(depth, LEAST), 1.0);
-    // Where light is centred in dense pieces is known less well.
+    // In dense pieces the centre of the light is less certain.
     let told = mean.off + select(3.0, 1.0, depth <= THIN) * shade.x;
-    // Coarse light is taken as it is.
+    // Coarse light is not halved for the error of its shades.
     var off = mean.off;
     if !IS_LIT || lighting.max_cuts > 0u {
         off = told;
@@ -265,14 +265,14 @@ fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: 
     return Blend(light, off, off <= rounded);
 }
 
-// Rounding in single precision leaves no smaller differences of colours.
+// The smallest difference of colours that rounding in single precision leaves.
 const LEAST_TOLERANCE: f32 = 8.0 * ROUNDING;
 
-// Whether the ray cannot afford the error of the piece, from what pieces before have left of theirs and an advance.
+// Whether the ray cannot afford the error of the piece, from the unspent error of previous pieces and an advance.
 fn blend_is_far(blend: Blend, light: Radiance) -> bool {
     var color_tolerance = params.color_tolerance;
     if !IS_LIT {
-        // The budget of lit rays has the advance in it, and room for rounding.
+        // The budget of lit rays includes the advance, and room for rounding.
         color_tolerance *= 0.95 / (1.0 + ADVANCE);
     }
     color_tolerance = max(color_tolerance, LEAST_TOLERANCE);

@@ -1,12 +1,12 @@
-// Mirrors kernel/general/clips.rs in double-float. No list of bounds is kept: the next one behind a distance is the
+// Mirrors kernel/general/clips.rs in double-float. No list of bounds is stored: the next one behind a distance is the
 // nearest of all of them, each computed anew.
 #import params
 #import scenery
 #import kernel/plane
 #import kernel/real
 
-// The part of a ray behind a distance up to the next bound of any cut, and the bits of the cuts that hold it, layers
-// apart.
+// The part of a ray behind a distance up to the next bound of any cut, and the bits of the cuts that contain it,
+// regardless of layers.
 struct Stretch {
     inside: u32,
     end: Wide,
@@ -28,7 +28,7 @@ fn clips_behind(line: RayLine, t: Wide) -> Stretch {
     return Stretch(inside, end);
 }
 
-// Whether what lies between or on these layers in a stretch is shown.
+// Whether the space between or on these layers in a stretch is shown.
 fn clips_show(inside: u32, lowest: u32, highest: u32) -> bool {
     for (var k = 0u; k < scenery.clip_count; k++) {
         let has_layers = lowest >= scenery.clips[k].first_layer && highest <= scenery.clips[k].last_layer;
@@ -54,7 +54,7 @@ fn clip_bound_at(t: Wide, behind: Wide, nearest: ptr<function, Wide>) {
     }
 }
 
-// All places where the ray may pass a bound.
+// Visits all places at which the ray may pass a bound.
 fn clip_bounds(clip: Clip, line: RayLine, behind: Wide, nearest: ptr<function, Wide>) {
     let x = wide3_scale(line.plane.x, line.b);
     let y = line.plane.y;
@@ -110,7 +110,7 @@ fn clip_along(normal: vec4f, v: Wide3) -> Wide {
     return wide_add(x, wide_mul(Wide(normal.y, normal.w), Wide(v.hi.y, v.lo.y)));
 }
 
-// Whether a place lies inside, layers apart.
+// Whether a place lies inside, regardless of layers.
 fn clip_holds(clip: Clip, at: Wide3) -> bool {
     if (clip.kind & HAS_HALF_SPACE) != 0u {
         let along = wide3_dot(Wide3(clip.towards_hi, clip.towards_lo), at);

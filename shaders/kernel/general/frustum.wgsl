@@ -1,4 +1,4 @@
-// Mirrors kernel/general/frustum.rs: what a ray meets beside volumes.
+// Mirrors kernel/general/frustum.rs: the parts of a scene beside volumes that a ray meets.
 #import params
 #import kernel/column
 #import kernel/lit
@@ -13,9 +13,9 @@
 struct RayScene {
     // The stretch of the ray between bounds of cuts.
     stretch: Stretch,
-    // Whether the ray is in what is cut away.
+    // Whether the ray is in space that is cut away.
     is_cut: bool,
-    // The surfaces that the ray has met and that are seen.
+    // The visible surfaces that the ray has met.
     surfaces: BoundarySignature,
     // Distances along the ray are from its point closest to the centre; this is the eye's.
     eye: Wide,
@@ -28,18 +28,18 @@ fn scene_begin(line: RayLine, eye: Wide3, dir: Wide3) {
     ray_scene = RayScene(clips_behind(line, line.start), false, BoundarySignature(0u, 0.0), wide3_dot(eye, dir));
 }
 
-// The ray meets a boundary at `t`, behind matter that absorbs `alpha`.
+// Records a boundary at `t`, behind matter that absorbs `alpha`.
 fn scene_boundary(boundary: u32, alpha: f32, t: Wide) {
     if 1.0 - alpha > scenery.seen_above {
         ray_scene.surfaces = signature_push(ray_scene.surfaces, boundary, wide_apart(t, ray_scene.eye));
     }
 }
 
-// The fraction of the frustum at which the stretch ends; 1 where it goes on behind.
+// The fraction of the frustum at which the stretch ends; 1 if it continues behind.
 fn stretch_end(column: Column, way: GapWay) -> f32 {
     let rough = wide_apart(ray_scene.stretch.end, column.entry.t);
     let length = wide_apart(column.exit.t, column.entry.t);
-    // More than rounding does to a fraction of the column.
+    // More than the rounding of a fraction of the column.
     if !(rough < (way.b.u + 1e-5) * length) {
         return 1.0;
     }
@@ -104,7 +104,7 @@ fn scene_next_part(line: RayLine, column: Column, way: GapWay, from_: f32) -> Fr
     return FrustumPart(1.0, 1.0, false);
 }
 
-// A face of a volume where a part begins behind what is cut away.
+// Adds a face of a volume if a part begins behind a cut.
 fn scene_cut_face(column: Column, bases: array<Base, 3>, way: GapWay, own: FieldSegment, from_: f32, alpha: f32) {
     if !ray_scene.is_cut {
         return;
@@ -118,8 +118,8 @@ fn scene_cut_face(column: Column, bases: array<Base, 3>, way: GapWay, own: Field
     ray_scene.is_cut = !is_face && crossing_count + scenery.sphere_count == 0u;
 }
 
-// Volumes and isosurfaces in a frustum, as far as they are shown; true where the ray ends. Without values `own` is not
-// there.
+// Adds volumes and isosurfaces in a frustum, as far as they are shown; returns true if the ray ends. Without values
+// `own` is undefined.
 fn scene_frustum(
     ray: ptr<function, Ray>,
     light: ptr<function, Radiance>,
@@ -169,12 +169,12 @@ fn scene_frustum(
     return is_over;
 }
 
-// The ray passes where there is no field: on which side of a surface it comes out is open.
+// The ray passes space without a field: the side of a surface on which it leaves that is unknown.
 fn scene_leave() {
     known_sides = 0u;
 }
 
-// An isosurface that the ray meets; true where it ends.
+// Adds an isosurface that the ray meets; returns true if the ray ends.
 fn scene_isosurface(
     ray: ptr<function, Ray>,
     light: ptr<function, Radiance>,
@@ -194,7 +194,7 @@ fn scene_isosurface(
     var here = radiance_plain(found.color, opacity);
     let off = opacity * (found.off + 4.0 * ROUNDING);
     here.variance = off * off;
-    // Matter that is before the surface where it may be behind.
+    // Matter before the surface that may be behind it.
     let depth = crossing.off * own.segment.length * volumes_extinction(own, crossing.u);
     let shifted = opacity * absorbed_by(depth);
     here.variance += shifted * shifted;
@@ -202,7 +202,7 @@ fn scene_isosurface(
     return scene_ends(ray, light);
 }
 
-// A sphere between layers that the ray meets; true where it ends.
+// Adds a sphere between layers that the ray meets; returns true if the ray ends.
 fn scene_sphere(
     ray: ptr<function, Ray>,
     light: ptr<function, Radiance>,
@@ -236,7 +236,7 @@ fn scene_sphere(
         }
     }
     if painted != 0u {
-        // Matter that is before the surface where it may be behind.
+        // Matter before the surface that may be behind it.
         let depth = crossing.off * own.segment.length * volumes_extinction(own, crossing.u);
         let shifted = here.alpha * absorbed_by(depth);
         here.variance += shifted * shifted;
@@ -246,7 +246,7 @@ fn scene_sphere(
     return scene_ends(ray, light);
 }
 
-// Adds a surface of this colour, lit by `body`, behind those that are in `here`.
+// Adds a surface of this colour, lit by `body`, behind those in `here`.
 fn scene_coat(here: ptr<function, Radiance>, material: Material, color: SurfaceColor, body: f32) {
     var coat = radiance_plain(color.color * body, material.opacity);
     let off = material.opacity * (body * color.off + 4.0 * ROUNDING);
@@ -262,7 +262,7 @@ fn segment_place(segment: Segment, u: f32) -> vec2f {
     return vec2f(u, select(segment_value(segment, u), segment.f0, u <= 0.0));
 }
 
-// What rounding of the ends of a part of a frustum does to the light, behind it.
+// The effect on the light of rounding of the ends of a part of a frustum.
 fn scene_rounded_ends(light: ptr<function, Radiance>, own: FieldSegment, part: FrustumPart) {
     for (var i = 0u; i < 2u; i++) {
         let is_end = i == 1u;
@@ -275,7 +275,7 @@ fn scene_rounded_ends(light: ptr<function, Radiance>, own: FieldSegment, part: F
     }
 }
 
-// The surfaces on a layer that the ray crosses; true where it ends.
+// Adds the surfaces on a layer that the ray crosses; returns true if the ray ends.
 fn scene_layer(
     ray: ptr<function, Ray>,
     light: ptr<function, Radiance>,
@@ -322,7 +322,7 @@ fn scene_layer(
     return scene_ends(ray, light);
 }
 
-// The first of the surfaces on a layer; their number where there is none.
+// The first of the surfaces on a layer; their number if there is none.
 fn scene_first_surface(layer: u32) -> u32 {
     for (var k = 0u; k < scenery.surface_layer_count; k++) {
         if scenery.surface_layers[k].layer == layer {

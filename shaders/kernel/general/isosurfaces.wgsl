@@ -1,12 +1,12 @@
-// Mirrors what kernel/general/frustum.rs does at isosurfaces. In f32 two columns find the value on the side between them
-// to some roundings each: on which side of a surface a ray is goes on from frustum to frustum, so that none is met twice
-// or not at all.
+// Mirrors the treatment of isosurfaces in kernel/general/frustum.rs. In f32 two columns each find the value on the side
+// between them to some roundings: the side of a surface that contains the ray is carried from frustum to frustum, so
+// that none is met twice or missed.
 #import params
 #import scenery
 #import kernel/ray
 #import kernel/general/surfaces
 
-// A frustum's way through a gap: from `a` to `b`, the fraction `part` of the column.
+// A frustum's path through a gap: from `a` to `b`, the fraction `part` of the column.
 struct GapWay {
     gap: u32,
     a: RayPoint,
@@ -19,7 +19,7 @@ struct IsosurfaceCrossing {
     u: f32,
     // The number of the isosurface, or MAX_SURFACES and that of the surface layer.
     surface: u32,
-    // What rounding does to `u`.
+    // Rounding error of `u`.
     off: f32,
 }
 
@@ -27,11 +27,11 @@ struct IsosurfaceCrossing {
 var<private> crossings: array<IsosurfaceCrossing, 3u * MAX_SURFACES>;
 var<private> crossing_count: u32;
 
-// Bits of the isosurfaces: on which side the ray is, and whether that is known.
+// Bits of the isosurfaces: the side on which the ray is, and whether it is known.
 var<private> sides: u32;
 var<private> known_sides: u32;
 
-// What a field has along a frustum, if no value is missing.
+// Values of a field along a frustum, if none is missing.
 struct FieldSegment {
     segment: Segment,
     interpolant: FrustumInterpolant,
@@ -132,7 +132,7 @@ fn find_crossings_of(k: u32, value: f32, segment: Segment) {
         }
         if (end.y >= least) != is_above {
             is_above = !is_above;
-            // Where rounding of the start has put it on this side before, the surface lies at the start.
+            // If rounding of the start has put it on this side before, the surface lies at the start.
             var u = start.x;
             if (start.y >= least) != is_above {
                 let part = segment_part(segment, start, end);
@@ -146,7 +146,7 @@ fn find_crossings_of(k: u32, value: f32, segment: Segment) {
     sides = select(sides & ~bit, sides | bit, is_above);
 }
 
-// What rounding of values does to the place of a crossing: most where the ray grazes the surface.
+// The effect of rounding of values on the place of a crossing: largest if the ray grazes the surface.
 fn crossing_off(segment: Segment, u: f32) -> f32 {
     let reach = 4.0 * segment_reach(segment);
     let slope = abs(segment.f1 - segment.f0 + segment.kappa * (1.0 - 2.0 * u));
@@ -163,7 +163,7 @@ fn crossing_insert(crossing: IsosurfaceCrossing) {
     crossing_count++;
 }
 
-// The colour of a field's value at a place of a frustum: `map` are the first one and the number of its spans.
+// The colour of a field's value at a place of a frustum: `map` are the index of the first span and the number of spans.
 fn frustum_color(
     field: u32,
     map: vec2u,
@@ -186,7 +186,7 @@ fn frustum_color(
     return spans_color(map.x, map.y, to_spans.x * value + to_spans.y, reach);
 }
 
-// A colour of an isosurface, with the light that it gives back; not there where the value that colours is missing.
+// A colour of an isosurface, with the light that it reflects; undefined if the value that colours it is missing.
 fn isosurface_color(
     shading: RayShading,
     crossing: IsosurfaceCrossing,
@@ -213,7 +213,7 @@ fn isosurface_color(
         let gradient = frustum_interpolant_gradient(course, crossing.u);
         let shade = ray_shading_shade(shading, gradient);
         found.color = found.color * shade.body + vec3f(shade.highlight);
-        // Normals are those of f32.
+        // Normals are rounded to f32.
         let turned = ray_shading_deviation(shading, course.size, largest(abs(gradient)));
         let rounded = ROUNDING * (1.0 + shading.sharpness);
         found.off = found.off * shade.body + 4.0 * sqrt(rounded * rounded + turned * turned);

@@ -1,18 +1,18 @@
-// A transfer function with its field along the frustum that a ray is in. Mirrors kernel/packet/cut.rs.
+// A transfer function with its field along the current frustum. Mirrors kernel/packet/cut.rs.
 #import params
 #import scenery
 #import kernel/column
 #import kernel/ray
 #import kernel/general/isosurfaces
 
-// What a transfer function's field has along the frustum that the ray is in.
+// State of a transfer function's field along the current frustum.
 struct MapState {
     whole: Segment,
-    // What is left of the part that is integrated, and whether the value is known to be monotone there, or behind `end`.
+    // The rest of the part that is integrated, and whether the value is monotone there, or behind `end`.
     rest: Segment,
     is_monotone: bool,
     is_monotone_behind: bool,
-    // The piece, its span, and where it ends in `rest`: fraction and value.
+    // The piece, its span, and its end in `rest`: fraction and value.
     piece: Segment,
     span: u32,
     end: vec2f,
@@ -26,7 +26,7 @@ fn color_map_of(volume: u32) -> u32 {
     return 2u * volume + select(0u, 1u, scenery.maps[2u * volume + 1u].span_count > 0u);
 }
 
-// Reads a map's field along the frustum; false where a value is missing.
+// Reads a map's field along the frustum; false if a value is missing.
 fn map_enter(k: u32, column: Column, way: GapWay, own: FieldSegment) -> bool {
     let map = scenery.maps[k];
     var found = own;
@@ -38,7 +38,7 @@ fn map_enter(k: u32, column: Column, way: GapWay, own: FieldSegment) -> bool {
     return found.is_there;
 }
 
-// The span in which values go on behind `f`, searched from span `near`.
+// The span of values behind `f`, searched from span `near`.
 fn map_follow(map: VolumeMap, near: u32, f: f32, is_falling: bool) -> u32 {
     var k = near;
     let last = map.first_span + map.span_count - 1u;
@@ -67,8 +67,8 @@ fn map_begin(k: u32, part: FrustumPart) {
     map_states[k].is_monotone = false;
 }
 
-// Finds the piece of what is left of a map's part: all of it where its values stay in one span, else up to where they
-// turn or meet the next knot. Returns the fraction at which it ends.
+// Finds the piece of the rest of a map's part: all of it if its values stay in one span, else up to the extremum or the
+// next knot. Returns the fraction at which it ends.
 fn map_cut(k: u32) -> f32 {
     let rest = map_states[k].rest;
     let map = scenery.maps[k];
@@ -103,7 +103,7 @@ fn map_cut(k: u32) -> f32 {
     return end.x;
 }
 
-// Ends the piece of a map at the fraction `upto` of what is left of it.
+// Ends the piece of a map at the fraction `upto` of the rest.
 fn map_end_at(k: u32, upto: f32) {
     let rest = map_states[k].rest;
     if map_states[k].end.x != upto {
@@ -116,14 +116,14 @@ fn map_end_at(k: u32, upto: f32) {
     }
 }
 
-// Goes on behind the piece of a map.
+// Continues behind the piece of a map.
 fn map_go_on(k: u32) {
     let rest = map_states[k].rest;
     map_states[k].rest = segment_part(rest, map_states[k].end, vec2f(1.0, rest.f1));
     map_states[k].is_monotone = map_states[k].is_monotone_behind;
 }
 
-// What rounding does to the light by moving a knot of a map with steps, at which the piece ends, behind `through`.
+// Variance of the light from rounding of a knot of a map with steps, at which the piece ends, behind `through`.
 fn map_step_variance(k: u32, place: f32, through: f32) -> f32 {
     let map = scenery.maps[k];
     if map.step_count == 0u || map_states[k].end.x >= 1.0 {
@@ -133,7 +133,7 @@ fn map_step_variance(k: u32, place: f32, through: f32) -> f32 {
     let a = spans[map_states[k].span];
     let b = spans[map_follow(map, map_states[k].span, f, map_states[k].piece.f1 < map_states[k].piece.f0)];
     let is_color = (k & 1u) == 1u;
-    // A spike goes up and down within the reach of rounding.
+    // A spike rises and falls within the reach of rounding.
     var jump = abs(span_extinction(a, f) - span_extinction(b, f));
     let apart = abs(span_color(a, f) - span_color(b, f));
     var painted = max(apart.x, max(apart.y, apart.z));
@@ -158,7 +158,7 @@ fn map_step_variance(k: u32, place: f32, through: f32) -> f32 {
     return off * off;
 }
 
-// Adds the error of steps that a map's values come near to where they turn or end.
+// Adds the error of steps that are near a map's values at their extremum or their ends.
 fn map_near_steps(k: u32, light: ptr<function, Radiance>) {
     let map = scenery.maps[k];
     if map.step_count == 0u {

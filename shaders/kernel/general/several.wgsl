@@ -1,6 +1,6 @@
-// Mirrors kernel/packet/several.rs: the frusta of a scene of several volumes, or of one whose opacity is that of another
-// field. A piece of each volume goes up to the next knot of any of the transfer functions. Steps of these, which the CPU
-// leaves to double precision, are crossed here too; how far rounding moves them is in the error.
+// Mirrors kernel/packet/several.rs: the frusta of a scene of several volumes, or of one whose opacity is that of
+// another field. A piece of each volume extends to the next knot of any of the transfer functions. Steps of these, for
+// which the CPU uses double precision, are crossed here too; the error includes the effect of rounding on them.
 #import params
 #import scenery
 #import kernel/column
@@ -12,7 +12,7 @@
 
 // The gradients along the frustum.
 var<private> volume_interpolants: array<FrustumInterpolant, MAX_VOLUMES>;
-// Bits of the volumes: whether all of their values are there, and whether they may be seen in the frustum.
+// Bits of the volumes: whether all of their values exist, and whether they may be visible in the frustum.
 var<private> known_volumes: u32;
 var<private> seen_volumes: u32;
 
@@ -24,7 +24,7 @@ fn volumes_skip(is_void: bool) -> bool {
     return false;
 }
 
-// The ray enters a frustum that is not cut away as a whole; true where each volume misses a value.
+// Enters a frustum that is not cut away as a whole; returns true if each volume misses a value.
 fn volumes_enter(column: Column, way: GapWay, own: FieldSegment) -> bool {
     known_volumes = 0u;
     seen_volumes = 0u;
@@ -57,7 +57,7 @@ fn volume_enter(volume: u32, column: Column, way: GapWay, own: FieldSegment) {
     }
 }
 
-// Whether any volume may be seen between two layers.
+// Whether any volume may be visible between two layers.
 fn volumes_are_visible(column: Column, bases: array<Base, 3>, gap: u32, own: FieldSegment) -> bool {
     for (var v = 0u; v < scenery.volume_count; v++) {
         if (known_volumes & (1u << v)) != 0u && volume_is_visible(v, column, bases, gap) {
@@ -117,9 +117,9 @@ struct VolumeSums {
     // Extinctions at the three places, and the length of the pieces.
     rates: vec3f,
     length: f32,
-    // What rounding does to colours and to the optical depth.
+    // Rounding errors of colours and of the optical depth.
     rounds: vec2f,
-    // Light that is absorbed, and the error of shades times that.
+    // Absorbed light, and the error of shades times that.
     absorbed: f32,
     shade_off: f32,
     // Standard deviation of shades times that.
@@ -183,11 +183,11 @@ fn volume_add_lit(
     (*sums).mixture = mixture_and((*sums).mixture, depths, lit.color, piece.extinction);
 }
 
-// A piece that is no longer than this part of what is left, or of its frustum, is taken as it is.
+// A piece that is no longer than this fraction of the rest, or of its frustum, is taken as it is.
 const LEAST_FRACTION: f32 = 1e-4;
 const LEAST_PART: f32 = 1e-5;
 
-// Integrates the volumes over a part of the frustum; true where the ray ends.
+// Integrates the volumes over a part of the frustum; returns true if the ray ends.
 fn volumes_light(ray: ptr<function, Ray>, light: ptr<function, Radiance>, own: FieldSegment, part: FrustumPart) -> bool {
     if seen_volumes == 0u {
         return false;

@@ -4,17 +4,17 @@
 #import kernel/ray
 #import kernel/general/isosurfaces
 
-// Whether a frustum without values of the volume's field has nothing else to show.
+// Whether a frustum without values of the volume's field shows nothing.
 fn volumes_skip(is_void: bool) -> bool {
     return is_void && scenery.isosurface_count + scenery.sphere_count == 0u;
 }
 
-// The ray enters a frustum that is not cut away as a whole; true where it has no volume.
+// Enters a frustum that is not cut away as a whole; returns true if it has no volume.
 fn volumes_enter(column: Column, way: GapWay, own: FieldSegment) -> bool {
     return !own.is_there;
 }
 
-// Whether the volume may be seen between two layers.
+// Whether the volume may be visible between two layers.
 fn volumes_are_visible(column: Column, bases: array<Base, 3>, gap: u32, own: FieldSegment) -> bool {
     if !own.is_there {
         return false;
@@ -41,7 +41,7 @@ fn volumes_extinction(own: FieldSegment, u: f32) -> f32 {
     return span_extinction(spans[spans_search(f)], f);
 }
 
-// Integrates the volume over a part of the frustum; true where the ray ends.
+// Integrates the volume over a part of the frustum; returns true if the ray ends.
 fn volumes_light(ray: ptr<function, Ray>, light: ptr<function, Radiance>, own: FieldSegment, part: FrustumPart) -> bool {
     if !own.is_there {
         return false;

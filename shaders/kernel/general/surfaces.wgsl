@@ -5,14 +5,14 @@
 #import kernel/shade
 #import kernel/transfer
 
-// A colour, if there is one, and what rounding does to it.
+// A colour, if it exists, and its rounding error.
 struct SurfaceColor {
     color: vec3f,
     off: f32,
     is_there: bool,
 }
 
-// The colour of a value of a material's field; `reach` is what rounding does to the value.
+// The colour of a value of a material's field; `reach` is the rounding error of the value.
 fn material_of_value(material: Material, value: f32, reach: f32) -> SurfaceColor {
     return spans_color(material.first_span, material.span_count, value, reach);
 }
@@ -27,7 +27,7 @@ fn spans_color(first: u32, count: u32, value: f32, reach: f32) -> SurfaceColor {
     return SurfaceColor(color, reach * spans[k].steepest, !is_missing(value));
 }
 
-// The colour where a ray crosses a layer at the fraction `tau` of a column.
+// The colour at which a ray crosses a layer, at the fraction `tau` of a column.
 fn material_on_layer(material: Material, column: Column, tau: f32) -> SurfaceColor {
     if material.kind == MATERIAL_PLAIN {
         return SurfaceColor(material.color, 0.0, true);
@@ -47,13 +47,13 @@ fn material_on_layer(material: Material, column: Column, tau: f32) -> SurfaceCol
     return material_of_value(material, value, 4.0 * ROUNDING * (size.x + size.y + size.z));
 }
 
-// The vertex whose direction is nearest to that of a place: the Voronoi cell that it lies in.
+// The vertex whose direction is nearest to that of a place: its Voronoi cell contains the place.
 fn column_nearest(column: Column, tau: f32) -> u32 {
     let weight = column.entry.weight + tau * (column.exit.weight - column.entry.weight);
     let a = grid_direction(column.cells.x);
     let b = grid_direction(column.cells.y);
     let c = grid_direction(column.cells.z);
-    // Differences, of which f32 keeps the digits: the place from the first vertex, and the vertices from each other.
+    // Differences, which keep the digits of f32: the place from the first vertex, and the vertices from each other.
     let to_b = wide3_add(b, wide3_neg(a)).hi;
     let to_c = wide3_add(c, wide3_neg(a)).hi;
     let at = weight.x * to_b + weight.y * to_c;
@@ -69,7 +69,7 @@ fn column_nearest(column: Column, tau: f32) -> u32 {
     return nearest;
 }
 
-// The factor that light gives to the colour of a surface with this normal; a headlight shines on the side that is seen.
+// The factor that lighting gives to the colour of a surface with this normal; a headlight lights the visible side.
 fn surface_body(s: RayShading, normal: vec3f) -> f32 {
     if lighting.is_headlight != 0u {
         return s.ambient + s.diffuse * abs(dot(normal, s.light));

@@ -1,5 +1,4 @@
-// Mirrors kernel/ray/fragment.rs. Fragments go to `found` as they come, of all rays and in no order: the host sorts
-// them.
+// Mirrors kernel/ray/fragment.rs. Fragments of all rays are appended to `found` in no order: the host sorts them.
 #import kernel/ray
 
 // Parameters of a rank's part that all rays share.
@@ -15,11 +14,11 @@ struct Part {
 }
 
 struct Fragment {
-    // Its ray's place in `passed`.
+    // Index of its ray in `passed`.
     ray: u32,
     entry_hi: f32,
     entry_lo: f32,
-    // ENDLESS where the ray ended in it.
+    // ENDLESS if the ray ended in it.
     exit_hi: f32,
     exit_lo: f32,
     red: f32,
@@ -31,7 +30,7 @@ struct Fragment {
 }
 
 struct Found {
-    // More than there is room for, where there is not enough.
+    // Exceeds the room if there is not enough.
     count: atomic<u32>,
     all: array<Fragment>,
 }
@@ -98,7 +97,7 @@ fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
     var run_from = wide(0.0);
     var run_to = wide(0.0);
     var has_run = false;
-    // Behind the core, or with next to no light left.
+    // Behind the core, or with almost no light left.
     var is_over = false;
     loop {
         let has_column = !is_over && !walk.is_over;
@@ -137,7 +136,7 @@ fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
             run_to = wide(ENDLESS);
         }
     }
-    // Neither, or not yet given: the driver has ended the loop.
+    // Neither, or not yet passed on: the driver has ended the loop.
     is_lost = is_lost || has_run || !(is_over || walk.is_over);
     return InPart(ray, count);
 }

@@ -1,4 +1,4 @@
-//! Heights that all columns share: a coordinate in metres or pascals, as the CF conventions 1.11, §4.3, have them, or
+//! Heights that all columns share: a coordinate in metres or pascals, according to the CF conventions 1.11, §4.3, or
 //! pressures of hybrid levels (appendix D there).
 
 use super::ReadHeights;
@@ -10,17 +10,17 @@ use icoray::{ErrorKind, Result};
 
 /// Coefficients of hybrid levels, `a` and `b` in `a + b ps` or `a P0 + b ps`.
 const HYBRID: [[&str; 2]; 3] = [["hyam", "hybm"], ["hyai", "hybi"], ["ap", "b"]];
-/// Pressures at the surface, and the one where no file has them.
+/// Pressures at the surface, and the default one.
 const SURFACE_PRESSURES: [&str; 5] = ["PS", "ps", "aps", "sp", "surface_pressure"];
 const STANDARD_PA: f64 = 101_325.0;
-/// `P0` where no file has it.
+/// `P0` if no file has it.
 const REFERENCE_PA: f64 = 1e5;
 /// FESOM's depths of interfaces and of layers.
 const NZ: [&str; 2] = ["nz", "nz1"];
 /// Units of coordinates that count levels.
 const COUNTED: [&str; 4] = ["", "1", "level", "levels"];
 
-/// Heights in metres of the coordinate `variable`, and whether it gives pressures; `None` where it counts levels or has
+/// Heights in metres of the coordinate `variable`, and whether it is of pressures; `None` if it counts levels or has
 /// another unit.
 pub(super) fn heights(source: &dyn Source, variable: &Variable, layers: usize) -> Result<Option<(Vec<f64>, bool)>> {
     let name = &variable.name;
@@ -49,7 +49,7 @@ fn of_pressures(source: &dyn Source, name: &str, values: Vec<f64>) -> Result<Vec
     Ok(values.into_iter().map(standard_atmosphere::height_m).collect())
 }
 
-/// Heights of hybrid levels over the mean pressure at the surface at the first time; `None` where no file has coefficients
+/// Heights of hybrid levels over the mean pressure at the surface at the first time; `None` if no file has coefficients
 /// of as many levels.
 pub(super) fn hybrid(sources: &Sources, layers: usize) -> Result<Option<ReadHeights<'_>>> {
     let over = |name| sources.find(name).filter(|(_, variable)| is_over(variable, layers));
@@ -81,8 +81,8 @@ fn mean_at_first(source: &dyn Source, variable: &Variable) -> Result<Option<f64>
     Ok((!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64))
 }
 
-/// Whether a coordinate counts levels, and if so whether layers rise: the first level is the uppermost unless `positive`
-/// is `up`.
+/// Whether a coordinate counts levels, and if so whether layers rise: the first level is the uppermost unless
+/// `positive` is `up`.
 pub(super) fn counted(source: &dyn Source, variable: &Variable, layers: usize) -> Result<Option<bool>> {
     let name = &variable.name;
     let units = source.text_of(name, "units")?.unwrap_or_default();
@@ -96,7 +96,7 @@ pub(super) fn counted(source: &dyn Source, variable: &Variable, layers: usize) -
     Ok(is_counted.then_some(is_upward == (step > 0.0)))
 }
 
-/// Whether the unit of a variable is one of pressure, and how many pascals or metres it has. Depths without a unit are in
+/// Whether the unit of a variable is one of pressure, and its value in pascals or metres. Depths without a unit are in
 /// metres.
 pub(super) fn unit_of(source: &dyn Source, name: &str) -> Result<Option<(bool, f64)>> {
     if let Some(units) = source.text_of(name, "units")? {
@@ -106,7 +106,7 @@ pub(super) fn unit_of(source: &dyn Source, name: &str) -> Result<Option<(bool, f
     Ok((is_depth || is_named_depth(source, name)?).then_some((false, 1.0)))
 }
 
-/// Whether a unit is one of pressure, and how many pascals or metres it has.
+/// Whether a unit is one of pressure, and its value in pascals or metres.
 fn unit(units: &str) -> Option<(bool, f64)> {
     Some(match units.trim().to_ascii_lowercase().as_str() {
         "m" | "meter" | "meters" | "metre" | "metres" => (false, 1.0),

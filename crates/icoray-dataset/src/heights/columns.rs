@@ -5,10 +5,10 @@ use crate::source::{Source, Variable};
 use crate::stored::decoded;
 use icoray::{ErrorKind, Result};
 
-/// Number of values that are in memory at one time.
+/// Maximum number of values in memory at one time.
 const BLOCK: usize = 1 << 20;
 
-/// Means of layers or interfaces, and how far columns lie off them at most, if that is known.
+/// Means of layers or interfaces, and the largest deviation of columns from them, if known.
 pub(super) type Means = (Vec<f64>, Option<f64>);
 
 /// The mean of each layer over the columns at the first time, and the max distance from it. `info` describes the variable,

@@ -12,8 +12,8 @@ use std::ops::Range;
 
 /// Heights of each column's layers, read: metres above the sphere, negative below it, at the cells.
 ///
-/// MPAS-Atmosphere's are `zgrid` as it is stored. MPAS-Ocean's are its thicknesses added up, from the sea floor
-/// (`bottomDepth`) where the files tell, else down from the sea surface (`ssh`, or the sphere): layers below the sea
+/// MPAS-Atmosphere's are `zgrid` as stored. MPAS-Ocean's are sums of its thicknesses, from the sea floor
+/// (`bottomDepth`) if the files have it, else down from the sea surface (`ssh`, or the sphere): layers below the sea
 /// floor and above an ice shelf have no thickness, and a column without water has no heights. ICON's, over triangles,
 /// are averaged to cells as its fields are.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ pub struct NativeInfo {
     pub bytes: usize,
 }
 
-/// The variable that native heights are read from.
+/// The variable from which native heights are read.
 #[derive(Clone, Copy)]
 struct HeightVariable<'a> {
     source: &'a dyn Source,
@@ -180,7 +180,7 @@ impl NativeHeights {
     /// [`Fields::with_heights`](icoray::Fields::with_heights).
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where the heights are of another number of layers than the field's or one more.
+    /// [`ErrorKind::Field`] if the heights have another number of layers than the field's or one more.
     pub fn over(&self, info: &FieldInfo, layers: Range<usize>) -> Result<Field<'_>> {
         let all = self.all()?;
         let layers_with_heights = layers_with_heights(all.shape().layers, info, layers)?;
@@ -193,11 +193,11 @@ impl NativeHeights {
 
 impl LayerHeights {
     /// The radii between which, or on which, some of a field's layers lie, counted from 0: those of
-    /// [`LayerHeights::layers`] that these need.
+    /// [`LayerHeights::layers`] that these layers need.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where the heights are of another number of layers than the field's or one more, or
-    /// [`ErrorKind::Layers`] where fewer than 2 are left.
+    /// [`ErrorKind::Field`] if the heights have another number of layers than the field's or one more, or
+    /// [`ErrorKind::Layers`] if fewer than 2 remain.
     pub fn layers_over(&self, info: &FieldInfo, layers: Range<usize>) -> Result<Layers> {
         let layers_with_heights = layers_with_heights(self.layers.count(), info, layers)?;
         Layers::new(self.layers.radius_m()[layers_with_heights].to_vec(), self.layers.planet_radius_m())

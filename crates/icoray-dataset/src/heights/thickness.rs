@@ -19,13 +19,13 @@ pub(super) const NAMES_NOW: [&str; 3] = ["layerThickness", "timeMonthly_avg_laye
 /// Height of the sea surface, metres.
 const SURFACES: [&str; 2] = ["ssh", "timeMonthly_avg_ssh"];
 
-/// The first of these variables that lies over cells and layers, at times or without.
+/// The first of these variables that lies over cells and layers, with or without times.
 fn find<'a>(sources: &'a Sources, mut names: impl Iterator<Item = &'static str>) -> Option<Found<'a>> {
     let fits = |v: &Variable| v.kind.is_real() && v.lies_at_times_over(&["nCells", "nVertLevels"]);
     names.find_map(|name| sources.find(name).filter(|(_, variable)| fits(variable)))
 }
 
-/// A variable, and the file that has it.
+/// A variable, and the file that contains it.
 type Found<'a> = (&'a dyn Source, &'a Variable);
 
 /// The time-dependent thicknesses, or the resting ones.
@@ -91,7 +91,7 @@ impl Columns {
             let thickness = |layer: usize| block.as_reals().get(cell * layers + layer);
             let water = match floor {
                 Some(floor) => floor.water(cell, layers),
-                // Without a sea floor a column ends where its layers have no thickness.
+                // Without a sea floor a column ends at its first layer without thickness.
                 None => 0..(0..layers).take_while(|layer| thickness(*layer) > 0.0).count(),
             };
             if let Some(layer) = water.clone().find(|l| !(thickness(*l).is_finite() && thickness(*l) >= 0.0)) {
@@ -134,7 +134,7 @@ fn add_up(column: &mut [f64], water: Range<usize>, start: &Start, cell: usize, t
     column[water.end..].fill(bottom);
 }
 
-/// Height of the sea surface in each column: the sphere's where no file tells.
+/// Height of the sea surface in each column: the sphere's if no file has it.
 fn surface(sources: &Sources, cells: usize, time: usize) -> Result<Vec<f64>> {
     let Some((source, variable)) = SURFACES.iter().find_map(|name| sources.find(name)) else {
         return Ok(vec![0.0; cells]);
@@ -157,7 +157,8 @@ fn at(sources: &Sources, (source, variable): Found, count: &[usize], time: usize
     decoded(source, variable, (&start, &count), &sources.options.missing)
 }
 
-/// The interfaces below the sphere's surface, and how far those of columns lie off them, where `bottomDepth` tells.
+/// The interfaces below the sphere's surface, and the largest deviation of columns from them, if there is
+/// `bottomDepth`.
 pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result<Means> {
     let [cells, layers] = cells_and_layers(variable);
     let last = of_cells(sources, "maxLevelCell", cells)?;
@@ -167,7 +168,7 @@ pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result
     let count = &count[usize::from(!is_of_times)..];
     let block = decoded(source, variable, (&start, count), &sources.options.missing)?;
     let thickness = |cell: usize, layer: usize| block.as_reals().get(cell * layers + layer);
-    // Without a sea floor a column ends where its layers have no thickness.
+    // Without a sea floor a column ends at its first layer without thickness.
     let wet = |cell: usize| match &last {
         Some(last) => (last[cell].max(0.0) as usize).min(layers),
         None => (0..layers).take_while(|&layer| thickness(cell, layer) > 0.0).count(),
@@ -187,7 +188,7 @@ pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result
             spread.add(here);
         }
     }
-    // Layers that no column has lie below all that is seen; they only have to lie below each other.
+    // Layers that no column has lie below all visible ones; they only have to lie below each other.
     let thinnest =
         of_layers.iter().map(HeightStatistics::mean).filter(|mean| mean.is_finite()).fold(f64::INFINITY, f64::min);
     if thinnest == f64::INFINITY {
@@ -212,7 +213,7 @@ pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result
     Ok((height_m, deviation_m))
 }
 
-/// A number for each cell; `None` where there is no such variable.
+/// A number for each cell; `None` if there is no such variable.
 fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Option<Vec<f64>>> {
     let Some((source, variable)) = sources.find(name) else {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! Longitudes and latitudes in radians, whatever unit a file has them in, and places on the unit sphere.
+//! Longitudes and latitudes in radians, converted from the unit in the file, and places on the unit sphere.
 
 use super::tables::{Positions, find};
 use crate::reals::ChangeReals;
@@ -6,7 +6,7 @@ use crate::source::{Source, Variable};
 use icoray::{ErrorKind, OwnedReals, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// The polygons' points: as many for each polygon.
+/// The polygons' points: an equal number for each polygon.
 pub(super) struct Bounds {
     /// Radians.
     pub lon: Vec<f64>,
@@ -55,8 +55,8 @@ pub(super) fn positions(source: &dyn Source, lon: &str, lat: &str, dimension: &s
     Ok(Positions { lon, lat })
 }
 
-/// Makes radians of longitudes and latitudes in the units that the coordinates of these names have. If one has none, it has
-/// the unit of the other; if neither has, both are degrees where a longitude is beyond 2π or a latitude beyond π/2.
+/// Converts longitudes and latitudes to radians from the units of the coordinates with these names. If one has none, it
+/// has the unit of the other; if neither has, both are degrees if a longitude is beyond 2π or a latitude beyond π/2.
 pub(super) fn into_radians(source: &dyn Source, names: [&str; 2], values: &mut [OwnedReals; 2]) -> Result<()> {
     let unit = |name: &str| {
         let units = source.text_of(name, "units")?.map(|units| units.to_ascii_lowercase());

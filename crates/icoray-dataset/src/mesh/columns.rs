@@ -1,5 +1,5 @@
-//! Columns without tables: a longitude and a latitude of each, and nothing about neighbours, as CAM-SE, E3SM, LFRic, GEOS
-//! and WAVEWATCH III write them, and HEALPix or files of any model of which the mesh is left out.
+//! Columns without tables: only the longitude and latitude of each, without neighbours, as written by CAM-SE, E3SM,
+//! LFRic, GEOS and WAVEWATCH III, and for HEALPix or files of any model without the mesh.
 //!
 //! The cells are the columns, and the corners their Delaunay triangles ([`OwnedTables::of_points`]).
 //! Format: CF conventions 1.11, §4.1, §4.2 and §5.2.
@@ -24,7 +24,7 @@ const NAMES: [[&str; 2]; 9] = [
     ["lonVertex", "latVertex"],
 ];
 
-/// Units of longitudes and of latitudes, as CF has them.
+/// CF's units of longitudes and of latitudes.
 const UNITS: [[&str; 6]; 2] = [
     ["degrees_east", "degree_east", "degrees_E", "degree_E", "degreesE", "degreeE"],
     ["degrees_north", "degree_north", "degrees_N", "degree_N", "degreesN", "degreeN"],
@@ -38,7 +38,7 @@ struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    /// The coordinates over the dimension that most variables of the fields' file have; `None` where there are none.
+    /// The coordinates over the dimension that most variables of the fields' file have; `None` if there are none.
     fn of(sources: &'a Sources) -> Option<Self> {
         let mut found: Option<(usize, Self)> = None;
         for source in sources.others_first() {
@@ -67,8 +67,8 @@ pub(crate) fn is_angle(source: &dyn Source, variable: &Variable, which: usize) -
         || NAMES.iter().any(|names| names[which] == variable.name)
 }
 
-/// Whether a variable is a coordinate of a mesh: a longitude or latitude, or named by one of the attributes in which UGRID
-/// names coordinates.
+/// Whether a variable is a coordinate of a mesh: a longitude or latitude, or named by one of UGRID's attributes for
+/// coordinates.
 pub(crate) fn is_coordinate(source: &dyn Source, variable: &Variable) -> bool {
     let names_it = |topology: &Variable| {
         ["node_coordinates", "face_coordinates", "edge_coordinates"].iter().any(|attribute| {
@@ -91,7 +91,7 @@ fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
     fields.variables().iter().filter(is_field).count()
 }
 
-/// Whether any of the files has places of columns, over which fields lie.
+/// Whether any of the files has positions of columns with fields.
 pub(super) fn are_in(sources: &Sources) -> bool {
     Columns::of(sources).is_some()
 }

@@ -1,4 +1,4 @@
-//! The mesh of FESOM2 in `fesom.mesh.diag.nc`, as it is without UGRID's variables: nodes, and elements of three of them.
+//! The mesh of FESOM2 in `fesom.mesh.diag.nc` without UGRID's variables: nodes, and elements of three of them.
 
 use super::angles::{direction, into_radians};
 use super::tables::Mesh;
@@ -6,12 +6,12 @@ use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, OwnedReals, Result};
 
-/// Nodes of each element, from 1: by element, or by place in it.
+/// Nodes of each element, from 1: by element, or by position in it.
 const ELEMENTS: &str = "elements";
 /// Longitudes, then latitudes of all nodes.
 const NODES: &str = "nodes";
 
-/// The first file that has both tables, and these.
+/// The first file that has both tables, and the tables.
 fn find(sources: &Sources) -> Option<(&dyn Source, [&Variable; 2])> {
     sources.others_first().find_map(|source| {
         let [elements, nodes] = [ELEMENTS, NODES].map(|name| source.variable(name));

@@ -1,9 +1,9 @@
 //! ICON's triangles as the corners of hexagons: icoray's cells are the triangles' points, its corners the triangles.
 //!
 //! Grid files have `vertex_of_cell`. Files with data mostly have no tables, but each triangle's own three points
-//! (`clon_bnds`, `clat_bnds`; extpar's `clon_vertices`, `clat_vertices`): points that lie in one place are one, and
-//! that gives the same table. Where the triangles' middles lack, they are the centres of the circles through their
-//! points, as ICON's are. Formats: ICON grid files, <https://gitlab.dkrz.de/icon>; CF conventions 1.11, §7.1.
+//! (`clon_bnds`, `clat_bnds`; extpar's `clon_vertices`, `clat_vertices`): coincident points count as one, which gives
+//! the same table. If the triangles' middles are missing, they are the centres of the circles through their points, as
+//! ICON's are. Formats: ICON grid files, <https://gitlab.dkrz.de/icon>; CF conventions 1.11, §7.1.
 
 use super::angles::{Bounds, distance, of_directions, positions, read_bounds};
 use super::points;
@@ -12,8 +12,8 @@ use crate::source::Source;
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, OwnedReals, Result, circumcenter};
 
-/// Points nearer to each other than this part of the shortest side are one. Degrees in f32 are right to 1e-3 of a side
-/// of 2 km.
+/// Points nearer to each other than this fraction of the shortest side count as one. Degrees in f32 are accurate to
+/// 1e-3 of a side of 2 km.
 pub(super) const SAME: f64 = 0.02;
 
 /// Whether any of the files has triangles with their points.
@@ -56,7 +56,7 @@ fn of_tables(source: &dyn Source) -> Result<Mesh> {
     let vertex = source.variable("vlon").ok_or_else(|| missing(source, "vlon"))?;
     let vertices = vertex.after_time().first().map_or("", |d| d.name.as_str());
     let center = positions(source, "vlon", "vlat", vertices)?;
-    // The file goes by the triangle's first points, then its second, then its third.
+    // The file has the triangles' first points, then their second, then their third.
     let by_column = source.all_integers(table)?;
     let triangles = by_column.len() / 3;
     let corner_cell = (0..by_column.len()).map(|i| by_column[i % 3 * triangles + i / 3].saturating_sub(1)).collect();
@@ -94,14 +94,14 @@ fn mesh(source: &dyn Source, center: Positions, corner: Positions, corner_cell: 
         .map_err(|e| e.within(source.path().display()))
 }
 
-/// Names of a file's variables of triangles: of their middles, which may lack, and of their points.
+/// Names of a file's variables of triangles: of their middles, which may be missing, and of their points.
 struct Triangles {
     middle: Option<[&'static str; 2]>,
     points: Option<[String; 2]>,
 }
 
 impl Triangles {
-    /// `None` where the file has neither `clon` nor points of triangles.
+    /// `None` if the file has neither `clon` nor points of triangles.
     fn of(source: &dyn Source) -> Option<Self> {
         let declared = |name: &str| source.text_of(name, "bounds").ok().flatten();
         for middle in [["clon", "clat"], ["lon", "lat"]] {
@@ -116,7 +116,7 @@ impl Triangles {
             let points = names(lon).find(is_of_three).zip(names(lat).find(is_of_three));
             let points = points.map(|(lon, lat)| [lon, lat]);
             let middle = has_middle.then_some(middle);
-            // ICON alone has clon; others have lon.
+            // Only ICON has clon; others have lon.
             if points.is_some() || middle.is_some() && lon == "clon" {
                 return Some(Triangles { middle, points });
             }

@@ -1,4 +1,4 @@
-//! MPAS's tables, as the MPAS mesh specification 1.0 has them; those that a file lacks are made of the others.
+//! MPAS's tables, according to the MPAS mesh specification 1.0; missing ones are derived from the others.
 
 use super::angles::{self, of_directions};
 use super::polygons::{NONE, Polygons, cells_of_corners, edges_of_corners, ends_of_edges};
@@ -7,7 +7,7 @@ use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{Connectivity, ErrorKind, Result};
 
-/// Tables of which the others may be made.
+/// Tables from which the others may be derived.
 const TABLES: [&str; 6] =
     ["lonCell", "verticesOnCell", "cellsOnVertex", "cellsOnEdge", "edgesOnVertex", "verticesOnEdge"];
 
@@ -41,7 +41,7 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     Ok(Mesh::of_tables(source.path(), Convention::Mpas, [center, corner], polygons, tables))
 }
 
-/// Longitudes and latitudes; of Cartesian coordinates where there are none.
+/// Longitudes and latitudes; from Cartesian coordinates if there are none.
 fn positions(source: &dyn Source, [lon, lat]: [&str; 2], cartesian: [&str; 3], dimension: &str) -> Result<Positions> {
     let is_cartesian = source.variable(lon).is_none() && cartesian.iter().all(|n| source.variable(n).is_some());
     if !is_cartesian {
@@ -54,7 +54,7 @@ fn positions(source: &dyn Source, [lon, lat]: [&str; 2], cartesian: [&str; 3], d
     Ok(of_directions((0..x.as_reals().len()).map(of)))
 }
 
-/// The tables of a file, as it has them: numbered from 1. `None` is what it lacks.
+/// The tables of a file: numbered from 1; `None` if the file lacks one.
 struct Tables {
     cell_corner: Option<(Vec<i32>, usize)>,
     cell_corner_count: Option<Vec<i32>>,
@@ -107,11 +107,11 @@ impl Tables {
         })
     }
 
-    /// All tables that a mesh has, those that lack made of the others.
+    /// Completes the tables of a mesh; missing ones are derived from the others.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] where these do not determine them, with the name of one that lacks;
-    /// [`ErrorKind::Unsupported`] where a corner joins more than 3 cells.
+    /// [`ErrorKind::Grid`] if these do not determine them, with the name of a missing one; [`ErrorKind::Unsupported`]
+    /// if a corner joins more than 3 cells.
     fn completed(self, source: &dyn Source, cells: usize, corners: usize) -> Result<CompleteTables> {
         match self {
             Tables {
@@ -165,12 +165,12 @@ impl Tables {
     }
 }
 
-/// A table numbered from 0 of one from 1, with marks for entries that are missing.
+/// Converts a table numbered from 1 to one from 0, with marks for missing entries.
 fn from_0(table: &[i32]) -> Vec<i32> {
     table.iter().map(|entry| if *entry > 0 { entry - 1 } else { NONE }).collect()
 }
 
-/// The other way round; what is missing is 0.
+/// The inverse; missing entries are 0.
 fn from_1(table: Vec<i32>) -> Vec<i32> {
     table.into_iter().map(|entry| entry + 1).collect()
 }
@@ -184,7 +184,7 @@ fn within_counts(table: &[i32], row: usize, count: Option<&[i32]>) -> Vec<i32> {
     table
 }
 
-/// Refuses a mesh that says it is planar. The attribute may be absent: [`icoray::Grid::new`] finds out then.
+/// Refuses a mesh that is marked as planar. The attribute may be absent: then [`icoray::Grid::new`] detects it.
 fn expect_sphere(source: &dyn Source) -> Result<()> {
     match source.text("on_a_sphere")? {
         Some(answer) if answer.to_ascii_uppercase().starts_with('N') => Err(source.error(

@@ -1,4 +1,4 @@
-//! Whether the files of a dataset are of one mesh: another one of the same size would show fields in wrong places.
+//! Checks that the files of a dataset have one mesh: another one of the same size would show fields in wrong places.
 
 use super::angles::{direction, distance, positions};
 use super::tables::{Convention, Mesh, Positions};
@@ -10,14 +10,14 @@ use icoray::{ErrorKind, Result};
 const COORDINATES: [[&str; 2]; 4] =
     [["lonCell", "latCell"], ["clon", "clat"], ["lon", "lat"], ["longitude", "latitude"]];
 
-/// Number of columns whose places are compared.
+/// Number of columns whose positions are compared.
 const COMPARED: usize = 1000;
 
-/// ICON's name of a grid, in grid files and those with data.
+/// ICON's name of a grid, in grid files and data files.
 const GRID_NAME: &str = "uuidOfHGrid";
 
-/// Checks that all files are of the mesh that was read: by the numbers of cells and corners, the name of ICON's grid, and
-/// the places of columns.
+/// Checks that all files have the mesh that was read: by the numbers of cells and corners, the name of ICON's grid, and
+/// the positions of columns.
 pub(crate) fn expect(sources: &Sources, mesh: &Mesh) -> Result<()> {
     expect_one_name(sources.all())?;
     for source in sources.all() {
@@ -62,7 +62,7 @@ fn expect_sizes(source: &dyn Source, mesh: &Mesh) -> Result<()> {
     Ok(())
 }
 
-/// Checks that columns with coordinates lie where the mesh has them, to about the distance between columns.
+/// Checks that columns with coordinates lie at their positions in the mesh, to about the distance between columns.
 fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
     for [lon, lat] in COORDINATES {
         let dimension = |name| match source.variable(name).map(Variable::after_time) {
@@ -75,7 +75,7 @@ fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
             len if len == mesh.corners() && mesh.corner_rows().is_none() => &mesh.corner,
             _ => continue,
         };
-        // Coordinates that cannot be read are no reason to refuse fields.
+        // Unreadable coordinates are no reason to refuse fields.
         let Ok(there) = positions(source, lon, lat, &columns.name) else { continue };
         let at = |of: &Positions, i| [of.lon.as_reals().get(i), of.lat.as_reals().get(i)];
         let apart = |i: usize| {

@@ -6,8 +6,8 @@ use std::collections::hash_map::Entry;
 /// Width of a bucket in tolerances: most points need one bucket, those near its sides several.
 const BUCKET: f64 = 16.0;
 
-/// Numbers points so that those nearer to each other than `tolerance` have the same number, from 0 in the order in
-/// which they come; also returns, for each number, which of `points` came first.
+/// Numbers points so that those nearer to each other than `tolerance` have the same number, from 0 in order of
+/// occurrence; also returns, for each number, the index of its first point.
 pub(crate) fn number(points: impl Iterator<Item = [f64; 3]>, tolerance: f64) -> (Vec<i32>, Vec<usize>) {
     let mut buckets: HashMap<[i64; 3], Vec<i32>> = HashMap::new();
     let (mut numbers, mut first, mut known): (_, _, Vec<[f64; 3]>) = (Vec::new(), Vec::new(), Vec::new());

@@ -16,7 +16,7 @@ pub(super) struct Polygons {
 }
 
 impl Polygons {
-    /// Of rows in which a corner may stand several times: further entries of a corner, and negative ones, are left out.
+    /// Converts rows in which a corner may occur several times: repeated corners, and negative entries, are left out.
     pub fn of_rows(rows: &[i32], row: usize) -> Self {
         let row = row.max(1);
         let (mut corners, mut count) = (Vec::with_capacity(rows.len()), Vec::new());
@@ -48,10 +48,10 @@ impl Polygons {
         })
     }
 
-    /// Triangles of cells, and the corner that each lies at: the polygon of the cells around a corner, whose middles are
-    /// `at`, is cut by Delaunay's rule ([`cut_polygon`]). At the mesh's rim a corner of one or two cells has none.
+    /// Triangles of cells, and the corner of each: the polygon of the cells around a corner, whose middles are `at`, is
+    /// cut by Delaunay's rule ([`cut_polygon`]). At the mesh's rim a corner of one or two cells has none.
     pub fn triangles(&self, corners: usize, at: impl Fn(i32) -> [f64; 3]) -> Result<(Vec<i32>, Vec<u32>)> {
-        // Of each cell at a corner: the cell, and the corners before and behind in its row.
+        // For each cell at a corner: the cell, and the corners before and behind in its row.
         let mut start = vec![0; corners + 1];
         for (cell, around) in self.each().enumerate() {
             for &corner in around {
@@ -81,7 +81,7 @@ impl Polygons {
         Ok((triangles, corner_of))
     }
 
-    /// The cells around each corner, 3 for each, of which those that are missing are marked.
+    /// The cells around each corner, 3 for each, with marks for missing ones.
     pub fn corner_cells(&self, corners: usize) -> Result<Vec<i32>> {
         let mut table = vec![NONE; 3 * corners];
         for (cell, around) in self.each().enumerate() {
@@ -160,8 +160,8 @@ struct Wedge {
     sides: [i32; 2],
 }
 
-/// Puts cells around a corner in order, each beside the one that it shares a side with: one run, or several where the
-/// mesh touches itself in the corner. Runs begin at the rim, if they have one.
+/// Orders cells around a corner, each next to the one that it shares a side with: one run, or several if the mesh
+/// touches itself in the corner. Runs begin at the rim, if they have one.
 fn rings(wedges: &mut [Wedge]) -> impl Iterator<Item = &[Wedge]> {
     fn are_neighbours(one: &Wedge, other: &Wedge) -> bool {
         one.sides.iter().any(|side| other.sides.contains(side))
@@ -178,7 +178,7 @@ fn rings(wedges: &mut [Wedge]) -> impl Iterator<Item = &[Wedge]> {
     wedges.chunk_by(are_neighbours)
 }
 
-/// The two corners of each edge, of the edges of each corner.
+/// The two corners of each edge, from the edges of each corner.
 pub(super) fn ends_of_edges(corner_edge: &[i32]) -> Result<Vec<i32>> {
     let edges = corner_edge.iter().max().map_or(0, |max| max + 1).max(0) as usize;
     if edges > corner_edge.len() {
@@ -195,7 +195,7 @@ pub(super) fn ends_of_edges(corner_edge: &[i32]) -> Result<Vec<i32>> {
     Ok(table)
 }
 
-/// The edges of each corner, of the two corners of each edge.
+/// The edges of each corner, from the two corners of each edge.
 pub(super) fn edges_of_corners(edge_corner: &[i32], corners: usize) -> Result<Vec<i32>> {
     let mut table = vec![NONE; 3 * corners];
     for (i, &corner) in edge_corner.iter().enumerate().filter(|(_, corner)| **corner >= 0) {
@@ -204,7 +204,7 @@ pub(super) fn edges_of_corners(edge_corner: &[i32], corners: usize) -> Result<Ve
     Ok(table)
 }
 
-/// The cells around each corner, of the cells beside each edge.
+/// The cells around each corner, from the cells beside each edge.
 pub(super) fn cells_of_corners(edge_corner: &[i32], edge_cell: &[i32], corners: usize) -> Result<Vec<i32>> {
     let mut table = vec![NONE; 3 * corners];
     for (ends, cells) in edge_corner.chunks_exact(2).zip(edge_cell.chunks_exact(2)) {
@@ -230,7 +230,7 @@ fn put_edge(corner_edge: &mut [i32], corner: i32, edge: i32, corners: usize) -> 
     Err(Error::new(ErrorKind::Unsupported, format!("corner {corner} has more than 3 edges")))
 }
 
-/// Puts an entry in the first free place; returns whether there is one.
+/// Stores an entry in the first free place; returns whether there is one.
 fn put(places: &mut [i32], entry: i32) -> bool {
     let free = places.iter_mut().find(|place| **place == NONE);
     free.map(|place| *place = entry).is_some()

@@ -16,9 +16,9 @@ pub enum Convention {
     /// ICON, and UGRID of triangles: triangles, which are the corners of the hexagons around their points; fields at
     /// corners or, rarely, at cells.
     Icon,
-    /// Polygons: with their bounds over one dimension, as the CF conventions 1.11, §7.1, have them and DYNAMICO writes
-    /// them, with fields at cells; or UGRID's, with fields at faces or nodes; or columns without tables, with fields at
-    /// these.
+    /// Polygons: with their bounds over one dimension, according to the CF conventions 1.11, §7.1, as written by
+    /// DYNAMICO, with fields at cells; or UGRID's, with fields at faces or nodes; or columns without tables, with
+    /// fields at these.
     Cf,
 }
 
@@ -32,14 +32,15 @@ impl fmt::Display for Convention {
     }
 }
 
-/// The tables that icoray reads of a mesh, owned.
+/// The tables of a mesh that icoray needs, owned.
 ///
-/// For MPAS, the tables as the file stores them, numbered from 1; missing ones are made from the others where these
-/// determine them. For ICON, `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file
-/// has no tables, and all others are made of it, numbered from 0. Of polygons with bounds, points in one place are one
-/// corner, and all is made of the polygons' corners, numbered from 0. UGRID's faces are such polygons, or triangles as
-/// ICON's. Where more than three polygons meet, the polygon of their middles is cut into triangles, which are the corners
-/// ([`Mesh::corners_in_file`]). Of columns without tables the corners are Delaunay triangles ([`Mesh::is_of_points`]).
+/// For MPAS, the tables as the file stores them, numbered from 1; missing ones are derived from the others if these
+/// determine them. For ICON, `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds if the file
+/// has no tables, and all others are derived from it, numbered from 0. For polygons with bounds, coincident points are
+/// one corner, and all tables are derived from the polygons' corners, numbered from 0. UGRID's faces are such polygons,
+/// or triangles like ICON's. If more than three polygons meet, the polygon of their middles is cut into triangles,
+/// which are the corners ([`Mesh::corners_in_file`]). For columns without tables the corners are Delaunay triangles
+/// ([`Mesh::is_of_points`]).
 #[derive(Debug, Clone)]
 pub struct Mesh {
     pub(super) path: PathBuf,
@@ -51,13 +52,13 @@ pub struct Mesh {
     pub(super) corner_cell: Vec<i32>,
     pub(super) corner_edge: Vec<i32>,
     pub(super) edge_corner: Vec<i32>,
-    /// What the corners are in the file; `None` where they are the file's.
+    /// The file's corners; `None` if the mesh's corners are the file's.
     pub(super) file_corners: Option<FileCorners>,
     /// Whether the corners are Delaunay triangles of points.
     pub(super) is_of_points: bool,
 }
 
-/// The corners of a file, of which a mesh has some as several corners: triangles.
+/// The corners of a file, some of which are several corners of the mesh: triangles.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FileCorners {
     /// Their number.
@@ -74,14 +75,14 @@ pub(super) struct Positions {
 }
 
 impl Positions {
-    /// Those in some rows.
+    /// The positions in some rows.
     pub(super) fn of_rows(&self, rows: &[u32]) -> Self {
         let of =
             |angle: &OwnedReals| OwnedReals::F64(rows.iter().map(|row| angle.as_reals().get(*row as usize)).collect());
         Positions { lon: of(&self.lon), lat: of(&self.lat) }
     }
 
-    /// The unit vector to a row's place.
+    /// The unit vector of a row's position.
     pub(super) fn direction(&self, row: i32) -> [f64; 3] {
         direction(self.lon.as_reals().get(row as usize), self.lat.as_reals().get(row as usize))
     }
@@ -101,7 +102,7 @@ impl Positions {
 }
 
 impl Mesh {
-    /// A mesh of triangles of cells, numbered from 0, with the places of cells and of these corners.
+    /// A mesh of triangles of cells, numbered from 0, with the positions of cells and of these corners.
     pub(super) fn of_triangles(
         path: &Path,
         convention: Convention,
@@ -114,8 +115,8 @@ impl Mesh {
         Ok(Self::of_tables(path, convention, places, polygons, [corner_cell, corner_edge, edge_corner]))
     }
 
-    /// A mesh of polygons, with the places of cells and of the polygons' corners. Where a corner joins more than 3 cells,
-    /// the polygon of their middles is cut into triangles, which are the mesh's corners.
+    /// A mesh of polygons, with the positions of cells and of the polygons' corners. If a corner joins more than 3
+    /// cells, the polygon of their middles is cut into triangles, which are the mesh's corners.
     pub(super) fn of_polygons(path: &Path, [center, corner]: [Positions; 2], polygons: Polygons) -> Result<Self> {
         let (convention, count) = (Convention::Cf, corner.lon.as_reals().len());
         if polygons.joins_more_than_3(count) {
@@ -130,7 +131,7 @@ impl Mesh {
         Ok(Self::of_tables(path, convention, [center, corner], polygons, tables))
     }
 
-    /// A mesh of all its tables: cells and edges of corners, and corners of edges.
+    /// A mesh from all its tables: cells and edges of corners, and corners of edges.
     pub(super) fn of_tables(
         path: &Path,
         convention: Convention,
@@ -153,7 +154,7 @@ impl Mesh {
         }
     }
 
-    /// The tables, borrowed. Their MPAS names stand at [`GridTables`].
+    /// The tables, borrowed. [`GridTables`] lists their MPAS names.
     pub fn tables(&self) -> GridTables<'_> {
         GridTables {
             index_base: self.index_base(),
@@ -171,7 +172,7 @@ impl Mesh {
     /// The tables as a checked grid.
     ///
     /// # Errors
-    /// As [`Grid::new`], with the file's name before the sentence.
+    /// As [`Grid::new`], with the file's name before the message.
     pub fn grid(&self) -> Result<Grid<'_>> {
         Grid::new(self.tables()).map_err(|e| e.within(self.path.display()))
     }
@@ -191,37 +192,37 @@ impl Mesh {
         self.tables().corners()
     }
 
-    /// Number of corners in the file, over which its fields at corners lie: [`Mesh::corners`], or fewer where the mesh has
-    /// some as several triangles.
+    /// Number of corners in the file, over which its fields at corners lie: [`Mesh::corners`], or fewer if some of them
+    /// are several triangles of the mesh.
     pub fn corners_in_file(&self) -> usize {
         self.file_corners.as_ref().map_or(self.corners(), |corners| corners.count)
     }
 
-    /// The row in the file of each corner, where the mesh's corners are not the file's.
+    /// The row in the file of each corner, if the mesh's corners are not the file's.
     pub(crate) fn corner_rows(&self) -> Option<&[u32]> {
         self.file_corners.as_ref().map(|corners| corners.row.as_slice())
     }
 
-    /// Whether the mesh was made of points alone: the corners are the Delaunay triangles of the cells' middles.
+    /// Whether the mesh was made from points alone: the corners are the Delaunay triangles of the cells' middles.
     pub fn is_of_points(&self) -> bool {
         self.is_of_points
     }
 
-    /// What the tables are and their sizes, in words.
+    /// A description of the tables with their sizes.
     pub fn in_words(&self) -> String {
         let [cells, corners, edges] = [self.cells(), self.corners(), self.edges()];
         let made = self.made_in_words().map_or_else(String::new, |made| format!("; {made}"));
         format!("{}: {cells} cells, {corners} corners, {edges} edges{made}", self.kind())
     }
 
-    /// What corners are that are not the file's, in words.
+    /// A description of corners that are not the file's.
     pub fn made_in_words(&self) -> Option<String> {
         let cut = |file: &FileCorners| format!("corners are triangles, made of {} corners of the file", file.count);
         let of_points = "corners are the Delaunay triangles of the points";
         if self.is_of_points { Some(of_points.to_owned()) } else { self.file_corners.as_ref().map(cut) }
     }
 
-    /// The convention of the tables, or "points" where the mesh was made of points alone.
+    /// The convention of the tables, or "points" if the mesh was made from points alone.
     pub fn kind(&self) -> String {
         if self.is_of_points { "points".to_owned() } else { self.convention.to_string() }
     }
@@ -231,12 +232,12 @@ impl Mesh {
         self.tables().edges()
     }
 
-    /// The most corners that a cell may have: row length of MPAS's `verticesOnCell`.
+    /// The maximum number of corners of a cell: row length of MPAS's `verticesOnCell`.
     pub fn max_edges(&self) -> usize {
         self.polygons.row
     }
 
-    /// Bytes that the tables take.
+    /// Bytes of the tables.
     pub fn bytes(&self) -> usize {
         let of_file = self.file_corners.as_ref().map_or(0, |corners| size_of_val(corners.row.as_slice()));
         let reals = [&self.center, &self.corner].map(|p| p.lon.bytes() + p.lat.bytes());
@@ -245,7 +246,7 @@ impl Mesh {
         of_file + reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
     }
 
-    /// The same mesh, whose tables are numbered from 0, as one of MPAS, whose are from 1.
+    /// Converts a mesh, whose tables are numbered from 0, to one of MPAS, whose are from 1.
     pub(super) fn into_mpas(mut self) -> Self {
         let tables = [&mut self.polygons.corners, &mut self.corner_cell, &mut self.corner_edge, &mut self.edge_corner];
         tables.into_iter().flatten().for_each(|entry| *entry += 1);
@@ -257,12 +258,12 @@ impl Mesh {
         i32::from(self.convention == Convention::Mpas)
     }
 
-    /// The file that the tables are from, as given.
+    /// The file of the tables, as given.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether all tables are equal, in whatever file they are: what was derived from one mesh holds for the other.
+    /// Whether all tables are equal, in any file: data derived from one mesh are valid for the other.
     pub fn is_same(&self, other: &Mesh) -> bool {
         self.convention == other.convention
             && self.polygons == other.polygons
@@ -273,7 +274,7 @@ impl Mesh {
             && self.corner.is_same(&other.corner)
     }
 
-    /// The cells around a corner, counted from 0; `None` where the mesh has a hole.
+    /// The cells around a corner, counted from 0; `None` for a missing one.
     pub(crate) fn cells_at(&self, corner: usize) -> [Option<usize>; 3] {
         let number = |k| i64::from(self.corner_cell[3 * corner + k]) - i64::from(self.index_base());
         let cell = |k| usize::try_from(number(k)).ok();
@@ -281,7 +282,7 @@ impl Mesh {
     }
 }
 
-/// The variable of that name, of numbers of that kind over those dimensions.
+/// The variable of that name, with numbers of that kind over those dimensions.
 pub(super) fn find<'a>(source: &'a dyn Source, name: &str, dimensions: &[&str], integer: bool) -> Result<&'a Variable> {
     let variable = source.variable(name).ok_or_else(|| missing(source, name))?;
     let fine = match variable.kind {

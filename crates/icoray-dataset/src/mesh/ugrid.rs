@@ -1,8 +1,8 @@
-//! UGRID's tables, as files of many tools and datasets of uxarray have them: the corners of each face, and places.
+//! UGRID's tables, as in files of many tools and datasets of uxarray: the corners of each face, and positions.
 //!
-//! Faces of more than three corners are cells. Where all faces are triangles they are corners, as ICON's: the nodes are
-//! the middles of cells. So they are where the file has values at nodes only: other faces are cut into triangles then.
-//! Corners of more than three cells are cut likewise. The tables of a dataset that uxarray has made of MPAS's are MPAS's.
+//! Faces of more than three corners are cells. If all faces are triangles they are corners, as for ICON: the nodes are
+//! the middles of cells. The same holds if the file has values at nodes only: then other faces are cut into triangles.
+//! Corners of more than three cells are cut likewise. Tables that uxarray has derived from MPAS's are read as MPAS's.
 //! Format: UGRID conventions 1.0, <https://ugrid-conventions.github.io/ugrid-conventions>.
 
 use super::angles::{of_directions, positions};
@@ -14,7 +14,7 @@ use crate::sources::Sources;
 use icoray::{ErrorKind, Result, circumcenter, cut_polygon};
 use std::path::Path;
 
-/// Names that uxarray gives; other tools' are in the attributes of the mesh's variable.
+/// Names in uxarray's datasets; those of other tools are in the attributes of the mesh's variable.
 const FACE_NODES: &str = "face_node_connectivity";
 const NODES: [&str; 2] = ["node_lon", "node_lat"];
 const FACES: [&str; 2] = ["face_lon", "face_lat"];
@@ -23,15 +23,15 @@ const FACES: [&str; 2] = ["face_lon", "face_lat"];
 struct Topology<'a> {
     source: &'a dyn Source,
     face_nodes: &'a Variable,
-    /// The name of the dimension that counts faces, where the file tells.
+    /// The name of the dimension that counts faces, if the file has it.
     face_dimension: Option<String>,
     nodes: [String; 2],
-    /// Of the faces' middles, which may lack.
+    /// Coordinates of the faces' middles, which may be missing.
     faces: Option<[String; 2]>,
 }
 
 impl<'a> Topology<'a> {
-    /// The mesh of a source, if there is one; of several, that which most variables name.
+    /// The mesh of a source, if there is one; of several, the one that most variables name.
     fn of(source: &'a dyn Source) -> Result<Option<Self>> {
         let mut named: Option<(usize, &Variable, String)> = None;
         for variable in source.variables() {
@@ -76,7 +76,7 @@ impl<'a> Topology<'a> {
         Ok(Topology { source, face_nodes, face_dimension: text("face_dimension")?, nodes, faces })
     }
 
-    /// The nodes of each face, from 0 and with marks for entries that are missing; and the length of a row.
+    /// The nodes of each face, from 0 and with marks for missing entries; and the length of a row.
     fn rows(&self, nodes: usize) -> Result<(Vec<i32>, usize)> {
         let (source, table) = (self.source, self.face_nodes);
         let [first, second] = match table.after_time() {
@@ -181,15 +181,15 @@ fn mesh(sources: &Sources, topology: &Topology) -> Result<Mesh> {
 }
 
 impl Mesh {
-    /// The tables of a mesh of faces, numbered from 0: `nodes` are directions of any length, of which `faces` has a row of
-    /// `row` for each face, in order around it, with -1 after the last one. Where all faces are triangles they are the
-    /// corners of cells around the nodes, as ICON's ([`Convention::Icon`]); otherwise faces are cells and nodes their
-    /// corners ([`Convention::Cf`]). `middles` are directions of the faces' middles; without them triangles have the middles
-    /// of their circles, and others the means of their nodes. `path` is what messages name.
+    /// The tables of a mesh of faces, numbered from 0: `nodes` are directions of any length, of which `faces` has a row
+    /// of `row` for each face, in order around it, with -1 after the last one. If all faces are triangles they are the
+    /// corners of cells around the nodes, as for ICON ([`Convention::Icon`]); otherwise faces are cells and nodes their
+    /// corners ([`Convention::Cf`]). `middles` are directions of the faces' middles; without them triangles have the
+    /// middles of their circles, and others the means of their nodes. Messages name `path`.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] and [`ErrorKind::Unsupported`] name a face or node that fits no mesh of cells whose corners each
-    /// join three of them.
+    /// [`ErrorKind::Grid`] and [`ErrorKind::Unsupported`] name a face or node that does not fit a mesh of cells whose
+    /// corners each join three of them.
     pub fn of_faces(
         path: &Path,
         nodes: &[[f64; 3]],
@@ -203,8 +203,8 @@ impl Mesh {
 }
 
 /// The tables of a mesh of faces; `rows` has the nodes of each, numbered from 0, and marks after the last of them, in
-/// rows of one length. Where `given` has no middles of faces, triangles have the middles of their circles, and others the
-/// means of their nodes. Nodes are the middles of cells where `are_nodes_cells`, and where all faces are triangles: other
+/// rows of one length. If `given` has no middles of faces, triangles have the middles of their circles, and others the
+/// means of their nodes. Nodes are the middles of cells if `are_nodes_cells`, and if all faces are triangles: other
 /// faces are cut into such.
 fn of_faces(
     path: &Path,

@@ -11,12 +11,12 @@ use icoray::{Field, Frame, Ranks, Renderer, Result, Scene};
 use icoray_live::{Histogram, Probe};
 use std::collections::BTreeMap;
 
-/// The units of a field, as print has them.
+/// The typeset units of a field.
 pub fn units(info: &FieldInfo) -> Option<String> {
     info.description.units.as_deref().and_then(printed_units)
 }
 
-/// The histogram of a field at a time; it is read where `read` lacks it.
+/// The histogram of a field at a time; the field is read unless `read` contains it.
 ///
 /// # Errors
 /// As [`Dataset::read_layers`] and [`Renderer::histogram`].
@@ -36,7 +36,7 @@ pub fn histogram(
     Ok(Histogram::new(name, units(info), found))
 }
 
-/// What a ray of a scene's picture shows at a place; `shown` is that picture.
+/// The probe of a ray of a scene's picture at a place; `shown` is that picture.
 ///
 /// # Errors
 /// As [`Drawing::fields`] and [`Renderer::probe`].

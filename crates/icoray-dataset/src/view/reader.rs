@@ -1,11 +1,12 @@
-//! From the text of a scene to the scene of a dataset: its fields, and which of them are 2D.
+//! Converts the text of a scene to the scene of a dataset: its fields, and the 2D ones among them.
 
 use crate::dataset::Dataset;
 use crate::field::FieldInfo;
 use icoray::{Error, ErrorKind, Result, Scene, Script, View};
 use icoray_live::{NamedScene, SceneReader};
 
-/// Reads the text of scenes for a dataset: a scene without a field shows the likeliest one, and 2D fields are surfaces.
+/// Parses the text of scenes for a dataset: a scene without a field shows the likeliest one, and 2D fields are
+/// surfaces.
 pub fn reader(dataset: &Dataset) -> Box<SceneReader> {
     let first = dataset.first_field().map(|info| info.name.clone());
     let fields: Vec<FieldInfo> = dataset.fields().to_vec();
@@ -29,7 +30,7 @@ pub fn reader(dataset: &Dataset) -> Box<SceneReader> {
     })
 }
 
-/// Fails where the dataset lacks a field of the scene.
+/// Fails if the dataset lacks a field of the scene.
 fn expect_fields<'f>(scene: &Scene, info: impl Fn(&str) -> Option<&'f FieldInfo>) -> Result<()> {
     match scene.model_fields().into_iter().find(|name| info(name).is_none()) {
         Some(name) => Err(Error::new(ErrorKind::Field, format!("{name}: there is no such field"))),

@@ -13,21 +13,21 @@ use rayon::prelude::*;
 pub struct CenterField {
     pub(super) values: OwnedReals,
     pub(super) shape: Shape,
-    /// [`Field::number`] of the field: the same as long as no value changes.
+    /// [`Field::number`] of the field: unchanged while no value changes.
     pub(super) number: u64,
 }
 
 impl CenterField {
     /// Averages a field at corners to the cell centres, in parallel: the plain mean over those corners of a cell that
-    /// have a value; NaN where none has one.
+    /// have a value; NaN if none has one.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when `field` is not at corners or has not one column per corner of `grid`.
+    /// [`ErrorKind::Field`] when `field` is not at corners or does not have one column per corner of `grid`.
     pub fn average(grid: &Grid, field: &Field) -> Result<Self> {
         Self::average_in(grid, field, None)
     }
 
-    /// [`Self::average`] in the memory of another field, such as that of the frame before.
+    /// [`Self::average`] in the memory of another field, such as that of the previous frame.
     ///
     /// # Errors
     /// As [`Self::average`].
@@ -51,7 +51,7 @@ impl CenterField {
         Field { number: self.number, ..field.expect("the values were made for this shape") }
     }
 
-    /// The values, level-fastest, to replace some of them: the field gets a new number.
+    /// The values, level-fastest, for modification: the field gets a new number.
     pub fn values_mut(&mut self) -> &mut OwnedReals {
         self.number = next_number();
         &mut self.values

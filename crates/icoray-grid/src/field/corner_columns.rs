@@ -14,7 +14,7 @@ use rayon::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct CornerColumns<'f> {
     field: Field<'f>,
-    /// For each corner its row in the other field, or [`CornerColumns::OWN`].
+    /// The row of each corner in the other field, or [`CornerColumns::OWN`].
     halo: Option<(&'f [u32], Field<'f>)>,
 }
 
@@ -34,25 +34,26 @@ impl<'a, S: Sample> Column<'a, S> {
     }
 }
 
-/// Cells that a thread takes at once, at least.
+/// Minimum number of cells per parallel task.
 const CELLS: usize = 256;
 
 /// Layers that are averaged at once.
 const LAYERS: usize = 64;
 
 impl<'f> CornerColumns<'f> {
-    /// In place of a row of the halo: the column is one of the field itself.
+    /// Replaces a row of the halo: the column is one of the field itself.
     pub const OWN: u32 = u32::MAX;
 
-    /// Those of `field`, a column per corner.
+    /// The columns of `field`, one per corner.
     pub fn new(field: Field<'f>) -> Self {
         CornerColumns { field, halo: None }
     }
 
-    /// Those of `field`, but for the corners that have a row of `halo` in `rows`, which has an entry per corner.
+    /// The columns of `field`, except for the corners that have a row of `halo` in `rows`, which has an entry per
+    /// corner.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where the two fields differ in layers, precision or the mark of missing values.
+    /// [`ErrorKind::Field`] if the two fields differ in layers, precision or the mark of missing values.
     pub fn with_halo(field: Field<'f>, rows: &'f [u32], halo: Field<'f>) -> Result<Self> {
         let facts = |field: &Field| {
             (field.shape().layers, matches!(field.samples, Reals::F64(_)), field.fill.map(f64::to_bits))
@@ -64,7 +65,7 @@ impl<'f> CornerColumns<'f> {
     }
 
     /// Averages the columns at the corners of each of `cells`, in parallel: the plain mean over those corners that have
-    /// a value, NaN where none has one. Level-fastest in the order of `cells`, in the precision of the field and in
+    /// a value, NaN if none has one. Level-fastest in the order of `cells`, in the precision of the field and in
     /// `memory` if that has the same.
     pub fn averages(
         &self,
@@ -160,7 +161,7 @@ mod tests {
         Field::new(values.into(), shape, Location::Corner, Some(5.0)).unwrap()
     }
 
-    /// Whichever corners lie in the halo, and whatever stands in their own columns.
+    /// Averages do not depend on the set of corners in the halo, or on values in their own columns.
     #[test]
     fn averages_with_a_halo_have_the_bits_of_whole_fields() {
         let mesh = IcosahedralMesh::new(2).unwrap();

@@ -1,5 +1,4 @@
-//! Fields that are interpolated to other layers: one at interfaces to the layers midway between them, or the other way
-//! round.
+//! Interpolates fields to other layers: from interfaces to the layers midway between them, or vice versa.
 
 use super::center::{buffer, resized};
 use super::{CenterField, Field, Location, next_number};
@@ -16,8 +15,8 @@ struct Between {
 
 impl CenterField {
     /// Interpolates `field`, whose layers lie at the radii `own`, linearly to the radii `wanted`; beyond the outer
-    /// layers it takes the value of the nearest one. A value is missing where one of the two around it is. Both
-    /// lists are in one unit, and both rise or both fall. `memory` is another field, whose memory is used again.
+    /// layers it takes the value of the nearest one. A value is missing if one of the two around it is. Both lists are
+    /// in one unit, and both rise or both fall. `memory` is another field, whose memory is reused.
     pub fn moved_in(field: &Field, own: &[f64], wanted: &[f64], memory: Option<Self>) -> Self {
         let between: Vec<Between> = wanted.iter().map(|radius| bracket(own, *radius)).collect();
         let shape = Shape::level_fastest(field.shape().columns, wanted.len());

@@ -1,4 +1,4 @@
-//! Gradients in double precision, of any cell: beside holes, and where values are missing.
+//! Gradients in double precision, for any cell: beside holes, and at missing values.
 
 use crate::array::MapInline;
 use crate::grid::Grid;
@@ -7,7 +7,7 @@ use crate::samples::Samples;
 use glam::DVec3;
 use std::ops::Range;
 
-/// One triangle around a cell: where its two other cells stand in the ring, and the dual basis at the cell.
+/// One triangle around a cell: indices of its two other cells in the ring, and the dual basis at the cell.
 struct IncidentTriangle {
     others: [usize; 2],
     radial: DVec3,
@@ -20,7 +20,7 @@ pub(super) struct Ring {
     pub neighbours: Vec<u32>,
     /// The mean gradient at radius 1 per unit of difference to each neighbour, when all triangles count.
     pub weight: Vec<DVec3>,
-    /// The same for the radial slope.
+    /// The mean gradient per unit of the radial slope.
     pub radial: DVec3,
     fans: Vec<IncidentTriangle>,
 }
@@ -68,7 +68,7 @@ pub(super) struct NeighborColumns<'r> {
     around: Vec<f64>,
     /// The sum of all values on each layer: NaN where one is missing.
     total: Vec<f64>,
-    /// x, y and z of the mean over all frusta, which means something where no value is missing.
+    /// x, y and z of the mean over all frusta, which is valid if no value is missing.
     mean: [Vec<f64>; 3],
 }
 
@@ -86,7 +86,7 @@ impl<'r> NeighborColumns<'r> {
         }
     }
 
-    /// Reads what the gradients on layers `wanted` ask for: the layers below and above too.
+    /// Reads the values that the gradients on layers `wanted` need: those of the layers below and above too.
     pub fn read<S: Sample>(&mut self, samples: &Samples<S>, cell: u32, neighbours: &[u32], wanted: &Range<usize>) {
         let layers = self.radius.len();
         let read = wanted.start.saturating_sub(1)..(wanted.end + 1).min(layers);
@@ -106,7 +106,7 @@ impl<'r> NeighborColumns<'r> {
         }
     }
 
-    /// The mean over all incident frusta, as if no value were missing.
+    /// Computes the mean over all incident frusta, as if no value were missing.
     pub fn means(&mut self, ring: &Ring, wanted: &Range<usize>) {
         let layers = self.radius.len();
         let [x, y, z] = self.mean.each_mut().map_inline(|mean| &mut mean[wanted.clone()]);

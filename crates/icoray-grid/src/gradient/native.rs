@@ -1,8 +1,8 @@
-//! Gradients where each column's layers lie at heights of their own.
+//! Gradients if each column's layers have separate heights.
 //!
-//! As for concentric layers, the three slopes at vertex A of a frustum fix its gradient: along A the change to the next
-//! layer, along `R·B - R·A` and `R·C - R·A`, now with a radius at each vertex, the changes to the neighbours on the
-//! same layer.
+//! As for concentric layers, the three slopes at vertex A of a frustum determine its gradient: along A the change to
+//! the next layer, along `R·B - R·A` and `R·C - R·A`, now with a radius at each vertex, the changes to the neighbours
+//! on the same layer.
 
 use super::{Gradients, narrowed};
 use crate::array::MapInline;
@@ -14,11 +14,11 @@ use crate::samples::Samples;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero where nothing is known. In
+/// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero if unknown. Reuses
 /// `memory`.
 ///
 /// # Errors
-/// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
+/// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if they do not fit.
 pub fn gradients<S: Sample>(
     grid: &Grid,
     heights: &Heights,
@@ -39,7 +39,8 @@ pub fn gradients<S: Sample>(
     Ok(gradients)
 }
 
-/// The direction across a layer at each cell, outwards: the mean of the facets around it, by their area. In `memory`.
+/// The direction across a layer at each cell, outwards: the mean of the facets around it, weighted by area. Reuses
+/// `memory`.
 pub fn normals(grid: &Grid, heights: &Heights, layer: usize, mut memory: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
     let place = |cell: u32| heights.radius(cell, layer) * grid.direction(cell);
     let normal = |cell: u32| {
@@ -78,7 +79,7 @@ impl<S: Sample> NeighborColumns<'_, S> {
         self.samples.get(self.samples.base(cell), layer)
     }
 
-    /// The mean of the slopes to the layers above and below, as far as they are there.
+    /// The mean of the slopes to the layers above and below, as far as these exist.
     fn radial(&self, layer: usize) -> Option<f64> {
         let slope = |low: usize, high: usize| {
             let thickness = self.heights.radius(self.cell, high) - self.heights.radius(self.cell, low);
@@ -118,7 +119,7 @@ mod tests {
     use crate::layers::Layers;
     use crate::shape::Shape;
 
-    /// Between flat facets a field that is linear in space is exact at every vertex, wherever the layers lie.
+    /// Between flat facets a field that is linear in space is exact at every vertex, for any heights of layers.
     #[test]
     fn a_linear_field_has_its_slope_everywhere() {
         const LAYERS: usize = 4;

@@ -1,4 +1,4 @@
-//! Gradients of those cells that pictures of a field can read, completed from picture to picture.
+//! Gradients of the cells that pictures of a field can read, completed from picture to picture.
 
 use super::{GradientInput, GradientOptions, Gradients, MissingCells, PreparedSample};
 use crate::error::Result;
@@ -10,24 +10,24 @@ use crate::visible_cells::VisibleCells;
 #[derive(Debug)]
 pub struct PartialGradients {
     values: Gradients,
-    /// Whether each cell's gradients are computed; empty where none is, or all are.
+    /// Whether each cell's gradients are computed; empty if none or all are.
     is_computed: Vec<bool>,
     is_complete: bool,
 }
 
 impl PartialGradients {
-    /// Gradients of no cell, in the memory of others.
+    /// Gradients of no cell, in the memory of these.
     pub fn of_none(self) -> Self {
         let mut is_computed = self.is_computed;
         is_computed.clear();
         PartialGradients { values: self.values, is_computed, is_complete: false }
     }
 
-    /// Computes the gradients over the cells that are `seen`, or over all, unless they are there. Grid, radii, samples
-    /// and what is wanted must be those of the earlier calls; other arguments are as for [`gradients`](super::gradients).
+    /// Computes the gradients over the `seen` cells, or over all, unless they are there. Grid, radii, samples and
+    /// options must be those of the earlier calls; other arguments are as for [`gradients`](super::gradients).
     ///
     /// # Errors
-    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
+    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if they do not fit.
     pub fn with_cells<S: PreparedSample>(
         self,
         grid: &Grid,
@@ -55,7 +55,7 @@ impl PartialGradients {
         if self.is_complete { cells } else { self.is_computed.iter().filter(|is_computed| **is_computed).count() }
     }
 
-    /// The gradients; those that are not computed are any numbers.
+    /// The gradients; those that are not computed have arbitrary values.
     pub fn values(&self) -> &Gradients {
         &self.values
     }

@@ -9,7 +9,7 @@ use crate::array::MapInline;
 use crate::grid::Grid;
 use glam::DVec3;
 
-/// Most neighbours of a cell that the stencil takes.
+/// Maximum number of neighbours of a cell for the stencil.
 pub(super) const MAX_NEIGHBORS: usize = 8;
 
 /// A cell's neighbours, with the weights of their differences to the cell at radius 1, x, y and z, and those of the
@@ -23,7 +23,8 @@ pub(super) struct RingWeights {
 }
 
 impl RingWeights {
-    /// Of `cell`, all times `scale`; `None` where its triangles are no closed ring of at most [`MAX_NEIGHBORS`].
+    /// The weights of `cell`, all times `scale`; `None` if its triangles do not form a closed ring of at most
+    /// [`MAX_NEIGHBORS`].
     #[inline(always)]
     pub fn of(grid: &Grid, cell: u32, scale: f64) -> Option<Self> {
         let mut neighbours = [cell; MAX_NEIGHBORS];

@@ -1,14 +1,14 @@
 //! Gradients as a stencil over a cell and its ring, in single precision, 16 layers of a column at a time.
 //!
 //! With the ring's weights w and the radial vector e (`ring.rs`), the gradient at radius R is `Σ w (g - gA)/R + s e`,
-//! where s is the radial slope. The values are subtracted first, as they are stored: a difference has an error of at
-//! most half its own last digit, however large the values are. So each gradient is as near to that in double precision
-//! as a few roundings of the largest of its terms.
+//! where s is the radial slope. The values are subtracted first, in their stored precision: a difference has an error
+//! of at most half its own last digit, for values of any size. So each gradient differs from that in double precision
+//! by a few roundings of the largest of its terms.
 //!
-//! A vector is *rejected* where a sample in it is missing, or a sum exceeds what a float holds. That makes the gradient
+//! A vector is *rejected* if a sample in it is missing, or a sum exceeds the range of a float. That makes the gradient
 //! NaN, infinite or longer than [`LONGEST`], unless the mark of missing values is a number, with which samples are
-//! compared. Layers beside a missing value are evaluated again in double precision. They depend on the samples alone, not
-//! on which layers are wanted, and so does every gradient.
+//! compared. Layers beside a missing value are evaluated again in double precision. The rejected layers, and so all
+//! gradients, depend on the samples alone, not on the wanted layers.
 
 use super::LONGEST;
 use super::ring::{MAX_NEIGHBORS, RingWeights};
@@ -20,16 +20,16 @@ use crate::samples::Samples;
 use fearless_simd::{Simd, f32x16, mask32x16, prelude::*};
 use std::ops::Range;
 
-/// Neighbours of almost all cells of a geodesic grid.
+/// Number of neighbours of almost all cells of a geodesic grid.
 const USUAL_NEIGHBORS: usize = 6;
 
-/// The stencil of a field's gradients. Layers are counted as the array has them: from the outermost one inwards in a
-/// field whose layers fall.
+/// The stencil of a field's gradients. Layers are counted in the order of the array: from the outermost one inwards if
+/// the field's layers fall.
 pub(super) struct Stencil<'a, S> {
     samples: &'a Samples<'a, S>,
     layers: usize,
     is_falling: bool,
-    /// Whether columns are read where they lie, or else copied.
+    /// Whether columns are read in place instead of copied.
     is_contiguous: bool,
     fill: Option<S>,
     /// Factors of the ring's weights, and of differences that are not single.
@@ -40,11 +40,11 @@ pub(super) struct Stencil<'a, S> {
     behind: Vec<f32>,
 }
 
-/// Memory of a thread, and what a cell's stencil left out.
+/// Memory of a thread, and the layers that a cell's stencil left out.
 #[derive(Default)]
 pub(super) struct Scratch<S> {
     columns: Vec<S>,
-    /// The layers between which some are rejected; empty if none is.
+    /// The range that contains all rejected layers; empty if there is none.
     pub rejected: Range<usize>,
     is_rejected: Vec<bool>,
 }
@@ -67,7 +67,7 @@ impl<S> Scratch<S> {
 }
 
 impl<'a, S: Sample> Stencil<'a, S> {
-    /// `None` where the field's range is so narrow or wide that single precision has no room for its gradients.
+    /// `None` if the field's range is too narrow or too wide for gradients in single precision.
     pub fn new(samples: &'a Samples<S>, radius: &[f64]) -> Option<Self> {
         const WIDEST: f64 = 1e25;
         let scale = samples.scale();
@@ -110,14 +110,14 @@ impl<'a, S: Sample> Stencil<'a, S> {
         })
     }
 
-    /// The weights of a cell's ring; `None` where the stencil does not apply to it.
+    /// The weights of a cell's ring; `None` if the stencil does not apply to it.
     #[inline(always)]
     pub fn ring(&self, grid: &Grid, cell: u32) -> Option<RingWeights> {
         RingWeights::of(grid, cell, self.scale[0])
     }
 
-    /// The gradients on layers `wanted`, not empty, over a cell with its ring, in its `row`, except those that `scratch`
-    /// says are rejected.
+    /// Computes the gradients on layers `wanted`, not empty, over a cell with its ring, in its `row`, except those that
+    /// `scratch` marks as rejected.
     #[inline(always)]
     pub fn fill<V: Simd, F: GradientFormat>(
         &self,
@@ -180,7 +180,8 @@ struct Pass<'p, 's, S> {
 }
 
 impl<S: Sample> Pass<'_, '_, S> {
-    /// Over all vectors that cover the wanted layers and one more at either end, where a missing value would count.
+    /// Processes all vectors that cover the wanted layers and one more at either end, in which a missing value would
+    /// count.
     #[inline(always)]
     fn fill<V: Simd, F: GradientFormat, const N: usize, const HAS_FILL: bool>(
         &self,
@@ -208,7 +209,7 @@ impl<S: Sample> Pass<'_, '_, S> {
         debug_assert!(last + VECTOR <= size);
     }
 
-    /// The gradients on 16 layers from `first` on, and which of them are rejected.
+    /// The gradients on 16 layers from `first` on, and a mask of the rejected ones.
     #[inline(always)]
     fn vector<V: Simd, const N: usize, const HAS_FILL: bool>(
         &self,

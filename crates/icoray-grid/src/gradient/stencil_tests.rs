@@ -174,7 +174,7 @@ fn missing_values_are_left_out_of_the_stencil() {
     }
 }
 
-/// The differences are formed first: what does not change has no gradient at all.
+/// The differences are formed first: a constant field has no gradient at all.
 #[test]
 fn a_constant_field_has_no_gradient() {
     let mesh = IcosahedralMesh::new(2).unwrap();

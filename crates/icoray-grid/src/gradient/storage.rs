@@ -11,14 +11,14 @@ use fearless_simd::{Simd, f32x16, prelude::*, u32x16, u64x8};
 pub enum Gradients {
     /// In single precision: 12 bytes.
     Whole(Vec<[f32; 3]>),
-    /// In 8 bytes: the largest component to 1e-5, the others as near as that one. Below 1e-32 they are less exact. Three
-    /// whole numbers of 18 bits and the exponent of their unit, which is that of an `f32`, from the lowest bit up.
+    /// In 8 bytes: the largest component to 1e-5, the others with the same error. Below 1e-32 they are less exact.
+    /// Three integers of 18 bits and the exponent of their unit, which is that of an `f32`, from the lowest bit up.
     Packed(Vec<u64>),
 }
 
 impl Gradients {
-    /// Standard deviation of the angle by which packing turns a gradient in any one direction across it, at most: the
-    /// largest component has 2^16 units at least, and all are rounded to whole ones, by 1/√12 of a unit.
+    /// Upper bound of the standard deviation of the angle by which packing turns a gradient in any one direction across
+    /// it: the largest component has at least 2^16 units, and all are rounded to integers, by 1/√12 of a unit.
     pub const PACKED_TURN: f64 = 0.288_675_134_594_812_9 / (1u32 << (BITS - 2)) as f64;
 
     /// No gradients, for a picture without lighting.
@@ -35,7 +35,7 @@ impl Gradients {
         }
     }
 
-    /// All gradients; none where they are packed.
+    /// All gradients; empty if they are packed.
     pub fn whole(&self) -> &[[f32; 3]] {
         match self {
             Gradients::Whole(all) => all,
@@ -51,7 +51,7 @@ impl Gradients {
         }
     }
 
-    /// Packed gradients as they are stored.
+    /// Packed gradients in their stored form.
     pub fn words(&self) -> Option<&[u64]> {
         match self {
             Gradients::Whole(_) => None,
@@ -71,7 +71,7 @@ impl Gradients {
     /// Pages of new memory are not touched.
     ///
     /// # Errors
-    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where the system refuses them.
+    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if the system refuses them.
     pub fn with_room(self, count: usize, packed: bool) -> Result<Self> {
         Ok(match (self, packed) {
             (Gradients::Whole(mut memory), false) if memory.capacity() >= count => {
@@ -98,7 +98,7 @@ impl Gradients {
 pub(super) trait GradientFormat: Copy + Default + Send {
     fn of(gradient: [f32; 3]) -> Self;
 
-    /// The same of the components of 16 gradients, none of which is longer than a float can be.
+    /// Stores the components of 16 gradients, none of which exceeds the range of a float.
     fn store<V: Simd>(simd: V, gradients: [f32x16<V>; 3], stored: &mut [Self; VECTOR]);
 }
 
@@ -121,7 +121,7 @@ const BITS: u32 = 18;
 /// The largest component.
 const MAX_COMPONENT: f32 = ((1 << (BITS - 1)) - 1) as f32;
 const MASK: u32 = (1 << BITS) - 1;
-/// Numbers of this size have no fraction: added to them a number is rounded, without a call. Its lowest bits are 0.
+/// Numbers of this size have no fraction: adding it rounds a number, without a call. Its lowest bits are 0.
 const ROUNDS: f32 = 12_582_912.0;
 /// Bits of an `f32` below its exponent.
 const FRACTION: u32 = 23;
@@ -201,7 +201,8 @@ mod tests {
         assert!(worst > 1e-6, "{worst}");
     }
 
-    /// Gradients whose largest component is just above a power of two are turned by as much as is told, others by less.
+    /// The turn of gradients whose largest component is just above a power of two equals the stated bound; that of
+    /// others is smaller.
     #[test]
     fn packed_gradients_turn_as_told() {
         for (size, least, most) in [(1.01f32, 0.85, 1.0), (1.9, 0.4, 0.6)] {

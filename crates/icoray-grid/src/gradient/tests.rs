@@ -54,7 +54,7 @@ fn a_linear_field_has_its_own_gradient_everywhere() {
     }
 }
 
-/// Where nothing can be seen memory stays as it was, and where something can the bits are those of all gradients.
+/// In invisible blocks memory is unchanged, and in visible ones the bits are those of all gradients.
 #[test]
 fn gradients_are_those_that_can_be_seen() {
     let mesh = IcosahedralMesh::new(3).unwrap();

@@ -1,8 +1,8 @@
-//! The checks that make the walk's promises hold: every index in range, tables that agree with each other, and a
-//! triangulation that covers the sphere exactly once, with what `hole_filling.rs` adds where the mesh has holes.
+//! The checks on which the walk's guarantees rest: every index in range, tables that agree with each other, and a
+//! triangulation that covers the sphere exactly once, together with the triangles of `hole_filling.rs` if the mesh has
+//! holes.
 //!
-//! A hole has to be one by the tables: a side ends the mesh only where they say that a cell or a corner beyond is
-//! missing.
+//! The tables must mark holes: a side ends the mesh only if they mark a cell or a corner beyond as missing.
 //!
 //! All passes are parallel over rows; the first bad row in table order is reported, so the message does not depend on
 //! the number of threads.
@@ -18,7 +18,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// A triangle is degenerate when twice its area is below this part of its longest side squared.
+/// A triangle is degenerate if twice its area is below this fraction of its longest side squared.
 const SLIVER: f64 = 1e-9;
 /// Rows that a thread checks at a time.
 const BLOCK: usize = 4096;
@@ -34,18 +34,18 @@ fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
     Err(Error::grid(format!("{}: {len} entries, expected {expected} ({rows} rows of {row})", named(table))))
 }
 
-/// Whether a closed sphere has so many cells V, corners F and edges E: V - E + F = 2, and each of the 3 sides of a
-/// triangle is an edge between two.
+/// Whether a closed sphere has these numbers of cells V, corners F and edges E: V - E + F = 2, and each of the 3 sides
+/// of a triangle is an edge between two.
 pub(super) fn is_sphere([cells, corners, edges]: [usize; 3]) -> bool {
     cells + corners == edges + 2 && 2 * edges == 3 * corners
 }
 
-/// Refuses numbers of cells, corners and edges of which two are in each other's place, before a table is read that may
-/// be shorter than they say.
+/// Refuses exchanged numbers of cells, corners and edges, before reading a table that may be shorter than they state.
 ///
-/// They are those of a closed sphere when two of them are exchanged. Where cells and corners are, 2E = 3V and V - E + F
-/// = 2 give E = 3F - 6: of all triangles only 6 pairs share a side, and of 100 cells no model makes such a mesh. Of a
-/// mesh with holes that says nothing; there [`edge_ends`] finds the corners that are not there.
+/// The numbers are exchanged if exchanging two of them gives those of a closed sphere. For exchanged cells and corners,
+/// 2E = 3V and V - E + F = 2 give E = 3F - 6: of all triangles only 6 pairs share a side, and no model makes such a
+/// mesh of 100 cells. This does not apply to a mesh with holes; there [`edge_ends`] finds the corners that do not
+/// exist.
 fn refuse_swapped(given: [usize; 3]) -> Result<()> {
     const PAIRS: [(usize, usize, &str); 3] =
         [(0, 1, "cells and corners"), (0, 2, "cells and edges"), (1, 2, "corners and edges")];
@@ -64,8 +64,8 @@ fn refuse_swapped(given: [usize; 3]) -> Result<()> {
     }
 }
 
-/// Both ends of each edge are corners that exist or missing ones. Of all tables this one is read first: it is as long
-/// as `edges` says, and names corners that are not there where cells and corners are swapped.
+/// Both ends of each edge are corners that exist or missing ones. This table is read first: it is as long as `edges`
+/// states, and names corners that do not exist if cells and corners are exchanged.
 pub(super) fn edge_ends(t: &GridTables) -> Result<()> {
     let base = i64::from(t.index_base);
     let [cells, corners] = [t.cells(), t.corners()].map(|count| base..base + count as i64);
@@ -83,7 +83,7 @@ pub(super) fn edge_ends(t: &GridTables) -> Result<()> {
     })
 }
 
-/// Every table has the length that the numbers of cells, corners and edges ask for. No table is read.
+/// Every table has the length that follows from the numbers of cells, corners and edges. No table is read.
 pub(super) fn sizes(t: &GridTables) -> Result<()> {
     let (cells, corners, edges) = (t.cells(), t.corners(), t.edges());
     refuse_swapped([cells, corners, edges])?;
@@ -109,16 +109,16 @@ pub(super) fn sizes(t: &GridTables) -> Result<()> {
     Ok(())
 }
 
-/// Whether something is missing; V - E + F = 2 where nothing is.
+/// Whether something is missing; otherwise V - E + F = 2.
 pub(super) fn has_hole(t: &GridTables) -> Result<bool> {
     let (cells, corners, edges) = (t.cells(), t.corners(), t.edges());
     let misses = |table: Indices, limit: usize| {
         let all = (0..table.len()).into_par_iter().with_min_len(1 << 16);
         all.any(|i| is_mark(table.get(i), limit, t.index_base))
     };
-    // Without a corner there is no table that could miss one.
+    // Without corners there is no table that could miss one.
     let has_hole = corners == 0 || misses(t.corner_cell, cells) || misses(t.edge_corner, corners);
-    // Rows of halos and padding in a model's arrays are cells without corners, and not of the sphere.
+    // Rows of halos and padding in a model's arrays are cells without corners, and not part of the sphere.
     let of_sphere = || (0..cells).into_par_iter().with_min_len(BLOCK).filter(|&r| !is_lone(t, r)).count();
     if !has_hole && cells + corners != edges + 2 && of_sphere() + corners != edges + 2 {
         return Err(Error::grid(format!(
@@ -130,7 +130,7 @@ pub(super) fn has_hole(t: &GridTables) -> Result<bool> {
     Ok(has_hole)
 }
 
-/// The marks that models put where a neighbour is missing: 0 in 1-based tables, -1, or one past the last row.
+/// The marks of models for a missing neighbour: 0 in 1-based tables, -1, or one past the last row.
 fn is_mark(number: i64, rows: usize, index_base: i32) -> bool {
     let base = i64::from(index_base);
     number == base - 1 || number == -1 || number == rows as i64 + base
@@ -142,14 +142,14 @@ fn is_lone(t: &GridTables, r: usize) -> bool {
     (start..start + t.cell_corner_row).all(|i| is_mark(t.cell_corner.get(i), t.corners(), t.index_base))
 }
 
-/// Whether all cells of row `r` of `corner_cell` are there, in a mesh that may have holes.
+/// Whether all cells of row `r` of `corner_cell` exist, in a mesh that may have holes.
 fn is_triangle(t: &GridTables, r: usize) -> bool {
     t.corner_cell.row::<3>(r).into_iter().all(|cell| !is_mark(cell, t.cells(), t.index_base))
 }
 
 fn first_error<E: Send>(rows: usize, check: impl Fn(usize) -> Option<E> + Sync + Send) -> std::result::Result<(), E> {
     let blocks = (0..rows.div_ceil(BLOCK)).into_par_iter();
-    // A loop for each block: an iterator that looks at each row whether it is to go on takes twice the time.
+    // A loop for each block: an iterator that checks at each row whether to continue takes twice the time.
     let in_block = |block: usize| (block * BLOCK..rows.min((block + 1) * BLOCK)).find_map(&check);
     match blocks.find_map_first(in_block) {
         Some(error) => Err(error),
@@ -159,7 +159,7 @@ fn first_error<E: Send>(rows: usize, check: impl Fn(usize) -> Option<E> + Sync +
 
 fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<Error> {
     let (lon, lat) = (at.lon_rad.get(i), at.lat_rad.get(i));
-    // A little slack: π/2 and 2π rounded to f32 lie above the real ones.
+    // A little slack: π/2 and 2π rounded to f32 exceed the real ones.
     let fine = lon.abs() <= TAU + 1e-6 && lat.abs() <= FRAC_PI_2 + 1e-6;
     (!fine).then(|| {
         let is_degrees = lon.abs() <= 360.0 && lat.abs() <= 90.0;
@@ -171,7 +171,7 @@ fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<
     })
 }
 
-/// Checks the cell centres and gives their unit vectors.
+/// Checks the cell centres and returns their unit vectors.
 pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
     first_error(t.cells(), |i| position_error(t, "center", &t.center, i))?;
     let mut directions = memory::room_for("directions of the cells", t.cells())?;
@@ -192,7 +192,7 @@ pub(super) fn corner_positions(t: &GridTables) -> Result<()> {
     first_error(t.corners(), |i| position_error(t, "corner", &t.corner, i))
 }
 
-/// Every index names a row that exists, or what is missing where the mesh may have holes.
+/// Every index names an existing row, or a missing one if the mesh may have holes.
 pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
     let base = i64::from(t.index_base);
     let check = |name: &str,
@@ -234,12 +234,12 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
     let used = |r: usize| t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
     check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used, &|r| has_hole || is_lone(t, r))?;
     check("corner_cell", t.corner_cell, 3, t.cells(), &|_| 3, &|_| has_hole)?;
-    // A triangle has all its sides, whatever lies beyond them.
+    // A triangle has all its sides, whether or not triangles lie beyond them.
     check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3, &|r| has_hole && !is_triangle(t, r))
 }
 
-/// What is said of tables that are refused and whose numbers begin at the other `index_base`: the first number there is
-/// in tables of cells and corners, and the last one here is not.
+/// The hint for refused tables whose numbers begin at the other `index_base`: the tables of cells and corners contain
+/// the first number there, but not the last one here.
 pub(super) fn other_base(t: &GridTables) -> Option<String> {
     let looks_other = |table: Indices, rows: usize| {
         let [first, last] = [0, rows as i64].map(|number| table.iter().any(|known| known == number));
@@ -345,7 +345,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
     Ok(TriangleOrientation::new(opposite.map_inline(|side| side.unwrap_or(TriangleOrientation::RIM)), det < 0.0))
 }
 
-/// The place of the only `true`, if there is one and no other.
+/// The index of the only `true`, if there is exactly one.
 #[inline(always)]
 fn only(marks: [bool; 3]) -> Option<usize> {
     match marks {
@@ -356,7 +356,7 @@ fn only(marks: [bool; 3]) -> Option<usize> {
     }
 }
 
-/// The corners of each cell are those whose row of `corner_cell` names the cell, each of them once.
+/// The corners of each cell are those whose row of `corner_cell` names the cell, each once.
 pub(super) fn cells(t: &GridTables) -> Result<()> {
     let number = |i: usize| i as i64 + i64::from(t.index_base);
     let mut around = vec![0u32; t.cells()];
@@ -399,7 +399,7 @@ fn wound(t: &GridTables, orientations: &[TriangleOrientation], r: usize) -> [usi
     if orientations[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
 }
 
-/// Whether two triangles have a side that both pass from the same vertex to the same other one.
+/// Whether two triangles pass a common side in the same direction.
 #[inline(always)]
 fn shares_a_way(one: [usize; 3], other: [usize; 3]) -> bool {
     let [a, b, c] = one;
@@ -408,7 +408,7 @@ fn shares_a_way(one: [usize; 3], other: [usize; 3]) -> bool {
     has(a, b) | has(b, c) | has(c, a)
 }
 
-/// The triangles turn the same way on both sides of every edge that joins two.
+/// The triangles on both sides of every edge that joins two turn the same way.
 pub(super) fn folds(t: &GridTables, orientations: &[TriangleOrientation]) -> Result<()> {
     let number = |i: usize| i as i64 + i64::from(t.index_base);
     first_error(t.corners(), |r| {

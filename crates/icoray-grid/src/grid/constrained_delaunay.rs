@@ -1,14 +1,14 @@
-//! A triangulation of the whole sphere into which points and sides are worked, by exact predicates.
+//! A triangulation of the whole sphere into which points and sides are inserted, by exact predicates.
 //!
-//! It starts as a bisected icosahedron, turned so that its points meet nothing else, or as a tetrahedron. A point is
-//! located by walking, splits its triangle, and sides are flipped until all are Delaunay again (Lawson 1977): where
-//! neighbouring points follow each other, that takes few steps. A side that has to be there is freed of what crosses it
-//! by flips (Sloan 1993, doi:10.1016/0045-7949(93)90239-A).
+//! It starts as a bisected icosahedron, turned so that its points meet no others, or as a tetrahedron. A point is
+//! located by walking, splits its triangle, and sides are flipped until all are Delaunay again (Lawson 1977): this
+//! takes few steps if neighbouring points follow each other. For a required side, flips remove the sides that cross it
+//! (Sloan 1993, doi:10.1016/0045-7949(93)90239-A).
 //!
-//! Only two questions are asked of points: on which side of the plane through two of them and the sphere's centre a
-//! third one lies, and whether a fourth lies above the plane of three. Both are signs of determinants, exact by
-//! Shewchuk's adaptive arithmetic (1997, doi:10.1007/PL00009321; crate `robust`). A triangle is made only where its
-//! determinant is positive, so at every moment the triangles' cones cover space once and none holds the centre.
+//! There are only two predicates: the side of the plane through two points and the sphere's centre on which a third one
+//! lies, and whether a fourth lies above the plane of three. Both are signs of determinants, exact by Shewchuk's
+//! adaptive arithmetic (1997, doi:10.1007/PL00009321; crate `robust`). A triangle is made only if its determinant is
+//! positive, so at every moment the triangles' cones cover space once and none contains the centre.
 
 use super::generate::IcosahedralMesh;
 use crate::error::Result;
@@ -16,8 +16,8 @@ use glam::{DMat3, DVec3};
 use robust::{Coord3D, orient3d};
 use std::collections::{HashMap, HashSet};
 
-/// Components below this are taken as 0: smaller ones would underflow in exact products. No walk can tell the
-/// difference.
+/// Components below this are taken as 0: smaller ones would underflow in exact products. It makes no difference to any
+/// walk.
 const NOTHING: f64 = 1e-60;
 pub(super) const CENTER: Coord3D<f64> = Coord3D { x: 0.0, y: 0.0, z: 0.0 };
 
@@ -29,14 +29,14 @@ pub(super) struct Face {
     pub beyond: [u32; 3],
 }
 
-/// Why a point or a side cannot be worked in.
+/// The reason why a point or a side cannot be inserted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ConstraintError {
-    /// There is a vertex in this place already, or a side would run through it.
+    /// There is a vertex at this place already, or a side would run through it.
     Vertex(u32),
-    /// A side that has to stay lies across.
+    /// A required side lies across.
     Side(u32, u32),
-    /// Flips do not come to an end. No input is known that does this.
+    /// Flips do not end. No input is known that causes this.
     Endless,
 }
 
@@ -46,14 +46,14 @@ pub(super) struct ConstrainedDelaunay {
     pub faces: Vec<Face>,
     /// A face at each vertex.
     around: Vec<u32>,
-    /// Sides that have to stay, from the smaller vertex to the larger.
+    /// Required sides, from the smaller vertex to the larger.
     fixed: HashSet<(u32, u32)>,
     last: u32,
-    /// Square of the distance within which a point is taken for a vertex.
+    /// Square of the distance within which a point counts as a vertex.
     same_squared: f64,
 }
 
-/// The place of `k` among the three corners of a face after `by` steps.
+/// The index of a face's corner, `by` steps after corner `k`.
 fn turn(k: usize, by: usize) -> usize {
     (k + by) % 3
 }
@@ -95,7 +95,7 @@ impl ConstrainedDelaunay {
         ConstrainedDelaunay { points, faces, around, fixed: HashSet::new(), last: 0, same_squared: 0.0 }
     }
 
-    /// Takes points within this distance of a vertex for that vertex, from now on.
+    /// From now on, points within this distance of a vertex count as that vertex.
     pub fn merge_within(&mut self, distance: f64) {
         self.same_squared = distance * distance;
     }
@@ -113,12 +113,12 @@ impl ConstrainedDelaunay {
         self.points[vertex as usize]
     }
 
-    /// Positive where `c` lies left of the great circle from `a` to `b`, 0 where it lies on it; the sign is exact.
+    /// Positive if `c` lies left of the great circle from `a` to `b`, 0 if it lies on it; the sign is exact.
     fn side(&self, a: u32, b: u32, c: Coord3D<f64>) -> f64 {
         orient3d(self.at(a), self.at(b), c, CENTER)
     }
 
-    /// The place among the vertices of `face` of the one that lies beyond the side to `other`.
+    /// The index of the vertex of `face` opposite the side to `other`.
     fn place_of(&self, face: u32, other: u32) -> usize {
         let beyond = self.faces[face as usize].beyond;
         beyond.iter().position(|&f| f == other).expect("faces know each other")
@@ -147,7 +147,7 @@ impl ConstrainedDelaunay {
         self.faces.push(Face { vertices: [new, a, b], beyond: [beyond[2], f0, f1] });
         for (was, now) in [(1, f1), (2, f2)] {
             let outer = &mut self.faces[beyond[was] as usize];
-            // Two faces may share two sides only where a vertex has two faces, which no closed cone has.
+            // Two faces may share two sides only if a vertex has two faces, which no closed cone has.
             let k = outer.beyond.iter().position(|&f| f == face).expect("faces know each other");
             outer.beyond[k] = now;
         }
@@ -172,7 +172,7 @@ impl ConstrainedDelaunay {
         Ok(new)
     }
 
-    /// A face whose cone holds `p`.
+    /// A face whose cone contains `p`.
     fn locate(&self, p: Coord3D<f64>) -> u32 {
         let outside = |face: u32| {
             let v = self.faces[face as usize].vertices;
@@ -185,7 +185,7 @@ impl ConstrainedDelaunay {
                 Some(k) => face = self.faces[face as usize].beyond[k],
             }
         }
-        // A walk may turn in circles where the triangulation is not Delaunay; asking all faces cannot.
+        // A walk may turn in circles if the triangulation is not Delaunay; testing all faces cannot.
         let all = 0..self.faces.len() as u32;
         all.into_iter().find(|&f| outside(f).is_none()).expect("the cones cover space")
     }
@@ -198,7 +198,7 @@ impl ConstrainedDelaunay {
         self.side(v[k], v[turn(k, 1)], far) > 0.0 && self.side(v[turn(k, 2)], v[k], far) > 0.0
     }
 
-    /// Puts the other diagonal in place of the side opposite vertex `k` of `face`.
+    /// Replaces the side opposite vertex `k` of `face` by the other diagonal.
     fn flip(&mut self, face: u32, k: usize) {
         let f = self.faces[face as usize];
         let other = f.beyond[k];
@@ -222,7 +222,7 @@ impl ConstrainedDelaunay {
         }
     }
 
-    /// The faces around a vertex, counter-clockwise, each with the vertex's place in it.
+    /// The faces around a vertex, counter-clockwise, each with the vertex's index in it.
     pub fn ring(&self, vertex: u32) -> impl Iterator<Item = (u32, usize)> + '_ {
         let place = move |face: u32| {
             let v = self.faces[face as usize].vertices;
@@ -239,13 +239,13 @@ impl ConstrainedDelaunay {
         })
     }
 
-    /// The face that has the side from `a` to `b`, counter-clockwise, and the place of its third vertex.
+    /// The face that has the side from `a` to `b`, counter-clockwise, and the index of its third vertex.
     pub fn left_of(&self, a: u32, b: u32) -> Option<(u32, usize)> {
         let (face, k) = self.ring(a).find(|&(f, k)| self.faces[f as usize].vertices[turn(k, 1)] == b)?;
         Some((face, turn(k, 2)))
     }
 
-    /// Makes the arc from `a` to `b` a side that stays.
+    /// Makes the arc from `a` to `b` a required side.
     pub fn insert_constraint(&mut self, a: u32, b: u32) -> std::result::Result<(), ConstraintError> {
         let touched = if self.left_of(a, b).is_none() { self.clear(a, b)? } else { Vec::new() };
         self.fixed.insert((a.min(b), a.max(b)));
@@ -270,7 +270,7 @@ impl ConstrainedDelaunay {
         }
     }
 
-    /// Whether the vertex of `other` that `face` has not lies above the plane of `face`, its neighbour.
+    /// Whether the vertex of `other` that is not in `face` lies above the plane of `face`, its neighbour.
     fn is_above(&self, face: u32, other: u32) -> bool {
         let [a, b, c] = self.faces[face as usize].vertices.map(|v| self.at(v));
         let far = self.faces[other as usize].vertices[self.place_of(other, face)];
@@ -319,7 +319,7 @@ impl ConstrainedDelaunay {
         Err(ConstraintError::Endless)
     }
 
-    /// Flips away all that crosses the arc from `a` to `b` and gives the faces that are new.
+    /// Flips away all sides that cross the arc from `a` to `b` and returns the new faces.
     fn clear(&mut self, a: u32, b: u32) -> std::result::Result<Vec<u32>, ConstraintError> {
         let mut crossed = std::collections::VecDeque::from(self.crossed(a, b)?);
         let mut touched = Vec::new();

@@ -1,8 +1,8 @@
 //! The icosahedral mesh: an icosahedron whose triangles are bisected n times (§1.1 of the paper, Figure 1).
 //!
-//! Each bisection numbers what it makes by formula (new cell = cells + edge, children of triangle t = 4t..4t+4, of edge
-//! e = 2e, 2e+1, inner edges = 2·edges + 3t..), so every pass is parallel over rows and the result does not depend on
-//! the number of threads. n gives 10·4ⁿ + 2 cells; n = 5 and n = 8 are the paper's grids.
+//! Each bisection numbers the new cells, edges and triangles by formula (new cell = cells + edge, children of triangle
+//! t = 4t..4t+4, of edge e = 2e, 2e+1, inner edges = 2·edges + 3t..), so every pass is parallel over rows and the
+//! result does not depend on the number of threads. n gives 10·4ⁿ + 2 cells; n = 5 and n = 8 are the paper's grids.
 
 use super::tables::{GridTables, LonLat};
 use crate::error::{Error, ErrorKind, Result};
@@ -59,7 +59,7 @@ impl IcosahedralMesh {
     /// Bisects the icosahedron `level` times.
     ///
     /// # Errors
-    /// [`ErrorKind::Argument`] when `level` is above [`MAX_LEVEL`]; [`ErrorKind::Memory`] where the tables do not fit.
+    /// [`ErrorKind::Argument`] when `level` is above [`MAX_LEVEL`]; [`ErrorKind::Memory`] if the tables do not fit.
     pub fn new(level: u32) -> Result<Self> {
         if level > MAX_LEVEL {
             return Err(Error::new(ErrorKind::Argument, format!("mesh level {level}, expected 0 to {MAX_LEVEL}")));
@@ -177,7 +177,7 @@ impl Bisection {
         Bisection { position, edge, triangle, side }
     }
 
-    /// The tables, of which no more than the positions of the cells stand in memory beside them.
+    /// Makes the tables; beside them only the positions of the cells are in memory.
     fn into_tables(self) -> IcosahedralMesh {
         let Bisection { position, edge, triangle, side } = self;
         let edges = edge.len();
@@ -236,7 +236,7 @@ fn cell_corner(corner_cell: &[i32], corner_edge: &[i32], edge_corner: &[i32], ce
     rings
 }
 
-/// The corners around `cell`, counter-clockwise from `start`; a pentagon's last one stands twice.
+/// The corners around `cell`, counter-clockwise from `start`; a pentagon's last one is repeated.
 fn ring(cell: i32, start: i32, corner_cell: &[i32], corner_edge: &[i32], edge_corner: &[i32]) -> [i32; 6] {
     let mut ring = [start; 6];
     let mut corner = start;

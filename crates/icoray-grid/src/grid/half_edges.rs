@@ -1,4 +1,4 @@
-//! Half-edges: the sides of triangles as a ray enters them, with the sides through which it can leave.
+//! Half-edges: the sides of triangles through which a ray enters, with the sides through which it can leave.
 //!
 //! A ray walks along a great circle, which has a triangle's vertices on its left or on its right. It enters a triangle
 //! through the side between a left and a right vertex; the third vertex, the apex, decides between the two other sides.
@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::memory;
 use rayon::prelude::*;
 
-/// A side of a triangle, as it is entered.
+/// A side of a triangle through which a ray enters.
 ///
 /// Half-edge `3·t + k` enters triangle t through the side from vertex k (on the left) to vertex k + 1 (on the right),
 /// the vertices in counter-clockwise order seen from outside; [`Grid::counterclockwise`] gives that order.
@@ -17,7 +17,7 @@ pub type HalfEdge = [u32; 4];
 
 /// Elements of a [`HalfEdge`].
 pub mod half_edge {
-    /// The half-edge that is entered next where the apex lies on the left; the one behind it, where it lies on the
+    /// The half-edge that is entered next if the apex lies on the left; the element after it, if the apex lies on the
     /// right.
     pub const NEXT: usize = 0;
     /// The vertex opposite the side.
@@ -27,19 +27,19 @@ pub mod half_edge {
 }
 
 impl Grid<'_> {
-    /// All half-edges, three per triangle, void ones included; made when first asked for, in parallel. Those of a row
-    /// that is no triangle mean nothing. Empty for a grid whose half-edges 32 bits cannot number.
+    /// All half-edges, three per triangle, void ones included; made at the first call, in parallel. Those of a row that
+    /// is no triangle are undefined. Empty for a grid with more half-edges than 32 bits can number.
     ///
     /// # Panics
-    /// Where they do not fit into memory; [`Self::make_half_edges`] returns an error instead.
+    /// If they do not fit into memory; [`Self::make_half_edges`] returns an error instead.
     pub fn half_edges(&self) -> &[HalfEdge] {
         made(&self.half_edges, || self.all_sides().unwrap_or_else(|error| panic!("{error}"))).as_slice()
     }
 
-    /// Makes the half-edges unless they are there, in parallel.
+    /// Makes the half-edges unless they exist, in parallel.
     ///
     /// # Errors
-    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
+    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if they do not fit.
     pub fn make_half_edges(&self) -> Result<()> {
         if self.half_edges.get().is_none() {
             let new = self.all_sides()?;
@@ -48,7 +48,7 @@ impl Grid<'_> {
         Ok(())
     }
 
-    /// Bytes of the half-edges, and whether they are made.
+    /// Bytes of the half-edges, and whether they have been made.
     pub fn half_edge_bytes(&self) -> (u64, bool) {
         let bytes = if self.can_number_sides() { self.beyond.len() * size_of::<[HalfEdge; 3]>() } else { 0 };
         (bytes as u64, self.half_edges.get().is_some())

@@ -1,20 +1,21 @@
-//! Closing a mesh with holes: the rest of the sphere as *void* triangles, walked over and never sampled.
+//! Closes a mesh with holes: covers the rest of the sphere with *void* triangles, which are walked over and never
+//! sampled.
 //!
-//! An ocean without land, a limited area, a rank's part: the table's triangles end at a rim, sides with a cell or
-//! corner beyond that is not there. The walk must not end there, as a ray may come back over the rim, and it relies on
-//! a closed, consistently wound surface around the centre.
+//! For an ocean without land, a limited area or a rank's part, the table's triangles end at a rim: sides beyond which a
+//! cell or corner is missing. The walk must not end there, as a ray may come back over the rim, and it relies on a
+//! closed, consistently wound surface around the centre.
 //!
-//! **Why the result is one.** The rim's cells are worked into a triangulation of the whole sphere and every rim side is
-//! made a side of it ([`ConstrainedDelaunay`], exact predicates), which is then closed, wound one way and clear of the
-//! centre by construction. Along the rim it is cut: what lies beyond rim sides, spread without crossing one, is kept as
-//! void; what lies on the data's side would be a contradiction and is refused. So every rim side has its data triangle
-//! on one side and one void triangle on the other, wound alike, every other side two triangles of its own kind, and
-//! nothing is left open. `check::covers` then sums areas over both kinds: a surface without folds whose areas sum to 4π
-//! once covers each direction once. Holes may touch in a vertex, lie in each other, hold a pole or all of the sphere:
-//! nothing above speaks of loops.
+//! **Why the result is one.** The rim's cells are inserted into a triangulation of the whole sphere and every rim side
+//! becomes a side of it ([`ConstrainedDelaunay`], exact predicates); by construction this is closed, wound one way and
+//! clear of the centre. It is cut along the rim: the faces beyond rim sides, found without crossing one, are kept as
+//! void; faces on the data's side would be a contradiction and are refused. So every rim side has its data triangle on
+//! one side and one void triangle on the other, wound alike, every other side two triangles of its own kind, and no
+//! side is open. `check::covers` then sums areas over both kinds: a surface without folds whose areas sum to 4π once
+//! covers each direction once. Holes may touch in a vertex, lie in each other, contain a pole or all of the sphere: the
+//! argument does not depend on loops.
 //!
-//! Synthetic points keep void triangles from reaching across the sphere. Those under data go with the faces that data
-//! replace; where one lies on a rim side or a cell, all are turned a little and it is done again.
+//! Synthetic points keep void triangles from reaching across the sphere. Those under data disappear with the faces that
+//! data replace; if one lies on a rim side or a cell, all are turned slightly and the procedure is repeated.
 
 use super::constrained_delaunay::{ConstrainedDelaunay, ConstraintError};
 use super::table_names::{named_row, number_of, rows};
@@ -27,12 +28,12 @@ use std::collections::HashMap;
 /// Bisections of the icosahedron that gives the synthetic points: 162 of them, 17° apart. With 2562 a ray over a rank's
 /// part of a mesh passed twice as many columns.
 const LEVEL: u32 = 2;
-/// Positions of the synthetic points that are tried.
+/// Maximum number of positions of the synthetic points that are tried.
 const TURNS: u32 = 8;
-/// Stripes by which the rim's cells are sorted, so that each is near the one before.
+/// Stripes by which the rim's cells are sorted, so that each is near the previous one.
 const STRIPES: f64 = 64.0;
 
-/// A triangle where there are no data, counter-clockwise from outside.
+/// A triangle without data, counter-clockwise from outside.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Void {
     /// Cells, or synthetic points numbered on from the last cell.
@@ -51,7 +52,7 @@ struct RimSide {
     void: u32,
 }
 
-/// The void triangles that close a mesh, and the sides where they meet it; empty for a whole sphere.
+/// The void triangles that close a mesh, and the sides at which they meet it; empty for a whole sphere.
 #[derive(Debug, Default)]
 pub(super) struct HoleFilling {
     void: Vec<Void>,
@@ -79,8 +80,8 @@ impl HoleFilling {
         self.rim.iter().map(|side| [side.triangle, u32::from(side.opposite), side.void])
     }
 
-    /// Of each hole, the number of its void triangles and the first data triangle beside it; the table has so many
-    /// `rows`.
+    /// For each hole, the number of its void triangles and the first data triangle beside it; the table has `rows`
+    /// rows.
     pub fn holes(&self, rows: usize) -> Vec<(usize, Option<u32>)> {
         let mut hole_of = vec![None; self.void.len()];
         let mut holes = Vec::new();
@@ -110,7 +111,7 @@ impl HoleFilling {
     }
 }
 
-/// A rim side as its data triangle has it: from one cell to the next counter-clockwise.
+/// A rim side in its data triangle: from one cell to the next counter-clockwise.
 #[derive(Debug, Clone, Copy)]
 struct Side {
     from: u32,
@@ -180,7 +181,7 @@ pub(super) fn fill_holes(
     })
 }
 
-/// All sides of data triangles beyond which nothing is.
+/// All sides of data triangles beyond which there is no triangle.
 fn rim(t: &GridTables, orientations: &[TriangleOrientation]) -> Vec<Side> {
     let mut sides = Vec::new();
     for (row, orientation) in orientations.iter().enumerate().filter(|(_, orientation)| orientation.is_triangle()) {
@@ -212,13 +213,13 @@ fn sorted_cells(sides: &[Side], direction: &[[f64; 3]]) -> Vec<u32> {
     cells
 }
 
-/// Why the rim cannot be worked in.
+/// The reason why the rim cannot be inserted.
 enum FillError {
     /// A synthetic point is in the way.
     Synthetic,
     /// Two cells in one place.
     Cells(u32, u32),
-    /// A rim side, by its place in the list, meets what belongs to a cell.
+    /// A rim side, by its index in the list, meets a vertex or side of a cell.
     Side(usize, u32),
     /// Any other error of the triangulation library.
     Other(Error),
@@ -231,7 +232,7 @@ fn patched(
     direction: &[[f64; 3]],
     attempt: u32,
 ) -> std::result::Result<(ConstrainedDelaunay, HashMap<u32, u32>), FillError> {
-    // About three axes: no mesh that is made by formula has its points where that puts them, nor its equator.
+    // About three axes: no mesh made by formula has its points, or its equator, at the resulting positions.
     let turn = 0.371 + 0.0137 * f64::from(attempt);
     let rotation = DMat3::from_rotation_z(turn)
         * DMat3::from_rotation_x(1.7 * turn + 0.2)
@@ -239,7 +240,7 @@ fn patched(
     let mut triangulation = ConstrainedDelaunay::new(LEVEL, rotation).map_err(FillError::Other)?;
     let synthetic = triangulation.vertices() as u32;
     let mut vertex = HashMap::with_capacity(cells.len());
-    // Cells were added in order, so that a vertex tells its cell.
+    // Cells were added in order, so a vertex determines its cell.
     let cell_of = |v: u32| v.checked_sub(synthetic).map(|i| cells[i as usize]);
     for &cell in cells {
         match triangulation.insert(DVec3::from_array(direction[cell as usize])) {
@@ -286,7 +287,7 @@ fn cut(
     };
     let mut rim = Vec::with_capacity(sides.len());
     if sides.is_empty() {
-        // Not one triangle: all is void.
+        // There is no triangle: all is void.
         (0..triangulation.faces.len() as u32).for_each(|face| keep(face, &mut kept));
     }
     let beyond_side = |side: &Side| {
@@ -318,7 +319,7 @@ fn cut(
         rim.push(RimSide { triangle: side.triangle, opposite: side.opposite, void });
     }
     rim.sort_unstable_by_key(|side| (side.triangle, side.opposite));
-    // Vertices become cells, or synthetic points in the order in which they are met.
+    // Vertices become cells, or synthetic points in the order of their occurrence.
     let mut cell: HashMap<u32, u32> = vertex.iter().map(|(cell, v)| (*v, *cell)).collect();
     let mut void = Vec::with_capacity(kept.len());
     for &face in &kept {

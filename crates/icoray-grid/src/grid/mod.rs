@@ -60,12 +60,12 @@ pub struct Grid<'a> {
     /// Unit vectors of the cells, followed by those of synthetic points.
     direction: Vec<[f64; 3]>,
     orientations: Vec<TriangleOrientation>,
-    /// The triangle beyond the side opposite each vertex; of void triangles too.
+    /// The triangle beyond the side opposite each vertex, of void triangles too.
     beyond: Vec<[u32; 3]>,
     hole_filling: HoleFilling,
-    /// A data triangle, where searches start.
+    /// A data triangle at which searches start.
     start: u32,
-    /// Global number of each cell in the model; empty where it is the cell's row.
+    /// Global number of each cell in the model; empty if it is the cell's row.
     cell_number: &'a [i64],
     /// The result of [`Self::lowest_facet`].
     lowest_facet: OnceLock<f64>,
@@ -81,14 +81,14 @@ pub struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    /// Checks `tables` whole, closes the mesh where it has holes, and derives directions and orientations, in parallel.
+    /// Checks all of `tables`, closes the mesh if it has holes, and derives directions and orientations, in parallel.
     ///
     /// # Errors
-    /// [`ErrorKind::Memory`] where the derived tables do not fit;
-    /// [`ErrorKind::Grid`] names the table, row, value, what was expected and what it looks like (degrees, exchanged
-    /// numbers of rows, the other `index_base`): sizes, index ranges, each edge's two triangles, each triangle's three
-    /// edges and cells, a closed sphere (V - E + F = 2 where nothing is missing, one winding, areas summing to 4π with
-    /// those of void triangles), no zero-area triangle, each cell's corners, finite coordinates.
+    /// [`ErrorKind::Memory`] if the derived tables do not fit; [`ErrorKind::Grid`] names the table, row, value, the
+    /// expected value and the likely cause (degrees, exchanged numbers of rows, the other `index_base`): sizes, index
+    /// ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F = 2 if
+    /// nothing is missing, one winding, areas summing to 4π with those of void triangles), no zero-area triangle, each
+    /// cell's corners, finite coordinates.
     pub fn new(tables: GridTables<'a>) -> Result<Self> {
         check::sizes(&tables)?;
         check::edge_ends(&tables)?;
@@ -99,7 +99,7 @@ impl<'a> Grid<'a> {
         })
     }
 
-    /// Of tables whose lengths fit.
+    /// Makes the grid of tables whose lengths fit.
     fn of_sized(tables: GridTables<'a>) -> Result<Self> {
         let has_hole = check::has_hole(&tables)?;
         let mut direction = check::directions(&tables)?;
@@ -135,8 +135,7 @@ impl<'a> Grid<'a> {
         })
     }
 
-    /// The number of each cell in the whole grid, as the model gave it, where ranks of a node have joined their parts;
-    /// otherwise empty.
+    /// The model's number of each cell in the whole grid, if ranks of a node have joined their parts; otherwise empty.
     pub fn cell_numbers(&self) -> &[i64] {
         self.cell_number
     }
@@ -151,19 +150,19 @@ impl<'a> Grid<'a> {
         self.tables.cells()
     }
 
-    /// Number of corners: the rows of `corner_cell`, each of them a dual triangle unless it names a cell that is
-    /// missing ([`Grid::is_triangle`]).
+    /// Number of corners: the rows of `corner_cell`, each of them a dual triangle unless it names a missing cell
+    /// ([`Grid::is_triangle`]).
     pub fn triangles(&self) -> usize {
         self.orientations.len()
     }
 
     /// Number of triangles that fill the mesh's holes, numbered from [`Grid::triangles`] on; 0 for a whole sphere. Rays
-    /// walk over them and read nothing there.
+    /// walk over them without reading values.
     pub fn void_triangles(&self) -> usize {
         self.hole_filling.void().len()
     }
 
-    /// The holes in words: how many there are and, of the first few, their void triangles and a corner on the rim.
+    /// A description of the holes: their number and, for the first few, their void triangles and a corner on the rim.
     /// `None` for a whole sphere.
     pub fn describe_holes(&self) -> Option<String> {
         const NAMED: usize = 3;
@@ -187,7 +186,7 @@ impl<'a> Grid<'a> {
         (!holes.is_empty()).then(|| text + &small.unwrap_or_default())
     }
 
-    /// Whether `triangle` has data: a row of the table with three cells that are there.
+    /// Whether `triangle` has data: a row of the table with three existing cells.
     #[inline]
     pub fn is_triangle(&self, triangle: u32) -> bool {
         self.orientations.get(triangle as usize).is_some_and(|orientation| orientation.is_triangle())
@@ -199,8 +198,8 @@ impl<'a> Grid<'a> {
         triangle as usize >= self.orientations.len()
     }
 
-    /// A token that can be upgraded as long as this grid lives and differs ([`Weak::ptr_eq`]) from that of every other
-    /// grid: caches use it to find out whether their grid still exists.
+    /// A token that can be upgraded while this grid lives and differs ([`Weak::ptr_eq`]) from that of every other grid:
+    /// with it caches check whether their grid still exists.
     pub fn lifetime_token(&self) -> Weak<()> {
         Arc::downgrade(&self.life)
     }
@@ -226,7 +225,7 @@ impl<'a> Grid<'a> {
     /// synthetic.
     ///
     /// # Panics
-    /// When there is no such triangle. What is given for a row that is none ([`Grid::is_triangle`]) has no meaning.
+    /// If there is no such triangle. The result for a row that is none ([`Grid::is_triangle`]) is undefined.
     #[inline]
     pub fn triangle(&self, triangle: u32) -> [u32; 3] {
         let base = i64::from(self.tables.index_base);
@@ -257,13 +256,13 @@ impl<'a> Grid<'a> {
         self.orientations.get(triangle as usize).is_some_and(|orientation| orientation.is_clockwise())
     }
 
-    /// `hint` itself where it is a triangle, data or void, and one that is there otherwise.
+    /// `hint` itself if it is a triangle, data or void, and an existing one otherwise.
     #[inline]
     pub fn nearest_valid_triangle(&self, hint: u32) -> u32 {
         if self.is_triangle(hint) || self.is_void(hint) { hint } else { self.start }
     }
 
-    /// Height of the lowest place of all triangles over a unit sphere, found when it is first asked for.
+    /// Height of the lowest place of all triangles over a unit sphere, computed at the first call.
     pub fn lowest_facet(&self) -> f64 {
         let height = |triangle: u32| {
             let [a, b, c] = self.triangle(triangle).map_inline(|cell| self.direction(cell));
@@ -276,14 +275,14 @@ impl<'a> Grid<'a> {
         })
     }
 
-    /// The coarse map by which rays leap over empty space, made when it is first asked for, in parallel.
+    /// The coarse map by which rays leap over empty space, made at the first call, in parallel.
     pub fn macrocells(&self) -> &Macrocells {
         made(&self.macrocells, || Macrocells::new(self))
     }
 
-    /// Name and hash of each table: of all positions and all numbers, except those of `cell_corner` that do not count.
-    /// Numbers are taken from 0, so that neither the tables' `index_base` nor the widths of their elements matter.
-    /// Found when they are first asked for, in parallel.
+    /// Name and hash of each table: of all positions and all numbers, except unused ones of `cell_corner`. Numbers are
+    /// counted from 0, so the tables' `index_base` and the widths of their elements do not matter. Computed at the
+    /// first call, in parallel.
     pub fn table_hashes(&self) -> &[(&'static str, u64); 6] {
         made(&self.table_hashes, || {
             let t = &self.tables;
@@ -337,11 +336,11 @@ impl<'a> Grid<'a> {
         let is_new = move |i: &usize| (start..*i).all(|j| table.get(j) != table.get(*i));
         let rows = base..base + self.orientations.len() as i64;
         let corners = (start..start + used).filter(is_new).map(move |i| table.get(i));
-        // Others are marks of corners that are missing.
+        // Others are marks of missing corners.
         corners.filter(move |corner| rows.contains(corner)).map(move |corner| (corner - base) as u32)
     }
 
-    /// Longest side of all triangles, in radians; found when it is first asked for.
+    /// Longest side of all triangles, in radians; computed at the first call.
     pub fn longest_side(&self) -> f64 {
         let longest = |triangle: u32| {
             let [a, b, c] = self.triangle(triangle).map_inline(|cell| self.direction(cell));
@@ -354,8 +353,8 @@ impl<'a> Grid<'a> {
         })
     }
 
-    /// Writes the cells around `cell` to `ring`, counter-clockwise, and returns their number. `None` where its
-    /// triangles do not close a ring, or a ring of more than `N`.
+    /// Writes the cells around `cell` to `ring`, counter-clockwise, and returns their number. `None` if its triangles
+    /// do not close a ring, or a ring of more than `N`.
     #[inline(always)]
     pub(crate) fn ring<const N: usize>(&self, cell: u32, ring: &mut [u32; N]) -> Option<usize> {
         let table = self.tables.cell_corner;
@@ -391,7 +390,7 @@ impl<'a> Grid<'a> {
             if k + 1 == count {
                 return (behind == ring[0]).then_some(count);
             }
-            // Mostly in order, one way round or the other.
+            // Mostly in order, in either direction.
             let [next, before] = [if at + 1 < count { at + 1 } else { 0 }, if at > 0 { at - 1 } else { count - 1 }];
             at = if sides[next][0] == behind {
                 next
@@ -408,8 +407,8 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// What `cell` holds, or else `make` makes, outside of the cell's lock: a thread that waits there for the others of its
-/// pool may take up another task that asks for the same, and would wait for itself.
+/// The value of `cell`, or else that of `make`, which runs outside of the cell's lock: a thread that waits there for
+/// the others of its pool may take up another task that needs the same value, and would wait for itself.
 fn made<X>(cell: &OnceLock<X>, make: impl FnOnce() -> X) -> &X {
     match cell.get() {
         Some(known) => known,
@@ -420,8 +419,8 @@ fn made<X>(cell: &OnceLock<X>, make: impl FnOnce() -> X) -> &X {
     }
 }
 
-/// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle has
-/// itself.
+/// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle
+/// refers to itself.
 fn beyond(
     tables: &GridTables,
     orientations: &[TriangleOrientation],
@@ -437,7 +436,7 @@ fn beyond(
         };
         let edge = (tables.corner_edge.get(3 * triangle + column) - base) as usize;
         let [a, b] = tables.edge_corner.row(edge).map_inline(|corner| (corner - base) as u32);
-        // The side's two triangles and this one, of which one stands twice: what is left is the other.
+        // The side's two triangles and this one, which cancels: the other remains.
         a ^ b ^ number
     };
     let rows = |triangle: usize| [0, 1, 2].map_inline(|k| across(triangle, k));
@@ -447,7 +446,7 @@ fn beyond(
     Ok(beyond)
 }
 
-/// Bytes that [`Grid::new`] takes of a sphere without holes: directions, orientations, twice while they are found, and
+/// Bytes that [`Grid::new`] allocates for a sphere without holes: directions, orientations, twice during the check, and
 /// neighbours.
 fn setup_bytes(tables: &GridTables) -> u64 {
     let [cells, triangles] = [tables.cells(), tables.corners()].map(|count| count as u64);

@@ -12,11 +12,11 @@ pub struct OwnedTables {
     pub center: [Vec<f64>; 2],
     /// Longitude and latitude of corners, radians.
     pub corner: [Vec<f64>; 2],
-    /// The cells around each corner, three by three; -1 where there is none.
+    /// The cells around each corner, three by three; -1 for a missing one.
     pub corner_cell: Vec<i32>,
     /// Cells and corners around each cell, and edges.
     pub connectivity: Connectivity,
-    /// The number of each cell in the model; empty where that is its row.
+    /// The number of each cell in the model; empty if that is its row.
     pub cell_number: Vec<i64>,
 }
 
@@ -78,7 +78,7 @@ impl OwnedGrid {
         self.0.borrow_dependent()
     }
 
-    /// Bytes of the tables and of what is derived from them.
+    /// Bytes of the tables and of those derived from them.
     pub fn bytes(&self) -> usize {
         self.0.borrow_owner().bytes() + self.grid().derived_bytes()
     }

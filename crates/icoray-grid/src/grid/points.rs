@@ -1,13 +1,15 @@
-//! A mesh of points alone: columns of a model that comes without tables become the cells, and the Delaunay triangles of
-//! their directions the corners.
+//! A mesh of points alone: columns of a model without tables become the cells, and the Delaunay triangles of their
+//! directions the corners.
 //!
-//! Points are inserted into [`ConstrainedDelaunay`], whose predicates are exact, in rounds that double and along a curve
-//! that fills space (Amenta, Choi and Rote 2003, doi:10.1145/777792.777824), so that each is located in a few steps and
-//! the time is O(n log n). The triangulation starts as a tetrahedron of points around the sphere's centre. Points of a
-//! region have none; one synthetic point on the other side of the sphere then completes it, and its triangles go.
+//! Points are inserted into [`ConstrainedDelaunay`], whose predicates are exact, in rounds that double and along a
+//! curve that fills space (Amenta, Choi and Rote 2003, doi:10.1145/777792.777824), so that each is located in a few
+//! steps and the time is O(n log n). The triangulation starts as a tetrahedron of points around the sphere's centre.
+//! Points of a region have none; then one synthetic point on the other side of the sphere completes it, and its
+//! triangles are removed.
 //!
-//! What remains is the hull of the points, which also covers the outside of a region. No point lies in a triangle's
-//! circumcircle: where that circle is much larger than others at the same points, the triangle lies outside and goes.
+//! The result is the hull of the points, which also covers the outside of a region. No point lies in a triangle's
+//! circumcircle: if that circle is much larger than others at the same points, the triangle lies outside and is
+//! removed.
 
 use super::constrained_delaunay::{ConstrainedDelaunay, ConstraintError, Face};
 use super::generate::IcosahedralMesh;
@@ -19,39 +21,40 @@ use crate::memory;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Points nearer to each other than this are one, radians: 2 m on the Earth. Meridians at 0 and 2π in f32 differ by
-/// 1.7e-7.
+/// Points nearer to each other than this count as one, radians: 2 m on the Earth. Meridians at 0 and 2π in f32 differ
+/// by 1.7e-7.
 const SAME: f64 = 3e-7;
-/// A triangle is outside where its circumcircle is larger than this many times the smallest ones at its points. Inside,
-/// circles differ by less than twice from one triangle to the next, or, at scattered points, mostly by less than 5 times.
+/// A triangle is outside if its circumcircle is larger than this many times the smallest ones at its points. Inside,
+/// circles differ by less than twice from one triangle to the next, or, at scattered points, mostly by less than 5
+/// times.
 const OUTSIDE: f64 = 5.0;
-/// A point with more triangles is left out, and its ring is cut into others: the tables have rows as long as the most
-/// triangles at a point, which at the pole of a lat-lon grid are as many as meridians.
+/// A point with more triangles is left out, and its ring is cut into others: the rows of the tables are as long as the
+/// largest number of triangles at a point, which at the pole of a lat-lon grid is that of the meridians.
 const MOST_TRIANGLES: u32 = 64;
-/// Bisections of the icosahedron in whose directions the points of the first tetrahedron are sought.
+/// Bisections of the icosahedron in whose directions the points of the first tetrahedron are searched.
 const LEVEL: u32 = 1;
-/// Of a tetrahedron around the centre, the least volume that a face spans with the centre: that of points alone, so
-/// that no synthetic one is needed, and that of rounding, where points lie on one great circle.
+/// Minimum volume that a face of a tetrahedron around the centre spans with the centre: below the first a synthetic
+/// point replaces one of the points, and below the second the points lie on one great circle, to rounding.
 const VOLUME: f64 = 1e-9;
 const FLAT: f64 = 1e-14;
-/// In place of a row: the synthetic point.
+/// Marks the synthetic point instead of a row.
 const SYNTHETIC: u32 = u32::MAX;
 /// Bits of each coordinate along the curve.
 const CURVE_BITS: u32 = 20;
-/// Bytes per point that the triangulation and the tables made of it take at the same time.
+/// Bytes per point of the triangulation and of the tables made from it, which exist at the same time.
 const BYTES: u64 = 400;
 
 impl OwnedTables {
     /// The tables of a mesh whose cells are points, of a whole sphere or of regions, and whose corners are the Delaunay
     /// triangles of the points, with their circumcentres as positions. The same points give the same tables. Of points
-    /// less than 3e-7 rad (2 m on the Earth) apart, as a lat-lon grid has at its poles and at a meridian that it repeats,
-    /// one is a vertex of triangles; the others are cells that no picture shows.
+    /// less than 3e-7 rad (2 m on the Earth) apart, as a lat-lon grid has at its poles and at a repeated meridian, one
+    /// is a vertex of triangles; the others are cells that no picture shows.
     ///
     /// A triangle whose circumcircle is more than 5 times as large as others at its points lies outside of the region.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] where longitudes and latitudes are of different number, names a point that is not finite or
-    /// looks like degrees, and where the points span no area. [`ErrorKind::Memory`] where the tables do not fit.
+    /// [`ErrorKind::Grid`] if the numbers of longitudes and latitudes differ, names a point that is not finite or looks
+    /// like degrees, and if the points span no area. [`ErrorKind::Memory`] if the tables do not fit.
     pub fn of_points(center: LonLat) -> Result<Self> {
         let LonLat { lon_rad, lat_rad } = center;
         let points = lon_rad.len();

@@ -1,4 +1,4 @@
-//! The six tables as the model holds them: borrowed, never copied, never written.
+//! The six tables in the model's memory: borrowed, never copied, never written.
 
 use crate::reals::Reals;
 
@@ -52,7 +52,7 @@ impl<'a> Indices<'a> {
         self.find_row(r).expect("the table has the row")
     }
 
-    /// Row `r` of a table with `N` columns, if it has so many.
+    /// Row `r` of a table with `N` columns, if it exists.
     #[inline(always)]
     pub(crate) fn find_row<const N: usize>(&self, r: usize) -> Option<[i64; N]> {
         // Loops: `array::from_fn` and zipped iterators are compiled apart from their callers in some builds.
@@ -118,26 +118,26 @@ pub struct LonLat<'a> {
 /// ```
 ///
 /// Index tables are row-major, in 32 or 64 bits, and number cells, corners and edges from `index_base`. No orientation
-/// is relied on: rows of `corner_cell` and `corner_edge` may be in any order, as they are in real MPAS files.
+/// is required: rows of `corner_cell` and `corner_edge` may be in any order, as they are in real MPAS files.
 ///
-/// The mesh may have holes or be a part of the sphere. What is missing is marked by the number before the first (0 in
-/// tables that count from 1), by -1, or by the number behind the last: cells in `corner_cell`, whose row is no triangle
-/// then; edges in such a row of `corner_edge`; corners in `edge_corner` and `cell_corner`. Corners beside a hole may be
-/// left out of the tables or, as in MPAS, stand there with the cells that they have.
+/// The mesh may have holes or be a part of the sphere. A missing neighbour is marked by the number before the first (0
+/// in tables that count from 1), by -1, or by the number behind the last: cells in `corner_cell`, whose row is no
+/// triangle then; edges in such a row of `corner_edge`; corners in `edge_corner` and `cell_corner`. Corners beside a
+/// hole may be left out of the tables or, as in MPAS, be included with the cells that they have.
 #[derive(Debug, Clone, Copy)]
 pub struct GridTables<'a> {
-    /// 0 (C) or 1 (Fortran): the number that the first cell, corner and edge bear.
+    /// 0 (C) or 1 (Fortran): the number of the first cell, corner and edge.
     pub index_base: i32,
     /// Cell centres, where data live (MPAS `lonCell`, `latCell`); `cells` rows.
     pub center: LonLat<'a>,
     /// Cell corners (MPAS `lonVertex`, `latVertex`); `corners` rows.
     pub corner: LonLat<'a>,
     /// The corners of each cell (MPAS `verticesOnCell`); `cells` rows of `cell_corner_row` entries. A cell with fewer
-    /// corners repeats one of them, unless `cell_corner_count` says how many entries count.
+    /// corners repeats one of them, unless `cell_corner_count` gives the number of entries that count.
     pub cell_corner: Indices<'a>,
     /// Row length of `cell_corner`: 6 in the paper, `maxEdges` in MPAS.
     pub cell_corner_row: usize,
-    /// How many entries of each `cell_corner` row count (MPAS `nEdgesOnCell`); entries beyond are never read.
+    /// The number of entries of each `cell_corner` row that count (MPAS `nEdgesOnCell`); entries beyond are never read.
     pub cell_corner_count: Option<Indices<'a>>,
     /// The 3 cells that share a corner: the vertices of its dual triangle (MPAS `cellsOnVertex`).
     pub corner_cell: Indices<'a>,

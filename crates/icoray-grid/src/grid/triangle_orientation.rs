@@ -1,17 +1,18 @@
 //! The order of a triangle's three sides relative to its three vertices, in one byte.
 //!
-//! Real files promise neither that column k of `corner_edge` lies opposite column k of `corner_cell` nor that rows wind
-//! alike. Both facts are found once when the grid is checked and kept here, instead of sorting or copying the tables.
+//! Real files guarantee neither that column k of `corner_edge` lies opposite column k of `corner_cell` nor that rows
+//! wind alike. Both are determined once when the grid is checked and stored here, instead of sorting or copying the
+//! tables.
 
-/// Two bits per vertex: the `corner_edge` column of the side opposite it, or 3 where no triangle of the table lies
-/// beyond; bit 6: the row winds clockwise from outside; bit 7: a cell of the row is missing, it is no triangle.
+/// Two bits per vertex: the `corner_edge` column of the side opposite it, or 3 if no triangle of the table lies beyond;
+/// bit 6: the row winds clockwise from outside; bit 7: a cell of the row is missing, it is no triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TriangleOrientation(u8);
 
 impl TriangleOrientation {
     const CLOCKWISE: u8 = 1 << 6;
     const ABSENT: u8 = 1 << 7;
-    /// In place of a column: a side of the mesh's rim.
+    /// Replaces a column: a side of the mesh's rim.
     pub const RIM: usize = 3;
 
     /// `side[k]` is the `corner_edge` column of the side opposite vertex `k`, or [`Self::RIM`].
@@ -30,7 +31,7 @@ impl TriangleOrientation {
         self.0
     }
 
-    /// Whether the row's three cells are all there.
+    /// Whether the row's three cells all exist.
     #[inline]
     pub fn is_triangle(self) -> bool {
         self.0 & Self::ABSENT == 0

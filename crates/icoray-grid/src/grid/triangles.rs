@@ -1,15 +1,15 @@
-//! A mesh's tables of corners and edges, made of its triangles alone.
+//! Makes a mesh's tables of corners and edges from its triangles alone.
 
 use super::constrained_delaunay::{CENTER, coord};
 use crate::error::{Error, Result};
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
 
-/// Entry for a missing neighbour, in tables that number from 0.
+/// Entry for a missing neighbour, in tables that count from 0.
 const NONE: i32 = -1;
 
-/// The tables of [`GridTables`](super::GridTables) that follow from `corner_cell`; numbered from 0, and -1 where a
-/// neighbour is missing.
+/// The tables of [`GridTables`](super::GridTables) that follow from `corner_cell`; numbered from 0, and -1 for a
+/// missing neighbour.
 #[derive(Debug, Default, PartialEq)]
 pub struct Connectivity {
     /// As [`GridTables::corner_edge`](super::GridTables::corner_edge): column k is the side opposite the cell in
@@ -30,15 +30,15 @@ impl Connectivity {
     /// a triangle beyond is the rim of a mesh with holes.
     ///
     /// # Errors
-    /// [`crate::ErrorKind::Grid`] names a row that has not three different cells from 0 to `cells` - 1, and a side that more
-    /// than two triangles have.
+    /// [`crate::ErrorKind::Grid`] names a row that does not have three different cells from 0 to `cells` - 1, and a
+    /// side that more than two triangles have.
     pub fn new(corner_cell: &[i32], cells: usize) -> Result<Self> {
         connect(corner_cell, cells)
     }
 }
 
-/// The direction as far from three points as from each other: the middle of the circle through them, on their side. Of
-/// any length.
+/// The direction at equal distance from three points: the middle of the circle through them, on their side. Of any
+/// length.
 pub fn circumcenter(points: [[f64; 3]; 3]) -> [f64; 3] {
     let [a, b, c] = points.map(DVec3::from_array);
     let normal = (b - a).cross(c - a);
@@ -46,9 +46,9 @@ pub fn circumcenter(points: [[f64; 3]; 3]) -> [f64; 3] {
 }
 
 /// Cuts a polygon of points into triangles by Delaunay's rule: no point of the polygon lies in the circumcircle of a
-/// triangle. `polygon` has different numbers of points, in order around it one way or the other, and `at` the places. Where
-/// points lie on one circle, the numbers decide: the triangles are the same wherever the polygon begins and however it
-/// turns. The polygon is convex.
+/// triangle. `polygon` has different numbers of points, in order around it in either direction, and `at` their places.
+/// If points lie on one circle, the numbers decide: the triangles are the same for any first point and direction of the
+/// polygon. The polygon is convex.
 pub fn cut_polygon<N: Copy + Ord>(polygon: &[N], at: impl Fn(N) -> [f64; 3]) -> Vec<[N; 3]> {
     if let [a, b, c] = *polygon {
         return vec![[a, b, c]];
@@ -164,8 +164,8 @@ impl Around {
         &self.corners[self.start[cell as usize]..self.start[cell as usize + 1]]
     }
 
-    /// The corners as a table, with the length of its rows and how many entries of each count: at least 3, of which
-    /// those that are missing at a rim are marked.
+    /// The corners as a table, with the length of its rows and the number of entries of each that count: at least 3, of
+    /// which those that are missing at a rim are marked.
     fn rows(&self, corner_cell: &[i32]) -> (Vec<i32>, usize, Vec<i32>) {
         let cells = self.start.len() as i32 - 1;
         let count: Vec<i32> = (0..cells).map(|cell| self.of(cell).len().max(3) as i32).collect();
@@ -178,7 +178,7 @@ impl Around {
     }
 }
 
-/// Puts the triangles around a cell into `place`, each beside the one that it shares a side with. At a rim there are
+/// Writes the triangles around a cell to `place`, each next to the one that it shares a side with. At a rim there are
 /// several such runs, each of which begins at a side without a neighbour.
 fn turn(corner_cell: &[i32], cell: i32, around: &[i32], place: &mut [i32]) {
     let others = |corner: i32| row(corner_cell, corner).into_iter().filter(move |&other| other != cell);

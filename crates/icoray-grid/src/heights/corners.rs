@@ -1,4 +1,4 @@
-//! Heights at corners, which are averaged to cells as fields at corners are.
+//! Heights at corners, which are averaged to cells like fields at corners.
 
 use super::check_column;
 use crate::error::{Error, ErrorKind, Result};
@@ -9,15 +9,15 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Checks `heights` at corners, in metres above the planet's surface: one column for each corner of `grid`, as many
-/// layers as `layers`. Of the columns those are checked from which cells for which `owns` is true get their averages
-/// ([`CenterField::average`](crate::CenterField::average)). What passes has averages that do not fall either: of each
-/// column all heights are averaged or none. Parallel.
+/// layers as `layers`. Checks the columns that enter the averages
+/// ([`CenterField::average`](crate::CenterField::average)) of cells for which `owns` is true. Averages of heights that
+/// pass do not decrease upwards either: all or no heights of each column are averaged. Parallel.
 ///
 /// # Errors
-/// [`ErrorKind::Layers`] where they have another shape or place, or name the first column of which some heights but not
-/// all are missing, or fall on the way up.
+/// [`ErrorKind::Layers`] if they have another shape or place, or names the first column of which some heights but not
+/// all are missing, or decrease upwards.
 pub fn check_corners(grid: &Grid, heights: &Field, layers: &Layers, owns: impl Fn(usize) -> bool + Sync) -> Result<()> {
-    // No rank may have computed other columns.
+    // Other columns may not have been computed by any rank.
     let is_read: Vec<AtomicBool> = (0..grid.triangles()).map(|_| AtomicBool::new(false)).collect();
     (0..grid.cells()).into_par_iter().with_min_len(256).filter(|cell| owns(*cell)).for_each(|cell| {
         grid.corners_of(cell as u32).for_each(|corner| is_read[corner as usize].store(true, Ordering::Relaxed));

@@ -11,7 +11,7 @@ pub trait SampleVectors: Sized {
     /// [`VECTOR`] samples.
     type Vector<V: Simd>: Copy;
 
-    /// Whether differences are formed in single precision, and their scale is left to the caller.
+    /// Whether differences are formed in single precision, and scaled by the caller.
     const IS_SINGLE: bool;
 
     /// The samples of an array.
@@ -20,10 +20,10 @@ pub trait SampleVectors: Sized {
     /// `a - b`, rounded to single precision: times `scale`, unless [`Self::IS_SINGLE`].
     fn difference<V: Simd>(simd: V, a: Self::Vector<V>, b: Self::Vector<V>, scale: f64) -> f32x16<V>;
 
-    /// Which of the samples are `value`.
+    /// A mask of the samples that equal `value`.
     fn equals<V: Simd>(simd: V, samples: Self::Vector<V>, value: Self) -> mask32x16<V>;
 
-    /// Which of the samples are from `low` to `high`; NaN is not.
+    /// A mask of the samples from `low` to `high`; false for NaN.
     fn within<V: Simd>(simd: V, samples: Self::Vector<V>, range: [Self; 2]) -> mask32x16<V>;
 
     /// The first sample, and all but the last one.

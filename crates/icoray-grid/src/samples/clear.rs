@@ -1,11 +1,11 @@
-//! Which layers of which columns hold values that are not clear, read as fast as memory gives them.
+//! Finds the layers of columns with values that are not clear, at the speed of memory.
 
 use super::Samples;
 use crate::real::Real;
 use crate::sample::{Sample, VECTOR};
 use fearless_simd::{Level, Simd, dispatch, prelude::*, u32x16};
 
-/// Columns that are read side by side where layers lie apart.
+/// Columns that are read side by side if layers lie apart.
 const SIDE: usize = 1024;
 
 /// Values of the array's own type, from the least to the greatest of them.
@@ -15,18 +15,18 @@ pub type Stored<S> = [S; 2];
 pub struct Outside<'o, S> {
     /// The processor's vectors.
     pub level: Level,
-    /// 1 to 3 of them.
+    /// 1 to 3 ranges.
     pub ranges: &'o [Stored<S>],
-    /// For each layer.
+    /// The bits of each layer.
     pub bits: &'o [u32],
     /// The first column.
     pub first: usize,
-    /// For each column from the first on and each range: the bits of all layers that are found, joined.
+    /// For each column from the first on and each range: the joined bits of all layers found.
     pub found: &'o mut [u32],
 }
 
-/// A type of samples whose clear layers are found. As a function of the type the search is compiled in this crate, and not
-/// again, with other optimisations, in those that have fields.
+/// A type of samples whose clear layers are found. As a function of the type the search is compiled in this crate, and
+/// not again, with other optimisations, in crates that use fields.
 pub trait SearchedSample: Sample {
     /// Finds the values outside of ranges.
     fn find_outside(samples: &Samples<Self>, outside: Outside<Self>);
@@ -103,7 +103,7 @@ impl<S: Sample> Samples<'_, S> {
         }
     }
 
-    /// Where the values over column `first` begin, and how many columns, of no more than `most`, lie side by side
+    /// The offset of the values over column `first`, and the number of columns, at most `most`, that lie side by side
     /// there.
     #[inline]
     fn run(&self, first: usize, most: usize) -> (isize, usize) {
@@ -112,16 +112,16 @@ impl<S: Sample> Samples<'_, S> {
         (base, (1..most).find(apart).unwrap_or(most))
     }
 
-    /// The mark of missing values as the array has it, or a number outside the range where it has none.
+    /// The array's mark of missing values, or a number outside the range if it has none.
     #[inline]
     fn fill_beside(&self, [low, _]: Stored<S>) -> S {
         S::exact(self.reading.fill).filter(|_| self.reading.has_fill).unwrap_or(low.next_down())
     }
 
-    /// The values that normalise to inside `range`, ends not counted; `None` where there are none.
+    /// The values whose normalised values lie inside `range`, ends excluded; `None` if there are none.
     #[inline]
     pub fn stored(&self, [low, high]: [f64; 2]) -> Option<Stored<S>> {
-        // Rounding puts it off by a few numbers at most.
+        // Rounding shifts it by at most a few numbers.
         let first = std::iter::successors(Some(self.raw(low)), |v| Some(v.next_up())).take(16);
         let last = std::iter::successors(Some(self.raw(high)), |v| Some(v.next_down())).take(16);
         let low = first.into_iter().find(|v| self.normalised(*v) > low)?;
@@ -129,7 +129,7 @@ impl<S: Sample> Samples<'_, S> {
         Some([low, high])
     }
 
-    /// The value that the kernel has as `value`, alone.
+    /// The range of the single value that the kernel reads as `value`.
     #[inline]
     pub fn stored_at<T: Real>(&self, value: T) -> Option<Stored<S>> {
         let raw = self.raw(value.wide());
@@ -173,7 +173,7 @@ impl<S: Sample> ClearTest<S> {
         for (values, bits) in column.as_chunks().0.iter().zip(bits.as_chunks().0) {
             all |= self.bits(simd, values, bits);
         }
-        // The last ones may look at some layers again.
+        // The last vector may repeat some layers.
         if !column.len().is_multiple_of(VECTOR)
             && let (Some(values), Some(bits)) = (column.last_chunk(), bits.last_chunk())
         {

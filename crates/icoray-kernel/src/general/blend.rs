@@ -1,13 +1,13 @@
 //! Several media along one piece of a ray: extinctions add up, colours mix by extinction.
 //!
-//! On a piece each field stays in one span of each of its transfer functions, so that the optical depth from the piece's
-//! start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the light that is absorbed
-//! (`mean_color.rs`). Where that may be farther off than the ray can afford, the panel is halved, front half first, until
-//! the ray ends. With lighting, each medium has one shade in a panel, that of its mean normal, as in the kernel of one
-//! field ([`RayShading::mean`]); where its light is centred is known from what it absorbs at the three places.
+//! On a piece each field stays in one span of each of its transfer functions, so the optical depth from the piece's
+//! start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the absorbed light
+//! (`mean_color.rs`). If its error exceeds the ray's budget, the panel is halved, front half first, until the ray ends.
+//! With lighting, each medium has one shade in a panel, that of its mean normal, as in the kernel of one field
+//! ([`RayShading::mean`]); the centre of its light follows from its absorption at the three places.
 //!
-//! The work is bounded by [`may_halve`], and what rounding does to values is not halved. The error of the panels that are
-//! left is told.
+//! The work is bounded by [`may_halve`], and rounding errors of values are not halved. The error of the remaining
+//! panels is reported.
 
 use super::mean_color::{MeanColor, Mixture, Panel};
 use super::source::TransferMap;
@@ -35,17 +35,17 @@ pub(super) struct MediumPiece<'w> {
     spans: [&'w Span<f64>; 2],
     /// Interpolants of the colour's and of the extinction's field over the whole frustum.
     segments: [Segment<f64>; 2],
-    /// Where the gradients of the extinction's field are.
+    /// Slot of the gradients of the extinction's field.
     pub slot: usize,
     /// The largest component of these at the frustum's vertices; 0 without light.
     pub gradient_size: f64,
-    /// What rounding of values does to the colour, and to the extinction.
+    /// Effect of the rounding of values on the colour, and on the extinction.
     rounding: [f64; 2],
 }
 
 impl<'w> MediumPiece<'w> {
-    /// The medium between two places of a frustum, near the middle of which values tell the spans; `None` where it is
-    /// clear there.
+    /// The medium between two places of a frustum; values near their middle determine the spans. `None` if it is clear
+    /// there.
     #[inline]
     pub fn new(medium: &'w Medium, segments: [Segment<f64>; 2], middle: f64, slot: usize) -> Option<Self> {
         let extinction = medium.extinction.span(segments[1].value(middle));
@@ -72,7 +72,7 @@ impl<'w> MediumPiece<'w> {
             false => (of_color.value(u), of_color.slope(u)),
         };
         let [in_color, in_extinction] = self.spans;
-        // Rounding at a knot may reach a little beyond the colours of the span.
+        // Rounding at a knot may reach slightly beyond the colours of the span.
         let tone = in_color.color(color.normal(other)).map_inline(|c| c.max(0.0));
         MediumNode {
             extinction: in_extinction.extinction(extinction.normal(value)),
@@ -107,7 +107,7 @@ struct MediumNode {
     tint: [f64; 3],
 }
 
-/// The media at a place.
+/// All media at a place.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     u: f64,
@@ -126,7 +126,7 @@ struct LitNode {
 }
 
 impl Mixture {
-    /// Adds a medium, in this colour of this slope.
+    /// Adds a medium with this colour and its slope.
     #[inline]
     fn add(&mut self, medium: &MediumNode, [color, tint]: [[f64; 3]; 2]) {
         let MediumNode { extinction, thickening, .. } = *medium;
@@ -141,7 +141,7 @@ impl Mixture {
 /// Buffers that are reused for the next piece.
 #[derive(Debug, Default)]
 pub(super) struct BlendBuffers {
-    /// Starts and ends of panels that are to come, the next one last.
+    /// Starts and ends of pending panels, the next one last.
     panels: Vec<[Node; 2]>,
     /// The media of each place.
     lit: Vec<LitNode>,
@@ -150,10 +150,10 @@ pub(super) struct BlendBuffers {
 /// A piece of a ray in several media.
 pub(super) struct Blend<'p, 'w, G> {
     pub parts: &'p [MediumPiece<'w>],
-    /// Gives the gradient of a field, by its slot, at a place of the frustum.
+    /// Returns the gradient of a field, by its slot, at a place of the frustum.
     pub gradient: G,
     pub shading: Option<&'p RayShading<f64>>,
-    /// Error of the colour that is allowed per absorbed light.
+    /// Allowed error of the colour per absorbed light.
     pub color_tolerance: f64,
     /// Transmittance at which the ray may end.
     pub min_transmittance: f64,
@@ -183,9 +183,9 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             let [shade_off, deviation] = self.shade(lit, &mut nodes, absorbed);
             let mean = self.mean(&nodes, absorbed);
             let rounded = self.rounding(&nodes, mean.spread);
-            // Where light is centred in dense panels is known less well.
+            // In dense panels the centre of the light is less certain.
             let off = mean.off + if depth <= THIN { shade_off } else { 3.0 * shade_off };
-            // What the pieces before have left of theirs.
+            // The unspent error of the previous pieces.
             let earned = if self.shading.is_some() { self.color_tolerance * light.alpha - light.error } else { 0.0 };
             let spare = earned.max(0.0) / light.transmittance().max(f64::MIN_POSITIVE);
             let is_near = (off - self.color_tolerance) * absorbed <= spare || off <= rounded;
@@ -218,7 +218,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         node
     }
 
-    /// The mean colour of what a panel absorbs.
+    /// The mean colour of the light that a panel absorbs.
     #[inline]
     fn mean(&self, nodes: &[Node; 3], absorbed: f64) -> MeanColor {
         let [first, _, last] = nodes;
@@ -235,7 +235,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         MeanColor::of(&panel, absorbed)
     }
 
-    /// What rounding of values does to the mean colour of a panel in which colours are so far apart.
+    /// Effect of the rounding of values on the mean colour of a panel whose colours differ by `spread`.
     #[inline]
     fn rounding(&self, nodes: &[Node; 3], spread: f64) -> f64 {
         let (mut tinted, mut thickened) = (0.0f64, 0.0);
@@ -247,9 +247,9 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         tinted + spread * (thickened / a.max(m).max(b)).min(1.0)
     }
 
-    /// Puts the colours at the start, middle and end of a panel that absorbs so much under light, each medium under its
-    /// mean shade there. Returns the error of the shades per absorbed light, and their standard deviation by rounding of
-    /// the gradients at the vertices.
+    /// Lights the colours at the start, middle and end of a panel that absorbs the part `absorbed` of the light, each
+    /// medium with its mean shade there. Returns the error of the shades per absorbed light, and their standard
+    /// deviation by rounding of the gradients at the vertices.
     #[inline]
     fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> [f64; 2] {
         let Some(shading) = self.shading else { return [0.0; 2] };
@@ -270,7 +270,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
                 let lit = |k: usize| medium.color[k] * shade.body + shade.highlight + tilt * rise[k];
                 node.mixture.add(medium, [[0, 1, 2].map_inline(lit), medium.tint.map_inline(|c| c * shade.body)]);
             }
-            // Of dense media the three places may see nothing.
+            // The three places may miss dense media entirely.
             let share = simpson(absorbs) + f64::MIN_POSITIVE;
             off += share * part_off;
             let [a, m, b] = parts.map_inline(|part| largest(&part.gradient));
@@ -282,8 +282,8 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
 }
 
 impl MediumPiece<'_> {
-    /// The shade of the medium between three places, in which it absorbs so much of the light; `unseen` is the relative
-    /// error of what all media absorb there.
+    /// The shade of the medium between three places, with its absorption at each; `unseen` is the relative error of the
+    /// absorption of all media there.
     #[inline]
     fn mean_shade(
         &self,

@@ -1,5 +1,5 @@
-//! Clipping: the stretches of a ray inside each cut, found from all places where the ray may pass one of its bounds.
-//! The middle of a stretch decides on which side it lies, never a rounded root.
+//! Clipping: the stretches of a ray inside each cut, found from all places at which the ray may pass one of its bounds.
+//! The middle of a stretch determines its side, never a rounded root.
 
 use crate::plane::RayLine;
 use glam::DVec3;
@@ -17,11 +17,11 @@ struct ClipRegion {
     layers: Option<[usize; 2]>,
     /// Radii in planet radii, exaggerated.
     shell: Option<[f64; 2]>,
-    /// The direction in which a half-space lies, and how far out.
+    /// Unit normal of a half-space's plane, and its distance from the centre.
     beyond: Option<(DVec3, f64)>,
 }
 
-/// The cuts along one ray: the stretches inside each, rising.
+/// The cuts along one ray: the stretches inside each, in rising order.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RayClips<'c> {
     cuts: &'c [ClipRegion],
@@ -45,7 +45,7 @@ impl Clips {
         Clips(clips.iter().map(cut).collect())
     }
 
-    /// Whether nothing is cut.
+    /// Whether there is no cut.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -57,13 +57,13 @@ impl Clips {
         self.0.len()
     }
 
-    /// The bits of the cuts that hold what is between or on `layers`, wherever it lies.
+    /// The bits of the cuts that contain the space between or on `layers`, regardless of position.
     #[inline]
     pub(crate) fn around(&self, layers: [usize; 2]) -> u32 {
         self.bits(|cut| cut.has_layers(layers))
     }
 
-    /// The bits of the cuts whose inside is cut away; of the others the outside is.
+    /// The bits of the cuts whose inside is cut away; for the others it is the outside.
     #[inline]
     pub(crate) fn inside_out(&self) -> u32 {
         self.bits(|cut| cut.cuts_inside)
@@ -95,7 +95,7 @@ impl ClipRegion {
         pairs.filter(|[a, b]| b > a && self.holds(line.position(0.5 * (a + b)))).collect()
     }
 
-    /// All places where the ray may pass a bound.
+    /// Reports all places at which the ray may pass a bound.
     #[inline]
     fn bounds(&self, line: &RayLine, report: &mut impl FnMut(f64)) {
         let (x, y) = (line.b * line.plane.x, line.plane.y);
@@ -125,7 +125,7 @@ impl ClipRegion {
         }
     }
 
-    /// Whether a point lies inside, layers apart.
+    /// Whether a point lies inside, regardless of layers.
     #[inline]
     fn holds(&self, at: DVec3) -> bool {
         let r = at.length();
@@ -141,7 +141,7 @@ impl ClipRegion {
 }
 
 impl RayClips<'_> {
-    /// Whether nothing is cut.
+    /// Whether there is no cut.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.cuts.is_empty()
@@ -156,7 +156,7 @@ impl RayClips<'_> {
         })
     }
 
-    /// The bits of the cuts that hold the ray just behind `t`, layers apart, and the next bound.
+    /// The bits of the cuts that contain the ray just behind `t`, regardless of layers, and the next bound.
     pub fn behind(&self, t: f64) -> (u32, f64) {
         let (mut bits, mut next) = (0, f64::INFINITY);
         for (k, stretches) in self.inside.iter().enumerate() {
@@ -168,7 +168,7 @@ impl RayClips<'_> {
         (bits, next)
     }
 
-    /// Calls `tell` for the shown parts between `t[0]` and `t[1]`, in order, until it returns false.
+    /// Calls `report` for the shown parts between `t[0]` and `t[1]`, in order, until it returns false.
     #[inline]
     pub fn parts(&self, layers: [usize; 2], [from, to]: [f64; 2], mut report: impl FnMut([f64; 2]) -> bool) {
         let mut bounds = vec![from, to];

@@ -12,21 +12,21 @@ use crate::signature::Boundary;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 
-/// Data of the frustum that a ray is in; its memory is reused for the next.
+/// Data of the frustum that contains the ray; its memory is reused for the next.
 #[derive(Debug, Default)]
 pub(super) struct Scratch<'w> {
-    /// Each field's values at the vertices, on the lower and upper facet; empty where they were not read yet.
+    /// Each field's values at the vertices, on the lower and upper facet; empty if not read yet.
     values: [Vec<[f64; 3]>; 2],
-    /// Least and greatest value of each field there; `None` where a value is missing.
+    /// Least and greatest value of each field at these vertices; `None` if a value is missing.
     ranges: Vec<Option<[f64; 2]>>,
-    /// Values along the part of the frustum that is shown, of the fields that may be seen.
+    /// Values of the visible fields along the shown part of the frustum.
     segments: Vec<Option<Segment<f64>>>,
     /// The places that divide it into pieces.
     breaks: Vec<Break>,
     parts: Vec<MediumPiece<'w>>,
-    /// The number of each medium that may be seen.
+    /// The numbers of the visible media.
     media: Vec<usize>,
-    /// Each field's gradient along it, where that was computed.
+    /// Each field's gradient along it, if computed.
     gradients: Vec<Option<GradientCourse>>,
     blend: BlendBuffers,
 }
@@ -39,7 +39,7 @@ struct GradientCourse {
     size: f64,
 }
 
-/// A ray's way through a frustum, or a part of it: its start, middle and end.
+/// A ray's path through a frustum, or a part of it: its start, middle and end.
 struct FrustumPath {
     places: [FrustumPoint; 3],
     /// The relative change of a value's denominator.
@@ -52,7 +52,7 @@ impl FrustumPath {
     fn new(places: [FrustumPoint; 3], length: f64) -> Self {
         let [start, _, end] = &places;
         let eps = if start.depth > 0.0 { end.depth / start.depth - 1.0 } else { 0.0 };
-        // Where facets meet the value has no limit of its own; near there it is taken as straight.
+        // Where facets meet the value has no limit; near there it is taken as linear.
         let eps = if eps.is_finite() { eps.max(-1.0 + 1e-9) } else { 0.0 };
         FrustumPath { places, eps, length }
     }
@@ -220,7 +220,7 @@ impl<'r> RayState<'r, '_> {
         gradients.resize(lower.len(), None);
     }
 
-    /// All places between 0 and 1 where a field takes the value of a knot, or a surface is met; and 1.
+    /// Finds all places between 0 and 1 at which a field takes the value of a knot, or a surface is met; and 1.
     #[inline]
     fn find_breaks(&mut self, wedge: &Wedge, [a, b]: [f64; 2]) {
         let scene = self.scene;
@@ -244,8 +244,8 @@ impl<'r> RayState<'r, '_> {
                     breaks.push(Break { u: at(*cut), meets: None });
                 }
                 for (k, surface) in scene.isosurfaces.iter().enumerate() {
-                    // Two columns find the value on the side between them to some roundings each: a surface of the
-                    // very value that they have there is not one on one side alone.
+                    // Two columns each find the value on the side between them to some roundings: a surface of exactly
+                    // that value must not exist on one side only.
                     let reach = ranges[number].map_or(0.0, |[l, h]| l.abs().max(h.abs()));
                     let is_above = |f: f64| f >= surface.value - 8.0 * f64::EPSILON * reach;
                     if surface.source == number && is_above(part.f0) != is_above(part.f1) {
@@ -264,7 +264,7 @@ impl<'r> RayState<'r, '_> {
         }
     }
 
-    /// The volumes between two neighbouring breaks.
+    /// Adds the volumes between two neighbouring breaks.
     #[inline]
     fn piece(&mut self, wedge: &Wedge, gap: usize, way: &FrustumPath, [from, to]: [f64; 2]) -> Flow {
         let scene = self.scene;
@@ -301,7 +301,7 @@ impl<'r> RayState<'r, '_> {
         self.passed()
     }
 
-    /// A surface between two pieces.
+    /// Adds a surface between two pieces.
     #[inline]
     fn cross_surface(
         &mut self,

@@ -1,11 +1,11 @@
 //! The general kernel: rays through several volumes, surfaces, lines and cuts, over layers of any shape.
 //!
-//! It walks over the same triangles as the kernel of one field ([`ray`](super::ray)) and interpolates alike, but it
-//! traces one ray after the other in double precision. In each frustum it collects the places where a field takes the
-//! value of a knot or of an isosurface, all of them roots of the same quadratic (`segment.rs`). In order along the ray,
-//! these places divide the frustum into pieces, which `blend` integrates, with surfaces between them. So volumes and
-//! surfaces hide each other exactly where they lie. In single precision packets of rays pass the frusta in which there
-//! are volumes alone, and leave the rest to it (`step.rs`).
+//! It walks over the same triangles as the kernel of one field ([`ray`](super::ray)) and interpolates in the same way,
+//! but it traces one ray at a time in double precision. In each frustum it collects the places at which a field takes
+//! the value of a knot or of an isosurface, all of them roots of the same quadratic (`segment.rs`). In order along the
+//! ray, these places divide the frustum into pieces, which `blend` integrates, with surfaces between them. So volumes
+//! and surfaces hide each other exactly. In single precision packets of rays pass the frusta that contain only volumes,
+//! and pass the rest to this kernel (`step.rs`).
 
 mod blend;
 mod clips;
@@ -44,7 +44,7 @@ use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
 use wedge::{Facet, Wedge};
 
-/// The contents of a picture, the same for all rays of a frame.
+/// The contents of a picture, equal for all rays of a frame.
 #[derive(Debug)]
 pub struct KernelScene<'f> {
     /// Tables and directions.
@@ -61,29 +61,29 @@ pub struct KernelScene<'f> {
     pub surface_layers: Vec<SurfaceLayer>,
     /// The parts of space that are cut away.
     pub clips: Clips,
-    /// Blocks of gaps in which each of the volumes and isosurfaces can be seen; one mask that shows everything where
-    /// other surfaces may lie anywhere.
+    /// Visible blocks of gaps for each of the volumes and isosurfaces; one mask that shows everything if other surfaces
+    /// may lie anywhere.
     pub visible: Vec<OccupancyMask>,
     /// Normals at the vertices of lit layers that are not spheres: number of the layer, and a unit vector per cell.
     pub normals: Vec<(usize, Vec<[f32; 3]>)>,
     /// The opaque core; `None` lets rays through the hollow core.
     pub core: Option<Core<'f>>,
     /// Least and greatest radius of the innermost layer, planet radii. Under holes of the mesh the core is a sphere of
-    /// the least.
+    /// the least radius.
     pub core_radius: [f64; 2],
-    /// Radius outside of which nothing is seen, planet radii.
+    /// Radius of the visible space, planet radii.
     pub outer: f64,
 }
 
 impl KernelScene<'_> {
-    /// Whether `gap` can be seen by these blocks; all masks have the same gaps in a block.
+    /// Whether `gap` is visible according to these blocks; all masks have the same gaps in a block.
     #[inline]
     fn is_occupied(&self, blocks: u32, gap: usize) -> bool {
         self.visible.first().is_some_and(|visible| visible.is_occupied(blocks, gap))
     }
 }
 
-/// The general kernel: what is shown, and how its rays are traced.
+/// The general kernel: a scene, and the settings for tracing its rays.
 #[derive(Debug)]
 pub struct MultiVolumeTracer<'w, 'f> {
     /// The scene's volumes, surfaces and cuts.
@@ -99,17 +99,17 @@ pub(crate) struct RayState<'r, 'f> {
     scene: &'r KernelScene<'f>,
     line: RayLine,
     shading: Option<RayShading<f64>>,
-    /// Whether light comes from the eye: then surfaces are lit on the side that is seen.
+    /// Whether light comes from the eye: then surfaces are lit on the visible side.
     has_headlight: bool,
     clips: RayClips<'r>,
     budget: Budget,
     color_tolerance: f64,
     min_transmittance: f64,
     light: Radiance<f64>,
-    /// The surfaces that the ray has met and that are seen.
+    /// The visible surfaces that the ray has met.
     surfaces: BoundarySignature,
     from_eye: EyeDistance,
-    /// Whether the ray is in what is cut away.
+    /// Whether the ray is in space that is cut away.
     is_cut: bool,
     /// The gap at the exit of the last column with data: where the search for the next one starts.
     gap: usize,
@@ -124,7 +124,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         RayState {
             scene: tracer.scene,
             line,
-            // A highlight that is left out has no error estimate on isosurfaces, so none is left out.
+            // Omitted highlights have no error estimate on isosurfaces, so none is omitted.
             shading: tracer.shading.map(|shading| shading.along(dir)),
             has_headlight: tracer.shading.is_some_and(|shading| shading.towards_light.is_none()),
             clips: tracer.scene.clips.along(&line),
@@ -141,14 +141,14 @@ impl<'r, 'f> RayState<'r, 'f> {
         }
     }
 
-    /// Passes a column in which nothing but the core can be seen.
+    /// Passes a column in which only the core can be visible.
     #[inline]
     fn clear_column(&mut self, wedge: &Wedge, lowest: &Facet) -> Flow {
         let met = if lowest.is_below_entry() { lowest.down() } else { Some(0.0) };
         met.map_or(Flow::On, |u| self.core(wedge, Some(lowest), u))
     }
 
-    /// The ray is below the lowest layer from `u` on.
+    /// Continues below the lowest layer from `u` on.
     #[inline]
     fn core(&mut self, wedge: &Wedge, lowest: Option<&Facet>, u: f64) -> Flow {
         let t = wedge.distance(u);
@@ -157,7 +157,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         self.ground(t, &SurfaceHit { position, normal }, Some(wedge.triangle))
     }
 
-    /// The ray meets a boundary at `t`.
+    /// Records a boundary at `t`.
     #[inline]
     fn cross_boundary(&mut self, boundary: Boundary, t: f64) {
         if Budget::sees_behind(self.light.alpha) {
@@ -165,7 +165,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         }
     }
 
-    /// An opaque core ends the ray, a hollow one lets it pass.
+    /// Ends the ray at an opaque core, or passes a hollow one.
     #[inline]
     fn ground(&mut self, t: f64, hit: &SurfaceHit, triangle: Option<u32>) -> Flow {
         let Some(core) = self.scene.core else { return Flow::On };
@@ -176,7 +176,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         Flow::Stop
     }
 
-    /// The outward normal of a layer at `position`; that of a sphere where layers are concentric.
+    /// The outward normal of a layer at `position`; that of a sphere if layers are concentric.
     #[inline]
     fn normal(&self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64, position: DVec3) -> DVec3 {
         let known = self.scene.normals.iter().find(|(known, _)| *known == layer);
@@ -186,7 +186,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         x + b * (y - x) + c * (z - x)
     }
 
-    /// The factor that lighting gives to the colour of a surface, of which a headlight lights both sides.
+    /// The factor that lighting gives to the colour of a surface; a headlight lights both sides.
     #[inline]
     fn solid(&self, normal: DVec3) -> f64 {
         let normal = normal.normalize_or_zero();
@@ -222,7 +222,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     /// there.
     #[inline]
     fn surface_layer(&mut self, k: usize, (light, materials): (Radiance<f64>, u32), t: f64) {
-        // Lines are smooth by themselves.
+        // Lines are already smooth.
         if materials != 0 {
             self.cross_boundary(Boundary::SurfaceLayer(k, materials), t);
         }
@@ -323,7 +323,7 @@ impl ColumnRay for RayState<'_, '_> {
     }
 }
 
-/// The number of layers that the ray enters a column above, searched from `hint` on.
+/// The number of layers below the point at which the ray enters a column, searched from `hint` on.
 #[inline]
 fn gap_at(hint: usize, layers: usize, is_below: impl Fn(usize) -> bool) -> usize {
     let hint = hint.min(layers);

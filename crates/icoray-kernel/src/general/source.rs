@@ -1,4 +1,4 @@
-//! A field as the general kernel reads it: raw values in double precision, from whatever the model stores.
+//! A field as the general kernel reads it: raw values in double precision, from any storage of the model.
 
 use crate::transfer::{KernelKnot, Span, Spans};
 use icoray_grid::Field;
@@ -6,11 +6,11 @@ use icoray_grid::array::{MapInline, partition_point};
 use icoray_grid::gradient::PartialGradients;
 use icoray_grid::samples::AnySamples;
 
-/// A field's values and, where the field is lit, its gradients.
+/// A field's values and, if the field is lit, its gradients.
 #[derive(Debug)]
 pub struct FieldSource<'f> {
     values: AnySamples<'f>,
-    /// Gradients at the vertices, level-fastest; none where nothing of the field is lit.
+    /// Gradients at the vertices, level-fastest; empty if nothing of the field is lit.
     gradients: PartialGradients,
     layers: usize,
     cuts: Vec<f64>,
@@ -18,9 +18,9 @@ pub struct FieldSource<'f> {
 }
 
 impl<'f> FieldSource<'f> {
-    /// A source that reads `field`, whose first layer is the outermost where `falling` is set. `cuts` are the values,
-    /// rising, at which a transfer function or an isosurface of the field has a knot; `value_range` is that of the field,
-    /// if it has values.
+    /// A source that reads `field`, whose first layer is the outermost if `falling` is set. `cuts` are the values,
+    /// rising, at which a transfer function or an isosurface of the field has a knot; `value_range` is that of the
+    /// field, if it has values.
     #[inline]
     pub fn new(
         field: &Field<'f>,
@@ -58,19 +58,19 @@ impl<'f> FieldSource<'f> {
         self.values.normalised_to(range)
     }
 
-    /// The field's values as they are.
+    /// The field's values without normalisation.
     #[inline]
     pub(crate) fn samples(&self) -> AnySamples<'f> {
         self.values
     }
 
-    /// The values at `layer` over three cells; NaN where one is missing.
+    /// The values at `layer` over three cells; NaN for a missing one.
     #[inline]
     pub fn at(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
         self.values.bases(cells).map_inline(|base| self.values.get(base, layer))
     }
 
-    /// The gradients there, a row for each axis.
+    /// The gradients at `layer`, a row for each axis.
     #[inline]
     pub fn gradients_at(&self, cells: [u32; 3], layer: usize) -> [[f64; 3]; 3] {
         let gradients = self.gradients.values();
@@ -137,7 +137,7 @@ impl TransferMap {
         self.spans.span(self.spans.find(self.normal(value)))
     }
 
-    /// Whether no value from `low` to `high` has any extinction.
+    /// Whether all values from `low` to `high` have no extinction.
     #[inline]
     pub fn is_clear_between(&self, low: f64, high: f64) -> bool {
         let (low, high) = (self.normal(low), self.normal(high));
@@ -148,7 +148,7 @@ impl TransferMap {
         let all = self.spans.all();
         let first = partition_point(all, |span| span.high < low);
         all[first..].iter().take_while(|span| span.low <= high).all(|span| {
-            // Beyond their ends the outer two go on for ever.
+            // The outer two spans extend to infinity.
             span.is_clear || span.high <= low || span.low >= high
         })
     }

@@ -1,4 +1,4 @@
-//! Single steps of a ray that is in a packet: the frusta, surfaces and cuts that packets leave to this kernel.
+//! Single steps of a ray in a packet: the frusta, surfaces and cuts that packets pass to this kernel.
 
 use super::wedge::{Facet, FacetSide, Wedge};
 use super::{MultiVolumeTracer, RayState};
@@ -11,17 +11,17 @@ use crate::signature::{BoundarySignature, EyeDistance};
 use crate::walk::Column;
 use glam::DVec3;
 
-/// What a ray in a packet has met so far.
+/// The light and surfaces of a ray in a packet so far.
 #[derive(Clone, Copy)]
 pub(crate) struct Met {
     pub light: Radiance<f64>,
     pub surfaces: BoundarySignature,
-    /// Whether the ray is in what is cut away.
+    /// Whether the ray is in space that is cut away.
     pub is_cut: bool,
 }
 
-/// A ray's way through one gap: the gap, and the fractions of the column at which the ray enters and leaves it, each
-/// with the layer that lies there.
+/// A ray's path through one gap: the gap, and the fractions of the column at which the ray enters and leaves it, each
+/// with the layer at that place.
 #[derive(Clone, Copy)]
 pub(crate) struct GapWay {
     pub gap: usize,
@@ -29,7 +29,7 @@ pub(crate) struct GapWay {
 }
 
 impl<'r, 'f> RayState<'r, 'f> {
-    /// The ray at its start, in the memory of one that has ended.
+    /// Starts a ray, in the memory of one that has ended.
     #[inline]
     pub(crate) fn begin(
         tracer: &MultiVolumeTracer<'r, 'f>,
@@ -41,20 +41,20 @@ impl<'r, 'f> RayState<'r, 'f> {
         RayState { scratch, ..RayState::new(tracer, line, dir, from_eye) }
     }
 
-    /// What the ray has met.
+    /// The light and surfaces of the ray so far.
     #[inline]
     pub(crate) fn met_so_far(&self) -> Met {
         Met { light: self.light, surfaces: self.surfaces, is_cut: self.is_cut }
     }
 
-    /// Goes on with what the ray has met elsewhere, to the transmittance at which it ends.
+    /// Continues with light and surfaces from elsewhere, to the transmittance at which the ray ends.
     #[inline]
     pub(crate) fn go_on(&mut self, met: Met, min_transmittance: f64) {
         self.min_transmittance = min_transmittance;
         Met { light: self.light, surfaces: self.surfaces, is_cut: self.is_cut } = met;
     }
 
-    /// What was counted since it was asked for last.
+    /// The counts since the last call.
     #[inline]
     pub(crate) fn take_counts(&mut self) -> Counts {
         std::mem::take(&mut self.counts)
@@ -88,8 +88,8 @@ impl<'r, 'f> RayState<'r, 'f> {
         self.ground(t, &SurfaceHit::round(self.line.position(t)), None);
     }
 
-    /// The bits of the cuts that the ray is in behind distance `t`, layers apart, and the distance up to where it stays
-    /// in them.
+    /// The bits of the cuts that contain the ray behind distance `t`, regardless of layers, and the distance up to
+    /// which it stays in them.
     pub(crate) fn cuts_behind(&self, t: f64) -> (u32, f64) {
         self.clips.behind(t)
     }

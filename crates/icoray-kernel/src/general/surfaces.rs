@@ -14,15 +14,15 @@ pub enum Material {
     Plain([f64; 3]),
     /// The colours of a field's values.
     By {
-        /// The transfer function, of which the colours count.
+        /// The transfer function, of which only the colours are used.
         map: TransferMap,
-        /// Whether a cell has one colour all over.
+        /// Whether each cell has a uniform colour.
         by_cell: bool,
     },
 }
 
 impl Material {
-    /// The colour of a value of the field that it shows; `None` where that is missing.
+    /// The colour of a value of the field; `None` if it is missing.
     #[inline]
     pub(super) fn of_value(map: &TransferMap, value: f64) -> Option<[f64; 3]> {
         let color = || map.span(value).color(map.normal(value)).map_inline(|c| c.max(0.0));
@@ -68,10 +68,10 @@ pub struct Isosurface {
     pub opacity: f64,
 }
 
-/// A level with all that lies on it.
+/// A level with all surfaces and lines on it.
 #[derive(Debug)]
 pub struct SurfaceLayer {
-    /// Where it lies.
+    /// Its position.
     pub place: SurfaceHeight,
     /// Colours and opacities, the first in front.
     pub materials: Vec<(Material, f64)>,
@@ -89,8 +89,8 @@ pub enum SurfaceHeight {
 }
 
 impl SurfaceLayer {
-    /// The light of the surface where a ray meets it, lit by `body`: lines in front of materials, whose colours `color`
-    /// gives; and the bits of the materials that are painted there.
+    /// The light of the surface at which a ray meets it, lit by `body`: lines in front of materials, whose colours
+    /// `color` returns; and the bits of the materials that are painted there.
     #[inline]
     pub(super) fn light(
         &self,

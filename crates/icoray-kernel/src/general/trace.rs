@@ -1,4 +1,4 @@
-//! The general kernel as pictures use it.
+//! The general kernel's implementation of [`Tracer`].
 
 use super::{MultiVolumeTracer, RayState};
 use crate::budget::Budget;

@@ -3,8 +3,8 @@
 //!
 //! A point of the column is `Σ α·V`, with α linear along the ray. The facet of a layer is where `ψ = Σ α/R` is 1:
 //! linear too, so that a ray crosses each facet of a column once at most, and below it ψ < 1. Radii rise with the
-//! layers, so ψ falls with them, and the layers of a column are crossed in one order whatever their shape. On a facet a
-//! value is barycentric, `Σ (α/R)·g/ψ`; between two of them it is linear along the radius, at the fraction
+//! layers, so ψ falls with them, and the layers of a column are crossed in one order for any shape. On a facet a value
+//! is barycentric, `Σ (α/R)·g/ψ`; between two of them it is linear along the radius, at the fraction
 //! `w = ψ'(ψ - 1)/(ψ - ψ')` of the way from the lower (ψ) to the upper (ψ'). Both depend, on a side between two
 //! columns, on the vertices of that side alone: values are continuous everywhere. Along the ray the value is
 //! `((1 - ψ')·N + (ψ - 1)·N')/(ψ - ψ')` with N linear: a quadratic over a linear function, as in Eq. 3 of the paper,
@@ -14,7 +14,7 @@ use crate::walk::Column;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 
-/// A ray's way over one triangle.
+/// A ray's path over one triangle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wedge {
     pub triangle: u32,
@@ -55,7 +55,7 @@ impl Wedge {
         [lerp(a[0], b[0], u), lerp(a[1], b[1], u), lerp(a[2], b[2], u)]
     }
 
-    /// The vertex whose direction is nearest to that of the place at `u`: the Voronoi cell that it lies in.
+    /// The vertex whose direction is nearest to that of the place at `u`: its Voronoi cell contains the place.
     #[inline]
     pub fn nearest(&self, u: f64, direction: impl Fn(u32) -> glam::DVec3) -> usize {
         let alpha = self.alpha(u);
@@ -88,13 +88,13 @@ impl Facet {
         self.psi[0] >= 1.0
     }
 
-    /// Where the ray comes up through it.
+    /// The place at which the ray crosses it upwards.
     #[inline]
     pub fn up(&self) -> Option<f64> {
         (self.psi[0] < 1.0 && self.psi[1] >= 1.0).then(|| self.root())
     }
 
-    /// Where the ray goes down through it.
+    /// The place at which the ray crosses it downwards.
     #[inline]
     pub fn down(&self) -> Option<f64> {
         (self.psi[0] >= 1.0 && self.psi[1] < 1.0).then(|| self.root())
@@ -120,7 +120,7 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// A place between two facets: how values at their six vertices are weighed there.
+/// A place between two facets, with the weights of values at their six vertices.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrustumPoint {
     /// Weights of the second and third vertex on the lower and upper facet.
@@ -131,7 +131,7 @@ pub(super) struct FrustumPoint {
     pub depth: f64,
 }
 
-/// Whether a place lies on a facet: rounding is not asked then.
+/// Whether a place lies on a facet, independent of rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FacetSide {
     Lower,
@@ -148,7 +148,7 @@ impl FrustumPoint {
         let w = match on {
             FacetSide::Lower => 0.0,
             FacetSide::Upper => 1.0,
-            // Where facets meet there is nothing in between.
+            // Facets that meet have no space in between.
             FacetSide::Between if depth <= 0.0 => 0.5,
             FacetSide::Between => (psi[1] * (psi[0] - 1.0) / depth).clamp(0.0, 1.0),
         };
@@ -156,12 +156,12 @@ impl FrustumPoint {
         FrustumPoint { on: [weights(lower, psi[0]), weights(upper, psi[1])], w, depth }
     }
 
-    /// The value of what is `[lower, upper]` at the vertices; that of a constant exactly.
+    /// The interpolated value of `[lower, upper]` at the vertices; exact for a constant.
     #[inline]
     pub fn value(&self, [lower, upper]: [&[f64; 3]; 2]) -> f64 {
         let [below, above] = [(lower, self.on[0]), (upper, self.on[1])]
             .map_inline(|(g, [b, c])| g[0] + (b * (g[1] - g[0]) + c * (g[2] - g[0])));
-        // On the upper facet it is what the next frustum finds on its lower one, to the bit.
+        // On the upper facet it equals the next frustum's value on its lower one, to the bit.
         if self.w == 1.0 { above } else { below + self.w * (above - below) }
     }
 }

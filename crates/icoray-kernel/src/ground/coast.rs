@@ -1,7 +1,7 @@
-//! Coast lines: Natural Earth's land at 1:110 million, or at 1:50 million for pictures that are near, straight in
-//! longitude and latitude from point to point.
+//! Coast lines: Natural Earth's land at 1:110 million, or at 1:50 million for near pictures, straight in longitude and
+//! latitude from point to point.
 //!
-//! Whether a place is land follows from how many lines lie north of it on its meridian, as the North Pole is sea; so
+//! Whether a place is land follows from the number of lines north of it on its meridian, as the North Pole is sea; so
 //! neither the longitude at which polygons are cut nor the South Pole need edges of their own. For distances the lines
 //! are cut into pieces that great circles follow to within 0.0003 degrees, and sorted into bins.
 
@@ -13,7 +13,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
-/// Runs of points, as `data/land.py` writes them, at 1:110 million and at 1:50 million.
+/// Runs of points, written by `data/land.py`, at 1:110 million and at 1:50 million.
 static LAND: [&[u8]; 2] = [include_bytes!("../../data/land-110m.bin"), include_bytes!("../../data/land-50m.bin")];
 
 /// The coasts at 1:110 million: runs of points, each of 16-bit numbers, their count first, then longitude and latitude of
@@ -22,16 +22,16 @@ pub fn coast_runs() -> &'static [u8] {
     LAND[0]
 }
 
-/// Pixels that are smaller have the coasts of the larger scale, degrees.
+/// Size of a pixel, degrees, below which the coasts have the larger scale.
 const NEAR_DEG: f64 = 0.06;
 
-/// Steps of a degree in which they are written.
+/// Steps per degree in the encoding.
 const STEPS: f64 = 180.0;
 
-/// Strips of longitude.
+/// Number of strips of longitude.
 const STRIPS: usize = 360;
 
-/// Degrees of a bin's sides, and how many there are from west to east and from south to north.
+/// Side of a bin in degrees, and numbers of bins from west to east and from south to north.
 const BIN: f64 = 2.0;
 const BINS: [usize; 2] = [180, 90];
 
@@ -48,13 +48,13 @@ pub(super) struct Coast {
 }
 
 impl Coast {
-    /// The coasts of the Earth for a camera, sorted when they are first asked for.
+    /// The coasts of the Earth for a camera, sorted at the first request.
     pub fn of(view: &View) -> Arc<Self> {
         static COASTS: [OnceLock<Arc<Coast>>; 2] = [OnceLock::new(), OnceLock::new()];
         Arc::clone(COASTS[scale(view)].get_or_init(|| Arc::new(Coast::new(&segments(view)))))
     }
 
-    /// The lines of a file, sorted once as long as it is in use.
+    /// The lines of a file, sorted once while it is in use.
     pub fn of_outlines(outlines: &Arc<Outlines>) -> Arc<Self> {
         static SORTED: Mutex<Vec<(Weak<Outlines>, Arc<Coast>)>> = Mutex::new(Vec::new());
         let mut sorted = SORTED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -99,7 +99,7 @@ impl Coast {
         self.strips[strip].iter().filter(is_north).count() % 2 == 1
     }
 
-    /// Pixels to the nearest coast if they are fewer than `reach`, and if so many pixels are no more than `widest`
+    /// Pixels to the nearest coast if they are fewer than `reach`, and if `reach` pixels are no more than `widest`
     /// degrees.
     pub fn distance(&self, jacobian: &ScreenJacobian, reach: f64, widest: f64) -> Option<f64> {
         let around = reach / jacobian.min_stretch();
@@ -107,7 +107,7 @@ impl Coast {
             return None;
         }
         let [lon, lat] = jacobian.place;
-        // Half the range of longitudes of a circle of that radius; all longitudes where it contains a pole.
+        // Half the range of longitudes of a circle of that radius; all longitudes if it contains a pole.
         let aside = if lat.abs() + around < FRAC_PI_2 { (around.sin() / lat.cos()).asin() } else { 4.0 };
         let about = |middle: f64, by: f64| [(middle - by).to_degrees(), (middle + by).to_degrees()];
         let mut nearest = f64::INFINITY;
@@ -121,7 +121,7 @@ impl Coast {
     }
 }
 
-/// The numbers of those of `parts`, each `width` wide from 0 on, that two places lie in, and between them.
+/// The numbers of the `parts`, each `width` wide from 0 on, that contain two places, and of those between them.
 fn range(ends: [f64; 2], width: f64, parts: usize) -> RangeInclusive<usize> {
     let part = |place: f64| ((place / width) as usize).min(parts - 1);
     part(ends[0].min(ends[1]))..=part(ends[0].max(ends[1]))

@@ -1,4 +1,4 @@
-//! The opaque core, as rays of both kernels and composed rays meet it.
+//! The opaque core, for rays of both kernels and for composed rays.
 
 use super::{Ground, SurfaceHit};
 use crate::piece::Radiance;
@@ -16,13 +16,13 @@ pub struct Core<'g> {
 }
 
 impl<'g> Core<'g> {
-    /// The core of linear RGB `color`, covered by `ground` if there is one; `None` where the core is hollow.
+    /// The core of linear RGB `color`, covered by `ground` if there is one; `None` if the core is hollow.
     #[inline]
     pub fn new(color: Option<[f64; 3]>, ground: Option<&'g Ground>) -> Option<Self> {
         color.map(|color| Core { color, ground })
     }
 
-    /// The light where a ray meets the core. `over` is the grid and the triangle above the place, if there is one;
+    /// The light at which a ray meets the core. `over` is the grid and the triangle above the place, if there is one;
     /// `body` is the factor of the colour that lighting gives, 1 without light.
     #[inline]
     pub fn light<T: Real>(&self, hit: &SurfaceHit, over: Option<(&Grid, u32)>, body: T) -> Radiance<T> {
@@ -30,7 +30,7 @@ impl<'g> Core<'g> {
         Radiance::plain(color.map_inline(|c| T::of(c) * body), T::one())
     }
 
-    /// The light where a ray meets a round core at `position`, in planet radii from the centre.
+    /// The light of a spherical core at `position`, in planet radii from the centre.
     #[inline]
     pub fn round_light<T: Real>(&self, position: DVec3, shading: Option<&RayShading<T>>) -> Radiance<T> {
         let body = match shading {

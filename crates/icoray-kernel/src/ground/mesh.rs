@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 use icoray_grid::Grid;
 use icoray_grid::grid::unit_vector;
 
-/// The part of the pixel that edges of Voronoi cells cover over `triangle`: those that begin at its corner and, where a
-/// corner lies outside of its triangle, at those of its neighbours. Holes have none; beside one, the edge that leads
+/// The fraction of the pixel that edges of Voronoi cells cover over `triangle`: those that begin at its corner and, if
+/// a corner lies outside of its triangle, at those of its neighbours. Holes have none; beside one, the edge that leads
 /// into it runs across the side of which it is the bisector.
 pub(super) fn cells(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
     let shown = if grid.is_triangle(triangle) { pen.shows(gap(&sides(grid, triangle, jacobian))) } else { 0.0 };
@@ -36,7 +36,7 @@ pub(super) fn cells(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian, pen: 
     shown * pen.covers(nearest)
 }
 
-/// The part of the pixel that sides of `triangle` cover.
+/// The fraction of the pixel that sides of `triangle` cover.
 pub(super) fn triangles(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
     if !grid.is_triangle(triangle) {
         return 0.0;
@@ -55,14 +55,14 @@ fn sides(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian) -> [[DVec2; 2]; 
     [[a, b], [b, c], [c, a]]
 }
 
-/// The least height of a triangle: how far apart lines are that run between such.
+/// The least height of a triangle: the distance between lines that run along such triangles.
 fn gap(sides: &[[DVec2; 2]; 3]) -> f64 {
     let [[a, b], [_, c], _] = *sides;
     let longest = sides.iter().map(|[from, to]| from.distance(*to)).fold(0.0, f64::max);
     (b - a).perp_dot(c - a).abs() / longest
 }
 
-/// The direction in which the corner of `triangle` lies.
+/// The direction of the corner of `triangle`.
 fn corner(grid: &Grid, triangle: u32) -> DVec3 {
     let place = &grid.tables().corner;
     let row = triangle as usize;

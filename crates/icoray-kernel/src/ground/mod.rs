@@ -1,14 +1,13 @@
 //! Colours of the opaque planet, land and sea, and lines on it and on levels.
 //!
-//! A kernel describes the place where a ray hits a surface by a [`SurfaceHit`]: position and normal. [`Ground`] gives
-//! the planet's colour there, before lighting; a [`Painter`], made for one level, gives the premultiplied light of all
-//! lines on it. The kernel lights both like the surface on which they lie.
+//! A kernel describes the place at which a ray hits a surface by a [`SurfaceHit`]: position and normal. [`Ground`]
+//! returns the planet's colour there, before lighting; a [`Painter`], made for one level, returns the premultiplied
+//! light of all lines on it. The kernel lights both like the surface on which they lie.
 //!
-//! Lines are computed per pixel. A `ScreenJacobian` takes directions from the planet's centre to pixels: around the
-//! place that is looked at, great circles are straight in the plane of longitude and latitude (gnomonic), and that
-//! plane is a linear map away from the screen. So lines are as wide in pixels at the limb as in the middle, and their
-//! edges are smoothed over one pixel. Lines closer to each other than `CROWDED` pixels, or than so many times their
-//! width, fade out.
+//! Lines are computed per pixel. A `ScreenJacobian` maps directions from the planet's centre to pixels: around the hit,
+//! great circles are straight in the plane of longitude and latitude (gnomonic), and a linear map takes that plane to
+//! the screen. So lines are as wide in pixels at the limb as in the middle, and their edges are smoothed over one
+//! pixel. Lines closer to each other than `CROWDED` pixels, or than `CROWDED` times their width, fade out.
 
 mod coast;
 mod core;
@@ -31,24 +30,24 @@ use icoray_scene::{Level, Scene};
 use screen_jacobian::{ScreenJacobian, View};
 use std::sync::Arc;
 
-/// Lines that are so many pixels apart are drawn in full; those closer than one pixel not at all.
+/// Distance of lines in pixels from which they are drawn in full; those closer than one pixel are not drawn.
 const CROWDED: f64 = 3.0;
 
-/// Beyond so many degrees per pixel the edge between land and sea is not smoothed: only at the very limb.
+/// Degrees per pixel beyond which the edge between land and sea is not smoothed: only at the very limb.
 const COARSEST: f64 = 3.0;
 
 /// The opaque core of a scene in which it has more than one colour.
 #[derive(Debug)]
 pub struct Ground {
     eye: View,
-    /// Linear RGB of land and sea, where they differ, and the coast between them.
+    /// Linear RGB of land and sea, if they differ, and the coast between them.
     shores: Option<([f64; 3], [f64; 3], Arc<Coast>)>,
     base: [f64; 3],
     painter: Option<Painter>,
 }
 
 impl Ground {
-    /// The ground of `scene`; `None` where its core is hollow or has one colour.
+    /// The ground of `scene`; `None` if its core is hollow or has one colour.
     pub fn new(scene: &Scene) -> Option<Self> {
         let core = scene.core?;
         let ground = scene.scenery.ground;
@@ -60,8 +59,8 @@ impl Ground {
         (!is_plain).then_some(Ground { eye, shores, base: land, painter })
     }
 
-    /// Linear RGB of the ground where it is met, before it is lit. Cells and triangles are drawn where the triangle is
-    /// told over which the place lies.
+    /// Linear RGB of the ground at a hit, before lighting. Cells and triangles are drawn if `triangle`, that over which
+    /// the place lies, is given.
     pub fn color(&self, hit: &SurfaceHit, triangle: Option<(&Grid, u32)>) -> [f64; 3] {
         let Some(jacobian) = ScreenJacobian::new(&self.eye, hit) else { return self.base };
         let base = self.shores.as_ref().map_or(self.base, |shores| shore(&jacobian, shores));

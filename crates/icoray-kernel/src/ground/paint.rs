@@ -1,4 +1,4 @@
-//! The lines of a level, each pattern over those before it.
+//! The lines of a level, each pattern over the previous ones.
 
 use super::coast::Coast;
 use super::screen_jacobian::{ScreenJacobian, SurfaceHit, View};
@@ -29,7 +29,7 @@ pub(super) struct LineStyle {
 }
 
 impl Painter {
-    /// The painter of the lines of `scene` that lie on `level`; `None` where there are none.
+    /// The painter of the lines of `scene` that lie on `level`; `None` if there are none.
     pub fn new(scene: &Scene, level: Level) -> Option<Self> {
         let eye = View::of(scene);
         let painted = |lines: &Lines| {
@@ -44,8 +44,8 @@ impl Painter {
         (!lines.is_empty()).then_some(Painter { eye, lines })
     }
 
-    /// The lines where the level is met: premultiplied linear RGB before it is lit, and the part of what lies behind
-    /// that they hide. `triangle` is that over which the place lies, void ones included; without it, cells and
+    /// The lines at a hit of the level: premultiplied linear RGB before lighting, and the fraction of the light from
+    /// behind that they hide. `triangle` is that over which the place lies, void ones included; without it, cells and
     /// triangles are not drawn.
     pub fn paint(&self, hit: &SurfaceHit, triangle: Option<(&Grid, u32)>) -> [f64; 4] {
         ScreenJacobian::new(&self.eye, hit).map_or([0.0; 4], |jacobian| self.light(&jacobian, triangle))
@@ -77,12 +77,12 @@ impl Painter {
 }
 
 impl LineStyle {
-    /// Pixels from a line's middle to where nothing of it is left.
+    /// Pixels from a line's middle to its outer edge.
     pub fn reach(self) -> f64 {
         0.5 * self.width + 0.5
     }
 
-    /// The part of a pixel that a line covers whose middle is `distance` pixels from the pixel's.
+    /// The fraction of a pixel that a line covers whose middle is `distance` pixels from the pixel's.
     pub fn covers(self, distance: f64) -> f64 {
         (self.reach() - distance).min(self.width).clamp(0.0, 1.0)
     }
@@ -94,13 +94,13 @@ impl LineStyle {
 }
 
 fn covered(coast: &Coast, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
-    /// Degrees between coasts that are worth telling apart.
+    /// Distance of coasts in degrees at which they are worth distinguishing.
     const APART: f64 = 5.0;
     let shown = pen.shows(APART.to_radians() * jacobian.min_stretch());
     if shown == 0.0 {
         return 0.0;
     }
-    // Farther than this they are not shown.
+    // Farther coasts are not shown.
     let distance = coast.distance(jacobian, pen.reach(), 2.0 * APART);
     shown * distance.map_or(0.0, |distance| pen.covers(distance))
 }

@@ -4,8 +4,7 @@ use super::paint::LineStyle;
 use super::screen_jacobian::ScreenJacobian;
 use icoray_scene::LonLatBox;
 
-/// The part of the pixel that is inside of `limits`, widened by half a line, so that lines on its sides are drawn
-/// whole.
+/// The fraction of the pixel inside of `limits`, widened by half a line, so that lines on its sides are drawn whole.
 pub(super) fn inside(limits: &LonLatBox, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
     let ([west, east], [south, north]) = (limits.lon_deg, limits.lat_deg);
     let (lon, lat) = (jacobian.lon_deg(), jacobian.lat_deg());

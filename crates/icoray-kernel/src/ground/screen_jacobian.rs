@@ -1,10 +1,9 @@
 //! The linear map from directions around a place on a surface to pixels.
 //!
-//! A direction from the planet's centre is given by its gnomonic coordinates around the place: where it pierces the
-//! plane that touches the unit sphere there, east and north. Great circles are straight in them, and near the place
-//! they are a linear map away from pixels, whichever way the surface faces. That map is taken for the whole
-//! surroundings: what lies within a line's width of the place is right to first order, and of lines nothing else is
-//! asked.
+//! A direction from the planet's centre is given by its gnomonic coordinates around the place: its intersection with
+//! the plane that touches the unit sphere there, east and north. Great circles are straight in them, and near the place
+//! a linear map takes them to pixels, for any orientation of the surface. That map is used for the whole surroundings:
+//! it is correct to first order within a line's width of the place, which is all that lines need.
 
 use glam::{DVec2, DVec3};
 use icoray_scene::{Camera, Scene};
@@ -16,7 +15,7 @@ pub(crate) struct View {
     height: u32,
 }
 
-/// A point of a surface that is seen.
+/// A visible point of a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceHit {
     /// Its position from the planet's centre, planet radii.
@@ -63,18 +62,18 @@ impl SurfaceHit {
 }
 
 impl ScreenJacobian {
-    /// The map around `hit`; `None` where it is not in front of the eye, or seen edge on, or upright
-    /// to the last digit.
+    /// The map around `hit`; `None` if it is not in front of the eye, or if the surface is seen edge-on or vertical to
+    /// the last digit.
     pub fn new(eye: &View, hit: &SurfaceHit) -> Option<Self> {
         let radius = hit.position.length();
         let up = hit.position.try_normalize()?;
         let normal = hit.normal.try_normalize()?;
         let slope = normal.dot(up);
-        // At a pole the meridian of longitude 0 is as good as any.
+        // At a pole any meridian serves; this takes longitude 0.
         let (lon, lat) = (up.y.atan2(up.x), up.z.atan2(up.x.hypot(up.y)));
         let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
         let north = up.cross(east);
-        // On the surface, a step aside leads up or down the slope too.
+        // On the surface, a step sideways also leads up or down the slope.
         let step = |aside: DVec3| radius * (aside - up * (normal.dot(aside) / slope));
         let moves = eye.camera.moves(hit.position, [step(east), step(north)], eye.height)?;
         let det = moves[0].perp_dot(moves[1]);
@@ -99,23 +98,23 @@ impl ScreenJacobian {
         self.det.abs() / self.moves[1].length()
     }
 
-    /// Pixels per radian where the surroundings are the most foreshortened.
+    /// Pixels per radian in the direction of the strongest foreshortening.
     pub fn min_stretch(&self) -> f64 {
         let half = 0.5 * (self.moves[0].length_squared() + self.moves[1].length_squared());
         let most = (half + (half * half - self.det * self.det).max(0.0).sqrt()).sqrt();
         self.det.abs() / most
     }
 
-    /// Where a direction lies, in pixels from the place.
+    /// Position of a direction, in pixels from the place.
     pub fn pixels(&self, direction: DVec3) -> DVec2 {
         let over = 1.0 / direction.dot(self.up);
         direction.dot(self.east) * over * self.moves[0] + direction.dot(self.north) * over * self.moves[1]
     }
 
-    /// Pixels to the great circle's part between two directions; infinite where it lies beyond the horizon of the
+    /// Pixels to the arc of the great circle between two directions; infinite if it lies beyond the horizon of the
     /// plane.
     pub fn distance(&self, from: DVec3, to: DVec3) -> f64 {
-        /// Cosine of the angle from the place up to which directions are taken.
+        /// Cosine of the largest angle from the place of directions that are used.
         const FARTHEST: f64 = 0.05;
         let heights = [from, to].map(|direction| direction.dot(self.up) - FARTHEST);
         let cut = from.lerp(to, heights[0] / (heights[0] - heights[1]));
@@ -129,10 +128,10 @@ impl ScreenJacobian {
     }
 }
 
-/// From the origin to the nearest point between `from` and `to`.
+/// Distance from the origin to the nearest point between `from` and `to`.
 pub(super) fn distance(from: DVec2, to: DVec2) -> f64 {
     let along = to - from;
     let part = -from.dot(along) / along.length_squared();
-    // Without a length both ends are as near: a part that is not a number is one of them.
+    // Without a length both ends are equally near: a part that is NaN is one of them.
     (from + along * if part > 0.0 { part.min(1.0) } else { 0.0 }).length()
 }

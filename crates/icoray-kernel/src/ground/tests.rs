@@ -61,7 +61,7 @@ fn at_limb(lon: f64, lat: f64, fov: f64) -> Camera {
     let east = DVec3::new(-lon.to_radians().sin(), lon.to_radians().cos(), 0.0);
     let aside = (east + 0.7 * DVec3::Z).normalize();
     let aside = (aside - eye * (aside.dot(eye) / 9.0)).normalize();
-    // Where a line from the eye touches the sphere.
+    // The place at which a line from the eye touches the sphere.
     let limb = eye / 9.0 + aside * (8.0f64 / 9.0).sqrt();
     Camera::look_at(eye.to_array(), (0.985 * limb).to_array(), [0.0, 0.0, 1.0], fov).unwrap()
 }

@@ -31,7 +31,7 @@ impl Case {
         lit.light(&self.piece, [0.0, 1.0], cuts, spare(&Radiance::none(), color_tolerance))
     }
 
-    /// How far `light` is off, and how far it may be.
+    /// The error of `light`, and its bound.
     fn error(&self, light: &Radiance<f64>) -> (f64, f64) {
         let (exact, absorbed) = self.by_sum(4_000);
         let (off, told) = (largest_difference(&light.color, &exact), light.error + STEP_ERROR * absorbed);
@@ -42,7 +42,7 @@ impl Case {
         (largest_difference(&light.color, &self.by_sum(400_000).0), told)
     }
 
-    /// Its light by this many midpoints, and what it absorbs.
+    /// Its light by this number of midpoints, and the absorbed part.
     fn by_sum(&self, steps: usize) -> ([f64; 3], f64) {
         let span = self.spans.span(1);
         let (mut color, mut depth) = ([0.0; 3], 0.0f64);

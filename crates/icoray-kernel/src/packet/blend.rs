@@ -1,8 +1,8 @@
 //! Several volumes on one piece of each lane's ray: the rules of [`general::blend`](crate::general) in vectors.
 //!
-//! Extinctions add up, colours mix by extinction; the start, the middle and the end of a piece give the mean colour of the
-//! light that is absorbed, by the rule of `general/mean_color.rs`. Where that is not near enough, the lane takes half of
-//! the piece.
+//! Extinctions add up, colours mix by extinction; the start, the middle and the end of a piece give the mean colour of
+//! the absorbed light, by the rule of `general/mean_color.rs`. If its error is too large, the lane takes half of the
+//! piece.
 
 use super::integral::{Light, absorbed_by, bend_factor};
 use super::lanes::Lanes;
@@ -23,7 +23,7 @@ pub(super) struct VolumePiece<'p, V: Machine> {
     pub color: (&'p Part<V>, &'p Medium<V>),
     /// The largest magnitude of values of the two fields at the vertices.
     pub sizes: [Floats<V>; 2],
-    /// Lanes in which no value of the two is missing and there is extinction.
+    /// Lanes in which no value of the two is missing and extinction is not zero.
     pub is_seen: Mask<V>,
 }
 
@@ -41,7 +41,7 @@ pub(super) struct VolumeNodes<V: Machine> {
     eps: Floats<V>,
     /// Optical depth of the whole piece, and of its first half.
     depth: [Floats<V>; 2],
-    /// Largest error that rounding gives to the colour of the light and to the optical depth.
+    /// Largest error of the colour of the light and of the optical depth due to rounding.
     rounding: [Floats<V>; 2],
     change: Change<V>,
 }
@@ -80,9 +80,9 @@ impl<V: Machine> VolumeNodes<V> {
         }
     }
 
-    /// Puts the colours under the mean shade of the volume. `through` is the transmittance at the places, `unseen` the
-    /// relative error of what all volumes absorb there. Returns the light that the volume absorbs, the error of the shade
-    /// and its standard deviation.
+    /// Lights the colours with the mean shade of the volume. `through` is the transmittance at the places, `unseen` the
+    /// relative error of the absorption of all volumes there. Returns the light that the volume absorbs, the error of
+    /// the shade and its standard deviation.
     #[inline(always)]
     fn shade(
         &mut self,
@@ -92,7 +92,7 @@ impl<V: Machine> VolumeNodes<V> {
         (course, range): (&GradientCourse<V>, [Floats<V>; 2]),
     ) -> [Floats<V>; 3] {
         let [a, m, b] = weighted::<V>(self.extinction, through);
-        // Of dense media the three places may see nothing.
+        // The three places may miss dense media entirely.
         let share = simpson::<V>([a, m, b]) + f32::MIN_POSITIVE;
         let bent = (a - m - m + b).abs() / share;
         let error_bound = unseen.mul_add(0.5, bent * 0.2).min(0.5);
@@ -112,7 +112,7 @@ impl<V: Machine> VolumeNodes<V> {
     }
 }
 
-/// Values at three places, of which the light comes from the start by these transmittances.
+/// Values at three places, weighted by the transmittances from the start to them.
 #[inline(always)]
 fn weighted<V: Machine>([a, m, b]: [Floats<V>; 3], through: &[Floats<V>; 2]) -> [Floats<V>; 3] {
     [a, m * through[0], b * through[1]]
@@ -139,7 +139,7 @@ fn colors<V: Machine>(simd: V, medium: &Medium<V>, f: Floats<V>) -> [Floats<V>; 
     [r.max(zero), g.max(zero), b.max(zero)]
 }
 
-/// How colours at three places change.
+/// The change of colours over three places.
 #[inline(always)]
 fn changes<V: Machine>(simd: V, colors: &[[Floats<V>; 3]; 3], brightest: Floats<V>, eps: Floats<V>) -> Change<V> {
     let [start, middle, end] = colors;
@@ -157,20 +157,20 @@ pub(super) struct Blend<V: Machine> {
     pub light: Light<V>,
     /// Error of the colour per absorbed light.
     off: Floats<V>,
-    /// Lanes in which that is no more than what rounding gives to it.
+    /// Lanes in which that is no more than its rounding error.
     is_rounding: Mask<V>,
     /// Lanes in which anything is absorbed.
     pub absorbs: Mask<V>,
 }
 
-/// Rounding in single precision leaves no smaller differences of colours.
+/// The smallest difference of colours that rounding in single precision leaves.
 const LEAST_TOLERANCE: f32 = 4.0 * f32::EPSILON;
 
 /// Light on the volumes: the ray's, the frame's, the gradients of each volume, and the range of the frustum.
 pub(super) type Lighting<'l, V> = (&'l Lit<V>, &'l RayShading<f32>, &'l [GradientCourse<V>], [Floats<V>; 2]);
 
 impl<V: Machine> Blend<V> {
-    /// Of these volumes; with `lighting`, each under its mean shade.
+    /// The light of these volumes; with `lighting`, each with its mean shade.
     #[inline(always)]
     pub fn of(simd: V, volumes: &mut [VolumeNodes<V>], lighting: Option<Lighting<'_, V>>, is_coarse: bool) -> Self {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
@@ -204,10 +204,10 @@ impl<V: Machine> Blend<V> {
             thickened += volume.rounding[1];
         }
         let MeanColor { color, off, spread } = mixture.mean(simd, through, [depth, absorbed]);
-        // Extinctions that are off mix colours otherwise.
+        // Errors of extinctions change the mixture of colours.
         let rounded = spread.mul_add((thickened / depth.max(f32::MIN_POSITIVE)).min(one), rounded);
         let cut_for = if is_coarse { zero } else { shade_off };
-        // Where light is centred in dense pieces is known less well.
+        // In dense pieces the centre of the light is less certain.
         let unsure = depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
         let (told, off) = (unsure.mul_add(shade_off, off), unsure.mul_add(cut_for, off));
         let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
@@ -218,11 +218,11 @@ impl<V: Machine> Blend<V> {
             error: absorbed * told,
             variance: off_by.mul_add(off_by, shaded * shaded),
         };
-        // No number is no depth, and shorter pieces do not mend what rounding does.
+        // A NaN depth absorbs nothing, and shorter pieces do not reduce rounding errors.
         Blend { light, off, is_rounding: off.simd_le(rounded), absorbs: depth.simd_gt(0.0) }
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, from what pieces before have left of theirs and an
+    /// Lanes whose rays cannot afford the error of their pieces, from the unspent error of previous pieces and an
     /// advance.
     #[inline(always)]
     pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
@@ -247,7 +247,7 @@ struct Mixture<V: Machine> {
     eps: Floats<V>,
 }
 
-/// The mean colour of what is absorbed, how far it may be off, and how far colours are apart.
+/// The mean colour of the absorbed light, its error, and the difference of the colours.
 struct MeanColor<V: Machine> {
     color: [Floats<V>; 3],
     off: Floats<V>,
@@ -285,13 +285,13 @@ impl<V: Machine> Mixture<V> {
                 self.tints[end][k] += thickening.mul_add(color, rate * tint);
             }
         }
-        // Those of all volumes that are seen are the same.
+        // It is equal for all visible volumes.
         self.length = self.length.max(volume.length);
         self.eps = self.eps.max(volume.eps.abs());
     }
 
-    /// Of pieces with these optical depths, that absorb so much; `through` is the transmittance in the middle and at the
-    /// end.
+    /// The mean colour of pieces with these optical depths and absorbed parts; `through` is the transmittance in the
+    /// middle and at the end.
     #[inline(always)]
     fn mean(&self, simd: V, through: [Floats<V>; 2], [depth, absorbed]: [Floats<V>; 2]) -> MeanColor<V> {
         let zero = all(simd, 0.0);
@@ -324,8 +324,8 @@ impl<V: Machine> Mixture<V> {
         let off = missed * longer * (24.0 / 105.0) + spread * (longer * whole - 1.0).abs();
         let is_near = whole.simd_gt(zero) & off.simd_le(spread);
         if !is_near.all_true() {
-            // Simpson's rule: a mean of the colours that are there. Nothing may be left in the middle and at the end of
-            // what begins to absorb at the start.
+            // Simpson's rule: a mean of the colours at the places. The light absorbed at the start may leave none in
+            // the middle and at the end.
             let mean = |values: [Floats<V>; 3]| simpson::<V>(weighted::<V>(values, &through));
             let whole = mean(self.rates);
             let inverse = all(simd, 1.0) / whole;
@@ -338,14 +338,15 @@ impl<V: Machine> Mixture<V> {
         MeanColor { color, off: is_near.select(off, spread), spread }
     }
 
-    /// How far colours are apart on the pieces, by those at the places and by their slopes, and the first of them.
+    /// The difference of the colours on the pieces, from those at the places and from their slopes, and the first of
+    /// them.
     #[inline(always)]
     fn spread(&self, simd: V) -> (Floats<V>, [Floats<V>; 3]) {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let most = all(simd, f32::MAX);
         let has = self.rates.map_inline(|rate| rate.simd_gt(zero));
         let inverse = self.rates.map_inline(|rate| one / rate);
-        // Where nothing absorbs, the colour is that of what begins to absorb there.
+        // Without absorption the colour is that of the volume that begins to absorb there.
         let begins = self.thickening.map_inline(|thickening| one / thickening);
         let [enters, leaves] = self.thickening.map_inline(|thickening| !thickening.simd_eq(zero));
         let is_there = [has[0] | enters, has[1], has[2] | leaves];
@@ -369,7 +370,7 @@ impl<V: Machine> Mixture<V> {
     }
 }
 
-/// A function at the three places, and its slopes at the ends, as the rule of `general/mean_color.rs` takes it.
+/// A function at the three places, and its slopes at the ends, for the rule of `general/mean_color.rs`.
 #[derive(Clone, Copy)]
 struct Nodes<V: Machine> {
     values: [Floats<V>; 3],

@@ -1,4 +1,4 @@
-//! Where rays of a packet meet the opaque core.
+//! The intersections of a packet's rays with the opaque core.
 
 use super::Packet;
 use super::lanes::lanes_of;
@@ -6,8 +6,8 @@ use super::layers::{CoreHit, Layers};
 use icoray_simd::Machine;
 
 impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
-    /// Takes those of `entered` that are over void triangles, where only the round core can be met, to their columns'
-    /// exits.
+    /// Takes the lanes of `entered` over void triangles, under which only the core, a sphere there, can be met, to
+    /// their columns' exits.
     #[cold]
     #[inline(never)]
     pub(super) fn pass_voids(&mut self, entered: u32) {
@@ -29,7 +29,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         }
     }
 
-    /// An opaque core ends the ray in a lane.
+    /// Ends the ray in a lane at the opaque core.
     #[inline(never)]
     pub(super) fn meet_core(&mut self, lane: usize, hit: &CoreHit) {
         if L::HAS_SCENE {

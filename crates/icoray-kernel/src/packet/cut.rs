@@ -1,4 +1,4 @@
-//! Parts of frusta, cut into pieces that each stay in one span of a transfer function.
+//! Cuts parts of frusta into pieces that each stay in one span of a transfer function.
 
 use super::mask;
 use super::medium::{Found, SpanTables, number};
@@ -10,18 +10,18 @@ use icoray_simd::{Floats, Machine, Mask, Numbers};
 pub(super) struct Pieces<V: Machine> {
     pub part: Part<V>,
     pub span: Numbers<V>,
-    /// Where the pieces end in the parts.
+    /// End of each piece in its part.
     pub upto: Floats<V>,
-    /// Lanes whose frusta go on behind their pieces, and what follows there.
+    /// Lanes whose frusta continue behind their pieces, and the remaining parts.
     pub more: u32,
     pub rest: Part<V>,
-    /// Lanes in which that is monotone.
+    /// Lanes in which the remaining part is monotone.
     pub is_monotone: Mask<V>,
 }
 
 impl<V: Machine> Pieces<V> {
-    /// Takes only a `fraction` of the pieces of the lanes `cut`; whether their parts are known to be monotone holds for
-    /// what is left of them.
+    /// Takes only a `fraction` of the pieces of the lanes `cut`; the flag that their parts are monotone then applies to
+    /// the remaining parts.
     #[inline(always)]
     pub fn shorten(&mut self, simd: V, part: &Part<V>, fraction: Floats<V>, (cut, is_monotone): (u32, Mask<V>)) {
         let is_cut = mask::<V>(simd, cut);
@@ -39,7 +39,7 @@ impl<V: Machine> Pieces<V> {
 }
 
 impl<V: Machine> Pieces<V> {
-    /// Ends the pieces of these lanes at `upto` of their parts, wherever they end.
+    /// Ends the pieces of these lanes at `upto` of their parts, for any previous end.
     #[inline(always)]
     pub fn end_at(&mut self, simd: V, part: &Part<V>, upto: Floats<V>, (lanes, is_monotone): (Mask<V>, Mask<V>)) {
         let place = (upto, part.value(simd, upto));
@@ -56,15 +56,16 @@ impl<V: Machine> Pieces<V> {
 pub(super) struct Cutter<'c, 't, V: Machine> {
     pub simd: V,
     pub spans: &'c SpanTables<'t>,
-    /// Lanes whose parts are known to be monotone.
+    /// Lanes with monotone parts.
     pub is_monotone: Mask<V>,
     /// The largest magnitude of values at the vertices of their frusta.
     pub size: Floats<V>,
 }
 
 impl<V: Machine> Cutter<'_, '_, V> {
-    /// The piece of each `active` lane's part: all of it where its values stay in one span, else up to where they turn
-    /// or meet the next knot. Lanes of frusta that only scalar code can cut are added to `scalar`. Spans are searched from `near`.
+    /// The piece of each `active` lane's part: the whole part if its values stay in one span, else up to the extremum
+    /// or the next knot. Adds lanes of frusta that only scalar code can cut to `scalar`. Spans are searched from
+    /// `near`.
     #[inline(always)]
     pub fn pieces(&self, part: Part<V>, near: Numbers<V>, active: u32, scalar: &mut u32) -> Pieces<V> {
         let Cutter { simd, spans, .. } = *self;
@@ -93,7 +94,7 @@ impl<V: Machine> Cutter<'_, '_, V> {
         Pieces { part, span, upto: all(self.simd, 1.0), more: 0, rest: part, is_monotone: self.is_monotone }
     }
 
-    /// The pieces of the lanes of `cut` up to where their parts turn or meet the next knot.
+    /// The pieces of the lanes of `cut` up to the extremum of their parts or the next knot.
     #[inline(always)]
     fn cut(&self, part: Part<V>, span: Numbers<V>, cut: u32) -> Pieces<V> {
         let Cutter { simd, spans, is_monotone, .. } = *self;
@@ -125,7 +126,7 @@ impl<V: Machine> Cutter<'_, '_, V> {
             upto: goes_on.select(place.0, one),
             more: goes_on.to_bitmask() as u32,
             rest,
-            // What follows a part that does not turn, or is cut where it turns, is monotone.
+            // The remainder of a part without extremum, or cut at it, is monotone.
             is_monotone: is_monotone | !turns | !crosses,
         }
     }

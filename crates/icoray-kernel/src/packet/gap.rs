@@ -1,4 +1,4 @@
-//! From gap to gap in the columns of a packet where a layer has one radius:
+//! Traverses the gaps in the columns of a packet if each layer has one radius:
 //! [`ColumnTraversal`](crate::column::ColumnTraversal) in vectors.
 
 use super::lanes::Lanes;
@@ -21,7 +21,7 @@ pub(super) struct Concentric<'t, const SCENE: bool> {
     bounds: Pairs<'t, f64>,
 }
 
-/// Where lanes leave their gaps.
+/// The points at which lanes leave their gaps.
 #[derive(Clone, Copy)]
 pub(super) struct ConcentricEnd<V: Machine> {
     tau: Floats<V>,
@@ -30,14 +30,14 @@ pub(super) struct ConcentricEnd<V: Machine> {
 }
 
 impl<'t, const SCENE: bool> Concentric<'t, SCENE> {
-    /// The layers of a shell; `None` where they are too many for gathers.
+    /// The layers of a shell; `None` if they are too many for gathers.
     #[inline]
     pub fn new(shell: &'t Shell<f32>) -> Option<Self> {
         Some(Concentric { shell, bounds: Pairs::new(shell.bounds())? })
     }
 
-    /// The gaps that hold these heights, as [`Shell::gap`], searched from those of the lanes, and the fractions of the
-    /// way from the layers below to those above.
+    /// The gaps that contain these heights, as [`Shell::gap`], searched from those of the lanes, and the fractions of
+    /// the way from the layers below to those above.
     #[inline(always)]
     fn gaps_at<V: Machine>(&self, simd: V, lanes: &Lanes<V>, height: Wide<V>) -> (Numbers<V>, Floats<V>) {
         let Concentric { shell, bounds } = *self;
@@ -98,7 +98,8 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
         let [low, high] = simd.gather_f64_pair(self.bounds, lanes.gap);
         let (rising, one) = (wide_mask::<V>(lanes.rising), Wide::splat(simd, 1.0));
         let ahead = high.over(rising, low);
-        // Rising rays pass a layer up to their column's exit, falling ones one above it.
+        // Rising rays pass a layer if it is at most at the height of their column's exit, falling ones if it is above
+        // it.
         let passes = lanes.rising.simd_eq(ahead.le(lanes.rho[1]).narrow());
         let wide = wide_mask::<V>(passes);
         let u = ((ahead - lanes.rho[0]) * lanes.scale).fraction(simd);
@@ -110,7 +111,7 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
         Crossing {
             passes,
             u,
-            // A core of next to no radius would round it to -1.
+            // With an almost vanishing core radius it would round to -1.
             eps: eps.max(all(simd, 0.5 * f32::EPSILON - 1.0)),
             length: ((lanes.t[1] - lanes.t[0]) * (u - lanes.u)).narrow(),
             end: ConcentricEnd {
@@ -154,7 +155,7 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
         lanes.u = crossing.u.over(wide, lanes.u);
         lanes.height = end.height.over(wide, lanes.height);
         lanes.tau = passing.select(end.tau, lanes.tau);
-        // Behind a layer lies the other side of the next gap.
+        // Behind a layer begins the other side of the next gap.
         let place = lanes.rising.select(all(simd, 0.0), all(simd, 1.0));
         lanes.place = passing.select(place, leaving.select(end.place, lanes.place));
     }

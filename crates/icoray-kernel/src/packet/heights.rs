@@ -8,13 +8,13 @@ use icoray_grid::array::MapInline;
 use icoray_grid::heights::{Heights, PlainHeights};
 use icoray_simd::{Machine, Numbers, Table, Wide, wide, wide_mask};
 
-/// An array of heights that is gathered from.
+/// An array of heights for gathers.
 #[derive(Clone, Copy)]
 pub(super) struct HeightTable<'t> {
     heights: &'t Heights<'t>,
     plain: PlainHeights<'t>,
     samples: Samples<'t>,
-    /// The mark of missing heights, and the radii of layers where they are missing.
+    /// The mark of missing heights, and the radii of layers that replace them.
     missing: Option<(f64, Table<'t, f64>)>,
     layers: u32,
 }
@@ -29,7 +29,7 @@ enum Samples<'t> {
 pub(super) type Corners<V> = [Wide<V>; 3];
 
 impl<'t> HeightTable<'t> {
-    /// The table of these heights; `None` where they are too many for gathers.
+    /// The table of these heights; `None` if they are too many for gathers.
     #[inline]
     pub fn new(heights: &'t Heights<'t>) -> Option<Self> {
         let plain = heights.plain();
@@ -44,7 +44,7 @@ impl<'t> HeightTable<'t> {
         Some(HeightTable { heights, plain, samples, missing, layers: heights.layers() as u32 })
     }
 
-    /// Where the heights of cells begin.
+    /// Offsets of the heights of cells.
     #[inline(always)]
     pub fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V> {
         match self.plain.column {
@@ -67,7 +67,7 @@ impl<'t> HeightTable<'t> {
         self.heights.base(cell) as u32
     }
 
-    /// 1 / radius of the layers below and above the gaps over the three cells of each lane's column; where there is no
+    /// 1 / radius of the layers below and above the gaps over the three cells of each lane's column; if there is no
     /// such layer, of the nearest one. Equal to that of [`Heights::radii`] to the bit.
     #[inline(always)]
     pub fn inverses<V: Machine>(&self, simd: V, lanes: &Lanes<V>, gap: Numbers<V>) -> [Corners<V>; 2] {

@@ -1,8 +1,8 @@
 //! The integral of a piece in each lane: the rules of `piece.rs` in vectors.
 //!
-//! [`Integral::thin`] is [`ThinPiece`](crate::piece::ThinPiece), with a bend factor that holds for `|ε| < 0.4`;
-//! [`Integral::gauss`] is the rule of the same name for denser pieces. Bounds are those of `piece.rs`. Lanes for which
-//! neither is near enough are left to scalar code.
+//! [`Integral::thin`] is [`ThinPiece`](crate::piece::ThinPiece), with a bend factor that is valid for `|ε| < 0.4`;
+//! [`Integral::gauss`] is the rule of the same name for denser pieces. Bounds are those of `piece.rs`. Scalar code
+//! integrates the lanes for which neither is accurate enough.
 
 use super::medium::Medium;
 use super::part::{Part, all};
@@ -37,12 +37,13 @@ pub(super) struct Integral<'p, V: Machine> {
     rise: Floats<V>,
     bend: Floats<V>,
     steep: Floats<V>,
-    /// Most of |T''|.
+    /// Maximum of |T''|.
     curve: Floats<V>,
     pub depth: Floats<V>,
 }
 
-/// The outcome of a rule: the absorbed part, W, the bound of the colour's error, and where it is near enough.
+/// The outcome of a rule: the absorbed part, W, the bound of the colour's error, and the lanes in which it is small
+/// enough.
 pub(super) struct Outcome<V: Machine> {
     pub absorbed: Floats<V>,
     weight: Floats<V>,
@@ -96,8 +97,8 @@ impl<'p, V: Machine> Integral<'p, V> {
         Outcome { absorbed, weight, error, is_near }
     }
 
-    /// Gauss's 2-point rule with the known quartic term; where it is not near enough but the colours of the piece
-    /// hardly differ, half of the change stands for W.
+    /// Gauss's 2-point rule with the known quartic term; if it is not accurate enough but the colours of the piece
+    /// hardly differ, W is replaced by half of the change.
     #[inline(always)]
     pub fn gauss(&self, color_tolerance: f32) -> Outcome<V> {
         let simd = self.simd;
@@ -151,7 +152,7 @@ impl<'p, V: Machine> Integral<'p, V> {
         wide * self.bend.abs() * eps.abs() * absorbed.mul_add(0.05, self.curve * (1.0 / 60.0))
     }
 
-    /// The light of an outcome, whose values are off by up to `reach`.
+    /// The light of an outcome, whose values have errors of up to `reach`.
     #[inline(always)]
     pub fn light(&self, outcome: &Outcome<V>, reach: Floats<V>) -> Light<V> {
         let (part, medium) = (self.part, self.medium);

@@ -22,7 +22,7 @@ pub(super) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The tables that a packet walks by.
+/// The tables over which a packet walks.
 #[derive(Clone, Copy)]
 pub(super) struct Mesh<'t> {
     half_edges: Table<'t, HalfEdge>,
@@ -30,7 +30,7 @@ pub(super) struct Mesh<'t> {
 }
 
 impl<'t> Mesh<'t> {
-    /// The tables of a grid; `None` where it has more half-edges than a gather reaches.
+    /// The tables of a grid; `None` if it has more half-edges than a gather reaches.
     #[inline]
     pub fn new(grid: &'t Grid) -> Option<Self> {
         Some(Mesh { half_edges: Table::new(grid.half_edges())?, directions: Table::new(grid.directions())? })
@@ -69,7 +69,7 @@ impl Entries {
     }
 }
 
-/// Where the entry of each lane starts.
+/// Offset of each lane's entry.
 const ENTRY_STARTS: [u32; MOST] = {
     let mut starts = [0; MOST];
     let mut lane = 0;
@@ -80,9 +80,9 @@ const ENTRY_STARTS: [u32; MOST] = {
     starts
 };
 
-/// Rays, a lane each: the ray, its column, its gap, what is left of its frustum, and its light.
+/// Rays, one per lane: the ray, its column, its gap, the rest of its frustum, and its light.
 ///
-/// A lane is entered by [`Self::put`]. Its numbers are those of `walk.rs`, `column.rs` and `segment.rs`.
+/// [`Self::put`] enters a ray into a lane. The members correspond to those of `walk.rs`, `column.rs` and `segment.rs`.
 pub(super) struct Lanes<V: Machine> {
     /// The axes x, y and q of the ray's plane; its distance from the centre, and its end.
     axes: [[Wide<V>; 3]; 3],
@@ -95,10 +95,10 @@ pub(super) struct Lanes<V: Machine> {
     half_edge: Numbers<V>,
     /// Whether the apex is on the left.
     on_left: Mask<V>,
-    /// The cells of the column: left, right and apex; where their values begin.
+    /// The cells of the column: left, right and apex; offsets of their values.
     pub cells: [Numbers<V>; 3],
     pub bases: [Numbers<V>; 3],
-    /// Where their heights begin, if each cell has its own.
+    /// Offsets of their heights, if each cell has its own.
     pub heights: [Numbers<V>; 3],
     /// The column's triangle.
     pub triangles: Numbers<V>,
@@ -112,24 +112,24 @@ pub(super) struct Lanes<V: Machine> {
     /// Weights of the second and third vertex at the column's entry and exit, and at the entry of the next one.
     pub weights: [[Floats<V>; 2]; 2],
     next_weights: [Floats<V>; 2],
-    /// The same in double precision, where rays may meet more than one volume.
+    /// The same in double precision, if rays may meet more than one volume.
     pub wide_weights: [[Wide<V>; 2]; 2],
     next_wide_weights: [Wide<V>; 2],
     /// Whether the ray ends in the column.
     pub last: Mask<V>,
     /// The distance before which it does not leap.
     pub next_leap: Wide<V>,
-    /// The gap that it is in, and where it has entered it: the fraction of the column's length, the fraction of the
-    /// way between the edge points, height, the fraction of the way from the layer below to that above.
+    /// Its gap, and the point at which it entered the gap: the fraction of the column's length, the fraction of the way
+    /// between the edge points, height, the fraction of the way from the layer below to that above.
     pub gap: Numbers<V>,
     pub u: Wide<V>,
     pub tau: Floats<V>,
     pub height: Wide<V>,
     pub place: Floats<V>,
-    /// What is left of its frustum, and whether the scalar is known to be monotone there.
+    /// The rest of its frustum, and whether the scalar is monotone there.
     pub rest: Part<V>,
     pub is_monotone: Mask<V>,
-    /// The largest magnitude of values at its frustum's vertices, as scalar rays have it.
+    /// The largest magnitude of values at its frustum's vertices, as for scalar rays.
     pub size: Floats<V>,
     /// The span of its last piece.
     pub span: Numbers<V>,
@@ -189,7 +189,7 @@ impl<V: Machine> Lanes<V> {
     }
 
     /// Puts a ray into a lane, before its first column, with the bases of the values and heights of the side's two
-    /// cells. Numbers in f64 become known to the lanes with [`Self::load`].
+    /// cells. [`Self::load`] transfers numbers in f64 to the lanes.
     #[inline]
     pub fn put(&mut self, lane: usize, side: &Side, bases: [[u32; 2]; 2], entries: &mut Entries) {
         let Side { line, left, right, point, weight, height, .. } = side;
@@ -227,18 +227,18 @@ impl<V: Machine> Lanes<V> {
         self.put_side(lane, side, bases);
     }
 
-    /// Puts the side through which the next column is entered.
+    /// Sets the side through which the next column is entered.
     #[inline]
     fn put_side(&mut self, lane: usize, side: &Side, [bases, heights]: [[u32; 2]; 2]) {
         self.half_edge[lane] = side.half_edge;
-        // The step into the column keeps both ends of the side: the left one takes the place of itself.
+        // The step into the column keeps both ends of the side: the left one replaces itself.
         self.on_left.set(lane, true);
         (self.cells[1][lane], self.cells[2][lane]) = (side.right.cell, side.left.cell);
         (self.bases[1][lane], self.bases[2][lane]) = (bases[1], bases[0]);
         (self.heights[1][lane], self.heights[2][lane]) = (heights[1], heights[0]);
     }
 
-    /// Loads the entries of the lanes of `new`, and takes their light away.
+    /// Loads the entries of the lanes of `new`, and clears their light.
     #[inline(always)]
     pub fn load<L: Layers>(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
         let Some(table) = Table::new(entries.0.as_flattened()) else { return };
@@ -270,7 +270,7 @@ impl<V: Machine> Lanes<V> {
         }
     }
 
-    /// Takes the lanes of `step` into their next columns: [`Walk::next_column`]. Returns the apexes of these columns.
+    /// Moves the lanes of `step` into their next columns: [`Walk::next_column`]. Returns the apexes of these columns.
     #[inline(always)]
     pub fn step<L: Layers>(&mut self, simd: V, mesh: &Mesh, step: Mask<V>) -> Numbers<V> {
         let wide = wide_mask::<V>(step);
@@ -379,7 +379,7 @@ impl<V: Machine> Lanes<V> {
     }
 }
 
-/// Where rays leave their columns.
+/// The points at which rays leave their columns.
 struct Exit<V: Machine> {
     t: Wide<V>,
     rho: Wide<V>,
@@ -422,14 +422,14 @@ fn put<V: Machine, const N: usize>(rows: &mut [Wide<V>; N], mask: WideMask<V>, n
     }
 }
 
-/// Puts the third of a row in the place of the first where `left` is set, of the second where `right` is.
+/// Replaces the first item of a row by the third where `left` is set, and the second where `right` is.
 #[inline(always)]
 fn replace<V: Machine>([left, right]: [Mask<V>; 2], row: &mut [Numbers<V>; 3]) {
     row[0] = left.select(row[2], row[0]);
     row[1] = right.select(row[2], row[1]);
 }
 
-/// The scalar product, rounded as that of `glam`: sides of vertices are the same wherever they are asked for.
+/// The scalar product, rounded as that of `glam`: all computations of a vertex's side agree.
 #[inline(always)]
 fn dot<V: Machine>(a: &[Wide<V>; 3], b: &[Wide<V>; 3]) -> Wide<V> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

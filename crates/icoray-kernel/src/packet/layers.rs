@@ -1,5 +1,5 @@
-//! Where layers lie, and how the rays of a packet cross them: at one radius each, or at heights of their own over each
-//! cell.
+//! The positions of layers, and how the rays of a packet cross them: at one radius each, or at separate heights over
+//! each cell.
 
 use super::lanes::Lanes;
 use super::medium::number;
@@ -11,7 +11,7 @@ use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Wide};
 
-/// Where the lanes' rays leave their gaps.
+/// The points at which the lanes' rays leave their gaps.
 pub(super) struct Crossing<V: Machine, E> {
     /// Whether they leave through a layer; the others leave their columns.
     pub passes: Mask<V>,
@@ -20,7 +20,7 @@ pub(super) struct Crossing<V: Machine, E> {
     /// Relative change of the value's denominator, and length.
     pub eps: Floats<V>,
     pub length: Floats<V>,
-    /// What else these layers know of it.
+    /// Further data of these layers.
     pub end: E,
 }
 
@@ -32,27 +32,27 @@ pub(super) struct CoreHit {
     pub u: Option<f64>,
 }
 
-/// How values at the vertices are interpolated along the lanes' frusta.
+/// Interpolation of values at the vertices along the lanes' frusta.
 pub(super) trait Way<V: Machine>: Copy {
     /// A number along each frustum, as a difference from that of the first vertex below.
     fn interpolate(&self, vertices: &Vertices<V>) -> Course<V>;
 }
 
-/// The layers of a scene, as the lanes of a packet cross them.
+/// The layers of a scene, for the lanes of a packet.
 pub(super) trait Layers: Copy {
     /// Whether [`Lanes::heights`] are needed.
     const HAS_HEIGHTS: bool;
     /// Whether rays may meet more than one volume and the core ([`super::scene`]): then [`Lanes::wide_weights`] are
     /// needed.
     const HAS_SCENE: bool;
-    /// What is known of where lanes leave their gaps.
+    /// Data of the points at which lanes leave their gaps.
     type End<V: Machine>: Copy;
     type Way<V: Machine>: Way<V>;
 
     /// Radius of the round core below void triangles.
     fn core_radius(&self) -> f64;
 
-    /// Where the heights of cells begin, for the lanes whose bits are set.
+    /// Offsets of the heights of cells, for the lanes whose bits are set.
     fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V>;
 
     /// [`Self::bases`] of one cell.
@@ -64,16 +64,16 @@ pub(super) trait Layers: Copy {
     /// Lets lanes enter their columns.
     fn enter<V: Machine>(&self, simd: V, lanes: &mut Lanes<V>, entered: u32);
 
-    /// The ways through the gaps: the same for each turn that a lane stays in its gap.
+    /// The crossings of the gaps: equal for each turn that a lane stays in its gap.
     fn cross<V: Machine>(&self, simd: V, lanes: &Lanes<V>) -> Crossing<V, Self::End<V>>;
 
     /// Lanes that leave their gaps upwards, of those that leave them through a layer.
     fn rising<V: Machine>(lanes: &Lanes<V>, crossing: &Crossing<V, Self::End<V>>) -> Mask<V>;
 
-    /// The lanes' ways through their gaps.
+    /// The lanes' interpolation in their gaps.
     fn way<V: Machine>(lanes: &Lanes<V>, crossing: &Crossing<V, Self::End<V>>) -> Self::Way<V>;
 
-    /// Takes the lanes of `passing` into the gaps ahead, and those of `leaving` to the exits of their columns.
+    /// Moves the lanes of `passing` into the gaps ahead, and those of `leaving` to the exits of their columns.
     fn pass<V: Machine>(
         &self,
         simd: V,
@@ -83,13 +83,13 @@ pub(super) trait Layers: Copy {
         leaving: Mask<V>,
     );
 
-    /// Takes those lanes of `entered` in whose columns nothing shows to their columns' exits; returns their bits. Columns
-    /// that reach to the core or above all layers are not left out.
+    /// Moves the lanes of `entered` in whose columns nothing is visible to their columns' exits; returns their bits.
+    /// Columns that extend to the core or above all layers are not skipped.
     fn skip_columns<V: Machine>(&self, simd: V, lanes: &mut Lanes<V>, visible: &OccupancyMask, entered: Mask<V>)
     -> u32;
 
-    /// Takes a lane from a gap in which nothing shows to the next one in its column in which something shows, to the
-    /// space below or above all layers, or to the column's exit: then it returns true.
+    /// Moves a lane from an invisible gap to the next visible one in its column, to the space below or above all
+    /// layers, or to the column's exit: then it returns true.
     fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool;
 
     /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code.
@@ -103,8 +103,8 @@ pub(super) trait Layers: Copy {
 }
 
 impl<V: Machine> Lanes<V> {
-    /// Lanes whose way from their gaps to the gaps `exit` meets one of the `blocks` of 2^`shift` gaps, the core, or the
-    /// space above all layers.
+    /// Lanes whose path from their gaps to the gaps `exit` meets one of the `blocks` of 2^`shift` gaps, the core, or
+    /// the space above all layers.
     #[inline(always)]
     pub fn passes_blocks(&self, simd: V, blocks: Numbers<V>, shift: u32, exit: Numbers<V>, layers: usize) -> Mask<V> {
         let (low, high) = (self.gap.min(exit), self.gap.max(exit));
@@ -131,7 +131,7 @@ impl<V: Machine> Lanes<V> {
     }
 }
 
-/// The next gap on the way up or down from `gap` in which these `blocks` of 2^`shift` gaps show something, or the space
+/// The next gap upwards or downwards from `gap` in which these `blocks` of 2^`shift` gaps are visible, or the space
 /// beyond all layers, and the layer through which it is entered.
 #[inline]
 pub(super) fn next_shown(blocks: u32, shift: u32, gap: u32, is_rising: bool, layers: usize) -> (usize, usize) {

@@ -1,4 +1,4 @@
-//! Leaps of lanes over macrocells in which nothing shows.
+//! Leaps of lanes over invisible macrocells.
 
 use super::lanes::lanes_of;
 use super::layers::Layers;
@@ -8,7 +8,7 @@ use fearless_simd::prelude::*;
 use icoray_simd::Machine;
 
 impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
-    /// Takes lanes that have passed a column in which nothing shows over the macrocells ahead in which nothing shows.
+    /// Moves lanes that have passed an invisible column over the invisible macrocells ahead.
     #[inline(always)]
     pub(super) fn leap(&mut self, skipped: u32) {
         let Some(leaps) = self.tables.leaps.as_ref() else { return };

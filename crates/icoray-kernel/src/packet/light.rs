@@ -25,7 +25,7 @@ pub(super) enum Slopes<'t> {
 }
 
 impl<'t> Slopes<'t> {
-    /// The gradients over this number of layers; `None` where they are too many for gathers.
+    /// The gradients over this number of layers; `None` if they are too many for gathers.
     #[inline]
     pub fn new(gradients: &'t Gradients, layers: usize) -> Option<Self> {
         let layers = layers as u32;
@@ -125,7 +125,7 @@ impl<V: Machine> GradientCourse<V> {
         GradientCourse { components: [[all(simd, 0.0); 3]; 3], size: all(simd, 0.0) }
     }
 
-    /// Puts the gradients along the frusta of the lanes of `new`.
+    /// Sets the gradients along the frusta of the lanes of `new`.
     #[inline(always)]
     pub fn put(&mut self, new: Mask<V>, course: &Self) {
         for (row, number) in self.components.as_flattened_mut().iter_mut().zip(course.components.as_flattened()) {
@@ -134,8 +134,8 @@ impl<V: Machine> GradientCourse<V> {
         self.size = new.select(course.size, self.size);
     }
 
-    /// Lanes in which a gradient at an end of the frustum is so much smaller than one at a vertex that double precision
-    /// alone knows its direction.
+    /// Lanes in which a gradient at an end of the frustum is so much smaller than one at a vertex that its direction
+    /// requires double precision.
     #[inline(always)]
     pub fn is_cancelled(&self) -> Mask<V> {
         let [x, y, z] = &self.components;
@@ -167,17 +167,17 @@ impl<V: Machine> GradientCourse<V> {
     }
 }
 
-/// What light needs of each lane: the gradient along its frustum, the part of the frustum that is left, the part of
-/// that to be taken next, and the directions of its ray.
+/// The lighting data of each lane: the gradient along its frustum, the rest of the frustum, the fraction of that to be
+/// taken next, and the directions of its ray.
 pub(super) struct Lit<V: Machine> {
     pub course: GradientCourse<V>,
     /// The frustum's relative change of height.
     pub eps: Floats<V>,
-    /// Where in the frustum what is left begins.
+    /// Start of the rest in the frustum.
     pub from: Floats<V>,
-    /// The part of a piece that is to be taken.
+    /// The fraction of a piece to be taken.
     pub fraction: Floats<V>,
-    /// How often pieces of the frustum were halved.
+    /// Number of halvings of pieces of the frustum.
     halvings: Floats<V>,
     pub light: Vectors<V>,
     pub halfway: Vectors<V>,
@@ -215,7 +215,7 @@ impl<V: Machine> Lit<V> {
         self.fraction.simd_gt(LEAST_FRACTION) & self.halvings.simd_lt(most)
     }
 
-    /// Goes on behind the pieces of the lanes `taken`, which end at `to`; takes half as much of those that are `left`.
+    /// Continues behind the pieces of the lanes `taken`, which end at `to`; halves the pieces of those that are `left`.
     #[inline(always)]
     pub fn go_on(&mut self, simd: V, taken: Mask<V>, left: Mask<V>, to: Floats<V>) {
         self.from = taken.select(to, self.from);
@@ -225,19 +225,19 @@ impl<V: Machine> Lit<V> {
     }
 }
 
-/// A component at `u`, where the bend counts by `bent`.
+/// A component at `u`, with the weight `bent` of the bend.
 #[inline(always)]
 fn along<V: Machine>([from, to, kappa]: &Course<V>, u: Floats<V>, bent: Floats<V>) -> Floats<V> {
     bent.mul_add(*kappa, u.mul_add(*to - *from, *from))
 }
 
-/// `x`, with the other sign in the lanes of `mask`.
+/// `x`, with the opposite sign in the lanes of `mask`.
 #[inline(always)]
 fn turned<V: Machine>(simd: V, mask: Mask<V>, x: Floats<V>) -> Floats<V> {
     mask.select(all(simd, 0.0) - x, x)
 }
 
-/// A piece of a frustum that is no longer than this is taken, whatever its shade.
+/// Length of a piece of a frustum up to which it is taken for any error of its shade.
 const LEAST_FRACTION: f32 = 1e-4;
 
 /// A piece with its medium.
@@ -246,12 +246,12 @@ pub(super) struct Piece<'p, V: Machine> {
     pub medium: &'p Medium<V>,
     /// Extinction at its ends.
     pub ends: [Floats<V>; 2],
-    /// Where it begins and ends in its frustum, and the frustum's relative change of height.
+    /// Its start and end in its frustum, and the frustum's relative change of height.
     pub range: [Floats<V>; 2],
     pub eps: Floats<V>,
 }
 
-/// How the colour changes along a piece of each lane: [`ColorChange`](crate::shade::ColorChange) in vectors.
+/// The change of colour along a piece of each lane: [`ColorChange`](crate::shade::ColorChange) in vectors.
 pub(super) struct Change<V: Machine> {
     pub brightest: Floats<V>,
     pub change: Floats<V>,
@@ -268,8 +268,8 @@ impl<V: Machine> Change<V> {
     }
 }
 
-/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and the error of all
-/// per absorbed light.
+/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and the error of all per
+/// absorbed light.
 pub(super) struct Shade<V: Machine> {
     pub body: Floats<V>,
     pub tilt: Floats<V>,
@@ -302,7 +302,7 @@ impl<V: Machine> Lit<V> {
         let (body, tilt, dim) = self.mean_body(simd, common, &turn, colors);
         let (highlight, faint) = self.mean_highlight(simd, common, &turn);
         let most = colors.brightest * common.diffuse + common.specular;
-        // A mean cosine is off by two last digits, and its power by that times the exponent.
+        // A mean cosine has an error of two last digits, and its power that times the exponent.
         let rounded = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
         let off = rounded.mul_add(0.5 * f32::EPSILON, dim + faint);
         // As `RayShading::deviation_of`.
@@ -332,7 +332,7 @@ impl<V: Machine> Lit<V> {
         let mut body = level;
         let mut tilt = turned(simd, is_behind, cosine.rise) * turn.variance() * common.diffuse;
         let (mut at_kink, mut apart) = (zero, zero);
-        // What is beyond the kink, as if n·l were linear.
+        // The part beyond the kink, as if n·l were linear.
         let reach = cosine.rise.abs() * 0.5;
         let beyond = (reach - turned(simd, is_behind, cosine.even)).max(zero);
         if (crosses | beyond.simd_gt(zero)).any_true() {
@@ -348,7 +348,7 @@ impl<V: Machine> Lit<V> {
         let skewed = color_bend * (eps.abs() * 0.015 + centre.abs() * 0.1) * swing;
         let changed = change * (bend * 0.12 + (unsure + apart) * swing + turn.across) + skewed;
         let off = (brightest * even + changed).min(brightest) * common.diffuse;
-        // Rules that do not hold must not leave the range of what they approximate.
+        // Rules beyond their validity must not leave the range of what they approximate.
         let body = body.max(zero).min(1.0);
         (body * common.diffuse + common.ambient, tilt, off)
     }
@@ -388,7 +388,7 @@ impl<V: Machine> Lit<V> {
 }
 
 impl<V: Machine> Shade<V> {
-    /// `light` of a piece under this shade, as [`RayShading::apply`].
+    /// `light` of a piece with this shade, as [`RayShading::apply`].
     #[inline(always)]
     pub fn apply(&self, simd: V, piece: &Piece<'_, V>, light: &mut Light<V>) {
         let rise = (piece.part.f1 - piece.part.f0) * self.tilt;
@@ -410,7 +410,7 @@ impl<V: Machine> Shade<V> {
         let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
         let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
-        // Multiplied by what comes through, to spare the division.
+        // Multiplied by the transmittance, which saves the division.
         ((self.off - color_tolerance) * depth.min(one) * through).simd_gt(earned)
     }
 }

@@ -1,11 +1,11 @@
-//! How long the tables may be that packets of rays gather from.
+//! Limits of the tables from which packets of rays gather.
 
 use icoray_grid::grid::half_edges::HalfEdge;
 use icoray_simd::Table;
 
-/// The first of a frame's tables that is too long for gathers, in words: of the field's values, of the words of the
-/// gradients at the vertices, of the grid's half-edges. Where there is one, rays are traced one after the other, or of
-/// values, read these one after the other, in several times the time.
+/// The first of a frame's tables that is too long for gathers, in words: the field's values, the gradients at the
+/// vertices, the grid's half-edges. If there is one, rays are traced one at a time or, for values, these are read one
+/// at a time, which takes several times longer.
 pub fn beyond_gathers(values: usize, gradient_words: usize, half_edges: usize) -> Option<String> {
     let tables = [
         (values, "values of the field", Table::<f32>::MAX),

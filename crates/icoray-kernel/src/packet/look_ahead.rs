@@ -1,7 +1,8 @@
 //! Prefetches the data of the lanes' next columns.
 //!
-//! The half-edge through which a lane leaves its column is known when it has entered it, and is fetched at once. At the
-//! end of the turn it tells the apex of the next column, of which the direction, value and gradient are fetched.
+//! The half-edge through which a lane leaves its column is determined when it enters the column, and is fetched at
+//! once. At the end of the turn the half-edge gives the apex of the next column, whose direction, value and gradient
+//! are fetched.
 
 use super::Packet;
 use super::lanes::lanes_of;
@@ -18,7 +19,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     }
 
     /// Starts to fetch the directions, values and gradients at the apexes of the next columns of the lanes that have
-    /// stepped, at the gaps in which they are.
+    /// stepped, at their gaps.
     #[inline(always)]
     pub(super) fn look_ahead(&mut self) {
         let stepped = std::mem::take(&mut self.stepped);

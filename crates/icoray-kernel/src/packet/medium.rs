@@ -1,4 +1,4 @@
-//! The transfer function in vectors: the span that each lane's values lie in.
+//! The transfer function in vectors: the span that contains each lane's values.
 
 use super::part::{Part, all};
 use crate::transfer::Spans;
@@ -43,7 +43,7 @@ impl<'t> SpanTables<'t> {
         Some(SpanTables { ends, numbers, first, origin: rows.origin, densest, has_steps: spans.has_steps() })
     }
 
-    /// The span of the value of each lane of `lanes`, the upper one where it lies on a knot, searched from `near`.
+    /// The span of the value of each lane of `lanes`, the upper one if it lies on a knot, searched from `near`.
     #[inline(always)]
     pub fn find<V: Machine>(&self, simd: V, value: Floats<V>, near: Numbers<V>, lanes: Mask<V>) -> Found<V> {
         let [low, high] = simd.look_up(&self.ends, near);
@@ -80,7 +80,7 @@ impl<'t> SpanTables<'t> {
     }
 }
 
-/// The numbers of each lane's span, as [`Span`](crate::transfer::Span) has them.
+/// The numbers of each lane's span, as in [`Span`](crate::transfer::Span).
 pub(super) struct Medium<V: Machine> {
     pub anchor: Floats<V>,
     pub extinction: Floats<V>,
@@ -98,7 +98,7 @@ impl<V: Machine> Medium<V> {
         self.slope.mul_add(f - self.anchor, self.extinction).max(all(simd, 0.0))
     }
 
-    /// Lanes whose part is constant and clear: on a knot without extinction, values beside which are not clear.
+    /// Lanes whose part is constant and clear: on a knot without extinction, beside which values are not clear.
     #[inline(always)]
     pub fn is_clear(&self, simd: V, part: &Part<V>) -> Mask<V> {
         let zero = all(simd, 0.0);

@@ -1,15 +1,15 @@
 //! Rays side by side, in the machine's vectors: a state machine in each lane.
 //!
-//! A turn takes the lanes that have left their columns into the next ones ([`lanes`]) or over empty space ([`leap`]), finds
-//! the way of each lane through its gap ([`gap`], [`native`]), interpolates the frusta ([`read`]) and integrates one piece
-//! of each ([`piece`]): the whole frustum where its values stay in one span of the transfer function, else the part up to
-//! the extremum or the next knot; what is left of the frustum waits in its lane for the next turn. Rays that have ended
-//! are replaced.
+//! A turn moves the lanes that have left their columns into the next ones ([`lanes`]) or over empty space ([`leap`]),
+//! finds the path of each lane through its gap ([`gap`], [`native`]), interpolates the frusta ([`read`]) and integrates
+//! one piece of each ([`piece`]): the whole frustum if its values stay in one span of the transfer function, else the
+//! part up to the extremum or the next knot; the rest of the frustum stays in its lane for the next turn. Rays that
+//! have ended are replaced.
 //!
-//! Lanes do not depend on each other: a ray has the same bits in any lane beside any others. Scalar code is left for
-//! what is rare: frusta at steps of the transfer function, values beyond all bounds, pieces for which the rules in
-//! vectors are not near enough; and, in a [`scene`] of more than one volume, frusta in which a ray meets a surface or a
-//! cut.
+//! Lanes do not depend on each other: a ray has the same bits in any lane and beside any other rays. Scalar code
+//! handles rare cases: frusta at steps of the transfer function, values beyond all bounds, pieces for which the rules
+//! in vectors are not accurate enough; and, in a [`scene`] of more than one volume, frusta in which a ray meets a
+//! surface or a cut.
 
 use crate::counts::Counts;
 use crate::general::{Levels, MultiVolumeTracer};
@@ -63,8 +63,8 @@ mod start;
 mod tables;
 mod turn;
 
-/// The machine's vector instructions, where packets of rays are compiled for them: AVX2 (processors since 2013),
-/// AVX-512, NEON. On other processors rays are traced one after the other.
+/// The machine's vector instructions, if packets of rays are compiled for them: AVX2 (processors since 2013), AVX-512,
+/// NEON. On other processors rays are traced one at a time.
 #[inline]
 pub fn packets() -> Option<Level> {
     let level = Level::new();
@@ -77,7 +77,7 @@ pub fn packets() -> Option<Level> {
     }
 }
 
-/// Traces rays in packets; false where the tables are too long for gathers, and no ray is traced.
+/// Traces rays in packets; returns false, without tracing any, if the tables are too long for gathers.
 #[inline(never)]
 pub(crate) fn trace<const N: usize>(
     level: Level,
@@ -165,10 +165,10 @@ fn trace_between<L: Layers, const N: usize>(
     }
 }
 
-/// Largest number of lanes.
+/// Maximum number of lanes.
 const MOST: usize = 16;
 
-/// Numbers of free lanes at which they are filled.
+/// Number of free lanes at which they are filled.
 const FREE: u32 = 2;
 
 /// Rays side by side. Sets of lanes are bits.
@@ -179,30 +179,30 @@ struct Packet<'p, 'f, V: Machine, L, const N: usize> {
     layers: L,
     lanes: Lanes<V>,
     lit: Lit<V>,
-    /// The lighting of all rays but for its directions.
+    /// The lighting of all rays, except for its directions.
     shading: Option<RayShading<f32>>,
     starts: [Option<Start>; MOST],
     /// Lanes with a ray.
     live: u32,
-    /// Those that have entered columns and have not looked ahead from there.
+    /// Lanes that have entered columns and have not looked ahead from there.
     stepped: u32,
-    /// Those that are to enter their next columns.
+    /// Lanes that will enter their next columns.
     fresh: u32,
-    /// Those with a part of a frustum left.
+    /// Lanes with a part of a frustum left.
     mid: u32,
-    /// Those whose rays have ended.
+    /// Lanes whose rays have ended.
     ended: u32,
-    /// Those of them whose rays have come to the end of their last columns.
+    /// Lanes of `ended` whose rays have reached the end of their last columns.
     exited: u32,
-    /// Error of the colour that is allowed per absorbed light.
+    /// Allowed error of the colour per absorbed light.
     color_tolerance: f32,
     /// Transmittance at which each ray ends.
     min_transmittance: Floats<V>,
-    /// What is seen beside the volume, if there is more than the core.
+    /// The visible parts of the scene beside the volume, if there are more than the core.
     scene: Option<SceneLanes<'p, V>>,
     /// The frusta in several fields, if there is more than one volume, or opacity by another field.
     volumes: Option<VolumeLanes<'p, V>>,
-    /// The fragments of the rays, where these are sought.
+    /// The fragments of the rays, if requested.
     runs: Option<Runs<'p, V>>,
     counts: Counts,
 }
@@ -239,7 +239,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     fn trace(&mut self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, target: &mut Target) {
         let hints = RowHints::new(self.tracer.grid);
         let mut queue = Rays { rays, clip: self.clip(), hints, entries: Entries::new() };
-        // Gaps are passed in every turn where no column is passed as a whole.
+        // Gaps are passed in every turn if no column is passed as a whole.
         let is_full = self.tracer.visible.is_full() && self.runs.is_none();
         let mut is_empty = false;
         loop {
@@ -260,7 +260,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         *counts += self.counts;
     }
 
-    /// Fills free lanes with rays; true where there are no more.
+    /// Fills free lanes with rays; returns true if there are no more.
     #[inline(always)]
     fn fill(&mut self, queue: &mut Rays, target: &mut Target) -> bool {
         let before = self.live;
@@ -278,7 +278,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         is_empty
     }
 
-    /// Takes rays into free lanes; true where there are no more.
+    /// Takes rays into free lanes; returns true if there are no more.
     #[inline(never)]
     fn take(&mut self, queue: &mut Rays, target: &mut Target) -> bool {
         let core_radius = self.core_radius();
@@ -308,14 +308,14 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         false
     }
 
-    /// Where the values and heights of a side's two cells begin.
+    /// Offsets of the values and heights of a side's two cells.
     #[inline]
     fn bases_of(&self, side: &Side) -> [[u32; 2]; 2] {
         let (source, [left, right]) = (&self.tables.source, [side.left.cell, side.right.cell]);
         [[source.base(left), source.base(right)], [self.layers.base(left), self.layers.base(right)]]
     }
 
-    /// Takes lanes that have left their columns into the next ones.
+    /// Moves lanes that have left their columns into the next ones.
     #[inline(always)]
     fn columns(&mut self) {
         let simd = self.simd;
@@ -347,7 +347,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         }
     }
 
-    /// Takes lanes out of gaps in which nothing shows.
+    /// Moves lanes out of invisible gaps.
     #[inline(always)]
     fn skip(&mut self) {
         let hidden = self.hidden();
@@ -358,7 +358,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         }
     }
 
-    /// Lanes that are about to enter a frustum in which nothing shows.
+    /// Lanes that are about to enter an invisible frustum.
     #[inline(always)]
     fn hidden(&self) -> u32 {
         let visible = self.tracer.visible;
@@ -370,7 +370,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         (inside & !shown).to_bitmask() as u32 & self.live & !self.fresh & !self.mid & !self.ended
     }
 
-    /// Lanes at the exits of their columns.
+    /// Processes lanes at the exits of their columns.
     #[inline(always)]
     fn leave(&mut self, lanes: u32) {
         let last = self.lanes.last.to_bitmask() as u32;
@@ -379,7 +379,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         self.fresh |= lanes & !last;
     }
 
-    /// Takes all lanes through their gaps, by a piece of their frusta each.
+    /// Moves all lanes through their gaps, by a piece of their frusta each.
     #[inline(always)]
     fn gaps(&mut self) {
         let simd = self.simd;

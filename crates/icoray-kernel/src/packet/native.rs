@@ -1,10 +1,11 @@
-//! From gap to gap in the columns of a packet where layers lie at heights of their own over each cell: the facets of
+//! Traverses the gaps in the columns of a packet if layers have separate heights over each cell: the facets of
 //! [`general::wedge`](crate::general) in vectors.
 //!
-//! With ψ of the layers below and above a gap (`ψ = Σ α/R`, linear along the ray, 1 on a layer's facet), a ray is in the
-//! gap where `ψ' < 1 <= ψ`. Which gap it leaves a column in follows from the ψ at the exit alone, which depend on the
-//! two vertices of that side and fall from layer to layer whatever the rounding. All layers between the gap at the
-//! entry and that gap are crossed in one direction, so that a ray takes no layer twice and stays in no gap for ever.
+//! With ψ of the layers below and above a gap (`ψ = Σ α/R`, linear along the ray, 1 on a layer's facet), a ray is in
+//! the gap where `ψ' < 1 <= ψ`. The gap in which it leaves a column follows from the ψ at the exit alone, which depend
+//! on the two vertices of that side and decrease from layer to layer for any rounding. All layers between the gap at
+//! the entry and that gap are crossed in one direction, so that a ray crosses no layer twice and stays in no gap for
+//! ever.
 //!
 //! With `x = (ψ - 1)/(ψ - ψ')` the value is `(1 - x) N + x N'`, where `N = Σ (α/R)·g` of the values g on the lower layer
 //! and N' on the upper one are linear along the ray: [`NativeWay`].
@@ -23,27 +24,27 @@ use icoray_grid::heights::Heights;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
 
-/// The layers as packets cross them.
+/// The layers for packets.
 #[derive(Clone, Copy)]
 pub(super) struct Native<'t> {
     table: HeightTable<'t>,
     core_radius: f64,
 }
 
-/// Where lanes leave their gaps.
+/// The points at which lanes leave their gaps.
 #[derive(Clone, Copy)]
 pub(super) struct NativeEnd<V: Machine> {
     rising: Mask<V>,
     way: NativeWay<V>,
 }
 
-/// The gap of a lane that is sought when it enters its next column.
+/// The gap of a lane that is still to be searched when it enters its next column.
 const SOUGHT: u32 = u32::MAX;
 
 /// The place of a lane that is on no layer.
 const BETWEEN: f32 = 0.5;
 
-/// ψ at the entry and the exit of each lane's column, and the parts of it that are the second and the third vertex's.
+/// ψ at the entry and the exit of each lane's column, and the contributions of the second and the third vertex to it.
 struct Facet<V: Machine> {
     psi: [Wide<V>; 2],
     parts: [[Wide<V>; 2]; 2],
@@ -57,11 +58,11 @@ impl<V: Machine> Facet<V> {
         Facet { psi: [entry, exit], parts: [[b0, c0], [b1, c1]] }
     }
 
-    /// ψ at one end, and the parts of it.
+    /// ψ at one end, and the contributions to it.
     #[inline(always)]
     fn end(rho: Wide<V>, [a, b, c]: &Corners<V>, inverse: &Corners<V>) -> [Wide<V>; 3] {
         let (second, third) = (*b * inverse[1], *c * inverse[2]);
-        // A sum of positive numbers: it falls where they fall, whatever the rounding.
+        // A sum of positive numbers: it decreases where they decrease, for any rounding.
         [rho * (*a * inverse[0] + (second + third)), rho * second, rho * third]
     }
 
@@ -71,7 +72,7 @@ impl<V: Machine> Facet<V> {
         self.psi[0] + u * (self.psi[1] - self.psi[0])
     }
 
-    /// The parts of the second and the third vertex.
+    /// The contributions of the second and the third vertex.
     #[inline(always)]
     fn weights(&self) -> [[Floats<V>; 2]; 2] {
         let [[b0, c0], [b1, c1]] = self.parts;
@@ -87,17 +88,17 @@ fn weights<V: Machine>(simd: V, lanes: &Lanes<V>) -> [Corners<V>; 2] {
     [[(one - b0 - c0).max(zero), b0, c0], [(one - b1 - c1).max(zero), b1, c1]]
 }
 
-/// The part of `depth` = ψ - ψ' that ψ is above 1.
+/// The fraction of `depth` = ψ - ψ' by which ψ exceeds 1.
 #[inline(always)]
 fn place<V: Machine>(simd: V, psi: Wide<V>, depth: Floats<V>) -> Floats<V> {
     let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
     let place = ((psi - Wide::splat(simd, 1.0)).narrow() / depth).max(zero).min(one);
-    // Where facets meet there is nothing in between.
+    // Facets that meet have no space in between.
     depth.simd_gt(zero).select(place, all(simd, 0.5))
 }
 
 impl<'t> Native<'t> {
-    /// The layers at `heights`, over a core of `core_radius` below void triangles; `None` where they are too many for
+    /// The layers at `heights`, over a core of `core_radius` below void triangles; `None` if they are too many for
     /// gathers.
     #[inline]
     pub fn new(heights: &'t Heights<'_>, core_radius: f64) -> Option<Self> {
@@ -112,7 +113,7 @@ impl<'t> Native<'t> {
         lanes.rho[end].get(lane) * ((1.0 - b - c).max(0.0) * inverse[0] + (b * inverse[1] + c * inverse[2]))
     }
 
-    /// The gap that holds the entry or exit of a lane's column.
+    /// The gap that contains the entry or exit of a lane's column.
     #[inline(never)]
     fn gap_at<V: Machine>(&self, lanes: &Lanes<V>, lane: usize, end: usize) -> u32 {
         let (mut low, mut high) = (0, self.table.layers());
@@ -127,8 +128,8 @@ impl<'t> Native<'t> {
         low as u32
     }
 
-    /// Lanes whose rays are above the layer above their gap at their columns' exits, and those that are below the layer
-    /// below it.
+    /// Lanes whose rays are above the layer above their gap at their columns' exits, and those whose rays are below the
+    /// layer below it.
     #[inline(always)]
     fn moves<V: Machine>(&self, simd: V, gap: Numbers<V>, [below, above]: [Wide<V>; 2]) -> [Mask<V>; 2] {
         let one = Wide::splat(simd, 1.0);
@@ -202,7 +203,7 @@ impl Layers for Native<'_> {
         let (from, to) = (high.psi[0].over(wide_up, low.psi[0]), high.psi[1].over(wide_up, low.psi[1]));
         let one = Wide::splat(simd, 1.0);
         let root = ((one - from) / (to - from)).fraction(simd).max(lanes.u);
-        // Two columns find the ψ of the side between them to a rounding each: a ray may be beyond its layer at once.
+        // Two columns each find the ψ of the side between them to a rounding: a ray may be beyond its layer at once.
         let is_beyond = from.ge(one).narrow().simd_eq(up);
         let root = lanes.u.over(wide_mask::<V>(is_beyond), root);
         let u = root.over(wide_mask::<V>(passes), one);
@@ -215,7 +216,7 @@ impl Layers for Native<'_> {
             is_on.select(lanes.place, place(simd, lower[0], first)),
             passes.select(up.select(whole, zero), place(simd, lower[1], last)),
         ];
-        // There the value has no limit of its own either; it is taken as straight.
+        // There the value has no limit either; it is taken as linear.
         let eps = (end - start).narrow() / first;
         let eps = (first.simd_gt(zero) & eps.simd_le(MOST_EPS)).select(eps, zero);
         let eps = eps.max(all(simd, 0.5 * f32::EPSILON - 1.0));
@@ -254,7 +255,7 @@ impl Layers for Native<'_> {
         let (up, down) = ((passing & rising).select(one, none), (passing & !rising).select(one, none));
         lanes.gap = lanes.gap + up - down;
         lanes.u = crossing.u.over(wide_mask::<V>(passing), lanes.u);
-        // Behind a layer lies the other side of the next gap.
+        // Behind a layer begins the other side of the next gap.
         lanes.place = passing.select(rising.select(all(simd, 0.0), all(simd, 1.0)), lanes.place);
     }
 
@@ -306,5 +307,5 @@ impl Layers for Native<'_> {
     }
 }
 
-/// Beyond this relative change a value is taken as straight.
+/// Relative change beyond which a value is taken as linear.
 const MOST_EPS: f32 = 1e9;

@@ -1,4 +1,4 @@
-//! Values along the lanes' frusta between layers at heights of their own.
+//! Values along the lanes' frusta between layers at separate heights over each cell.
 
 use super::layers::Way;
 use super::read::{Course, Vertices};
@@ -8,8 +8,8 @@ use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine};
 
-/// Where each ray enters and leaves its frustum: `(1 - x) N + x N'` is the value (`native.rs`), with N and N' linear
-/// along the column. With Q = N' - N the bend of [`Segment`](crate::segment::Segment) is
+/// The points at which each ray enters and leaves its frustum: `(1 - x) N + x N'` is the value (`native.rs`), with N
+/// and N' linear along the column. With Q = N' - N the bend of [`Segment`](crate::segment::Segment) is
 /// `κ = (xb - xa)(ε Qa + Qa - Qb)`.
 #[derive(Clone, Copy)]
 pub(super) struct NativeWay<V: Machine> {
@@ -48,7 +48,7 @@ fn along<V: Machine>([b, c]: [Floats<V>; 2], second: Floats<V>, third: Floats<V>
 }
 
 impl<V: Machine> NativeWay<V> {
-    /// The value at an end of the frusta, and N' - N there, of N and N' at the column's entry and their rises.
+    /// The value at an end of the frusta, and N' - N there, from N and N' at the column's entry and their rises.
     #[inline(always)]
     fn at(
         &self,

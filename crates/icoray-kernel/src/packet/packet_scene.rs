@@ -1,5 +1,5 @@
-//! A scene of the general kernel as packets read it: its volumes in single precision, the blocks of gaps in which something
-//! shows, and the cuts of each gap.
+//! A scene of the general kernel in the form for packets: its volumes in single precision, the visible blocks of gaps,
+//! and the cuts of each gap.
 
 use crate::column::Shell;
 use crate::general::{KernelScene, SurfaceHeight, TransferMap};
@@ -7,15 +7,15 @@ use crate::transfer::{KernelKnot, Spans};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::samples::AnySamples;
 
-/// A scene as packets of rays read it, the same for all rays of a frame.
+/// A scene for packets of rays, equal for all rays of a frame.
 pub struct PacketScene<'f> {
     pub(crate) shell: Shell<f32>,
     pub(crate) spans: Spans<f32>,
     pub(crate) samples: AnySamples<'f>,
     pub(crate) volumes: Option<PacketVolumes<'f>>,
-    /// The blocks in which anything shows; `None` where those of the only volume or isosurface say it.
+    /// The visible blocks; `None` if they are those of the only volume or isosurface.
     joined: Option<OccupancyMask>,
-    /// For each gap, the bits of the cuts that hold it.
+    /// For each gap, the bits of the cuts that contain it.
     pub(crate) clips_of_gaps: Vec<u32>,
 }
 
@@ -55,8 +55,8 @@ impl<'f> PacketVolumes<'f> {
 const MAX_CLIPS: usize = 32;
 
 impl<'f> PacketScene<'f> {
-    /// A scene between layers of these radii, planet radii (mean ones under native heights); `None` where there are more
-    /// cuts than packets know, and rays are traced one after the other.
+    /// A scene between layers of these radii, planet radii (mean ones under native heights); `None` if there are more
+    /// cuts than packets support: then rays are traced one at a time.
     pub fn new(scene: &KernelScene<'f>, radius: &[f64]) -> Option<Self> {
         const CLEAR: [KernelKnot; 1] = [KernelKnot { value: 0.0, color: [0.0; 3], extinction: 0.0 }];
         let (source, knots) = match scene.media.as_slice() {
@@ -76,7 +76,7 @@ impl<'f> PacketScene<'f> {
         Some(PacketScene { shell: Shell::new(radius), spans, samples, volumes, joined, clips_of_gaps })
     }
 
-    /// The blocks in which something shows of the scene that this was made of.
+    /// The visible blocks of the scene from which this was made.
     #[inline]
     pub(crate) fn visible<'s>(&'s self, scene: &'s KernelScene<'_>) -> &'s OccupancyMask {
         self.joined.as_ref().unwrap_or_else(|| &scene.visible[0])
@@ -84,7 +84,7 @@ impl<'f> PacketScene<'f> {
 }
 
 impl KernelScene<'_> {
-    /// Whether there is no more than one volume, whose opacity is that of its own field.
+    /// Whether there is at most one volume, whose opacity is that of its own field.
     pub fn has_one_field_of_volume(&self) -> bool {
         match self.media.as_slice() {
             [] => true,
@@ -93,7 +93,7 @@ impl KernelScene<'_> {
         }
     }
 
-    /// The blocks of gaps in which a volume or an isosurface can be seen, or that a surface lies beside.
+    /// The blocks of gaps in which a volume or an isosurface can be visible, or that a surface adjoins.
     fn joined_blocks(&self, layers: usize) -> OccupancyMask {
         let Some(first) = self.visible.first().filter(|_| self.visible.iter().all(|mask| !mask.is_full())) else {
             return OccupancyMask::default().full(layers);

@@ -4,7 +4,7 @@ use crate::segment::Segment;
 use fearless_simd::prelude::*;
 use icoray_simd::{Floats, Machine, Mask};
 
-/// The scalar along a part of each lane's frustum, as [`Segment`](crate::segment::Segment) has it.
+/// The scalar along a part of each lane's frustum, as in [`Segment`](crate::segment::Segment).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part<V: Machine> {
     pub f0: Floats<V>,
@@ -17,9 +17,9 @@ pub(super) struct Part<V: Machine> {
 /// A place of each lane's part: the parameter, and the value there.
 pub(super) type Place<V> = (Floats<V>, Floats<V>);
 
-/// Where the scalar turns.
+/// The extremum of the scalar.
 pub(super) struct Extremum<V: Machine> {
-    /// Lanes in which it turns inside.
+    /// Lanes in which it lies inside the part.
     pub exists: Mask<V>,
     pub place: Place<V>,
 }
@@ -70,14 +70,14 @@ impl<V: Machine> Part<V> {
         [self.f0.min(self.f1) - swing, self.f0.max(self.f1) + swing]
     }
 
-    /// Error that rounding gives to the values at its ends, which are computed from values of up to `size` at the
-    /// frustum's vertices.
+    /// Error of the values at its ends due to rounding, which are computed from values of up to `size` at the frustum's
+    /// vertices.
     #[inline(always)]
     pub fn reach(&self, size: Floats<V>) -> Floats<V> {
         (self.f0.abs() + self.f1.abs() + size) * (0.25 * f32::EPSILON)
     }
 
-    /// Where the scalar turns inside the part, as [`Segment::extremum`](crate::segment::Segment::extremum).
+    /// The extremum of the scalar inside the part, as [`Segment::extremum`](crate::segment::Segment::extremum).
     #[inline(always)]
     pub fn extremum(&self, simd: V) -> Extremum<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
@@ -98,7 +98,8 @@ impl<V: Machine> Part<V> {
         [rise + self.kappa, rise - self.kappa / (self.eps + 1.0)]
     }
 
-    /// Where the scalar, which is monotone, takes the value `v`, as [`Segment::solve`](crate::segment::Segment::solve).
+    /// The place at which the scalar, which is monotone, takes the value `v`, as
+    /// [`Segment::solve`](crate::segment::Segment::solve).
     #[inline(always)]
     pub fn solve(&self, simd: V, v: Floats<V>) -> Floats<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));

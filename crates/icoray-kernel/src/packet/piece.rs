@@ -1,4 +1,4 @@
-//! The frusta of a packet, a piece of each in a turn.
+//! Integrates the frusta of a packet, a piece of each per turn.
 
 use super::cut::{Cutter, Pieces};
 use super::integral::{Integral, LARGEST_DEPTH, LARGEST_EPS, Light, Outcome};
@@ -17,7 +17,7 @@ use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine, Mask};
 
 impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
-    /// Integrates a piece of the frusta of the lanes `inside`, and sets [`Packet::mid`] to those of which more is left.
+    /// Integrates a piece of the frusta of the lanes `inside`, and sets [`Packet::mid`] to those with a remaining part.
     #[inline(always)]
     pub(super) fn frusta(&mut self, crossing: &Crossing<V, L::End<V>>, inside: u32) {
         let simd = self.simd;
@@ -73,7 +73,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             outcome = Outcome::over(outcome, mask::<V>(simd, !far), integral.gauss(self.color_tolerance));
             far = (!outcome.is_near).to_bitmask() as u32 & active & !scalar;
         }
-        // Dense pieces are halved before they are left to scalar code.
+        // Dense pieces are halved before scalar code takes them.
         let is_long = self.lit.fraction.simd_gt(1.0 / 16.0) & integral.depth.simd_lt(LARGEST_DEPTH);
         let mut left = far & is_long.to_bitmask() as u32;
         far &= !left;
@@ -103,7 +103,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         self.end(active);
     }
 
-    /// Adds what rounding may do to new frusta with values far beyond those that are seen: it moves a part of them into
+    /// Adds the effect of rounding on new frusta with values far beyond the visible ones: it moves a part of them into
     /// or out of any span, unless all values at the vertices lie on one side of the knots.
     #[inline(never)]
     fn add_displacement(&mut self, part: &Part<V>, [least, most]: [Floats<V>; 2], new: u32) {
@@ -115,8 +115,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         self.lanes.variance = far.select(off.mul_add(off, self.lanes.variance), self.lanes.variance);
     }
 
-    /// Reads the gradients along the frusta of the lanes `new`, if any of them shows. Returns those whose normals only
-    /// double precision knows, where there is a general kernel.
+    /// Reads the gradients along the frusta of the lanes `new`, if any of them is visible. Returns the lanes whose
+    /// normals require double precision, if there is a general kernel.
     #[inline(always)]
     fn enter_light(
         &mut self,
@@ -164,10 +164,10 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         (too_far & self.lit.may_halve(range[1])).to_bitmask() as u32 & shown
     }
 
-    /// Ends the rays of `active` lanes through which no more light comes than may be left out.
+    /// Ends the rays of `active` lanes whose transmittance is so small that the light from behind may be omitted.
     #[inline(always)]
     pub(super) fn end(&mut self, active: u32) {
-        // The transmittance of a piece that ended early is known to the last digit only.
+        // The transmittance of a piece that ended early is accurate to the last digit only.
         let rest = self.min_transmittance * 1.001 + f32::EPSILON;
         let through = all(self.simd, 1.0) - self.lanes.alpha;
         let ends = through.simd_le(rest).to_bitmask() as u32 & active & !self.ended;

@@ -16,7 +16,7 @@ pub(super) struct Source<'t> {
     plain: Option<Plain<'t>>,
 }
 
-/// An array that is gathered from.
+/// An array for gathers.
 struct Plain<'t> {
     table: Pairs<'t, f32>,
     column: Option<[isize; 2]>,
@@ -32,8 +32,9 @@ pub(super) struct Vertices<V: Machine> {
     pub high: [Floats<V>; 3],
 }
 
-/// Where each ray enters and leaves its frustum between concentric layers: weights of the second and third vertex at the
-/// column's ends, the fractions of the way between the layers and between the edge points, the relative change of height.
+/// The points at which each ray enters and leaves its frustum between concentric layers: weights of the second and
+/// third vertex at the column's ends, the fractions of the way between the layers and between the edge points, the
+/// relative change of height.
 #[derive(Clone, Copy)]
 pub(super) struct ConcentricWay<V: Machine> {
     pub weights: [[Floats<V>; 2]; 2],
@@ -65,7 +66,7 @@ impl<'t> Source<'t> {
         Source { samples, plain }
     }
 
-    /// Where the values over cells begin, for [`Self::read`].
+    /// Offsets of the values over cells, for [`Self::read`].
     #[inline(always)]
     pub fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V> {
         let Some(plain) = &self.plain else { return cells };
@@ -97,13 +98,13 @@ impl<'t> Source<'t> {
         }
     }
 
-    /// Reads the values around the lanes' gaps; those of lanes whose bits are not set mean nothing.
+    /// Reads the values around the lanes' gaps; those of lanes whose bits are not set are undefined.
     #[inline(always)]
     pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bits: u32) -> Vertices<V> {
         self.read_from(simd, lanes, lanes.bases, bits)
     }
 
-    /// [`Self::read`] of columns that begin at `bases`.
+    /// [`Self::read`] for columns that begin at `bases`.
     #[inline(always)]
     pub fn read_from<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bases: [Numbers<V>; 3], bits: u32) -> Vertices<V> {
         let Some(plain) = &self.plain else { return self.read_any(simd, lanes, bits) };
@@ -162,8 +163,8 @@ impl<'t> Source<'t> {
         [first + course[0] * scale, first + course[1] * scale, course[2] * scale]
     }
 
-    /// The largest magnitude of the normalised values at the vertices; far beyond 1 it counts twice, as the roundings of
-    /// a column's weights, which all of its frusta share, are those that count there.
+    /// The largest magnitude of the normalised values at the vertices; far beyond 1 it counts twice, as the roundings
+    /// that matter there are those of a column's weights, which all of its frusta share.
     #[inline(always)]
     pub fn size<V: Machine>(&self, simd: V, vertices: &Vertices<V>) -> Floats<V> {
         let [least, most] = self.ends(simd, vertices);
@@ -183,7 +184,7 @@ impl<'t> Source<'t> {
     #[inline(always)]
     fn normal<V: Machine>(&self, simd: V, value: Floats<V>) -> Floats<V> {
         let Some(plain) = &self.plain else { return value };
-        // Values of 1e6 + 1 keep their digits: they are differences before they are rounded.
+        // Values of 1e6 + 1 keep their digits: they are subtracted before they are rounded.
         let [shift, scale] = [plain.shift, plain.scale].map_inline(|x| Wide::splat(simd, x));
         ((wide::<V>(value) - shift) * scale).narrow()
     }
@@ -233,9 +234,9 @@ impl<V: Machine> Way<V> for ConcentricWay<V> {
     }
 }
 
-/// Frusta with values beyond this at a vertex, or gradients so many times larger than their own, are left to the general
-/// kernel where there is one: rounding moves what is seen in them.
+/// Limit of the values at a vertex, and of the ratio of gradients there to the frustum's own, beyond which frusta are
+/// passed to the general kernel if there is one: rounding moves the visible part of them.
 pub(super) const FAR: f32 = 64.0;
 
-/// A value is beyond all bounds where the sum of the sizes of a course's numbers is more than this.
+/// A value is beyond all bounds if the sum of the magnitudes of a course's numbers exceeds this.
 pub(super) const LARGEST: f32 = <f32 as Real>::LARGEST as f32;

@@ -1,7 +1,7 @@
 //! Fragments of the rays of a packet inside a region: [`FragmentBuilder`](crate::fragment::FragmentBuilder) in lanes.
 //!
-//! A lane passes columns outside of the region without reading values. Where it leaves the region, or its ray ends, its
-//! light since it has entered becomes a fragment, and the lane goes on without light.
+//! A lane passes columns outside of the region without reading values. When it leaves the region, or its ray ends, its
+//! light since entering becomes a fragment, and the lane continues without light.
 
 use super::lanes::lanes_of;
 use super::layers::Layers;
@@ -24,7 +24,7 @@ pub(super) struct Runs<'o, V: Machine> {
     region: &'o OwnedRegion,
     /// [`OwnedRegion::words`].
     own: Table<'o, u32>,
-    /// Lanes inside the region, and where they have entered it.
+    /// Lanes inside the region, and the distances at which they entered it.
     open: u32,
     starts: [f64; MOST],
     rules: [FragmentRules; MOST],
@@ -71,7 +71,8 @@ impl<'o, V: Machine> Runs<'o, V> {
 }
 
 impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
-    /// The part of space in which rays are traced. Fragments end at the same sphere on all ranks, whatever each can see.
+    /// The part of space in which rays are traced. Fragments end at the same sphere on all ranks, independent of the
+    /// visible blocks of each.
     #[inline]
     pub(super) fn clip(&self) -> Clip<'p> {
         let SingleVolumeTracer { shell, outer, .. } = *self.tracer;
@@ -89,7 +90,7 @@ impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
         self.scene.as_ref().map_or([self.tracer.shell.inner(); 2], SceneLanes::core_radius)
     }
 
-    /// Takes those of `entered` that are outside of the region to their columns' exits. Runs end and begin.
+    /// Moves the lanes of `entered` outside of the region to their columns' exits. Runs end and begin.
     #[inline(always)]
     pub(super) fn pass_others(&mut self, entered: u32) {
         let Some(runs) = &self.runs else { return };
@@ -122,7 +123,7 @@ impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
         runs.open |= lanes;
     }
 
-    /// Ends runs at the entries of the lanes' columns. What comes through them is all that comes to the lanes' next runs.
+    /// Ends runs at the entries of the lanes' columns. Only the light that they transmit reaches the lanes' next runs.
     #[inline(never)]
     fn end_runs(&mut self, lanes: u32) {
         let Some(runs) = &mut self.runs else { return };

@@ -1,6 +1,6 @@
-//! Packets in a scene of more than one volume: where a ray meets an isosurface, a surface on a layer or at a radius, or a
+//! Packets in a scene of more than one volume: if a ray meets an isosurface, a surface on a layer or at a radius, or a
 //! bound of a cut, the [general kernel](crate::general) takes it through that frustum, in double precision. All other
-//! frusta are those of the volume alone. So what a scene has beside its volume costs what is met of it.
+//! frusta contain only the volume. So the cost of other parts of a scene depends on how often rays meet them.
 
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{CoreHit, Crossing, Layers};
@@ -18,7 +18,7 @@ use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine, Numbers, Table, Wide};
 
-/// What is seen beside the volume.
+/// The visible parts of a scene beside the volume.
 pub(super) struct SceneTables<'t> {
     tracer: &'t MultiVolumeTracer<'t, 't>,
     /// The fields with isosurfaces, and the values of these.
@@ -39,7 +39,7 @@ struct ClipTables<'t> {
 }
 
 impl<'t> SceneTables<'t> {
-    /// The tables of a scene; `None` where they are too long for gathers.
+    /// The tables of a scene; `None` if they are too long for gathers.
     pub fn new(tracer: &'t MultiVolumeTracer<'t, 't>, packets: &'t PacketScene<'_>) -> Option<Self> {
         let scene = tracer.scene;
         let mut isosurfaces = Vec::new();
@@ -71,23 +71,24 @@ impl<'t> SceneTables<'t> {
     }
 }
 
-/// The rays of a packet as the general kernel follows them.
+/// The rays of a packet in the general kernel.
 pub(super) struct SceneLanes<'p, V: Machine> {
     tables: &'p SceneTables<'p>,
     rays: [Option<RayState<'p, 'p>>; MOST],
-    /// Lanes in what is cut away.
+    /// Lanes in space that is cut away.
     cut: u32,
-    /// The bits of the cuts that each lane is in, layers apart, and the distance up to where it stays in them.
+    /// The bits of the cuts that contain each lane, regardless of layers, and the distance up to which it stays in
+    /// them.
     inside: Numbers<V>,
     next_bound: Wide<V>,
 }
 
-/// Lanes that a cut concerns.
+/// Lanes that a cut affects.
 #[derive(Clone, Copy, Default)]
 struct ClippedLanes {
-    /// Those whose frusta are cut away as a whole.
+    /// Lanes whose frusta are cut away as a whole.
     hidden: u32,
-    /// Those that meet a bound.
+    /// Lanes that meet a bound.
     met: u32,
 }
 
@@ -110,7 +111,7 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
         self.tables.tracer.scene.core_radius
     }
 
-    /// Lets the rays of these lanes go on as new fragments.
+    /// Continues the rays of these lanes as new fragments.
     #[inline]
     pub fn restart(&mut self, lanes: u32) {
         self.cut &= !lanes;
@@ -126,7 +127,7 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
         self.next_bound.set(lane, f64::NEG_INFINITY);
     }
 
-    /// What cuts leave of the frusta of the lanes `new`.
+    /// The effect of cuts on the frusta of the lanes `new`.
     #[inline(always)]
     fn clip<E>(&mut self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, E>, new: u32) -> ClippedLanes {
         let Some(clips) = self.tables.clips else { return ClippedLanes::default() };
@@ -143,16 +144,16 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
         let here = self.inside & simd.gather_u32(clips.of_gaps, lanes.gap);
         let shown = (here ^ clips.inside_out) & clips.all;
         let hidden = shown.simd_ne(clips.all).to_bitmask() as u32 & new & !met;
-        // Behind a cut the first frustum has its face, where something is seen there.
+        // The first visible frustum behind a cut has the cut's face.
         let met = met | self.cut & new & !hidden;
         self.cut |= hidden;
         ClippedLanes { hidden, met }
     }
 
-    /// Lanes whose frusta a surface at a radius may lie in.
+    /// Lanes whose frusta may contain a surface at a radius.
     #[inline(always)]
     fn at_radii<E>(&self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, E>) -> u32 {
-        /// More than rounding does to a radius.
+        /// More than the rounding of a radius.
         const SLACK: f64 = 1e-12;
         let rise = lanes.rho[1] - lanes.rho[0];
         let [from, to] = [lanes.rho[0] + lanes.u * rise, lanes.rho[0] + crossing.u * rise];
@@ -166,7 +167,7 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
         met
     }
 
-    /// Lanes whose frusta an isosurface may lie in.
+    /// Lanes whose frusta may contain an isosurface.
     #[inline(always)]
     fn at_isosurfaces<L: Layers>(&self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, L::End<V>>, new: u32) -> u32 {
         let mut met = 0;
@@ -187,12 +188,12 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
     }
 }
 
-/// A range that holds all values along each frustum, and a little more.
+/// A range that contains all values along each frustum, slightly widened.
 #[inline(always)]
 fn range<V: Machine>(simd: V, vertices: &Vertices<V>, course: &Part<V>) -> [Floats<V>; 2] {
-    /// More than rounding to single precision does to a value.
+    /// More than the rounding of a value to single precision.
     const SLACK: f32 = 16.0 * f32::EPSILON;
-    /// [`Part::within`] bounds the values of rounder frusta.
+    /// [`Part::within`] bounds the values of frusta with a larger ε.
     const LEAST_EPS: f32 = -0.7;
     let Vertices { low: [a, b, c], high: [d, e, f] } = *vertices;
     let low = a.min(b).min(c).min(d.min(e).min(f));
@@ -205,8 +206,8 @@ fn range<V: Machine>(simd: V, vertices: &Vertices<V>, course: &Part<V>) -> [Floa
 }
 
 impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
-    /// Takes the lanes `inside` gaps through those new frusta in which they meet more than the volume, or in which all is
-    /// cut away; returns the others, in which there is the volume.
+    /// Moves the lanes `inside` gaps through those new frusta in which they meet more than the volume, or in which all
+    /// is cut away; returns the others, which contain only the volume.
     #[inline(always)]
     pub(super) fn scene_frusta(&mut self, crossing: &Crossing<V, L::End<V>>, inside: u32) -> u32 {
         let new = inside & !self.mid;
@@ -228,7 +229,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         inside & !gone
     }
 
-    /// Takes lanes through layers with surfaces, of those that are `passing` layers.
+    /// Moves those lanes that are `passing` layers with surfaces through these.
     #[inline(always)]
     pub(super) fn scene_layers(&mut self, crossing: &Crossing<V, L::End<V>>, passing: u32) {
         let Some(scene) = &self.scene else { return };
@@ -247,7 +248,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         }
     }
 
-    /// A lane's way through a frustum in which it meets more than the volume.
+    /// Moves a lane through a frustum in which it meets more than the volume.
     #[inline(never)]
     pub(super) fn scene_frustum(&mut self, lane: usize, crossing: &Crossing<V, L::End<V>>) {
         let (lanes, gap) = (&self.lanes, self.lanes.gap[lane] as usize);
@@ -265,7 +266,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         self.follow(lane, |ray, column, triangle| ray.pass_gap(column, triangle, &way));
     }
 
-    /// The core in a scene.
+    /// Meets the core in a scene.
     pub(super) fn scene_core(&mut self, lane: usize, hit: &CoreHit) {
         self.follow(lane, |ray, column, triangle| {
             match hit.u {
@@ -276,7 +277,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         });
     }
 
-    /// Lets the general kernel take a lane's ray on.
+    /// Continues a lane's ray in the general kernel.
     #[inline(never)]
     fn follow(&mut self, lane: usize, step: impl FnOnce(&mut RayState, &Column, u32) -> Flow) {
         let column = self.lanes.column(lane);
@@ -300,7 +301,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     }
 }
 
-/// Light in single precision.
+/// Converts light to single precision.
 #[inline]
 fn narrow(light: &Radiance<f64>) -> Radiance<f32> {
     let off = light.alpha * f64::from(0.25 * f32::EPSILON);
@@ -313,7 +314,7 @@ fn narrow(light: &Radiance<f64>) -> Radiance<f32> {
 }
 
 impl<V: Machine> Lanes<V> {
-    /// The column that a lane is in.
+    /// The column that contains a lane's ray.
     fn column(&self, lane: usize) -> Column {
         let [entry, exit] = [0, 1].map_inline(|k: usize| ColumnEnd {
             t: self.t[k].get(lane),

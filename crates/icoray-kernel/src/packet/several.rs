@@ -1,5 +1,5 @@
 //! The frusta of a packet in a scene of several volumes, or of one whose opacity is that of another field: a piece of
-//! each in a turn, up to the next knot of any of the transfer functions.
+//! each per turn, up to the next knot of any of the transfer functions.
 
 use super::blend::{Blend, VolumeNodes, VolumePiece};
 use super::cut::{Cutter, Pieces};
@@ -17,7 +17,7 @@ use crate::lit::ADVANCE;
 use fearless_simd::prelude::*;
 use icoray_simd::{Floats, Machine, Mask};
 
-/// What the volumes of a scene are read from.
+/// The tables of the volumes of a scene.
 pub(super) struct VolumeTables<'t> {
     /// Transfer functions with their fields.
     maps: Vec<(Source<'t>, SpanTables<'t>)>,
@@ -32,7 +32,7 @@ struct VolumeTable<'t> {
 }
 
 impl<'t> VolumeTables<'t> {
-    /// The tables of volumes between this number of layers, with the gradients of each where there is light; `None` where
+    /// The tables of volumes between this number of layers, with the gradients of each if there is light; `None` if
     /// they are too long for gathers.
     pub fn new(volumes: &'t PacketVolumes<'_>, general: &'t MultiVolumeTracer<'_, '_>, layers: usize) -> Option<Self> {
         let mut maps = Vec::new();
@@ -62,12 +62,12 @@ pub(super) struct VolumeLanes<'p, V: Machine> {
     nodes: Vec<VolumeNodes<V>>,
 }
 
-/// What a map shows of each lane's frustum.
+/// The values of a map along each lane's frustum.
 struct MapLanes<V: Machine> {
-    /// What is left of the frustum, and whether the scalar is known to be monotone there.
+    /// The rest of the frustum, and whether the scalar is monotone there.
     rest: Part<V>,
     is_monotone: Mask<V>,
-    /// Lanes with all values.
+    /// Lanes without missing values.
     is_there: Mask<V>,
     /// The largest magnitude of values at the vertices.
     size: Floats<V>,
@@ -100,8 +100,8 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         VolumeLanes { tables, maps, courses, nodes: Vec::with_capacity(tables.volumes.len()) }
     }
 
-    /// Reads the frusta of the lanes `new`; returns those with values beyond all bounds, and those in which each volume
-    /// misses a value.
+    /// Reads the frusta of the lanes `new`; returns those with values beyond all bounds, and those in which every
+    /// volume misses a value.
     #[inline(always)]
     fn enter<L: Layers>(&mut self, simd: V, lanes: &Lanes<V>, crossing: &Crossing<V, L::End<V>>, new: u32) -> [u32; 2] {
         let is_new = mask::<V>(simd, new);
@@ -137,8 +137,8 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         self.maps[volume.extinction].is_there & self.maps[volume.color].is_there
     }
 
-    /// The pieces of `active` lanes, which end where the first of the maps has a knot, or at `fraction` of that; returns
-    /// this place, and the lanes with steps of transfer functions, which only scalar code crosses.
+    /// The pieces of `active` lanes, which end at the first knot of any map, or at `fraction` of that; returns this
+    /// place, and the lanes with steps of transfer functions, which only scalar code crosses.
     #[inline(always)]
     fn cut(&mut self, simd: V, active: u32, fraction: Floats<V>) -> (Floats<V>, u32) {
         let one = all(simd, 1.0);
@@ -168,8 +168,8 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         (upto, steps)
     }
 
-    /// Reads the gradients along the frusta of the lanes `new`, of the volumes that any of them shows. Returns those whose
-    /// normals only double precision knows.
+    /// Reads the gradients along the frusta of the lanes `new`, for the volumes that are visible in any of them.
+    /// Returns the lanes whose normals require double precision.
     #[inline(always)]
     fn enter_light<L: Layers>(
         &mut self,
@@ -192,7 +192,8 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         scalar
     }
 
-    /// The volumes that any of the `active` lanes shows, at the places of the pieces; false where there are none.
+    /// The volumes that are visible in any of the `active` lanes, at the places of the pieces; returns false if there
+    /// are none.
     #[inline(always)]
     fn find_nodes(&mut self, simd: V, active: u32) -> bool {
         self.nodes.clear();
@@ -213,7 +214,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         !self.nodes.is_empty()
     }
 
-    /// Goes on behind the pieces of the lanes of `more`.
+    /// Continues behind the pieces of the lanes of `more`.
     #[inline(always)]
     fn go_on(&mut self, more: Mask<V>) {
         for map in &mut self.maps {
@@ -257,7 +258,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
             let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
             let has_room = self.lit.may_halve(to) & (to - from).simd_gt(LEAST_PART);
-            // The budget of lit rays has the advance in it, and room for rounding.
+            // The budget of lit rays includes the advance, and room for rounding.
             let share = if N == 4 { 1.0 } else { 0.95 / (1.0 + ADVANCE as f32) };
             let is_far = blend.is_far(simd, &self.lanes, share * self.color_tolerance);
             left = (is_far & has_room).to_bitmask() as u32 & active;
@@ -278,6 +279,6 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     }
 }
 
-/// A piece that is no longer than this part of its frustum is taken as it is: where the extinction of all volumes goes to
-/// zero towards its end, colours differ in any part of it.
+/// A piece that is no longer than this fraction of its frustum is taken as it is: if the extinction of all volumes goes
+/// to zero towards its end, colours differ in any part of it.
 const LEAST_PART: f32 = 1e-5;

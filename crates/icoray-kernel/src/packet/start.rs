@@ -1,8 +1,8 @@
-//! Where a ray of a packet begins: its first triangle, found from that of the ray before.
+//! The start of a ray of a packet: its first triangle, found from that of the previous ray.
 //!
-//! The steps are those of [`Walk::new`] with fewer of them: a walk from triangle to triangle by the side of three planes
-//! that the start lies beyond. What that does not settle, [`Walk::new`] does: both find the one column of the ray's
-//! great circle in which its start is bracketed, so that it does not matter from where it was searched.
+//! The steps are those of [`Walk::new`] with fewer of them: a walk from triangle to triangle by the side of three
+//! planes that the start lies beyond. [`Walk::new`] handles the remaining cases: both find the one column of the ray's
+//! great circle in which its start is bracketed, so the result does not depend on the start of the search.
 
 use super::lanes::{Entries, Mesh};
 use super::tables::Tables;
@@ -19,7 +19,7 @@ use glam::DVec3;
 use icoray_grid::Grid;
 use icoray_grid::grid::half_edges::half_edge::{APEX, NEXT};
 
-/// Triangles after which the search is left to [`Walk::new`].
+/// Number of triangles after which the search is left to [`Walk::new`].
 const MOST_STEPS: usize = 40;
 
 /// The ray in a lane.
@@ -77,8 +77,8 @@ impl Rays<'_> {
     }
 }
 
-/// Where a ray enters its first column in which something may show, searched from the triangle `hint`, and the distance
-/// before which it does not leap. `None` where nothing shows.
+/// The entry of a ray into its first column in which something may be visible, searched from the triangle `hint`, and
+/// the distance before which it does not leap. `None` if nothing is visible.
 #[inline]
 fn first_column(grid: &Grid, tables: &Tables, line: RayLine, hint: u32) -> Option<(Side, f64)> {
     let Some(leaps) = &tables.leaps else { return Some((side(grid, &tables.mesh, line, hint), 0.0)) };
@@ -87,7 +87,7 @@ fn first_column(grid: &Grid, tables: &Tables, line: RayLine, hint: u32) -> Optio
     Some((found.unwrap_or_else(|| side(grid, &tables.mesh, line, near)), until))
 }
 
-/// The side through which a ray enters its first column, which is searched from the triangle `hint`.
+/// The side through which a ray enters its first column, searched from the triangle `hint`.
 #[inline]
 fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
     let found = search(mesh, line.position(line.start), hint);
@@ -95,7 +95,7 @@ fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
     side.unwrap_or_else(|| search_whole(grid, line, hint))
 }
 
-/// The side through which a ray enters the column in which it is at distance `t`, searched from the triangle `hint`.
+/// The side through which a ray enters the column that contains it at distance `t`, searched from the triangle `hint`.
 #[inline]
 pub(super) fn side_at(mesh: &Mesh, line: RayLine, t: f64, hint: u32) -> Option<Side> {
     let triangle = search(mesh, line.position(t), hint)?;
@@ -116,7 +116,7 @@ fn cells_of(mesh: &Mesh, triangle: u32) -> [u32; 3] {
     [apex(1), apex(2), apex(0)]
 }
 
-/// The triangle around `target`, by visibility: through a side that it lies beyond.
+/// The triangle around `target`, by visibility: moves through a side that it lies beyond.
 #[inline]
 fn search(mesh: &Mesh, target: DVec3, hint: u32) -> Option<u32> {
     let mut triangle = hint;

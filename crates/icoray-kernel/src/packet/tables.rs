@@ -1,4 +1,4 @@
-//! The tables that the packets of a tile read.
+//! The tables for the packets of a tile.
 
 use super::lanes::Mesh;
 use super::light::Slopes;
@@ -11,24 +11,24 @@ use crate::owned_region::OwnedRegion;
 use crate::single_volume::SingleVolumeTracer;
 use icoray_simd::Table;
 
-/// What all packets of a tile read.
+/// The tables that all packets of a tile read.
 pub(super) struct Tables<'t> {
     pub mesh: Mesh<'t>,
     pub source: Source<'t>,
     pub spans: SpanTables<'t>,
     pub slopes: Slopes<'t>,
-    /// The macrocells; `None` where rays do not leap.
+    /// The macrocells; `None` if rays do not leap.
     pub leaps: Option<Leaps<'t, f32>>,
-    /// What is seen beside the volume; `None` where there is no more than the core.
+    /// The visible parts beside the volume; `None` if there is only the core.
     pub scene: Option<SceneTables<'t>>,
-    /// Several volumes, in place of the one of `source`.
+    /// Several volumes, which replace that of `source`.
     pub volumes: Option<VolumeTables<'t>>,
-    /// The region in which fragments are sought, and [`OwnedRegion::words`].
+    /// The region of the requested fragments, and [`OwnedRegion::words`].
     pub own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
 }
 
 impl<'t> Tables<'t> {
-    /// The tables of a frame; `None` where they are too long for gathers. Rays do not leap.
+    /// The tables of a frame; `None` if they are too long for gathers. Rays do not leap.
     pub fn new(tracer: &'t SingleVolumeTracer<'_, f32>, region: Option<&'t OwnedRegion>) -> Option<Self> {
         let slopes = match tracer.shading {
             Some(_) => Slopes::new(tracer.gradients, tracer.shell.layers())?,

@@ -1,4 +1,4 @@
-//! How the normal turns along a piece of each lane: [`NormalTurn`](crate::turn::NormalTurn) in vectors.
+//! The turn of the normal along a piece of each lane: [`NormalTurn`](crate::turn::NormalTurn) in vectors.
 
 use super::medium::Medium;
 use super::part::{Part, all};
@@ -8,14 +8,14 @@ use icoray_simd::{Floats, Machine, Mask};
 /// A vector of space in each lane.
 pub(super) type Vectors<V> = [Floats<V>; 3];
 
-/// Where in a piece its light comes from: [`LightSpread`](crate::lit::LightSpread) in vectors.
+/// The distribution of the light in a piece: [`LightSpread`](crate::lit::LightSpread) in vectors.
 pub(super) struct Spread<V: Machine> {
     pub centre: Floats<V>,
     pub error_bound: Floats<V>,
 }
 
 impl<V: Machine> Spread<V> {
-    /// Of a piece whose extinction at the ends is known.
+    /// The spread of a piece with known extinction at the ends.
     #[inline(always)]
     pub fn of(simd: V, part: &Part<V>, medium: &Medium<V>, [from, to]: [Floats<V>; 2]) -> Self {
         let sum = from + to + f32::MIN_POSITIVE;
@@ -53,7 +53,7 @@ pub(super) struct Cosines<V: Machine> {
     pub bend: Floats<V>,
 }
 
-/// A unit vector, its length before, and whether there is one.
+/// A unit vector, its length before normalisation, and whether it exists.
 struct Normal<V: Machine> {
     unit: Vectors<V>,
     length2: Floats<V>,
@@ -61,7 +61,7 @@ struct Normal<V: Machine> {
 }
 
 impl<V: Machine> Normal<V> {
-    /// Of a scaled gradient.
+    /// The normal of a scaled gradient.
     #[inline(always)]
     fn of(simd: V, gradient: &Vectors<V>) -> Self {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
@@ -110,7 +110,7 @@ impl<V: Machine> Turns<V> {
         let angle2 = rise2 + bend2 + dot::<V>(&rise, &bend).abs() * 2.0;
         let (angle, bend_length) = (angle2.sqrt(), bend2.sqrt());
         let bulged = [second::<V>(a[0], m[0], b[0]), second::<V>(a[1], m[1], b[1]), second::<V>(a[2], m[2], b[2])];
-        // No number is a large one.
+        // NaN becomes a large value.
         let bulge = (dot::<V>(&bulged, &bulged) / least).sqrt().min_precise(4.0);
         let part = bend2 / (rise2 + bend2 + f32::MIN_POSITIVE);
         let uneven = (eps * eps).mul_add(0.03, (part.mul_add(4.0, 0.5) * part).min(0.6));
@@ -140,7 +140,7 @@ impl<V: Machine> Turns<V> {
         Cosines { even, mean: self.spread.centre.mul_add(rise, even), rise, bend: dot::<V>(&self.bend, direction) }
     }
 
-    /// Part of the square of a difference between the ends that is the variance over the piece's light.
+    /// The ratio of the variance over the piece's light to the square of a difference between the ends.
     #[inline(always)]
     pub fn variance(&self) -> Floats<V> {
         self.spread.centre * self.spread.centre * -1.0 + 1.0 / 12.0
@@ -156,7 +156,7 @@ impl<V: Machine> Cosines<V> {
         end.max(middle.abs())
     }
 
-    /// The most that two values along the piece differ.
+    /// The largest difference of two values along the piece.
     #[inline(always)]
     pub fn swing(&self) -> Floats<V> {
         self.rise.abs() + self.bend.abs()
@@ -173,14 +173,14 @@ fn dot<V: Machine>(a: &Vectors<V>, b: &Vectors<V>) -> Floats<V> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
-/// Gradients divided by the largest component of all, and that; zero where it is infinite.
+/// Gradients divided by the largest component of all, and that; zero if it is infinite.
 #[inline(always)]
 fn scaled<V: Machine>(simd: V, gradients: &[Vectors<V>; 3]) -> ([Vectors<V>; 3], Floats<V>) {
     let mut largest = all(simd, f32::MIN_POSITIVE);
     for [x, y, z] in gradients {
         largest = largest.max(x.abs()).max(y.abs()).max(z.abs());
     }
-    // An infinite one leaves none.
+    // An infinite one makes all zero.
     let scale = all(simd, 1.0) / largest;
     let [a, m, b] = gradients;
     ([times::<V>(a, scale), times::<V>(m, scale), times::<V>(b, scale)], largest)

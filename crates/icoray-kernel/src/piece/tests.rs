@@ -71,7 +71,7 @@ fn narrow(piece: &Segment<f64>) -> Segment<f32> {
     Segment { f0: f0 as f32, f1: f1 as f32, kappa: kappa as f32, eps: eps as f32, length: length as f32 }
 }
 
-/// How far `light` is from `expected`: the largest difference of a channel.
+/// The error of `light` against `expected`: the largest difference of a channel.
 fn distance(light: &Radiance<f64>, expected: &Radiance<f64>) -> f64 {
     (0..3).fold(0.0, |most: f64, k| most.max((light.color[k] - expected.color[k]).abs()))
 }

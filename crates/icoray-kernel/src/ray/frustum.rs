@@ -1,4 +1,4 @@
-//! One frustum of a ray: its interpolant is cut at the knots of the transfer function, and the pieces are integrated.
+//! One frustum of a ray: cuts its interpolant at the knots of the transfer function, and integrates the pieces.
 
 use super::scalar::Ray;
 use crate::column::Flow;
@@ -11,7 +11,7 @@ use icoray_grid::real::{Real, lerp};
 use icoray_scene::Method;
 
 impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
-    /// Adds the light of one frustum, of which the ray passes `length`.
+    /// Adds the light of one frustum, through which the ray travels `length`.
     #[inline(always)]
     pub fn frustum(&mut self, interpolant: &FrustumInterpolant<T, N>, length: T) -> Flow {
         self.counts.frusta += 1;
@@ -28,7 +28,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         }
     }
 
-    /// The span that the value of a frustum begins in; `None` where it is void.
+    /// The span of the value at the start of a frustum; `None` if it is void.
     #[inline(always)]
     fn enter(&mut self, segment: &Segment<T>) -> Option<usize> {
         if segment.is_void() {
@@ -37,12 +37,12 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
             return None;
         }
         let spans = self.tracer.spans;
-        // A constant lies where its value lies, not where the ray came from.
+        // The span of a constant follows from its value, not from the previous span.
         let known = self.span.filter(|_| !segment.is_constant());
         Some(known.map_or_else(|| spans.find(segment.f0), |k| spans.follow(k, segment.f0)))
     }
 
-    /// The light of a whole frustum whose value begins in span `k`.
+    /// Adds the light of a whole frustum whose value begins in span `k`.
     #[inline(always)]
     fn whole(&mut self, segment: &Segment<T>, mut k: usize, interpolant: &FrustumInterpolant<T, N>) -> Flow {
         let spans = self.tracer.spans;
@@ -73,14 +73,14 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         if !self.tracer.spans.steps().is_empty() {
             self.near_steps(segment);
         }
-        // The transmittance of a piece that ended early is known to the last digit only.
+        // The transmittance of a piece that ended early is accurate to the last digit only.
         let rest = self.min_transmittance * T::of(1.001) + T::of(2.0 * T::ROUNDING);
         if self.light.ends(rest, T::of(self.tracer.budget.brightest)) { Flow::Stop } else { Flow::On }
     }
 
     /// Splits a monotone segment, `range` of the whole interpolant, at the transfer function's knots, from span `k` to
-    /// the one that is returned. The span is carried from piece to piece: which side of a knot a piece lies on is
-    /// known from where it came, never asked of a rounded value.
+    /// the returned one. The span is carried from piece to piece: the side of a knot follows from the previous piece,
+    /// never from a rounded value.
     #[inline]
     fn monotone(
         &mut self,
@@ -99,7 +99,8 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         let mut error_bound = Roundoff::new(segment, segment_reach, MediumSample::at(spans.span(k), f0));
         let (zero, one) = (T::zero(), T::one());
         let rising = f1 >= f0;
-        // Each knot is sought in what is left: a narrow piece found from the start would be a difference of two u.
+        // Each knot is searched in the remainder: a narrow piece searched from the start would be a difference of two
+        // u.
         let mut rest = *segment;
         let mut from = range[0];
         loop {
@@ -183,7 +184,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         self.light.variance = self.light.variance + off * off;
     }
 
-    /// A segment that ends or turns as close to a step as rounding reaches may lie beyond it there.
+    /// Accounts for a segment that ends or turns within rounding of a step, and may lie beyond it there.
     #[inline]
     fn near_steps(&mut self, segment: &Segment<T>) {
         let steep = (segment.f1 - segment.f0).abs() + segment.kappa.abs();
@@ -191,7 +192,8 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
             return;
         }
         let reach = T::of(8.0) * segment.reach(self.size);
-        // Where f turns it lies beyond for the root of what rounding reaches, at an end as its slope there goes.
+        // At an extremum of f the length beyond is the root of the reach of rounding, at an end it follows from the
+        // slope there.
         let root = (reach / (reach + steep)).sqrt();
         let rise = segment.f1 - segment.f0;
         let slopes = [rise + segment.kappa, rise - segment.kappa / (T::one() + segment.eps)];

@@ -1,4 +1,4 @@
-//! One ray on its way from column to column, with `N` values carried along.
+//! One ray from column to column, carrying `N` values.
 
 use crate::column::{Chord, ColumnVisitor, Flow, RayPoint, cross};
 use crate::column_ray::ColumnRay;
@@ -18,18 +18,18 @@ pub(crate) struct Ray<'r, 'f, T, const N: usize> {
     pub tracer: &'r SingleVolumeTracer<'f, T>,
     line: RayLine,
     pub shading: Option<RayShading<T>>,
-    /// Error of the colour that is allowed per absorbed light.
+    /// Allowed error of the colour per absorbed light.
     pub color_tolerance: T,
     /// Transmittance at which the ray ends.
     pub min_transmittance: T,
     /// The gap at the exit of the last column; `None` at the start and behind a void.
     gap: Option<usize>,
-    /// The span of the transfer function that the ray is in; `None` at the start and behind a void.
+    /// The span of the transfer function at the ray's position; `None` at the start and behind a void.
     pub span: Option<usize>,
-    /// The largest magnitude of values at the vertices of the frustum that the ray is in, where it is needed
+    /// The largest magnitude of values at the vertices of the current frustum, if needed
     /// ([`Spans::needs_sizes`](crate::transfer::Spans::needs_sizes)); else 1.
     pub size: T,
-    /// The largest component of the gradients at the vertices, where it is known; else 0.
+    /// The largest component of the gradients at the vertices, if known; else 0.
     pub gradient_size: T,
     pub light: Radiance<T>,
     pub counts: Counts,
@@ -39,9 +39,9 @@ pub(crate) struct Ray<'r, 'f, T, const N: usize> {
 struct Pass<'p, 'r, 'f, T, const N: usize> {
     ray: &'p mut Ray<'r, 'f, T, N>,
     column: &'p Column,
-    /// Bits of the blocks of gaps in which something can be seen.
+    /// Bits of the visible blocks of gaps.
     blocks: u32,
-    /// Where the samples of each vertex begin.
+    /// Offsets of the samples of each vertex.
     base: [isize; 3],
     /// Weights of the second and third vertex at the column's entry and exit.
     weight: [[T; 2]; 2],
@@ -90,8 +90,8 @@ impl<T: Real, const N: usize> Pass<'_, '_, '_, T, N> {
     }
 }
 
-/// Far beyond the transfer function's range, the roundings that count are those of a column's weights, which all of its
-/// frusta share: a size counts twice there.
+/// Far beyond the transfer function's range, the roundings that matter are those of a column's weights, which all of
+/// its frusta share: a size counts twice there.
 #[inline(always)]
 fn correlated<T: Real>(size: T) -> T {
     size.max(size + size - T::one())
@@ -167,7 +167,7 @@ impl<'r, 'f, T: Real, const N: usize> Ray<'r, 'f, T, N> {
         }
     }
 
-    /// An opaque core ends the ray, a hollow core lets it pass.
+    /// Ends the ray at an opaque core, or passes a hollow one.
     #[inline]
     pub fn core(&mut self, t: f64) -> Flow {
         let Some(core) = &self.tracer.core else { return Flow::On };

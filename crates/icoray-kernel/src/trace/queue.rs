@@ -9,7 +9,7 @@ use icoray_grid::Grid;
 /// A ray to be traced.
 #[derive(Debug, Clone, Copy)]
 pub struct PrimaryRay {
-    /// Number of the ray, by which its light is reported.
+    /// Number of the ray in the report of its light.
     pub number: usize,
     /// The eye, in planet radii from the planet's centre.
     pub eye: DVec3,
@@ -24,12 +24,12 @@ pub struct PrimaryRay {
 pub(crate) struct Clip<'o> {
     /// Radius of the sphere to which rays are clipped.
     pub outer: f64,
-    /// A region of which rays must come near, and the inner radius of its columns.
+    /// A region that rays must approach, and the inner radius of its columns.
     pub region: Option<(&'o OwnedRegion, f64)>,
 }
 
 impl Clip<'_> {
-    /// The ray from `eye` along `dir`, if it passes there.
+    /// The ray from `eye` along `dir`, if it passes through this space.
     #[inline]
     pub fn line(&self, eye: DVec3, dir: DVec3) -> Option<RayLine> {
         let is_near = |line: &RayLine| self.region.is_none_or(|(own, inner)| own.is_near(line, inner, self.outer));
@@ -51,13 +51,13 @@ impl RowHints {
         RowHints { last: start, row: start }
     }
 
-    /// Where the first triangle of a ray is searched from.
+    /// The triangle from which the first triangle of a ray is searched.
     #[inline]
     pub fn get(&self, begins_row: bool) -> u32 {
         if begins_row { self.row } else { self.last }
     }
 
-    /// The first triangle of a ray; of one that is clipped away, [`Self::get`].
+    /// Sets the first triangle of a ray; for one that is clipped away, [`Self::get`].
     #[inline]
     pub fn set(&mut self, begins_row: bool, triangle: u32) {
         self.last = triangle;

@@ -10,7 +10,7 @@ pub mod culled;
 
 const OUTER: f64 = 1.1;
 
-/// Walks one ray and says what is wrong with its columns, if anything.
+/// Walks one ray and returns the first fault of its columns, if any.
 fn walk(grid: &Grid, eye: DVec3, dir: DVec3, hint: u32) -> Result<usize, String> {
     let Some(line) = RayLine::new(eye, dir, OUTER) else { return Ok(0) };
     let mut walk = Walk::new(grid, line, hint);

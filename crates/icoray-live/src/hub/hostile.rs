@@ -1,4 +1,4 @@
-//! Random requests to the page of a model, whatever they ask for: what is the model's stays as it was.
+//! Random requests of any kind to the page of a model: the model's own settings stay unchanged.
 
 use super::*;
 use crate::session::{ChangeRequest, PictureSize, Start};
@@ -57,7 +57,7 @@ fn text_like(random: &mut Random, text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// All that is the model's of a scene: when it draws what, where it goes, what it costs.
+/// The model's own settings of a scene: times, contents, destination and cost of its pictures.
 fn models_own(text: &str) -> String {
     let (script, plain) = (Script::parse(text).unwrap(), Scene::parse("field = 'q'").unwrap());
     let (mut own, mut before) = (format!("{:?}\n", script.live()), None);
@@ -67,7 +67,7 @@ fn models_own(text: &str) -> String {
     for step in 0..12 {
         let now = Stamp { step, time_s: 30.0 * step as f64, date: None };
         for shot in script.scheduled(&now, before.as_ref()).flat_map(|view| view.shots(&now)) {
-            // What viewers may change is the same in all; the rest is compared.
+            // The settings that viewers may change are made equal; the rest is compared.
             let Scene { camera, volumes, exaggeration, background, core, lighting, labels, .. } = plain.clone();
             let mut scene = Scene { camera, volumes, exaggeration, background, core, lighting, labels, ..shot.scene };
             let scenery = &mut scene.scenery;

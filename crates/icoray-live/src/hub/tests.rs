@@ -33,7 +33,7 @@ fn a_picture_comes_coarse_first_and_then_at_rest() {
     let second = draw(&hub);
     assert_eq!((second.is_final, second.scene.width, second.scene.time_budget_ms), (true, 1000, None));
     assert!(hub.drawn(&second, 0.01));
-    // What is quick is drawn as it is at rest.
+    // Quick pictures are drawn at rest.
     change(&hub, r#"{"changes":[{"path":["camera","lon"],"value":7}]}"#);
     assert!(draw(&hub).is_final);
 }

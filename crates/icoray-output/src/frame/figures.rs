@@ -1,8 +1,8 @@
-//! The figures of a frame's report, each declared once: its name, its type in C, what it means and how it is read.
+//! The figures of a frame's report, each declared once: its name, its type in C, its meaning and its value.
 //!
-//! What states figures follows from [`FIGURES`]: the columns of `report.csv`, the texts of pictures, the structs of C
-//! and Fortran, the dicts of Python and their types, and the table in `docs/src/reports.md`. Of files that are checked
-//! in, `tests/header` compares and writes what follows.
+//! [`FIGURES`] determines everything that states figures: the columns of `report.csv`, the texts of pictures, the
+//! structs of C and Fortran, the dicts of Python and their types, and the table in `docs/src/reports.md`.
+//! `tests/header` compares and writes the generated files that are checked in.
 
 use super::{Certainty, Colors, DeviceReport, FrameReport};
 use icoray_grid::numbers;
@@ -13,27 +13,27 @@ use std::fmt;
 /// A figure of a frame.
 #[derive(Debug)]
 pub struct Figure {
-    /// Its name, with its unit where it has one: `_s` is seconds, `bytes` are bytes.
+    /// Its name, with its unit if it has one: `_s` is seconds, `bytes` are bytes.
     pub name: &'static str,
-    /// What it is, in lines that end with a newline each.
+    /// Its description, in lines that end with a newline each.
     pub meaning: &'static str,
-    /// Where it is stated.
+    /// The places that state it.
     pub scope: Scope,
     /// Its type in words.
     pub kind: Kind,
-    /// Its type in C, as Rust calls it; `None` if the struct of C does not have it.
+    /// Its type in C, by Rust's name; `None` if the struct of C does not have it.
     pub c_type: Option<&'static str>,
     value: fn(&Source) -> Value,
 }
 
-/// Where a figure is stated; each scope includes those before it.
+/// The places that state a figure; each scope includes the previous ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Scope {
     /// In the structs of C and Fortran and by `Context.report()` of Python: a figure of a model's calls.
     Host,
     /// In `report.csv` and in `Image.report` of Python too: a figure of one frame.
     Frame,
-    /// In the texts of picture files too: a figure of what the picture shows, whatever it cost.
+    /// In the texts of picture files too: a figure of the picture's contents, independent of its cost.
     Picture,
 }
 
@@ -42,7 +42,7 @@ pub enum Scope {
 pub struct Kind {
     /// Its type in Python.
     pub python: &'static str,
-    /// The words for the numbers in C, from 0; none if numbers are numbers.
+    /// The words for the numbers in C, from 0; empty if numbers stand for themselves.
     pub words: &'static [&'static str],
 }
 
@@ -65,15 +65,15 @@ pub enum Value {
     ColorMaps(Vec<Colors>),
 }
 
-/// What figures are read from.
+/// The data from which figures are read.
 struct Source<'a> {
     stamp: &'a Stamp,
     report: &'a FrameReport,
     host: &'a CFrameReport,
 }
 
-/// Declares figures: `Scope name: type Kind = value`, after the meaning as a doc comment; those in C in the order of
-/// the struct there, with their types there, and then the others.
+/// Declares figures: `Scope name: type Kind = value`, after the description as a doc comment; those in C in the order
+/// of the struct there, with their types there, and then the others.
 macro_rules! figures {
     (
         $(#[doc = $about:literal])*

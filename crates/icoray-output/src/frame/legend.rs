@@ -7,7 +7,7 @@ use icoray_scene::{Labels, Scene};
 pub struct Legend {
     /// The labels of the scene.
     pub(crate) labels: Labels,
-    /// The scene as it was drawn, its colours' range known.
+    /// The scene as drawn, with known ranges of its colours.
     pub(crate) scene: Scene,
     /// The radius of the ground, exaggerated.
     pub(crate) inner: f64,
@@ -16,7 +16,7 @@ pub struct Legend {
 }
 
 impl Legend {
-    /// The legend of a scene that asks for one.
+    /// The legend of a scene, if it requests one.
     pub fn of(scene: &Scene, radius: &[f64]) -> Option<Box<Self>> {
         let labels = scene.labels.clone()?;
         let [inner, outer] = [radius.first(), radius.last()].map(|radius| radius.copied().unwrap_or(1.0));

@@ -1,29 +1,29 @@
-//! Rays per pixel, and how well they stand for its area.
+//! Rays per pixel, and their sampling errors.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Rays per pixel, and how well they stand for its area.
+/// Rays per pixel, and their sampling errors.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct SamplingReport {
-    /// Most rays that a pixel may take ([`samples`](icoray_scene::Scene::samples)).
+    /// Maximum number of rays of a pixel ([`samples`](icoray_scene::Scene::samples)).
     pub samples: u32,
-    /// Mean number of rays whose mean a pixel shows, over the pixels that may show the shell, where the scene's
-    /// [`samples`](icoray_scene::Scene::samples) were taken; less than 1 where not every pixel was traced; else 1,
-    /// whatever rays pixels at edges take.
+    /// Mean number of rays whose mean a pixel shows, over the pixels that may show the shell, if the scene's
+    /// [`samples`](icoray_scene::Scene::samples) were taken; less than 1 if not every pixel was traced; else 1,
+    /// independent of the rays of pixels at edges.
     pub rays_per_pixel: f64,
-    /// Estimated sampling errors; `None` where pixels are one ray each, which give no estimate.
+    /// Estimated sampling errors; `None` if each pixel has one ray, which gives no estimate.
     pub error: Option<SamplingError>,
     /// Cells that fall into a pixel.
     pub cells_per_pixel: CellsPerPixel,
 }
 
-/// Estimated sampling errors of the pixels that may show the shell: how far the mean of a pixel's rays may be from the
+/// Estimated sampling errors of the pixels that may show the shell: the error of the mean of a pixel's rays against the
 /// mean over its area, the largest of its channels, premultiplied linear 0 to 1. The errors of the integrals along the
-/// rays ([`ErrorSummary`](super::ErrorSummary)) are not in it.
+/// rays ([`ErrorSummary`](super::ErrorSummary)) are not included.
 ///
-/// Each is meant to be no less than the actual one in 95 % of pixels; what falls between all rays of a pixel escapes
-/// it. Where not every pixel was traced, it is how far those between traced ones may be off what their rays would show,
+/// Each is intended to be no less than the actual one in 95 % of pixels; details between all rays of a pixel are not
+/// detected. If not every pixel was traced, it is the error of the pixels between traced ones against their rays,
 /// estimated from the traced ones around.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct SamplingError {
@@ -33,10 +33,10 @@ pub struct SamplingError {
     pub mean: f64,
 }
 
-/// How many cells fall into a pixel, over pixels whose rays meet the shell, of at most 16 × 16 pixels at equal distances
-/// in the picture: the area of a layer that the pixel covers where its ray meets the shell first, divided by that of a
-/// cell there. The layer is the outermost one or, from within the shell, the outermost or innermost one; a cell has the
-/// area of two triangles of the mesh. 0 where no ray meets the shell.
+/// Number of cells per pixel, over pixels whose rays meet the shell, of at most 16 × 16 evenly spaced pixels of the
+/// picture: the area of a layer that the pixel covers where its ray meets the shell first, divided by that of a cell
+/// there. The layer is the outermost one or, from within the shell, the outermost or innermost one; a cell has the area
+/// of two triangles of the mesh. 0 if no ray meets the shell.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellsPerPixel {
     /// Largest over the pixels, which is at the limb.
@@ -46,11 +46,11 @@ pub struct CellsPerPixel {
 }
 
 impl CellsPerPixel {
-    /// Cells per pixel from which on one ray per pixel shows chance.
+    /// Cells per pixel from which one ray per pixel gives a random sample.
     const MANY: f64 = 4.0;
 
-    /// The value of [`samples`](icoray_scene::Scene::samples) that gives each cell of a pixel about one ray, where many
-    /// fall into one.
+    /// The value of [`samples`](icoray_scene::Scene::samples) that gives each cell of a pixel about one ray, if a pixel
+    /// has many cells.
     ///
     /// ```
     /// use icoray_output::CellsPerPixel;
@@ -65,7 +65,7 @@ impl CellsPerPixel {
 }
 
 impl SamplingReport {
-    /// What to ask for where one ray stands for many cells, in words.
+    /// The suggested setting if one ray stands for many cells, in words.
     pub fn hint(&self) -> Option<String> {
         let samples = self.cells_per_pixel.suggested_samples().filter(|_| self.samples <= 1)?;
         let CellsPerPixel { mean, .. } = self.cells_per_pixel;

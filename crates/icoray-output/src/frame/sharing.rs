@@ -1,15 +1,15 @@
-//! How ranks share out a picture.
+//! The distribution of a picture over ranks.
 
 use icoray_scene::Scheme;
 use std::fmt;
 
-/// How ranks share out a picture, and why.
+/// The distribution of a picture over ranks, with the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sharing {
     /// Tiles or fragments.
     pub scheme: Scheme,
     why: &'static str,
-    /// How ranks came to have the field, where they were given columns of it.
+    /// How ranks obtained the field, if they were given columns of it.
     gathered: Option<&'static str>,
 }
 
@@ -19,7 +19,7 @@ impl Sharing {
         Sharing { scheme, why, gathered: None }
     }
 
-    /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared;
+    /// The scheme for a field that was gathered in each node's memory, or in each rank's own if none could be shared;
     /// with the grid, if ranks have parts of it.
     pub fn of_gathered(self, has_parts: bool, is_refused: bool) -> Self {
         let gathered = match (has_parts, is_refused) {

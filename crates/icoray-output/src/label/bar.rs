@@ -93,7 +93,7 @@ impl<'s> Bar<'s> {
         shown.into_iter().filter_map(Self::of).collect()
     }
 
-    /// `None` where colours do not depend on the value.
+    /// `None` if colours do not depend on the value.
     fn of(painting: Painting<'s>) -> Option<Self> {
         let Painting { field, transfer, coloring, opacity } = painting;
         let coloring = coloring.and_then(|coloring| Some((coloring.scale(), coloring.fixed()?)));

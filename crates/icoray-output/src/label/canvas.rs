@@ -1,4 +1,4 @@
-//! The bytes of a picture, and what is put over them.
+//! The bytes of a picture, and drawing on them.
 
 use super::font::Mask;
 
@@ -20,7 +20,7 @@ pub(super) struct Rect {
 }
 
 impl Rect {
-    /// The rectangle with so many more pixels on each side.
+    /// The rectangle with `by` more pixels on each side.
     pub fn grown(self, by: i64) -> Self {
         let Rect { x, y, width, height } = self;
         Rect { x: x - by, y: y - by, width: width + 2 * by, height: height + 2 * by }
@@ -35,7 +35,7 @@ impl Canvas {
         self.rgba.extend(added);
     }
 
-    /// Puts a colour over a pixel, `ink` of it; nothing outside the picture.
+    /// Blends a colour over a pixel with the coverage `ink`; does nothing outside the picture.
     pub fn blend(&mut self, x: i64, y: i64, color: [u8; 3], ink: f32) {
         let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y)) else { return };
         if x >= self.width || y >= self.height || ink <= 0.0 {
@@ -52,7 +52,7 @@ impl Canvas {
         pixel[3] = (alpha * 255.0 + 0.5) as u8;
     }
 
-    /// Puts a colour over a rectangle.
+    /// Blends a colour over a rectangle.
     pub(super) fn fill(&mut self, rect: Rect, color: [u8; 3], ink: f32) {
         for y in rect.y..rect.y + rect.height {
             for x in rect.x..rect.x + rect.width {
@@ -61,7 +61,7 @@ impl Canvas {
         }
     }
 
-    /// Puts a colour over the ink of a mask whose upper left corner is at (`x`, `y`).
+    /// Blends a colour over the ink of a mask whose upper left corner is at (`x`, `y`).
     pub(super) fn stamp(&mut self, x: i64, y: i64, mask: &Mask, color: [u8; 3]) {
         for (row, inks) in (y..).zip(mask.ink.chunks_exact(mask.width.max(1) as usize)) {
             for (column, ink) in (x..).zip(inks) {

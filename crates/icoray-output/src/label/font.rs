@@ -94,7 +94,7 @@ impl Size {
 }
 
 impl Mask {
-    /// A line of text in the font of labels, `em` pixels per em; set smaller, but legible, where it would be wider than
+    /// A line of text in the font of labels, `em` pixels per em; set smaller, but legible, if it would be wider than
     /// `most` pixels.
     pub fn of_text(text: &str, em: f32, most: i64) -> Self {
         Size(em).fitting(text, most).line(text)

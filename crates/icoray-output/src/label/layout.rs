@@ -307,7 +307,7 @@ impl<'f> Page<'f> {
         block.draw(canvas, x, y, self.ink);
     }
 
-    /// Bars below the picture: side by side where there is room, else below each other.
+    /// Bars below the picture: side by side if there is room, else below each other.
     fn rows_below(&self, bars: &[Bar]) -> Vec<Block> {
         let Page { width, margin, .. } = *self;
         let most = width - 2 * margin;

@@ -1,4 +1,4 @@
-//! Labels in pictures: what is drawn where, seen by its pixels.
+//! Labels in pictures, checked by their pixels.
 
 use super::*;
 use crate::frame::{Certainty, ErrorSummary};
@@ -174,7 +174,7 @@ fn labels_below_leave_the_picture_as_it_is() {
     assert!(top > 300 && left > 0 && right < 399);
 }
 
-/// Where a bar that finds its own place stands, as its coloured pixels' least and largest column and row.
+/// The position of a bar that chooses its own place, as its coloured pixels' least and largest column and row.
 fn found(canvas: &Canvas) -> [f64; 4] {
     let [width, height] = [canvas.width, canvas.height].map(i64::from);
     let points: Vec<(i64, i64)> = (0..width * height).map(|at| (at % width, at / width)).collect();

@@ -16,7 +16,7 @@ pub(super) struct Ticks {
 
 /// Largest and smallest powers of ten of a range's larger end that are written out.
 const PLAIN: std::ops::Range<i32> = -2..6;
-/// Powers of ten that are written out on logarithmic scales, where all of a bar's are among them.
+/// Powers of ten that are written out on logarithmic scales if all of a bar's are among them.
 const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -2..=3;
 /// Largest number of decades with minor ticks.
 const FINE_DECADES: usize = 9;
@@ -115,7 +115,7 @@ fn fine(powers: std::ops::RangeInclusive<i32>) -> impl Iterator<Item = f64> {
     powers.flat_map(|power| (2..10).map(move |times| f64::from(times) * decade(power)))
 }
 
-/// 1, 2 and 5 times powers of ten where these are three at least, else even steps.
+/// 1, 2 and 5 times powers of ten if these are at least three, else even steps.
 fn within_decades(range: [f64; 2], most: usize) -> Ticks {
     let is_in = |v: &f64| range[0] * (1.0 - 1e-9) <= *v && *v <= range[1] * (1.0 + 1e-9);
     let powers = order(range[0])..=order(range[1]);

@@ -1,4 +1,4 @@
-//! Units and powers of ten as print has them: `m s-1` as m s⁻¹.
+//! Typesets units and powers of ten: `m s-1` as m s⁻¹.
 
 /// Formulas whose digits are no exponents.
 const SUBSTANCES: [&str; 8] = ["CO", "CH", "O", "N", "NO", "SO", "NH", "H"];
@@ -15,7 +15,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     format!("10{}", raised(exponent))
 }
 
-/// Units as print has them; `None` where there is nothing to say, such as for `1`.
+/// Typeset units; `None` if there is no text, such as for `1`.
 ///
 /// ```
 /// # use icoray_output::printed_units;
@@ -25,7 +25,7 @@ pub fn printed_units(units: &str) -> Option<String> {
     pretty(units, 0)
 }
 
-/// Units of values that are shown divided by 10 to the `exponent`; `None` where nothing is to be said.
+/// Units of values that are shown divided by 10 to the `exponent`; `None` if there is no text.
 pub(super) fn pretty(units: &str, exponent: i32) -> Option<String> {
     let units = units.trim();
     let is_none = ["", "1", "-", "none", "unitless", "dimensionless", "nondimensional"];

@@ -123,7 +123,7 @@ pub(super) fn is_over(frame: &Frame, legend: &Legend) -> bool {
     legend.labels.error_note != Some(false) && frame.report.error.pixels_over_tolerance > 0
 }
 
-/// Notes on the picture: exaggeration and, where it is asked for or above the tolerance, error.
+/// Notes on the picture: exaggeration and, if requested or above the tolerance, error.
 pub(super) fn notes(frame: &Frame, legend: &Legend) -> Vec<String> {
     let mut notes = Vec::new();
     if legend.labels.scale_note && legend.scene.exaggeration != 1.0 {

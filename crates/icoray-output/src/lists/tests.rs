@@ -1,4 +1,4 @@
-//! The exact texts, and what is there already.
+//! The exact texts, and existing entries.
 
 use super::*;
 use crate::frame::tests::frame;
@@ -131,7 +131,7 @@ fn texts_of_others_are_left_alone() {
         fs::write(&path, "").unwrap();
         checked().unwrap();
     }
-    // What is not a file is not opened.
+    // A path that is not a file is not opened.
     fs::remove_file(folder.path().join("m.ffconcat")).unwrap();
     fs::create_dir(folder.path().join("m.ffconcat")).unwrap();
     let error = texts(&series, folder.path(), false).try_for_each(|text| text.check()).unwrap_err();

@@ -1,4 +1,4 @@
-//! Order, a full queue, and what goes wrong with a disk.
+//! Order, a full queue, and failures of a disk.
 
 use super::*;
 use crate::frame::tests::frame;
@@ -25,7 +25,7 @@ fn took(writer: &Writer) -> Vec<(i64, bool)> {
     writer.take_outcomes().kept.iter().map(|w| (w.stamp.step, w.result.is_ok())).collect()
 }
 
-/// A writer that writes nothing: it tells the step of each frame that it begins with, and ends when it is let.
+/// A writer that writes nothing: it sends the step of each frame when it begins with it, and finishes when permitted.
 struct Gated {
     writer: Arc<Writer>,
     begun: Receiver<i64>,
@@ -214,7 +214,7 @@ fn a_full_disk_fails_its_frame_and_leaves_nothing() {
     let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
     match output.status.code() {
         Some(0) => assert!(said.contains("1 passed"), "{said}"),
-        // What the test harness ends with when a test fails.
+        // The exit code of the test harness when a test fails.
         Some(101) => panic!("{said}"),
         _ => skip_because(Need::Mount, said),
     }

@@ -19,10 +19,10 @@ pub(super) struct Copies {
 }
 
 impl Copies {
-    /// Copies what the jobs need in place of what was copied before, each field once. Collective.
+    /// Copies the fields that the jobs need, each once, and replaces the previous copies. Collective.
     ///
     /// # Errors
-    /// The same on all ranks, as of [`Columns::gather`].
+    /// Equal on all ranks: those of [`Columns::gather`].
     pub fn take(&mut self, ranks: &mut Ranks, renderer: &Renderer, jobs: &[(Job, Fields)]) -> Result<()> {
         for (_, gathered) in take(&mut self.gathered) {
             gathered.leave(ranks);
@@ -38,7 +38,7 @@ impl Copies {
             match spread.iter_mut().find(|(known, ..)| Arc::ptr_eq(known, held)) {
                 Some((_, _, inputs, fields)) => {
                     inputs.derivation_inputs.extend(of_derived);
-                    // The heights are those of the first picture that needs some.
+                    // The heights are those of the first picture that needs heights.
                     inputs.layers = if fields.heights().is_some() { inputs.layers } else { &job.layers };
                     *fields = take(fields).with(needed.clone());
                 }
@@ -70,7 +70,7 @@ impl Copies {
     /// This rank's own copies.
     ///
     /// # Errors
-    /// None that can be met: copies have the shapes that they were made with.
+    /// None in practice: copies keep the shapes of their fields.
     pub fn fields(&self) -> Result<Fields<'_>> {
         self.own.fields()
     }
@@ -99,8 +99,7 @@ fn columns(job: &Job) -> Option<(&Arc<Decomposition>, &Columns)> {
     }
 }
 
-/// The fields that a job needs, where it can be rendered of `fields`. Where ranks have columns, that is known once they
-/// are put together.
+/// The fields that a job needs, if `fields` suffice to render it. For ranks with columns, gathering checks that.
 pub(super) fn needed<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
     let needed = fields.needed_by(&job.scene)?;
     if let (Some(first), None) = (needed.each().next(), columns(job)) {
@@ -109,7 +108,7 @@ pub(super) fn needed<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
     Ok(needed)
 }
 
-/// Refuses what cannot be rendered of the columns that were put together.
+/// Checks that a job can be rendered from the gathered columns.
 pub(super) fn check_gathered(job: &Job, copies: &Copies) -> Result<()> {
     let Some(gathered) = copies.gathered(job) else { return Ok(()) };
     let fields = gathered.fields()?;

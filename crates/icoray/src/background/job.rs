@@ -15,7 +15,7 @@ pub struct Job {
     pub scene: Arc<Scene>,
     /// The grid.
     pub grid: Arc<Grid<'static>>,
-    /// The rank's part of the grid or columns of the fields; `None` if it has all of both.
+    /// The rank's part of the grid or columns of the fields; `None` if it has the whole grid and whole fields.
     pub held: Option<Arc<Decomposition>>,
     /// The layers.
     pub layers: Arc<Layers>,
@@ -43,19 +43,19 @@ pub struct Accepted {
 /// Outcome of a submitted frame.
 #[derive(Debug, Clone)]
 pub struct Drawn {
-    /// Which frame it was.
+    /// Step and time of the frame.
     pub stamp: Stamp,
     /// The note `view` of its job.
     pub view: Option<String>,
-    /// Whether it is the first one of those that were handed over together.
+    /// Whether it is the first of the frames that were submitted together.
     pub is_first: bool,
-    /// The frame's report, or the reason why it was not drawn. `write_s` is 0: it has yet to be written, and what
-    /// comes of that is an outcome of the [`Writer`](icoray_output::writer::Writer).
+    /// The frame's report, or the reason why it was not drawn. `write_s` is 0, as the frame has yet to be written; the
+    /// [`Writer`](icoray_output::writer::Writer) reports the outcome of that.
     pub result: Result<FrameReport>,
     /// The frame that the writer dropped for this one.
     pub dropped: Option<Stamp>,
-    /// Whether all ranks have the same result or the same error. What only this rank has is a panic outside of the
-    /// phases of a frame, of which others hear as of a frame that was broken off.
+    /// Whether all ranks have the same result or the same error. False only for a panic outside of the phases of a
+    /// frame, which other ranks receive as a frame that was broken off.
     pub is_of_all: bool,
 }
 

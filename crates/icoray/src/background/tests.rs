@@ -1,4 +1,4 @@
-//! Frames drawn of copies: the same pictures, and what goes wrong.
+//! Frames drawn from copies: equal pictures, and failures.
 
 use super::*;
 use crate::ranks::Decomposition;
@@ -286,7 +286,8 @@ fn a_writer_that_drops_frames_is_heard_of() {
     assert_eq!(background.take_outcomes().kept[0].dropped.as_ref().unwrap().step, 7);
 }
 
-/// Fields of a step are copied once for all of its frames, and what is wrong with one keeps no other from being drawn.
+/// Fields of a step are copied once for all of its frames, and an error of one does not prevent the others from being
+/// drawn.
 #[test]
 fn frames_of_a_step_are_drawn_of_one_copy() {
     let stage = Stage::new();

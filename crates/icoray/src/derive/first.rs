@@ -1,4 +1,4 @@
-//! Fields as they were in the first frame that asked for them.
+//! Stores fields as they were in the first frame that requested them.
 
 use super::FieldLayout;
 use super::run::{Operation, fill};
@@ -7,15 +7,15 @@ use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, OwnedReals};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Maximum number of stored fields: bounds the memory when a host generates ever new names.
+/// Maximum number of stored fields: bounds the memory if a host generates ever new names.
 const MAX_STEPS: usize = 64;
 
 /// The stored fields; they live as long as the renderer.
 #[derive(Debug, Default)]
 pub(super) struct FirstFrames(Mutex<Vec<FirstFrame>>);
 
-/// A field is known by what it is made of, the model's name of it in the end, and by its shape: one of another shape
-/// has a first frame of its own.
+/// Identified by the definition of the field, down to the model's names, and by its shape: each shape has a first frame
+/// of its own.
 #[derive(Debug)]
 struct FirstFrame {
     origin: String,
@@ -43,7 +43,7 @@ impl FirstFrames {
         Ok(values)
     }
 
-    /// Bytes of all of them.
+    /// Bytes of all stored fields.
     pub fn bytes(&self) -> usize {
         let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.iter().map(|first| first.values.bytes()).sum()

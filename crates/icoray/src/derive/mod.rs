@@ -1,11 +1,11 @@
 //! Derived fields: computed before a frame is drawn, if the scene shows them or a shown field depends on them.
 //!
-//! A derived field lies where its inputs do, level-fastest, in f32 unless one of them has f64; it is missing wherever
-//! one of them is. Sums and lengths are taken in f64, and what is too large for the array is the largest number that it
-//! holds.
+//! A derived field has the location and the layers of its inputs. It is stored level-fastest, in f32 unless an input
+//! has f64, and is missing where an input is. Sums and lengths are computed in f64 and limited to the largest number of
+//! the array's type.
 //!
-//! Ranks with parts derive their own columns, halo included. Only zonal means need those of others; they are added up
-//! in whole numbers, so that neither threads nor ranks change a bit of them.
+//! Ranks with parts derive their own columns, halo included. Only zonal means need columns of other ranks; they are
+//! summed in integers, so the result does not depend on threads or ranks, to the bit.
 
 mod first;
 mod resolve;
@@ -51,7 +51,7 @@ pub(crate) struct DerivedFields {
     fields: Vec<DerivedField>,
     /// The name by which derivations refer to the unnamed field.
     unnamed: Option<String>,
-    /// Bytes of fields of first frames.
+    /// Bytes of stored fields of first frames.
     remembered: usize,
 }
 
@@ -63,7 +63,7 @@ struct DerivedField {
     at: FieldLayout,
 }
 
-/// Where a field's values lie, however they are stored.
+/// Location and shape of a field's values, independent of their storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct FieldLayout {
     location: Location,
@@ -91,13 +91,13 @@ impl DerivedField {
 }
 
 impl DerivedFields {
-    /// The derived fields before those that they are made of.
+    /// The derived fields, followed by the given ones.
     pub fn fields<'m>(&'m self, of: &Fields<'m>) -> Fields<'m> {
         let derived = self.fields.iter().map(|made| (made.name.clone(), made.field()));
         of.behind(derived.collect(), self.unnamed.as_deref())
     }
 
-    /// Bytes that they take, and those that are remembered for them.
+    /// Bytes of the derived fields and of those stored for them.
     pub fn bytes(&self) -> usize {
         self.fields.iter().map(|made| made.values.bytes()).sum::<usize>() + self.remembered
     }
@@ -110,17 +110,17 @@ impl DerivedFieldCache {
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
     }
 
-    /// Checks that the derived fields of a scene fit into `limit` or into what the system has, beyond those of the frame
-    /// before. They are taken to be as large as the first of `fields`.
+    /// Checks that the derived fields of a scene fit into `limit` or the system's free memory, beside those of the
+    /// previous frame. Each is assumed to be as large as the first of `fields`.
     pub fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>) -> Result<()> {
         let held =
             self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
-        // A frame without fields is refused where they are read.
+        // A frame without fields is refused where fields are read.
         let needed = fields.first("").map_or(0, |field| bytes(scene, field));
         memory::require("derived fields", needed.saturating_sub((held + self.firsts.bytes()) as u64), limit)
     }
 
-    /// A buffer in the highest precision of `of`; reuses a stored one if there is one of this precision.
+    /// A buffer in the highest precision of `of`; reuses a stored one of this precision.
     fn room_for(&self, of: &[Field]) -> OwnedReals {
         let is_wide = of.iter().any(|field| matches!(field.samples(), Reals::F64(_)));
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
@@ -187,7 +187,7 @@ pub(crate) fn bytes(scene: &Scene, field: &Field) -> u64 {
     (resolve::count_arrays(scene) * columns * layers * value_bytes) as u64
 }
 
-/// The fields of which one is made, which lie at the same places.
+/// The inputs of a derivation, all at the same location.
 fn inputs<'f>(fields: &Fields<'f>, how: &How) -> Result<Vec<Field<'f>>> {
     let names = how.fields();
     let found = names.iter().map(|name| fields.get(name).copied()).collect::<Result<Vec<_>>>()?;

@@ -1,11 +1,11 @@
-//! Which derived fields a scene needs, and which of the model's.
+//! Finds the derived fields that a scene needs, and the model's fields that these need.
 
 use crate::fields::Fields;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::{Derivation, How, Scene};
 use std::fmt;
 
-/// The derivations that a scene needs, each behind those that it is made of.
+/// The derivations that a scene needs, each behind its inputs.
 #[derive(Debug)]
 pub(super) struct NeededDerivations<'s> {
     pub derivations: Vec<NeededDerivation<'s>>,
@@ -21,7 +21,7 @@ pub(super) struct NeededDerivation<'s> {
     pub origin: String,
 }
 
-/// The derivation of `name` among the first `count`: it is made of those before it only.
+/// The derivation of `name` among the first `count`: its inputs are among those before it.
 fn find(all: &[Derivation], name: &str, count: usize) -> Option<usize> {
     all[..count].iter().position(|derivation| derivation.name == name)
 }
@@ -59,7 +59,7 @@ fn numbers_of_needed(scene: &Scene) -> Vec<usize> {
     (0..all.len()).filter(|at| is_needed[*at]).collect()
 }
 
-/// Number of arrays that the derived fields of a scene take, with those of first frames.
+/// Number of arrays of the derived fields of a scene, those of first frames included.
 pub(super) fn count_arrays(scene: &Scene) -> usize {
     let arrays = |at: usize| if matches!(scene.scenery.derived[at].how, How::FromFirst(_)) { 2 } else { 1 };
     numbers_of_needed(scene).into_iter().map(arrays).sum()
@@ -86,8 +86,8 @@ fn origin(all: &[Derivation], at: usize) -> String {
     all[at].how.fields().into_iter().map(of).collect::<Vec<_>>().join(", ")
 }
 
-/// The first field of the model's of which the scene's first one is made, where that is derived: one that is given
-/// without a name is this.
+/// The model's first field that the scene's first field is derived from, if that is derived: a field passed without a
+/// name stands for it.
 fn first_of_model(scene: &Scene, fields: &Fields) -> Option<String> {
     let all = &scene.scenery.derived;
     let (mut name, mut count) = (scene.field(), all.len());

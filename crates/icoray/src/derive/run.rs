@@ -1,5 +1,5 @@
-//! Computes derived values, a run of columns at a time: inputs of any layout are read into f64, processed in loops that
-//! the compiler vectorises, and written in the wanted precision.
+//! Computes derived values, a run of columns at a time: reads inputs of any layout into f64, processes them in loops
+//! that the compiler vectorises, and writes the requested precision.
 
 use super::FieldLayout;
 use super::zonal::Means;
@@ -18,13 +18,13 @@ const RUN: usize = 2048;
 pub(super) enum Operation<'o> {
     /// The length of the vector of all inputs.
     Magnitude,
-    /// The sum of the inputs times numbers.
+    /// The weighted sum of the inputs.
     Sum(Vec<f64>),
-    /// The one input less the mean of its latitude.
+    /// The input minus the mean of its latitude.
     FromMeans(&'o Means<'o>),
 }
 
-/// Fills `values` with what the operation makes of inputs, which lie at the same places.
+/// Fills `values` with the results of the operation on inputs at the same location.
 pub(super) fn fill(values: OwnedReals, inputs: &[Field], operation: &Operation) -> OwnedReals {
     match values {
         OwnedReals::F32(memory) => OwnedReals::F32(filled(memory, inputs, operation)),
@@ -82,7 +82,7 @@ fn load_of<S: Sample>(samples: &[S], field: &Field, columns: Range<usize>, to: &
         }
         return;
     }
-    // Columns lie side by side mostly, and layers far apart.
+    // Columns are mostly adjacent, and layers far apart.
     let bases: Vec<isize> = columns.map(|column| elements.base(column)).collect();
     for layer in 0..layers {
         for (value, base) in to[layer..].iter_mut().step_by(layers).zip(&bases) {
@@ -100,7 +100,7 @@ fn magnitude(inputs: &[Vec<f64>], to: &mut [f64]) {
         let small = if largest < 1.0 / far { up } else { 1.0 };
         if largest > far { down } else { small }
     };
-    // The scale is a power of 2, which rounds nothing: first the largest part, then the length.
+    // The scale is a power of 2, which rounds nothing: `to` has first the largest component, then the length.
     for input in inputs {
         to.iter_mut().zip(input).for_each(|(largest, value)| *largest = largest.max(value.abs()));
     }

@@ -98,7 +98,7 @@ impl World {
         self.make(&DerivedFieldCache::default(), scene, fields, |found, _| bits(found.get(name).unwrap())).unwrap()
     }
 
-    /// Makes what the scene derives and looks at it.
+    /// Computes the scene's derived fields and passes them to `look`.
     fn make<R>(
         &self,
         kept: &DerivedFieldCache,
@@ -224,7 +224,7 @@ fn first_frames_are_remembered_by_field_and_shape() {
     let fewer = Shape::level_fastest(shapes[0].columns, LAYERS - 1);
     assert!(at(4, fewer, true).1.0.iter().all(|change| *change <= 1));
     assert!(at(5, shapes[0], false).1.0.iter().any(|change| *change > 1));
-    // Of the same name, but made of something else.
+    // Fields of the same name, but with another derivation.
     let array = world.array(8, 0, false);
     let fields = Fields::new([("q", array.field())]);
     for factor in [2.0, 3.0] {
@@ -250,7 +250,7 @@ fn a_field_without_a_name_is_what_the_first_is_made_of() {
         places(array.shape.columns, LAYERS).map(|(c, l)| rounded(factor * field.value(c, l), true)).collect()
     };
     assert_eq!(made.unwrap(), expected(4.0));
-    // The scene's first is the field itself, whatever it is called; others are made of fields by name.
+    // The scene's first is the field itself, under any name; others are derived from fields by name.
     let mut beside = scene("anything", &[twice]);
     beside.volumes[0].opacity = Some(Opacity { field: "twice".into(), transfer: beside.volumes[0].transfer.clone() });
     let error = world.make(&DerivedFieldCache::default(), &beside, &unnamed, |_, _| ()).unwrap_err();

@@ -1,13 +1,13 @@
 //! Means over the cells of the same latitude.
 //!
-//! The sphere is cut into bands of latitude of equal width, the widest that are no wider than asked for. The mean of a
-//! band is that of the values over its cells, not weighted by area, layer by layer: at the centres, or the corners that
-//! are triangles. Between the middles of bands the mean is interpolated linearly in latitude, so that no step is seen
-//! where one ends; towards the poles it is that of the last band. A band without a value has the mean of the nearest
-//! one that has some.
+//! The sphere is cut into bands of latitude of equal width, the widest that are no wider than requested. The mean of a
+//! band is the mean of the values over its cells, or over the corners that are triangles, layer by layer and not
+//! weighted by area. Between the middles of bands the mean is interpolated linearly in latitude, so that no step shows
+//! at their boundaries; towards the poles it is that of the last band. A band without a value takes the mean of the
+//! nearest band with values.
 //!
-//! Values are added up in whole numbers, of the layer's largest value the 2⁻⁶²th part: sums do not depend on the order,
-//! and whichever threads and ranks have added them up, means are the same to the last bit.
+//! Values are summed as integers, in units of 2⁻⁶² of the layer's largest value: sums do not depend on the order, so
+//! means are equal to the last bit for any number of threads and ranks.
 
 use super::run::load;
 use super::{DeriveInputs, FieldLayout};
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use std::ops::AddAssign;
 
-/// Bands are no narrower than this, degrees.
+/// Minimum width of a band, degrees.
 const LEAST_DEG: f64 = 0.1;
 /// Columns that are read together.
 const RUN: usize = 32;
@@ -35,7 +35,7 @@ pub(super) struct Means<'m> {
     means: Vec<f64>,
 }
 
-/// Values of a band's layer, added up.
+/// The sum of the values of a band's layer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Sum {
     sum: i128,
@@ -56,7 +56,7 @@ struct Counted<'c> {
     latitude_rad: Reals<'c>,
 }
 
-/// How far from the south pole a latitude is, in bands.
+/// Distance of a latitude from the south pole, in bands.
 fn place(latitude_rad: f64, bands: usize) -> f64 {
     (latitude_rad / PI + 0.5) * bands as f64
 }
@@ -65,7 +65,7 @@ impl<'m> Means<'m> {
     /// The zonal means of a field over a grid's cells or corners. Collective.
     pub fn of(ranks: &mut Ranks, given: &'m DeriveInputs<'m>, field: &'m Field<'m>, band_deg: f64) -> Result<Self> {
         let counted = ranks.attempt(|| Counted::new(given, field, band_deg));
-        // What is exchanged has as many numbers on all.
+        // All ranks exchange the same number of values.
         let (counted, bands) = ranks.agree_all(counted, |(counted, _)| {
             let FieldLayout { location, layers, .. } = FieldLayout::of(counted.field);
             vec![("takes means of a field of", format!("{layers} layers at {location:?}"))]
@@ -124,7 +124,7 @@ fn scale(most: f64) -> f64 {
 }
 
 impl<'c> Counted<'c> {
-    /// The field over its grid, and how many bands there are.
+    /// The field over its grid, and the number of bands.
     fn new(given: &'c DeriveInputs<'c>, field: &'c Field<'c>, band_deg: f64) -> Result<(Self, usize)> {
         if !(LEAST_DEG..=180.0).contains(&band_deg) {
             let context = format!("bands of {band_deg} degrees, expected {LEAST_DEG} to 180");

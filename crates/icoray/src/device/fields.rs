@@ -7,7 +7,7 @@ use icoray_kernel::general::{FieldSource, KernelScene, TransferMap};
 use icoray_kernel::transfer::Spans;
 use rayon::prelude::*;
 
-/// Largest number of fields beside the volume's that a device is given.
+/// Maximum number of fields beside the volume's that a device takes.
 pub const MAX_FIELDS: usize = 8;
 
 /// A field beside the volume's.
@@ -16,11 +16,11 @@ pub struct SceneField {
     /// The values, level-fastest, from the innermost layer outwards, normalised to a range; missing ones are
     /// [`ENDLESS`].
     pub values: Vec<f32>,
-    /// Gradients there, in any unit; empty where nothing of the field is lit.
+    /// Gradients at these values, in any unit; empty where nothing of the field is lit.
     pub gradients: Vec<[f32; 3]>,
 }
 
-/// A field of a scene: that of [`Job::values`](super::Job::values), or else the number of another one in
+/// A field of a scene: `None` for that of [`Job::values`](super::Job::values), or else the number of another one in
 /// [`Scenery::fields`](super::Scenery).
 pub type FieldId = Option<usize>;
 
@@ -54,7 +54,7 @@ pub(super) struct FieldTable<'w, 'f> {
 }
 
 impl<'w, 'f> FieldTable<'w, 'f> {
-    /// No fields but that of the job, which is the first one, normalised to this range.
+    /// A table of the job's field only, which is the first one, normalised to this range.
     pub fn new(world: &'w KernelScene<'f>, [low, high]: [f64; 2]) -> Self {
         let own = Normal { source: 0, low, width: high - low };
         let is_shown =
@@ -72,7 +72,7 @@ impl<'w, 'f> FieldTable<'w, 'f> {
         Some(known.unwrap_or_else(|| self.add(normal)))
     }
 
-    /// A field in whatever range; `range` gives its least and greatest value.
+    /// A field in any range; `range` returns its least and greatest value.
     pub fn of_source(&mut self, source: usize, range: &impl Fn(usize) -> Option<[f64; 2]>) -> FieldId {
         if self.is_shown && self.own.source == source {
             return None;
@@ -120,7 +120,7 @@ impl<'w, 'f> FieldTable<'w, 'f> {
 fn values(source: &FieldSource, (cells, layers): (usize, usize), normal: &Normal) -> Vec<f32> {
     const MOST: f64 = <f32 as Real>::LARGEST;
     let value = |at: usize| {
-        // A cell is a triangle of three alike.
+        // A cell is a triangle of three equal corners.
         let value = normal.of(source.at([(at / layers) as u32; 3], at % layers)[0]);
         if value.is_finite() { value.clamp(-MOST, MOST) as f32 } else { ENDLESS }
     };
@@ -128,7 +128,7 @@ fn values(source: &FieldSource, (cells, layers): (usize, usize), normal: &Normal
 }
 
 fn gradients(source: &FieldSource, count: usize) -> Vec<[f32; 3]> {
-    /// Bound of components: larger ones have no squares in single precision.
+    /// Bound of components: squares of larger ones overflow single precision.
     const MOST: f32 = 1e30;
     let gradients = source.gradients().values();
     let bounded = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(-MOST, MOST) };

@@ -33,7 +33,7 @@ pub enum IsosurfacePaint {
 pub struct ColorByField {
     /// The field.
     pub field: FieldId,
-    /// The transfer function, of which the colours count.
+    /// The transfer function, of which only the colours are used.
     pub spans: Vec<Span>,
     /// From the field's normalised value to that of the spans: factor and summand.
     pub to_spans: [f32; 2],
@@ -54,7 +54,7 @@ impl ColorByField {
 }
 
 impl Isosurface {
-    /// A surface of the general kernel; `range` gives the least and the greatest value of each field.
+    /// An isosurface of the general kernel; `range` returns the least and the greatest value of each field.
     pub(super) fn new(
         surface: &general::Isosurface,
         fields: &mut FieldTable,

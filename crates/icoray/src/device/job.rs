@@ -19,7 +19,7 @@ use icoray_scene::{Lights, Quality};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Some tiles of a picture, to be traced.
+/// A set of a picture's tiles to be traced.
 #[derive(Debug)]
 pub struct Job<'f> {
     number: u64,
@@ -46,7 +46,7 @@ pub struct Content {
 }
 
 impl<'f> Job<'f> {
-    /// A job without tiles, with a number of its own.
+    /// A job without tiles, with a new number.
     pub(crate) fn new(
         scene: &'f Scene,
         plan: &'f Plan,
@@ -64,12 +64,12 @@ impl<'f> Job<'f> {
         Job { number, scene, plan, grid, field, gradients, is_part, scenery, spans, quality, raster, tiles }
     }
 
-    /// The same job of a scene that is not plain.
+    /// This job for a scene that is not plain.
     pub(crate) fn with_scenery(self, scenery: Scenery) -> Self {
         Job { scenery: Some(scenery), ..self }
     }
 
-    /// The same picture's tiles `tiles`, in a quality.
+    /// Sets the quality and the tiles to trace of the same picture.
     pub(crate) fn ask(&mut self, quality: &Quality, raster: Raster, tiles: &[u32]) {
         self.quality = Quality { pixel_step: raster.step, ..*quality };
         self.raster = raster;
@@ -77,8 +77,8 @@ impl<'f> Job<'f> {
         self.tiles.extend_from_slice(tiles);
     }
 
-    /// The picture's: jobs of the same number have the same scene, grid, field and gradients, and no other job of the
-    /// process has it. Quality and tiles may differ.
+    /// The picture's number: jobs with the same number have the same scene, grid, field and gradients, and no other job
+    /// of the process has it. Quality and tiles may differ.
     pub fn number(&self) -> u64 {
         self.number
     }
@@ -93,8 +93,8 @@ impl<'f> Job<'f> {
         self.grid
     }
 
-    /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty where the picture is drawn
-    /// without light. Computed when they are first asked for.
+    /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty if the picture is drawn
+    /// without light. Computed on the first call.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
         self.gradients.get().values().whole()
     }
@@ -105,7 +105,7 @@ impl<'f> Job<'f> {
         self.is_part
     }
 
-    /// What is shown beside the volume and the core; `None` in a plain scene.
+    /// The parts of the scene beside the volume and the core; `None` in a plain scene.
     pub fn scenery(&self) -> Option<&Scenery> {
         self.scenery.as_ref()
     }
@@ -142,7 +142,7 @@ impl<'f> Job<'f> {
         self.spans.all().to_vec()
     }
 
-    /// Where it jumps, in rising order.
+    /// The discontinuities of the transfer function, in rising order.
     pub fn steps(&self) -> &[Step] {
         self.spans.steps()
     }
@@ -158,25 +158,24 @@ impl<'f> Job<'f> {
         }
     }
 
-    /// Columns and layers of the field, and whether its array has a column's layers side by side, or else a layer's
-    /// columns.
+    /// Columns and layers of the field, and whether its array is level-fastest (`true`) or cell-fastest.
     pub fn order(&self) -> (usize, usize, bool) {
         let shape = self.field.shape();
         let is_level_fastest = shape.layer_stride.unsigned_abs() <= shape.column_stride.unsigned_abs();
         (shape.columns, shape.layers, is_level_fastest)
     }
 
-    /// What [`Self::values`] gives: equal for jobs that give the same.
+    /// Identifies the result of [`Self::values`]: equal for jobs with equal values.
     pub fn content(&self) -> Content {
         let range = self.spans.range().map(f64::to_bits);
         Content { field: self.field.number(), range, falling: self.plan.falling, is_bounded: self.is_bounded() }
     }
 
-    /// Normalised values over some columns on some layers, counted from the innermost: packed in the order that
-    /// [`Self::order`] says, from number `first` on. Missing ones are [`ENDLESS`].
+    /// Writes normalised values over some columns on some layers, counted from the innermost, packed in the order of
+    /// [`Self::order`], from number `first` on. Missing ones are [`ENDLESS`].
     ///
     /// # Panics
-    /// Where there is no such column, layer or number.
+    /// If there is no such column, layer or number.
     pub fn values(&self, columns: &[u32], layers: Range<usize>, first: usize, values: &mut [f32]) {
         let is_bounded = self.is_bounded();
         let is_missing = |value: f64| value.is_nan() || (is_bounded && value.is_infinite());
@@ -187,7 +186,7 @@ impl<'f> Job<'f> {
         }
     }
 
-    /// Whether infinite values are missing ones, as in scenes of several volumes.
+    /// Whether infinite values count as missing, as in scenes of several volumes.
     fn is_bounded(&self) -> bool {
         self.scenery.as_ref().is_some_and(|scenery| !scenery.volumes.is_empty())
     }
@@ -239,7 +238,7 @@ impl<'f> Job<'f> {
     }
 }
 
-/// A normalised value as f32 kernels have it: held within bounds.
+/// A normalised value as f32 kernels store it: clamped.
 fn narrowed(value: f64) -> f32 {
     value.clamp(-f32::LARGEST, f32::LARGEST) as f32
 }

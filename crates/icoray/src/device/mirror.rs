@@ -1,4 +1,4 @@
-//! Functions of the kernel in `f32`, for a device's tests to compare its own with, one by one.
+//! Functions of the kernel in `f32`, with which a device's tests compare its own, one by one.
 //!
 //! A segment is `[f0, f1, kappa, eps, length]`; see `kernel/segment.rs`.
 
@@ -18,13 +18,13 @@ fn segment([f0, f1, kappa, eps, length]: [f32; 5]) -> Segment<f32> {
 
 /// Optical depth beyond which a piece is a surface.
 pub const SURFACE: f32 = <f32 as Real>::SURFACE as f32;
-/// Optical depth up to which a piece is integrated by the rule for thin ones.
+/// Maximum optical depth of pieces that the rule for thin ones integrates.
 pub const THIN: f32 = piece::THIN as f32;
-/// The most panels of equal length that a piece is integrated in.
+/// Maximum number of panels of equal length in which a piece is integrated.
 pub const MAX_PANELS: usize = piece::MAX_PANELS;
-/// How often a piece is halved at its start, and how many times more by its end.
+/// Number of halvings of a piece at its start, and of further ones by its end.
 pub const HALVINGS: [f64; 2] = [HALVINGS_AT_START, HALVINGS_ALONG];
-/// How deep the halves of a piece are nested for its light.
+/// Maximum depth of nested halves of a lit piece.
 pub const MAX_CUTS: u32 = Lit::<f32, 4>::MAX_CUTS;
 
 /// `Segment::value`.

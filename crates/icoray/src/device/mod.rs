@@ -1,8 +1,8 @@
 //! The interface to devices other than the CPU that trace a picture's rays. A device reads the tables of the grid, the
 //! scene, and the field's values and gradients as plain numbers.
 //!
-//! The CPU renderer keeps the plan, ranges, averages of fields at corners, gradients, blending over the background and
-//! error bounds, and traces the tiles that the device does not return. Everything is for `f32` kernels.
+//! The CPU renderer computes the plan, ranges, averages of fields at corners, gradients, blending over the background
+//! and error bounds, and traces the tiles that the device does not return. All values are for `f32` kernels.
 
 mod fields;
 mod isosurfaces;
@@ -31,28 +31,28 @@ use std::fmt;
 use std::ops::AddAssign;
 use std::sync::Arc;
 
-/// Stands for a value that is missing, and for the ends of the outer spans: beyond all normalised values, which are
-/// held within 1e15. A shader has no reliable NaN or infinity.
+/// Marks a missing value, and the ends of the outer spans: larger than all normalised values, which are clamped to
+/// 1e15. A shader has no reliable NaN or infinity.
 pub const ENDLESS: f32 = 3e38;
 
-/// Which device a picture asks for.
+/// A picture's request for a device.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct DeviceRequest {
-    /// The scene's choice; `None` is one of the fastest kind.
+    /// The scene's choice; `None` is any of the fastest kind.
     pub adapter: Option<Adapter>,
-    /// Whether a processor that acts as a device will do.
+    /// Whether a processor that acts as a device is accepted.
     pub or_processor: bool,
-    /// Number of this process among those of its node that draw together, which go to different ones of several that
-    /// fit.
+    /// Number of this process among those of its node that draw together; they use different ones of several suitable
+    /// devices.
     pub node_rank: usize,
 }
 
-/// Where devices come from. A renderer asks once for pictures that ask alike.
+/// Opens devices. A renderer calls it once for all pictures with equal requests.
 pub trait Devices: fmt::Debug + Send + Sync {
     /// Opens a device.
     ///
     /// # Errors
-    /// A [`FallbackReason`] why there is none.
+    /// A [`FallbackReason`] if there is none.
     fn open(&self, wanted: &DeviceRequest) -> Result<Arc<dyn Device>, FallbackReason>;
 }
 
@@ -61,18 +61,16 @@ pub trait Device: fmt::Debug + Send + Sync {
     /// Its name, for reports.
     fn name(&self) -> String;
 
-    /// Traces the rays of the tiles of `job` and gives each tile once, in whatever order: those that it did not give
-    /// are drawn on the CPU. Without tiles it gets ready only: what it uploads then serves the next job of the same
-    /// number.
+    /// Traces the rays of the tiles of `job` and passes each tile to `give` once, in any order: the CPU draws the
+    /// others. Without tiles it only uploads the data that the next job of the same number needs.
     ///
     /// Called on a thread of the renderer's pool, so that parallel passes use its threads.
     ///
     /// # Errors
-    /// A [`FallbackReason`] why tiles were not given, which goes into the report.
+    /// A [`FallbackReason`] why tiles are missing, which the report contains.
     fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason>;
 
-    /// As [`Self::trace`], through the own cells of a rank that has a part of them: fragments of rays, which are put
-    /// together elsewhere.
+    /// As [`Self::trace`], through a rank's own cells: passes on fragments of rays, which are composited elsewhere.
     ///
     /// # Errors
     /// As [`Self::trace`].
@@ -89,21 +87,21 @@ pub trait Device: fmt::Debug + Send + Sync {
 /// The own triangles of a rank's part.
 #[derive(Debug, Clone, Copy)]
 pub struct OwnedColumns<'p> {
-    /// Whether a triangle is.
+    /// Whether each triangle is own.
     pub triangles: &'p [bool],
-    /// Height of the lowest place of any rank's facets over a unit sphere: farther below the innermost layer nothing
-    /// is looked for behind an opaque core.
+    /// Lowest height of any rank's facets, for a layer that is a unit sphere: deeper below the innermost layer, nothing
+    /// is searched behind an opaque core.
     pub lowest_facet: f64,
-    /// Middle of a ball around own columns: a line that misses it has no fragments.
+    /// Centre of a ball around own columns: a line that misses it has no fragments.
     pub middle: [f64; 3],
-    /// The square of the ball's radius: infinite where columns are all around, negative where there are none.
+    /// The square of the ball's radius: infinite if columns are all around, negative if there are none.
     pub reach: f64,
 }
 
 /// Tiles of a job that are traced through a part.
 #[derive(Debug, Clone, Copy)]
 pub struct Fragments<'b> {
-    /// The first one's place in [`Job::tiles`].
+    /// Index of the first tile in [`Job::tiles`].
     pub first: usize,
     /// The rays of that tile and of those behind it, tile by tile, each row by row.
     pub rays: &'b [RayFragments],
@@ -115,20 +113,20 @@ pub struct Fragments<'b> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct RayFragments {
-    /// Columns, frusta and void frusta.
+    /// Numbers of columns, frusta and void frusta.
     pub counts: [u32; 3],
-    /// How many fragments it has.
+    /// Number of fragments.
     pub fragments: u32,
 }
 
 /// Tiles of a job that are traced.
 #[derive(Debug, Clone, Copy)]
 pub struct Band<'b> {
-    /// The first one's place in [`Job::tiles`].
+    /// Index of the first tile in [`Job::tiles`].
     pub first: usize,
     /// The rays of that tile and of those behind it, tile by tile, each row by row.
     pub rays: &'b [Traced],
-    /// Seconds that they took, of which each tile counts as having taken its part.
+    /// Seconds of tracing, of which each tile is assigned a share.
     pub seconds: f64,
 }
 
@@ -138,13 +136,13 @@ pub struct Band<'b> {
 pub struct Traced {
     /// Premultiplied linear RGB.
     pub color: [f32; 3],
-    /// The part of what lies behind that is absorbed.
+    /// The absorbed part of the light from behind.
     pub alpha: f32,
-    /// How far a channel may be off, rounding apart; or [`Self::MISSED`].
+    /// Error bound of a channel, without rounding; or [`Self::MISSED`].
     pub error: f32,
     /// Variance of rounding.
     pub variance: f32,
-    /// Columns, frusta and void frusta.
+    /// Numbers of columns, frusta and void frusta.
     pub counts: [u32; 3],
     /// The surfaces that it met, as [`BoundarySignature::values`]: zeros in a plain scene.
     pub surfaces: [f32; 2],
@@ -158,17 +156,17 @@ impl Traced {
 /// Cost of a job on a device.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DeviceCost {
-    /// Seconds until rays could begin: preparing and uploading.
+    /// Seconds of preparation and upload before rays start.
     pub upload_s: f64,
-    /// Seconds in rays by the device's own clock, where it has one.
+    /// Seconds of tracing by the device's own clock, if it has one.
     pub device_s: Option<f64>,
     /// Bytes that were uploaded.
     pub bytes_uploaded: u64,
-    /// Bytes of the whole field as the device has it, and those of them that no ray reads and that were not uploaded.
+    /// Bytes of the whole field in the device's format.
     pub field_bytes: u64,
-    /// See above.
+    /// Bytes of [`Self::field_bytes`] that no ray reads and that were not uploaded.
     pub unread_bytes: u64,
-    /// Passes over the field: several where the device has no room for all that rays read.
+    /// Passes over the field: several if the device has no room for all values that rays read.
     pub passes: u32,
 }
 
@@ -188,7 +186,7 @@ impl AddAssign for DeviceCost {
 pub struct FallbackReason(String);
 
 impl FallbackReason {
-    /// A reason in words that go on behind "drawn on the CPU: ".
+    /// A reason in words that follow "drawn on the CPU: ".
     pub fn new(words: impl Into<String>) -> Self {
         FallbackReason(words.into())
     }

@@ -10,34 +10,34 @@ use icoray_kernel::transfer::{KernelKnot, Spans};
 use icoray_scene::{Clip, Heights, Level, LonLatBox, Scene};
 use rayon::prelude::*;
 
-/// Largest number of cuts that a device is given.
+/// Maximum number of cuts that a device takes.
 pub const MAX_CLIPS: usize = 8;
 
-/// Largest number of surfaces on layers that a device is given.
+/// Maximum number of surfaces on layers that a device takes.
 pub const MAX_SURFACES: usize = 8;
 
-/// What is shown beside the volume and the core; nothing in a plain scene.
+/// All parts of a scene but one volume and the core; empty in a plain scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenery {
     /// The cuts.
     pub clips: Vec<ClipRegion>,
     /// The layers and spheres with surfaces on them.
     pub surface_layers: Vec<SurfaceLayer>,
-    /// Surfaces on which a field has one value.
+    /// The isosurfaces.
     pub isosurfaces: Vec<Isosurface>,
-    /// The volumes, where there are several or the only one's opacity is that of another field; else that of
-    /// [`Job::spans`](super::Job::spans) is the only one.
+    /// The volumes, if there are several or the opacity of the only one is that of another field; else empty, and
+    /// [`Job::spans`](super::Job::spans) describes the only one.
     pub volumes: Vec<SceneVolume>,
     /// The fields that volumes and isosurfaces need beside the job's.
     pub fields: Vec<SceneField>,
 }
 
 impl Scenery {
-    /// What a scene shows with these cuts between layers of a grid of so many cells. `knots` are those of the job's
-    /// transfer function, and `range` gives the least and the greatest value of each field.
+    /// Collects the scenery with these cuts. `size` is the field's number of cells and of layers, `knots` are those of
+    /// the job's transfer function, and `range` returns the least and the greatest value of each field.
     ///
     /// # Errors
-    /// A [`FallbackReason`] where that is not for devices.
+    /// A [`FallbackReason`] if devices do not support it.
     pub(crate) fn new(
         world: &KernelScene,
         clips: Vec<ClipRegion>,
@@ -55,7 +55,7 @@ impl Scenery {
     }
 }
 
-/// Where surfaces lie.
+/// Position of surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SurfacePlace {
     /// On a layer, counted from the innermost.
@@ -67,7 +67,7 @@ pub enum SurfacePlace {
 /// A layer or a sphere with all surfaces on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceLayer {
-    /// Where it lies.
+    /// Its position.
     pub place: SurfacePlace,
     /// The surfaces, the first in front.
     pub materials: Vec<Material>,
@@ -89,18 +89,18 @@ pub enum Paint {
     Plain([f32; 3]),
     /// The colours of a field's values.
     Field {
-        /// The transfer function, of which the colours count.
+        /// The transfer function, of which only the colours are used.
         spans: Vec<Span>,
         /// The value over each cell, normalised to the range of the spans; missing ones are [`ENDLESS`].
         values: Vec<f32>,
-        /// Whether a cell has one colour all over.
+        /// Whether each cell has a uniform colour.
         by_cell: bool,
     },
     /// The colours of a field's values between layers.
     Between(ColorByField),
 }
 
-/// A cut: where all of its conditions hold.
+/// A cut: the region where all of its conditions hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClipRegion {
     /// Whether the inside is cut away; else the outside.
@@ -111,7 +111,7 @@ pub struct ClipRegion {
     pub layers: Option<[usize; 2]>,
     /// From radius to radius, planet radii.
     pub shell: Option<[f64; 2]>,
-    /// Beyond a plane: the direction in which it lies, a unit vector, and how far out, planet radii.
+    /// Beyond a plane: its unit normal and its distance from the centre, planet radii.
     pub half_space: Option<([f64; 3], f64)>,
 }
 
@@ -132,8 +132,8 @@ impl ClipRegion {
 }
 
 impl SurfaceLayer {
-    /// A layer of the general kernel, on a grid of so many cells; `range` gives the least and the greatest value of each
-    /// field.
+    /// A layer of the general kernel, on a grid of `cells` cells; `range` returns the least and the greatest value of
+    /// each field.
     fn new(
         surface: &general::SurfaceLayer,
         (sources, cells): (&[FieldSource], usize),
@@ -144,7 +144,7 @@ impl SurfaceLayer {
             (general::Material::Plain(color), _) => Paint::Plain(color.map_inline(|c| c as f32)),
             (general::Material::By { map, by_cell }, SurfaceHeight::Layer(layer)) => {
                 let source = &sources[map.source];
-                // A cell is a triangle of three alike.
+                // A cell is a triangle of three equal corners.
                 let value = |cell: u32| map.normal(source.at([cell; 3], layer)[0]);
                 let value = |cell| if value(cell).is_finite() { value(cell) as f32 } else { ENDLESS };
                 let values = (0..cells as u32).into_par_iter().map(value).collect();
@@ -165,7 +165,7 @@ impl SurfaceLayer {
     }
 }
 
-/// What devices do not draw of a scene, if there is something.
+/// The part of a scene that devices do not draw, if there is one.
 pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
     let scenery = &scene.scenery;
     if scene.is_plain() {

@@ -9,19 +9,19 @@ use icoray_kernel::walk;
 pub struct Tables<'g> {
     /// Unit vectors of cells, and of synthetic points behind them.
     pub directions: &'g [[f64; 3]],
-    /// A byte per row of `corner_cell`: two bits per vertex with the `corner_edge` column of the side opposite it, or
-    /// 3 on the rim of a hole; bit 6 where the row winds clockwise; bit 7 where it is no triangle.
+    /// A byte per row of `corner_cell`: two bits per vertex with the `corner_edge` column of the side opposite it, or 3
+    /// on the rim of a hole; bit 6 if the row winds clockwise; bit 7 if it is no triangle.
     pub orientations: Vec<u8>,
     /// Void triangles: three vertices, and the triangles beyond the sides opposite them.
     pub void: Vec<[u32; 6]>,
     /// Sides on the rims of holes: triangle, vertex opposite, void triangle beyond. Sorted.
     pub rim: Vec<[u32; 3]>,
-    /// A triangle that is there.
+    /// A row that is a triangle.
     pub start: u32,
 }
 
 impl<'g> Tables<'g> {
-    /// Those of `grid`.
+    /// The tables of `grid`.
     pub fn of(grid: &'g Grid) -> Self {
         let (void, rim) = grid.hole_filling_tables();
         let orientations = grid.orientations().iter().map(|orientation| orientation.bits()).collect();
@@ -29,21 +29,22 @@ impl<'g> Tables<'g> {
     }
 }
 
-/// The triangle that holds the direction `target`, found from the triangle `from`; the nearer, the faster.
+/// The triangle that contains the direction `target`, searched from the triangle `from`: the nearer, the faster.
 pub fn locate(grid: &Grid, from: u32, target: [f64; 3]) -> u32 {
     walk::locate(grid, from, DVec3::from_array(target))
 }
 
-/// Between two knots of the transfer function extinction and colour are linear in the normalised value.
+/// A span between two knots of the transfer function, in which extinction and colour are linear in the normalised
+/// value.
 pub type Span = icoray_kernel::transfer::Span<f32>;
 
-/// Where the transfer function jumps, or changes within the reach of rounding.
+/// A step of the transfer function: a jump, or a change within the reach of rounding.
 pub type Step = icoray_kernel::transfer::Step<f32>;
 
 /// Division of the tolerance along a ray, as [`Budget`](icoray_kernel::ray::Budget).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetTable {
-    /// Error of the colour that is allowed per absorbed light.
+    /// Allowed error of the colour per absorbed light.
     pub color_tolerance: f32,
     /// Transmittance at which a ray ends.
     pub min_transmittance: f32,

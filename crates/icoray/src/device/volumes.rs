@@ -5,15 +5,15 @@ use super::{FieldId, Span, Step};
 use icoray_kernel::general::{KernelScene, Medium, TransferMap};
 use icoray_kernel::transfer::{KernelKnot, Spans};
 
-/// Largest number of volumes that a device is given.
+/// Maximum number of volumes that a device takes.
 pub const MAX_VOLUMES: usize = 4;
 
 /// A volume: colour by one field, opacity by the same or another one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneVolume {
-    /// The transfer function of which the extinctions count, and the colours where [`Self::color`] is `None`.
+    /// The transfer function of the extinctions, and of the colours if [`Self::color`] is `None`.
     pub extinction: VolumeMap,
-    /// The transfer function of which the colours count.
+    /// The transfer function of the colours.
     pub color: Option<VolumeMap>,
 }
 
@@ -24,7 +24,7 @@ pub struct VolumeMap {
     pub field: FieldId,
     /// The transfer function, in rising order.
     pub spans: Vec<Span>,
-    /// Where it jumps, as [`Job::steps`](super::Job::steps).
+    /// Its discontinuities, as [`Job::steps`](super::Job::steps).
     pub steps: Vec<Step>,
 }
 
@@ -36,7 +36,7 @@ impl VolumeMap {
 }
 
 impl SceneVolume {
-    /// The volumes of a scene; none where the only one is that of the job, of this transfer function.
+    /// The volumes of a scene; none if the only one is that of the job, with this transfer function.
     pub(super) fn all(world: &KernelScene, knots: &[KernelKnot], fields: &mut FieldTable) -> Vec<Self> {
         let is_own = |medium: &Medium| medium.extinction.source == 0 && medium.extinction.knots() == knots;
         if world.has_one_field_of_volume() && world.media.iter().all(is_own) {

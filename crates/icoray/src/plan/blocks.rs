@@ -15,11 +15,11 @@ const MAX_RANGES: usize = 2;
 const MAX_KNOTS: usize = 2;
 /// Minimum fraction of clear blocks: with fewer, the test costs rays more time than skipping saves.
 const MIN_CLEAR: f64 = 0.02;
-/// Minimum fraction of clear blocks of macrocells: with fewer, looking ahead costs rays more than their leaps save.
+/// Minimum fraction of clear blocks of macrocells: with fewer, looking ahead costs rays more time than leaps save.
 const MIN_EMPTY: f64 = 0.7;
 /// Columns or triangles per parallel task.
 const CHUNK: usize = 4096;
-/// Stride and length of the runs of columns that are sampled first: if almost nothing is clear there, the others are
+/// Stride and length of the runs of columns that are sampled first: if almost nothing is clear in these, the others are
 /// not read.
 const PROBE: [usize; 2] = [2048, 64];
 
@@ -28,7 +28,7 @@ pub(crate) struct OccupancyTest<'a, S> {
     pub grid: &'a Grid<'a>,
     pub samples: Samples<'a, S>,
     pub layers: usize,
-    /// Values that are clear: where a frustum's vertices all have such ones of one range, nothing is seen in it.
+    /// Clear values: a frustum whose vertices all have values of one clear range is invisible.
     pub clear: Vec<Stored<S>>,
     /// Whether rays leap over macrocells.
     pub leaps: bool,
@@ -131,7 +131,7 @@ impl<S: SearchedSample> OccupancyTest<'_, S> {
     }
 }
 
-/// The visible blocks over a triangle: those that have a value outside each clear range over one of its cells.
+/// The visible blocks over a triangle: those with a value outside each clear range over one of its cells.
 #[inline]
 fn blocks_over<const R: usize>(grid: &Grid, triangle: u32, columns: &[[u32; R]]) -> u32 {
     if !grid.is_triangle(triangle) {
@@ -149,7 +149,7 @@ fn joined(bits: &[u32]) -> u32 {
     bits.iter().fold(0, |all, bit| all | bit)
 }
 
-/// Makes room, with whatever stood there.
+/// Resizes `memory` without clearing it.
 fn resize(memory: &mut Vec<u32>, count: usize) {
     memory.reserve_exact(count.saturating_sub(memory.len()));
     memory.resize(count, 0);

@@ -1,11 +1,11 @@
-//! How rays may spend a scene's tolerance.
+//! The tolerances of rays, from the tolerance of a scene.
 
 use icoray_kernel::ray::Budget;
 use icoray_scene::{Lights, Paint, Quality, Scene};
 
-/// How rays may spend the tolerance where they end as early as they may.
+/// The error budget of rays that end as early as the tolerance permits.
 pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
-    // The general kernel has one error of both.
+    // The general kernel has one error bound for both.
     if scene.is_plain() {
         allowed_to_single(scene, quality)
     } else {
@@ -13,7 +13,7 @@ pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
     }
 }
 
-/// [`allowed`] in the kernel for one field, where the shade of a piece has an error of its own.
+/// [`allowed`] in the kernel for one field, where the shade of a piece has a separate error.
 pub(crate) fn allowed_to_single(scene: &Scene, quality: &Quality) -> Budget {
     let lit = scene.lighting.filter(|_| quality.lights != Lights::Off).map(|light| light.ambient + light.diffuse);
     of_surfaces(scene, Budget::new(quality.tolerance, brightest(scene), lit))
@@ -24,7 +24,7 @@ fn of_surfaces(scene: &Scene, budget: Budget) -> Budget {
     if scene.antialias && !scene.is_plain() { budget.with_surfaces() } else { budget }
 }
 
-/// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
+/// The largest channel value behind a ray's end: the brightest colour in the scene.
 pub(crate) fn brightest(scene: &Scene) -> f64 {
     let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
     let paints = scene.scenery.paints().filter_map(|paint| match paint {
@@ -39,7 +39,7 @@ pub(crate) fn brightest(scene: &Scene) -> f64 {
     let lines = scene.scenery.lines.iter().map(|lines| lines.color);
     let solid = scene.core.into_iter().chain(ground.land).chain(ground.ocean).chain(lines);
     let solid = most(&mut { solid }) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
-    // A transparent picture has an opacity that goes to 1.
+    // A transparent picture has an opacity of up to 1.
     let back = scene.background.map_or(1.0, |back| most(&mut [back].into_iter()));
     lit.max(solid).max(back).max(0.01)
 }

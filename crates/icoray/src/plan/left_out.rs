@@ -4,10 +4,11 @@ use icoray_grid::Grid;
 use icoray_scene::Method;
 use icoray_scene::{Ground, Heights, Pattern, Scene};
 
-/// The table by which fields at corners are averaged.
+/// The table of the corners of cells, with which fields at corners are averaged.
 pub(crate) const CELL_CORNER: &str = "table cell_corner";
 
-/// For a scene of a field with `layers` of them; a field at corners is averaged by the table `cell_corner`.
+/// Describes the data that are left out for a field of `layers` layers; a field at corners needs the table
+/// `cell_corner`.
 pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: bool) -> Vec<String> {
     let scenery = &scene.scenery;
     let (values, is_lit) = (grid.cells() * layers, scene.lighting.is_some());

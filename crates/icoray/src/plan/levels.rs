@@ -1,9 +1,9 @@
-//! Whether the layers that a scene names are there.
+//! Checks that the layers that a scene names exist.
 
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::{Level, Scene};
 
-/// Checks them against the number of the first field's layers.
+/// Checks them against the first field's number of layers.
 pub(super) fn check(scene: &Scene, layers: usize) -> Result<()> {
     let scenery = &scene.scenery;
     let of_level = |key, level: &Level| match level {

@@ -11,26 +11,26 @@ use icoray_scene::{Heights, Scene};
 use rayon::prelude::*;
 use std::fmt;
 
-/// Bytes of a pixel while tiles are put together, with its colour and error in the frame.
+/// Bytes of a pixel while tiles are assembled, with its colour and error in the frame.
 const PIXEL: u64 = 80;
-/// Clear ranges of a transfer function of which each column has a word of bits.
+/// Maximum number of clear ranges of a transfer function for which each column has a word of bits.
 const MAX_CLEAR: usize = 3;
 
 /// Bytes that a frame takes beside the model's arrays.
 ///
-/// Those of gradients are an upper bound, as they are computed in visible blocks only. Of visible blocks each column
-/// has a word for each range of clear values; a single clear value may take another word where it is frequent.
+/// Gradients are an upper bound, as they are computed in visible blocks only. For visible blocks each column has a word
+/// per range of clear values; a frequent single clear value may take another word.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FrameMemory {
-    /// Directions, orientations and neighbours: taken by [`Grid::new`] and held as long as the grid.
+    /// Directions, orientations and neighbours: taken by [`Grid::new`] and kept as long as the grid.
     pub grid: u64,
-    /// Half-edges, by which packets of rays walk: taken by the first frame and held as long as the grid.
+    /// Half-edges, by which packets of rays walk: taken by the first frame and kept as long as the grid.
     pub half_edges: u64,
     /// Averages of a field at corners.
     pub averages: u64,
     /// Derived fields, and the fields of first frames of which they are made.
     pub derived: u64,
-    /// Bits of the blocks in which something can be seen.
+    /// Bits of the visible blocks.
     pub occupancy: u64,
     /// Gradients at the vertices that rays can pass.
     pub gradients: u64,
@@ -51,18 +51,18 @@ impl FrameMemory {
         ]
     }
 
-    /// All of them.
+    /// The sum of all.
     pub fn total(&self) -> u64 {
         self.parts().iter().map(|(_, bytes)| bytes).sum()
     }
 
-    /// Checks that they fit into `limit`, or where there is none into what the system has.
+    /// Checks that they fit into `limit` or, without one, into the system's free memory.
     pub(crate) fn require(&self, limit: Option<u64>) -> Result<()> {
         memory::require(&format!("a frame ({self})"), self.total(), limit)
     }
 }
 
-/// What is there, in readable units.
+/// The bytes in readable units.
 impl fmt::Display for FrameMemory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts = self.parts().into_iter().filter(|(_, bytes)| *bytes > 0);
@@ -71,7 +71,7 @@ impl fmt::Display for FrameMemory {
     }
 }
 
-/// How a frame is rendered, as far as its memory depends on that.
+/// The conditions of rendering on which the memory of a frame depends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Circumstances {
     pub is_lit: bool,
@@ -83,7 +83,7 @@ pub(crate) struct Circumstances {
 }
 
 impl Circumstances {
-    /// Those of one process that draws a scene on this machine's CPU.
+    /// The conditions of one process that draws a scene on this machine's CPU.
     pub fn of(scene: &Scene) -> Self {
         let savings = Savings::ALL;
         Circumstances { is_lit: scene.lighting.is_some(), is_part: false, has_packets: packets().is_some(), savings }
@@ -91,7 +91,7 @@ impl Circumstances {
 }
 
 impl Plan {
-    /// Bytes that a frame of the scene takes; with `counts_cells` gradients count for cells that rays can pass only.
+    /// Bytes that a frame of the scene takes; with `counts_cells`, gradients count only for cells that rays can pass.
     pub(crate) fn memory_with(
         &self,
         scene: &Scene,

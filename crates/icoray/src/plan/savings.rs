@@ -1,16 +1,16 @@
-/// Optimisations of a renderer, each of which can be switched off to measure its effect: pictures stay the same, or as
-/// near to the exact integral as their errors say.
+/// Optimisations of a renderer, each of which can be switched off to measure its effect: pictures stay the same within
+/// their errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Savings {
     /// Rays skip blocks that the transfer function makes clear, without reading them.
     pub empty_space: bool,
     /// Rays start at the uppermost visible layer. Requires `empty_space`.
     pub layers: bool,
-    /// Rays end where what lies behind is within the tolerance.
+    /// Rays end where the light from behind is within the tolerance.
     pub ends: bool,
     /// Gradients are computed in visible blocks only, over cells that rays can pass. Requires `empty_space`.
     pub gradients: bool,
-    /// Gradients are packed, where the tolerance has room for it.
+    /// Gradients are packed if the tolerance permits it.
     pub packing: bool,
     /// Frusta are integrated several at a time.
     pub lanes: bool,
@@ -21,7 +21,7 @@ pub struct Savings {
 }
 
 impl Savings {
-    /// All of them that cost next to nothing.
+    /// All of them.
     pub const ALL: Self = Savings {
         empty_space: true,
         layers: true,

@@ -25,7 +25,7 @@ fn settled(ranges: &Ranges, scene: &Scene, values: &[f64]) -> [f64; 2] {
     settled.volumes[0].coloring.as_ref().unwrap().fixed().unwrap()
 }
 
-/// Each map follows the values of its own field, and what is coloured alike is looked at once.
+/// Each map follows the values of its own field, and equal colourings are computed once.
 #[test]
 fn each_map_of_a_scene_has_the_range_of_its_field() {
     let surface = |field: &str, range: &str| {
@@ -139,7 +139,7 @@ fn a_union_moves_seldom_and_never_back() {
     assert_eq!(frame(-2.6, 9.0), [-2.5, 10.625]);
 }
 
-/// Whatever frames come, a frame passes the range by no more than the hysteresis, and no end ever comes back.
+/// For any frames, a frame exceeds the range by at most the hysteresis, and no end ever moves back.
 #[test]
 fn unions_hold_all_frames() {
     let hysteresis = 0.1;

@@ -12,7 +12,7 @@ pub(crate) const HAS_WHOLE: &str = "has of the whole grid (ranks with parts call
 /// The vote of one rank in an agreement.
 #[derive(Debug, Clone, Default)]
 pub struct Vote<'a> {
-    /// Why it cannot go on: a number other than 0, and a sentence.
+    /// The reason why it cannot continue: a number other than 0, and a sentence.
     pub refusal: Option<(i32, &'a str)>,
     /// Values that must be equal on all ranks, each with a name for the error message: "step", "6".
     pub facts: Vec<(&'static str, String)>,
@@ -26,18 +26,18 @@ pub struct Vote<'a> {
 /// The outcome of an agreement, the same on all ranks.
 #[derive(Debug, Clone)]
 pub struct Agreement {
-    /// The reason for which no rank continues, if there is one.
+    /// The reason why no rank continues, if there is one.
     pub refusal: Option<Refusal>,
-    /// The value of rank 0, whether or not all continue.
+    /// The value of rank 0, whether or not all ranks continue.
     pub value: Vec<u8>,
 }
 
-/// The reason for which ranks do not continue.
+/// The reason why ranks do not continue.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refusal {
     /// The number that the rank gave; `None` if ranks disagree.
     pub number: Option<i32>,
-    /// That rank: the lowest of those that refuse, else the lowest that differs from rank 0.
+    /// The number of that rank: the lowest that refuses, else the lowest that differs from rank 0.
     pub rank: usize,
     /// The rank's message, or the name of the fact and its values on both ranks.
     pub sentence: String,
@@ -88,8 +88,8 @@ impl Ranks {
         Ok(Agreement { refusal, value })
     }
 
-    /// Returns a success as it is. An error becomes this rank's vote in the agreement that the other ranks are in or
-    /// will enter, and the outcome is the error of all ranks.
+    /// Returns a success unchanged. An error becomes this rank's vote in the agreement that the other ranks are in or
+    /// will enter, and the result is the error of all ranks.
     pub(crate) fn settle<R>(&mut self, mine: Result<R>) -> Result<R> {
         let error = match mine {
             Ok(value) => return Ok(value),
@@ -106,7 +106,7 @@ impl Ranks {
     /// Collective.
     ///
     /// # Errors
-    /// That of the lowest rank that has one, with the rank's number; [`ErrorKind::Mpi`] when the transport fails.
+    /// The error of the lowest failed rank, with the rank's number; [`ErrorKind::Mpi`] when the transport fails.
     pub fn collective<R>(&mut self, mine: Result<R>) -> Result<R> {
         self.agree_all(mine, |_| Vec::new())
     }
@@ -125,7 +125,7 @@ impl Ranks {
         mine
     }
 
-    /// Rank 0's value where no rank has an error and the facts are equal; else the error of all ranks.
+    /// Rank 0's value if no rank has an error and the facts are equal; else the error of all ranks.
     pub(crate) fn agree_on<T: Serialize + DeserializeOwned>(
         &mut self,
         mine: Result<T>,
@@ -142,20 +142,20 @@ impl Ranks {
 }
 
 impl Refusal {
-    /// The sentence with the number of the rank whose it is, where there are several.
+    /// The sentence, preceded by the number of its rank if there are several ranks.
     pub fn message(&self, ranks: usize) -> String {
         if ranks == 1 { self.sentence.clone() } else { format!("rank {}: {}", self.rank, self.sentence) }
     }
 
-    /// As an error; ranks that differ are [`ErrorKind::Mpi`].
+    /// Converts the refusal to an error; ranks that differ are [`ErrorKind::Mpi`].
     pub(crate) fn error(&self, ranks: usize) -> Error {
         let kind = self.number.map_or(ErrorKind::Mpi, ErrorKind::of_number);
         Error::new(kind, self.message(ranks))
     }
 }
 
-/// The refusal of the lowest rank that has one, or else the first fact in which the lowest rank that differs from rank
-/// 0 does.
+/// The refusal of the lowest rank that refuses, or else the first fact in which the lowest rank that differs from rank
+/// 0 differs.
 fn refusal(votes: &[ReceivedVote]) -> Option<Refusal> {
     for (rank, vote) in votes.iter().enumerate() {
         if let Some((number, sentence)) = &vote.refusal {

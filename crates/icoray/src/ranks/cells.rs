@@ -3,15 +3,15 @@
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Grid, Indices};
 
-/// In place of the number of a cell that is missing.
+/// Marks the number of a missing cell.
 pub(super) const NONE: u64 = u64::MAX;
 
-/// Which cells or corners of a rank are its own.
+/// Marks of a rank's own cells or corners.
 #[derive(Debug, Clone, Copy)]
 pub enum Owned<'a> {
-    /// The first so many, as in MPAS.
+    /// Number of own cells or corners, which come first, as in MPAS.
     First(usize),
-    /// Those whose value is not 0; one value per cell or corner.
+    /// Those with a value other than 0 are own; one value per cell or corner.
     Marked(&'a [i32]),
 }
 
@@ -20,8 +20,8 @@ pub enum Owned<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct PartCells<'a> {
     /// The number of each cell in the whole grid (MPAS `indexToCellID`), counted from the grid's `index_base`. Numbers
-    /// need not be without gaps, unless they are rows of whole tables. `index_base - 1` is that of a column which is no
-    /// cell here, such as NICAM's copies of cells in halos: it is not own and no triangle has it.
+    /// may have gaps, unless they are rows of whole tables. `index_base - 1` marks a column that is no cell of this
+    /// rank, such as NICAM's copies of cells in halos: it is not own, and no triangle contains it.
     pub global: Indices<'a>,
     /// Own cells; the others are the halo.
     pub owned: Owned<'a>,
@@ -31,14 +31,15 @@ pub struct PartCells<'a> {
 /// [`Decomposition::with_corners`](super::Decomposition::with_corners).
 #[derive(Debug, Clone, Copy)]
 pub struct PartCorners<'a> {
-    /// The number of each column's corner in the whole grid, counted from the grid's `index_base` (ICON: the global index
-    /// of a triangle). Over the tables of the whole grid it is a row there; over those of a part numbers may have gaps.
+    /// The number of each column's corner in the whole grid, counted from the grid's `index_base` (ICON: the global
+    /// index of a triangle). With the tables of the whole grid it is a row of these; with those of a part numbers may
+    /// have gaps.
     pub global: Indices<'a>,
     /// Own corners; the others are the halo.
     pub owned: Owned<'a>,
 }
 
-/// What columns stand over.
+/// The location of columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ColumnKind {
     Cell,
@@ -53,7 +54,7 @@ impl ColumnKind {
         }
     }
 
-    /// Names of numbers and of marks.
+    /// Names of the tables of numbers and of marks.
     fn tables(self) -> [&'static str; 2] {
         match self {
             ColumnKind::Cell => ["cell_global", "is_owned"],
@@ -70,16 +71,16 @@ impl ColumnKind {
     }
 }
 
-/// The same, read and checked.
+/// Numbers and marks, read and checked.
 #[derive(Debug, Default)]
 pub(super) struct Numbered {
-    /// Counted from 0; [`NONE`] of a column that is no cell.
+    /// Counted from 0; [`NONE`] for a column that is no cell.
     pub global: Vec<u64>,
     pub is_own: Vec<bool>,
 }
 
 impl PartCells<'_> {
-    /// Reads `rows` rows, whose numbers are different ones from `base` on.
+    /// Reads `rows` rows with distinct numbers from `base` on.
     pub(super) fn read(&self, rows: usize, base: i64) -> Result<Numbered> {
         Numbered::new(ColumnKind::Cell, (self.global, self.owned), rows, base, None)
     }
@@ -102,7 +103,7 @@ impl PartCorners<'_> {
         Numbered::new(ColumnKind::Corner, (self.global, self.owned), grid.triangles(), base, None)
     }
 
-    /// Checks that these are all corners of `grid`, as own ones in the order of its tables.
+    /// Checks that these are all corners of `grid`, all own and in the order of its tables.
     pub(super) fn check_all(&self, grid: &Grid) -> Result<()> {
         let base = i64::from(grid.tables().index_base);
         let Numbered { global, is_own } = self.read_rows(grid)?;
@@ -131,7 +132,7 @@ impl Numbered {
         Numbered::new(kind, columns, columns.0.len(), base, Some(base + kind.rows(grid) as i64 - 1))
     }
 
-    /// Reads `rows` rows, whose numbers are different ones from `base` to `last`, or without an end.
+    /// Reads `rows` rows with distinct numbers from `base` to `last`, or without an upper bound.
     fn new(
         kind: ColumnKind,
         (global, owned): (Indices, Owned),
@@ -156,7 +157,7 @@ impl Numbered {
             }
         };
         let row = |row: usize| row as i64 + base;
-        // Twice a number must still be one.
+        // Twice a number must fit into 64 bits.
         let known = base..=last.unwrap_or(i64::MAX / 2);
         let mut read = Vec::with_capacity(rows);
         for (at, number) in global.iter().enumerate() {

@@ -1,13 +1,13 @@
 //! Gathers fields of which each rank has some columns, once per node.
 //!
-//! Where every rank has the tables of the whole grid, so has the field that a node puts together. Where ranks have
-//! parts, it has the columns of the node's mesh: own ones and, around them, those of other nodes. Each rank writes its
-//! own columns to its node's memory and sends those that other nodes need to one rank of each, which writes them there,
-//! one field after the other. A node has one copy of each field. Columns that are not a rank's own are not read.
+//! If every rank has the tables of the whole grid, the field that a node gathers is whole. If ranks have parts, it has
+//! the columns of the node's mesh: own ones and, around them, those of other nodes. Each rank writes its own columns to
+//! its node's memory and sends those that other nodes need to one rank of each, which writes them there, one field
+//! after the other. A node has one copy of each field. Only a rank's own columns are read.
 //!
-//! Fields at corners are rendered as averages at cells. Where ranks have parts, each averages at its own cells, from the
-//! model's array and a halo of corners, and the node has the averages instead of the field. Derived fields are computed
-//! before averages are, so what they are made of is gathered at corners.
+//! Fields at corners are rendered as averages at cells. If ranks have parts, each averages at its own cells, from the
+//! model's array and a halo of corners, and the node stores the averages instead of the field. Derived fields are
+//! computed before averages, so their inputs are gathered at corners.
 
 use super::cells::{PartCells, PartCorners};
 use super::corner_halo::CornerHalo;
@@ -38,10 +38,10 @@ use source::{ColumnSource, read_columns};
 pub(super) use target::GatherTarget;
 use target::display_name;
 
-/// The most bytes that a rank sends at once, to all nodes together, unless a single column for each has more.
+/// Maximum number of bytes that a rank sends at once, to all nodes together, unless a single column for each has more.
 const MAX_BYTES: usize = 64 << 20;
 
-/// Which columns of fields a rank has, agreed on by all ranks.
+/// The columns of fields that a rank has, agreed on by all ranks.
 #[derive(Debug, Clone)]
 pub struct Columns {
     center: Supply,
@@ -54,18 +54,18 @@ pub struct Columns {
     nodes: Nodes,
     /// The mesh that is drawn if ranks have parts; `None` if they have the whole grid's tables.
     node_grid: Option<Arc<NodeGrid>>,
-    /// Corners of which other ranks have the values, if ranks have parts.
+    /// Corners whose values other ranks have, if ranks have parts.
     halo: Option<Arc<CornerHalo>>,
 }
 
-/// What fields are gathered with and for.
+/// The inputs of gathering fields.
 pub(crate) struct GatherInputs<'a> {
     pub threads: &'a Threads,
-    /// This rank's.
+    /// This rank's grid.
     pub grid: &'a Grid<'a>,
-    /// Layers that the heights belong to.
+    /// The layers of the heights.
     pub layers: &'a Layers,
-    /// Names of fields of which derived ones are made.
+    /// Names of the inputs of derived fields.
     pub derivation_inputs: Vec<&'a str>,
 }
 
@@ -73,7 +73,7 @@ pub(crate) struct GatherInputs<'a> {
 #[derive(Debug)]
 pub(crate) struct NodeGrid {
     grid: OwnedGrid,
-    /// Which of it is the node's own, where there are other nodes.
+    /// The node's own part of it, if there are other nodes.
     pub part: Option<Part>,
 }
 
@@ -82,16 +82,16 @@ impl NodeGrid {
         self.grid.grid()
     }
 
-    /// Bytes of its tables and of what is derived from them.
+    /// Bytes of its tables and of those derived from them.
     pub fn bytes(&self) -> usize {
         self.grid.bytes()
     }
 }
 
 impl Columns {
-    /// Agrees with the other ranks on whose each cell is, where each rank has the tables of its part, `cells` with a row
-    /// for each cell of `grid`, and `corners`, if any rank has them, with one for each corner: puts the parts of each
-    /// node together. Collective.
+    /// Agrees with the other ranks on the owner of each cell if each rank has the tables of its part: `cells` has a row
+    /// for each cell of `grid`, and `corners`, if any rank has them, one for each corner. Joins the parts of each node.
+    /// Collective.
     pub(super) fn of_parts(
         ranks: &mut Ranks,
         grid: &Grid,
@@ -114,7 +114,7 @@ impl Columns {
         Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid, halo })
     }
 
-    /// Bytes of the tables that this rank made for its node's mesh: 0 where ranks have the whole grid's.
+    /// Bytes of the tables that this rank made for its node's mesh: 0 if ranks have the whole grid's.
     pub fn table_bytes(&self) -> usize {
         self.node_grid.as_ref().map_or(0, |node| node.bytes())
     }
@@ -125,7 +125,7 @@ impl Columns {
         node.map_or(Some(own), |node| node.part.is_none().then(|| node.grid()))
     }
 
-    /// Columns that a field of this rank has.
+    /// Number of columns of a field of this rank.
     pub fn of_field_at(&self, location: Location) -> usize {
         self.supply(location).count
     }
@@ -140,7 +140,7 @@ impl Columns {
     /// Marks of the columns of this rank's field that it owns.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where the field has other columns.
+    /// [`ErrorKind::Field`] if the field has other columns.
     pub(super) fn owned(&self, field: &Field) -> Result<Vec<bool>> {
         let (columns, expected) = (field.shape().columns, self.of_field_at(field.location()));
         if columns != expected {
@@ -150,12 +150,11 @@ impl Columns {
         Ok(self.supply(field.location()).owned())
     }
 
-    /// Puts `fields`, which have this rank's columns, together in the node's memory. Collective, and so is what comes
-    /// of it. The memory is handed back by [`NodeFields::leave`].
+    /// Gathers `fields`, which have this rank's columns, in the node's memory. Collective, and all ranks have the same
+    /// result. [`NodeFields::leave`] returns the memory.
     ///
-    /// # Errors
-    /// The same on all ranks: the error of `fields` on any of them, [`ErrorKind::Field`] with the field's name where it
-    /// has other columns, and [`ErrorKind::Mpi`] where ranks have different fields or the transport fails.
+    /// Equal on all ranks: the error of `fields` on any of them, [`ErrorKind::Field`] with the field's name if it has
+    /// other columns, and [`ErrorKind::Mpi`] if ranks have different fields or the transport fails.
     pub(crate) fn gather<'f>(
         &self,
         ranks: &mut Ranks,
@@ -204,8 +203,7 @@ impl Columns {
         ranks.collective(checked).err()
     }
 
-    /// Where the whole of each field is to be put together, and bytes for all of them on whichever node: as many on all
-    /// ranks.
+    /// The place of each whole field, and the bytes of all of them on any node: equal on all ranks.
     pub(super) fn targets<'f>(
         &self,
         inputs: &GatherInputs,
@@ -256,9 +254,9 @@ impl Columns {
         Err(expected.error(shape.columns, each))
     }
 
-    /// Puts a field together, of its own columns on each rank, with at most so many bytes sent at once; returns the
-    /// bytes that this rank wrote to the node's memory. Collective, and so is what comes of it, but for a failure
-    /// that is to be told to the others.
+    /// Gathers a field from the own columns of each rank, with at most `most` bytes sent at once; returns the bytes
+    /// that this rank wrote to the node's memory. Collective, and all ranks have the same result, except for a failure
+    /// that has yet to be sent to the others.
     pub(super) fn gather_by(
         &self,
         ranks: &mut Ranks,
@@ -307,7 +305,7 @@ impl Columns {
         outcome.map(|()| (columns * width) as u64)
     }
 
-    /// For each rank, those of the columns that it takes in for its node whose numbers are in `range`.
+    /// The messages to each rank: of the columns that it takes in for its node, those whose numbers are in `range`.
     fn messages(
         &self,
         ranks: usize,

@@ -1,6 +1,6 @@
-//! The ranks of a communicator of MPI, by whatever binding it is called. All of their messages are non-blocking
-//! requests, as in [`MessageQueue`], and collective calls are made of these: no rank occupies a processor in MPI while
-//! it waits for others.
+//! The ranks of an MPI communicator, over any binding. All of their messages are non-blocking requests, as in
+//! [`MessageQueue`], and collective calls are made of these: no rank occupies a processor in MPI while it waits for
+//! others.
 
 use super::message_queue::{Communicator, MessageQueue};
 use super::pieces::Pieces;
@@ -11,11 +11,11 @@ use icoray_grid::Result;
 use std::thread::{sleep, yield_now};
 use std::time::{Duration, Instant};
 
-/// How long a rank that waits yields the processor before it sleeps.
+/// Time for which a waiting rank yields the processor before it sleeps.
 const EAGER: Duration = Duration::from_micros(100);
 
-/// The ranks of a communicator, which is freed on drop. That is collective, unless ranks are gone or the team was given
-/// up.
+/// The ranks of a communicator, which is freed on drop. Dropping is collective, unless ranks are gone or the team was
+/// given up.
 #[derive(Debug)]
 pub struct CommunicatorTeam<C: Communicator> {
     tree: Tree<Letters<C>>,
@@ -34,7 +34,7 @@ impl<C: Communicator> CommunicatorTeam<C> {
     /// The ranks of `comm`. Collective.
     ///
     /// # Errors
-    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) where MPI fails.
+    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when MPI fails.
     pub fn new(comm: C) -> Result<Self> {
         let [host_rank, host_leader] = comm.place_on_host()?;
         let letters = Letters { queue: MessageQueue::new(comm), pieces: Pieces::default(), host_rank };
@@ -45,8 +45,8 @@ impl<C: Communicator> CommunicatorTeam<C> {
         self.tree.link.queue.comm()
     }
 
-    /// Makes a collective call; returns when what this rank sends in it has gone, so that no rank waits for the next call
-    /// of this one.
+    /// Makes a collective call; returns when all messages of this rank in it are sent, so that no rank waits for the
+    /// next call of this one.
     fn collective<R>(&mut self, call: impl FnOnce(&mut Tree<Letters<C>>) -> Result<R>) -> Result<R> {
         let result = call(&mut self.tree)?;
         let start = Instant::now();
@@ -58,7 +58,7 @@ impl<C: Communicator> CommunicatorTeam<C> {
     }
 }
 
-/// Leaves the processor to others, for longer if this rank waits `since` some time.
+/// Yields the processor, or sleeps if this rank has waited for some time since `since`.
 fn pause(since: Instant) {
     if since.elapsed() < EAGER { yield_now() } else { sleep(NAP) }
 }

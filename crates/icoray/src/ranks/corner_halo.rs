@@ -1,7 +1,7 @@
 //! The corners around a rank's own cells whose values other ranks have.
 //!
 //! A cell's average needs the values at all of its corners. A rank has columns for all of them, but those that it does
-//! not own may have been computed by nobody: their owners send them.
+//! not own may not have been computed here: their owners send them.
 
 use super::Ranks;
 use super::columns::visit_columns;
@@ -18,17 +18,17 @@ use icoray_grid::{Error, ErrorKind, Result};
 pub(super) struct CornerHalo {
     /// For each rank, the columns that it receives from this one.
     sends: Vec<Vec<u32>>,
-    /// Number of columns that come from each rank.
+    /// Number of columns received from each rank.
     receives: Vec<usize>,
-    /// For each corner of this rank's tables its row among all columns that come, or [`CornerColumns::OWN`].
+    /// The row of each corner of this rank's tables among all received columns, or [`CornerColumns::OWN`].
     row: Vec<u32>,
-    /// For each corner whether an average of any rank reads this rank's own column.
+    /// Whether an average of any rank reads this rank's own column of each corner.
     is_read: Vec<bool>,
 }
 
 impl CornerHalo {
-    /// Finds the owners of the corners around this rank's own cells. A corner that its owner's tables do not have, as
-    /// they may omit those that are no triangles, is taken from this rank's field. Collective.
+    /// Finds the owners of the corners around this rank's own cells. A corner that is not in its owner's tables, which
+    /// may omit those that are no triangles, is taken from this rank's field. Collective.
     pub fn find(
         ranks: &mut Ranks,
         numbers: &Numbers,
@@ -76,7 +76,7 @@ impl CornerHalo {
         Ok(CornerHalo { sends, receives, row, is_read })
     }
 
-    /// For each corner its row in the halo, or [`CornerColumns::OWN`].
+    /// The row of each corner in the halo, or [`CornerColumns::OWN`].
     pub fn rows(&self) -> &[u32] {
         &self.row
     }
@@ -86,7 +86,7 @@ impl CornerHalo {
         self.is_read[corner]
     }
 
-    /// The columns of a field at corners that come from other ranks, level-fastest. Collective.
+    /// Receives the columns of a field at corners from other ranks, level-fastest. Collective.
     pub fn exchange(&self, ranks: &mut Ranks, field: &Field) -> Result<OwnedReals> {
         match field.samples() {
             Reals::F32(samples) => self.exchange_of(ranks, field, samples).map(OwnedReals::F32),
@@ -113,7 +113,7 @@ impl CornerHalo {
         Ok(received.iter().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, S>(bytes)).collect())
     }
 
-    /// The columns that came of `field` as a field.
+    /// The received columns of `field` as a field.
     pub fn field<'h>(&self, field: &Field, halo: &'h OwnedReals) -> Result<Field<'h>> {
         let shape = Shape::level_fastest(self.receives.iter().sum(), field.shape().layers);
         Field::new(halo.as_reals(), shape, field.location(), field.fill())
@@ -121,7 +121,7 @@ impl CornerHalo {
 }
 
 impl Numbers<'_> {
-    /// The rank that owns the first cell of a corner's row; this rank where the row has none.
+    /// The rank that owns the first cell of a corner's row; this rank if the row has no cell.
     fn owner_of_corner(&self, corner: usize) -> u32 {
         let first = self.cells_at(corner).into_iter().flatten().next();
         first.map_or(self.rank as u32, |cell| self.owner[cell])

@@ -1,6 +1,6 @@
 //! Finds the owner of each corner of parts whose corners have numbers in the whole grid (ICON's triangles).
 //!
-//! A distributed directory as that of cells: rank `g mod ranks` stores the owner of corner g.
+//! A distributed directory like that of cells: rank `g mod ranks` stores the owner of corner g.
 
 use super::cells::{Numbered, PartCorners};
 use super::wire::{decode_lists, encode_lists};
@@ -9,7 +9,7 @@ use icoray_grid::Grid;
 use icoray_grid::{Error, ErrorKind, Result};
 use std::collections::HashMap;
 
-/// The numbers of the corners of this rank's tables, and which of them are its own.
+/// The numbers of the corners of this rank's tables, and marks of its own ones.
 pub(super) struct OwnCorners {
     numbered: Numbered,
     base: i64,
@@ -38,7 +38,7 @@ impl OwnCorners {
     /// The owner of each of the `wanted` corners. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Grid`] where a corner is owned by two ranks, or one that is wanted by none.
+    /// Equal on all ranks: [`ErrorKind::Grid`] if two ranks own a corner, or none owns one that is wanted.
     pub fn find_owners(&self, ranks: &mut Ranks, wanted: &[u64]) -> Result<Vec<u32>> {
         let size = ranks.size();
         let keeper = |number: u64| (number % size as u64) as usize;
@@ -60,7 +60,7 @@ impl OwnCorners {
         ranks.collective(owners)
     }
 
-    /// The owner of each corner that a rank asks for, of those that ranks have registered.
+    /// The owner of each requested corner, from the registrations of the ranks.
     fn answer(&self, registered: &[Vec<u64>], asked: &[Vec<u64>]) -> Result<Vec<Vec<u32>>> {
         let name = |number: u64| number as i64 + self.base;
         let mut owner = HashMap::new();

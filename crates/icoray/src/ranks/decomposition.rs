@@ -9,38 +9,37 @@ use icoray_grid::Result;
 /// Distribution of a grid and the fields over it; the same kind on all ranks.
 #[derive(Debug, Clone)]
 pub enum Decomposition {
-    /// The whole grid, and whole fields: there is one rank.
+    /// The whole grid and whole fields: there is one rank.
     Whole,
-    /// Columns of fields, over the tables of its part or over those of the whole grid.
+    /// Columns of fields, over the tables of the rank's part or of the whole grid.
     Columns(Box<Columns>),
 }
 
 impl Decomposition {
-    /// Agrees with the other ranks on whose each cell is. Collective; `grid` is this rank's own.
+    /// Agrees with the other ranks on the owner of each cell. Collective; `grid` is this rank's own.
     ///
-    /// Where `cells` has a row for each cell of the grid on all ranks, the tables are those of its part, row by row.
-    /// Else the tables are those of the whole grid on all ranks, and the numbers of cells are rows there.
+    /// If `cells` has a row for each cell of the grid on all ranks, the tables are those of the rank's part, row by
+    /// row. Else the tables are those of the whole grid on all ranks, and the numbers of cells are rows of these.
     ///
-    /// Ranks of a node put the tables of their parts together, each in memory of its own ([`Columns::table_bytes`]).
+    /// Ranks of a node join the tables of their parts, each in memory of its own ([`Columns::table_bytes`]).
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where numbers or marks do not fit the
-    /// grid, a cell is owned by two ranks or by none, a halo is too narrow, parts do not fit each other, or ranks
-    /// that must have the whole grid have not; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport
-    /// fails.
+    /// Equal on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) if numbers or marks do not fit the grid,
+    /// two ranks or no rank owns a cell, a halo is too narrow, parts do not fit each other, or ranks that must have the
+    /// whole grid do not have it; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
         Self::with_corners(ranks, grid, cells, None)
     }
 
-    /// The same with the columns of fields at corners. Where no rank has `corners`, such fields have a column for each
-    /// corner of the rank's tables, and that of a corner is read on the rank that owns the first cell of its row of
-    /// `corner_cell`. A rank without corners beside others has none.
+    /// As [`Self::new`], with the columns of fields at corners. If no rank has `corners`, such fields have a column for
+    /// each corner of the rank's tables, and the column of a corner is read on the rank that owns the first cell of its
+    /// row of `corner_cell`. If only some ranks have `corners`, the others have no corner.
     ///
-    /// Over the tables of a part there is a row for each corner of these tables, and `corners` states which are own.
+    /// With the tables of a part, `corners` has a row for each corner of these tables and states which are own.
     ///
     /// # Errors
-    /// The same on all ranks: as [`Self::new`], and [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where a corner is
-    /// owned by two ranks or by none, or a part has other corners than its tables.
+    /// Equal on all ranks: as [`Self::new`], and [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) if two ranks or no
+    /// rank owns a corner, or a part has other corners than its tables.
     pub fn with_corners(
         ranks: &mut Ranks,
         grid: &Grid,
@@ -48,7 +47,7 @@ impl Decomposition {
         corners: Option<&PartCorners>,
     ) -> Result<Self> {
         if ranks.size() == 1 {
-            // Its cells are all there are, in the order of its tables.
+            // These are all of its cells, in the order of its tables.
             corners.map_or(Ok(()), |corners| corners.check_all(grid))?;
             return Agreed::new(ranks, grid, cells).map(|_| Decomposition::Whole);
         }
@@ -68,7 +67,7 @@ impl Decomposition {
         Columns::of_whole(ranks, grid, cells, corners).map(|columns| Decomposition::Columns(Box::new(columns)))
     }
 
-    /// The grid that ranks draw, whose own one is `own`: none where each node draws a part of it.
+    /// The grid that ranks draw, given this rank's `own` grid; `None` if each node draws a part.
     pub fn drawn_grid<'g>(&'g self, own: &'g Grid<'g>) -> Option<&'g Grid<'g>> {
         match self {
             Decomposition::Whole => Some(own),
@@ -79,7 +78,7 @@ impl Decomposition {
     /// Marks of a field's columns that this rank owns; each column has one owner.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where the field has other columns than this rank.
+    /// [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if the field has other columns than this rank.
     pub(crate) fn own_columns(&self, field: &Field) -> Result<Vec<bool>> {
         match self {
             Decomposition::Whole => Ok(vec![true; field.shape().columns]),

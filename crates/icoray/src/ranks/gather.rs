@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// How long the calling thread waits for a tile of its own before it polls messages again.
+/// Time for which the calling thread waits for a tile of its own before it polls messages again.
 const TICK: Duration = Duration::from_millis(1);
 
 /// The assignment of tiles to ranks, and the quality of the frame.
@@ -29,7 +29,7 @@ pub(crate) struct TileAssignment {
 }
 
 impl TileAssignment {
-    /// Tiles in turn to all ranks, where neighbours among the tiles are about as dear.
+    /// Assigns tiles in turn to all ranks; neighbouring tiles cost about the same.
     pub fn in_turn(quality: Quality, tiling: &dyn Tiling, ranks: &Ranks) -> Self {
         TileAssignment { quality, owners: (0..tiling.tiles()).map(|tile| tile % ranks.size() as u32).collect() }
     }
@@ -43,13 +43,13 @@ impl TileAssignment {
 /// The outcome of gathering tiles.
 #[derive(Debug)]
 pub(crate) struct GatheredTiles {
-    /// At rank 0 all tiles, in no order; elsewhere none.
+    /// All tiles at rank 0, in any order; none on other ranks.
     pub tiles: Vec<Tile>,
-    /// Seconds that this rank drew.
+    /// Seconds that this rank spent drawing.
     pub render_s: f64,
     /// Seconds from rank 0's last tile to the last tile of all ranks.
     pub gather_s: f64,
-    /// Mean over maximum of the seconds that ranks drew.
+    /// Mean over maximum of the ranks' seconds of drawing.
     pub balance: f64,
     /// Bytes that rank 0 received.
     pub bytes_received: u64,
@@ -114,8 +114,8 @@ impl Ranks {
         self.agree_on(mine, facts())
     }
 
-    /// The tiles in which each of the ranks that have a part together traces its rays, by their order; those of a
-    /// raster by what they took in the last frame.
+    /// The tiles in which each of the ranks that share a part traces its rays, in the order of these ranks; tiles of a
+    /// raster are assigned by their costs in the last frame.
     pub(crate) fn assign_part_tiles(&self, tiling: &dyn Tiling, ranks: usize) -> Vec<Vec<u32>> {
         let owners = match tiling.raster() {
             Some(raster) => assign_tiles(raster, ranks, self.part_costs.as_ref()),
@@ -131,9 +131,9 @@ impl Ranks {
         self.part_costs = Some(costs);
     }
 
-    /// Has `draw` draw this rank's tiles on `threads`, and brings each to rank 0 as soon as it is given. There, a
-    /// failure of any rank is the result; elsewhere the result is of sending only, and what came of it is told by
-    /// [`Self::conclude`]. `earlier_s` are seconds that this rank has drawn before.
+    /// Calls `draw` for this rank's tiles on `threads`, and sends each tile to rank 0 as soon as it is drawn. On rank
+    /// 0, a failure of any rank is the result; on other ranks the result covers sending only, and [`Self::conclude`]
+    /// returns the outcome. `earlier_s` are the seconds of this rank's earlier drawing.
     pub(crate) fn gather(
         &mut self,
         threads: &Threads,
@@ -143,7 +143,7 @@ impl Ranks {
     ) -> Result<GatheredTiles> {
         let start = Instant::now();
         let (given, drawn) = unbounded();
-        // The sender is dropped when all is drawn, also by a panic; the receiver then ends.
+        // The sender is dropped when all is drawn, also by a panic; then the receiver ends.
         let draw = move || {
             // The receiver is gone if ranks cannot be reached; that error is returned elsewhere.
             draw(&|tile| drop(given.send(tile)));
@@ -182,7 +182,7 @@ impl Ranks {
         let (ranks, mut sum, mut most) = (of.len(), 0.0, 0.0f64);
         let mut tiles = Vec::with_capacity(tiling.tiles() as usize);
         let mut costs = tiling.raster().map(TileCosts::new);
-        // In order of rank: of several failures the lowest rank's is returned.
+        // In order of rank: the error of the lowest failed rank is returned.
         for (rank, part) in of.into_iter().enumerate() {
             let seconds = part.outcome.map_err(|e| e.of_rank(rank, ranks))?.unwrap_or(0.0);
             (sum, most) = (sum + seconds, most.max(seconds));
@@ -242,7 +242,7 @@ fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
     }
 }
 
-/// The tiles that rank 0 has received of each rank.
+/// The tiles that rank 0 has received from each rank.
 struct ReceivedTiles<'t> {
     tiling: &'t dyn Tiling,
     of: Vec<RankTiles>,
@@ -251,7 +251,7 @@ struct ReceivedTiles<'t> {
 
 struct RankTiles {
     tiles: Vec<Tile>,
-    /// The seconds that it drew, once it has drawn all.
+    /// The rank's seconds of drawing, once it has drawn all tiles.
     outcome: Result<Option<f64>>,
     /// Whether the last message of the rank has arrived; a message that cannot be decoded does not count.
     has_ended: bool,
@@ -259,12 +259,12 @@ struct RankTiles {
 
 impl<'t> ReceivedTiles<'t> {
     fn new(ranks: usize, tiling: &'t dyn Tiling) -> Self {
-        // Rank 0 itself sends nothing.
+        // Rank 0 sends no message to itself.
         let part = |rank| RankTiles { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
         ReceivedTiles { tiling, of: (0..ranks).map(part).collect(), bytes_received: 0 }
     }
 
-    /// Collects this rank's tiles while they are drawn, and received tiles of other ranks meanwhile.
+    /// Collects this rank's tiles while they are drawn, and meanwhile those received from other ranks.
     fn take(&mut self, team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
         loop {
             match drawn.recv_timeout(TICK) {

@@ -26,7 +26,7 @@ impl TileCosts {
     }
 }
 
-/// The rank of each tile. Costs of another raster do not count.
+/// The rank of each tile. Costs of another raster are ignored.
 pub(super) fn assign_tiles(raster: Raster, ranks: usize, costs: Option<&TileCosts>) -> Vec<u32> {
     let mut owners = vec![0; raster.tiles() as usize];
     let mut order: Vec<u32> = (0..raster.tiles()).collect();
@@ -70,7 +70,7 @@ mod tests {
         loads
     }
 
-    /// Mean over most.
+    /// Mean over maximum.
     fn balance(loads: &[f64]) -> f64 {
         loads.iter().sum::<f64>() / loads.len() as f64 / loads.iter().fold(0.0, |most: f64, load| most.max(*load))
     }

@@ -1,4 +1,4 @@
-//! Ranks that are threads of one process: for tests, and to study what ranks would do where there is no MPI.
+//! Ranks that are threads of one process: for tests, and to study the work of ranks without MPI.
 
 use super::tree::{Link, Message, Tree};
 use super::{NodeMemory, NodeShare, PointToPoint, Team};
@@ -16,7 +16,7 @@ pub struct LocalTeam {
     node: Arc<LocalNode>,
 }
 
-/// To and from each rank, oneself included.
+/// Channels to and from each rank, this one included.
 #[derive(Debug)]
 struct Channels {
     rank: usize,
@@ -33,12 +33,12 @@ struct LocalNode {
     meet: Barrier,
 }
 
-/// `size` ranks, each to be moved to a thread of its own.
+/// Makes `size` ranks, each to be moved to a thread of its own.
 pub fn local_team(size: usize) -> Vec<LocalTeam> {
     local_nodes(&vec![0; size])
 }
 
-/// Ranks on nodes: `node_of` has a number for each rank, the same for those on one node.
+/// Ranks on nodes: `node_of` has a number for each rank, equal for the ranks of a node.
 pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
     let mut nodes: Vec<Arc<LocalNode>> = Vec::new();
     let (to, from): (Vec<_>, Vec<_>) = node_of.iter().map(|_| unbounded()).unzip();
@@ -188,7 +188,7 @@ struct LocalMessages {
     to: Vec<Sender<(usize, Vec<u8>)>>,
     from: Receiver<(usize, Vec<u8>)>,
     meeting: Arc<AtomicUsize>,
-    /// What the meeting will have counted when all are at the one at which this rank is.
+    /// The count of the meeting at which all ranks have entered this rank's current one.
     awaited: Option<usize>,
     meetings: usize,
 }

@@ -1,5 +1,5 @@
-//! Messages over the non-blocking requests of MPI, by whatever binding it is called. No call waits in MPI, which would
-//! occupy a processor.
+//! Messages over the non-blocking requests of MPI, over any binding. No call waits in MPI, which would occupy a
+//! processor.
 
 use super::{NodeShare, PointToPoint};
 use icoray_grid::Result;
@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::mem::{forget, take};
 
-/// The non-blocking calls of a communicator that nothing else sends on, and the groups of its ranks.
+/// The non-blocking calls of a communicator reserved for this queue, and the groups of its ranks.
 ///
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the call fails.
@@ -35,16 +35,17 @@ pub trait Communicator: fmt::Debug + Send + Sized + 'static {
     /// Enters a barrier (`MPI_Ibarrier`).
     fn start_barrier(&self) -> Result<Self::Pending>;
 
-    /// Whether a request is complete (`MPI_Test`). It is not called again for one that is.
+    /// Whether a request is complete (`MPI_Test`). Not called again for a complete request.
     fn is_done(&self, pending: &mut Self::Pending) -> Result<bool>;
 
     /// The bytes of a complete request.
     fn bytes_of(&self, complete: Self::Pending) -> Result<Vec<u8>>;
 
-    /// A communicator of the same ranks, whose messages are apart. Collective.
+    /// A duplicate communicator of the same ranks, with separate messages. Collective.
     fn duplicate(&self) -> Result<Self>;
 
-    /// A rank has left: nothing is freed any more, here and of duplicates and groups, as that is collective.
+    /// Marks that a rank has left: nothing is freed any more, here and of duplicates and groups, as freeing is
+    /// collective.
     fn give_up(&self);
 
     /// This process's number among those of its host, from 0, and the rank of the first of these. Collective.
@@ -66,9 +67,9 @@ pub trait Communicator: fmt::Debug + Send + Sized + 'static {
 pub struct MessageQueue<C: Communicator> {
     comm: C,
     sending: VecDeque<C::Pending>,
-    /// In the order in which each rank sent them.
+    /// Messages being received, in the order in which each rank sent them.
     receiving: VecDeque<(usize, C::Pending)>,
-    /// The barrier that this rank has entered, until all have.
+    /// The barrier that this rank has entered, until all ranks have entered it.
     barrier: Option<C::Pending>,
 }
 
@@ -135,7 +136,7 @@ impl<C: Communicator> PointToPoint for MessageQueue<C> {
 }
 
 impl<C: Communicator> Drop for MessageQueue<C> {
-    /// Leaks what is not complete: MPI may still read or write it.
+    /// Leaks incomplete requests: MPI may still read or write their memory.
     fn drop(&mut self) {
         forget((take(&mut self.sending), take(&mut self.receiving), self.barrier.take()));
     }

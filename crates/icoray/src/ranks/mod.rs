@@ -1,6 +1,6 @@
-//! Several processes, the ranks, draw one picture. Each rank draws some of its tiles from data that all ranks have, or,
-//! over several nodes, the whole picture of its node's [`Part`]. If each rank has some [`Columns`] of the data, every
-//! node makes one copy of them, and one mesh of the parts of its ranks.
+//! Renders one picture with several processes, the ranks. Each rank draws some of its tiles from data that all ranks
+//! have or, over several nodes, the whole picture of its node's [`Part`]. If each rank has some [`Columns`] of the
+//! data, every node makes one copy of them, and one mesh of the parts of its ranks.
 //!
 //! A [`Team`] transports bytes between ranks. This module defines the messages, which are the same over MPI and between
 //! threads ([`local_team`]). One rule excludes deadlocks: ranks communicate in phases that each of them enters, even
@@ -65,120 +65,119 @@ use std::time::Duration;
 /// in the same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
 ///
 /// # Errors
-/// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be
-/// in step, and the team is of no more use.
+/// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be in step, and the team
+/// is unusable.
 #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
 pub trait Team: Send {
     /// This process's number, from 0.
     fn rank(&self) -> usize;
 
-    /// How many there are, at least 1.
+    /// Number of processes, at least 1.
     fn size(&self) -> usize;
 
-    /// Whether ranks can be reached no more, now or later: then nothing but dropping the team is of use. Not
-    /// collective.
+    /// Whether ranks can be reached no more, now or later: then the team can only be dropped. Not collective.
     fn is_gone(&self) -> bool {
         false
     }
 
-    /// A rank has left: the team is let go without a word to the others, who might never answer. Not collective.
+    /// Marks that a rank has left: the team is dropped without messages to the others, which might never answer. Not
+    /// collective.
     fn give_up(&mut self) {}
 
-    /// Hands every rank's bytes to all, in order of rank.
+    /// Returns the bytes of all ranks, in order of rank, on every rank.
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>>;
 
-    /// Rank 0's bytes to all; those of others are let go.
+    /// Returns rank 0's bytes on all ranks; those of other ranks are dropped.
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>>;
 
-    /// Begins to send bytes to rank 0, from any other, without waiting.
+    /// Starts to send bytes to rank 0, from any other rank, without waiting.
     fn send(&mut self, bytes: Vec<u8>) -> Result<()>;
 
-    /// Helps along what this rank is sending; whether all of it has gone. It has to have, before the next collective
-    /// call.
+    /// Progresses the messages that this rank is sending; returns whether all are sent. They must be, before the next
+    /// collective call.
     fn is_sent(&mut self) -> Result<bool>;
 
-    /// At rank 0: bytes that have come, with the number of the rank that sent them, in the order in which that rank
-    /// did.
+    /// At rank 0: bytes that have arrived, with the number of the rank that sent them, in the order of that rank.
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
 
-    /// At rank 0, with nothing else to do: returns when there may be bytes to receive, or a little later.
+    /// At rank 0, without other work: returns when there may be bytes to receive, or a little later.
     fn wait(&mut self) -> Result<()> {
         sleep(NAP);
         Ok(())
     }
 
-    /// Hands `mine[j]` to rank `j` and returns what each rank has for this one, in order of rank. What is for oneself
-    /// is handed back as it is.
+    /// Sends `mine[j]` to rank `j` and returns the bytes from each rank to this one, in order of rank. A rank's bytes
+    /// to itself are returned unchanged.
     ///
     /// # Panics
-    /// When `mine` has not as many entries as there are ranks.
+    /// If `mine` does not have an entry per rank.
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>>;
 
-    /// This process's number among those of its node, from 0. Collective. By itself a team takes all to be on one node.
+    /// This process's number among those of its node, from 0. Collective. By default all ranks are on one node.
     fn node_rank(&mut self) -> Result<usize> {
         Ok(self.rank())
     }
 
-    /// The number of the first rank of this one's node. Collective. By itself a team takes all to be on one node.
+    /// The number of the first rank of this one's node. Collective. By default all ranks are on one node.
     fn node_leader(&mut self) -> Result<usize> {
         Ok(0)
     }
 
-    /// The lowest of the ranks that share memory with this one, of [`Self::node`]. Collective. By itself a team takes
-    /// none to share.
+    /// The lowest of the ranks that share memory with this one, of [`Self::node`]. Collective. By default no ranks
+    /// share memory.
     fn memory_leader(&mut self) -> Result<usize> {
         Ok(self.rank())
     }
 
-    /// Memory of so many bytes for each node, as many on all ranks. Where none can be shared, each rank has its own.
-    /// Collective; so is dropping it, unless ranks are gone or the team was given up.
+    /// Allocates `bytes` bytes of memory for each node, equal on all ranks. If memory cannot be shared, each rank has
+    /// its own. Collective; so is dropping it, unless ranks are gone or the team was given up.
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
         Ok(NodeShare::alone(self.rank(), bytes))
     }
 
-    /// Messages between the same ranks, apart from those of this team. Collective; so is dropping them, unless ranks
-    /// are gone or the team was given up. By itself a team has none: [`ErrorKind::Unsupported`].
+    /// Messages between the same ranks, separate from those of this team. Collective; so is dropping them, unless ranks
+    /// are gone or the team was given up. By default a team has none: [`ErrorKind::Unsupported`].
     fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
         Err(Error::new(ErrorKind::Unsupported, "these ranks cannot render in the background"))
     }
 
-    /// A frame begins: messages of a frame that ended early are dropped. Not collective. Only for teams whose ranks
-    /// hear of it when one of them leaves a frame ([`Self::break_off`]).
+    /// Begins a frame: drops messages of a frame that ended early. Not collective. Only for teams that notify ranks
+    /// when one of them leaves a frame ([`Self::break_off`]).
     fn begin_frame(&mut self) {}
 
-    /// This rank's frame has ended by `error`, which other ranks may not know; their calls fail until the next frame.
-    /// Not collective.
+    /// Ends this rank's frame with `error`, which other ranks may not have received; their calls fail until the next
+    /// frame. Not collective.
     fn break_off(&mut self, _error: &Error) {}
 }
 
-/// How long a rank sleeps that waits for messages: short, and yet no loop that keeps a processor busy.
+/// Time for which a rank that waits for messages sleeps: short, but not a loop that keeps a processor busy.
 const NAP: Duration = Duration::from_micros(50);
 
-/// The ranks that draw together, and what the last frame taught about its tiles.
+/// The ranks that draw together, and the costs of the last frame's tiles.
 #[derive(Default)]
 pub struct Ranks {
     /// Memory of this rank's node that no frame uses, in the same order on all ranks. Dropped before the team that
-    /// gave it.
+    /// allocated it.
     nodes: Vec<Node>,
     /// The transport; `None` for a single process.
     team: Option<Box<dyn Team>>,
-    /// A rank that has closed its context while others have not; no messages are exchanged after that.
+    /// A rank that closed its context before the others; no messages are exchanged after that.
     left: Option<usize>,
     /// Seconds of the last frame's tiles, at rank 0.
     costs: Option<TileCosts>,
-    /// Seconds of the last frame's tiles of fragments, of this rank's node.
+    /// Seconds of the last frame's tiles of fragments, on this rank's node.
     part_costs: Option<TileCosts>,
-    /// This rank's number on its node, once it has been asked for.
+    /// This rank's number on its node, once requested.
     node_rank: Option<usize>,
 }
 
 impl Ranks {
-    /// One process that draws alone: nothing is sent, and panics are not caught.
+    /// One process that draws alone: no message is sent, and panics are not caught.
     pub fn alone() -> Self {
         Ranks::default()
     }
 
-    /// Those of a team.
+    /// The ranks of a team.
     pub fn new(team: Box<dyn Team>) -> Self {
         Ranks { team: Some(team), ..Ranks::default() }
     }
@@ -188,7 +187,7 @@ impl Ranks {
         self.team.as_ref().map_or(0, |team| team.rank())
     }
 
-    /// How many there are, at least 1.
+    /// Number of ranks, at least 1.
     pub fn size(&self) -> usize {
         self.team.as_ref().map_or(1, |team| team.size())
     }
@@ -198,7 +197,8 @@ impl Ranks {
         self.team.is_none()
     }
 
-    /// Whether the other ranks can be reached no more: MPI was finalised, or one of them has left before the others.
+    /// Whether the other ranks can be reached no more: MPI was finalised, or a rank closed its context before the
+    /// others.
     pub fn is_gone(&self) -> bool {
         self.left.is_some() || self.team.as_ref().is_some_and(|team| team.is_gone())
     }
@@ -217,8 +217,8 @@ impl Ranks {
         Ok(self.node_rank.unwrap_or(0))
     }
 
-    /// How many ranks of this node, this one included, may run on some of the processors of `mask`, a bit for each; an
-    /// empty mask stands for all of them. Collective.
+    /// Number of ranks of this node, this one included, that may run on some of the processors of `mask`, a bit for
+    /// each; an empty mask stands for all of them. Collective.
     ///
     /// # Errors
     /// [`ErrorKind::Mpi`] when the transport fails.
@@ -230,19 +230,19 @@ impl Ranks {
         Ok(masks.iter().filter(|(other, others)| *other == leader && overlap(mask, others)).count())
     }
 
-    /// Messages between the same ranks, apart from all others; `None` for one process alone. Collective.
+    /// Messages between the same ranks, separate from all others; `None` for one process alone. Collective.
     pub(crate) fn point_to_point(&mut self) -> Result<Option<Box<dyn PointToPoint>>> {
         let Some(team) = &mut self.team else { return Ok(None) };
         let made = team.point_to_point();
         self.collective(made).map(Some)
     }
 
-    /// A frame begins that other ranks may leave early ([`Team::begin_frame`]).
+    /// Begins a frame that other ranks may leave early ([`Team::begin_frame`]).
     pub(crate) fn begin_frame(&mut self) {
         self.team.iter_mut().for_each(|team| team.begin_frame());
     }
 
-    /// Tells the others that this rank's frame has ended by `error` ([`Team::break_off`]).
+    /// Notifies the others that this rank's frame has ended with `error` ([`Team::break_off`]).
     pub(crate) fn break_off(&mut self, error: &Error) {
         self.team.iter_mut().for_each(|team| team.break_off(error));
     }
@@ -255,7 +255,7 @@ impl Ranks {
         }
     }
 
-    /// Hands each rank what the others have for it: one of `mine` per rank, this one included. Collective.
+    /// Sends each rank one of `mine`, this one included, and returns what it receives. Collective.
     pub(crate) fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
         match &mut self.team {
             Some(team) => team.exchange(mine),
@@ -263,7 +263,7 @@ impl Ranks {
         }
     }
 
-    /// Does some of this rank's work. Where others wait for it a panic is an error like any other, of which they hear.
+    /// Runs some of this rank's work. If other ranks wait for it, a panic becomes an error, which they receive.
     pub(crate) fn attempt<R>(&self, work: impl FnOnce() -> Result<R>) -> Result<R> {
         if self.team.is_some() { Error::of_panics(work) } else { work() }
     }

@@ -1,38 +1,38 @@
-//! Memory that the ranks of a node share, so that what all of them need is there once.
+//! Memory that the ranks of a node share, so that shared data is stored once.
 
 use super::Ranks;
 use icoray_grid::{Error, Result};
 use std::fmt;
 
-/// Memory of a node. Its ranks write to it together, then read: everything between [`Self::begin`] and [`Self::settle`]
-/// is written, everything else read, and both are collective over the node.
+/// Memory of a node. Its ranks write to it together, then read: writes are allowed between [`Self::begin`] and
+/// [`Self::settle`], reads at all other times, and both calls are collective over the node.
 ///
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport itself fails, as of a
 /// [`Team`](super::Team).
 ///
 /// # Panics
-/// [`Self::put`] outside of these two and outside of the memory, [`Self::bytes`] between them.
+/// [`Self::put`] outside of these two or beyond the memory, [`Self::bytes`] between them.
 #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
 pub trait NodeMemory: Send {
-    /// Waits until all have read what they want.
+    /// Waits until all ranks have finished reading.
     fn begin(&mut self) -> Result<()>;
 
-    /// Writes bytes from the place `at`, where no other rank of the node does.
+    /// Writes bytes at offset `at`, which no other rank of the node writes to.
     fn put(&mut self, at: usize, bytes: &[u8]);
 
-    /// Waits until all have written, and sees what they have.
+    /// Waits until all ranks have written, and makes their writes visible.
     fn settle(&mut self) -> Result<()>;
 
-    /// All of it, at a multiple of 8 bytes.
+    /// All bytes, aligned to 8 bytes.
     fn bytes(&self) -> &[u8];
 }
 
 /// Memory of a node, as allocated by a [`Team`](super::Team).
 pub struct NodeShare {
-    /// The lowest rank of those that share the memory: which they are is seen by this.
+    /// The lowest rank of those that share the memory, which identifies them.
     pub leader: usize,
-    /// Whether ranks that could share have memory of their own each, as none could be shared.
+    /// Whether ranks that could share memory have their own, as sharing failed.
     pub is_refused: bool,
     /// The memory.
     pub memory: Box<dyn NodeMemory>,
@@ -52,7 +52,7 @@ impl fmt::Debug for NodeShare {
     }
 }
 
-/// A rank's own.
+/// A rank's own memory.
 struct OwnMemory {
     /// Words, for the alignment.
     words: Vec<u64>,
@@ -76,14 +76,14 @@ impl NodeMemory for OwnMemory {
     }
 }
 
-/// The memory of this rank's node, and who is on other nodes.
+/// The memory of this rank's node, and its partners on other nodes.
 pub(crate) struct Node {
     pub memory: Box<dyn NodeMemory>,
     bytes: usize,
-    /// Whether some ranks have memory of their own where they should share.
+    /// Whether some ranks have their own memory although they should share it.
     pub is_refused: bool,
-    /// One rank of each other node, which takes in what this one sends there. Ranks of a node have different ones, as
-    /// far as there are so many.
+    /// One rank of each other node, which takes in the columns that this one sends there. Ranks of a node have
+    /// different partners, as far as there are enough.
     pub partners: Vec<usize>,
 }
 
@@ -107,7 +107,7 @@ impl Node {
 }
 
 impl Ranks {
-    /// The memory of this rank's node, of at least so many bytes, as many on all ranks; to be handed back to
+    /// The memory of this rank's node, of at least `bytes` bytes, equal on all ranks; to be returned to
     /// [`Self::keep_node`], for the next frame. Collective.
     pub(crate) fn take_node(&mut self, bytes: usize) -> Result<Node> {
         let fitting = self.nodes.iter().enumerate().filter(|(_, node)| node.bytes >= bytes);
@@ -125,7 +125,7 @@ impl Ranks {
         let share = match told {
             Ok(()) => made?,
             Err(error) => {
-                // Freeing it may be collective, and some ranks have none.
+                // Freeing it may be collective, and some ranks have no memory.
                 std::mem::forget(made);
                 return Err(error);
             }
@@ -134,7 +134,7 @@ impl Ranks {
         Ok(Node::new(share, rank, bytes, &shares))
     }
 
-    /// Keeps the memory for the next frame.
+    /// Stores the memory for the next frame.
     pub(crate) fn keep_node(&mut self, node: Node) {
         self.nodes.push(node);
     }

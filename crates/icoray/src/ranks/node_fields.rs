@@ -31,7 +31,7 @@ impl Stored {
         self.layers * if self.is_f64 { size_of::<f64>() } else { size_of::<f32>() }
     }
 
-    /// Offset of the first byte behind it.
+    /// Offset of its end.
     pub fn end(&self) -> usize {
         self.at + self.columns * self.width()
     }
@@ -48,19 +48,19 @@ impl Stored {
     }
 }
 
-/// Whole fields, and heights where there are any, that the ranks of a node have put together in its memory.
+/// Whole fields, and heights if there are any, that the ranks of a node have gathered in its memory.
 pub(crate) struct NodeFields {
     pub node: Node,
-    /// The grid that they lie on where ranks have parts.
+    /// The grid of the fields if ranks have parts.
     pub grid: Option<Arc<NodeGrid>>,
     pub stored: Vec<Stored>,
-    /// The fault of heights at corners, found before they were averaged; the same on all ranks.
+    /// The error of heights at corners, found before they were averaged; equal on all ranks.
     pub heights_error: Option<Error>,
     /// Bytes of fields that this rank wrote.
     pub bytes_copied: u64,
     /// Bytes of averages that it wrote.
     pub bytes_averaged: u64,
-    /// Seconds that putting them together took.
+    /// Seconds of gathering.
     pub copy_s: f64,
 }
 
@@ -94,7 +94,7 @@ impl NodeFields {
         self.stored.iter().any(|stored| stored.is_average && is_needed(&stored.name))
     }
 
-    /// The grid that they lie on: the node's, or `given` where ranks have the whole one.
+    /// The grid of the fields: the node's, or `given` if ranks have the whole one.
     pub fn grid<'g>(&'g self, given: &'g Grid<'g>) -> &'g Grid<'g> {
         self.grid.as_ref().map_or(given, |node| node.grid())
     }
@@ -109,12 +109,12 @@ impl NodeFields {
         self.grid.as_ref().map_or(0, |node| node.bytes())
     }
 
-    /// Whether some ranks have memory of their own where they should share.
+    /// Whether some ranks have their own memory although they should share it.
     pub fn is_refused(&self) -> bool {
         self.node.is_refused
     }
 
-    /// Hands the memory back for the next frame.
+    /// Returns the memory for the next frame.
     pub fn leave(self, ranks: &mut Ranks) {
         ranks.keep_node(self.node);
     }

@@ -1,18 +1,18 @@
-//! Which ranks share memory.
+//! Finds the ranks that share memory.
 
 use super::Ranks;
 use icoray_grid::Result;
 
-/// Nodes: groups of ranks that share memory, each known by its lowest rank, its leader.
+/// Nodes: groups of ranks that share memory, each identified by its lowest rank, its leader.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Nodes {
-    /// Of each rank.
+    /// The leader of each rank's node.
     leader: Vec<usize>,
     rank: usize,
 }
 
 impl Nodes {
-    /// Asks all ranks. Collective.
+    /// Finds the nodes of all ranks. Collective.
     pub fn find(ranks: &mut Ranks) -> Result<Self> {
         let mine = match &mut ranks.team {
             Some(team) => team.memory_leader(),
@@ -41,12 +41,12 @@ impl Nodes {
         self.leader[self.rank] == self.rank
     }
 
-    /// The ranks of a node, rising.
+    /// The ranks of a node, in rising order.
     pub fn members(&self, leader: usize) -> impl Iterator<Item = usize> + '_ {
         self.leader.iter().enumerate().filter(move |(_, its)| **its == leader).map(|(rank, _)| rank)
     }
 
-    /// The ranks of this one's node, rising.
+    /// The ranks of this one's node, in rising order.
     pub fn mates(&self) -> Vec<usize> {
         self.members(self.leader[self.rank]).collect()
     }
@@ -57,7 +57,7 @@ impl Nodes {
     }
 
     /// One rank of each other node, which exchanges data with this one; the ranks of a node have different ones, as far
-    /// as there are as many.
+    /// as there are enough.
     pub fn partners(&self) -> impl Iterator<Item = usize> + '_ {
         let own = self.leader[self.rank];
         let leaders = (0..self.leader.len()).filter(move |rank| self.leader[*rank] == *rank && *rank != own);

@@ -1,4 +1,4 @@
-//! Tiles as they are sent, one by one, and the message that follows the last.
+//! Encodes tiles, which are sent one by one, and the message that follows the last.
 
 use super::wire::{WireError, decode, encode};
 use crate::raster::{Pixel, Tile, Tiling};
@@ -22,8 +22,8 @@ enum Packed {
         number: u32,
         seconds: f64,
         counts: [u64; 7],
-        /// The values of all pixels, or one value where all pixels have the same: opacity over a background, every
-        /// channel off the globe.
+        /// The values of all pixels, or one value if all pixels have the same: opacity over a background, every channel
+        /// off the globe.
         channels: Box<[Vec<f32>; CHANNELS]>,
     },
     End(std::result::Result<f64, WireError>),

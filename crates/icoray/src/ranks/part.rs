@@ -1,11 +1,10 @@
-//! A rank's part of a grid that is spread over ranks: which cells and triangles are its own, and who has the others.
+//! A rank's part of a distributed grid: its own cells and triangles, and the owners of the others.
 //!
 //! Each rank has a grid of its own cells and a halo, with local numbers. A triangle belongs to the rank that owns its
-//! cell of the lowest global number: a partition of all triangles, each of which its owner has whole where the halo is
-//! one cell wide.
+//! cell of the lowest global number: this partitions all triangles, and with a halo one cell wide the owner has all of
+//! each of its triangles.
 //!
-//! Ranks of a node may have a part together: each of them has all of its grid and fields, and they share what is done
-//! of it.
+//! Ranks of a node may share a part: each of them has all of its grid and fields, and they divide the work.
 //!
 //! Gradients and averages of halo cells, whose neighbours a rank may not have, come from their owners.
 
@@ -36,14 +35,14 @@ pub struct Part {
     numbers: Vec<u64>,
     owns_cell: Vec<bool>,
     region: OwnedRegion,
-    /// For each rank, own cells whose values it needs.
+    /// For each rank, the own cells whose values it needs.
     sends: CellsOfRanks,
-    /// For each rank, halo cells whose values come from there, in the order in which they do.
+    /// For each rank, the halo cells whose values it sends, in the order of sending.
     receives: CellsOfRanks,
     covered: f64,
     cells: u64,
     ranks: usize,
-    /// The ranks that have this part together, rising, and this rank's place among them.
+    /// The ranks that share this part, in rising order, and this rank's index among them.
     mates: Vec<usize>,
     place: usize,
     is_of_node: bool,
@@ -67,7 +66,7 @@ struct PartTables {
 }
 
 impl Agreed {
-    /// Agrees on whose each cell is. Collective; `grid` is this rank's own.
+    /// Agrees on the owner of each cell. Collective; `grid` is this rank's own.
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
         let local = ranks.attempt(|| Local::new(grid, cells, ranks.size()));
         let local = ranks.collective(local)?;
@@ -79,19 +78,19 @@ impl Agreed {
 }
 
 impl Part {
-    /// Agrees with the other ranks on whose each cell is. Collective; `grid` is this rank's own.
+    /// Agrees with the other ranks on the owner of each cell. Collective; `grid` is this rank's own.
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where numbers or marks do not fit the
-    /// grid, a cell is owned by two ranks or by none, or a halo is too narrow;
-    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    /// Equal on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) if numbers or marks do not fit the grid,
+    /// two ranks or no rank owns a cell, or a halo is too narrow; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when
+    /// the transport fails.
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
         let agreed = Agreed::new(ranks, grid, cells)?;
         let mates = vec![ranks.rank()];
         Part::of_mates(ranks, grid, (agreed.global, agreed.tables), mates, false)
     }
 
-    /// The part that the ranks of a node have together. Collective.
+    /// The part that the ranks of a node share. Collective.
     pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Self> {
         let grid = mesh.grid();
         let owns_cell: Vec<bool> = mesh.owner.iter().map(|owner| nodes.is_mate(*owner as usize)).collect();
@@ -104,7 +103,7 @@ impl Part {
         Part::of_mates(ranks, grid, (mesh.global.clone(), tables), nodes.mates(), true)
     }
 
-    /// The part of `tables`, whose cells have these numbers, which `mates` share. Collective.
+    /// The part of `tables`, whose cells have these numbers, shared by `mates`. Collective.
     fn of_mates(
         ranks: &mut Ranks,
         grid: &Grid,
@@ -130,7 +129,7 @@ impl Part {
         part.with_totals(ranks, grid)
     }
 
-    /// The share of this rank in a grid that every rank has whole: rows from one to the next.
+    /// The share of this rank in a grid that every rank has whole: a range of rows.
     ///
     /// # Errors
     /// As [`Part::new`].
@@ -143,32 +142,32 @@ impl Part {
         Part::new(ranks, grid, &cells)
     }
 
-    /// Number of own cells, of all ranks together.
+    /// Number of own cells, summed over all ranks.
     pub fn cells(&self) -> u64 {
         self.cells
     }
 
-    /// The part of the sphere that the triangles of all ranks cover: 1 where the mesh has no hole.
+    /// The fraction of the sphere that the triangles of all ranks cover: 1 if the mesh has no hole.
     pub fn covered(&self) -> f64 {
         self.covered
     }
 
-    /// Ranks that agreed on it.
+    /// Number of ranks that agreed on it.
     pub fn ranks(&self) -> usize {
         self.ranks
     }
 
-    /// The ranks that have this part together, rising.
+    /// The ranks that share this part, in rising order.
     pub(crate) fn mates(&self) -> &[usize] {
         &self.mates
     }
 
-    /// This rank's place among them.
+    /// This rank's index among them.
     pub(crate) fn place(&self) -> usize {
         self.place
     }
 
-    /// Whether it is that of a node, not of a rank.
+    /// Whether it is the part of a node, not of a rank.
     pub(crate) fn is_of_node(&self) -> bool {
         self.is_of_node
     }
@@ -183,7 +182,7 @@ impl Part {
         self.numbers[cell]
     }
 
-    /// As [`Self::counts`], of a triangle; false for numbers out of range.
+    /// As [`Self::counts`], for a triangle; false for numbers out of range.
     pub(crate) fn counts_triangle(&self, triangle: u32) -> bool {
         self.has(triangle) && triangle as usize % self.mates.len() == self.place
     }
@@ -199,12 +198,12 @@ impl Part {
         self.region.has(triangle)
     }
 
-    /// Own triangles.
+    /// Number of own triangles.
     pub fn triangles(&self) -> usize {
         self.region.triangles().iter().filter(|is_own| **is_own).count()
     }
 
-    /// Own triangles and where they lie.
+    /// Own triangles and their extent.
     pub(crate) fn region(&self) -> &OwnedRegion {
         &self.region
     }
@@ -220,7 +219,7 @@ impl Part {
         }
     }
 
-    /// Replaces the rows of halo cells beside own ones by those of their owners; `row_of` finds a cell's row.
+    /// Replaces the rows of halo cells next to own ones by those of their owners; `row_of` finds a cell's row.
     /// Collective.
     pub(crate) fn fill_halo<V: Pod>(
         &self,
@@ -247,7 +246,7 @@ impl Part {
         ranks.collective(is_complete.then_some(()).ok_or_else(cut))
     }
 
-    /// Replaces averages of halo cells, some of whose corners are not here, by those of their owners. Collective.
+    /// Replaces averages of halo cells, some of whose corners are missing here, by those of their owners. Collective.
     pub(crate) fn fill_averages(&self, ranks: &mut Ranks, field: &mut CenterField) -> Result<()> {
         let layers = field.field().shape().layers;
         let row = |cell: u32| cell as usize * layers..(cell as usize + 1) * layers;
@@ -257,7 +256,7 @@ impl Part {
         }
     }
 
-    /// The range of all parts' values and how many are missing, of this part's. Collective.
+    /// Combines this part's range of values and number of missing ones with those of all other parts. Collective.
     pub(crate) fn whole_range(
         ranks: &mut Ranks,
         (range, missing): (Option<[f64; 2]>, u64),
@@ -298,7 +297,7 @@ impl Part {
     }
 }
 
-/// Which own cells each rank of another node is sent values of, and which cells' values come from there: each rank
+/// For each rank of another node, the own cells whose values it needs and the cells whose values it sends: each rank
 /// exchanges with its partner on each other node. Collective.
 fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(CellsOfRanks, CellsOfRanks)> {
     let size = ranks.size();

@@ -5,22 +5,22 @@ use super::wire::{WireError, decode, encode};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::collections::BTreeMap;
 
-/// The most bytes of a piece, without the 9 behind them.
+/// Maximum number of bytes of a piece, without the 9 behind them.
 const MAX_BYTES: usize = 1 << 30;
-/// The last byte of each piece, behind the 8 bytes of its call's number: the message ends here.
+/// The last byte of each piece, after the 8 bytes of its call's number: the message ends here.
 const END: u8 = 0;
-/// The message goes on in the sender's next piece.
+/// The message continues in the sender's next piece.
 const MORE: u8 = 1;
-/// The sender's frame has ended by the error that this message says.
+/// The sender's frame has ended with the error in this message.
 const BROKEN: u8 = 2;
 
-/// Bytes with the rank that they are for, or that they are from.
+/// Bytes with the rank that they are sent to or received from.
 pub(super) type Addressed = (usize, Vec<u8>);
 
-/// Makes pieces of messages, and messages of pieces.
+/// Splits messages into pieces, and joins pieces to messages.
 #[derive(Debug)]
 pub(crate) struct Pieces {
-    /// Messages of which some has arrived, by sender.
+    /// Incomplete messages, by sender.
     begun: BTreeMap<usize, Vec<u8>>,
     pub(super) most: usize,
 }
@@ -32,7 +32,7 @@ impl Default for Pieces {
 }
 
 impl Pieces {
-    /// Gives the pieces of a message to `send`, in their order.
+    /// Passes the pieces of a message to `send`, in order.
     pub fn split(&self, call: u64, body: Result<Vec<u8>>, mut send: impl FnMut(Vec<u8>) -> Result<()>) -> Result<()> {
         let (mut bytes, kind) = match body {
             Ok(bytes) => (bytes, END),

@@ -1,8 +1,8 @@
 //! Ranks whose collective calls are made on another thread than their messages.
 //!
-//! A [`PumpedTeam`] is the team of a thread that may not touch the transport (MPI allows it to one thread only). Its
-//! messages lie in a channel until the thread that owns the transport moves them on, by calls of [`MessagePump::pump`]
-//! that return at once; those that arrive go back through another channel.
+//! A [`PumpedTeam`] is the team of a thread that must not call the transport (MPI allows one thread only). Its messages
+//! lie in a channel until the thread that owns the transport moves them on, by calls of [`MessagePump::pump`] that
+//! return at once; received ones return through another channel.
 
 use super::NAP;
 use super::pieces::{Addressed, Pieces};
@@ -12,15 +12,15 @@ use icoray_grid::{Error, ErrorKind, Result};
 use std::thread::{sleep, yield_now};
 use std::time::{Duration, Instant};
 
-/// The longest time that [`MessagePump::pump`] takes.
+/// Maximum time that [`MessagePump::pump`] takes.
 const LONGEST: Duration = Duration::from_micros(500);
 /// The time without any message after which it returns.
 const QUIET: Duration = Duration::from_micros(100);
 
-/// Messages between ranks, in calls that return at once. Those of one rank for another one arrive in their order.
+/// Messages between ranks, in calls that return at once. Messages from one rank to another arrive in order.
 ///
 /// # Errors
-/// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then this is of no more use.
+/// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then it is unusable.
 #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
 pub trait PointToPoint: Send {
     /// This process's number, from 0.
@@ -34,21 +34,21 @@ pub trait PointToPoint: Send {
         false
     }
 
-    /// Begins to send a message of at most 2^31 - 1 bytes to another rank.
+    /// Starts to send a message of at most 2^31 - 1 bytes to another rank.
     fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()>;
 
-    /// Moves on what this rank is sending; whether all of it has gone.
+    /// Progresses the messages that this rank is sending; returns whether all are sent.
     fn is_sent(&mut self) -> Result<bool>;
 
     /// A message that has arrived, with the number of the rank that sent it.
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
 
-    /// Whether all ranks have called this since it last returned true. It is called again until it does.
+    /// Whether all ranks have called this since it last returned true. Called again until it does.
     fn try_meet(&mut self) -> Result<bool>;
 }
 
-/// A team for another thread, and the pump that moves its messages over `transport`. `node_rank` is this process's
-/// number on its node.
+/// Returns a team for another thread, and the pump that moves its messages over `transport`. `node_rank` is this
+/// process's number on its node.
 pub(crate) fn pumped(transport: Box<dyn PointToPoint>, node_rank: usize) -> (PumpedTeam, MessagePump) {
     let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
     let (rank, size) = (transport.rank(), transport.size());
@@ -71,7 +71,7 @@ pub(crate) struct MessagePump {
 }
 
 impl MessagePump {
-    /// Moves messages on for as long as some arrive shortly one after the other, half a millisecond at most.
+    /// Moves messages on while they arrive at short intervals, for half a millisecond at most.
     pub fn pump(&mut self) {
         let start = Instant::now();
         let mut last = None;
@@ -87,12 +87,12 @@ impl MessagePump {
         }
     }
 
-    /// Moves messages on until `is_done` on all ranks. Collective. Where ranks cannot be reached any more it returns
-    /// once it is done on this one.
+    /// Moves messages on until `is_done` returns true on all ranks. Collective. If ranks can be reached no more, it
+    /// returns once `is_done` returns true on this one.
     pub fn finish(&mut self, mut is_done: impl FnMut() -> bool) {
         let mut done = false;
         loop {
-            // What was sent before it was done is moved on after.
+            // Messages that were sent before `is_done` returned true are moved on afterwards.
             done = done || is_done();
             let has_moved = self.turn();
             let have_met = done && self.meet();
@@ -105,7 +105,7 @@ impl MessagePump {
         }
     }
 
-    /// Lets all messages go: calls of the team fail from now on.
+    /// Drops all messages: calls of the team fail from now on.
     pub fn cut(&mut self) {
         self.inbox = None;
         self.to_send = crossbeam_channel::never();
@@ -119,7 +119,7 @@ impl MessagePump {
         met.unwrap_or_else(|error| self.fail(error))
     }
 
-    /// Moves messages on; whether there were any.
+    /// Moves messages on; returns whether there were any.
     fn turn(&mut self) -> bool {
         let Some(inbox) = &self.inbox else { return false };
         let turned = turn(&mut *self.transport, &self.to_send, inbox);
@@ -128,7 +128,7 @@ impl MessagePump {
 
     fn fail(&mut self, error: Error) -> bool {
         if let Some(inbox) = &self.inbox {
-            // The receiver may be gone.
+            // The receiver may have been dropped.
             let _ = inbox.send(Err(error));
         }
         self.cut();
@@ -157,7 +157,7 @@ fn turn(
     }
     transport.is_sent()?;
     while let Some(message) = transport.try_receive()? {
-        // The team may be gone; its channel reports that.
+        // The team may have been dropped; its channel reports that.
         let _ = inbox.send(Ok(message));
         has_moved = true;
     }

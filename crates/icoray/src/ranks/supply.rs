@@ -1,4 +1,4 @@
-//! Which columns of a field each rank writes to its node's memory, and which it sends to other nodes.
+//! Selects the columns of a field that each rank writes to its node's memory, and those that it sends to other nodes.
 
 use super::corner_owners::OwnCorners;
 use super::mesh::{Corner, CornerKey, NodeMesh, Numbers};
@@ -9,35 +9,34 @@ use icoray_grid::grid::unit_vector;
 use icoray_grid::{LonLat, Result};
 use std::collections::HashMap;
 
-/// Distance, in planet radii, within which two ranks have the same position of a cell: tens of roundings of f32.
+/// Distance, in planet radii, within which two ranks' positions of a cell count as equal: tens of roundings of f32.
 const POSITION: f64 = 1e-5;
 
-/// Columns as a rank has them, each with its row in a node's field.
+/// Columns in a rank's numbering, each with its row in a node's field.
 pub(super) type Rows = Vec<(u32, u32)>;
 
 /// Columns of fields that a rank supplies, at one location.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Supply {
-    /// Columns that a field of this rank has.
+    /// Number of columns of a field of this rank.
     pub count: usize,
-    /// Rows of the node's field.
+    /// Number of rows of the node's field.
     pub rows: usize,
     /// Own columns, for this rank's node.
     pub own: Rows,
-    /// By leader of each other node, own columns that its mesh has too.
+    /// By leader of each other node, own columns that its mesh contains.
     others: HashMap<usize, Rows>,
-    /// Length of the longest list of own columns of any rank, of the longest one for another node, and most rows of a
-    /// node.
+    /// Maxima over the ranks: length of the list of own columns, length of a list for another node, and rows of a node.
     max: [usize; 3],
 }
 
 impl Supply {
-    /// Own columns of fields of `count` columns, for the `rows` rows that every node has. Collective.
+    /// The own columns of fields of `count` columns, for the `rows` rows of every node. Collective.
     pub fn of_whole(ranks: &mut Ranks, count: usize, rows: usize, own: Rows) -> Result<Self> {
         Supply { count, rows, own, ..Supply::default() }.with_maxima(ranks)
     }
 
-    /// Of fields over parts, at centres and at corners, for the nodes' meshes. Collective.
+    /// The columns of fields over parts, at centres and at corners, for the nodes' meshes. Collective.
     pub fn of_parts(
         ranks: &mut Ranks,
         (numbers, lookup): (&Numbers, &ColumnLookup),
@@ -77,7 +76,7 @@ impl Supply {
         }
     }
 
-    /// The maximum number of columns that one rank sends another one: with its own columns where ranks of a node do not
+    /// The maximum number of columns that one rank sends to another: includes its own columns if ranks of a node do not
     /// share memory.
     pub fn max_sent(&self, sends_own: bool) -> usize {
         if sends_own { self.max[0] } else { self.max[1] }
@@ -119,8 +118,8 @@ impl ColumnLookup {
         self.corners.get(&corner.key()).copied()
     }
 
-    /// The own cells that this rank supplies to its node and, as requested by their leaders, to other nodes, where they
-    /// must have the position that they have here. Collective.
+    /// The own cells that this rank supplies to its node and, as requested by their leaders, to other nodes, on which
+    /// their positions must be the same as here. Collective.
     fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
         let [here, there] = [numbers.grid, mesh.grid()].map(|grid| grid.tables().center);
         let position = |of: &LonLat, row: u32| [of.lon_rad.get(row as usize), of.lat_rad.get(row as usize)];
@@ -160,9 +159,9 @@ impl ColumnLookup {
         Ok(supply)
     }
 
-    /// The corners that this rank supplies. The rank whose piece has a corner requests it from its owner, or from that of
-    /// its first cell where ranks have not numbered their corners, and supplies it itself if that rank does not have it:
-    /// tables may omit corners that are no triangles. Collective.
+    /// The corners that this rank supplies. The rank whose piece contains a corner requests it from the corner's owner
+    /// or, if ranks have not numbered their corners, from the owner of its first cell, and supplies it itself if that
+    /// rank does not have it: tables may omit corners that are no triangles. Collective.
     fn corners_for(
         &self,
         ranks: &mut Ranks,
@@ -200,8 +199,8 @@ impl ColumnLookup {
         Ok(supply)
     }
 
-    /// Adds the requested corners that this rank has to `supply`; the answers are a byte per request, 1 where it has
-    /// the corner.
+    /// Adds the requested corners that this rank has to `supply`; the answer to each request is a byte, 1 if it has the
+    /// corner.
     fn grant_corners(&self, nodes: &Nodes, received: &[Vec<u8>], supply: &mut Supply) -> Result<Vec<Vec<u8>>> {
         let mut answers = vec![Vec::new(); received.len()];
         for (rank, requests) in decode_lists::<(u32, Corner)>(received)?.into_iter().enumerate() {

@@ -150,7 +150,7 @@ fn within_a_budget_all_draw_what_rank_0_picks() {
     }
 }
 
-/// The error of each rank, where rank `odd` draws of what `spoil` makes of the world and the scene.
+/// The error of each rank, if rank `odd` draws the world and the scene modified by `spoil`.
 fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<String> {
     on_ranks(3, |ranks| {
         let (mut world, mut of) = (World::new(), scene(70, 40, ""));
@@ -193,7 +193,7 @@ fn what_is_wrong_on_one_rank_is_everybodys_error() {
     }
 }
 
-/// Data of the same sizes and ranges: what a rank draws of them would not fit the tiles of the others.
+/// Data of the same sizes and ranges: the tiles that a rank draws from them would not fit those of the others.
 #[test]
 fn ranks_with_other_tables_or_values_draw_no_picture() {
     const TEXT: &str = "heights = \"native\"\n[[derive]]\nname = \"d\"\nsum = { t = 1, u = 2 }";
@@ -379,7 +379,7 @@ fn each_rank_has_something_for_each() {
     }
 }
 
-/// Whatever is sent at once: one column, some, all.
+/// For any number of columns sent at once: one, some, all.
 #[test]
 fn nodes_put_a_field_together_in_rounds() {
     let world = World::new();

@@ -1,21 +1,21 @@
 //! Collective calls made of messages from one rank to another.
 //!
-//! Ranks form a tree, rank 0 at its root, in which each has up to [`FAN_OUT`] children: with up to 33 ranks all of them
-//! exchange messages with rank 0, and no rank sends more than a few at any number. Each message bears the number of its
-//! call, as ranks run ahead of each other.
+//! Ranks form a tree, rank 0 at its root, in which each has up to [`FAN_OUT`] children: with up to 33 ranks all
+//! exchange messages with rank 0, and no rank sends more than a few for any number of ranks. Each message has the
+//! number of its call, as ranks may be calls apart.
 //!
-//! Calls belong to frames. A rank whose frame has ended by an error notifies its parent and children, and so on. No
-//! rank waits for one that has left a frame, and the next frame begins afresh ([`Team::begin_frame`]).
+//! Calls belong to frames. A rank whose frame has ended with an error notifies its parent and children, which do the
+//! same. No rank waits for one that has left a frame, and the next frame starts anew ([`Team::begin_frame`]).
 
 use super::Team;
 use super::wire::{decode, decode_next, encode};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::mem::take;
 
-/// The most children of a rank.
+/// Maximum number of children of a rank.
 const FAN_OUT: usize = 32;
 
-/// A call's number has the number of its frame above these bits.
+/// The bits of a call's number from this one on are the number of its frame.
 const FRAME: u32 = 32;
 
 /// A message between two ranks.
@@ -24,23 +24,23 @@ pub(crate) struct Message {
     pub from: usize,
     /// Number of its collective call, or of the last one before it.
     pub call: u64,
-    /// Bytes, or the error by which the sender's frame has ended.
+    /// Bytes, or the error with which the sender's frame has ended.
     pub body: Result<Vec<u8>>,
 }
 
-/// Carries messages. Those of one rank for another one arrive in their order.
+/// Carries messages. Messages from one rank to another arrive in order.
 pub(crate) trait Link {
     fn rank(&self) -> usize;
 
     fn size(&self) -> usize;
 
-    /// Among the ranks of its node.
+    /// This process's number among the ranks of its node.
     fn node_rank(&self) -> usize;
 
     /// Sends a message without waiting.
     fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()>;
 
-    /// The next message. Waits for it.
+    /// Waits for the next message.
     fn next(&mut self) -> Result<Message>;
 
     /// The next message, if there is one.
@@ -56,7 +56,7 @@ pub(crate) struct Tree<L> {
     call: u64,
     /// Messages that arrived before their turn.
     early: Vec<Message>,
-    /// The error by which another rank's frame has ended, if it is this one's too.
+    /// The error with which another rank's frame has ended, if it ends this one's too.
     broken: Option<Error>,
 }
 
@@ -74,7 +74,7 @@ impl<L: Link + Send> Tree<L> {
         first.min(self.link.size())..(first + self.fan_out).min(self.link.size())
     }
 
-    /// Sends what the ranks below and this one have to the parent; the root keeps it.
+    /// Sends the bytes of this rank and the ranks below it to the parent; the root returns them.
     fn hand_up(&mut self, bytes: Vec<u8>) -> Result<Vec<u8>> {
         match self.parent() {
             Some(parent) => self.link.post(parent, self.call, Ok(bytes)).map(|()| Vec::new()),
@@ -82,7 +82,7 @@ impl<L: Link + Send> Tree<L> {
         }
     }
 
-    /// Number of ranks that have something for this one.
+    /// Number of ranks that send bytes to this one.
     fn count_senders(&mut self, mine: &[Vec<u8>]) -> Result<u64> {
         self.call += 1;
         let mut counts: Vec<u64> = mine.iter().map(|bytes| u64::from(!bytes.is_empty())).collect();
@@ -95,7 +95,7 @@ impl<L: Link + Send> Tree<L> {
         Ok(sums.get(self.link.rank()).copied().unwrap_or(0))
     }
 
-    /// The bytes that `of` sends in this call.
+    /// The bytes that rank `of` sends in this call.
     fn receive(&mut self, of: usize) -> Result<Vec<u8>> {
         self.next_where(|from| from == of).map(|(_, bytes)| bytes)
     }
@@ -110,7 +110,7 @@ impl<L: Link + Send> Tree<L> {
         }
     }
 
-    /// Messages of this call that have arrived.
+    /// The next message of this call that has arrived.
     fn take_where(&mut self, is_wanted: impl Fn(usize) -> bool) -> Result<Option<(usize, Vec<u8>)>> {
         if let Some(error) = &self.broken {
             return Err(error.clone());
@@ -123,7 +123,7 @@ impl<L: Link + Send> Tree<L> {
         Ok(Some((from, body?)))
     }
 
-    /// Keeps the messages that have arrived.
+    /// Stores the messages that have arrived.
     pub fn collect(&mut self) -> Result<()> {
         while let Some(message) = self.link.try_next()? {
             self.keep(message);
@@ -180,7 +180,7 @@ impl<L: Link + Send> Team for Tree<L> {
         Ok(bytes)
     }
 
-    /// Only what is not empty is sent: the ranks agree first on how many send to each.
+    /// Sends non-empty bytes only: the ranks first agree on the number of senders to each.
     fn exchange(&mut self, mut mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
         let (rank, size) = (self.link.rank(), self.link.size());
         assert_eq!(mine.len(), size, "bytes for each rank");
@@ -240,7 +240,7 @@ impl<L: Link + Send> Team for Tree<L> {
 
 #[cfg(test)]
 impl<L> Tree<L> {
-    /// The same tree with fewer children for each, so that few ranks have many levels.
+    /// The same tree with fewer children per rank, so that few ranks form many levels.
     pub fn with_fan_out(self, fan_out: usize) -> Self {
         Tree { fan_out, ..self }
     }

@@ -28,12 +28,12 @@ pub(crate) fn encode_lists<T: Serialize>(lists: &[Vec<T>]) -> Vec<Vec<u8>> {
     lists.iter().map(|list| if list.is_empty() { Vec::new() } else { encode(list) }).collect()
 }
 
-/// Decodes the message of one rank that [`encode_lists`] made.
+/// Decodes one rank's message, encoded by [`encode_lists`].
 pub(crate) fn decode_list<T: DeserializeOwned>(bytes: &[u8]) -> Result<Vec<T>> {
     if bytes.is_empty() { Ok(Vec::new()) } else { decode(bytes) }
 }
 
-/// Decodes the messages of all ranks that [`encode_lists`] made.
+/// Decodes the messages of all ranks, encoded by [`encode_lists`].
 pub(crate) fn decode_lists<T: DeserializeOwned>(messages: &[Vec<u8>]) -> Result<Vec<Vec<T>>> {
     messages.iter().map(|bytes| decode_list(bytes)).collect()
 }
@@ -52,8 +52,8 @@ impl From<&Error> for WireError {
 }
 
 impl WireError {
-    /// The error that another rank sent. An `impl From` would make the type of `?` in closures of other crates
-    /// ambiguous.
+    /// Converts an error received from another rank. An `impl From` would make the type of `?` in closures of other
+    /// crates ambiguous.
     pub fn received(self) -> Error {
         Error::new(ErrorKind::of_number(self.kind), self.context)
     }

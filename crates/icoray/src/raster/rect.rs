@@ -9,14 +9,14 @@ pub struct Rect {
     pub left: u32,
     /// First row.
     pub top: u32,
-    /// How many columns.
+    /// Number of columns.
     pub width: u32,
-    /// How many rows.
+    /// Number of rows.
     pub height: u32,
 }
 
 impl Rect {
-    /// How many pixels.
+    /// Number of pixels.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }

@@ -13,13 +13,12 @@ use icoray_scene::Scene;
 use std::time::Instant;
 
 impl Renderer {
-    /// Renders `scene` together with the other ranks, as [`Self::render_over`] does where all have the same data: each
-    /// rank gives the whole `grid`, and `fields`, and heights where the scene needs them, have the columns that
-    /// `columns` says, of which those of its own are read. Collective. The picture is bitwise that of one process
-    /// with the whole fields.
+    /// Renders `scene` together with the other ranks, as [`Self::render_over`] does if all have the same data: each
+    /// rank passes the whole `grid`, and `fields`, and heights if the scene needs them, have the columns of `columns`,
+    /// of which only own ones are read. Collective. The picture is bitwise that of one process with the whole fields.
     ///
     /// # Errors
-    /// As [`Self::render_over`]; [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field or heights have other
+    /// As [`Self::render_over`]; [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if a field or heights have other
     /// columns than this rank.
     pub fn render_columns<'f>(
         &self,
@@ -45,11 +44,11 @@ impl Renderer {
         rendered
     }
 
-    /// Renders `scene` together with the other ranks, of which each has what `held` says: [`Self::render_columns`], or
-    /// [`Self::render_over`] of a whole grid and whole fields. Collective.
+    /// Renders `scene` together with the other ranks, whose data are distributed by `held`: [`Self::render_columns`],
+    /// or [`Self::render_over`] for a whole grid and whole fields. Collective.
     ///
     /// # Errors
-    /// As these.
+    /// Those of these two.
     pub fn render_held<'f>(
         &self,
         ranks: &mut Ranks,
@@ -65,7 +64,7 @@ impl Renderer {
         }
     }
 
-    /// Renders `scene` of fields that nodes have put together, as a frame that was begun at `start`. Collective.
+    /// Renders `scene` from fields that nodes have gathered, as a frame that began at `start`. Collective.
     pub(crate) fn render_gathered(
         &self,
         start: Instant,

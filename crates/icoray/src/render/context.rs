@@ -12,7 +12,7 @@ use icoray_kernel::ray::KernelReal;
 use icoray_scene::{Method, Scene};
 use std::time::Instant;
 
-/// The data that the caller passes to be rendered.
+/// The data that the caller passes for rendering.
 #[derive(Clone, Copy)]
 pub(super) struct RenderInputs<'f> {
     pub grid: &'f Grid<'f>,
@@ -30,26 +30,26 @@ pub(super) struct FrameContext<'f> {
     pub grid: &'f Grid<'f>,
     /// This rank's part of the grid; `None` is the whole grid.
     pub part: Option<&'f Part>,
-    /// Whether every rank has the whole grid and all values, of which it may draw a part.
+    /// Whether every rank has the whole grid and all values, even if it draws only a part.
     pub has_whole: bool,
     pub layers: &'f Layers,
-    /// Heights of each column's layers, where the scene has native ones.
+    /// Heights of each column's layers, if the scene has native ones.
     pub heights: Option<&'f PreparedField<'f>>,
     /// The fields that the scene shows, at least one.
     pub fields: &'f [PreparedField<'f>],
-    /// When the frame was begun.
+    /// Start of the frame.
     pub start: Instant,
 }
 
 impl FrameContext<'_> {
-    /// Least and greatest value of field `number` on this rank, and how many values are missing.
+    /// Least and greatest value of field `number` on this rank, and the number of missing values.
     pub fn range(&self, number: usize) -> Range {
         let field = &self.fields[number];
         self.renderer.frame_cache.range(&field.source(self.grid), || field.field().range())
     }
 
-    /// Whether the CPU computes gradients in any case: a device has its own, but for those of a part. Of scenes that are
-    /// not plain they are computed at once.
+    /// Whether the CPU computes gradients in any case: a device computes its own, except those of a part. For scenes
+    /// that are not plain they are computed at once.
     pub fn needs_gradients(&self) -> bool {
         self.device.is_err() || self.part.is_some() || !self.scene.is_plain()
     }
@@ -59,7 +59,7 @@ impl FrameContext<'_> {
         T::HAS_PACKETS && self.scene.method == Method::Exact && self.renderer.vectors().is_some()
     }
 
-    /// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.
+    /// Least and greatest radius of the facets of a layer of `radius`, if edges are anti-aliased.
     pub fn facets(&self, radius: f64) -> Option<[f64; 2]> {
         let lowest = || match self.part {
             Some(part) => part.region().lowest_facet(),

@@ -19,7 +19,7 @@ use icoray_scene::Quality;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A picture on a device.
+/// A picture's job for a device.
 pub(super) struct OnDevice<'f> {
     /// The device, or the reason why the CPU draws: there was none at the start, or it failed to trace a tile.
     device: Result<&'f dyn Device, Option<FallbackReason>>,
@@ -30,7 +30,7 @@ pub(super) struct OnDevice<'f> {
 }
 
 impl<'f> OnDevice<'f> {
-    /// The picture of the first field on the context's device, if it has one.
+    /// A job for the first field on the context's device, if it has one.
     pub fn new(
         context: &'f FrameContext<'f>,
         field: &'f Field<'f>,
@@ -43,8 +43,8 @@ impl<'f> OnDevice<'f> {
         OnDevice { device, job, spent: DeviceCost::default(), drew: None }
     }
 
-    /// The same picture of a scene that is not plain, of which devices draw whole grids only. Its scenery is asked for
-    /// where there is a device.
+    /// The same picture of a scene that is not plain, of which devices draw whole grids only. `scenery` is called only
+    /// if there is a device.
     pub fn with_scenery(self, scenery: impl FnOnce() -> Result<Scenery, FallbackReason>) -> Self {
         let device = match self.device {
             Ok(device) => device,
@@ -60,17 +60,17 @@ impl<'f> OnDevice<'f> {
         }
     }
 
-    /// Whether a device is asked first.
+    /// Whether there is a device.
     pub fn is_there(&self) -> bool {
         self.device.is_ok()
     }
 
-    /// Has the device upload what it needs, so that the next call takes the time of its rays.
+    /// Has the device upload its inputs, so that the next call measures only the time of its rays.
     pub fn get_ready(&mut self, quality: &Quality, raster: Raster) {
         self.trace(quality, raster, &[], &|_| ());
     }
 
-    /// Traces tiles, each given away when it is done, and returns those that are left to the CPU.
+    /// Traces tiles, passes each on when it is done, and returns those that are left to the CPU.
     pub fn trace(
         &mut self,
         quality: &Quality,
@@ -90,7 +90,8 @@ impl<'f> OnDevice<'f> {
         })
     }
 
-    /// As [`Self::trace`], through the own part of the cells: each tile's fragments, and what its rays met.
+    /// As [`Self::trace`], through the own part of the cells: passes on each tile's fragments and the counts of its
+    /// rays.
     pub fn fragments(
         &mut self,
         quality: &Quality,
@@ -112,7 +113,7 @@ impl<'f> OnDevice<'f> {
     }
 
     /// Runs `trace` on the device, with a predicate that is true once for each index into `tiles`. Returns the tiles
-    /// that were not given.
+    /// that were not traced.
     fn ask(
         &mut self,
         quality: &Quality,
@@ -166,7 +167,7 @@ fn rays_of_tiles<R>(tiles: impl Iterator<Item = Rect>, mut rest: &[R]) -> Vec<&[
     rays
 }
 
-/// The fragments of each tile of a band, and what its rays met.
+/// The fragments of each tile of a band, and the counts of its rays.
 fn fragments_of_band(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)> {
     let mut rest = band.all;
     let tile = |rays: &[RayFragments]| {
@@ -183,7 +184,7 @@ fn fragments_of_band(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)
     rays_of_tiles(job.tiles().skip(band.first), band.rays).into_iter().map(tile).collect()
 }
 
-/// The tiles of a band. Its seconds are shared out by what rays met, and a tile off the globe takes some too.
+/// The tiles of a band. Its seconds are divided by the counts of rays; a tile off the globe gets a share too.
 fn tiles_of_band(job: &Job, band: &Band) -> Vec<Tile> {
     let rays = rays_of_tiles(job.tiles().skip(band.first), band.rays);
     let numbers = job.numbers()[band.first..].par_iter();

@@ -50,9 +50,9 @@ pub(super) struct GradientKey {
     pub packed: bool,
     /// Whether they are in single precision.
     pub single: bool,
-    /// The blocks in which they were wanted; all where it is `None`.
+    /// The blocks in which they are computed; `None` for all.
     pub occupancy: Option<OccupancyKey>,
-    /// Heights of layers where columns have their own, and planet radii per metre of height.
+    /// Heights of layers if columns have their own, and planet radii per metre of height.
     pub heights: Option<(SourceKey, f64)>,
 }
 
@@ -62,7 +62,7 @@ pub(super) struct MovedKey {
     pub source: SourceKey,
     /// Radii of the field's layers.
     pub own: Vec<f64>,
-    /// Radii of those to which it was brought.
+    /// Radii of the layers to which it was moved.
     pub wanted: Vec<f64>,
 }
 
@@ -71,11 +71,11 @@ pub(super) struct MovedKey {
 pub(super) struct NormalKey {
     /// Heights of layers, and planet radii per metre of height.
     pub heights: (SourceKey, f64),
-    /// The layer, of how many that the field has.
+    /// The layer, and the field's number of layers.
     pub layer: [usize; 2],
 }
 
-/// Least and greatest value, and how many are missing.
+/// Least and greatest value, and the number of missing values.
 pub(super) type Range = (Option<[f64; 2]>, u64);
 
 /// Cached values of one kind with their keys, the oldest first.
@@ -106,7 +106,7 @@ impl<K: PartialEq, V> CacheSlots<K, V> {
         if found.is_some() && self.reuses { Ok(value) } else { Err(Some(value)) }
     }
 
-    /// What `of` finds in the value that was stored last.
+    /// The result of `of` for the most recent value.
     #[cfg(test)]
     pub fn newest<R>(&self, of: impl FnOnce(&K, &V) -> R) -> Option<R> {
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
@@ -125,7 +125,7 @@ impl<K: PartialEq, V> CacheSlots<K, V> {
     }
 }
 
-/// The cached values that no frame is using. Of frames that are drawn at once all but one find it empty.
+/// The cached values that no frame is using. Of concurrent frames all but one find it empty.
 #[derive(Debug, Default)]
 pub(super) struct FrameCache {
     ranges: CacheSlots<SourceKey, Range>,
@@ -135,7 +135,7 @@ pub(super) struct FrameCache {
     pub moved: CacheSlots<MovedKey, CenterField>,
     /// Visible blocks.
     pub visible: CacheSlots<OccupancyKey, OccupancyMask>,
-    /// Gradients of the cells that the pictures so far could read.
+    /// Gradients of the cells that rays of the pictures so far could pass.
     pub gradients: CacheSlots<GradientKey, PartialGradients>,
     /// Normals of layers.
     pub normals: CacheSlots<NormalKey, Vec<[f32; 3]>>,
@@ -153,7 +153,7 @@ impl FrameCache {
         self
     }
 
-    /// What a frame takes beyond what it finds here and in the grid.
+    /// The memory of a frame that neither this cache nor the grid already has.
     pub fn missing(&self, all: FrameMemory, grid: &Grid) -> FrameMemory {
         let (_, has_half_edges) = grid.half_edge_bytes();
         FrameMemory {
@@ -167,7 +167,7 @@ impl FrameCache {
         }
     }
 
-    /// The gradients for `key` that are known, of no cell if there are none.
+    /// The gradients cached for `key`; of no cell if there are none.
     pub fn known_gradients(&self, key: &GradientKey) -> PartialGradients {
         let none = || PartialGradients::from(Gradients::none());
         self.gradients.take(key).unwrap_or_else(|memory| memory.unwrap_or_else(none).of_none())
@@ -188,8 +188,7 @@ mod tests {
     use icoray_grid::Location;
     use icoray_grid::Shape;
 
-    /// Values are known again for copies of the field over the same grid, once they were taken back, and for nothing
-    /// else.
+    /// Values are found again for copies of the field over the same grid, once they were stored, and for no other.
     #[test]
     fn only_the_same_borrow_is_known() {
         let mesh = IcosahedralMesh::new(2).unwrap();

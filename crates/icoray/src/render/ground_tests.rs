@@ -41,7 +41,7 @@ fn earth(size: u32) -> Scene {
     scene
 }
 
-/// What is drawn, all ranks together.
+/// The pictures, drawn by all ranks together.
 fn draw(scene: &Scene, renderer: impl Fn() -> Renderer + Sync, ranks: usize) -> Frame {
     let mesh = IcosahedralMesh::new(4).unwrap();
     let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();

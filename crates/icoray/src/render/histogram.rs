@@ -1,11 +1,11 @@
-//! How often values of a field lie where, over all ranks.
+//! Histograms of a field's values over all ranks.
 
 use super::renderer::Renderer;
 use crate::ranks::{Decomposition, Ranks};
 use icoray_grid::Field;
 use icoray_grid::Result;
 
-/// How often values of a field lie where.
+/// The distribution of a field's values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
     /// Least and greatest value; `None` where all are missing.
@@ -22,8 +22,8 @@ impl Renderer {
     /// Collective.
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field has not the columns
-    /// that its rank has; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    /// Equal on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if a field does not have the columns of
+    /// its rank; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn histogram(
         &self,
         ranks: &mut Ranks,
@@ -38,7 +38,7 @@ impl Renderer {
         let (range, missing) = self.run(|| field.range_over(counts));
         let [low, high] = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
         let all = ranks.share_values(&(low, high, missing))?;
-        // Rank 0's own where it has the whole field, else those of the own columns of all ranks.
+        // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
         let ranks_that_count = if held.is_some() { all.len() } else { 1 };
         let (low, high, missing) = all.into_iter().take(ranks_that_count).fold(
             (f64::INFINITY, f64::NEG_INFINITY, 0),

@@ -24,12 +24,12 @@ impl<'f, V> Lazy<'f, V> {
     /// The value.
     ///
     /// # Panics
-    /// Where it cannot be computed.
+    /// If the computation fails.
     pub fn get(&self) -> &V {
         self.try_get().unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The value, or why it cannot be computed.
+    /// The value, or the error of its computation.
     pub fn try_get(&self) -> Result<&V> {
         self.known.get_or_init(&self.compute).as_ref().map_err(Clone::clone)
     }
@@ -37,13 +37,13 @@ impl<'f, V> Lazy<'f, V> {
     /// The value, to be modified.
     ///
     /// # Panics
-    /// Where it cannot be computed.
+    /// If the computation fails.
     pub fn get_mut(&mut self) -> &mut V {
         self.get();
         self.known.get_mut().and_then(|known| known.as_mut().ok()).expect("computed just now")
     }
 
-    /// The value, if it was computed.
+    /// The value, if it has been computed.
     pub fn known(&self) -> Option<&V> {
         self.known.get()?.as_ref().ok()
     }

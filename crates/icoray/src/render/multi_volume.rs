@@ -32,7 +32,7 @@ mod terrain;
 struct MultiVolume<'p, 'f> {
     context: &'p FrameContext<'f>,
     world: &'p KernelScene<'f>,
-    /// The scene as packets of rays read it, and their instructions, where they can be traced.
+    /// The scene for packets of rays, and the vector instructions, if it can be traced in packets.
     packets: Option<(PacketScene<'f>, Level)>,
 }
 
@@ -48,10 +48,10 @@ impl Rays for MultiVolume<'_, '_> {
         let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
         let general = |budget| MultiVolumeTracer { scene: self.world, shading, budget: with_ends(renderer, budget) };
         let Some((packets, level)) = &self.packets else { return general(allowed(scene, quality)).boxed() };
-        // Before there are tiles, each of which would ask for them.
+        // Before any tile requests it.
         self.get_ready();
         SceneTracer {
-            // In packets the shade of a piece has an error of its own.
+            // In packets the shade of a piece has a separate error.
             general: general(allowed_to_single(scene, quality)),
             packets,
             level: *level,
@@ -88,7 +88,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
     let ground = Ground::new(scene);
     let Terrain { levels, core_radius, outer, .. } = terrain;
-    // Nothing above the highest visible layer is visible.
+    // Everything above the highest visible layer is invisible.
     let seen = match &levels {
         Levels::Concentric(_) if surface_layers.is_empty() && renderer.savings.layers => plan.radius[top.max(1)],
         _ => outer,

@@ -1,4 +1,4 @@
-//! Sort-last rendering of grid parts: the ranks that share a part trace fragments through it in some tiles each, and
+//! Sort-last rendering of grid parts: the ranks that share a part trace fragments through it, each in some tiles, and
 //! every rank composites the rays of some tiles.
 
 use super::context::FrameContext;
@@ -22,7 +22,7 @@ type Head = (Vec<f32>, [u64; 7]);
 /// The messages of all ranks with the fragments of this rank's tiles.
 pub(super) struct Exchanged {
     received: Vec<Vec<u8>>,
-    /// Seconds of tracing before.
+    /// Seconds of tracing before the exchange.
     pub traced_s: f64,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Fragments<'e> {
 }
 
 impl Exchanged {
-    /// Finds this rank's tiles, `mine`, in what came.
+    /// Decodes the fragments of this rank's tiles, `mine`.
     pub fn tiles(&self, tiling: &dyn Tiling, mine: &[u32]) -> Result<Fragments<'_>> {
         let mut readers = Vec::with_capacity(self.received.len());
         let mut met = Counts::default();
@@ -86,8 +86,8 @@ impl Work<'_> {
         Ok(Exchanged { received, traced_s })
     }
 
-    /// The fragments of each tile as bytes, of which only those of `tiles` have any: of a raster the device's, as far
-    /// as that goes.
+    /// The fragments of each tile as bytes; empty for tiles not in `tiles`. Those of a raster come from the device, as
+    /// far as it traced them.
     fn fragments(
         &self,
         part: &Part,
@@ -135,7 +135,7 @@ impl Work<'_> {
         all
     }
 
-    /// Puts rays of this rank's tiles together, each tile given away when it is done.
+    /// Composites the rays of this rank's tiles and passes each tile on when it is done.
     pub(super) fn compose_tiles(
         &self,
         quality: &Quality,
@@ -187,8 +187,8 @@ struct Traced {
     counts: Counts,
 }
 
-/// What is sent to each rank: the seconds that tiles took, which those with the same part are told; what rays met,
-/// which only rank 0 is told; and the rank's tiles.
+/// The message to each rank: the seconds of tiles, which only ranks with the same part need; the counts of rays, which
+/// only rank 0 needs; and the rank's tiles.
 fn addressed(ranks: &Ranks, part: &Part, traced: &Traced, mine: &[u32], owners: &[u32]) -> Vec<Vec<u8>> {
     let mut bodies = vec![Vec::new(); ranks.size()];
     for (tile, owner) in traced.tiles.iter().zip(owners) {
@@ -206,7 +206,7 @@ fn addressed(ranks: &Ranks, part: &Part, traced: &Traced, mine: &[u32], owners: 
     bodies.into_iter().enumerate().map(|(rank, body)| [head(rank), body].concat()).collect()
 }
 
-/// The seconds that the tiles of a part took, where each of the ranks that have it traced some of `tiles`.
+/// The seconds of the tiles of a part, each of whose ranks traced some of `tiles`.
 fn costs(raster: Raster, part: &Part, tiles: &[Vec<u32>], received: &[Vec<u8>]) -> Result<TileCosts> {
     let mut costs = TileCosts::new(raster);
     for (mate, tiles) in part.mates().iter().zip(tiles) {

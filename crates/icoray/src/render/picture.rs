@@ -1,4 +1,4 @@
-//! A picture of rays that are ready to be traced: shared out among ranks, traced, gathered.
+//! Draws the picture of prepared rays: distributes tiles over ranks, traces and gathers them.
 
 use super::context::FrameContext;
 use super::device::OnDevice;
@@ -28,7 +28,7 @@ pub(super) fn draw(
     let FieldSummary { value_range, missing_values, quality, deadline } = field_summary;
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    // With the same data on all ranks, rank 0 alone measures.
+    // With the same data on all ranks, only rank 0 measures.
     let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
     let mut picked = ranks.attempt(|| renderer.run(|| Ok(work.pick(*quality, deadline, &mut on_device))));
     if part.is_some() {

@@ -20,13 +20,13 @@ use icoray_scene::{Lights, Quality};
 pub(super) struct FieldSummary {
     pub value_range: Option<[f64; 2]>,
     pub missing_values: u64,
-    /// The scene's, or without light where there is no time for gradients.
+    /// The scene's quality, without light if there is no time for gradients.
     pub quality: Quality,
     pub deadline: Option<Deadline>,
 }
 
 impl FieldSummary {
-    /// Of the first field. Collective.
+    /// The summary of the first field. Collective.
     pub fn of<S: PreparedSample>(context: &FrameContext, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Self> {
         let FrameContext { renderer, scene, plan, grid, part, start, .. } = *context;
         let range = ranks.attempt(|| {
@@ -43,7 +43,7 @@ impl FieldSummary {
             range = Part::whole_range(ranks, range)?;
         }
         let (value_range, missing_values) = range;
-        // Ranks with a part together share out the rays through it; those with other parts trace the same ones.
+        // Ranks that share a part divide its rays; those with other parts trace the same rays.
         let sharers = part.map_or(ranks.size(), |part| part.mates().len());
         let deadline = Deadline::of(scene, start, sharers);
         let mut quality = requested_quality(scene);
@@ -52,7 +52,7 @@ impl FieldSummary {
                 let single = plan.allows_single_gradients(scene);
                 let wanted = GradientOptions { visible: None, packed: false, single };
                 let cells = 0..grid.cells().div_ceil(64);
-                // A sample: where there is no room for it, the frame itself says so.
+                // A sample: if there is no memory for it, the frame itself reports that.
                 drop(gradient::gradients(grid, &plan.radius, samples, cells, wanted, Gradients::none()));
             };
             let has_time = || !context.needs_gradients() || deadline.has_time_for_gradients(1.0 / 64.0, some);
@@ -98,7 +98,7 @@ pub(super) fn occupancy<'f, T: KernelReal, S: SearchedSample>(
 /// The gradients for lighting, with their cache key; `None` without light.
 ///
 /// They are computed in visible blocks only, over cells that rays can pass, and may be packed, unless other ranks need
-/// those of halo cells or the picture is drawn by a device, which may leave tiles anywhere.
+/// those of halo cells or the picture is drawn by a device, which may leave any tile to the CPU.
 pub(super) fn gradients<'f, S: PreparedSample>(
     context: &'f FrameContext,
     field_summary: &FieldSummary,
@@ -135,7 +135,7 @@ pub(super) fn gradients<'f, S: PreparedSample>(
     (Some(key), Lazy::try_of(compute))
 }
 
-/// Checks that what the frame takes of memory fits into it.
+/// Checks that the memory of the frame is within the limit.
 fn check_memory(context: &FrameContext) -> Result<()> {
     let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
     if !context.needs_gradients() {
@@ -151,11 +151,11 @@ fn check_memory(context: &FrameContext) -> Result<()> {
         let all = plan.memory_with(scene, grid, with, counts_cells);
         renderer.frame_cache.missing(all, grid).require(renderer.memory_limit)
     };
-    // Cells are counted only where gradients at all of them do not fit.
+    // Counts cells only if gradients at all of them do not fit.
     fits(false).or_else(|_| fits(true))
 }
 
-/// Computes what the CPU needs in any case, and fills gradients of halo cells from other ranks. Collective.
+/// Computes all that the CPU needs in any case, and receives gradients of halo cells from other ranks. Collective.
 pub(super) fn complete(
     context: &FrameContext,
     ranks: &mut Ranks,

@@ -1,5 +1,5 @@
-//! The fields that a scene shows: averaged to cell centres and moved to the layers of the first. Heights of columns:
-//! averaged to cell centres.
+//! Prepares the fields that a scene shows: averages them to cell centres and moves them to the layers of the first.
+//! Heights of columns are averaged to cell centres.
 
 use super::context::RenderInputs;
 use super::frame_cache::{FrameCache, MovedKey, SourceKey};
@@ -19,9 +19,9 @@ const SAMPLES: usize = 4096;
 pub(super) struct PreparedField<'f> {
     name: String,
     given: Field<'f>,
-    /// The average at the centres, where the field was given at corners.
+    /// The average at the centres, if the field was given at corners.
     average: Option<CenterField>,
-    /// The values on the layers of the first field, where this one has others.
+    /// The values on the layers of the first field, if this one has others.
     moved: Option<(MovedKey, CenterField)>,
 }
 
@@ -60,7 +60,7 @@ impl PreparedField<'_> {
         self.average.iter().chain(moved).map(CenterField::bytes).sum()
     }
 
-    /// Gives average and moved values back, for the next frame.
+    /// Stores average and moved values in the cache for the next frame.
     pub fn keep(self, cache: &FrameCache, grid: &Grid) {
         if let Some(average) = self.average {
             cache.averages.store(SourceKey::new(grid, &self.given), average);
@@ -72,8 +72,8 @@ impl PreparedField<'_> {
 }
 
 impl Renderer {
-    /// The fields that `scene` shows, the first one first; [`Plan::new`] has checked that one. If `has_whole`, each rank
-    /// has all values, and they are compared. Collective.
+    /// The fields that `scene` shows, the first one first; [`Plan::new`] has checked that one. If `has_whole`, each
+    /// rank has all values, and they are compared. Collective.
     pub(super) fn prepare_fields<'f>(
         &self,
         ranks: &mut Ranks,
@@ -91,7 +91,7 @@ impl Renderer {
                 let average = self.average(grid, &given)?;
                 Ok(PreparedField { name: name.to_owned(), given, average, moved: None })
             });
-            // Ranks whose fields lie elsewhere would wait for each other's halos for ever.
+            // Ranks with fields at different locations would wait for each other's halos for ever.
             let facts = |field: &PreparedField| {
                 let layout = (!is_first).then(|| ("has", described(&format!("{name:?}"), &field.given)));
                 layout.into_iter().chain(has_whole.then(|| field.values_fact())).collect()
@@ -118,7 +118,7 @@ impl Renderer {
         Ok(prepared)
     }
 
-    /// The heights of columns, if `scene` asks for native ones: those at corners are checked there and averaged.
+    /// The heights of columns, if `scene` requests native ones: those at corners are checked there and averaged.
     /// Collective.
     pub(super) fn prepare_heights<'f>(
         &self,
@@ -140,7 +140,7 @@ impl Renderer {
             let average = self.average(grid, &given)?;
             Ok(PreparedField { name: "heights".to_owned(), given, average, moved: None })
         });
-        // Only ranks with averages exchange those of their halos.
+        // Only ranks with averages exchange their halos.
         let facts = |heights: &PreparedField| match heights.average {
             Some(_) => vec![("has", described("heights", &heights.given))],
             None => vec![("has", "heights at centres".to_owned())],
@@ -152,7 +152,7 @@ impl Renderer {
         Ok(Some(heights))
     }
 
-    /// The average of a field at corners; `None` of one at centres.
+    /// The average of a field at corners; `None` for one at centres.
     fn average(&self, grid: &Grid, field: &Field) -> Result<Option<CenterField>> {
         let average = || {
             let cached = self.frame_cache.averages.take(&SourceKey::new(grid, field));

@@ -1,4 +1,4 @@
-//! Probes: the values along the ray through one place of a picture, and the origin of its light.
+//! Probes: the values along the ray through a point of a picture, and the origin of its light.
 
 use super::context::RenderInputs;
 use super::renderer::Renderer;
@@ -20,31 +20,31 @@ use std::ops::ControlFlow;
 /// Points reported of each frustum, and parts around each over which the light is summed.
 const POINTS: usize = 4;
 const PARTS: usize = 4;
-/// Part of the light behind which nothing is looked for.
+/// Fraction of the light below which the probe stops.
 const DARK: f64 = 1e-6;
 
-/// What a ray through the first volume shows. Other volumes, surfaces, isosurfaces and cuts are not looked at, and
-/// layers lie at their mean heights.
+/// The result of a ray through the first volume. Other volumes, surfaces, isosurfaces and cuts are ignored, and layers
+/// lie at their mean heights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
-    /// Longitude and latitude, degrees, of the place before which half of the light is absorbed that the ray loses in
-    /// the volume; or where it meets the core, if that absorbs more than the volume.
+    /// Longitude and latitude, degrees, of the place before which the ray loses half of the light that the volume
+    /// absorbs; or of the intersection with the core, if that absorbs more than the volume.
     pub lon_lat_deg: [f64; 2],
     /// Height there above the planet's surface, metres.
     pub height_m: f64,
     /// The field's value there; `None` where it is missing.
     pub value: Option<f64>,
-    /// Part of the light that the volume absorbs.
+    /// Fraction of the light that the volume absorbs.
     pub alpha: f64,
     /// Whether the place is on the core.
     pub is_core: bool,
-    /// The ray's way through the shell, in order.
+    /// The points of the ray through the shell, in order.
     pub along: Vec<ProbePoint>,
-    /// Heights, metres, and values of the nearest column, from the innermost layer outwards; NaN where one is missing.
+    /// Heights, metres, and values of the nearest column, from the innermost layer outwards; NaN for a missing value.
     pub column: Vec<[f64; 2]>,
 }
 
-/// A place on a ray.
+/// A point of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbePoint {
     /// Distance from the eye, planet radii.
@@ -53,13 +53,13 @@ pub struct ProbePoint {
     pub height_m: f64,
     /// The field's value; NaN where it is missing.
     pub value: f64,
-    /// Length of the part of the ray around this place, planet radii.
+    /// Length of the part of the ray around this point, planet radii.
     pub length: f64,
-    /// Part of the ray's light that is absorbed along that length.
+    /// Fraction of the ray's light that is absorbed along that length.
     pub weight: f64,
 }
 
-/// What a ray is followed through.
+/// The data that a ray is followed through.
 struct Shell<'s> {
     field: Field<'s>,
     radius: &'s [f64],
@@ -70,8 +70,8 @@ struct Shell<'s> {
 }
 
 impl Renderer {
-    /// What the ray through `at` of a scene's picture shows, in parts of its width and height from the upper left
-    /// corner; `None` where it misses the shell.
+    /// Probes the ray through `at` of a scene's picture, in fractions of its width and height from the upper left
+    /// corner; `None` if it misses the shell.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -113,12 +113,12 @@ impl Renderer {
 }
 
 impl Renderer {
-    /// As [`Self::probe`] of `grid`, of which each rank has what `held` says, and its layers. Collective; the answer is
-    /// rank 0's, others have `None`. Ranks with columns or parts put the fields together as for a frame.
+    /// As [`Self::probe`], for the `grid` and layers of ranks with the decomposition `held`. Collective; the result is
+    /// on rank 0, others have `None`. Ranks with columns or parts gather the fields as for a frame.
     ///
     /// # Errors
-    /// Those of [`Self::probe`] on rank 0; on all ranks as [`Self::render_columns`], and
-    /// [`ErrorKind::Unsupported`] where parts are on several nodes.
+    /// Those of [`Self::probe`] on rank 0; on all ranks as [`Self::render_columns`], and [`ErrorKind::Unsupported`] if
+    /// parts are on several nodes.
     pub fn probe_held<'f>(
         &self,
         ranks: &mut Ranks,
@@ -195,7 +195,7 @@ impl Shell<'_> {
         }))
     }
 
-    /// Sums up the light of a frustum.
+    /// Adds the points and the light of a frustum.
     fn pass(&self, frustum: &Frustum, along: &mut Vec<ProbePoint>, left: &mut f64) {
         let [t0, t1] = frustum.t;
         let step = (t1 - t0) / (POINTS * PARTS) as f64;
@@ -222,7 +222,7 @@ impl Shell<'_> {
         }
     }
 
-    /// Height ρ and value of a place in a frustum.
+    /// Height ρ and value at a point of a frustum.
     fn value(&self, frustum: &Frustum, alpha: [f64; 3]) -> (f64, f64) {
         let rho: f64 = alpha.iter().sum();
         let [low, high] = [0, 1].map_inline(|k| self.radius[frustum.layer + k]);
@@ -248,7 +248,7 @@ impl Shell<'_> {
     }
 }
 
-/// The cell whose centre is the nearest to a place, by the triangle over it.
+/// The cell whose centre is nearest to a place, among those of the triangle over it.
 fn nearest_cell(grid: &Grid, traversal: &Traversal, place: DVec3) -> u32 {
     let up = place.normalize();
     let mut cells = [0; 3];
@@ -264,7 +264,7 @@ fn nearest_cell(grid: &Grid, traversal: &Traversal, place: DVec3) -> u32 {
     nearer(nearer(a, b), c)
 }
 
-/// The extinction of a value, per planet radius.
+/// The extinction at a value, per planet radius.
 fn extinction(knots: &[KernelKnot], value: f64) -> f64 {
     let above = knots.partition_point(|knot| knot.value <= value);
     let (Some(low), Some(high)) = (knots.get(above.wrapping_sub(1)), knots.get(above)) else {

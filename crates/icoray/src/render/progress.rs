@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The caller's function of finished and of all tiles.
+/// The caller's function of the numbers of finished and of all tiles.
 #[derive(Clone)]
 pub(super) struct Progress(pub Arc<dyn Fn(usize, usize) + Send + Sync>);
 

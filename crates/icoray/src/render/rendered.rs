@@ -6,10 +6,10 @@ use icoray_output::{Frame, FrameReport};
 #[derive(Debug, Clone, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
 pub enum Rendered {
-    /// The picture: this is rank 0.
+    /// The picture, on rank 0.
     Here(Frame),
-    /// The picture's report; the pixels are at rank 0. Errors, counts and the gathering are those of the whole picture,
-    /// seconds, threads and tiles this rank's.
+    /// The picture's report; the pixels are at rank 0. Errors, counts and the gathering are those of the whole picture;
+    /// seconds, threads and tiles are this rank's.
     AtRoot(FrameReport),
 }
 

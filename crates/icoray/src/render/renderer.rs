@@ -1,4 +1,4 @@
-//! The renderer itself: its threads, its devices, and what it keeps from one picture for the next.
+//! The renderer itself: its threads, its devices, and its cache between pictures.
 
 use super::devices::{DeviceCache, SingleDevice};
 use super::frame_cache::FrameCache;
@@ -54,10 +54,10 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer with `threads` threads, or as many as the affinity mask allows when that is 0.
+    /// A renderer with `threads` threads, or as many as the affinity mask allows for 0.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) when the threads cannot be made.
+    /// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) when the threads cannot be started.
     pub fn new(threads: usize) -> icoray_grid::Result<Self> {
         let (devices, savings) = (None, Savings::ALL);
         let (threads, spare) = (Threads::new(threads)?, FrameCache::default());
@@ -76,41 +76,41 @@ impl Renderer {
         })
     }
 
-    /// The same, but leaving out what `savings` say: for measurements.
+    /// Sets the optimisations: for measurements.
     #[must_use]
     pub fn with_savings(self, savings: Savings) -> Self {
         Renderer { savings, frame_cache: self.frame_cache.with_reuse(savings.reuse), ..self }
     }
 
-    /// The same, but rays only walk and interpolate: frusta of unlit `exact` scenes are laid aside to be integrated
-    /// together, and are not. For measurements.
+    /// Rays only walk and interpolate: frusta of unlit `exact` scenes are stored for integration in batches, which is
+    /// left out. For measurements.
     #[doc(hidden)]
     #[must_use]
     pub fn without_integrals(self) -> Self {
         Renderer { integrates: false, ..self }
     }
 
-    /// The machine's vector instructions, where rays are traced in packets.
+    /// The machine's vector instructions, if rays are traced in packets.
     pub(super) fn vectors(&self) -> Option<Level> {
         self.savings.lanes.then(packets).flatten()
     }
 
-    /// The same renderer with devices, which trace what they can of scenes that ask for it ([`Scene::backend`]).
+    /// Adds devices, which trace rays of scenes that request it ([`Scene::backend`]), as far as they support them.
     #[must_use]
     pub fn with_devices(self, devices: Arc<dyn Devices>) -> Self {
         Renderer { devices: Some(DeviceCache::new(devices)), ..self }
     }
 
-    /// The same renderer with one device.
+    /// Adds one device.
     #[must_use]
     pub fn with_device(self, device: Arc<dyn Device>) -> Self {
         self.with_devices(Arc::new(SingleDevice(device)))
     }
 
-    /// The same renderer, which calls `report(finished, total)` after each tile of a picture that this process draws,
-    /// from the thread that drew it. `total` is the number of these tiles. The calls of one picture come in no
-    /// order, and none comes for probes of a time budget and for pixels that are traced again after the last tile: those
-    /// at edges, or all where the scene asks for several samples.
+    /// Calls `report(finished, total)` after each tile of a picture that this process draws, from the thread that drew
+    /// it. `total` is the number of these tiles. The calls of one picture come in any order; there are none for probes
+    /// of a time budget and for pixels that are traced again after the last tile: those at edges, or all if the scene
+    /// requests several samples.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -124,22 +124,23 @@ impl Renderer {
         Renderer { progress: Some(Progress(report)), ..self }
     }
 
-    /// The same renderer, which traces no more tiles while `stop` is set: a frame that is being drawn is then returned
-    /// soon, and of no use. For frames that are out of date before they are done.
+    /// Traces no more tiles while `stop` is set: a frame that is being drawn is then returned soon, incomplete. For
+    /// frames that are out of date before they are finished.
     ///
-    /// Over several ranks all must set theirs, or none.
+    /// Over several ranks, either all ranks or none set it.
     #[must_use]
     pub fn with_stop(self, stop: Arc<AtomicBool>) -> Self {
         Renderer { stop: Some(stop), ..self }
     }
 
-    /// Whether the frame that is being drawn is to be given up.
+    /// Whether the frame that is being drawn is to be abandoned.
     pub(super) fn is_stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
-    /// The same renderer, which takes no more than so many bytes for a frame beyond what it holds of frames before:
-    /// [`Plan::memory`](crate::Plan::memory) says what a frame takes. Otherwise a frame may take what the system has.
+    /// Limits the memory of a frame, beyond that kept from previous frames, to `bytes` bytes:
+    /// [`Plan::memory`](crate::Plan::memory) returns the memory of a frame. The default limit is the system's free
+    /// memory.
     #[must_use]
     pub fn with_memory_limit(self, bytes: u64) -> Self {
         Renderer { memory_limit: Some(bytes), ..self }
@@ -155,11 +156,11 @@ impl Renderer {
         self.threads.run(work)
     }
 
-    /// The device that would draw `scene`, opened if it was not yet; `Err(None)` if the scene requests none. Of the
+    /// The device that would draw `scene`, opened if it was not yet; `Err(None)` if the scene requests none. Among the
     /// ranks on a node this is number `node_rank`.
     ///
     /// # Errors
-    /// A [`FallbackReason`] why the CPU draws although the scene asks for a device.
+    /// A [`FallbackReason`] why the CPU draws although the scene requests a device.
     pub fn device_for(&self, scene: &Scene, node_rank: usize) -> Result<Arc<dyn Device>, Option<FallbackReason>> {
         if scene.backend == Backend::Cpu {
             return Err(None);

@@ -1,5 +1,5 @@
-//! A round of a picture: tiles that are shared out among ranks, traced and gathered. A picture has one, and one more of
-//! the pixels at edges where there are any, or several of more samples of pixels (`samples.rs`).
+//! A round of a picture: tiles are distributed over ranks, traced and gathered. A picture has one round, and another
+//! one for the pixels at edges if there are any, or several for more samples of pixels (`samples.rs`).
 
 use super::context::FrameContext;
 use super::device::OnDevice;
@@ -16,19 +16,19 @@ use icoray_output::RanksReport;
 use icoray_scene::Quality;
 use std::time::Instant;
 
-/// A picture's pixels, and what its rays met.
+/// A picture's pixels, and the counts of its rays.
 pub(super) type Drawn = (Vec<Pixel>, Counts);
 
 /// Cost of rounds on this rank.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Cost {
-    /// Seconds until all was traced.
+    /// Seconds until all tiles were traced.
     pub render_s: f64,
     /// Seconds, balance and bytes of work between ranks.
     pub ranks: RanksReport,
 }
 
-/// How the rounds of a picture are drawn.
+/// The inputs of the rounds of a picture.
 pub(super) struct Rounds<'p, 'w, 'd> {
     pub work: &'p Work<'w>,
     pub on_device: &'p mut OnDevice<'d>,
@@ -36,8 +36,8 @@ pub(super) struct Rounds<'p, 'w, 'd> {
 }
 
 impl Rounds<'_, '_, '_> {
-    /// Traces the tiles of `tiling`, told to `progress`. What came of it is to be agreed on: at rank 0 all tiles, or
-    /// why there are not. Collective.
+    /// Traces the tiles of `tiling` and reports them to `progress`. The result is still to be agreed on: at rank 0 all
+    /// tiles, or the error. Collective.
     ///
     /// # Errors
     /// The same on all ranks.
@@ -92,8 +92,8 @@ impl Rounds<'_, '_, '_> {
         Ok(tiles.and_then(assemble))
     }
 
-    /// Draws the pixels at edges again, with several rays each, where the scene and the time left allow it, and says
-    /// how many they are. Collective, and as [`Self::trace`].
+    /// Draws the pixels at edges again, with several rays each, if the scene and the time left permit it, and returns
+    /// their number. Collective, and as [`Self::trace`].
     pub fn edges(
         &mut self,
         ranks: &mut Ranks,

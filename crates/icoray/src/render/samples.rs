@@ -18,15 +18,14 @@ use rayon::prelude::*;
 pub(super) struct Sampled {
     pub drawn: Drawn,
     pub edge_pixels: u64,
-    /// Mean number of rays of the pixels that may show the shell; of all where not all are traced.
+    /// Mean number of rays of the pixels that may show the shell; of all pixels if not all are traced.
     pub rays_per_pixel: f64,
-    /// The estimated sampling error of each pixel, or of those that were not traced; empty where pixels are one ray
-    /// each.
+    /// The estimated sampling error of each pixel, or of those that were not traced; empty if each pixel has one ray.
     pub error: Vec<f32>,
     pub summary: Option<SamplingError>,
 }
 
-/// How a picture of one ray per pixel was drawn.
+/// The raster, quality and deadline of a picture of one ray per pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Manner {
     pub raster: Raster,
@@ -35,8 +34,8 @@ pub(super) struct Manner {
 }
 
 impl Rounds<'_, '_, '_> {
-    /// Adds the scene's samples to the pixels of a picture of one ray per pixel, as long as there is time. Where that is
-    /// not asked for, or there is none for the first round, draws pixels at edges again. Collective, and as
+    /// Adds the scene's samples to the pixels of a picture of one ray per pixel, as long as there is time. If the scene
+    /// requests none, or there is no time for the first round, draws pixels at edges again. Collective, and as
     /// [`Self::trace`].
     pub fn samples(
         &mut self,
@@ -68,7 +67,7 @@ impl Rounds<'_, '_, '_> {
         }
     }
 
-    /// The picture of one ray per pixel, but for pixels at edges.
+    /// The picture of one ray per pixel, except for pixels at edges.
     fn unsampled(
         &mut self,
         ranks: &mut Ranks,
@@ -82,7 +81,7 @@ impl Rounds<'_, '_, '_> {
         Ok(drawn.map(|drawn| drawn.map(sampled)))
     }
 
-    /// Draws round after round, and says how many rays its pixels have at the end. Collective.
+    /// Draws one round after another, and returns the final number of rays per pixel. Collective.
     fn add_rounds<'s>(
         &mut self,
         ranks: &mut Ranks,
@@ -91,7 +90,7 @@ impl Rounds<'_, '_, '_> {
     ) -> Result<(u32, Result<Option<SampledPicture<'s>>>)> {
         let FrameContext { renderer, scene, .. } = *self.work.context;
         let Manner { raster, quality, deadline } = manner;
-        // What the rays of all pixels took.
+        // Seconds of the rays of all pixels.
         let render_s = self.cost.render_s;
         let least_at_edges = if self.work.edges.is_none() { 0 } else { edges::RAYS as u32 };
         let mut rays = 1;
@@ -129,8 +128,8 @@ fn begin<'w>(work: &Work<'w>, ranks: &Ranks, manner: Manner, drawn: Drawn) -> Re
     ranks.attempt(|| renderer.run(begin))
 }
 
-/// A picture with pixels between traced ones. One is right that shows the background where its ray misses the shell. Of
-/// others nothing is known: the error is all that a channel can hold, and how far they are off is estimated apart.
+/// A picture with pixels between traced ones. A pixel between that shows the background is exact if its ray misses the
+/// shell. For others the error bound is the largest value of a channel, and their actual error is estimated separately.
 fn interpolated(scene: &Scene, outer: f64, raster: Raster, (mut pixels, counts): Drawn) -> Sampled {
     let brightest = brightest(scene);
     let (background, unknown) = (background_blend(scene, brightest, None).color, brightest.max(1.0) as f32);

@@ -7,13 +7,13 @@ use icoray_grid::Result;
 use icoray_scene::{Statistic, Summary};
 
 impl Renderer {
-    /// The statistics `asked` of a field, bitwise equal on all ranks, so that decisions based on them are too. With the
+    /// The statistics `asked` of a field, bitwise equal on all ranks, and so are decisions based on them. With the
     /// decomposition `held` they cover the values of all ranks, each once; if every rank has the whole field they are
     /// rank 0's. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field has not the columns
-    /// that its rank has; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    /// Equal on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if a field does not have the columns of
+    /// its rank; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn summary(
         &self,
         ranks: &mut Ranks,
@@ -28,7 +28,7 @@ impl Renderer {
         });
         let mine = ranks.collective(mine)?;
         let summaries = ranks.share_values(&(held.is_some(), mine))?;
-        // Rank 0's own where it has the whole field, else that of the own columns of all ranks.
+        // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
         let count = if summaries[0].0 { summaries.len() } else { 1 };
         let counted = summaries.into_iter().take(count);
         Ok(counted.fold(Summary::NOTHING, |all, (_, summary)| all.joined(summary)))
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn what_all_have_is_what_rank_0_has() {
-        // Every rank continues, whatever the outcome on others.
+        // Every rank continues after any outcome on the others.
         let found = over(3, |ranks, _| {
             let values = values(4, ranks.rank() + 1, |_| true);
             summary_of(ranks, &values, Location::Center, None)

@@ -1,4 +1,4 @@
-//! Tracing of tiles on the CPU and on a device, and the pixel that a ray shows.
+//! Tracing of tiles on the CPU and on a device, and the conversion of a ray's light to a pixel.
 
 use super::context::FrameContext;
 use super::device::OnDevice;
@@ -50,11 +50,11 @@ pub(super) struct Work<'f> {
     /// The ground, if the core has more than one colour.
     pub ground: Option<&'f Ground>,
     pub rays: &'f dyn Rays,
-    /// Which pixels may have an edge in them.
+    /// The test for pixels that may contain an edge.
     pub edges: Edges,
 }
 
-/// Rays through one field alone.
+/// Rays through one field.
 pub(super) struct SingleVolume<'f, T> {
     pub context: &'f FrameContext<'f>,
     pub shell: &'f Shell<T>,
@@ -68,7 +68,7 @@ pub(super) struct SingleVolume<'f, T> {
 }
 
 impl Work<'_> {
-    /// The whole picture's, each pixel traced.
+    /// The raster of the whole picture, in which each pixel is traced.
     pub(super) fn raster(&self) -> Raster {
         Raster { width: self.context.scene.width, height: self.context.scene.height, step: 1 }
     }
@@ -78,7 +78,7 @@ impl Work<'_> {
         let Some(deadline) = deadline else { return asked };
         on_device.get_ready(&asked, self.raster());
         if !on_device.is_there() {
-            // Keeps this out of the measured time of a probe.
+            // Excludes this from the measured time of a probe.
             self.rays.get_ready();
         }
         deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
@@ -87,7 +87,7 @@ impl Work<'_> {
         })
     }
 
-    /// Traces tiles, those of a raster on the device as far as that goes, each given away when it is done.
+    /// Traces tiles, those of a raster on the device as far as it can, and passes each on when it is done.
     pub(super) fn trace(
         &self,
         quality: &Quality,
@@ -129,7 +129,7 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
         let SingleVolume { context, shell, spans, samples, needs_sizes, visible, gradients, ground } = *self;
         let FrameContext { renderer, scene, plan, grid, .. } = *context;
         let is_lit = quality.lights != Lights::Off;
-        // Before there are tiles, each of which would ask for them.
+        // Before any tile requests them.
         self.make_half_edges();
         let visible = visible.get();
         let gradients = gradients.get().values();
@@ -156,7 +156,7 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
 }
 
 impl<T: KernelReal> SingleVolume<'_, T> {
-    /// Makes the half-edges by which packets of rays walk.
+    /// Builds the half-edges by which packets of rays walk.
     fn make_half_edges(&self) {
         if self.context.has_packets::<T>() {
             self.context.grid.half_edges();
@@ -169,7 +169,7 @@ pub(super) fn budget(renderer: &Renderer, scene: &Scene, quality: &Quality) -> B
     with_ends(renderer, allowed(scene, quality))
 }
 
-/// The budget of rays, which never end early where the renderer does without that.
+/// The budget of rays, without early ends if the renderer disables them.
 pub(super) fn with_ends(renderer: &Renderer, mut budget: Budget) -> Budget {
     if !renderer.savings.ends {
         // Less than any transmittance.
@@ -178,7 +178,7 @@ pub(super) fn with_ends(renderer: &Renderer, mut budget: Budget) -> Budget {
     budget
 }
 
-/// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
+/// Only an unlit integral in f64 is bounded throughout, if each pixel is traced.
 pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
     let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1 && scene.is_plain();
@@ -195,15 +195,15 @@ pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// Standard deviations of rounding that the error of a pixel counts. Each rounding's largest size, 1.7 times its
-/// standard deviation, stands for the latter.
+/// Number of standard deviations of rounding in the error of a pixel. The standard deviation of a rounding is replaced
+/// by its largest size, which is 1.7 times larger.
 const DEVIATIONS: f64 = 4.0;
 
-/// Error bound of rounded positions for a ray that grazes an edge of the mesh; in single precision, in which a piece is a
-/// part of its frustum, half a last digit is added.
+/// Error bound of rounded positions for a ray that grazes an edge of the mesh; in single precision, in which a piece is
+/// a part of its frustum, half a last digit is added.
 const GEOMETRY: f64 = 1e-9;
 
-/// The light of so many pixels, over the background. A ray may be long: none is begun once `is_stopped`.
+/// The light at some points, over the background. A ray may be long: none starts once `is_stopped` is true.
 fn pixels(
     scene: &Scene,
     tracer: &dyn Tracer,
@@ -219,7 +219,7 @@ fn pixels(
     pixels
 }
 
-/// The rays through places of the picture, numbered from 0.
+/// The rays through points of the picture, numbered from 0.
 pub(super) fn primary_rays(scene: &Scene, places: &[SamplePoint]) -> impl Iterator<Item = PrimaryRay> {
     places.iter().enumerate().map(|(number, place)| {
         let (eye, dir) = ray(scene, place.at);
@@ -227,10 +227,10 @@ pub(super) fn primary_rays(scene: &Scene, places: &[SamplePoint]) -> impl Iterat
     })
 }
 
-/// Whether no ray through a rectangle of pixels, the first and the last of which are opposite corners, comes within
-/// `radius` of the centre.
+/// Whether no ray through a rectangle of pixels, given by two opposite corners as the first and last point, comes
+/// within `radius` of the centre.
 fn passes_by(scene: &Scene, places: &[SamplePoint], radius: f64) -> bool {
-    /// More than rounding does to an angle.
+    /// More than the rounding of an angle.
     const SLACK: f64 = 1e-6;
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return true };
     let ([left, top], [right, bottom]) = (first.at, last.at);
@@ -246,7 +246,7 @@ fn passes_by(scene: &Scene, places: &[SamplePoint], radius: f64) -> bool {
     axis.angle_between(-eye) > half + globe + SLACK
 }
 
-/// The ray through a place of the picture, in pixels from its upper left corner: the eye and a unit vector.
+/// The ray through a point of the picture, in pixels from its upper left corner: the eye and a unit vector.
 pub(super) fn ray(scene: &Scene, at: [f64; 2]) -> (DVec3, DVec3) {
     let dir = scene.camera.direction_at(at, scene.width, scene.height);
     (DVec3::from_array(scene.camera.eye()), DVec3::from_array(dir))

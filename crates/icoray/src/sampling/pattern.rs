@@ -1,8 +1,8 @@
-//! Places of a pixel's samples: Sobol's (0, 2)-sequence with Owen's scrambling, another one for each pixel.
+//! Places of a pixel's samples: Sobol's (0, 2)-sequence with Owen's scrambling, different for each pixel.
 //!
 //! Of the first 2ᵏ samples one lies in each of the 2ᵏ columns of a pixel, one in each of its 2ᵏ rows, and one in each
-//! rectangle of that area between them. The first sample is the middle. Neighbours have other places, so that matter
-//! that is finer than pixels makes noise and no pattern.
+//! rectangle of that area between them. The first sample is the middle. Neighbouring pixels have other places, so that
+//! matter finer than pixels produces noise and no pattern.
 //!
 //! The scrambling is that of Burley, "Practical Hash-based Owen Scrambling", JCGT 9 (4), 2020.
 
@@ -12,16 +12,16 @@ use std::ops::Range;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pattern {
     seeds: [u32; 2],
-    /// Digital shifts, after which sample 0 is in the middle.
+    /// Digital shifts that move sample 0 to the middle.
     shifts: [u32; 2],
 }
 
 impl Pattern {
-    /// Of the pixel in this column and row.
+    /// The pattern of the pixel in this column and row.
     pub fn of([x, y]: [u32; 2]) -> Self {
         let hash = mixed(mixed(x).wrapping_add(y));
         let seeds = [mixed(hash ^ 0x9E37_79B9), mixed(hash ^ 0x85EB_CA6B)];
-        // Either neighbour of the middle: the strata of sample 0 lie on both sides of it alike.
+        // Either neighbour of the middle: the strata of sample 0 lie on both sides of it equally.
         let shift = |axis: usize| {
             let middle = if hash >> axis & 1 == 0 { 0x8000_0000 } else { 0x7FFF_FFFF };
             scrambled(0, seeds[axis]) ^ middle
@@ -71,7 +71,7 @@ fn sobol(index: u32) -> u32 {
     point
 }
 
-/// A nested uniform scramble: what becomes of a bit depends on the bits above it.
+/// A nested uniform scramble: each bit depends on the bits above it.
 fn scrambled(x: u32, seed: u32) -> u32 {
     let mut x = x.reverse_bits().wrapping_add(seed);
     for factor in [0x6C50_B47C, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6u32] {
@@ -87,7 +87,7 @@ mod tests {
 
     const PIXELS: [[u32; 2]; 5] = [[0, 0], [1, 0], [0, 1], [511, 77], [16383, 16383]];
 
-    /// The place of a sample in squares of a pixel with so many in each direction.
+    /// The square that contains a sample, in a pixel divided into `many` squares in each direction.
     fn square(place: [f64; 2], many: [f64; 2]) -> [u32; 2] {
         [0, 1].map(|axis| ((place[axis] + 0.5) * many[axis]) as u32)
     }

@@ -1,4 +1,4 @@
-//! A picture while rounds of samples are added to its pixels, at rank 0.
+//! Stores a picture while rounds of samples are added to its pixels, at rank 0.
 
 use super::pattern::Pattern;
 use super::round::SampleRound;
@@ -11,10 +11,10 @@ use icoray_scene::Scene;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
 
-/// The first samples of a pixel are spread evenly around its middle from so many on.
+/// Number of first samples of a pixel from which they are spread evenly around its middle.
 const EVEN: u32 = 4;
-/// The sampling error is so many times the mean change by a round: a little more than Student's factor of 95 % for nine
-/// changes, 2.26, as the smallest of them tell little where a step passes through the pixel alone.
+/// Ratio of the sampling error to the mean change by a round: a little more than Student's factor of 95 % for nine
+/// changes, 2.26, as the smallest of them are no measure where a step passes through the pixel alone.
 const FACTOR: f64 = 2.5;
 
 /// The picture, its pixels' sampling errors, and the pixels to which samples are added.
@@ -25,18 +25,18 @@ pub(crate) struct SampledPicture<'s> {
     counts: Counts,
     /// The scaled change of each pixel by its last round.
     change: Vec<f32>,
-    /// Estimated sampling error of each pixel; 0 where a pixel shows nothing but the background.
+    /// Estimated sampling error of each pixel; 0 if a pixel shows only the background.
     error: Vec<f32>,
     active: Vec<ActivePixel>,
-    /// Rays that each active pixel has.
+    /// Number of rays of each active pixel.
     rays: u32,
-    /// Number of pixels that may show the shell, of those that have an edge in them, and of samples that were added.
+    /// Number of pixels that may show the shell, of those with an edge, and of samples that were added.
     sampled: usize,
     edge_pixels: u64,
     samples: u64,
 }
 
-/// A pixel whose samples may not be all yet.
+/// A pixel that may still need samples.
 struct ActivePixel {
     number: u32,
     is_edge: bool,
@@ -52,15 +52,15 @@ struct Weights {
 }
 
 impl Weights {
-    /// Of the first `rays` samples of a picture of at most `samples` per pixel.
+    /// Weights of the first `rays` samples of a picture of at most `samples` per pixel.
     fn of(rays: u32, samples: u32) -> Self {
         let middle = if samples < EVEN { 2.0 } else { 1.0 };
         let others = f64::from(rays - 1);
         Weights { sum: middle + others, squares: middle * middle + others }
     }
 
-    /// The deviation of the mean of these samples, for one of its difference from the mean of `fewer` of them, where
-    /// samples differ by chance.
+    /// The ratio of the deviation of the mean of these samples to that of its difference from the mean of `fewer` of
+    /// them, for samples that differ by chance.
     fn deviation(&self, fewer: &Weights) -> f64 {
         let variance = self.squares / self.sum.powi(2);
         let of_fewer = fewer.squares / fewer.sum.powi(2);
@@ -103,7 +103,7 @@ impl<'s> SampledPicture<'s> {
         }
     }
 
-    /// The numbers of the pixels that take samples until they have `end` rays; others take no more.
+    /// The numbers of the pixels that take samples until they have `end` rays; the other pixels take no more samples.
     pub fn wanted(&mut self, end: u32) -> Vec<u32> {
         let (is_first, rays) = (self.rays == 1, self.rays);
         let (tolerance, error, samples) = (self.tolerance, &self.error, self.scene.samples);
@@ -118,10 +118,10 @@ impl<'s> SampledPicture<'s> {
         self.active.iter().map(|pixel| pixel.number).collect()
     }
 
-    /// The same with the tiles of a round added to its pixels, which are those wanted.
+    /// Adds the tiles of a round to the wanted pixels.
     ///
     /// # Panics
-    /// When a tile is missing or there twice.
+    /// If a tile is missing or occurs twice.
     pub fn with(mut self, round: &SampleRound, tiles: &[Tile]) -> Self {
         let (tiles, counts) = round.pixels.in_order(tiles);
         self.counts += counts;
@@ -135,7 +135,7 @@ impl<'s> SampledPicture<'s> {
             let moved = Pixel { color: at_middle(pixel.color, place, &active.slopes), ..**pixel };
             let weighted = [(mine, before.sum), (&moved, after.sum - before.sum)];
             let mut joined = edges::weighted_mean(weighted.into_iter());
-            // A slope may lead beyond what there is.
+            // A slope may lead to negative light.
             joined.color = joined.color.map(|channel| channel.max(0.0));
             joined.color[3] = joined.color[3].min(1.0);
             let change = (0..4).map(|k| (joined.color[k] - mine.color[k]).abs()).fold(0.0, f32::max);
@@ -162,7 +162,7 @@ impl<'s> SampledPicture<'s> {
             let around = ys.flat_map(|y| xs.clone().map(move |x| change[(y * width + x) as usize]));
             let (count, sum) =
                 around.fold((0, 0.0), |(count, sum), change| (count + 1, sum + f64::from(change).powi(2)));
-            // A channel is 0 to 1, but for highlights.
+            // A channel is 0 to 1, except for highlights.
             (FACTOR * (sum / f64::from(count)).sqrt()).min(1.0) as f32
         };
         let errors: Vec<f32> = self.active.par_iter().map(error).collect();
@@ -181,7 +181,7 @@ impl<'s> SampledPicture<'s> {
         1.0 + self.samples as f64 / self.sampled.max(1) as f64
     }
 
-    /// The pixels and what their rays met, their sampling errors, and the summary of these.
+    /// The pixels and the counts of their rays, their sampling errors, and the summary of these.
     pub fn finish(self) -> ((Vec<Pixel>, Counts), Vec<f32>, SamplingError) {
         let sum: f64 = self.error.iter().map(|error| f64::from(*error)).sum();
         let max = self.error.iter().fold(0.0f32, |max, error| max.max(*error));
@@ -197,8 +197,8 @@ fn at_middle(color: [f32; 4], [x, y]: [f64; 2], [right, down]: &[[f32; 4]; 2]) -
 }
 
 /// The slopes of a picture at a pixel, to the right and downwards, per pixel: the mean of the slopes on both sides, at
-/// most twice the smaller one, and 0 at an extremum or the picture's border. So a step beside a pixel is no slope in
-/// it.
+/// most twice the smaller one, and 0 at an extremum or the picture's border. So a step beside a pixel causes no slope
+/// in it.
 fn slopes(scene: &Scene, pixels: &[Pixel], number: u32) -> [[f32; 4]; 2] {
     let axis = |at: u32, side: u32, step: u32| {
         if at == 0 || at + 1 == side {
@@ -219,7 +219,7 @@ pub(crate) fn may_show_shell(scene: &Scene, outer: f64, number: u32) -> bool {
     let eye = DVec3::from_array(scene.camera.eye());
     let middle = SamplePoint::middle(number % scene.width, number / scene.width, false);
     let dir = DVec3::from_array(scene.camera.direction_at(middle.at, scene.width, scene.height));
-    // A ray that is turned by an angle passes the centre nearer by the angle times the distance, at most.
+    // Turning a ray by an angle brings it nearer to the centre by at most the angle times the distance of the eye.
     let reach = 0.5 * SQRT_2 * scene.camera.pixel_width(scene.height) * eye.length();
     let along = -eye.dot(dir);
     let passes_at = (eye + along * dir).length();

@@ -6,14 +6,14 @@ use crate::raster::{Pixel, Raster, SamplePoint, Tiling};
 use crate::scattered::ScatteredPixels;
 use std::ops::Range;
 
-/// About how many rays a tile has: as many as one of a raster.
+/// Approximate number of rays of a tile: as many as one of a raster.
 const TILE_RAYS: usize = 256;
 
 /// Some of the samples of some pixels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct SampleRound {
     pub pixels: ScatteredPixels,
-    /// Which samples of each.
+    /// The samples of each pixel.
     pub samples: Range<u32>,
 }
 

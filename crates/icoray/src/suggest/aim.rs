@@ -1,4 +1,4 @@
-//! The place of the camera: over the side on which the field shows, or over the region that has data.
+//! Chooses the place of the camera: over the side on which the field shows, or over the region that has data.
 
 use super::look::{Kind, Look};
 use super::numbers::to_step;
@@ -9,18 +9,18 @@ use glam::DVec3;
 use icoray_grid::grid::unit_vector;
 use std::f64::consts::PI;
 
-/// Bands of latitude whose means are zonal means, and sectors of longitude.
+/// Number of bands of latitude whose means are zonal means, and of sectors of longitude.
 const BANDS: usize = 36;
 const SECTORS: usize = 72;
-/// Degrees between places that are tried.
+/// Degrees between candidate places.
 const APART_DEG: f64 = 5.0;
-/// A field whose deviations are less than this part of its variance has none to face.
+/// Minimum fraction of the variance in deviations from zonal means for a field to have a side to face.
 const LEAST_VARIANCE: f64 = 1e-4;
-/// A place shows so many times as much as the usual one, or the camera stays there.
+/// Minimum ratio of the visible part of the field at a place to that at the usual one: below it the camera stays there.
 const LEAST_GAIN: f64 = 1.1;
-/// Part by which a pole counts less than the equator, as pictures with north upwards are read more easily.
+/// Fraction by which a pole counts less than the equator, as pictures with north upwards are read more easily.
 const POLE: f64 = 0.3;
-/// A mesh whose cells are all within so many degrees of one place is a region.
+/// A mesh whose cells are all within this many degrees of one place is a region.
 const WIDEST_REGION_DEG: f64 = 60.0;
 
 /// A place below the camera, degrees.
@@ -35,7 +35,7 @@ pub(super) struct Aim {
 impl Aim {
     const DEFAULT: Self = Aim { lon_deg: 0.0, lat_deg: 25.0, is_of_field: false };
 
-    /// The place from which most is seen: of what is dense, or else of where the field differs from its zonal mean.
+    /// The place with the best view: of what is dense, or else of the field's differences from its zonal mean.
     pub fn new(survey: &Survey, look: &Look, exaggeration: f64) -> Self {
         let weights = match look.kind {
             Kind::Signed | Kind::Upper | Kind::Lower => {
@@ -64,7 +64,7 @@ impl Aim {
         let (mut best, mut most) = (Self::DEFAULT, LEAST_GAIN * seen(&Self::DEFAULT));
         let steps = |end: f64| (0..=(2.0 * end / APART_DEG) as i32).map(move |i| f64::from(i) * APART_DEG - end);
         for lat_deg in steps(90.0) {
-            // From the usual longitude to both sides: of equal places the nearest.
+            // From the usual longitude to both sides: the nearest of equal places.
             for lon_deg in (0..=36).flat_map(|i| [f64::from(i), f64::from(-i)]).map(|i| i * APART_DEG + 0.0) {
                 let aim = Aim { lon_deg, lat_deg, is_of_field: true };
                 let shown = seen(&aim);
@@ -83,7 +83,7 @@ fn band(direction: DVec3) -> usize {
     ((part * BANDS as f64) as usize).min(BANDS - 1)
 }
 
-/// The squares of what a column's values differ from their zonal means by; `None` where that is next to nothing.
+/// The squares of the differences of a column's values from their zonal means; `None` if these are almost 0.
 fn deviations(survey: &Survey) -> Option<Vec<f64>> {
     let place = |column: usize| band(survey.direction(column));
     let count = survey.height.len();
@@ -107,18 +107,18 @@ fn deviations(survey: &Survey) -> Option<Vec<f64>> {
     (found.iter().sum::<f64>() > LEAST_VARIANCE * variance).then_some(found)
 }
 
-/// The part of the sphere that the mesh covers.
+/// The covered part of the sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Region {
     pub lon_deg: f64,
     pub lat_deg: f64,
     middle: DVec3,
-    /// Width or height, planet radii, whichever is the larger.
+    /// Width or height, planet radii, whichever is larger.
     pub across: f64,
 }
 
 impl Region {
-    /// `None` where the mesh is global.
+    /// `None` if the mesh is global.
     pub fn of(sample: &Sample) -> Option<Self> {
         let cells = || sample.directions.iter().copied();
         let mut middle = cells().sum::<DVec3>().try_normalize()?;
@@ -126,7 +126,7 @@ impl Region {
         if least < WIDEST_REGION_DEG.to_radians().cos() {
             return None;
         }
-        // To the middle of the box around it, as the camera sees it.
+        // Towards the middle of its bounding box, as the camera sees it.
         for _ in 0..4 {
             let [east, north] = axes(middle);
             let [[west, right], [south, top]] = [east, north].map(|axis| ends(cells().map(|cell| cell.dot(axis))));
@@ -140,8 +140,8 @@ impl Region {
         Some(Region { lon_deg, lat_deg, middle, across })
     }
 
-    /// The camera's distance from the planet's centre from which the region, up to radius `outer`, fills a picture that
-    /// is `aspect` times as wide as high.
+    /// The distance of the camera from the planet's centre at which the region, up to radius `outer`, fills a picture
+    /// with the ratio `aspect` of width to height.
     pub fn distance(&self, sample: &Sample, outer: f64, aspect: f64) -> f64 {
         let half = FILLED * (0.5 * FOV_DEG.to_radians()).tan();
         let [east, north] = axes(self.middle);

@@ -1,4 +1,4 @@
-//! Scenes that name a field and leave its look to the suggestion.
+//! Completes scenes that name a field and leave its look to the suggestion.
 
 use super::Options;
 use icoray_grid::{Error, ErrorKind, Result};
@@ -6,43 +6,43 @@ use icoray_scene::Script;
 use std::collections::BTreeSet;
 use toml::{Table, Value};
 
-/// Keys of a scene that give fields their look.
+/// Keys of a scene that define the look of fields.
 const LOOK: [&str; 5] = ["transfer", "opacity", "volumes", "surfaces", "isosurfaces"];
 /// Further keys of scenes for which no scene is suggested: they may draw without a volume, or several pictures.
 const OTHER: [&str; 4] = ["lines", "ground", "derive", "sweep"];
 /// Further keys that a suggestion fits to its field.
 const SUGGESTED: [&str; 5] = ["exaggeration", "light", "ground", "lines", "clip"];
 
-/// The names of the views of a scene's text that name a field alone; that of a text without `[[views]]` is empty.
+/// The names of the views of a scene's text that only name a field; the name is empty for a text without `[[views]]`.
 pub fn open_views(text: &str) -> BTreeSet<String> {
     views(text).into_iter().filter(|(_, keys)| is_open(keys)).map(|(name, _)| name).collect()
 }
 
-/// A scene that is to be completed.
+/// A scene to be completed.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Completion<'c> {
     /// Its text.
     pub text: &'c str,
-    /// The view to complete, instead of all that name a field alone; `""` in a text without views.
+    /// The view to complete, instead of all that only name a field; `""` in a text without views.
     pub view: Option<&'c str>,
     /// A field to show instead of the view's own.
     pub field: Option<&'c str>,
-    /// Fields may not be derived, nor the picture's size be set.
+    /// Whether deriving fields and setting the picture's size are excluded.
     pub is_steered: bool,
 }
 
-/// Returns the scene that is suggested for a field (`""` for the first one); `None` where there is nothing to suggest.
+/// Returns the scene that is suggested for a field (`""` for the first one); `None` if there is no suggestion.
 pub type Suggest<'s> = dyn FnMut(&str, Options) -> Result<Option<String>> + 's;
 
-/// The text of a scene whose views that name a field alone have the keys of the scene that `suggested` returns for this
-/// field, and before them their own, such as `[camera]` or `every`. `None` where all views have a look of their own,
-/// where `suggested` returns none, or the text is no TOML.
+/// The text of a scene in which each view that only names a field has the keys of the scene that `suggested` returns
+/// for this field; the view's own keys, such as `[camera]` or `every`, take precedence. `None` if all views have a look
+/// of their own, if `suggested` returns none, or if the text is no TOML.
 ///
-/// With a [`Completion::field`] each view is made to show that one: what it says of the look of others is left out, and
-/// what `suggested` returns for the field before.
+/// With a [`Completion::field`] each view shows that field: its keys for the look of other fields are left out, and so
+/// are those that `suggested` returns for the previous field.
 ///
 /// # Errors
-/// Those of `suggested`; [`ErrorKind::Scene`] where the texts cannot be merged.
+/// Those of `suggested`; [`ErrorKind::Scene`] if the texts cannot be merged.
 pub fn completed(wanted: &Completion, suggested: &mut Suggest) -> Result<Option<String>> {
     let mut whole = None;
     let is_wanted = |name: &str| wanted.view.is_none_or(|view| view == name);
@@ -72,7 +72,7 @@ fn views(text: &str) -> Vec<(String, Table)> {
     views.iter().filter_map(keys).collect()
 }
 
-/// The keys with a volume that is named alone as the scene's `field`.
+/// The keys, with a volume that only names a field as the scene's `field`.
 fn single_volume(mut keys: Table) -> Table {
     if let Some([Value::Table(volume)]) = keys.get("volumes").and_then(Value::as_array).map(Vec::as_slice)
         && volume.keys().eq(["field"])
@@ -90,7 +90,7 @@ fn is_open(keys: &Table) -> bool {
 
 /// Makes the keys show another field.
 fn show(keys: &mut Table, field: &str, is_steered: bool, suggested: &mut Suggest) {
-    // What the suggestion for the field before says goes; where there is none, all stays.
+    // Removes the keys of the suggestion for the previous field; without one, all keys stay.
     let before = suggested(&model_field(keys), options(&Table::new(), is_steered)).ok().flatten();
     let before = before.and_then(|text| text.parse::<Table>().ok()).unwrap_or_default();
     for key in SUGGESTED {
@@ -109,7 +109,7 @@ fn show(keys: &mut Table, field: &str, is_steered: bool, suggested: &mut Suggest
     keys.insert("field".into(), field.into());
 }
 
-/// The field of the model that the keys show, or whose anomaly.
+/// The model's field that the keys show, or whose anomaly they show.
 fn model_field(keys: &Table) -> String {
     let name = keys.get("field").and_then(Value::as_str).unwrap_or("");
     let derived = keys.get("derive").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
@@ -128,7 +128,7 @@ fn options(own: &Table, is_steered: bool) -> Options {
     }
 }
 
-/// A view's own keys, and those of the suggestion for its field; names of files stay its own.
+/// A view's own keys, and those of the suggestion for its field; names of files are only its own.
 fn with_look(own: &Table, is_steered: bool, suggested: &mut Suggest) -> Result<Option<Table>> {
     let name = own.get("field").and_then(Value::as_str).unwrap_or("");
     let Some(suggested) = suggested(name, options(own, is_steered))? else { return Ok(None) };
@@ -147,7 +147,7 @@ fn with_look(own: &Table, is_steered: bool, suggested: &mut Suggest) -> Result<O
     parsed(&Script::text_with(&written(&suggested)?, None, &written(own)?)?).map(Some)
 }
 
-/// The text with these keys in its view of that name, but for those that the whole file has.
+/// The text with these keys in its view of that name, except for those that the whole file has.
 fn with_view(text: &str, name: &str, mut keys: Table) -> Result<String> {
     let mut whole = parsed(text)?;
     keys.retain(|key, value| whole.get(key) != Some(value));

@@ -1,4 +1,4 @@
-//! Scenes for fields that are spread over ranks.
+//! Suggests scenes for distributed fields.
 
 use super::sample::Sample;
 use super::{Options, Suggestion, of_sample};
@@ -8,13 +8,13 @@ use crate::render::Renderer;
 use icoray_grid::{Field, Grid, Layers, Result};
 
 impl Renderer {
-    /// The text of [`suggest::scene`](super::scene) for a field of which each rank has what `held` says; `None` where
-    /// all values are missing. Collective; the text is the same on all ranks, and on any number of them that of the
-    /// whole field. Ranks with columns or parts put the field together as for a frame; where nodes have parts, rank 0 is
-    /// sent the values that it looks at, at most 8 MiB.
+    /// The text of [`suggest::scene`](super::scene) for a field with the decomposition `held`; `None` if all values are
+    /// missing. Collective; the text is equal on all ranks, and for any number of them to that of the whole field.
+    /// Ranks with columns or parts gather the field as for a frame; if nodes have parts, rank 0 receives the sampled
+    /// values, at most 8 MiB.
     ///
     /// # Errors
-    /// The same on all ranks: as [`suggest::scene`](super::scene), and as [`Self::render_columns`].
+    /// Equal on all ranks: as [`suggest::scene`](super::scene), and as [`Self::render_columns`].
     pub fn suggest_held(
         &self,
         ranks: &mut Ranks,
@@ -36,7 +36,8 @@ impl Renderer {
         suggestion
     }
 
-    /// The suggestion for a field that all ranks, or their nodes, have whole or a `part` of. Collective.
+    /// The suggestion for a field that all ranks, or their nodes, have whole, or of which they have a `part`.
+    /// Collective.
     fn suggest_over(
         &self,
         ranks: &mut Ranks,

@@ -1,4 +1,4 @@
-//! The transfer function.
+//! Chooses the transfer function.
 
 use super::Options;
 use super::numbers::{round, to_step};
@@ -6,22 +6,22 @@ use super::shells::{Shell, shells};
 use super::survey::{Survey, of};
 use icoray_scene::Scale;
 
-/// How a field is shown.
+/// The way to show a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// All values are the same.
+    /// All values are equal.
     Constant,
-    /// Both signs: the tails of the magnitude.
+    /// Both signs: shows the tails of the magnitude.
     Signed,
-    /// Thin shells.
+    /// Shows thin shells.
     Stratified,
-    /// All values, as each layer has one; behind a cut.
+    /// Shows all values, behind a cut, as each layer has one value.
     Layered,
-    /// The upper end.
+    /// Shows the upper end.
     Upper,
-    /// The lower end.
+    /// Shows the lower end.
     Lower,
-    /// All values, on a surface; whether they have both signs.
+    /// Shows all values on a surface; `is_signed` if they have both signs.
     Surface { is_signed: bool },
 }
 
@@ -29,60 +29,60 @@ pub(super) enum Kind {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Look {
     pub kind: Kind,
-    /// Whether the values are those less the mean of their layer.
+    /// Whether the values are differences from the mean of their layer.
     pub is_of_anomaly: bool,
     pub map: String,
     pub scale: Scale,
     pub range: [f64; 2],
     /// Values with the opacity of a unit length.
     pub opacity: Vec<(f64, f64)>,
-    /// Planet radii after exaggeration.
+    /// In planet radii after exaggeration.
     pub unit_length: f64,
-    /// Whether a sector is cut away, as nothing else would be seen of what is inside.
+    /// Whether a sector is cut away, as otherwise the inside would be hidden.
     pub is_cut: bool,
-    /// A value to so much is as good as the value itself.
+    /// Precision to which values are rounded.
     step: f64,
 }
 
-/// Values are one where they differ by less, in parts of the largest: what f32 tells apart, a few times over.
+/// Values count as equal if they differ by less, as a fraction of the largest: a few times the resolution of f32.
 const SAME: f64 = 1e-6;
-/// A field has both signs where one end is at least this part of the other.
+/// A field has both signs if one end is at least this fraction of the other.
 const BOTH_SIGNS: f64 = 0.2;
-/// Part of the variance that lies between layers from which a field is stratified.
+/// Minimum fraction of the variance between layers for a field to be stratified.
 const STRATIFIED: f64 = 0.5;
-/// Part of all values' range that lies between two shells, at least.
+/// Minimum difference between two shells, as a fraction of the range of all values.
 const SHELLS_APART: f64 = 0.02;
-/// Percentiles are ends of the range if they leave this part of it; else few values differ from the others.
+/// Percentiles are ends of the range if they leave this fraction of it; otherwise few values differ from the others.
 const LEAST_RANGE: f64 = 0.02;
-/// Percent of the columns in which a tail is seen.
+/// Percent of the columns in which a tail is visible.
 const SEEN: f64 = 30.0;
-/// Part of these columns that may be beyond the range.
+/// Fraction of these columns that may be beyond the range.
 const BEYOND: f64 = 0.1;
-/// Where a tail begins to be seen, from its base to where it is dense.
+/// Limits of the place from which a tail is visible, between its base (0) and its dense end (1).
 const CLEAR: [f64; 2] = [0.15, 0.8];
-/// Optical depth of the columns in which much of the tail is.
+/// Optical depth of the columns with much of the tail.
 const DEPTH: f64 = 1.5;
-/// Part of the columns that may be dense before a sector is cut away.
+/// Maximum fraction of dense columns without cutting a sector away.
 const MOST_DENSE: f64 = 0.6;
-/// Values have a logarithmic scale where the largest are so many times the least, and so many times the median.
+/// Ratio of the largest value to the least, and to the median, for which the scale is logarithmic.
 const DECADES: std::ops::Range<f64> = 1e3..1e12;
 const SKEWED: f64 = 50.0;
-/// Planet radii after exaggeration that have the opacities of a volume: part of the shell's thickness.
+/// Length, in planet radii after exaggeration, that has the opacities of a volume: a fraction of the shell's thickness.
 const UNIT_LENGTH: f64 = 0.04;
-/// Range of unit lengths that a measured depth may lead to.
+/// Limits of unit lengths that follow from a measured depth.
 const UNIT_LENGTHS: [f64; 2] = [1e-5, 1.0];
-/// Thickness of a shell in planet radii after exaggeration, where its neighbours leave it room.
+/// Thickness of a shell in planet radii after exaggeration, if its neighbours leave room for it.
 const SHELL: f64 = 0.006;
-/// Unit length of opacities, of a shell's thickness.
+/// Unit length of opacities, as a fraction of a shell's thickness.
 const UNIT_PER_SHELL: f64 = 1.2;
-/// Magnitudes that scenes hold.
+/// Smallest magnitude in scenes.
 const TINY: f64 = 1e-280;
 
 /// The opacity of a shell over its value.
 #[derive(Debug, Clone, Copy)]
 struct Peak {
     value: f64,
-    /// Half the width in the value.
+    /// Half of the width, in units of the value.
     half: f64,
     dense: f64,
     gradient: f64,
@@ -94,7 +94,7 @@ impl Peak {
         Peak { value, half: 0.5 * gradient * SHELL / exaggeration, dense, gradient }
     }
 
-    /// Planet radii after exaggeration.
+    /// In planet radii after exaggeration.
     fn thickness(&self, exaggeration: f64) -> f64 {
         2.0 * self.half / self.gradient * exaggeration
     }
@@ -173,7 +173,7 @@ impl Look {
         }
     }
 
-    /// What only some of the columns reach.
+    /// Shows the values that only some of the columns reach.
     fn be_tail(&mut self, survey: &Survey, exaggeration: f64) {
         let (kind, scale) = (self.kind, self.scale);
         let sign = if kind == Kind::Lower { -1.0 } else { 1.0 };
@@ -250,7 +250,7 @@ impl Look {
         }
     }
 
-    /// Opacities in peaks, the smallest dome the densest.
+    /// Places opacities in peaks; the smallest dome is the densest.
     fn be_shells(&mut self, shells: &[Shell], exaggeration: f64) {
         const DENSE: [f64; 2] = [0.95, 0.35];
         let mut peaks: Vec<Peak> = shells.iter().zip(DENSE).map(|(s, d)| Peak::new(s, d, exaggeration)).collect();
@@ -271,9 +271,9 @@ impl Look {
         self.opacity = peaks.iter().flat_map(Peak::stops).collect();
     }
 
-    /// Takes the caller's range; opacities stretch with it.
+    /// Uses the caller's range; opacities stretch with it.
     fn stretch(&mut self, range: [f64; 2]) {
-        // Values of any sign have no logarithm.
+        // Values of both signs have no logarithm.
         self.scale = if range[0] > 0.0 { self.scale } else { Scale::Linear };
         let times = (range[1] - range[0]) / (self.range[1] - self.range[0]);
         self.opacity.iter_mut().for_each(|(value, _)| *value = range[0] + times * (*value - self.range[0]));
@@ -298,12 +298,12 @@ impl Look {
 }
 
 impl Kind {
-    /// A map whose colours stand out from dark ground where they are dense.
+    /// A map whose dense colours stand out from dark ground.
     fn map(self) -> &'static str {
         match self {
             Kind::Signed | Kind::Surface { is_signed: true } => "coolwarm_bright",
             Kind::Lower => "viridis_bright_r",
-            // What is seen through one shell of another has a hue between theirs, which is on the map.
+            // A shell seen through another one has a hue between theirs, which is on the map.
             Kind::Stratified => "plasma_bright",
             _ => "viridis_bright",
         }
@@ -314,7 +314,7 @@ impl Kind {
         matches!(self, Kind::Upper | Kind::Surface { is_signed: false })
     }
 
-    /// In words, for the text's comment.
+    /// A description for the text's comment.
     pub fn describe(self) -> &'static str {
         match self {
             Kind::Constant => "all values are the same",
@@ -334,13 +334,13 @@ fn largest(survey: &Survey) -> f64 {
     high.max(-low)
 }
 
-/// The ends without `percent` of the values at each, or with them where few values differ from the others.
+/// The range without `percent` of the values at each end, or with them if few values differ from the others.
 fn ends(survey: &Survey, percent: f64) -> [f64; 2] {
     let ([least, most], found) = (survey.ends(), [percent, 100.0 - percent].map(|p| survey.percentile(p)));
     if found[1] - found[0] > LEAST_RANGE * (most - least) { found } else { [least, most] }
 }
 
-/// Whether the values run over decades, rather than to 0.
+/// Whether the values span decades instead of reaching 0.
 fn has_decades(survey: &Survey) -> bool {
     let values = survey.positive();
     let Some(high) = values.last().map(|_| of(values, 99.8)) else { return false };

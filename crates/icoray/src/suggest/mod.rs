@@ -1,24 +1,24 @@
-//! A first scene for a field, made from its values and layers.
+//! Suggests a first scene for a field, from its values and layers.
 //!
-//! [`scene`] returns the commented text of a scene file. A caller parses this text as any other scene, so that what is
-//! drawn at once and what is drawn from the saved text are the same picture.
+//! [`scene`] returns the commented text of a scene file. A caller parses this text like any other scene, so that the
+//! picture drawn at once and that of the saved text are equal.
 //!
-//! The field decides how it is shown:
+//! The values decide how the field is shown:
 //!
 //! - **Both signs** (the 1st and the 99th percentile have different signs and similar magnitudes): a diverging colour
 //!   map about 0, opaque in the tails of the magnitude, clear around 0.
 //! - **Stratified** (layer means explain most of the variance, as of potential temperature or density): two thin
-//!   shells, at values that the lowest layer has too, so that the edges of the shells are seen. Where the lowest layer
-//!   has about one value, the field less the mean of each layer is shown instead; where no layer has another value than
+//!   shells, at values that the lowest layer has too, so that the edges of the shells are visible. If the lowest layer
+//!   has about one value, the field minus the mean of each layer is shown instead; if no layer has values other than
 //!   its mean, all layers, behind a cut.
-//! - **Otherwise**: the longer end of the distribution, in no more than a third of the columns. Positive values of many
-//!   decades have a logarithmic scale.
+//! - **Otherwise**: the longer end of the distribution, in no more than a third of the columns. Positive values over
+//!   many decades have a logarithmic scale.
 //! - **On a surface**: all values.
 //!
-//! Each value counts the same, so that layers count most where the model has many of them. The camera faces the side on
-//! which most of it is seen, at a distance that shows the whole planet, or the region that the mesh covers.
+//! Each value has the same weight, so layers count most where the model has many of them. The camera faces the side on
+//! which most of the field is visible, at a distance that shows the whole planet, or the region that the mesh covers.
 //!
-//! Colours are those that stand out from dark ground, which is grey, so that no hue is mixed into them.
+//! Colours stand out from dark ground, which is grey, so that it adds no hue to them.
 //!
 //! ```
 //! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Scene, Shape, suggest};
@@ -59,13 +59,13 @@ use sample::Sample;
 use serde::{Deserialize, Serialize};
 use survey::Survey;
 
-/// Part of the planet's radius that the exaggerated shell is thick, about.
+/// Approximate thickness of the exaggerated shell, as a fraction of the planet's radius.
 const THICKNESS: f64 = 0.1;
 /// Full vertical angle of the camera, degrees.
 const FOV_DEG: f64 = 30.0;
-/// Part of the picture that the planet or the region fills, in height or width.
+/// Fraction of the picture's height or width that the planet or the region fills.
 const FILLED: f64 = 0.97;
-/// Thickness of a region's shell, of its width.
+/// Thickness of a region's shell, as a fraction of its width.
 const REGION_THICKNESS: f64 = 0.15;
 
 /// Choices of the caller; those that are `None` are suggested.
@@ -83,29 +83,29 @@ pub struct Options {
     pub color_map: Option<String>,
     /// Values at the ends of the colour map, the lower first.
     pub range: Option<[f64; 2]>,
-    /// Show the values on this level as an opaque surface instead of a volume.
+    /// Shows the values on this level as an opaque surface instead of a volume.
     pub surface: Option<Level>,
-    /// Show the surface on which the field has this value instead of a volume.
+    /// Shows the surface on which the field has this value instead of a volume.
     pub isosurface: Option<f64>,
     /// A CSS colour, or `transparent`.
     pub background: Option<String>,
-    /// Where light comes from; the inner `None` is no light.
+    /// Source of light; the inner `None` is no light.
     pub light: Option<Option<Source>>,
-    /// Without title and colour bar.
+    /// Omits title and colour bar.
     pub is_unlabelled: bool,
     /// Width and height of the picture, pixels.
     pub size: Option<(u32, u32)>,
     /// Largest error of a channel ([`Scene::tolerance`](icoray_scene::Scene::tolerance)).
     pub tolerance: Option<f64>,
-    /// Most rays per pixel ([`Scene::samples`](icoray_scene::Scene::samples)).
+    /// Maximum number of rays per pixel ([`Scene::samples`](icoray_scene::Scene::samples)).
     pub samples: Option<u32>,
-    /// Who traces rays.
+    /// The processor that traces rays.
     pub backend: Option<Backend>,
-    /// Which of several GPUs.
+    /// The choice among several GPUs.
     pub device: Option<Adapter>,
-    /// The field is not shown less the mean of each layer.
+    /// Whether the field is never shown minus the mean of each layer.
     pub is_underived: bool,
-    /// The title has no time, as the data have none.
+    /// Omits the time from the title, as the data have none.
     pub is_timeless: bool,
     /// Lines for the comment at the top of the text, such as the command that draws it.
     pub head: Vec<String>,
@@ -114,7 +114,7 @@ pub struct Options {
 /// The text of a scene file that shows `field`, which a scene calls `name`.
 ///
 /// # Errors
-/// [`ErrorKind::Field`] where no value is there, or columns or layers do not fit `grid` and `layers`;
+/// [`ErrorKind::Field`] if all values are missing, or columns or layers do not fit `grid` and `layers`;
 /// [`ErrorKind::Argument`] for an option that is out of range, or an unknown colour map.
 pub fn scene(name: &str, grid: &Grid, layers: &Layers, field: &Field, options: &Options) -> Result<String> {
     options.check()?;
@@ -139,17 +139,17 @@ fn of_sample(name: &str, layers: &Layers, sample: &Sample, options: &Options) ->
     Ok(Some(Suggestion { text, is_provisional }))
 }
 
-/// A scene for the values of a field as they are now.
+/// A scene for the current values of a field.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Suggestion {
     /// The text of a scene file.
     pub text: String,
-    /// All values are the same, or all of each layer: values that differ later may want another scene.
+    /// Whether all values are equal, or all of each layer: later values that differ may need another scene.
     pub is_provisional: bool,
 }
 
 impl Options {
-    /// The same for a 2D field, which is shown as a surface, without exaggeration unless the options have one.
+    /// Adapts the scene to a 2D field, which is shown as a surface, without exaggeration unless the options have one.
     #[must_use]
     pub fn for_2d(self) -> Self {
         Options { surface: Some(Level::Layer(0)), exaggeration: self.exaggeration.or(Some(1.0)), ..self }
@@ -173,10 +173,10 @@ impl Options {
     }
 }
 
-/// Fails for a name that no colour map has.
+/// Checks that a colour map has this name.
 ///
 /// # Errors
-/// [`ErrorKind::Argument`] with the names that there are.
+/// [`ErrorKind::Argument`] with the names of all colour maps.
 pub fn check_color_map(name: &str) -> Result<()> {
     if icoray_scene::is_color_map(name) {
         return Ok(());

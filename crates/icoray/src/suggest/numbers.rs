@@ -1,4 +1,4 @@
-//! Numbers as a person would write them.
+//! Rounds numbers to those that a person would write.
 
 /// The nearest of 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten. `value` is positive.
 pub(super) fn round(value: f64) -> f64 {
@@ -16,7 +16,7 @@ pub(super) fn to_step(value: f64, step: f64) -> f64 {
     scaled((value / 10f64.powi(exponent)).round(), exponent)
 }
 
-/// `whole` times a power of ten, rounded once: as the decimal number is read.
+/// `whole` times a power of ten, rounded once: the value of the decimal number.
 fn scaled(whole: f64, exponent: i32) -> f64 {
     if exponent < 0 { whole / 10f64.powi(-exponent) } else { whole * 10f64.powi(exponent) }
 }

@@ -1,19 +1,19 @@
-//! The values of a field that a suggestion looks at, and where they are.
+//! The sampled values of a field for a suggestion, and their places.
 
 use crate::ranks::{Part, Ranks, decode_lists, encode_lists};
 use glam::DVec3;
 use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Result};
 
-/// Values that are looked at, at most; of larger fields each k-th column is.
+/// Maximum number of sampled values; of larger fields each k-th column is sampled.
 const MAX_VALUES: usize = 1 << 20;
-/// A mesh has holes where its triangles cover less of the sphere.
+/// A mesh has holes if its triangles cover less of the sphere.
 const COVERED: f64 = 1.0 - 1e-9;
 
 /// Columns of a field in the order of the whole grid's cells.
 pub(super) struct Sample {
     /// Unit vectors to the columns.
     pub directions: Vec<DVec3>,
-    /// Layers of each.
+    /// Number of layers of each column.
     pub layers: usize,
     /// Level-fastest; NaN where missing.
     values: Vec<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Sample {
 type Column = (u64, [f64; 3], Vec<f64>);
 
 impl Sample {
-    /// Of a field over a whole grid.
+    /// The sample of a field over a whole grid.
     pub fn of_whole(name: &str, grid: &Grid, field: &Field) -> Result<Self> {
         let average = match field.location() {
             Location::Corner => Some(CenterField::average(grid, field)?),
@@ -43,8 +43,8 @@ impl Sample {
         Ok(Sample { directions, layers, values, has_holes: grid.void_triangles() > 0 })
     }
 
-    /// Of a field of which each node has a part: at rank 0 that of the whole field, elsewhere one without columns.
-    /// Collective.
+    /// The sample of a field of which each node has a part: at rank 0 that of the whole field, on other ranks one
+    /// without columns. Collective.
     pub fn of_parts(ranks: &mut Ranks, part: &Part, grid: &Grid, field: &Field) -> Result<Self> {
         let layers = field.shape().layers;
         let step = step(part.cells() as usize, layers) as u64;
@@ -67,7 +67,7 @@ impl Sample {
         })
     }
 
-    /// How many columns there are.
+    /// Number of columns.
     pub fn columns(&self) -> usize {
         self.directions.len()
     }
@@ -78,7 +78,7 @@ impl Sample {
     }
 }
 
-/// Each how many-th column is looked at.
+/// Distance between sampled columns.
 fn step(columns: usize, layers: usize) -> usize {
     (columns * layers).div_ceil(MAX_VALUES).max(1)
 }

@@ -1,10 +1,10 @@
-//! Which surfaces of equal value of a stratified field are shown.
+//! Selects the surfaces of equal value of a stratified field that are shown.
 
 use super::survey::Survey;
 
 /// Shares of the outermost or innermost layer that the shown surfaces cut off, percent, the smallest dome first.
 const SHARES: [f64; 2] = [22.0, 48.0];
-/// Part of the columns that meet a surface which is shown.
+/// Minimum fraction of the columns that meet a shown surface.
 const LEAST_MET: f64 = 0.02;
 
 /// A surface on which the field has one value.
@@ -15,15 +15,15 @@ pub(super) struct Shell {
     pub gradient: f64,
 }
 
-/// Surfaces that end at the ground, or of an ocean at the sea surface, so that their edges are seen: domes of the
-/// lowest values there where values rise away from it, and of the highest where they fall. The smallest dome first.
+/// Surfaces that end at the ground, or for an ocean at the sea surface, so that their edges are visible: domes of the
+/// lowest values if values increase away from it, and of the highest if they decrease. The smallest dome first.
 pub(super) fn shells(survey: &Survey) -> Vec<Shell> {
     let path = from_boundary(survey);
     let (mut rises, mut ends) = (0.0, Vec::new());
     for column in survey.columns() {
         let mut values = path.iter().map(|layer| survey.value(column, *layer)).filter(|value| !value.is_nan());
         let Some(end) = values.next() else { continue };
-        // A few layers away: an inversion at the ground does not count.
+        // A few layers away: an inversion at the ground is ignored.
         let inner = values.take(path.len() / 4 + 1).last().unwrap_or(end);
         rises += (inner - end).signum();
         ends.push(end);
@@ -38,7 +38,7 @@ pub(super) fn shells(survey: &Survey) -> Vec<Shell> {
     shells
 }
 
-/// The layers' numbers from the ground upwards, or of an ocean from the sea surface downwards.
+/// The layers' numbers from the ground upwards, or for an ocean from the sea surface downwards.
 fn from_boundary(survey: &Survey) -> Vec<usize> {
     let height = &survey.height;
     let mut layers: Vec<usize> = (0..height.len()).collect();
@@ -50,7 +50,7 @@ fn from_boundary(survey: &Survey) -> Vec<usize> {
 }
 
 impl Shell {
-    /// The surface of `value`; `None` where too few columns meet it.
+    /// The surface of `value`; `None` if too few columns meet it.
     fn at(survey: &Survey, path: &[usize], value: f64) -> Option<Self> {
         let (mut met, mut columns, mut gradient) = (0.0, 0.0, 0.0);
         for column in survey.columns() {
@@ -64,7 +64,7 @@ impl Shell {
     }
 }
 
-/// The value's change with height where a column first has `value`.
+/// The change of the value with height at the first place of a column that has `value`.
 fn slope(survey: &Survey, path: &[usize], column: usize, value: f64) -> Option<f64> {
     path.windows(2).find_map(|pair| {
         let [one, other] = [pair[0], pair[1]].map(|layer| survey.value(column, layer));

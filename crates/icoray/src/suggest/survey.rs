@@ -4,7 +4,7 @@ use super::sample::Sample;
 use glam::DVec3;
 use icoray_grid::Layers;
 
-/// A field, looked at once. Each value counts the same: layers count most where the model has many of them.
+/// Statistics of a field. Each value has the same weight: layers count most where the model has many of them.
 pub(super) struct Survey<'s> {
     sample: &'s Sample,
     /// Height of each of the field's layers over the planet's surface, planet radii.
@@ -17,12 +17,12 @@ pub(super) struct Survey<'s> {
     means: Vec<f64>,
     /// Values, rising; at least one.
     sorted: Vec<f64>,
-    /// Part of the variance that the means of the layers explain, 0 to 1.
+    /// Fraction of the variance that the means of the layers explain, 0 to 1.
     pub stratified: f64,
 }
 
 impl<'s> Survey<'s> {
-    /// Looks at all layers, or at one; `None` where all its values are missing.
+    /// Surveys all layers, or one; `None` if all values are missing.
     pub fn new(layers: &Layers, sample: &'s Sample, only: Option<usize>) -> Option<Self> {
         let planet = layers.planet_radius_m();
         let height: Vec<f64> = layers.radius_m().iter().map(|radius| radius / planet - 1.0).collect();
@@ -31,7 +31,7 @@ impl<'s> Survey<'s> {
         Self::less(sample, height, shown, reference)
     }
 
-    /// The same of the values less the mean of their layer.
+    /// The survey of the values minus the mean of their layer.
     pub fn anomaly(&self) -> Option<Self> {
         Self::less(self.sample, self.height.clone(), self.shown.clone(), self.means.clone())
     }
@@ -47,7 +47,7 @@ impl<'s> Survey<'s> {
         (!survey.sorted.is_empty()).then_some(survey)
     }
 
-    /// The columns that are looked at.
+    /// The sampled columns.
     pub fn columns(&self) -> std::ops::Range<usize> {
         0..self.sample.columns()
     }
@@ -62,7 +62,7 @@ impl<'s> Survey<'s> {
         self.sample.value(column, layer) - self.reference[layer]
     }
 
-    /// Calls `take(column, layer, value)` for each value that is there.
+    /// Calls `take(column, layer, value)` for each value that is not missing.
     pub fn each(&self, mut take: impl FnMut(usize, usize, f64)) {
         for column in self.columns() {
             for &layer in &self.shown {
@@ -74,7 +74,7 @@ impl<'s> Survey<'s> {
         }
     }
 
-    /// The value below which `percent` of all are.
+    /// The value below which `percent` percent of all values are.
     pub fn percentile(&self, percent: f64) -> f64 {
         of(&self.sorted, percent)
     }
@@ -84,7 +84,7 @@ impl<'s> Survey<'s> {
         [0.0, 100.0].map(|percent| self.percentile(percent))
     }
 
-    /// The values above 0, rising; empty where any is below 0.
+    /// The values above 0, rising; empty if any is below 0.
     pub fn positive(&self) -> &[f64] {
         match self.sorted[0] < 0.0 {
             true => &[],
@@ -92,7 +92,7 @@ impl<'s> Survey<'s> {
         }
     }
 
-    /// `measure` of all values, and the largest of it in each column; both rising, values that have none left out.
+    /// `measure` of all values, and its largest in each column; both rising, without values for which it is `None`.
     pub fn measured(&self, measure: impl Fn(f64) -> f64) -> [Vec<f64>; 2] {
         let rising = |mut values: Vec<f64>| {
             values.retain(|value| value.is_finite());
@@ -124,7 +124,7 @@ impl<'s> Survey<'s> {
     }
 }
 
-/// A percentile of values that rise.
+/// A percentile of values in rising order.
 pub(super) fn of(sorted: &[f64], percent: f64) -> f64 {
     sorted[(percent / 100.0 * (sorted.len() - 1) as f64).round() as usize]
 }

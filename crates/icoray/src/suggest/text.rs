@@ -11,7 +11,7 @@ use icoray_grid::printable;
 use icoray_scene::{Adapter, Backend, Level, Scale, Source};
 use std::fmt::Write;
 
-/// Radii of planets that have Earth's coasts, metres, and that of meshes that are still to be scaled to it.
+/// Radii of planets that have Earth's coasts, metres, and the radius of meshes that are still to be scaled to it.
 const EARTH_M: std::ops::Range<f64> = 6.3e6..6.45e6;
 const UNSCALED_M: f64 = 1.0;
 /// Width and height of the picture.
@@ -32,7 +32,7 @@ pub(super) struct Suggested<'s> {
 impl Suggested<'_> {
     pub fn text(&self) -> String {
         let mut text = String::new();
-        // Comments of TOML have no control characters.
+        // TOML comments have no control characters.
         let comment = |line: &str| format!("# {}\n", printable(&line.replace(['\n', '\r'], " ")));
         self.options.head.iter().for_each(|line| text += &comment(line));
         let shown = if self.options.isosurface.is_some() { "one value" } else { self.look.kind.describe() };
@@ -182,7 +182,7 @@ impl Suggested<'_> {
     fn light(&self) -> String {
         let mut text = "\n[light]\n".to_owned();
         let Options { surface, isosurface, light, .. } = self.options;
-        // Colours that are to be read from the bar are not shaded.
+        // Colours to be read from the bar are not shaded.
         let is_read = surface.is_some() || self.look.kind == Kind::Layered && isosurface.is_none();
         match light.unwrap_or((!is_read).then_some(Source::Headlight)) {
             None => {
@@ -208,7 +208,7 @@ impl Suggested<'_> {
         let radius_m = self.layers.planet_radius_m();
         let is_earth = EARTH_M.contains(&radius_m) || radius_m == UNSCALED_M;
         let ground = ("on", quoted("ground"));
-        // The ground is seen under a volume, and around the data of a mesh with holes.
+        // The ground shows under a volume, and around the data of a mesh with holes.
         let levels = match self.options.surface.map(level_keys) {
             Some(("layer", layer)) => vec![("on", layer)],
             Some(height) => vec![height],
@@ -239,7 +239,7 @@ impl Suggested<'_> {
         text
     }
 
-    /// Degrees between lines of the graticule: some of them cross a region.
+    /// Degrees between lines of the graticule: small enough for some lines to cross a region.
     fn spacing_deg(&self) -> f64 {
         let across = self.region.map_or(f64::INFINITY, |region| region.across.to_degrees());
         let fits = |spacing: &f64| *spacing <= 0.4 * across;
@@ -282,7 +282,7 @@ fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-/// How a scene names a level.
+/// The key and the value with which a scene names a level.
 fn level_keys(level: Level) -> (&'static str, String) {
     match level {
         Level::Ground => ("layer", quoted("bottom")),

@@ -1,6 +1,6 @@
 use crate::{Grid, GridTables, IcosahedralMesh, LonLat};
 
-/// The tables of `mesh` with so many cells, corners and edges, which are those that are read.
+/// The tables of `mesh` with these numbers of cells, corners and edges, and the lengths that follow.
 fn counted(mesh: &IcosahedralMesh, [cells, corners, edges]: [usize; 3]) -> GridTables<'_> {
     GridTables {
         center: LonLat { lon_rad: mesh.lon_center_rad[..cells].into(), lat_rad: mesh.lat_center_rad[..cells].into() },
@@ -18,7 +18,7 @@ fn counted(mesh: &IcosahedralMesh, [cells, corners, edges]: [usize; 3]) -> GridT
 
 #[test]
 fn swapped_numbers_are_refused_as_such() {
-    // As in C, where nothing says how long arrays are: they go on behind the numbers of rows.
+    // As in C, in which arrays have no length: they continue behind the numbers of rows.
     let edge_corner = IcosahedralMesh::new(3).unwrap().edge_corner;
     let mesh = IcosahedralMesh { edge_corner, ..IcosahedralMesh::new(4).unwrap() };
     let refusal = |counts| Grid::new(counted(&mesh, counts)).unwrap_err().to_string();

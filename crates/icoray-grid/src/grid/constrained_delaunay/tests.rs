@@ -1,4 +1,4 @@
-//! At every moment: faces that know each other, wound one way by exact signs, around all of the centre.
+//! Invariants at every moment: faces that refer to each other, wound one way by exact signs, around all of the centre.
 
 use super::*;
 use icoray_test_support::Random;

@@ -49,7 +49,7 @@ fn points_of_a_mesh_in_any_order_give_its_triangles() {
     assert_eq!((void_triangles(&tables), tables.corner_cell.len()), (0, mesh.corner_cell.len()));
 }
 
-/// No circumcircle holds another point: the definition, without what the triangulation is made with.
+/// No circumcircle contains another point: the definition, without the code of the triangulation.
 #[test]
 fn circumcircles_are_empty() {
     for (seed, share) in [(5, 1.0), (6, 0.2)] {

@@ -120,7 +120,7 @@ fn one_panel_tells_its_error() {
             .collect();
         let pieces = media.iter().zip(&fields).map(|(medium, field)| MediumPiece::new(medium, [*field; 2], 0.5, 0));
         let parts: Vec<MediumPiece> = pieces.flatten().collect();
-        // Whatever its error, one panel.
+        // One panel, for any error.
         let light = blended(&parts, 100.0);
         if light.alpha > 0.9999 {
             continue;
@@ -322,7 +322,7 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
     assert!(beyond.len() * 10_000 <= 3 * cases, "{}:\n{}", beyond.len(), beyond.join("\n"));
 }
 
-/// Of a dense panel that begins clear, the middle and the end see nothing.
+/// In a dense panel that begins clear, the middle and the end contribute nothing.
 #[test]
 fn dense_media_that_begin_clear_show_the_shade_of_their_front() {
     let clear = medium(0, &[knot(0.0, [0.9, 0.2, 0.1], 0.0), knot(1.0, [0.1, 0.1, 0.9], 1.0)]);

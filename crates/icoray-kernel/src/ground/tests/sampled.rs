@@ -9,7 +9,7 @@ use icoray_scene::Scene;
 /// Samples along a pixel's side.
 const SAMPLES: usize = 16;
 
-/// What lines lie on.
+/// The surface of the lines.
 #[derive(Debug, Clone, Copy)]
 pub enum Surface {
     /// The unit sphere.
@@ -27,7 +27,7 @@ pub struct Sampled<'s> {
     pub apart: &'s dyn Fn(f64) -> f64,
 }
 
-/// What came of a comparison, over pixels that see nothing but the surface, and not at a grazing angle.
+/// Result of a comparison, over pixels that show only the surface, and not at a grazing angle.
 #[derive(Debug, Clone, Copy)]
 pub struct Off {
     /// Root of the mean square of the differences of pixels on and beside lines.
@@ -38,7 +38,7 @@ pub struct Off {
 }
 
 impl Surface {
-    /// What the ray from `eye` towards `dir` meets.
+    /// The intersection of the ray from `eye` towards `dir`.
     fn meets(self, eye: DVec3, dir: DVec3) -> Option<SurfaceHit> {
         match self {
             Surface::Sphere => {
@@ -52,7 +52,7 @@ impl Surface {
         }
     }
 
-    /// Where a direction pierces the surface, if the eye sees it.
+    /// The intersection of a direction with the surface, if it is visible from the eye.
     fn lift(self, direction: DVec3, eye: DVec3) -> Option<DVec3> {
         match self {
             Surface::Sphere => (direction.dot(eye) > 1.0).then_some(direction),
@@ -65,7 +65,7 @@ impl Surface {
 }
 
 impl Sampled<'_> {
-    /// Against what `covered` says of each pixel.
+    /// Compares with the result of `covered` for each pixel.
     pub fn compare(&self, polylines: &[Vec<DVec3>], covered: impl Fn(&SurfaceHit) -> f64) -> Off {
         /// Cosine between ray and normal.
         const GRAZING: f64 = 0.12;
@@ -96,7 +96,7 @@ impl Sampled<'_> {
         off
     }
 
-    /// How much of each pixel lies within half a line's width of a line.
+    /// The fraction of each pixel that lies within half a line's width of a line.
     fn sample(&self, polylines: &[Vec<DVec3>]) -> Vec<f64> {
         let size = [self.scene.width, self.scene.height].map(|pixels| pixels as usize * SAMPLES);
         let mut is_line = vec![false; size[0] * size[1]];

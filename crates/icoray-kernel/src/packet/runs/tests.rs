@@ -152,7 +152,7 @@ fn rays(eye: DVec3, random: &mut Random) -> Vec<PrimaryRay> {
 fn assert_alike(single: &[Fragment], packet: &[Fragment], case: &str) {
     let ends = |all: &[Fragment]| all.iter().map(|fragment| fragment.t).collect::<Vec<_>>();
     assert_eq!(ends(single), ends(packet), "{case}");
-    // What the end of a ray leaves out may be hidden by the fragments before.
+    // The light that the end of a ray omits may be hidden by the fragments before.
     let left_out = |fragment: &Fragment| if fragment.t[1] == f64::INFINITY { 1.0 - fragment.alpha } else { 0.0 };
     for (a, b) in single.iter().zip(packet) {
         let rounding = 4.0 * (a.variance.sqrt() + b.variance.sqrt()) + f32::EPSILON;

@@ -8,7 +8,7 @@ const PAINTED: &str = "[[surfaces]]\nlayer = \"top\"\nfield = \"w\"\ntransfer = 
     [[isosurfaces]]\nfield = \"pv\"\nvalue = 2\ncolor_by = \"zeta\"\n\
     transfer = { map = \"turbo\", range = [1e-6, 1e-3], scale = \"log\" }\n";
 
-/// Isosurfaces with colours that tell them apart.
+/// Isosurfaces with distinguishable colours.
 const PLAIN: &str = "[[isosurfaces]]\nfield = \"pv\"\nvalues = [2, 1e-4]\ncolors = [\"red\", \"blue\"]\n\
     [[isosurfaces]]\nfield = \"w\"\nvalue = -0.5\ncolor = \"lime\"\n";
 
@@ -25,7 +25,7 @@ fn picture(scene: &Scene) -> Canvas {
     canvas
 }
 
-/// The scene with its opacity told by field `w`.
+/// The scene with its opacity determined by field `w`.
 fn by_w(mut scene: Scene) -> Scene {
     scene.volumes[0].opacity = Some(Opacity { field: "w".into(), transfer: scene.volumes[0].transfer.clone() });
     scene
@@ -120,7 +120,7 @@ fn bars_that_do_not_fit_are_not_drawn() {
     }
 }
 
-/// Fields, and what tells opacities, of a scene's bars.
+/// The fields, and the fields of opacities, of a scene's bars.
 fn bars(scene: &Scene) -> Vec<(String, Option<String>)> {
     let bars = bar::Bar::all(scene);
     bars.iter().map(|bar| (bar.field.to_owned(), bar.opacity_by.map(str::to_owned))).collect()

@@ -1,4 +1,4 @@
-//! Labels that people would write, and what holds of all ticks.
+//! Labels that people would write, and properties of all ticks.
 
 use super::*;
 use icoray_test_support::Random;

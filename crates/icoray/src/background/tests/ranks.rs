@@ -5,12 +5,12 @@ use crate::ranks::tests::on_teams;
 use crate::ranks::{LocalTeam, Owned, PartCells, Team};
 use std::sync::Barrier;
 
-/// What ranks have of the stage's grid and field.
+/// The parts of the grid and the field that ranks have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Spread {
     /// All of it on each.
     Whole,
-    /// The whole grid, and every so many columns of the field.
+    /// The whole grid, and every n-th column of the field on n ranks.
     Columns,
 }
 
@@ -77,7 +77,7 @@ fn values(step: i64, cells: &[usize]) -> Vec<f64> {
     cells.iter().flat_map(layers).collect()
 }
 
-/// What `model` makes of each rank; ranks with the same number are on one node.
+/// The results of `model` for each rank; ranks with the same number are on one node.
 fn on_each<R: Send>(stage: &Stage, nodes: &[usize], spread: Spread, model: impl Fn(&mut Rank) -> R + Sync) -> Vec<R> {
     let barrier = Barrier::new(nodes.len());
     on_teams(nodes, |team| model(&mut Rank::new(stage, team, spread, &barrier)))
@@ -182,7 +182,7 @@ fn what_fails_on_one_rank_ends_the_frame_on_all() {
     assert!(stage.folder.path().join("4.exr").is_file() && !stage.folder.path().join("2.exr").exists());
 }
 
-/// What is wrong with a job on one rank only is refused on all, and so is a name that rank 0 may not write.
+/// An error of a job on one rank only is refused on all, and so is a name that rank 0 may not write.
 #[test]
 fn what_is_wrong_on_one_rank_is_refused_on_all() {
     let stage = Stage::new();
@@ -203,7 +203,7 @@ fn what_is_wrong_on_one_rank_is_refused_on_all() {
     assert!(said[0][1].contains("rank 1: "), "{said:?}");
 }
 
-/// Without a call that moves messages on a frame of several ranks is not drawn, and nobody waits for it.
+/// Without a call that moves messages on a frame of several ranks is not drawn, and no rank waits for it.
 #[test]
 fn dropping_it_ends_a_frame_of_several_ranks() {
     let stage = Stage::new();

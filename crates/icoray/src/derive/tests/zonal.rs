@@ -50,7 +50,7 @@ fn zonal_means_are_those_of_the_definition() {
                 let array = Array::new(shape, is_wide, location, |c, l| value(5, c, l));
                 let expected = from_means(&array.field(), latitude, &|_| true, band_deg);
                 let fields = Fields::new([("q", array.field())]);
-                // Of values up to 500,000.
+                // For values up to 500,000.
                 let limit = if is_wide { 1e-7 } else { 0.05 };
                 let look = |found: &Fields, _: &DerivedFields| {
                     let eddy = found.get("eddy").unwrap();
@@ -68,7 +68,7 @@ fn zonal_means_are_those_of_the_definition() {
     }
 }
 
-/// What is the same all along a parallel is next to nothing when its mean is taken off, also where bands meet.
+/// A field that is constant along parallels almost vanishes when its mean is subtracted, also where bands meet.
 #[test]
 fn no_step_is_left_between_bands() {
     let world = World::new(5, 2);
@@ -139,7 +139,7 @@ fn ranks_that_derive_other_fields_are_told() {
     assert_eq!(errors[0], errors[1]);
 }
 
-/// A rank whose field has another number of layers would send other numbers than the rest wait for.
+/// A rank whose field has another number of layers would send other numbers than the rest expect.
 #[test]
 fn ranks_whose_fields_differ_are_told() {
     let world = World::new(2, 1);

@@ -9,20 +9,20 @@ use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Reals};
 use rayon::prelude::*;
 
-/// The bytes of averages that are computed at once.
+/// Maximum number of bytes of averages that are computed at once.
 const AVERAGES: usize = 4 << 20;
 
-/// Columns of a rank, by number: those of its field, or averages at cells of those at corners.
+/// Columns of a rank, by number: those of its field, or averages at cells of a field at corners.
 pub(super) struct ColumnSource<'f> {
     field: Field<'f>,
-    /// Columns at all corners, where averages are wanted.
+    /// Columns at all corners, if averages are requested.
     corners: Option<CornerColumns<'f>>,
     grid: &'f Grid<'f>,
     threads: &'f Threads,
 }
 
 impl<'f> ColumnSource<'f> {
-    /// Those of `field` as it is or, with a halo and the values that have come of it, averages.
+    /// The columns of `field` or, with a halo and its received values, averages.
     pub fn new(
         field: &Field<'f>,
         inputs: &'f GatherInputs,
@@ -35,7 +35,7 @@ impl<'f> ColumnSource<'f> {
         Ok(ColumnSource { field: *field, corners: halo.map(with_halo).transpose()?, grid, threads })
     }
 
-    /// The rows and values of some columns, layer by layer.
+    /// Calls `visit` with the rows and values of some columns, layer by layer.
     pub fn visit(&self, columns: &[(u32, u32)], visit: impl FnMut(u32, &[u8])) {
         match (&self.corners, self.field.samples()) {
             (Some(corners), _) => self.visit_averages(corners, columns, visit),
@@ -61,7 +61,7 @@ impl<'f> ColumnSource<'f> {
     }
 }
 
-/// The rows and values of some columns of a field, layer by layer.
+/// Calls `visit` with the rows and values of some columns of a field, layer by layer.
 pub(in crate::ranks) fn visit_columns<S: Pod>(
     data: &[S],
     field: &Field,

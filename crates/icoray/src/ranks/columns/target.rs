@@ -3,11 +3,11 @@
 use crate::ranks::Stored;
 use icoray_grid::{Field, Location};
 
-/// A field of which ranks have some columns each, and where the whole of it is put together.
+/// A field of which each rank has some columns, and the place of the gathered field.
 pub(in crate::ranks) struct GatherTarget<'f> {
     /// This rank's columns.
     pub field: Field<'f>,
-    /// The whole.
+    /// The gathered field.
     pub whole: Stored,
 }
 

@@ -9,9 +9,10 @@ use crate::ranks::{Ranks, bad};
 use icoray_grid::{Grid, Result};
 
 impl Columns {
-    /// Agrees with the other ranks on whose each cell and each corner is. Collective; all have the whole grid's tables.
+    /// Agrees with the other ranks on the owner of each cell and each corner. Collective; all have the whole grid's
+    /// tables.
     ///
-    /// Where no rank has numbers of corners, fields at corners have a column for each corner of the grid, and a corner
+    /// If no rank has numbers of corners, fields at corners have a column for each corner of the grid, and a corner
     /// belongs to the owner of the first cell of its row. Else ranks without numbers have no corner.
     pub(in crate::ranks) fn of_whole(
         ranks: &mut Ranks,
@@ -36,7 +37,7 @@ impl Columns {
     }
 }
 
-/// This rank's own columns with their rows in the tables, where each row has one owner. Collective.
+/// This rank's own columns with their rows in the tables, each of which has one owner. Collective.
 fn own_rows(ranks: &mut Ranks, grid: &Grid, kind: ColumnKind, read: impl FnOnce() -> Result<Numbered>) -> Result<Rows> {
     let numbers = ranks.attempt(|| {
         let Numbered { global, is_own } = read()?;
@@ -61,7 +62,7 @@ fn corners_of_cells(grid: &Grid, own: &Rows) -> Rows {
     (0..grid.triangles() as u32).filter(is_own).map(|corner| (corner, corner)).collect()
 }
 
-/// Refuses rows that are owned by two ranks or by none. Rank `r mod ranks` checks row r.
+/// Refuses rows that two ranks or no rank owns. Rank `r mod ranks` checks row r.
 fn refuse_other_owners(ranks: &mut Ranks, grid: &Grid, kind: ColumnKind, own: &Rows) -> Result<()> {
     let (rank, size, rows) = (ranks.rank(), ranks.size(), kind.rows(grid));
     let (what, base) = (kind.name(), i64::from(grid.tables().index_base));

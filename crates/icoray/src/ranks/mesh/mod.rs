@@ -1,8 +1,8 @@
 //! The mesh that the ranks of a node have together: their own cells and, around them, cells of other nodes.
 //!
-//! It is made of the pieces that each rank sends of its part. Cells are in the order of their numbers in the whole
-//! grid, and rows of tables have the order that they have on the rank that owns the cell: what is summed up over them
-//! has the bits that it has in the whole grid.
+//! It is joined from the pieces that the ranks send of their parts. Cells are in the order of their numbers in the
+//! whole grid, and rows of tables have the order of the rank that owns the cell: sums over them equal those over the
+//! whole grid to the bit.
 
 mod piece;
 
@@ -16,7 +16,7 @@ use icoray_grid::{Error, ErrorKind, Result};
 use piece::{CellRow, NodePiece};
 pub(super) use piece::{Corner, CornerKey, Numbers};
 
-/// Entry for a missing neighbour, in tables that number from 0.
+/// Entry for a missing neighbour, in tables that count from 0.
 const MISSING: i32 = -1;
 
 /// A node's mesh.
@@ -29,12 +29,12 @@ pub(super) struct NodeMesh {
     pub owner: Vec<u32>,
     /// Key of each corner, equal on all ranks.
     pub corners: Vec<Corner>,
-    /// Rank whose piece has each of the first corners, those with own cells of the node.
+    /// The rank whose piece contains each of the first corners, which are those with own cells of the node.
     pub teller: Vec<u32>,
 }
 
 impl NodeMesh {
-    /// Puts the parts of this rank's node together. Collective.
+    /// Joins the parts of this rank's node. Collective.
     pub fn new(ranks: &mut Ranks, numbers: &Numbers, nodes: &Nodes) -> Result<Self> {
         let piece = ranks.attempt(|| Ok(encode(&numbers.piece(nodes))));
         let piece = ranks.collective(piece)?;
@@ -65,7 +65,7 @@ impl NodeMesh {
         let global: Vec<u64> = cells.iter().map(|cell| cell.global).collect();
         let cell_number = global.iter().map(|number| *number as i64 + base).collect();
         let tables = OwnedTables { cell_number, ..tables(&cells, &global, &corners)? };
-        // The caller's threads are its own, and no pool of the process's is to be started.
+        // A thread of its own: neither uses the caller's threads nor starts the process-wide pool.
         let grid = Threads::new(1)?.run(|| OwnedGrid::new(tables))?;
         Ok(NodeMesh { grid, owner: cells.iter().map(|cell| cell.owner).collect(), global, corners, teller })
     }
@@ -127,7 +127,7 @@ fn connect(corner_cell: &[i32], corners: &[Corner], cells: usize) -> Result<Conn
     Ok(of)
 }
 
-/// Gives each cell all of its corners, in the order in which its owner has them.
+/// Gives each cell all of its corners, in the order of its owner.
 fn set_corners(to: &mut Connectivity, corner_cell: &[i32], cells: &[CellRow], corners: &[Corner]) {
     let mut around = vec![Vec::new(); cells.len()];
     for (i, cell) in corner_cell.iter().enumerate().filter(|(_, cell)| **cell != MISSING) {
@@ -138,7 +138,7 @@ fn set_corners(to: &mut Connectivity, corner_cell: &[i32], cells: &[CellRow], co
     for ((cell, around), place) in cells.iter().zip(&mut around).zip(table.chunks_exact_mut(row)) {
         around.sort_by_key(|corner| corners[*corner as usize].key());
         for (k, place) in place.iter_mut().enumerate().take(around.len()) {
-            // Cells of other nodes have some of their corners here, in whatever order.
+            // Cells of other nodes have only some of their corners here, in any order.
             let at = if cell.order.len() == around.len() { usize::from(cell.order[k]) } else { k };
             *place = around.get(at).copied().unwrap_or(MISSING);
         }

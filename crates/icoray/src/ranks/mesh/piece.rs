@@ -6,14 +6,14 @@ use crate::ranks::nodes::Nodes;
 use icoray_grid::Grid;
 use serde::{Deserialize, Serialize};
 
-/// A corner as all ranks know it.
+/// A corner in the form that all ranks share.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Corner {
-    /// Numbers of its cells in the whole grid, in the order of the model's table; [`NONE`] where one is missing.
+    /// Numbers of its cells in the whole grid, in the order of the model's table; [`NONE`] for a missing one.
     cells: [u64; 3],
     /// Longitude and latitude, radians.
     pub place: [f64; 2],
-    /// Its number in the whole grid where ranks have numbered their corners, else [`NONE`].
+    /// Its number in the whole grid if ranks have numbered their corners, else [`NONE`].
     number: u64,
 }
 
@@ -31,17 +31,17 @@ impl Corner {
         !self.cells.contains(&NONE)
     }
 
-    /// In the order of the table; `None` for one that is missing.
+    /// Its cells in the order of the table; `None` for a missing one.
     pub fn cells(&self) -> [Option<u64>; 3] {
         self.cells.map(|cell| (cell != NONE).then_some(cell))
     }
 
-    /// Its number in the whole grid, where ranks have numbered their corners.
+    /// Its number in the whole grid, if ranks have numbered their corners.
     pub fn number(&self) -> Option<u64> {
         (self.number != NONE).then_some(self.number)
     }
 
-    /// The first cell of its row that is there: whose owner has the values of fields at corners.
+    /// The first cell of its row: its owner has the values of fields at corners.
     pub fn first(&self) -> Option<u64> {
         self.cells().into_iter().flatten().next()
     }
@@ -55,7 +55,7 @@ pub(crate) struct Numbers<'g> {
     pub global: &'g [u64],
     /// Rank that owns each cell.
     pub owner: &'g [u32],
-    /// Number of each corner in the whole grid, where ranks have numbered them.
+    /// Number of each corner in the whole grid, if ranks have numbered them.
     pub corner: Option<&'g [u64]>,
     pub rank: usize,
 }
@@ -82,14 +82,14 @@ impl Numbers<'_> {
         }
     }
 
-    /// The rank of the node whose piece has a corner: the owner of its lowest cell that the node owns.
+    /// The rank of the node whose piece contains a corner: the owner of the corner's lowest cell that the node owns.
     fn teller(&self, corner: usize, nodes: &Nodes) -> Option<usize> {
         let cells = self.cells_at(corner).into_iter().flatten();
         let own = cells.filter(|cell| nodes.is_mate(self.owner[*cell] as usize));
         own.min_by_key(|cell| self.global[*cell]).map(|cell| self.owner[cell] as usize)
     }
 
-    /// The place of each corner of a cell, in the order of its row, among the corners in order of their keys.
+    /// The position of each corner of a cell, in the order of its row, among the corners sorted by their keys.
     fn order(&self, cell: usize) -> Vec<u8> {
         let keys: Vec<CornerKey> =
             self.grid.corners_of(cell as u32).map(|corner| self.corner(corner as usize).key()).collect();
@@ -144,6 +144,6 @@ pub(crate) struct NodePiece {
     pub cells: Vec<CellRow>,
     /// Corners with own cells of the node.
     pub corners: Vec<Corner>,
-    /// Triangles whose cells are all of other nodes.
+    /// Triangles all of whose cells belong to other nodes.
     pub outer: Vec<Corner>,
 }

@@ -1,7 +1,7 @@
 //! Finds the owner of each cell of a local grid.
 //!
 //! A distributed directory: rank `g mod ranks` stores the entry of global number g, which the owner of the cell
-//! registers and ranks with the cell in their halo look up. So no rank ever holds numbers of the whole grid.
+//! registers and ranks with the cell in their halo look up. So no rank ever stores numbers of the whole grid.
 
 use super::CellsOfRanks;
 use crate::ranks::cells::{NONE, Numbered, PartCells};
@@ -11,7 +11,7 @@ use icoray_grid::Grid;
 use icoray_grid::{Error, ErrorKind, Result};
 use std::collections::HashMap;
 
-/// A part before its neighbours are known.
+/// A part before its neighbours are found.
 pub(super) struct Local {
     /// Counted from 0.
     pub global: Vec<u64>,
@@ -39,7 +39,7 @@ impl Local {
         Ok(Local { global, owns_cell, owns_triangle, ranks, base })
     }
 
-    /// A cell's number as the model has it.
+    /// A cell's number in the model's counting.
     fn number(&self, global: u64) -> i64 {
         global as i64 + self.base
     }
@@ -93,7 +93,8 @@ impl Local {
         entries.iter().enumerate().map(of_rank).collect()
     }
 
-    /// Which own cells other ranks need the values of, and which halo cells' this one needs, by rank. Collective.
+    /// The own cells whose values other ranks need, and the halo cells whose values this one needs, by rank.
+    /// Collective.
     pub fn find_partners(
         &self,
         ranks: &mut Ranks,
@@ -101,7 +102,7 @@ impl Local {
         owners: &[u32],
     ) -> Result<(CellsOfRanks, CellsOfRanks)> {
         let around = triangles_around(grid);
-        // Own triangles have an own cell, and so do all that the gradient at an own cell is the mean of.
+        // Every own triangle has an own cell, and so has every triangle that enters the gradient at an own cell.
         let mut is_used = vec![false; grid.cells()];
         for triangle in (0..grid.triangles() as u32).filter(|t| grid.is_triangle(*t)) {
             let cells = grid.triangle(triangle);
@@ -114,7 +115,7 @@ impl Local {
         let halo = (0..grid.cells()).filter(|cell| !self.owns_cell[*cell] && self.global[*cell] != NONE);
         for cell in halo {
             let owner = owners[cell] as usize;
-            // Includes unused cells: the owner checks that it has all triangles around them.
+            // Includes unused cells: the owner checks that this rank has all triangles around them.
             requests[owner].push((self.global[cell], around[cell], is_used[cell]));
             if is_used[cell] {
                 receives[owner].push(cell as u32);
@@ -154,7 +155,7 @@ impl Local {
     }
 }
 
-/// How many triangles each cell has in this rank's grid.
+/// Number of triangles around each cell in this rank's grid.
 fn triangles_around(grid: &Grid) -> Vec<u32> {
     let mut around = vec![0; grid.cells()];
     for triangle in (0..grid.triangles() as u32).filter(|t| grid.is_triangle(*t)) {

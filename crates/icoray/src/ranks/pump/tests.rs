@@ -6,7 +6,7 @@ use crate::ranks::{Ranks, Team, local_team};
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread;
 
-/// What `work` makes of each rank's team, while the rank's own thread moves messages, now and then.
+/// The results of `work` for each rank's team, while the rank's own thread moves messages from time to time.
 fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut PumpedTeam) -> R + Sync) -> Vec<R> {
     on_teams(&vec![0; size], |mut team| {
         let (mut pumped, mut pump) = pumped(team.point_to_point().unwrap(), team.rank());
@@ -30,7 +30,7 @@ fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut PumpedTeam) -> R + Sync) -
     })
 }
 
-/// Bytes that say from whom they are, for whom and when; none for some.
+/// Bytes that identify their sender, their receiver and their call; empty for some.
 fn letter(round: usize, from: usize, to: usize) -> Vec<u8> {
     let length = (37 * (from + 1) * (round + to)) % 450;
     (0..length).map(|i| (i + 50 * from + 7 * to + round) as u8).collect()

@@ -1,4 +1,4 @@
-//! Builds the general kernel's scene, in which fields have numbers in place of names.
+//! Builds the general kernel's scene, in which fields are identified by numbers instead of names.
 
 use super::terrain::Terrain;
 use crate::plan::{OccupancyTest, clear_values};
@@ -19,7 +19,7 @@ use icoray_kernel::ground::Painter;
 use icoray_kernel::transfer::{KernelKnot, Spans};
 use icoray_scene::{Heights, Level, Paint, TransferFunction, Volume};
 
-/// Builds the kernel's scene and collects, for each field by its number, the uses that the scene makes of it.
+/// Builds the kernel's scene and collects the uses of each field in it.
 pub(super) struct SceneBuilder<'p, 'f> {
     context: &'p FrameContext<'f>,
     /// Values at which a visible part of each field begins, ends or bends.
@@ -39,7 +39,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         found.expect("all fields that are shown were prepared")
     }
 
-    /// A transfer function's map, at the knots of which rays are cut.
+    /// The map of a transfer function, at whose knots rays are cut.
     fn map(&mut self, field: &str, transfer: &TransferFunction) -> TransferMap {
         let source = self.number(field);
         let knots = KernelKnot::of(transfer, self.thickness);
@@ -67,7 +67,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         match paint {
             Paint::Plain(color) => Material::Plain(*color),
             Paint::Field { field, transfer, by_cell, .. } => {
-                // Surfaces ask for single values: rays need not be cut for them.
+                // Surfaces read single values: rays need not be cut for them.
                 Material::By {
                     map: TransferMap::new(self.number(field), KernelKnot::of(transfer, 1.0)),
                     by_cell: *by_cell,
@@ -156,7 +156,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         (key, visible)
     }
 
-    /// On the layer that lies at this radius, but for rounding, which must not leave a surface a hair above the
+    /// Places a surface on the layer at this radius, up to rounding, which must not leave it slightly above the
     /// outermost one, where nothing is shown.
     fn place_at(&self, radius: f64) -> SurfaceHeight {
         let FrameContext { scene, plan, .. } = *self.context;
@@ -165,7 +165,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         layer.map_or(SurfaceHeight::Radius(radius), SurfaceHeight::Layer)
     }
 
-    /// The fields, with gradients of those that are `lit`, and what these are known by. Collective.
+    /// The fields, with gradients of those that are `lit`, and the keys of these gradients. Collective.
     pub fn sources(
         mut self,
         ranks: &mut Ranks,
@@ -181,7 +181,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             cuts.dedup();
             let (mut light, mut key) = (PartialGradients::from(Gradients::none()), None);
             if lit.contains(&number) {
-                // Ranks give each other gradients: all divide by the same.
+                // Ranks exchange gradients, so all divide by the same range.
                 let low = cuts.first().copied().unwrap_or(0.0);
                 let width = cuts.last().map_or(0.0, |high| high - low);
                 let width = if width > 0.0 { width } else { low.abs().max(1.0) };
@@ -192,7 +192,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                     range,
                     radius: plan.radius.clone(),
                     packed: false,
-                    // The general kernel is in double precision, whatever the scene's.
+                    // The general kernel has double precision for every scene.
                     single: false,
                     occupancy: None,
                     heights: terrain.key.clone(),
@@ -223,7 +223,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         }
     }
 
-    /// The gradients that are known by `key`, and those that the picture needs besides.
+    /// The gradients that are cached for `key`, and the further ones that the picture needs.
     fn gradients_of<S: PreparedSample>(
         &self,
         data: &[S],
@@ -248,7 +248,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     }
 }
 
-/// A transfer function that is clear but next to `value`, for a field of this range.
+/// A transfer function that is clear except near `value`, for a field of this range.
 fn spike(value: f64, [low, high]: [f64; 2]) -> Vec<KernelKnot> {
     let near = if high > low { 1e-6 * (high - low) } else { value.abs().max(1.0) };
     let knot = |value: f64, extinction: f64| KernelKnot { value, color: [0.0; 3], extinction };

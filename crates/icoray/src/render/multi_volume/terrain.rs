@@ -1,4 +1,4 @@
-//! Where layers lie: everywhere alike, or at the heights of each column.
+//! Positions of layers: at the same height everywhere, or at the heights of each column.
 
 use crate::ranks::{Part, Ranks};
 use crate::render::context::FrameContext;
@@ -10,7 +10,7 @@ use icoray_grid::heights;
 use icoray_kernel::general::{Levels, SurfaceHeight, SurfaceLayer};
 use rayon::prelude::*;
 
-/// Where layers lie, and how far in and out they reach.
+/// Positions of layers, and their extent inwards and outwards.
 pub(super) struct Terrain<'f> {
     pub levels: Levels<'f>,
     /// Least and greatest radius of the innermost layer.
@@ -21,7 +21,7 @@ pub(super) struct Terrain<'f> {
 }
 
 impl<'f> Terrain<'f> {
-    /// The terrain of the heights if the scene asks for native ones. Collective.
+    /// The terrain of the heights if the scene requests native ones. Collective.
     pub fn new(context: &FrameContext<'f>, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, grid, part, layers, heights: given, .. } = *context;
         let radius = &plan.radius;
@@ -36,7 +36,7 @@ impl<'f> Terrain<'f> {
             renderer.run(|| {
                 let heights = heights::Heights::new(&given.field(), layers, cells, radius.len(), scene.exaggeration)?;
                 let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
-                // The mean ones stand over cells that are not here.
+                // Cells that are not in this grid have the mean heights.
                 let lowest = lowest
                     .fold(|| [inner, inner], around)
                     .reduce(|| [inner, inner], |[a, b], c| [a.min(c[0]), b.max(c[1])]);
@@ -57,8 +57,7 @@ impl<'f> Terrain<'f> {
 }
 
 impl Terrain<'_> {
-    /// Normals of the ground and of the layers of sheets, where these are not round and light falls on them.
-    /// Collective.
+    /// Normals of the ground and of the layers of sheets, if these are not spheres and are lit. Collective.
     pub fn normals(
         &self,
         context: &FrameContext,
