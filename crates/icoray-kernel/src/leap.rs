@@ -5,7 +5,6 @@ use crate::plane::RayLine;
 use crate::single_volume::SingleVolumeTracer;
 use icoray_grid::macrocells::Macrocells;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::real::Real;
 
 /// The result of looking ahead of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,10 +22,10 @@ pub(crate) enum Ahead {
 }
 
 /// The macrocells of a frame.
-pub(crate) struct Leaps<'t, T> {
+pub(crate) struct Leaps<'t> {
     macrocells: &'t Macrocells,
     visible: &'t OccupancyMask,
-    shell: &'t Shell<T>,
+    shell: &'t Shell<f32>,
     /// Squares of the lowest and the highest radius in the gaps of each block.
     blocks: Vec<[f64; 2]>,
     /// Square of the radius below which rays do not leap: that of an opaque core.
@@ -41,10 +40,10 @@ const CENTRE: f64 = 0.1;
 /// More than the rounding of heights and of their squares, relative to them.
 const ROUNDING: f64 = 1e-12;
 
-impl<'t, T: Real> Leaps<'t, T> {
-    /// The macrocells of a frame; `None` if too much of it is visible for leaps.
+impl<'t> Leaps<'t> {
+    /// The macrocells of a frame; `None` where all or too little of it is visible to leap.
     #[inline]
-    pub fn new(tracer: &'t SingleVolumeTracer<'_, T>) -> Option<Self> {
+    pub fn new(tracer: &'t SingleVolumeTracer<'_>) -> Option<Self> {
         let SingleVolumeTracer { grid, shell, visible, .. } = *tracer;
         if visible.macrocells.is_empty() {
             return None;

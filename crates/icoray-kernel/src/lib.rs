@@ -42,6 +42,7 @@ mod trace;
 pub mod transfer;
 mod traverse;
 pub mod turn;
+mod volume_ray;
 pub mod walk;
 
 pub use counts::Counts;

@@ -25,6 +25,13 @@ pub struct FrustumInterpolant<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> FrustumInterpolant<T, N> {
+    /// The value along the frustum, which is `length` long.
+    #[inline(always)]
+    pub fn segment(&self, length: T) -> Segment<T> {
+        let FrustumInterpolant { from, to, kappa, eps } = *self;
+        Segment { f0: from[0], f1: to[0], kappa: kappa[0], eps, length }
+    }
+
     /// The gradient at `u`.
     #[inline(always)]
     pub fn gradient(&self, u: T) -> [T; 3] {

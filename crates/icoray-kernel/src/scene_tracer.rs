@@ -9,7 +9,6 @@ use crate::single_volume::SingleVolumeTracer;
 use crate::trace::{self, Extent, Kernel, PrimaryRay, Target, Tracer};
 use fearless_simd::Level;
 use glam::DVec3;
-use icoray_scene::Method;
 
 /// The kernel for scenes of several volumes, surfaces and cuts, and for native heights, in single precision. Rays over
 /// grids that are too large for packets are traced by the general kernel.
@@ -20,9 +19,7 @@ pub struct SceneTracer<'w, 'f> {
     pub packets: &'w PacketScene<'f>,
     /// The machine's vector instructions.
     pub level: Level,
-    /// When set, pieces are not cut where the gradient turns.
-    pub is_coarse: bool,
-    /// Whether frusta are integrated; false to measure only the walk and the interpolation.
+    /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
     pub integrates: bool,
 }
 
@@ -59,8 +56,8 @@ impl Kernel for SceneTracer<'_, '_> {
         counts: &mut Counts,
         target: &mut Target,
     ) -> bool {
-        let SceneTracer { general, packets, level, is_coarse, integrates } = self;
-        let MultiVolumeTracer { scene, shading, budget } = *general;
+        let SceneTracer { general, packets, level, integrates } = self;
+        let MultiVolumeTracer { scene, shading, budget, is_coarse, .. } = *general;
         let source = scene.media.first().map_or(0, |medium| medium.extinction.source);
         let volume = SingleVolumeTracer {
             grid: scene.grid,
@@ -71,11 +68,10 @@ impl Kernel for SceneTracer<'_, '_> {
             visible: packets.visible(scene),
             outer: scene.outer,
             gradients: scene.sources[source].gradients().values(),
-            method: Method::Exact,
             budget,
             shading: shading.filter(|_| !scene.media.is_empty()),
-            is_coarse: *is_coarse,
-            level: Some(*level),
+            is_coarse,
+            level: *level,
             integrates: *integrates,
             core: scene.core,
         };

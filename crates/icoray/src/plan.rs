@@ -99,7 +99,7 @@ impl Plan {
             derived_bytes: derive::bytes(scene, field),
             left_out,
         };
-        let beyond = plan.walks_in_packets(scene).then(|| plan.beyond_gathers(scene, grid)).flatten();
+        let beyond = Self::is_for_packets(scene).then(|| plan.beyond_gathers(scene, grid)).flatten();
         plan.left_out.extend(beyond.map(|table| format!("rays side by side: {table}")));
         Ok(plan)
     }
@@ -168,8 +168,12 @@ impl Plan {
         VisibleCells::new(grid, DVec3::from_array(scene.camera.eye()), sides, shell, scene.core.is_some())
     }
 
-    /// Whether rays are traced in packets, if the machine supports it.
-    pub(crate) fn walks_in_packets(&self, scene: &Scene) -> bool {
+    /// Whether rays walk side by side, where the machine can.
+    pub(crate) fn walks_in_packets(&self, scene: &Scene, grid: &Grid) -> bool {
+        Self::is_for_packets(scene) && self.beyond_gathers(scene, grid).is_none()
+    }
+
+    fn is_for_packets(scene: &Scene) -> bool {
         scene.is_plain() && scene.precision == Precision::F32 && scene.method == Method::Exact
     }
 

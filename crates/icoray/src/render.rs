@@ -15,10 +15,9 @@ use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Grid, Reals};
 use icoray_kernel::column::Shell;
 use icoray_kernel::ground::Ground;
-use icoray_kernel::ray::KernelReal;
 use icoray_kernel::transfer::Spans;
 use icoray_output::{Colors, Frame, Sharing};
-use icoray_scene::{Backend, Precision, Scene, Scheme};
+use icoray_scene::{Backend, Scene, Scheme};
 use std::time::Instant;
 
 mod columns;
@@ -243,27 +242,23 @@ impl Renderer {
     }
 }
 
-/// Draws the picture with the kernel for one field, in the scene's precision, or with the general one. Collective.
+/// Draws the picture with packets of rays through one field, or with the general kernel. Collective.
 fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
-    let scene = context.scene;
-    match (context.fields[0].field().samples(), scene.precision) {
-        _ if !scene.is_plain() => multi_volume::draw(context, ranks),
-        (Reals::F32(data), Precision::F32) => draw_plain::<f32, f32>(context, ranks, data),
-        (Reals::F32(data), Precision::F64) => draw_plain::<f64, f32>(context, ranks, data),
-        (Reals::F64(data), Precision::F32) => draw_plain::<f32, f64>(context, ranks, data),
-        (Reals::F64(data), Precision::F64) => draw_plain::<f64, f64>(context, ranks, data),
+    let FrameContext { renderer, scene, plan, grid, .. } = *context;
+    if !plan.walks_in_packets(scene, grid) || renderer.vectors().is_none() {
+        return multi_volume::draw(context, ranks);
+    }
+    match context.fields[0].field().samples() {
+        Reals::F32(data) => draw_plain(context, ranks, data),
+        Reals::F64(data) => draw_plain(context, ranks, data),
     }
 }
 
-fn draw_plain<T: KernelReal, S: PreparedSample>(
-    context: &FrameContext,
-    ranks: &mut Ranks,
-    data: &[S],
-) -> Result<Rendered> {
+fn draw_plain<S: PreparedSample>(context: &FrameContext, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
     let FrameContext { renderer, scene, plan, .. } = *context;
     let field = &context.fields[0].field();
-    let spans = Spans::<T>::new(&plan.knots);
-    let shell = Shell::<T>::new(&plan.radius);
+    let spans = Spans::<f32>::new(&plan.knots);
+    let shell = Shell::<f32>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
     let field_summary = FieldSummary::of(context, ranks, &samples)?;
     let is_lit = field_summary.is_lit();

@@ -144,6 +144,11 @@ impl<'r> RayState<'r, '_> {
             ranges[surface.source].is_some_and(|[low, high]| low <= surface.value && surface.value <= high)
         });
         let has_radii = scene.surface_layers.iter().any(|surface| matches!(surface.place, SurfaceHeight::Radius(_)));
+        if self.scratch.media.is_empty()
+            && let Some(single) = &mut self.single
+        {
+            single.pass_void();
+        }
         if self.scratch.media.is_empty() && !meets_isosurface && !has_radii {
             self.counts.void_frusta += u64::from(ranges.iter().all(Option::is_none));
             return Flow::On;
@@ -240,7 +245,8 @@ impl<'r> RayState<'r, '_> {
                 let part = segment.part(start, end);
                 let at = |value: f64| lerp(start.0, end.0, part.solve(value));
                 let (low, high) = (part.f0.min(part.f1), part.f0.max(part.f1));
-                for cut in source.cuts_between(low, high) {
+                // A single volume is cut at its knots by itself.
+                for cut in source.cuts_between(low, high).iter().filter(|_| self.single.is_none()) {
                     breaks.push(Break { u: at(*cut), meets: None });
                 }
                 for (k, surface) in scene.isosurfaces.iter().enumerate() {
@@ -268,6 +274,9 @@ impl<'r> RayState<'r, '_> {
     #[inline]
     fn piece(&mut self, wedge: &Wedge, gap: usize, way: &FrustumPath, [from, to]: [f64; 2]) -> Flow {
         let scene = self.scene;
+        if self.single.is_some() {
+            return self.single_piece(wedge, gap, way, [from, to]);
+        }
         let Scratch { segments, parts, media, gradients, blend: memory, .. } = &mut self.scratch;
         let middle = 0.5 * (from + to);
         parts.clear();
@@ -301,7 +310,27 @@ impl<'r> RayState<'r, '_> {
         self.passed()
     }
 
-    /// Adds a surface between two pieces.
+    /// The scene's only volume between two neighbouring surfaces.
+    #[inline]
+    fn single_piece(&mut self, wedge: &Wedge, gap: usize, way: &FrustumPath, range: [f64; 2]) -> Flow {
+        let Scratch { segments, ranges, media, .. } = &self.scratch;
+        let Some(single) = self.single.as_mut().filter(|_| !media.is_empty()) else { return Flow::On };
+        let source = single.source();
+        let (Some(value), Some(values)) = (segments[source], ranges[source]) else { return Flow::On };
+        let mut components = [Segment { f0: 0.0, f1: 0.0, kappa: 0.0, eps: way.eps, length: way.length }; 3];
+        let mut gradient_size = 0.0;
+        if self.shading.is_some() {
+            let vertices @ [lower, upper] = &at_vertices(self.scene, wedge, gap, source);
+            components = [0, 1, 2].map_inline(|axis| way.interpolant([&lower[axis], &upper[axis]]));
+            gradient_size = size_of(vertices);
+        }
+        let met = (self.light, self.min_transmittance);
+        let (light, flow) = single.light((&value, &components), (values, gradient_size), range, met);
+        self.light = light;
+        flow
+    }
+
+    /// A surface between two pieces.
     #[inline]
     fn cross_surface(
         &mut self,

@@ -12,6 +12,7 @@ mod clips;
 mod frustum;
 mod levels;
 mod mean_color;
+mod single;
 mod source;
 mod step;
 mod surfaces;
@@ -42,6 +43,8 @@ use glam::{DVec3, Vec3};
 use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
+use icoray_scene::Method;
+use single::SingleVolume;
 use wedge::{Facet, Wedge};
 
 /// The contents of a picture, equal for all rays of a frame.
@@ -92,6 +95,10 @@ pub struct MultiVolumeTracer<'w, 'f> {
     pub shading: Option<Shading>,
     /// Division of the tolerance along a ray.
     pub budget: Budget,
+    /// The rule of integration of a single volume.
+    pub method: Method,
+    /// When set, pieces of a single volume are not cut where the gradient turns.
+    pub is_coarse: bool,
 }
 
 /// One ray.
@@ -113,6 +120,8 @@ pub(crate) struct RayState<'r, 'f> {
     is_cut: bool,
     /// The gap at the exit of the last column with data: where the search for the next one starts.
     gap: usize,
+    /// The scene's volume, if it has one alone, in the colours of its own field.
+    single: Option<SingleVolume<'r>>,
     counts: Counts,
     scratch: Scratch<'r>,
 }
@@ -120,7 +129,7 @@ pub(crate) struct RayState<'r, 'f> {
 impl<'r, 'f> RayState<'r, 'f> {
     #[inline]
     fn new(tracer: &MultiVolumeTracer<'r, 'f>, line: RayLine, dir: DVec3, from_eye: EyeDistance) -> Self {
-        let color_tolerance = tracer.budget.color_tolerance.max(f64::EPSILON);
+        let color_tolerance = tracer.budget.color_tolerance_in::<f64>(tracer.shading.as_ref());
         RayState {
             scene: tracer.scene,
             line,
@@ -136,6 +145,7 @@ impl<'r, 'f> RayState<'r, 'f> {
             from_eye,
             is_cut: false,
             gap: 0,
+            single: SingleVolume::new(tracer, dir),
             counts: Counts { rays: 1, ..Counts::default() },
             scratch: Scratch::default(),
         }
@@ -229,6 +239,14 @@ impl<'r, 'f> RayState<'r, 'f> {
         self.light.over(&light);
     }
 
+    /// The ray passes where no volume is.
+    #[inline]
+    fn pass_void(&mut self) {
+        if let Some(single) = &mut self.single {
+            single.pass_void();
+        }
+    }
+
     /// Whether the ray ends behind a piece or a surface.
     #[inline]
     fn passed(&mut self) -> Flow {
@@ -274,7 +292,10 @@ impl ColumnRay for RayState<'_, '_> {
             let flow = match (&lower, &upper) {
                 (None, _) => self.core(&wedge, upper.as_ref(), a),
                 (Some(_), None) => Flow::On,
-                (Some(_), Some(_)) if !scene.is_occupied(blocks, gap) => Flow::On,
+                (Some(_), Some(_)) if !scene.is_occupied(blocks, gap) => {
+                    self.pass_void();
+                    Flow::On
+                }
                 (Some(lower), Some(upper)) => self.gap(&wedge, (gap, [lower, upper]), [(a, from), (b, to)]),
             };
             if flow == Flow::Stop || crossing.is_none() {
@@ -320,6 +341,7 @@ impl ColumnRay for RayState<'_, '_> {
     fn restart(&mut self) {
         self.min_transmittance /= self.light.transmittance();
         (self.light, self.surfaces, self.is_cut) = (Radiance::none(), BoundarySignature::default(), false);
+        self.pass_void();
     }
 }
 

@@ -131,6 +131,12 @@ impl TransferMap {
         (value - self.shift) * self.scale
     }
 
+    /// The transfer function, in its own units.
+    #[inline]
+    pub(crate) fn spans(&self) -> &Spans<f64> {
+        &self.spans
+    }
+
     /// The span of a value.
     #[inline]
     pub fn span(&self, value: f64) -> &Span<f64> {

@@ -52,6 +52,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     pub(crate) fn go_on(&mut self, met: Met, min_transmittance: f64) {
         self.min_transmittance = min_transmittance;
         Met { light: self.light, surfaces: self.surfaces, is_cut: self.is_cut } = met;
+        self.pass_void();
     }
 
     /// The counts since the last call.

@@ -203,7 +203,7 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
         &self,
         lanes: &Lanes<V>,
         lane: usize,
-        tracer: &SingleVolumeTracer<'_, f32>,
+        tracer: &SingleVolumeTracer<'_>,
         crossing: &Crossing<V, ConcentricEnd<V>>,
     ) -> FrustumInterpolant<f32, N> {
         let weights = lanes.weights.map(|end| end.map(|row| row[lane]));

@@ -97,7 +97,7 @@ pub(super) trait Layers: Copy {
         &self,
         lanes: &Lanes<V>,
         lane: usize,
-        tracer: &SingleVolumeTracer<'_, f32>,
+        tracer: &SingleVolumeTracer<'_>,
         crossing: &Crossing<V, Self::End<V>>,
     ) -> FrustumInterpolant<f32, N>;
 }
@@ -116,11 +116,7 @@ impl<V: Machine> Lanes<V> {
     }
 
     /// Normalised values, and gradients where `N` is 4, at the vertices of a lane's gap: below and above.
-    pub fn vertices<const N: usize>(
-        &self,
-        lane: usize,
-        tracer: &SingleVolumeTracer<'_, f32>,
-    ) -> [[Values<f32, N>; 3]; 2] {
+    pub fn vertices<const N: usize>(&self, lane: usize, tracer: &SingleVolumeTracer<'_>) -> [[Values<f32, N>; 3]; 2] {
         let upper = self.gap[lane] as usize;
         [upper - 1, upper].map(|layer| {
             [0, 1, 2].map(|k: usize| {

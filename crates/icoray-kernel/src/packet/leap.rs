@@ -19,7 +19,7 @@ impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
     }
 
     #[inline(never)]
-    fn leap_from(&mut self, leaps: &Leaps<'p, f32>, lane: usize) {
+    fn leap_from(&mut self, leaps: &Leaps<'p>, lane: usize) {
         let Some(Start { line, .. }) = self.starts[lane % MOST] else { return };
         let t = self.lanes.t[1].get(lane);
         match leaps.ahead(&line, t) {

@@ -14,11 +14,11 @@
 use crate::counts::Counts;
 use crate::general::{Levels, MultiVolumeTracer};
 use crate::leap::Leaps;
-use crate::ray::scalar::Ray;
 use crate::shade::RayShading;
 use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Target};
+use crate::volume_ray::VolumeRay;
 use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
 use gap::Concentric;
@@ -81,7 +81,7 @@ pub fn packets() -> Option<Level> {
 #[inline(never)]
 pub(crate) fn trace<const N: usize>(
     level: Level,
-    tracer: &SingleVolumeTracer<'_, f32>,
+    tracer: &SingleVolumeTracer<'_>,
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,
@@ -104,7 +104,7 @@ pub(crate) fn trace<const N: usize>(
 #[inline(never)]
 pub(crate) fn trace_scene<const N: usize>(
     level: Level,
-    tracer: &SingleVolumeTracer<'_, f32>,
+    tracer: &SingleVolumeTracer<'_>,
     (general, packets): (&MultiVolumeTracer<'_, '_>, &PacketScene<'_>),
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
@@ -139,7 +139,7 @@ pub(crate) fn trace_scene<const N: usize>(
 
 fn trace_between<L: Layers, const N: usize>(
     level: Level,
-    tracer: &SingleVolumeTracer<'_, f32>,
+    tracer: &SingleVolumeTracer<'_>,
     (tables, layers): (&Tables<'_>, L),
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
@@ -174,7 +174,7 @@ const FREE: u32 = 2;
 /// Rays side by side. Sets of lanes are bits.
 struct Packet<'p, 'f, V: Machine, L, const N: usize> {
     simd: V,
-    tracer: &'p SingleVolumeTracer<'f, f32>,
+    tracer: &'p SingleVolumeTracer<'f>,
     tables: &'p Tables<'p>,
     layers: L,
     lanes: Lanes<V>,
@@ -209,7 +209,7 @@ struct Packet<'p, 'f, V: Machine, L, const N: usize> {
 
 impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     #[inline(always)]
-    fn new(simd: V, tracer: &'p SingleVolumeTracer<'f, f32>, tables: &'p Tables<'p>, layers: L) -> Self {
+    fn new(simd: V, tracer: &'p SingleVolumeTracer<'f>, tables: &'p Tables<'p>, layers: L) -> Self {
         Packet {
             simd,
             tracer,
@@ -437,9 +437,9 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     }
 
     /// The ray in a lane for scalar code, with its light.
-    fn ray(&self, lane: usize) -> Option<Ray<'p, 'f, f32, N>> {
+    fn ray(&self, lane: usize) -> Option<VolumeRay<'p, f32>> {
         let start = self.starts[lane]?;
-        let mut ray = Ray::new(self.tracer, start.line, start.dir);
+        let mut ray = VolumeRay::new(&self.tracer.rules(), start.dir);
         ray.light = self.lanes.light(lane);
         ray.min_transmittance = self.min_transmittance[lane];
         ray.size = self.lanes.size[lane];

@@ -300,7 +300,7 @@ impl Layers for Native<'_> {
         &self,
         lanes: &Lanes<V>,
         lane: usize,
-        tracer: &SingleVolumeTracer<'_, f32>,
+        tracer: &SingleVolumeTracer<'_>,
         crossing: &Crossing<V, NativeEnd<V>>,
     ) -> FrustumInterpolant<f32, N> {
         LaneWay::of(&crossing.end.way, lane).interpolant(&lanes.vertices(lane, tracer))

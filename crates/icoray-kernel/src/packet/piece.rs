@@ -225,12 +225,15 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
                 continue;
             }
             let Some(mut ray) = self.ray(lane) else { continue };
-            let interpolant = self.layers.interpolant(&self.lanes, lane, self.tracer, crossing);
+            let interpolant: FrustumInterpolant<_, N> =
+                self.layers.interpolant(&self.lanes, lane, self.tracer, crossing);
             self.counts.scalar_pieces += 1;
-            if ray.frustum(&interpolant, crossing.length[lane]) == Flow::Stop {
+            let segment = interpolant.segment(crossing.length[lane]);
+            if segment.is_void() {
+                self.counts.void_frusta += 1;
+            } else if ray.segment(&segment, &interpolant, [0.0, 1.0]) == Flow::Stop {
                 self.ended |= 1 << lane;
             }
-            self.counts.void_frusta += ray.counts.void_frusta;
             self.lanes.put_light(lane, &ray.light);
         }
     }

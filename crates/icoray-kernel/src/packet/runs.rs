@@ -51,7 +51,7 @@ impl<'o, V: Machine> Runs<'o, V> {
 
     /// Begins a ray in a lane.
     #[inline]
-    pub fn begin(&mut self, lane: usize, line: &RayLine, tracer: &SingleVolumeTracer<'_, f32>, core_radius: [f64; 2]) {
+    pub fn begin(&mut self, lane: usize, line: &RayLine, tracer: &SingleVolumeTracer<'_>, core_radius: [f64; 2]) {
         let (is_solid, brightest) = (tracer.core.is_some(), tracer.budget.brightest);
         let rules = FragmentRules::new(self.region, line, core_radius, is_solid, brightest);
         self.rules[lane % MOST] = rules;

@@ -47,7 +47,7 @@ impl Rays<'_> {
     #[inline]
     pub fn next(
         &mut self,
-        tracer: &SingleVolumeTracer<'_, f32>,
+        tracer: &SingleVolumeTracer<'_>,
         tables: &Tables,
         counts: &mut Counts,
         target: &mut Target,

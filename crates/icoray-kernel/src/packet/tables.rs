@@ -17,9 +17,9 @@ pub(super) struct Tables<'t> {
     pub source: Source<'t>,
     pub spans: SpanTables<'t>,
     pub slopes: Slopes<'t>,
-    /// The macrocells; `None` if rays do not leap.
-    pub leaps: Option<Leaps<'t, f32>>,
-    /// The visible parts beside the volume; `None` if there is only the core.
+    /// The macrocells; `None` where rays do not leap.
+    pub leaps: Option<Leaps<'t>>,
+    /// What is seen beside the volume; `None` where there is no more than the core.
     pub scene: Option<SceneTables<'t>>,
     /// Several volumes, which replace that of `source`.
     pub volumes: Option<VolumeTables<'t>>,
@@ -28,8 +28,8 @@ pub(super) struct Tables<'t> {
 }
 
 impl<'t> Tables<'t> {
-    /// The tables of a frame; `None` if they are too long for gathers. Rays do not leap.
-    pub fn new(tracer: &'t SingleVolumeTracer<'_, f32>, region: Option<&'t OwnedRegion>) -> Option<Self> {
+    /// The tables of a frame; `None` where they are too long for gathers. Rays do not leap.
+    pub fn new(tracer: &'t SingleVolumeTracer<'_>, region: Option<&'t OwnedRegion>) -> Option<Self> {
         let slopes = match tracer.shading {
             Some(_) => Slopes::new(tracer.gradients, tracer.shell.layers())?,
             None => Slopes::None,

@@ -2,7 +2,7 @@
 
 use super::{BudgetTable, ENDLESS, Scenery, Span, Step};
 use crate::plan::Plan;
-use crate::plan::budget::allowed_to_single;
+use crate::plan::budget::allowed;
 use crate::raster::Raster;
 use crate::raster::Rect;
 use crate::render::Lazy;
@@ -149,7 +149,7 @@ impl<'f> Job<'f> {
 
     /// Division of the tolerance along a ray.
     pub fn allowed(&self) -> BudgetTable {
-        let budget = allowed_to_single(self.scene, &self.quality);
+        let budget = allowed(self.scene, &self.quality);
         let shading = self.plan.shading.filter(|_| self.quality.lights != Lights::Off);
         BudgetTable {
             color_tolerance: budget.color_tolerance_in::<f32>(shading.as_ref()) as f32,

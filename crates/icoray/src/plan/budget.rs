@@ -5,16 +5,6 @@ use icoray_scene::{Lights, Paint, Quality, Scene};
 
 /// The error budget of rays that end as early as the tolerance permits.
 pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
-    // The general kernel has one error bound for both.
-    if scene.is_plain() {
-        allowed_to_single(scene, quality)
-    } else {
-        of_surfaces(scene, Budget::new(quality.tolerance, brightest(scene), None))
-    }
-}
-
-/// [`allowed`] in the kernel for one field, where the shade of a piece has a separate error.
-pub(crate) fn allowed_to_single(scene: &Scene, quality: &Quality) -> Budget {
     let lit = scene.lighting.filter(|_| quality.lights != Lights::Off).map(|light| light.ambient + light.diffuse);
     of_surfaces(scene, Budget::new(quality.tolerance, brightest(scene), lit))
 }

@@ -100,7 +100,7 @@ impl Plan {
         counts_cells: bool,
     ) -> FrameMemory {
         let (half_edges, are_made) = grid.half_edge_bytes();
-        let walks = with.has_packets && self.walks_in_packets(scene);
+        let walks = with.has_packets && self.walks_in_packets(scene, grid);
         FrameMemory {
             grid: grid.derived_bytes() as u64 - if are_made { half_edges } else { 0 },
             half_edges: if walks { half_edges } else { 0 },

@@ -8,8 +8,7 @@ use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranks::Part;
 use icoray_grid::{Grid, Layers};
-use icoray_kernel::ray::KernelReal;
-use icoray_scene::{Method, Scene};
+use icoray_scene::Scene;
 use std::time::Instant;
 
 /// The data that the caller passes for rendering.
@@ -54,12 +53,7 @@ impl FrameContext<'_> {
         self.device.is_err() || self.part.is_some() || !self.scene.is_plain()
     }
 
-    /// Whether rays through one volume are traced in packets, in this precision.
-    pub fn has_packets<T: KernelReal>(&self) -> bool {
-        T::HAS_PACKETS && self.scene.method == Method::Exact && self.renderer.vectors().is_some()
-    }
-
-    /// Least and greatest radius of the facets of a layer of `radius`, if edges are anti-aliased.
+    /// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.
     pub fn facets(&self, radius: f64) -> Option<[f64; 2]> {
         let lowest = || match self.part {
             Some(part) => part.region().lowest_facet(),

@@ -8,10 +8,9 @@ use super::picture;
 use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
 use super::rendered::Rendered;
-use super::work::{Rays, Work, with_ends};
+use super::work::{Rays, Work, budget};
 use crate::device::{ClipRegion, Scenery};
 use crate::edges::Edges;
-use crate::plan::budget::{allowed, allowed_to_single};
 use crate::ranks::Ranks;
 use fearless_simd::Level;
 use icoray_grid::Reals;
@@ -46,25 +45,24 @@ impl Rays for MultiVolume<'_, '_> {
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
         let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
-        let general = |budget| MultiVolumeTracer { scene: self.world, shading, budget: with_ends(renderer, budget) };
-        let Some((packets, level)) = &self.packets else { return general(allowed(scene, quality)).boxed() };
-        // Before any tile requests it.
-        self.get_ready();
-        SceneTracer {
-            // In packets the shade of a piece has a separate error.
-            general: general(allowed_to_single(scene, quality)),
-            packets,
-            level: *level,
+        let general = MultiVolumeTracer {
+            scene: self.world,
+            shading,
+            budget: budget(renderer, scene, quality),
+            method: scene.method,
             is_coarse: quality.lights == Lights::Coarse,
-            integrates: renderer.integrates,
-        }
-        .boxed()
+        };
+        let Some((packets, level)) = &self.packets else { return general.boxed() };
+        // Before there are tiles, each of which would ask for them.
+        self.get_ready();
+        SceneTracer { general, packets, level: *level, integrates: renderer.integrates }.boxed()
     }
 }
 
-/// Draws the picture of a scene that is not plain. Collective.
+/// Draws the picture of any scene. Collective.
 pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
-    let FrameContext { renderer, scene, plan, grid, .. } = *context;
+    let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
+    let is_plain = scene.is_plain();
     let field = &context.fields[0].field();
     let field_summary = match field.samples() {
         Reals::F32(data) => FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
@@ -109,12 +107,16 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         outer: seen * (1.0 + 1e-9),
     };
     let none = Lazy::of(|| Gradients::none().into());
-    let on_device = OnDevice::new(context, field, &none, field_summary.quality).with_scenery(|| {
-        let clips = scene.scenery.clips.iter().map(|clip| ClipRegion::new(clip, |height| context.radius_of(height)));
-        let tables = ((grid.cells(), plan.radius.len()), plan.knots.as_slice());
-        let range = |source| context.range(source).0;
-        renderer.run(|| Scenery::new(&world, clips.collect(), tables, field_summary.is_lit(), range))
-    });
+    let mut on_device = OnDevice::new(context, field, &none, field_summary.quality);
+    if !is_plain || part.is_some() {
+        on_device = on_device.with_scenery(|| {
+            let clips =
+                scene.scenery.clips.iter().map(|clip| ClipRegion::new(clip, |height| context.radius_of(height)));
+            let tables = ((grid.cells(), plan.radius.len()), plan.knots.as_slice());
+            let range = |source| context.range(source).0;
+            renderer.run(|| Scenery::new(&world, clips.collect(), tables, field_summary.is_lit(), range))
+        });
+    }
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F32;
     let level = renderer.vectors().filter(|_| is_exact);
     let packets = level.and_then(|level| Some((PacketScene::new(&world, &plan.radius)?, level)));
@@ -125,7 +127,8 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         || !world.clips.is_empty();
     let is_round = matches!(world.levels, Levels::Concentric(_));
     let top = context.facets(outer).filter(|_| is_round);
-    let edges = Edges::new(scene, None, top, has_surfaces);
+    let core = context.facets(core_radius[0]).filter(|_| is_plain && scene.core.is_some());
+    let edges = Edges::new(scene, core, top, has_surfaces && !is_plain);
     let (radius, ground) = ([core_radius[0], outer], ground.as_ref());
     let work = Work { context, radius, ground, rays, edges };
     let mut rendered = picture::draw(&work, ranks, &field_summary, on_device)?;

@@ -12,7 +12,6 @@ use icoray_grid::gradient;
 use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::samples::{Samples, SearchedSample};
-use icoray_kernel::ray::KernelReal;
 use icoray_kernel::transfer::Spans;
 use icoray_scene::{Lights, Quality};
 
@@ -73,17 +72,17 @@ impl FieldSummary {
 }
 
 /// The visible blocks of the field, with their cache key.
-pub(super) fn occupancy<'f, T: KernelReal, S: SearchedSample>(
+pub(super) fn occupancy<'f, S: SearchedSample>(
     context: &'f FrameContext,
     field_summary: &FieldSummary,
-    spans: &Spans<T>,
+    spans: &Spans<f32>,
     samples: Samples<'f, S>,
 ) -> (OccupancyKey, Lazy<'f, OccupancyMask>) {
     let FrameContext { renderer, plan, grid, .. } = *context;
     let empty_space = renderer.savings.empty_space;
     let clear = if empty_space { clear_values(spans, &samples, field_summary.value_range) } else { Vec::new() };
     let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits()));
-    let leaps = context.has_packets::<T>() && context.device.is_err() && context.part.is_none();
+    let leaps = context.device.is_err() && context.part.is_none();
     let key =
         OccupancyKey { source: context.fields[0].source(grid), falling: plan.falling, clear: bits.collect(), leaps };
     let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear, leaps };
@@ -167,10 +166,7 @@ pub(super) fn complete(
         context.renderer.run(|| {
             if context.device.is_err() {
                 visible.try_get()?;
-                let FrameContext { renderer, scene, plan, grid, .. } = *context;
-                if plan.walks_in_packets(scene) && renderer.vectors().is_some() {
-                    grid.make_half_edges()?;
-                }
+                context.grid.make_half_edges()?;
             }
             if context.needs_gradients() {
                 gradients.try_get()?;

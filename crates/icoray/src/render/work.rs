@@ -18,7 +18,7 @@ use icoray_kernel::Counts;
 use icoray_kernel::column::Shell;
 use icoray_kernel::ground::{Core, Ground};
 use icoray_kernel::piece::Radiance;
-use icoray_kernel::ray::{Budget, KernelReal, PrimaryRay, SingleVolumeTracer, Tracer};
+use icoray_kernel::ray::{Budget, PrimaryRay, SingleVolumeTracer, Tracer};
 use icoray_kernel::shade::Shading;
 use icoray_kernel::signature::BoundarySignature;
 use icoray_kernel::transfer::Spans;
@@ -54,11 +54,11 @@ pub(super) struct Work<'f> {
     pub edges: Edges,
 }
 
-/// Rays through one field.
-pub(super) struct SingleVolume<'f, T> {
+/// Rays through one field alone.
+pub(super) struct SingleVolume<'f> {
     pub context: &'f FrameContext<'f>,
-    pub shell: &'f Shell<T>,
-    pub spans: &'f Spans<T>,
+    pub shell: &'f Shell<f32>,
+    pub spans: &'f Spans<f32>,
     pub samples: AnySamples<'f>,
     /// [`Spans::needs_sizes`] of the field.
     pub needs_sizes: bool,
@@ -118,24 +118,24 @@ impl Work<'_> {
     }
 }
 
-impl<T: KernelReal> Rays for SingleVolume<'_, T> {
+impl Rays for SingleVolume<'_> {
     fn get_ready(&self) {
         self.visible.get();
         self.gradients.get();
-        self.make_half_edges();
+        self.context.grid.half_edges();
     }
 
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         let SingleVolume { context, shell, spans, samples, needs_sizes, visible, gradients, ground } = *self;
         let FrameContext { renderer, scene, plan, grid, .. } = *context;
         let is_lit = quality.lights != Lights::Off;
-        // Before any tile requests them.
-        self.make_half_edges();
+        // Before there are tiles, each of which would ask for them.
+        self.context.grid.half_edges();
         let visible = visible.get();
         let gradients = gradients.get().values();
         let is_packed = gradients.words().is_some();
         let top = if renderer.savings.layers { visible.top.max(1) } else { shell.layers() - 1 };
-        T::boxed(SingleVolumeTracer {
+        SingleVolumeTracer {
             grid,
             shell,
             spans,
@@ -144,23 +144,14 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
             visible,
             outer: plan.radius[top],
             gradients,
-            method: scene.method,
             budget: budget(renderer, scene, quality),
             shading: plan.shading.filter(|_| is_lit).map(|shading| Shading { is_packed, ..shading }),
             is_coarse: quality.lights == Lights::Coarse,
-            level: renderer.vectors().filter(|_| scene.method == Method::Exact),
+            level: renderer.vectors().expect("packets are asked for where there are vectors"),
             integrates: renderer.integrates,
             core: Core::new(scene.core, ground),
-        })
-    }
-}
-
-impl<T: KernelReal> SingleVolume<'_, T> {
-    /// Builds the half-edges by which packets of rays walk.
-    fn make_half_edges(&self) {
-        if self.context.has_packets::<T>() {
-            self.context.grid.half_edges();
         }
+        .boxed()
     }
 }
 

@@ -85,7 +85,7 @@ impl<'g> Model<'g> {
         Field::new(self.values.as_slice().into(), shape, Location::Center, None).unwrap()
     }
 
-    fn tracer(&self, is_lit: bool, core: Option<[f64; 3]>, level: Option<Level>) -> SingleVolumeTracer<'_, f32> {
+    fn tracer(&self, is_lit: bool, core: Option<[f64; 3]>, level: Option<Level>) -> SingleVolumeTracer<'_> {
         SingleVolumeTracer {
             grid: self.grid,
             shell: &self.shell,

@@ -1,65 +1,101 @@
 //! One frustum of a ray: cuts its interpolant at the knots of the transfer function, and integrates the pieces.
 
-use super::scalar::Ray;
+use crate::budget::Budget;
 use crate::column::Flow;
 use crate::lit::{FrustumInterpolant, Lit, spare};
 use crate::piece::{ErrorBudget, Radiance, integrate};
 use crate::roundoff::{KnotCrossing, MediumSample, Roundoff};
 use crate::segment::Segment;
+use crate::shade::{RayShading, Shading};
+use crate::transfer::Spans;
+use glam::DVec3;
 use icoray_grid::array::partition_point;
 use icoray_grid::real::{Real, lerp};
 use icoray_scene::Method;
 
-impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
-    /// Adds the light of one frustum, through which the ray travels `length`.
-    #[inline(always)]
-    pub fn frustum(&mut self, interpolant: &FrustumInterpolant<T, N>, length: T) -> Flow {
-        self.counts.frusta += 1;
-        let segment = Segment {
-            f0: interpolant.from[0],
-            f1: interpolant.to[0],
-            kappa: interpolant.kappa[0],
-            eps: interpolant.eps,
-            length,
-        };
-        match self.enter(&segment) {
-            Some(k) => self.whole(&segment, k, interpolant),
-            None => Flow::On,
+/// What the integral of one volume depends on, the same for all rays of a frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct VolumeRules<'v, T> {
+    /// The transfer function.
+    pub spans: &'v Spans<T>,
+    /// The rule of integration.
+    pub method: Method,
+    /// When set, pieces are not cut where the gradient turns.
+    pub is_coarse: bool,
+    /// Division of the tolerance along a ray.
+    pub budget: Budget,
+    /// Lighting; `None` shows the transfer function's own colours.
+    pub shading: Option<Shading>,
+}
+
+/// The light of a volume along one ray.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct VolumeRay<'v, T> {
+    spans: &'v Spans<T>,
+    method: Method,
+    is_coarse: bool,
+    brightest: T,
+    pub shading: Option<RayShading<T>>,
+    /// Error of the colour that is allowed per absorbed light.
+    color_tolerance: T,
+    /// Transmittance at which the ray ends.
+    pub min_transmittance: T,
+    /// The span of the transfer function that the ray is in; `None` at the start and behind a void.
+    pub span: Option<usize>,
+    /// The largest magnitude of values at the vertices of the frustum that the ray is in, where it is needed
+    /// ([`Spans::needs_sizes`]); else 1.
+    pub size: T,
+    /// The largest component of the gradients at the vertices, where it is known; else 0.
+    pub gradient_size: T,
+    pub light: Radiance<T>,
+}
+
+impl<'v, T: Real> VolumeRay<'v, T> {
+    /// No light yet, of a ray along `dir`.
+    #[inline]
+    pub fn new(rules: &VolumeRules<'v, T>, dir: DVec3) -> Self {
+        let VolumeRules { spans, method, is_coarse, ref budget, ref shading } = *rules;
+        VolumeRay {
+            spans,
+            method,
+            is_coarse,
+            brightest: T::of(budget.brightest),
+            shading: shading.map(|shading| shading.along::<T>(dir)),
+            color_tolerance: T::of(budget.color_tolerance_in::<T>(shading.as_ref())),
+            min_transmittance: T::of(budget.min_transmittance),
+            span: None,
+            size: T::one(),
+            gradient_size: T::zero(),
+            light: Radiance::none(),
         }
     }
 
-    /// The span of the value at the start of a frustum; `None` if it is void.
+    /// Adds the light of a segment, which is `range` of the interpolant and has all its values.
     #[inline(always)]
-    fn enter(&mut self, segment: &Segment<T>) -> Option<usize> {
-        if segment.is_void() {
-            self.counts.void_frusta += 1;
-            self.span = None;
-            return None;
-        }
-        let spans = self.tracer.spans;
-        // The span of a constant follows from its value, not from the previous span.
+    pub fn segment<const N: usize>(
+        &mut self,
+        segment: &Segment<T>,
+        interpolant: &FrustumInterpolant<T, N>,
+        range: [T; 2],
+    ) -> Flow {
+        let spans = self.spans;
+        // A constant lies where its value lies, not where the ray came from.
         let known = self.span.filter(|_| !segment.is_constant());
-        Some(known.map_or_else(|| spans.find(segment.f0), |k| spans.follow(k, segment.f0)))
-    }
-
-    /// Adds the light of a whole frustum whose value begins in span `k`.
-    #[inline(always)]
-    fn whole(&mut self, segment: &Segment<T>, mut k: usize, interpolant: &FrustumInterpolant<T, N>) -> Flow {
-        let spans = self.tracer.spans;
-        let whole = [T::zero(), T::one()];
+        let mut k = known.map_or_else(|| spans.find(segment.f0), |k| spans.follow(k, segment.f0));
         let reach = segment.reach(self.size);
-        if self.tracer.method == Method::Exact {
+        if self.method == Method::Exact {
             k = spans.holding(k, segment);
         }
-        if self.tracer.method == Method::Exact && spans.span(k).holds(segment) {
-            self.piece(segment, k, interpolant, whole, reach);
+        if self.method == Method::Exact && spans.span(k).holds(segment) {
+            self.piece(segment, k, interpolant, range, reach);
         } else {
             k = match segment.extremum() {
-                None => self.monotone(segment, k, interpolant, whole),
+                None => self.monotone(segment, k, interpolant, range),
                 Some(turn) => {
-                    let (start, end) = ((whole[0], segment.f0), (whole[1], segment.f1));
-                    let k = self.monotone(&segment.part(start, turn), k, interpolant, [start.0, turn.0]);
-                    self.monotone(&segment.part(turn, end), k, interpolant, [turn.0, end.0])
+                    let (start, end) = ((T::zero(), segment.f0), (T::one(), segment.f1));
+                    let at = lerp(range[0], range[1], turn.0);
+                    let k = self.monotone(&segment.part(start, turn), k, interpolant, [range[0], at]);
+                    self.monotone(&segment.part(turn, end), k, interpolant, [at, range[1]])
                 }
             };
         }
@@ -69,27 +105,27 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
 
     /// Whether the ray ends behind a frustum.
     #[inline(always)]
-    pub fn passed(&mut self, segment: &Segment<T>) -> Flow {
-        if !self.tracer.spans.steps().is_empty() {
+    fn passed(&mut self, segment: &Segment<T>) -> Flow {
+        if !self.spans.steps().is_empty() {
             self.near_steps(segment);
         }
         // The transmittance of a piece that ended early is accurate to the last digit only.
         let rest = self.min_transmittance * T::of(1.001) + T::of(2.0 * T::ROUNDING);
-        if self.light.ends(rest, T::of(self.tracer.budget.brightest)) { Flow::Stop } else { Flow::On }
+        if self.light.ends(rest, self.brightest) { Flow::Stop } else { Flow::On }
     }
 
     /// Splits a monotone segment, `range` of the whole interpolant, at the transfer function's knots, from span `k` to
     /// the returned one. The span is carried from piece to piece: the side of a knot follows from the previous piece,
     /// never from a rounded value.
     #[inline]
-    fn monotone(
+    fn monotone<const N: usize>(
         &mut self,
         segment: &Segment<T>,
         mut k: usize,
         interpolant: &FrustumInterpolant<T, N>,
         range: [T; 2],
     ) -> usize {
-        let spans = self.tracer.spans;
+        let spans = self.spans;
         let (f0, f1) = (segment.f0, segment.f1);
         if f0.min(f1) >= spans.span(k).low && f0.max(f1) <= spans.span(k).high {
             self.piece(segment, k, interpolant, range, segment.reach(self.size));
@@ -135,7 +171,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
 
     /// Adds the light of a piece that stays in span `k`.
     #[inline]
-    pub fn piece(
+    pub fn piece<const N: usize>(
         &mut self,
         piece: &Segment<T>,
         k: usize,
@@ -143,7 +179,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         range: [T; 2],
         reach: T,
     ) {
-        let span = self.tracer.spans.span(k);
+        let span = self.spans.span(k);
         if span.is_clear_in(piece) {
             return;
         }
@@ -160,24 +196,24 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         let light = match &self.shading {
             Some(shading) if N == 4 => {
                 let lit = Lit {
-                    method: self.tracer.method,
+                    method: self.method,
                     allowance: &allowance,
                     shading,
                     span,
                     interpolant,
                     gradient_size: self.gradient_size,
                 };
-                let cuts = if self.tracer.is_coarse { 0 } else { Lit::<T, N>::MAX_CUTS };
+                let cuts = if self.is_coarse { 0 } else { Lit::<T, N>::MAX_CUTS };
                 lit.light(piece, range, cuts, spare(&self.light, self.color_tolerance))
             }
-            _ => integrate(self.tracer.method, piece, span, &allowance),
+            _ => integrate(self.method, piece, span, &allowance),
         };
         self.add(&light);
     }
 
     /// Puts light behind that of the ray.
     #[inline(always)]
-    pub fn add(&mut self, light: &Radiance<T>) {
+    fn add(&mut self, light: &Radiance<T>) {
         self.light.over(light);
         // The sum is rounded to its own last digit.
         let off = T::of(0.5 * T::ROUNDING) * self.light.alpha;
@@ -200,7 +236,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         let at_end = |slope: T| (reach / (reach + slope.abs())).min(root);
         let ends = [(segment.f0, at_end(slopes[0])), (segment.f1, at_end(slopes[1]))];
         let turn = segment.extremum().map(|(_, f)| (f, root));
-        let steps = self.tracer.spans.steps();
+        let steps = self.spans.steps();
         for (extreme, part) in ends.into_iter().chain(turn) {
             let first = partition_point(steps, |step| step.value < extreme - reach);
             for step in steps[first..].iter().take_while(|step| step.value <= extreme + reach) {
@@ -216,4 +252,11 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
 #[inline]
 fn between<T: Real>(knots: &[T; 2]) -> T {
     T::of(0.5 * T::ROUNDING) * (knots[0].abs() + knots[1].abs())
+}
+
+/// The size of values at vertices, for [`VolumeRay::size`]: far beyond the transfer function's range, the roundings that
+/// count are those of a column's weights, which all of its frusta share, and a size counts twice.
+#[inline(always)]
+pub(crate) fn correlated<T: Real>(size: T) -> T {
+    size.max(size + size - T::one())
 }

@@ -1,0 +1,82 @@
+//! One volume along a ray of the general kernel, by the rules of [`VolumeRay`], whose error is bounded.
+
+use super::{MultiVolumeTracer, TransferMap};
+use crate::column::Flow;
+use crate::lit::FrustumInterpolant;
+use crate::piece::Radiance;
+use crate::segment::Segment;
+use crate::volume_ray::{VolumeRay, VolumeRules, correlated};
+use glam::DVec3;
+use icoray_grid::array::MapInline;
+
+/// The only volume of a scene, in the colours of its own field.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SingleVolume<'w> {
+    map: &'w TransferMap,
+    needs_sizes: bool,
+    ray: VolumeRay<'w, f64>,
+}
+
+impl<'w> SingleVolume<'w> {
+    /// The volume of a scene along `dir`; `None` where there are several, or its colours are those of another field or
+    /// transfer function.
+    #[inline]
+    pub fn new(tracer: &MultiVolumeTracer<'w, '_>, dir: DVec3) -> Option<Self> {
+        let MultiVolumeTracer { scene, shading, budget, method, is_coarse } = *tracer;
+        let [medium] = scene.media.as_slice() else { return None };
+        if !medium.color.is_of(&medium.extinction) {
+            return None;
+        }
+        let map = &medium.extinction;
+        let spans = map.spans();
+        let needs_sizes = spans.needs_sizes(scene.sources[map.source].value_range());
+        let rules = VolumeRules { spans, method, is_coarse, budget, shading };
+        Some(SingleVolume { map, needs_sizes, ray: VolumeRay::new(&rules, dir) })
+    }
+
+    /// The number of its field.
+    #[inline]
+    pub fn source(&self) -> usize {
+        self.map.source
+    }
+
+    /// The ray passes where the volume is not.
+    #[inline]
+    pub fn pass_void(&mut self) {
+        self.ray.span = None;
+    }
+
+    /// Adds the light of a part of a frustum to `light`. `value` and `gradient` run along the whole frustum, with the
+    /// range of the values and the largest component of the gradients at its vertices; the ray ends at `min_transmittance`.
+    #[inline]
+    pub fn light(
+        &mut self,
+        (value, gradient): (&Segment<f64>, &[Segment<f64>; 3]),
+        (values, gradient_size): ([f64; 2], f64),
+        [from, to]: [f64; 2],
+        (light, min_transmittance): (Radiance<f64>, f64),
+    ) -> (Radiance<f64>, Flow) {
+        let (map, ray) = (self.map, &mut self.ray);
+        let whole =
+            Segment { f0: map.normal(value.f0), f1: map.normal(value.f1), kappa: value.kappa * map.scale(), ..*value };
+        let [x, y, z] = gradient;
+        let interpolant: FrustumInterpolant<f64, 4> = FrustumInterpolant {
+            from: [whole.f0, x.f0, y.f0, z.f0],
+            to: [whole.f1, x.f1, y.f1, z.f1],
+            kappa: [whole.kappa, x.kappa, y.kappa, z.kappa],
+            eps: whole.eps,
+        };
+        if self.needs_sizes {
+            let [low, high] = values.map_inline(|value| map.normal(value).abs());
+            ray.size = correlated(low.max(high));
+        }
+        let end = |u: f64, f: f64| if u == 0.0 || u == 1.0 { (u, f) } else { (u, whole.value(u)) };
+        let part = match [from, to] {
+            [0.0, 1.0] => whole,
+            _ => whole.part(end(from, whole.f0), end(to, whole.f1)),
+        };
+        (ray.light, ray.min_transmittance, ray.gradient_size) = (light, min_transmittance, gradient_size);
+        let flow = ray.segment(&part, &interpolant, [from, to]);
+        (ray.light, flow)
+    }
+}
