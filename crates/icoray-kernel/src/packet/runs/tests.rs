@@ -6,7 +6,7 @@ use crate::fragment::Fragment;
 use crate::ground::Core;
 use crate::owned_region::OwnedRegion;
 use crate::packet::{packets, trace};
-use crate::ray::{Budget, KernelReal, PrimaryRay, SingleVolumeTracer};
+use crate::ray::{Budget, PrimaryRay, SingleVolumeTracer};
 use crate::shade::Shading;
 use crate::trace::Target;
 use crate::transfer::{KernelKnot, Spans};
