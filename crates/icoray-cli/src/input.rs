@@ -2,9 +2,8 @@
 
 use icoray::output::printed_units;
 use icoray::{Error, ErrorKind, Location, Result, Script};
-use icoray_dataset::{Dataset, DatasetOptions, LayerSelection, Mesh};
+use icoray_dataset::{Dataset, DatasetOptions, LayerSelection};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Where fields and mesh are.
 #[derive(clap::Args)]
@@ -45,10 +44,10 @@ pub struct DataOptions {
 }
 
 impl DataOptions {
-    /// The same for a dataset, on a mesh that is in memory or on that of the files.
-    pub fn options(&self, mesh: Option<Arc<Mesh>>) -> DatasetOptions {
+    /// The same for a dataset.
+    pub fn options(&self) -> DatasetOptions {
         let DataOptions { at, heights, radius, missing } = self;
-        DatasetOptions { mesh, at: at.clone(), heights_m: *heights, radius_m: *radius, missing: missing.clone() }
+        DatasetOptions { at: at.clone(), heights_m: *heights, radius_m: *radius, missing: missing.clone() }
     }
 
     /// The options as words of a command line.
@@ -80,10 +79,10 @@ impl Input {
 
     /// Opens all files.
     pub fn open(&self) -> Result<Dataset> {
-        let mut dataset = icoray_netcdf::open_all(&self.files, &self.mesh, self.data_options.options(None))?;
+        let mut dataset = icoray_netcdf::open_all(&self.files, &self.mesh, None, self.data_options.options())?;
         if !self.minus.is_empty() {
-            let options = self.data_options.options(Some(dataset.shared_mesh()));
-            dataset.subtract(icoray_netcdf::open_all(&self.minus, &self.mesh, options)?)?;
+            let (mesh, options) = (Some(dataset.shared_mesh()), self.data_options.options());
+            dataset.subtract(icoray_netcdf::open_all(&self.minus, &self.mesh, mesh, options)?)?;
         }
         Ok(dataset)
     }

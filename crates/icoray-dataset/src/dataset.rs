@@ -44,18 +44,20 @@ pub struct Dataset {
 impl Dataset {
     /// A dataset of a source with fields and, mostly, the mesh, and of other sources that complete it: the mesh, in the
     /// run's init or grid file, or the heights of layers. The mesh is taken from the first of the others that has one;
-    /// heights and the radius from the first of all that has them, the fields' source first. Reads the mesh tables.
+    /// heights and the radius from the first of all that has them, the fields' source first. Fields over time that the
+    /// fields' source lacks are those of the others with the same times. Reads the mesh tables.
     ///
     /// # Errors
-    /// All name the source. [`ErrorKind::Io`]: it is damaged or cut off. [`ErrorKind::Grid`]: a mesh table or the
-    /// radius is missing, or does not have the dimensions of the model; or a source has another mesh, of more or fewer
-    /// cells. [`ErrorKind::Unsupported`]: the mesh is planar, or `vertexDegree` is not 3. [`Mesh::grid`] checks the
+    /// All name the source. [`ErrorKind::Io`]: it is damaged or cut off. [`ErrorKind::Grid`]: a mesh table is
+    /// missing or does not have the dimensions of the model, the radius is not positive, or a source has another mesh.
+    /// [`ErrorKind::Unsupported`]: the mesh is planar, or `vertexDegree` is not 3. [`Mesh::grid`] checks the
     /// contents of the tables.
     pub fn new(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>) -> Result<Self> {
-        Self::with_options(fields, others, DatasetOptions::default())
+        Self::with_options(fields, others, None, DatasetOptions::default())
     }
 
-    /// As [`Dataset::new`], with facts that the files lack.
+    /// As [`Dataset::new`], with facts that the files lack, and on a `mesh` that is in memory already: no mesh tables are
+    /// read then. Only sizes, the name of ICON's grid and positions of columns of the files are compared with it.
     ///
     /// # Errors
     /// As [`Dataset::new`]; [`ErrorKind::Argument`] if no file has a dimension or an entry of [`DatasetOptions::at`],
@@ -63,13 +65,13 @@ impl Dataset {
     pub fn with_options(
         fields: Box<dyn Source>,
         others: Vec<Box<dyn Source>>,
+        mesh: Option<Arc<Mesh>>,
         options: DatasetOptions,
     ) -> Result<Self> {
         let sources = Sources::new(fields, others, options);
         sources.expect_options()?;
         let sources = raster::flattened(sources)?;
-        let known = sources.options.mesh.clone();
-        let mesh = known.map_or_else(|| mesh::read(&sources).map(Arc::new), Ok)?;
+        let mesh = mesh.map_or_else(|| mesh::read(&sources).map(Arc::new), Ok)?;
         mesh::expect_one_mesh(&sources, &mesh)?;
         let sphere_radius_m = radius::of(&sources)?;
         let times = Times::read(sources.fields())?;
@@ -182,7 +184,7 @@ impl Dataset {
 
     /// The locations of fields, with their sizes.
     fn sizes_in_words(&self) -> String {
-        let (cells, corners) = (self.mesh.cells(), self.mesh.corners());
+        let (cells, corners) = (self.mesh.cells(), self.mesh.corners_in_file());
         match self.mesh.convention() {
             Convention::Mpas => format!("{cells} cells (nCells) or {corners} vertices (nVertices)"),
             Convention::Icon => format!("{corners} triangles or their {cells} points"),

@@ -86,9 +86,10 @@ impl FieldInfo {
         mesh: &Mesh,
         options: &DatasetOptions,
     ) -> Result<Option<Self>> {
-        let is_of_mesh = OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable);
-        let found = Axes::of(mesh, &variable.dimensions, &options.at).filter(|_| !is_of_mesh);
-        let Some((axes, location)) = found else { return Ok(None) };
+        let Some((axes, location)) = Axes::of(mesh, &variable.dimensions, &options.at) else { return Ok(None) };
+        if OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable) {
+            return Ok(None);
+        }
         let layer = axes.layer.map(|layer| &variable.dimensions[layer]);
         let precision = match variable.kind {
             Kind::F32 => Precision::F32,

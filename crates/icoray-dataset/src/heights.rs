@@ -261,7 +261,7 @@ fn of_axis<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Op
 /// Number and location of the columns with heights: ICON's triangles, other models' cells.
 fn height_columns(mesh: &Mesh) -> (usize, Location) {
     match mesh.convention() {
-        Convention::Icon => (mesh.corners(), Location::Corner),
+        Convention::Icon => (mesh.corners_in_file(), Location::Corner),
         Convention::Mpas | Convention::Cf => (mesh.cells(), Location::Center),
     }
 }

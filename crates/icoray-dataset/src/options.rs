@@ -1,14 +1,8 @@
 //! Options for opening a dataset.
 
-use crate::mesh::Mesh;
-use std::sync::Arc;
-
 /// Facts that the files of a dataset lack, and entries of dimensions that are neither columns, layers nor time.
 #[derive(Debug, Clone, Default)]
 pub struct DatasetOptions {
-    /// A mesh that is in memory already: no mesh tables are read. Only sizes, the name of ICON's grid and positions of
-    /// columns of the files are compared with it.
-    pub mesh: Option<Arc<Mesh>>,
     /// Name of a dimension, and the entry along it, from 0, that is read for every variable.
     pub at: Vec<(String, usize)>,
     /// Heights above the sphere of the first and of the last layer of every field with layers, metres; those between are

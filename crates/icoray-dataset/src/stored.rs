@@ -82,7 +82,10 @@ impl Decoder {
     /// Sets values that look like marks to NaN if no mark is specified; returns these, and the number of each.
     pub(crate) fn take_unsaid_marks(&self, values: &mut ShapedValues) -> Vec<(f64, usize)> {
         let mut taken = Vec::new();
-        while let Some((mark, count)) = values.outlier().filter(|_| !self.is_said) {
+        if self.is_said {
+            return taken;
+        }
+        while let Some((mark, count)) = values.outlier() {
             if mark == values.rounded(UNWRITTEN) {
                 break;
             }

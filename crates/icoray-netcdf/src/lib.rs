@@ -36,9 +36,10 @@ pub use outline::Outline;
 pub use sample_file::write_sample;
 
 use icoray::Result;
-use icoray_dataset::{Combined, DatasetOptions, Source, Variable};
+use icoray_dataset::{Combined, DatasetOptions, Mesh, Source, Variable};
 use nc_file::NcFile;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Opens a file that holds the mesh and, mostly, fields; reads the mesh tables.
 ///
@@ -64,15 +65,20 @@ pub fn open(path: impl AsRef<Path>) -> Result<Dataset> {
 /// # Errors
 /// As [`open`].
 pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<Dataset> {
-    open_all(&[path], others, DatasetOptions::default())
+    open_all(&[path], others, None, DatasetOptions::default())
 }
 
 /// As [`open_with`], for files of one run that are read as one ([`Combined::of`]), and with what they do not tell.
 ///
 /// # Errors
 /// As [`open`], [`Combined::of`] and [`Dataset::with_options`].
-pub fn open_all(paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>], options: DatasetOptions) -> Result<Dataset> {
-    Dataset::with_options(Combined::of(all_opened(paths)?)?, all_opened(others)?, options)
+pub fn open_all(
+    paths: &[impl AsRef<Path>],
+    others: &[impl AsRef<Path>],
+    mesh: Option<Arc<Mesh>>,
+    options: DatasetOptions,
+) -> Result<Dataset> {
+    Dataset::with_options(Combined::of(all_opened(paths)?)?, all_opened(others)?, mesh, options)
 }
 
 /// The variables of a file, whether or not it has a mesh: name, dimensions and type of each, with its long name and units.

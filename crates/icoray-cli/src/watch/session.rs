@@ -75,22 +75,22 @@ impl Watch<'_> {
             self.args.mesh.iter().chain(joined).collect::<Vec<_>>()
         };
         let first = &moment.sources[0].path;
-        let options = |mesh| self.args.data_options.options(mesh);
+        let open = |path: &PathBuf, others: &[&PathBuf], mesh: Option<&Arc<Mesh>>| {
+            icoray_netcdf::open_all(&[path], others, mesh.cloned(), self.args.data_options.options())
+        };
+        let own_mesh: Vec<_> = self.args.mesh.iter().collect();
         let given = known.filter(|mesh| self.args.mesh.iter().any(|path| path == mesh.path()));
         let mut file = match given {
-            Some(mesh) => icoray_netcdf::open_all(&[first], &others_of(first), options(Some(Arc::clone(mesh))))?,
-            None => match icoray_netcdf::open_all(&[first], &self.args.mesh, options(None)) {
+            Some(mesh) => open(first, &others_of(first), Some(mesh))?,
+            None => match open(first, &own_mesh, None) {
                 Ok(alone) if moment.sources.len() == 1 => return Ok(alone),
-                Ok(alone) => icoray_netcdf::open_all(&[first], &others_of(first), options(Some(alone.shared_mesh())))?,
-                Err(_) if moment.sources.len() > 1 => {
-                    icoray_netcdf::open_all(&[first], &others_of(first), options(None))?
-                }
+                Ok(alone) => open(first, &others_of(first), Some(&alone.shared_mesh()))?,
+                Err(_) if moment.sources.len() > 1 => open(first, &others_of(first), None)?,
                 Err(error) => return Err(error),
             },
         };
         for source in &moment.sources[1..] {
-            let options = options(Some(file.shared_mesh()));
-            file.join(icoray_netcdf::open_all(&[&source.path], &others_of(&source.path), options)?)?;
+            file.join(open(&source.path, &others_of(&source.path), Some(&file.shared_mesh()))?)?;
         }
         Ok(file)
     }

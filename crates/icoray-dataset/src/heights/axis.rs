@@ -64,7 +64,9 @@ pub(super) fn hybrid(sources: &Sources, layers: usize) -> Result<Option<ReadHeig
         None => REFERENCE_PA,
     };
     let surface_pa = match SURFACE_PRESSURES.iter().find_map(|name| sources.find(name)) {
-        Some((source, pressure)) if pressure.kind.is_number() => mean_at_first(source, pressure)?,
+        Some((source, pressure)) if pressure.kind.is_number() => {
+            mean_at_first(source, pressure, &sources.options.missing)?
+        }
         _ => None,
     };
     let surface_pa = surface_pa.unwrap_or(STANDARD_PA);
@@ -74,9 +76,9 @@ pub(super) fn hybrid(sources: &Sources, layers: usize) -> Result<Option<ReadHeig
 }
 
 /// The mean of a variable over its columns at its first time.
-fn mean_at_first(source: &dyn Source, variable: &Variable) -> Result<Option<f64>> {
+fn mean_at_first(source: &dyn Source, variable: &Variable, missing: &[f64]) -> Result<Option<f64>> {
     let (start, count) = variable.first_record();
-    let values = decoded(source, variable, (&start, &count), &[])?;
+    let values = decoded(source, variable, (&start, &count), missing)?;
     let finite: Vec<f64> = values.all().filter(|value| value.is_finite()).collect();
     Ok((!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64))
 }

@@ -141,10 +141,13 @@ impl NativeHeights {
                 source.error(ErrorKind::Layers, context)
             })?;
             let time = if info.time_dependent { sources.record(source, variable, time)? } else { 0 };
-            let read = OwnedField::read(source, &info, time, 0..info.layers, &sources.options)?;
+            let mut read = OwnedField::read(source, &info, time, 0..info.layers, &sources.options)?;
             match info.location {
                 Location::Center => Stored::AsRead(Box::new(read)),
-                Location::Corner => Stored::Averaged(CenterField::average(grid, &read.field()?)?),
+                Location::Corner => {
+                    read.spread(mesh.corner_rows());
+                    Stored::Averaged(CenterField::average(grid, &read.field()?)?)
+                }
             }
         };
         Ok(Some(NativeHeights { description: found.description(sources, mesh), stored }))

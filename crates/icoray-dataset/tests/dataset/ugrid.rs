@@ -1,7 +1,7 @@
 //! UGRID's files: polygons, triangles, marks for entries that are missing, and names in attributes.
 
 use crate::made::{Made, Values, value};
-use crate::memory::{open, open_error};
+use crate::memory::{open, open_error, opened};
 use icoray::{ColumnCount, IcosahedralMesh, Location};
 use icoray_dataset::Convention;
 use std::collections::HashMap;
@@ -225,4 +225,28 @@ fn coordinates_are_no_fields_and_the_topology_goes_before_names() {
     let file = open(&made);
     assert_eq!(file.fields().iter().map(|field| field.name.as_str()).collect::<Vec<_>>(), ["depth"]);
     assert_eq!((file.mesh().cells(), file.mesh().corners()), (42, 80));
+}
+
+/// A face of four nodes is two corners of the mesh whose cells are the nodes: heights at faces belong to both.
+#[test]
+fn heights_at_faces_that_are_cut_are_those_of_nodes() {
+    let ([lon, lat], faces) = cube(4);
+    let (count, nodes) = (faces.len() / 4, lon.len());
+    let mut made = Made::ugrid(count, nodes, 4, faces.iter().map(|node| node + 1).collect());
+    made.nodes([&lon, &lat]);
+    made.dimensions.push(("lev", 3));
+    let mut data = Made { path: "data.nc", ..Made::of([("lev", 3), ("nn", nodes)], []) };
+    data.add("t", &["lev", "nn"], Values::F64(vec![1.0; 3 * nodes]));
+    let height = |i: usize| [0.0, 1e3, 3e3][i / count] + if i / count == 0 { 0.0 } else { (i % count) as f64 };
+    made.add("z_ifc", &["lev", "nf"], Values::F64((0..3 * count).map(height).collect()));
+    let file = opened(&data, &[&made]).unwrap();
+    assert_eq!((file.mesh().corners_in_file(), file.mesh().corners()), (count, 2 * count));
+    let mean = 0.5 * (count - 1) as f64;
+    assert_eq!(file.layer_heights("t").unwrap().height_m, [0.0, 1e3 + mean, 3e3 + mean]);
+    let grid = file.mesh().grid().unwrap();
+    let native = file.native_heights(&grid, "t", 0).unwrap().unwrap();
+    let heights = native.all().unwrap();
+    assert_eq!(heights.shape().columns, nodes);
+    let highest = (0..nodes).map(|node| heights.value(node, 2) - 3e3);
+    assert!(highest.clone().all(|above| (0.0..count as f64).contains(&above)), "{:?}", highest.collect::<Vec<_>>());
 }

@@ -106,7 +106,6 @@ impl Dataset {
         missing: Option<Vec<f64>>,
     ) -> PyResult<Self> {
         let options = DatasetOptions {
-            mesh: None,
             at: at.unwrap_or_default().into_iter().collect(),
             heights_m: heights,
             radius_m: radius,
@@ -119,7 +118,7 @@ impl Dataset {
         let fields = fields.iter().map(source).collect::<PyResult<Vec<_>>>()?;
         let others = others.iter().map(source).collect::<PyResult<Vec<_>>>()?;
         let opened = py.detach(|| -> icoray::Result<Opened> {
-            let dataset = icoray_dataset::Dataset::with_options(Combined::of(fields)?, others, options)?;
+            let dataset = icoray_dataset::Dataset::with_options(Combined::of(fields)?, others, None, options)?;
             let grid = checked(dataset.shared_mesh())?;
             Ok(Opened { dataset, grid, bytes_copied, heights: Mutex::default() })
         });
