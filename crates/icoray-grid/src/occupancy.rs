@@ -39,6 +39,25 @@ impl OccupancyMask {
         OccupancyMask { shift: Self::shift(layers), top: layers - 1, ..self }
     }
 
+    /// The mask over this number of triangles that shows nothing between this number of layers.
+    #[inline]
+    pub fn none(triangles: usize, layers: usize) -> Self {
+        OccupancyMask { blocks: vec![0; triangles], shift: Self::shift(layers), ..OccupancyMask::default() }
+    }
+
+    /// The mask that shows the parts that any of these masks between this number of layers shows, and in all columns
+    /// the blocks of `beside`.
+    pub fn joined(masks: &[Self], layers: usize, beside: u32) -> Self {
+        let Some(first) = masks.first().filter(|_| masks.iter().all(|mask| !mask.is_full())) else {
+            return OccupancyMask::default().full(layers);
+        };
+        let mut blocks: Vec<u32> = first.blocks.iter().map(|blocks| blocks | beside).collect();
+        for mask in &masks[1..] {
+            blocks.iter_mut().zip(&mask.blocks).for_each(|(all, blocks)| *all |= blocks);
+        }
+        OccupancyMask { blocks, shift: first.shift, top: layers - 1, ..OccupancyMask::default() }
+    }
+
     /// Whether everything is visible.
     #[inline]
     pub fn is_full(&self) -> bool {

@@ -9,7 +9,7 @@
 //! must have met the core for any depth of the facets.
 
 use crate::column::Flow;
-use crate::column_ray::ColumnRay;
+use crate::general::RayState;
 use crate::owned_region::OwnedRegion;
 use crate::piece::Radiance;
 use crate::plane::RayLine;
@@ -130,7 +130,7 @@ impl<'r> FragmentBuilder<'r> {
 
     /// Traces `ray` over the columns of `walk` that are `own`, until it ends.
     #[inline]
-    pub fn trace(mut self, ray: &mut impl ColumnRay, own: &OwnedRegion, mut walk: Walk) {
+    pub fn trace(mut self, ray: &mut RayState, own: &OwnedRegion, mut walk: Walk) {
         loop {
             let triangle = walk.triangle();
             let is_own = own.has(triangle);

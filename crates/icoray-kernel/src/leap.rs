@@ -1,8 +1,8 @@
 //! Leaps over empty space: the distance that a ray passes over invisible macrocells.
 
 use crate::column::Shell;
+use crate::packet::PacketFrame;
 use crate::plane::RayLine;
-use crate::single_volume::SingleVolumeTracer;
 use icoray_grid::macrocells::Macrocells;
 use icoray_grid::occupancy::OccupancyMask;
 
@@ -43,8 +43,8 @@ const ROUNDING: f64 = 1e-12;
 impl<'t> Leaps<'t> {
     /// The macrocells of a frame; `None` where all or too little of it is visible to leap.
     #[inline]
-    pub fn new(tracer: &'t SingleVolumeTracer<'_>) -> Option<Self> {
-        let SingleVolumeTracer { grid, shell, visible, .. } = *tracer;
+    pub fn new(frame: &'t PacketFrame<'_>) -> Option<Self> {
+        let PacketFrame { grid, shell, visible, .. } = *frame;
         if visible.macrocells.is_empty() {
             return None;
         }
@@ -57,7 +57,7 @@ impl<'t> Leaps<'t> {
             [square(radii[low] * macrocells.lowest_facet, 1.0 - ROUNDING), square(radii[high], 1.0 + ROUNDING)]
         };
         let blocks = (0..radii.len() - 1).step_by(1 << visible.shift).map(block).collect();
-        let inner = if tracer.core.is_some() { shell.inner().max(CENTRE) } else { CENTRE };
+        let inner = if frame.core.is_some() { shell.inner().max(CENTRE) } else { CENTRE };
         Some(Leaps { macrocells, visible, shell, blocks, inner2: square(inner, 1.0 + ROUNDING) })
     }
 

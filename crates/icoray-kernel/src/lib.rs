@@ -18,7 +18,6 @@
 
 mod budget;
 pub mod column;
-mod column_ray;
 mod counts;
 pub mod empty_space_skipping;
 mod fragment;
@@ -37,7 +36,6 @@ mod scene_tracer;
 pub mod segment;
 pub mod shade;
 pub mod signature;
-mod single_volume;
 mod trace;
 pub mod transfer;
 mod traverse;

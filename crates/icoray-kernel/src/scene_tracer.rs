@@ -1,25 +1,36 @@
-//! Rays through any scene in single precision: packets, which pass rare cases to the general kernel.
+//! Rays through a scene: side by side in packets, which pass rare cases to the general kernel, or one at a time.
 
 use crate::budget::Budget;
+use crate::column::Flow;
 use crate::counts::Counts;
-use crate::general::{MultiVolumeTracer, RayState};
+use crate::fragment::{FragmentBuilder, FragmentRules};
+use crate::general::{KernelScene, RayState};
+use crate::owned_region::OwnedRegion;
 use crate::packet::{self, PacketScene};
-use crate::plane::RayLine;
-use crate::single_volume::SingleVolumeTracer;
-use crate::trace::{self, Extent, Kernel, PrimaryRay, Target, Tracer};
+use crate::shade::Shading;
+use crate::signature::BoundarySignature;
+use crate::trace::queue::{Clip, Queue};
+use crate::trace::{FragmentReport, PrimaryRay, Report, Target, Tracer};
+use crate::walk::Walk;
 use fearless_simd::Level;
-use glam::DVec3;
+use icoray_scene::Method;
 
-/// The kernel for scenes of several volumes, surfaces and cuts, and for native heights, in single precision. Rays over
-/// grids that are too large for packets are traced by the general kernel.
+/// A scene, and the settings for tracing its rays.
 pub struct SceneTracer<'w, 'f> {
-    /// The general kernel for the scene.
-    pub general: MultiVolumeTracer<'w, 'f>,
-    /// The scene for packets.
-    pub packets: &'w PacketScene<'f>,
-    /// The machine's vector instructions.
-    pub level: Level,
-    /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
+    /// The scene's volumes, surfaces and cuts.
+    pub scene: &'w KernelScene<'f>,
+    /// Lighting; `None` shows the transfer functions' own colours.
+    pub shading: Option<Shading>,
+    /// Division of the tolerance along a ray.
+    pub budget: Budget,
+    /// The rule of integration of a single volume.
+    pub method: Method,
+    /// When set, pieces of a single volume are not cut where the gradient turns.
+    pub is_coarse: bool,
+    /// The machine's vector instructions, and the scene for packets of rays in single precision; `None` traces rays one
+    /// at a time in double precision, as do grids that are too large for packets.
+    pub packets: Option<(Level, &'w PacketScene<'f>)>,
+    /// Whether packets integrate frusta; false where the walk and the interpolation alone are measured.
     pub integrates: bool,
 }
 
@@ -28,56 +39,85 @@ impl<'w> SceneTracer<'w, '_> {
     // Not inlined, so that crates that use the kernel do not compile it again.
     #[inline(never)]
     pub fn boxed(self) -> Box<dyn Tracer + 'w> {
-        trace::boxed(self)
-    }
-}
-
-impl Kernel for SceneTracer<'_, '_> {
-    type Ray<'r>
-        = RayState<'r, 'r>
-    where
-        Self: 'r;
-
-    fn extent(&self) -> Extent<'_> {
-        self.general.extent()
+        Box::new(self)
     }
 
-    fn budget(&self) -> &Budget {
-        &self.general.budget
-    }
-
-    fn ray(&self, line: RayLine, eye: DVec3, dir: DVec3) -> RayState<'_, '_> {
-        self.general.ray(line, eye, dir)
-    }
-
+    /// Traces all rays in packets and returns true, or traces none if there are no packets.
     fn trace_packets(
         &self,
         rays: &mut dyn Iterator<Item = PrimaryRay>,
         counts: &mut Counts,
-        target: &mut Target,
+        mut target: Target,
     ) -> bool {
-        let SceneTracer { general, packets, level, integrates } = self;
-        let MultiVolumeTracer { scene, shading, budget, is_coarse, .. } = *general;
-        let source = scene.media.first().map_or(0, |medium| medium.extinction.source);
-        let volume = SingleVolumeTracer {
-            grid: scene.grid,
-            shell: &packets.shell,
-            spans: &packets.spans,
-            samples: packets.samples,
-            needs_sizes: packets.spans.needs_sizes(scene.sources[source].value_range()),
-            visible: packets.visible(scene),
-            outer: scene.outer,
-            gradients: scene.sources[source].gradients().values(),
-            budget,
-            shading: shading.filter(|_| !scene.media.is_empty()),
-            is_coarse,
-            level: *level,
-            integrates: *integrates,
-            core: scene.core,
-        };
-        match volume.shading {
-            Some(_) => packet::trace_scene::<4>(*level, &volume, (general, packets), rays, counts, target),
-            None => packet::trace_scene::<1>(*level, &volume, (general, packets), rays, counts, target),
+        self.packets.is_some_and(|packets| packet::trace(packets, self, rays, counts, &mut target))
+    }
+}
+
+impl Tracer for SceneTracer<'_, '_> {
+    fn outer(&self) -> f64 {
+        self.scene.outer
+    }
+
+    fn budget(&self) -> &Budget {
+        &self.budget
+    }
+
+    fn trace(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, report: &mut Report) {
+        if self.trace_packets(rays, counts, Target::Light(report)) {
+            return;
+        }
+        let KernelScene { grid, outer, .. } = *self.scene;
+        let has_voids = grid.void_triangles() > 0;
+        let mut queue = Queue::new(grid, Clip { outer, region: None }, rays);
+        while let Some((start, line, walk)) = queue.next(|number| report(number, None, BoundarySignature::default())) {
+            let mut ray = RayState::new(self, line, &start);
+            pass(&mut ray, has_voids, walk);
+            *counts += *ray.counts();
+            let (light, surfaces) = ray.met();
+            report(start.number, Some(*light), surfaces);
+        }
+    }
+
+    fn fragments(
+        &self,
+        own: &OwnedRegion,
+        rays: &mut dyn Iterator<Item = PrimaryRay>,
+        counts: &mut Counts,
+        report: &mut FragmentReport,
+    ) {
+        if self.trace_packets(rays, counts, Target::Fragments(own, report)) {
+            return;
+        }
+        let KernelScene { grid, outer, core_radius, core, .. } = *self.scene;
+        let clip = Clip { outer, region: Some((own, core_radius[0])) };
+        let (mut queue, mut found) = (Queue::new(grid, clip, rays), Vec::new());
+        while let Some((start, line, walk)) = queue.next(|_| ()) {
+            let rules = FragmentRules::new(own, &line, core_radius, core.is_some(), self.budget.brightest);
+            let mut ray = RayState::new(self, line, &start);
+            ray.counts().rays = 0;
+            FragmentBuilder::new(rules, &mut found).trace(&mut ray, own, walk);
+            *counts += *ray.counts();
+            if !found.is_empty() {
+                report(start.number, &found);
+                found.clear();
+            }
+        }
+    }
+}
+
+/// Passes all columns of a walk until the ray ends.
+#[inline]
+fn pass(ray: &mut RayState, has_voids: bool, mut walk: Walk) {
+    loop {
+        // `has_voids` saves meshes without holes the look-up. Blocks are read before the next step of the walk, so that
+        // both wait for memory at the same time.
+        let is_void = has_voids && walk.is_void();
+        let triangle = walk.triangle();
+        let blocks = ray.blocks(triangle);
+        let Some(column) = walk.next_column() else { return };
+        let flow = if is_void { ray.void_column(&column) } else { ray.column(&column, triangle, blocks) };
+        if flow == Flow::Stop {
+            return;
         }
     }
 }

@@ -88,8 +88,8 @@ pub struct Scene {
     pub scenery: Scenery,
     /// The light; `None` shows the transfer function's colours as they are.
     pub lighting: Option<Lighting>,
-    /// How pieces are integrated. Scenes that show more than one volume between concentric layers, or cut it
-    /// ([`Scene::is_plain`]), are integrated to the tolerance whatever it is, and say so (`Plan::left_out`).
+    /// How pieces are integrated. Scenes of several volumes, or of one in the colours of another field, are
+    /// integrated to the tolerance whatever it is, and say so (`Plan::left_out`).
     pub method: Method,
     /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1; [`Method::Exact`] spends no more than it
     /// needs.
@@ -141,9 +141,16 @@ impl Scene {
         &self.volumes[0].field
     }
 
-    /// Whether nothing but one volume between concentric layers is shown, over a ground that may have lines on it.
-    pub fn is_plain(&self) -> bool {
-        self.has_single_volume() && self.scenery.heights == Heights::Mean
+    /// Whether rays may meet surfaces other than a round core, at whose edges they differ.
+    pub fn has_boundaries(&self) -> bool {
+        let Scenery { surfaces, isosurfaces, clips, heights, .. } = &self.scenery;
+        let has_surfaces = !(surfaces.is_empty() && isosurfaces.is_empty() && clips.is_empty());
+        has_surfaces || *heights == Heights::Native
+    }
+
+    /// Whether there is one volume, in the colours of its own field.
+    pub fn has_one_field_of_volume(&self) -> bool {
+        matches!(self.volumes.as_slice(), [Volume { opacity: None, .. }])
     }
 
     /// Whether nothing but one volume is shown, over a ground that may have lines on it.
@@ -151,7 +158,7 @@ impl Scene {
         let Scenery { surfaces, isosurfaces, lines, ground: _, clips, derived: _, heights: _ } = &self.scenery;
         let is_on_ground = |lines: &Lines| lines.on == Level::Ground;
         let is_meshless = |lines: &Lines| !matches!(lines.pattern, Pattern::Cells | Pattern::Triangles);
-        matches!(self.volumes.as_slice(), [Volume { opacity: None, .. }])
+        self.has_one_field_of_volume()
             && surfaces.is_empty()
             && isosurfaces.is_empty()
             && lines.iter().all(|lines| is_on_ground(lines) && is_meshless(lines))

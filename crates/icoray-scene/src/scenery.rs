@@ -1,7 +1,4 @@
 //! The contents of a scene: volumes, surfaces, lines and clips.
-//!
-//! A scene without surfaces and cuts and with one volume is plain ([`Scene::is_plain`](crate::scene::Scene::is_plain)):
-//! the kernel for a single field renders it.
 
 use crate::coloring::Coloring;
 use crate::outlines::Outlines;

@@ -13,8 +13,8 @@ pub(super) struct Magnitudes {
     pub text: &'static str,
 }
 
-/// Those of the transfer function of a plain scene's one volume: differences and their inverses are normal numbers.
-pub(super) const PLAIN: Magnitudes =
+/// Those of the transfer function of a volume without surfaces: differences and their inverses are normal numbers.
+pub(super) const ALONE: Magnitudes =
     Magnitudes { range: 1e-290..=1e290, text: "0 or a magnitude from 1e-290 to 1e290" };
 /// Those of all other scenes: squares, and squares of differences in the last digit, are normal numbers.
 pub(super) const SQUARED: Magnitudes =
@@ -33,7 +33,8 @@ impl Scene {
     /// # Errors
     /// [`ErrorKind::Scene`] where kernels cannot hold one.
     pub fn check_values(&self) -> Result<()> {
-        let magnitudes = if self.is_plain() { PLAIN } else { SQUARED };
+        let is_alone = self.has_one_field_of_volume() && !self.has_boundaries();
+        let magnitudes = if is_alone { ALONE } else { SQUARED };
         let refuse = |value: f64, field: &str, what: &str| {
             let message = format!("{what} {} of {field:?}, expected {}", numbers::text(value), magnitudes.text);
             Err(Error::new(ErrorKind::Scene, message))
@@ -93,7 +94,7 @@ mod tests {
                 ("transfer.opacity", parsed(&stops, "")),
             ] {
                 let text = scene.unwrap_err().to_string();
-                assert!(text.contains(&format!("key {key}")) && text.contains(PLAIN.text), "{value}: {text}");
+                assert!(text.contains(&format!("key {key}")) && text.contains(ALONE.text), "{value}: {text}");
             }
         }
         for value in ["1e101", "-1e101", "1.7e308", "1e-131", "-5e-324"] {
@@ -117,7 +118,7 @@ mod tests {
         for (scene, value, magnitudes) in [
             (high, "function's value 1e200 of \"f\"", SQUARED),
             (small, "isosurface's value -1e-200", SQUARED),
-            (plain, "function's value 1e300", PLAIN),
+            (plain, "function's value 1e300", ALONE),
         ] {
             let error = scene.check_values().unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Scene);

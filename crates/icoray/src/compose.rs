@@ -91,7 +91,7 @@ impl Composer<'_> {
         }
         let t = line.first_inside(self.radius[0], part)?;
         let shading = self.shading.map(|shading| shading.along(dir));
-        Some((t, core.round_light(line.position(t), shading.as_ref())))
+        Some((t, core.round_light(line.position(t), None, shading.as_ref())))
     }
 }
 

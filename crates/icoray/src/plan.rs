@@ -14,7 +14,6 @@ use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Location};
 use icoray_kernel::ray::beyond_gathers;
 use icoray_kernel::shade::Shading;
-use icoray_kernel::transfer::KernelKnot;
 use icoray_output::{CellsPerPixel, Sharing};
 use icoray_scene::{Method, Precision, Scene, Scheme, Source};
 
@@ -37,8 +36,6 @@ pub struct Plan {
     pub(crate) radius: Vec<f64>,
     /// Whether the field's first layer is the outermost.
     pub(crate) falling: bool,
-    /// The transfer function in the kernel's units.
-    pub(crate) knots: Vec<KernelKnot>,
     /// Lighting, for which gradients are computed.
     pub(crate) shading: Option<Shading>,
     /// Whether the field has to be averaged from corners to centres.
@@ -63,7 +60,6 @@ impl Plan {
         scene.check_values()?;
         levels::check(scene, field.shape().layers)?;
         let radius = layers.shell(scene.exaggeration)?;
-        let thickness = radius[radius.len() - 1] - radius[0];
         let eye = scene.camera.eye().iter().map(|x| x * x).sum::<f64>().sqrt();
         if scene.core.is_some() && eye < radius[0] {
             let message = format!(
@@ -86,13 +82,11 @@ impl Plan {
             },
         });
         let left_out = left_out::left_out(scene, grid, field.shape().layers, from_corners);
-        let knots = KernelKnot::of(&scene.volumes[0].transfer, thickness);
         let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
         let averages = if from_corners { grid.cells() * radius.len() * value_bytes } else { 0 };
         let mut plan = Plan {
             radius,
             falling: layers.is_falling(),
-            knots,
             shading,
             from_corners,
             average_bytes: averages as u64,
@@ -118,9 +112,9 @@ impl Plan {
         layers.for_field(shape.layers).map_err(|e| e.within(format!("{name:?}")))
     }
 
-    /// Updates the transfer function after the color ranges of `scene` were resolved.
-    pub(crate) fn recolor(&mut self, scene: &Scene) {
-        self.knots = KernelKnot::of(&scene.volumes[0].transfer, self.radius[self.radius.len() - 1] - self.radius[0]);
+    /// Thickness of the shell, planet radii: the unit of a transfer function's lengths.
+    pub(crate) fn thickness(&self) -> f64 {
+        self.radius[self.radius.len() - 1] - self.radius[0]
     }
 
     /// Notes that fields or heights are averaged from corners.
@@ -174,7 +168,7 @@ impl Plan {
     }
 
     fn is_for_packets(scene: &Scene) -> bool {
-        scene.is_plain() && scene.precision == Precision::F32 && scene.method == Method::Exact
+        scene.precision == Precision::F32 && scene.method == Method::Exact
     }
 
     /// The first table that is too long for packets of rays.

@@ -1,21 +1,14 @@
 //! The renderer: draws scenes on a thread pool of its own, and on a device if there is one.
 
 use crate::derive;
-use crate::edges::Edges;
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranges::FieldValues;
 use crate::ranks::{HAS_WHOLE, Part, Ranks};
 use icoray_grid::Field;
+use icoray_grid::Grid;
 use icoray_grid::Layers;
-use icoray_grid::gradient::{PartialGradients, PreparedSample};
-use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::samples::{AnySamples, Samples};
 use icoray_grid::{Error, ErrorKind, Result};
-use icoray_grid::{Grid, Reals};
-use icoray_kernel::column::Shell;
-use icoray_kernel::ground::Ground;
-use icoray_kernel::transfer::Spans;
 use icoray_output::{Colors, Frame, Sharing};
 use icoray_scene::{Backend, Scene, Scheme};
 use std::time::Instant;
@@ -24,6 +17,7 @@ mod columns;
 mod context;
 mod device;
 mod devices;
+mod draw;
 mod frame_cache;
 #[cfg(test)]
 mod gradient_tests;
@@ -31,7 +25,6 @@ mod gradient_tests;
 mod ground_tests;
 mod histogram;
 mod lazy;
-mod multi_volume;
 mod parts;
 mod picture;
 mod prepare;
@@ -52,11 +45,8 @@ pub use rendered::Rendered;
 pub use renderer::Renderer;
 
 use context::{FrameContext, RenderInputs};
-use device::OnDevice;
 use devices::DeviceChoice;
-use prepare::FieldSummary;
 use prepared_field::PreparedField;
-use work::{SingleVolume, Work};
 
 impl Renderer {
     /// Renders `scene` from its fields, or from one field.
@@ -167,7 +157,6 @@ impl Renderer {
         let scene = settled.as_ref().unwrap_or(scene);
         if settled.is_some() {
             scene.check_values()?;
-            plan.recolor(scene);
         }
         let device = self.find_device(ranks, scene)?;
         let context = FrameContext {
@@ -183,7 +172,7 @@ impl Renderer {
             fields: &prepared,
             start,
         };
-        let mut rendered = draw(&context, ranks)?;
+        let mut rendered = draw::draw(&context, ranks)?;
         let report = rendered.report_mut();
         report.bytes_derived += derived;
         report.threads = self.threads();
@@ -240,58 +229,4 @@ impl Renderer {
             facts
         })
     }
-}
-
-/// Draws the picture with packets of rays through one field, or with the general kernel. Collective.
-fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
-    let FrameContext { renderer, scene, plan, grid, .. } = *context;
-    if !plan.walks_in_packets(scene, grid) || renderer.vectors().is_none() {
-        return multi_volume::draw(context, ranks);
-    }
-    match context.fields[0].field().samples() {
-        Reals::F32(data) => draw_plain(context, ranks, data),
-        Reals::F64(data) => draw_plain(context, ranks, data),
-    }
-}
-
-fn draw_plain<S: PreparedSample>(context: &FrameContext, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
-    let FrameContext { renderer, scene, plan, .. } = *context;
-    let field = &context.fields[0].field();
-    let spans = Spans::<f32>::new(&plan.knots);
-    let shell = Shell::<f32>::new(&plan.radius);
-    let samples = Samples::new(data, field, plan.falling, spans.range());
-    let field_summary = FieldSummary::of(context, ranks, &samples)?;
-    let is_lit = field_summary.is_lit();
-    let (occupancy_key, visible) = prepare::occupancy(context, &field_summary, &spans, samples);
-    let (light_key, mut gradients) =
-        prepare::gradients(context, &field_summary, samples, spans.range(), (&occupancy_key, &visible));
-    prepare::complete(context, ranks, &visible, &mut gradients, is_lit)?;
-    let on_device = OnDevice::new(context, field, &gradients, field_summary.quality);
-    let radius = [shell.inner(), shell.outer()];
-    let ground = Ground::new(scene);
-    let ground = ground.as_ref();
-    let (shell, spans) = (&shell, &spans);
-    let plain = SingleVolume {
-        context,
-        shell,
-        spans,
-        samples: AnySamples::new(field, plan.falling, spans.range()),
-        needs_sizes: spans.needs_sizes(field_summary.value_range),
-        visible: &visible,
-        gradients: &gradients,
-        ground,
-    };
-    let [core, top] = radius.map(|radius| context.facets(radius));
-    let edges = Edges::new(scene, core.filter(|_| scene.core.is_some()), top, false);
-    let work = Work { context, radius, ground, rays: &plain, edges };
-    let mut rendered = picture::draw(&work, ranks, &field_summary, on_device)?;
-    rendered.report_mut().bytes_derived =
-        gradients.known().map_or(0, PartialGradients::bytes) + visible.known().map_or(0, OccupancyMask::bytes);
-    if let (Some(key), Some(gradients)) = (light_key, gradients.into_known()) {
-        renderer.frame_cache.gradients.store(key, gradients);
-    }
-    if let Some(visible) = visible.into_known() {
-        renderer.frame_cache.visible.store(occupancy_key, visible);
-    }
-    Ok(rendered)
 }

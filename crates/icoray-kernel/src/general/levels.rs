@@ -4,7 +4,7 @@ use icoray_grid::array::MapInline;
 use icoray_grid::heights::Heights;
 
 /// The radii of layers, in planet radii, counted from the innermost.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Levels<'f> {
     /// Concentric layers: 1 / radius of each.
     Concentric(Vec<f64>),

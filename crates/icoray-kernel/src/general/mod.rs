@@ -16,7 +16,6 @@ mod single;
 mod source;
 mod step;
 mod surfaces;
-mod trace;
 mod wedge;
 
 pub use blend::Medium;
@@ -29,13 +28,14 @@ pub(crate) use wedge::FacetSide;
 
 use crate::budget::Budget;
 use crate::column::Flow;
-use crate::column_ray::ColumnRay;
 use crate::counts::Counts;
 use crate::ground::{Core, SurfaceHit};
 use crate::piece::Radiance;
 use crate::plane::RayLine;
-use crate::shade::{RayShading, Shading};
+use crate::scene_tracer::SceneTracer;
+use crate::shade::RayShading;
 use crate::signature::{Boundary, BoundarySignature, EyeDistance};
+use crate::trace::PrimaryRay;
 use crate::walk::Column;
 use clips::RayClips;
 use frustum::Scratch;
@@ -43,7 +43,6 @@ use glam::{DVec3, Vec3};
 use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_scene::Method;
 use single::SingleVolume;
 use wedge::{Facet, Wedge};
 
@@ -64,9 +63,10 @@ pub struct KernelScene<'f> {
     pub surface_layers: Vec<SurfaceLayer>,
     /// The parts of space that are cut away.
     pub clips: Clips,
-    /// Visible blocks of gaps for each of the volumes and isosurfaces; one mask that shows everything if other surfaces
-    /// may lie anywhere.
+    /// Visible blocks of gaps for each of the volumes and isosurfaces, or one mask that shows nothing.
     pub visible: Vec<OccupancyMask>,
+    /// The blocks of gaps that other surfaces adjoin, in all columns.
+    pub beside: u32,
     /// Normals at the vertices of lit layers that are not spheres: number of the layer, and a unit vector per cell.
     pub normals: Vec<(usize, Vec<[f32; 3]>)>,
     /// The opaque core; `None` lets rays through the hollow core.
@@ -79,26 +79,29 @@ pub struct KernelScene<'f> {
 }
 
 impl KernelScene<'_> {
+    /// Whether there is at most one volume, whose opacity is that of its own field.
+    pub fn has_one_field_of_volume(&self) -> bool {
+        match self.media.as_slice() {
+            [] => true,
+            [medium] => medium.color.is_of(&medium.extinction),
+            _ => false,
+        }
+    }
+
+    /// Whether that volume, between concentric layers, and the core are all there is.
+    pub fn is_volume_alone(&self) -> bool {
+        self.has_one_field_of_volume()
+            && matches!(self.levels, Levels::Concentric(_))
+            && self.isosurfaces.is_empty()
+            && self.surface_layers.is_empty()
+            && self.clips.is_empty()
+    }
+
     /// Whether `gap` is visible according to these blocks; all masks have the same gaps in a block.
     #[inline]
     fn is_occupied(&self, blocks: u32, gap: usize) -> bool {
         self.visible.first().is_some_and(|visible| visible.is_occupied(blocks, gap))
     }
-}
-
-/// The general kernel: a scene, and the settings for tracing its rays.
-#[derive(Debug)]
-pub struct MultiVolumeTracer<'w, 'f> {
-    /// The scene's volumes, surfaces and cuts.
-    pub scene: &'w KernelScene<'f>,
-    /// Lighting; `None` shows the transfer functions' own colours.
-    pub shading: Option<Shading>,
-    /// Division of the tolerance along a ray.
-    pub budget: Budget,
-    /// The rule of integration of a single volume.
-    pub method: Method,
-    /// When set, pieces of a single volume are not cut where the gradient turns.
-    pub is_coarse: bool,
 }
 
 /// One ray.
@@ -127,8 +130,14 @@ pub(crate) struct RayState<'r, 'f> {
 }
 
 impl<'r, 'f> RayState<'r, 'f> {
+    /// The ray at its start; `line` is the same ray in its plane.
     #[inline]
-    fn new(tracer: &MultiVolumeTracer<'r, 'f>, line: RayLine, dir: DVec3, from_eye: EyeDistance) -> Self {
+    pub fn new(tracer: &SceneTracer<'r, 'f>, line: RayLine, start: &PrimaryRay) -> Self {
+        Self::from_eye(tracer, line, start.dir, EyeDistance::new(start.eye, start.dir))
+    }
+
+    #[inline]
+    fn from_eye(tracer: &SceneTracer<'r, 'f>, line: RayLine, dir: DVec3, from_eye: EyeDistance) -> Self {
         let color_tolerance = tracer.budget.color_tolerance_in::<f64>(tracer.shading.as_ref());
         RayState {
             scene: tracer.scene,
@@ -254,16 +263,16 @@ impl<'r, 'f> RayState<'r, 'f> {
     }
 }
 
-impl ColumnRay for RayState<'_, '_> {
-    type Real = f64;
-
+impl RayState<'_, '_> {
+    /// Bits of the visible blocks of gaps over a triangle.
     #[inline]
-    fn blocks(&self, triangle: u32) -> u32 {
-        self.scene.visible.iter().fold(0, |all, visible| all | visible.blocks_over(triangle))
+    pub fn blocks(&self, triangle: u32) -> u32 {
+        self.scene.visible.iter().fold(self.scene.beside, |all, visible| all | visible.blocks_over(triangle))
     }
 
+    /// Passes a column over a triangle with data.
     #[inline]
-    fn column(&mut self, column: &Column, triangle: u32, blocks: u32) -> Flow {
+    pub fn column(&mut self, column: &Column, triangle: u32, blocks: u32) -> Flow {
         self.counts.columns += 1;
         let scene = self.scene;
         let wedge = Wedge::new(column, triangle);
@@ -320,25 +329,29 @@ impl ColumnRay for RayState<'_, '_> {
         }
     }
 
+    /// Passes a column over a void triangle: only the core, a sphere there, can be met.
     #[inline]
-    fn void_column(&mut self, column: &Column) -> Flow {
+    pub fn void_column(&mut self, column: &Column) -> Flow {
         self.counts.columns += 1;
         let met = self.line.first_inside(self.scene.core_radius[0], [column.entry.t, column.exit.t]);
         met.map_or(Flow::On, |t| self.ground(t, &SurfaceHit::round(self.line.position(t)), None))
     }
 
+    /// The counts since the ray began.
     #[inline]
-    fn counts(&mut self) -> &mut Counts {
+    pub fn counts(&mut self) -> &mut Counts {
         &mut self.counts
     }
 
+    /// Light and surfaces since the ray's start, or since it was restarted.
     #[inline]
-    fn met(&self) -> (&Radiance<f64>, BoundarySignature) {
+    pub fn met(&self) -> (&Radiance<f64>, BoundarySignature) {
         (&self.light, self.surfaces)
     }
 
+    /// Starts a new fragment without light. The transmittance at which the ray ends counts from its start.
     #[inline]
-    fn restart(&mut self) {
+    pub fn restart(&mut self) {
         self.min_transmittance /= self.light.transmittance();
         (self.light, self.surfaces, self.is_cut) = (Radiance::none(), BoundarySignature::default(), false);
         self.pass_void();

@@ -1,9 +1,10 @@
 //! One volume along a ray of the general kernel, by the rules of [`VolumeRay`], whose error is bounded.
 
-use super::{MultiVolumeTracer, TransferMap};
+use super::TransferMap;
 use crate::column::Flow;
 use crate::lit::FrustumInterpolant;
 use crate::piece::Radiance;
+use crate::scene_tracer::SceneTracer;
 use crate::segment::Segment;
 use crate::volume_ray::{VolumeRay, VolumeRules, correlated};
 use glam::DVec3;
@@ -21,12 +22,9 @@ impl<'w> SingleVolume<'w> {
     /// The volume of a scene along `dir`; `None` where there are several, or its colours are those of another field or
     /// transfer function.
     #[inline]
-    pub fn new(tracer: &MultiVolumeTracer<'w, '_>, dir: DVec3) -> Option<Self> {
-        let MultiVolumeTracer { scene, shading, budget, method, is_coarse } = *tracer;
-        let [medium] = scene.media.as_slice() else { return None };
-        if !medium.color.is_of(&medium.extinction) {
-            return None;
-        }
+    pub fn new(tracer: &SceneTracer<'w, '_>, dir: DVec3) -> Option<Self> {
+        let SceneTracer { scene, shading, budget, method, is_coarse, .. } = *tracer;
+        let medium = scene.media.first().filter(|_| scene.has_one_field_of_volume())?;
         let map = &medium.extinction;
         let spans = map.spans();
         let needs_sizes = spans.needs_sizes(scene.sources[map.source].value_range());

@@ -40,6 +40,12 @@ impl<'f> FieldSource<'f> {
         &self.gradients
     }
 
+    /// The gradients, to be modified.
+    #[inline]
+    pub fn gradients_mut(&mut self) -> &mut PartialGradients {
+        &mut self.gradients
+    }
+
     /// The gradients, to reuse them for the next frame.
     #[inline]
     pub fn into_gradients(self) -> PartialGradients {

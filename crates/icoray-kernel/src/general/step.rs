@@ -1,12 +1,13 @@
 //! Single steps of a ray in a packet: the frusta, surfaces and cuts that packets pass to this kernel.
 
+use super::RayState;
 use super::wedge::{Facet, FacetSide, Wedge};
-use super::{MultiVolumeTracer, RayState};
 use crate::column::Flow;
 use crate::counts::Counts;
 use crate::ground::SurfaceHit;
 use crate::piece::Radiance;
 use crate::plane::RayLine;
+use crate::scene_tracer::SceneTracer;
 use crate::signature::{BoundarySignature, EyeDistance};
 use crate::walk::Column;
 use glam::DVec3;
@@ -32,13 +33,13 @@ impl<'r, 'f> RayState<'r, 'f> {
     /// Starts a ray, in the memory of one that has ended.
     #[inline]
     pub(crate) fn begin(
-        tracer: &MultiVolumeTracer<'r, 'f>,
+        tracer: &SceneTracer<'r, 'f>,
         line: RayLine,
         (dir, from_eye): (DVec3, EyeDistance),
         ended: Option<Self>,
     ) -> Self {
         let scratch = ended.map(|ray| ray.scratch).unwrap_or_default();
-        RayState { scratch, ..RayState::new(tracer, line, dir, from_eye) }
+        RayState { scratch, ..RayState::from_eye(tracer, line, dir, from_eye) }
     }
 
     /// The light and surfaces of the ray so far.

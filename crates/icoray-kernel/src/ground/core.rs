@@ -30,14 +30,19 @@ impl<'g> Core<'g> {
         Radiance::plain(color.map_inline(|c| T::of(c) * body), T::one())
     }
 
-    /// The light of a spherical core at `position`, in planet radii from the centre.
+    /// The light of a spherical core at `position`, in planet radii from the centre; `over` as for [`Self::light`].
     #[inline]
-    pub fn round_light<T: Real>(&self, position: DVec3, shading: Option<&RayShading<T>>) -> Radiance<T> {
+    pub fn round_light<T: Real>(
+        &self,
+        position: DVec3,
+        over: Option<(&Grid, u32)>,
+        shading: Option<&RayShading<T>>,
+    ) -> Radiance<T> {
         let body = match shading {
             Some(shading) => shading.solid(position.normalize_or_zero()),
             None => T::one(),
         };
-        self.light(&SurfaceHit::round(position), None, body)
+        self.light(&SurfaceHit::round(position), over, body)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Traverses the gaps in the columns of a packet if each layer has one radius:
 //! [`ColumnTraversal`](crate::column::ColumnTraversal) in vectors.
 
+use super::frame::PacketFrame;
 use super::lanes::Lanes;
 use super::layers::{Crossing, Layers, next_shown};
 use super::medium::number;
@@ -8,7 +9,6 @@ use super::part::all;
 use super::read::ConcentricWay;
 use crate::column::{Chord, Shell};
 use crate::lit::FrustumInterpolant;
-use crate::single_volume::SingleVolumeTracer;
 use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Pairs, Table, Wide, wide_mask};
@@ -203,11 +203,11 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
         &self,
         lanes: &Lanes<V>,
         lane: usize,
-        tracer: &SingleVolumeTracer<'_>,
+        frame: &PacketFrame<'_>,
         crossing: &Crossing<V, ConcentricEnd<V>>,
     ) -> FrustumInterpolant<f32, N> {
         let weights = lanes.weights.map(|end| end.map(|row| row[lane]));
-        let [low, high] = lanes.vertices(lane, tracer).map(|vertices| Chord::over(vertices, &weights));
+        let [low, high] = lanes.vertices(lane, frame).map(|vertices| Chord::over(vertices, &weights));
         let [from, to] = [lanes.place[lane], crossing.end.place[lane]].map(|place| low.mix(high, place));
         from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane])
     }

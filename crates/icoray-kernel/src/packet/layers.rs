@@ -1,12 +1,12 @@
 //! The positions of layers, and how the rays of a packet cross them: at one radius each, or at separate heights over
 //! each cell.
 
+use super::frame::PacketFrame;
 use super::lanes::Lanes;
 use super::medium::number;
 use super::read::{Course, Vertices};
 use crate::column::Values;
 use crate::lit::FrustumInterpolant;
-use crate::single_volume::SingleVolumeTracer;
 use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Wide};
@@ -97,7 +97,7 @@ pub(super) trait Layers: Copy {
         &self,
         lanes: &Lanes<V>,
         lane: usize,
-        tracer: &SingleVolumeTracer<'_>,
+        frame: &PacketFrame<'_>,
         crossing: &Crossing<V, Self::End<V>>,
     ) -> FrustumInterpolant<f32, N>;
 }
@@ -116,12 +116,12 @@ impl<V: Machine> Lanes<V> {
     }
 
     /// Normalised values, and gradients where `N` is 4, at the vertices of a lane's gap: below and above.
-    pub fn vertices<const N: usize>(&self, lane: usize, tracer: &SingleVolumeTracer<'_>) -> [[Values<f32, N>; 3]; 2] {
+    pub fn vertices<const N: usize>(&self, lane: usize, frame: &PacketFrame<'_>) -> [[Values<f32, N>; 3]; 2] {
         let upper = self.gap[lane] as usize;
         [upper - 1, upper].map(|layer| {
             [0, 1, 2].map(|k: usize| {
                 let cell = self.cells[k][lane];
-                tracer.vertex::<N>(cell, tracer.samples.get(tracer.samples.base(cell), layer), layer)
+                frame.vertex::<N>(cell, frame.samples.get(frame.samples.base(cell), layer), layer)
             })
         })
     }

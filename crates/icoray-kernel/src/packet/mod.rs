@@ -12,15 +12,16 @@
 //! surface or a cut.
 
 use crate::counts::Counts;
-use crate::general::{Levels, MultiVolumeTracer};
+use crate::general::Levels;
 use crate::leap::Leaps;
+use crate::scene_tracer::SceneTracer;
 use crate::shade::RayShading;
-use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Target};
 use crate::volume_ray::VolumeRay;
 use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
+pub(crate) use frame::PacketFrame;
 use gap::Concentric;
 use icoray_grid::real::lerp;
 use icoray_simd::{Floats, Machine, Mask, Table};
@@ -40,6 +41,7 @@ use tables::Tables;
 mod blend;
 mod core;
 mod cut;
+mod frame;
 mod gap;
 mod heights;
 mod integral;
@@ -79,67 +81,62 @@ pub fn packets() -> Option<Level> {
 
 /// Traces rays in packets; returns false, without tracing any, if the tables are too long for gathers.
 #[inline(never)]
-pub(crate) fn trace<const N: usize>(
-    level: Level,
-    tracer: &SingleVolumeTracer<'_>,
+pub(crate) fn trace(
+    (level, packets): (Level, &PacketScene<'_>),
+    tracer: &SceneTracer<'_, '_>,
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,
 ) -> bool {
-    let region = match target {
-        Target::Light(_) => None,
-        Target::Fragments(own, _) => Some(*own),
-    };
-    match (Tables::new(tracer, region), Concentric::<false>::new(tracer.shell)) {
-        (Some(tables), Some(layers)) => {
-            let tables = Tables { leaps: region.map_or_else(|| Leaps::new(tracer), |_| None), ..tables };
-            trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
-        }
-        _ => return false,
+    let frame = &PacketFrame::new(tracer, packets);
+    match frame.shading {
+        Some(_) => trace_frame::<4>(level, frame, (tracer, packets), rays, counts, target),
+        None => trace_frame::<1>(level, frame, (tracer, packets), rays, counts, target),
     }
-    true
+    .is_some()
 }
 
-/// [`trace`] through a scene of the general kernel, whose volume is that of `tracer`.
-#[inline(never)]
-pub(crate) fn trace_scene<const N: usize>(
+/// [`trace`], with or without light.
+fn trace_frame<const N: usize>(
     level: Level,
-    tracer: &SingleVolumeTracer<'_>,
-    (general, packets): (&MultiVolumeTracer<'_, '_>, &PacketScene<'_>),
+    frame: &PacketFrame<'_>,
+    (tracer, packets): (&SceneTracer<'_, '_>, &PacketScene<'_>),
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,
-) -> bool {
+) -> Option<()> {
     let region = match target {
         Target::Light(_) => None,
         Target::Fragments(own, _) => Some(*own),
     };
-    let Some(tables) = Tables::new(tracer, region) else { return false };
-    let Some(scene_tables) = SceneTables::new(general, packets) else { return false };
+    let tables = Tables::new(frame, region)?;
+    if tracer.scene.is_volume_alone() {
+        let layers = Concentric::<false>::new(frame.shell)?;
+        let leaps = if region.is_none() { Leaps::new(frame) } else { None };
+        trace_between::<_, N>(level, frame, (&Tables { leaps, ..tables }, layers), rays, counts, target);
+        return Some(());
+    }
     let volumes = match &packets.volumes {
-        Some(volumes) => match VolumeTables::new(volumes, general, tracer.shell.layers()) {
-            Some(volumes) => Some(volumes),
-            None => return false,
-        },
+        Some(volumes) => Some(VolumeTables::new(volumes, tracer, frame.shell.layers())?),
         None => None,
     };
-    let tables = Tables { scene: Some(scene_tables), volumes, ..tables };
-    match &general.scene.levels {
+    let tables = Tables { scene: Some(SceneTables::new(tracer, packets)?), volumes, ..tables };
+    match &tracer.scene.levels {
         Levels::Concentric(_) => {
-            let Some(layers) = Concentric::<true>::new(tracer.shell) else { return false };
-            trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
+            let layers = Concentric::<true>::new(frame.shell)?;
+            trace_between::<_, N>(level, frame, (&tables, layers), rays, counts, target);
         }
         Levels::Native(heights) => {
-            let Some(layers) = Native::new(heights, general.scene.core_radius[0]) else { return false };
-            trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
+            let layers = Native::new(heights, tracer.scene.core_radius[0])?;
+            trace_between::<_, N>(level, frame, (&tables, layers), rays, counts, target);
         }
     }
-    true
+    Some(())
 }
 
 fn trace_between<L: Layers, const N: usize>(
     level: Level,
-    tracer: &SingleVolumeTracer<'_>,
+    frame: &PacketFrame<'_>,
     (tables, layers): (&Tables<'_>, L),
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
@@ -149,17 +146,17 @@ fn trace_between<L: Layers, const N: usize>(
         #[cfg(target_arch = "x86_64")]
         Level::Avx512(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, target),
+            || Packet::<_, L, N>::new(simd, frame, tables, layers).trace(rays, counts, target),
         ),
         #[cfg(target_arch = "x86_64")]
         Level::Avx2(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, target),
+            || Packet::<_, L, N>::new(simd, frame, tables, layers).trace(rays, counts, target),
         ),
         #[cfg(target_arch = "aarch64")]
         Level::Neon(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, target),
+            || Packet::<_, L, N>::new(simd, frame, tables, layers).trace(rays, counts, target),
         ),
         _ => unreachable!("packets are traced at the levels of `packets` only"),
     }
@@ -174,7 +171,7 @@ const FREE: u32 = 2;
 /// Rays side by side. Sets of lanes are bits.
 struct Packet<'p, 'f, V: Machine, L, const N: usize> {
     simd: V,
-    tracer: &'p SingleVolumeTracer<'f>,
+    frame: &'p PacketFrame<'f>,
     tables: &'p Tables<'p>,
     layers: L,
     lanes: Lanes<V>,
@@ -209,10 +206,10 @@ struct Packet<'p, 'f, V: Machine, L, const N: usize> {
 
 impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     #[inline(always)]
-    fn new(simd: V, tracer: &'p SingleVolumeTracer<'f>, tables: &'p Tables<'p>, layers: L) -> Self {
+    fn new(simd: V, frame: &'p PacketFrame<'f>, tables: &'p Tables<'p>, layers: L) -> Self {
         Packet {
             simd,
-            tracer,
+            frame,
             tables,
             layers,
             lanes: Lanes::new(simd),
@@ -225,7 +222,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             mid: 0,
             ended: 0,
             exited: 0,
-            color_tolerance: tracer.color_tolerance() as f32,
+            color_tolerance: frame.color_tolerance() as f32,
             min_transmittance: all(simd, 0.0),
             scene: tables.scene.as_ref().map(|tables| SceneLanes::new(simd, tables)),
             volumes: tables.volumes.as_ref().map(|tables| VolumeLanes::new(simd, tables)),
@@ -237,10 +234,10 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Traces all rays.
     #[inline(always)]
     fn trace(&mut self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, target: &mut Target) {
-        let hints = RowHints::new(self.tracer.grid);
+        let hints = RowHints::new(self.frame.grid);
         let mut queue = Rays { rays, clip: self.clip(), hints, entries: Entries::new() };
         // Gaps are passed in every turn if no column is passed as a whole.
-        let is_full = self.tracer.visible.is_full() && self.runs.is_none();
+        let is_full = self.frame.visible.is_full() && self.runs.is_none();
         let mut is_empty = false;
         loop {
             if !is_empty && self.live.count_ones() + FREE <= Lanes::<V>::COUNT as u32 {
@@ -272,7 +269,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.counts.rays += u64::from(new.count_ones());
         }
         let new = mask::<V>(self.simd, new);
-        let min_transmittance = all(self.simd, self.tracer.budget.min_transmittance as f32);
+        let min_transmittance = all(self.simd, self.frame.budget.min_transmittance as f32);
         self.min_transmittance = new.select(min_transmittance, self.min_transmittance);
         self.lanes.load::<L>(self.simd, &queue.entries, new);
         is_empty
@@ -283,7 +280,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     fn take(&mut self, queue: &mut Rays, target: &mut Target) -> bool {
         let core_radius = self.core_radius();
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
-            let next = queue.next(self.tracer, self.tables, &mut self.counts, target);
+            let next = queue.next(self.frame, self.tables, &mut self.counts, target);
             let Some((start, side, next_leap)) = next else { return true };
             self.lanes.put(lane, &side, self.bases_of(&side), &mut queue.entries);
             self.lanes.next_leap.set(lane, next_leap);
@@ -293,9 +290,9 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
                 scene.begin(lane, &start);
             }
             if let Some(runs) = &mut self.runs {
-                runs.begin(lane, &start.line, self.tracer, core_radius);
+                runs.begin(lane, &start.line, self.frame, core_radius);
             }
-            if let Some(shading) = self.tracer.shading.as_ref().filter(|_| N == 4) {
+            if let Some(shading) = self.frame.shading.as_ref().filter(|_| N == 4) {
                 let shading = shading.along::<f32>(start.dir);
                 for k in 0..3 {
                     self.lit.light[k][lane] = shading.light[k];
@@ -330,19 +327,19 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.stepped = entered;
             if self.runs.is_some() {
                 self.pass_others(entered);
-            } else if self.tracer.grid.void_triangles() > 0 {
+            } else if self.frame.grid.void_triangles() > 0 {
                 self.pass_voids(entered);
             }
             let entered = entered & !self.fresh & !self.ended;
             self.layers.enter(simd, &mut self.lanes, entered);
-            if !self.tracer.visible.is_full() {
+            if !self.frame.visible.is_full() {
                 let entered = mask::<V>(simd, entered);
-                let skipped = self.layers.skip_columns(simd, &mut self.lanes, self.tracer.visible, entered);
+                let skipped = self.layers.skip_columns(simd, &mut self.lanes, self.frame.visible, entered);
                 self.leave(skipped);
                 self.leap(skipped);
             }
         }
-        if !self.tracer.visible.is_full() {
+        if !self.frame.visible.is_full() {
             self.skip();
         }
     }
@@ -352,7 +349,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     fn skip(&mut self) {
         let hidden = self.hidden();
         for lane in lanes_of(hidden) {
-            if self.layers.skip(&mut self.lanes, lane, self.tracer.visible) {
+            if self.layers.skip(&mut self.lanes, lane, self.frame.visible) {
                 self.leave(1 << lane);
             }
         }
@@ -361,10 +358,10 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Lanes that are about to enter an invisible frustum.
     #[inline(always)]
     fn hidden(&self) -> u32 {
-        let visible = self.tracer.visible;
+        let visible = self.frame.visible;
         let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
         let below = self.lanes.gap - 1;
-        let inside = below.simd_lt(self.tracer.shell.layers() as u32 - 1);
+        let inside = below.simd_lt(self.frame.shell.layers() as u32 - 1);
         let blocks = self.simd.gather_u32(blocks, self.lanes.triangles);
         let shown = ((blocks >> (below >> visible.shift)) & 1).simd_ne(0);
         (inside & !shown).to_bitmask() as u32 & self.live & !self.fresh & !self.mid & !self.ended
@@ -385,10 +382,10 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         let simd = self.simd;
         let active = self.live & !self.fresh & !self.ended;
         let crossing = self.layers.cross(simd, &self.lanes);
-        let below = (self.lanes.gap - 1).simd_lt(self.tracer.shell.layers() as u32 - 1);
+        let below = (self.lanes.gap - 1).simd_lt(self.frame.shell.layers() as u32 - 1);
         let inside = below.to_bitmask() as u32 & active;
         let mut done = active;
-        if self.tracer.core.is_some() {
+        if self.frame.core.is_some() {
             let core = self.lanes.gap.simd_eq(0).to_bitmask() as u32 & active;
             for lane in lanes_of(core) {
                 let [t0, t1] = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
@@ -439,7 +436,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// The ray in a lane for scalar code, with its light.
     fn ray(&self, lane: usize) -> Option<VolumeRay<'p, f32>> {
         let start = self.starts[lane]?;
-        let mut ray = VolumeRay::new(&self.tracer.rules(), start.dir);
+        let mut ray = VolumeRay::new(&self.frame.rules(), start.dir);
         ray.light = self.lanes.light(lane);
         ray.min_transmittance = self.min_transmittance[lane];
         ray.size = self.lanes.size[lane];

@@ -10,6 +10,7 @@
 //! With `x = (ψ - 1)/(ψ - ψ')` the value is `(1 - x) N + x N'`, where `N = Σ (α/R)·g` of the values g on the lower layer
 //! and N' on the upper one are linear along the ray: [`NativeWay`].
 
+use super::frame::PacketFrame;
 use super::heights::{Corners, HeightTable};
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{Crossing, Layers, next_shown};
@@ -17,7 +18,6 @@ use super::medium::number;
 use super::native_way::{LaneWay, NativeWay};
 use super::part::all;
 use crate::lit::FrustumInterpolant;
-use crate::single_volume::SingleVolumeTracer;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::heights::Heights;
@@ -300,10 +300,10 @@ impl Layers for Native<'_> {
         &self,
         lanes: &Lanes<V>,
         lane: usize,
-        tracer: &SingleVolumeTracer<'_>,
+        frame: &PacketFrame<'_>,
         crossing: &Crossing<V, NativeEnd<V>>,
     ) -> FrustumInterpolant<f32, N> {
-        LaneWay::of(&crossing.end.way, lane).interpolant(&lanes.vertices(lane, tracer))
+        LaneWay::of(&crossing.end.way, lane).interpolant(&lanes.vertices(lane, frame))
     }
 }
 

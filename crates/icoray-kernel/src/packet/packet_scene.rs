@@ -2,7 +2,7 @@
 //! and the cuts of each gap.
 
 use crate::column::Shell;
-use crate::general::{KernelScene, SurfaceHeight, TransferMap};
+use crate::general::{KernelScene, TransferMap};
 use crate::transfer::{KernelKnot, Spans};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::samples::AnySamples;
@@ -71,8 +71,8 @@ impl<'f> PacketScene<'f> {
         let samples = scene.sources.get(source)?.samples_in(spans.range());
         let gaps = 0..=radius.len();
         let clips_of_gaps = gaps.map(|gap| scene.clips.around([gap.saturating_sub(1), gap])).collect();
-        let is_one = scene.visible.len() == 1 && scene.surface_layers.is_empty();
-        let joined = if is_one { None } else { Some(scene.joined_blocks(radius.len())) };
+        let is_one = scene.visible.len() == 1 && scene.beside == 0;
+        let joined = (!is_one).then(|| OccupancyMask::joined(&scene.visible, radius.len(), scene.beside));
         Some(PacketScene { shell: Shell::new(radius), spans, samples, volumes, joined, clips_of_gaps })
     }
 
@@ -80,33 +80,5 @@ impl<'f> PacketScene<'f> {
     #[inline]
     pub(crate) fn visible<'s>(&'s self, scene: &'s KernelScene<'_>) -> &'s OccupancyMask {
         self.joined.as_ref().unwrap_or_else(|| &scene.visible[0])
-    }
-}
-
-impl KernelScene<'_> {
-    /// Whether there is at most one volume, whose opacity is that of its own field.
-    pub fn has_one_field_of_volume(&self) -> bool {
-        match self.media.as_slice() {
-            [] => true,
-            [medium] => medium.color.is_of(&medium.extinction),
-            _ => false,
-        }
-    }
-
-    /// The blocks of gaps in which a volume or an isosurface can be visible, or that a surface adjoins.
-    fn joined_blocks(&self, layers: usize) -> OccupancyMask {
-        let Some(first) = self.visible.first().filter(|_| self.visible.iter().all(|mask| !mask.is_full())) else {
-            return OccupancyMask::default().full(layers);
-        };
-        let mut beside = 0;
-        for surface in &self.surface_layers {
-            let SurfaceHeight::Layer(layer) = surface.place else { return OccupancyMask::default().full(layers) };
-            beside |= first.between([layer, layer + 1], layers);
-        }
-        let mut blocks: Vec<u32> = first.blocks.iter().map(|blocks| blocks | beside).collect();
-        for mask in &self.visible[1..] {
-            blocks.iter_mut().zip(&mask.blocks).for_each(|(all, blocks)| *all |= blocks);
-        }
-        OccupancyMask { blocks, shift: first.shift, top: layers - 1, ..OccupancyMask::default() }
     }
 }

@@ -34,7 +34,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let is_new = mask::<V>(simd, new);
             part = read.over(is_new, part);
             self.lanes.is_monotone &= !is_new;
-            if self.tracer.needs_sizes {
+            if self.frame.needs_sizes {
                 self.lanes.size = is_new.select(self.tables.source.size(simd, &vertices), self.lanes.size);
             }
             self.lit.enter(simd, is_new, crossing.eps);
@@ -42,7 +42,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             self.counts.void_frusta += u64::from(void.count_ones());
             active &= !void;
             scalar = beyond;
-            if self.tracer.needs_sizes && self.scene.is_none() {
+            if self.frame.needs_sizes && self.scene.is_none() {
                 self.add_displacement(&part, self.tables.source.ends(simd, &vertices), new & !void);
             }
             if self.scene.is_some() {
@@ -50,7 +50,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             }
         }
         self.mid = 0;
-        if !self.tracer.integrates {
+        if !self.frame.integrates {
             return;
         }
         let cutter =
@@ -157,7 +157,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let piece = Piece { part, medium, ends: integral.ends, range, eps };
         let shade = self.lit.shade(simd, common, &piece);
         shade.apply(simd, &piece, light);
-        if self.tracer.is_coarse {
+        if self.frame.is_coarse {
             return 0;
         }
         let too_far = shade.too_far(simd, &self.lanes, &piece, self.color_tolerance);
@@ -172,7 +172,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let through = all(self.simd, 1.0) - self.lanes.alpha;
         let ends = through.simd_le(rest).to_bitmask() as u32 & active & !self.ended;
         if ends != 0 {
-            let left_out = through * self.tracer.budget.brightest as f32;
+            let left_out = through * self.frame.budget.brightest as f32;
             self.lanes.error = mask::<V>(self.simd, ends).select(self.lanes.error + left_out, self.lanes.error);
             self.ended |= ends;
         }
@@ -226,7 +226,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             }
             let Some(mut ray) = self.ray(lane) else { continue };
             let interpolant: FrustumInterpolant<_, N> =
-                self.layers.interpolant(&self.lanes, lane, self.tracer, crossing);
+                self.layers.interpolant(&self.lanes, lane, self.frame, crossing);
             self.counts.scalar_pieces += 1;
             let segment = interpolant.segment(crossing.length[lane]);
             if segment.is_void() {

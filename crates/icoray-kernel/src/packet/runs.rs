@@ -3,6 +3,7 @@
 //! A lane passes columns outside of the region without reading values. When it leaves the region, or its ray ends, its
 //! light since entering becomes a fragment, and the lane continues without light.
 
+use super::frame::PacketFrame;
 use super::lanes::lanes_of;
 use super::layers::Layers;
 use super::scene::SceneLanes;
@@ -13,7 +14,6 @@ use crate::owned_region::OwnedRegion;
 use crate::piece::Radiance;
 use crate::plane::RayLine;
 use crate::signature::BoundarySignature;
-use crate::single_volume::SingleVolumeTracer;
 use crate::trace::FragmentReport;
 use crate::trace::queue::Clip;
 use fearless_simd::prelude::*;
@@ -51,8 +51,8 @@ impl<'o, V: Machine> Runs<'o, V> {
 
     /// Begins a ray in a lane.
     #[inline]
-    pub fn begin(&mut self, lane: usize, line: &RayLine, tracer: &SingleVolumeTracer<'_>, core_radius: [f64; 2]) {
-        let (is_solid, brightest) = (tracer.core.is_some(), tracer.budget.brightest);
+    pub fn begin(&mut self, lane: usize, line: &RayLine, frame: &PacketFrame<'_>, core_radius: [f64; 2]) {
+        let (is_solid, brightest) = (frame.core.is_some(), frame.budget.brightest);
         let rules = FragmentRules::new(self.region, line, core_radius, is_solid, brightest);
         self.rules[lane % MOST] = rules;
         self.core_by.set(lane, rules.core_by());
@@ -71,23 +71,17 @@ impl<'o, V: Machine> Runs<'o, V> {
 }
 
 impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
-    /// The part of space in which rays are traced. Fragments end at the same sphere on all ranks, independent of the
-    /// visible blocks of each.
+    /// The part of space in which rays are traced.
     #[inline]
     pub(super) fn clip(&self) -> Clip<'p> {
-        let SingleVolumeTracer { shell, outer, .. } = *self.tracer;
         let [lowest, _] = self.core_radius();
-        match &self.runs {
-            None => Clip { outer, region: None },
-            Some(runs) if L::HAS_SCENE => Clip { outer, region: Some((runs.region, lowest)) },
-            Some(runs) => Clip { outer: shell.outer(), region: Some((runs.region, lowest)) },
-        }
+        Clip { outer: self.frame.outer, region: self.runs.as_ref().map(|runs| (runs.region, lowest)) }
     }
 
     /// Least and greatest radius of the innermost layer.
     #[inline]
     pub(super) fn core_radius(&self) -> [f64; 2] {
-        self.scene.as_ref().map_or([self.tracer.shell.inner(); 2], SceneLanes::core_radius)
+        self.scene.as_ref().map_or([self.frame.shell.inner(); 2], SceneLanes::core_radius)
     }
 
     /// Moves the lanes of `entered` outside of the region to their columns' exits. Runs end and begin.

@@ -11,8 +11,9 @@ use super::start::Start;
 use super::{MOST, Packet};
 use crate::column::Flow;
 use crate::counts::Counts;
-use crate::general::{FacetSide, GapWay, Met, MultiVolumeTracer, RayState, SurfaceHeight};
+use crate::general::{FacetSide, GapWay, Met, RayState, SurfaceHeight};
 use crate::piece::Radiance;
+use crate::scene_tracer::SceneTracer;
 use crate::walk::{Column, ColumnEnd};
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
@@ -20,7 +21,7 @@ use icoray_simd::{Floats, Machine, Numbers, Table, Wide};
 
 /// The visible parts of a scene beside the volume.
 pub(super) struct SceneTables<'t> {
-    tracer: &'t MultiVolumeTracer<'t, 't>,
+    tracer: &'t SceneTracer<'t, 't>,
     /// The fields with isosurfaces, and the values of these.
     isosurfaces: Vec<(Source<'t>, Vec<f32>)>,
     /// The layers with surfaces.
@@ -40,7 +41,7 @@ struct ClipTables<'t> {
 
 impl<'t> SceneTables<'t> {
     /// The tables of a scene; `None` if they are too long for gathers.
-    pub fn new(tracer: &'t MultiVolumeTracer<'t, 't>, packets: &'t PacketScene<'_>) -> Option<Self> {
+    pub fn new(tracer: &'t SceneTracer<'t, 't>, packets: &'t PacketScene<'_>) -> Option<Self> {
         let scene = tracer.scene;
         let mut isosurfaces = Vec::new();
         for (number, source) in scene.sources.iter().enumerate() {

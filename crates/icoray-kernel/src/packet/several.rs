@@ -12,8 +12,8 @@ use super::packet_scene::PacketVolumes;
 use super::part::{Part, all};
 use super::read::{FAR, LARGEST, Source};
 use super::{Packet, mask};
-use crate::general::MultiVolumeTracer;
 use crate::lit::ADVANCE;
+use crate::scene_tracer::SceneTracer;
 use fearless_simd::prelude::*;
 use icoray_simd::{Floats, Machine, Mask};
 
@@ -34,7 +34,7 @@ struct VolumeTable<'t> {
 impl<'t> VolumeTables<'t> {
     /// The tables of volumes between this number of layers, with the gradients of each if there is light; `None` if
     /// they are too long for gathers.
-    pub fn new(volumes: &'t PacketVolumes<'_>, general: &'t MultiVolumeTracer<'_, '_>, layers: usize) -> Option<Self> {
+    pub fn new(volumes: &'t PacketVolumes<'_>, general: &'t SceneTracer<'_, '_>, layers: usize) -> Option<Self> {
         let mut maps = Vec::new();
         for map in &volumes.maps {
             maps.push((Source::new(map.samples), SpanTables::new(&map.spans)?));
@@ -240,7 +240,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             (active, scalar) = (active & !void, beyond);
         }
         self.mid = 0;
-        if !self.tracer.integrates {
+        if !self.frame.integrates {
             return;
         }
         let (upto, steps) = volumes.cut(simd, active, self.lit.fraction);
@@ -256,7 +256,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         if volumes.find_nodes(simd, active) {
             let shading = self.shading.as_ref().filter(|_| N == 4);
             let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
-            let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.tracer.is_coarse);
+            let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.frame.is_coarse);
             let has_room = self.lit.may_halve(to) & (to - from).simd_gt(LEAST_PART);
             // The budget of lit rays includes the advance, and room for rounding.
             let share = if N == 4 { 1.0 } else { 0.95 / (1.0 + ADVANCE as f32) };

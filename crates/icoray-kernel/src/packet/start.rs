@@ -4,6 +4,7 @@
 //! planes that the start lies beyond. [`Walk::new`] handles the remaining cases: both find the one column of the ray's
 //! great circle in which its start is bracketed, so the result does not depend on the start of the search.
 
+use super::frame::PacketFrame;
 use super::lanes::{Entries, Mesh};
 use super::tables::Tables;
 use crate::counts::Counts;
@@ -11,7 +12,6 @@ use crate::leap::Ahead;
 use crate::piece::Radiance;
 use crate::plane::{PlaneVertex, RayLine};
 use crate::signature::{BoundarySignature, EyeDistance};
-use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::{Clip, RowHints};
 use crate::trace::{PrimaryRay, Target};
 use crate::walk::{Side, Walk, enter, enter_at};
@@ -47,7 +47,7 @@ impl Rays<'_> {
     #[inline]
     pub fn next(
         &mut self,
-        tracer: &SingleVolumeTracer<'_>,
+        frame: &PacketFrame<'_>,
         tables: &Tables,
         counts: &mut Counts,
         target: &mut Target,
@@ -64,7 +64,7 @@ impl Rays<'_> {
                 without(number, None);
                 continue;
             };
-            let Some((side, next_leap)) = first_column(tracer.grid, tables, line, hint) else {
+            let Some((side, next_leap)) = first_column(frame.grid, tables, line, hint) else {
                 counts.rays += 1;
                 without(number, Some(Radiance::none()));
                 continue;

@@ -1,5 +1,6 @@
 //! The tables for the packets of a tile.
 
+use super::frame::PacketFrame;
 use super::lanes::Mesh;
 use super::light::Slopes;
 use super::medium::SpanTables;
@@ -8,7 +9,6 @@ use super::scene::SceneTables;
 use super::several::VolumeTables;
 use crate::leap::Leaps;
 use crate::owned_region::OwnedRegion;
-use crate::single_volume::SingleVolumeTracer;
 use icoray_simd::Table;
 
 /// The tables that all packets of a tile read.
@@ -29,9 +29,9 @@ pub(super) struct Tables<'t> {
 
 impl<'t> Tables<'t> {
     /// The tables of a frame; `None` where they are too long for gathers. Rays do not leap.
-    pub fn new(tracer: &'t SingleVolumeTracer<'_>, region: Option<&'t OwnedRegion>) -> Option<Self> {
-        let slopes = match tracer.shading {
-            Some(_) => Slopes::new(tracer.gradients, tracer.shell.layers())?,
+    pub fn new(frame: &'t PacketFrame<'_>, region: Option<&'t OwnedRegion>) -> Option<Self> {
+        let slopes = match frame.shading {
+            Some(_) => Slopes::new(frame.gradients, frame.shell.layers())?,
             None => Slopes::None,
         };
         let own = match region {
@@ -40,9 +40,9 @@ impl<'t> Tables<'t> {
         };
         Some(Tables {
             slopes,
-            mesh: Mesh::new(tracer.grid)?,
-            source: Source::new(tracer.samples),
-            spans: SpanTables::new(tracer.spans)?,
+            mesh: Mesh::new(frame.grid)?,
+            source: Source::new(frame.samples),
+            spans: SpanTables::new(frame.spans)?,
             leaps: None,
             scene: None,
             volumes: None,

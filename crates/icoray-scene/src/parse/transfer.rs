@@ -6,7 +6,7 @@ use crate::coloring::MEANINGLESS;
 use crate::keys::{Key, Kind, flag, keys, number, of, sections_of, word};
 use crate::transfer;
 use crate::transfer::{Knot, TransferFunction};
-use crate::values::PLAIN;
+use crate::values::ALONE;
 use icoray_grid::Result;
 use icoray_grid::numbers;
 use std::ops::Range;
@@ -30,7 +30,7 @@ keys! {
         /// Scale along which the map runs.
         scale: Option<Spanned<String>> = word(&["linear", "log", "symlog"]).or_word("linear"),
         /// The value on either side of 0 up to which the scale is linear.
-        threshold: Option<Spanned<f64>> = number(PLAIN.range).or_else("required with `\"symlog\"`"),
+        threshold: Option<Spanned<f64>> = number(ALONE.range).or_else("required with `\"symlog\"`"),
         /// The value at the map's middle; the range is widened to be even about it.
         center: Option<Spanned<f64>> = of(Kind::Number).note("positive with `\"log\"`"),
         /// Opacity at values, linear in extinction in between.
@@ -146,7 +146,7 @@ fn check_rising(
         return Err(source.bad(span.clone(), key, format!("value {}, expected a finite number", numbers::text(*v))));
     }
     for (value, span) in &values {
-        source.held(*value, span.clone(), key, &PLAIN)?;
+        source.held(*value, span.clone(), key, &ALONE)?;
     }
     for (i, pair) in values.windows(2).enumerate() {
         let falls = pair[1].0 < pair[0].0;

@@ -7,13 +7,14 @@ use crate::raster::Raster;
 use crate::raster::Rect;
 use crate::render::Lazy;
 use icoray_grid::Field;
-use icoray_grid::gradient::PartialGradients;
+use icoray_grid::gradient::Gradients;
 use icoray_grid::real::Real;
 use icoray_grid::sample::Sample;
 use icoray_grid::samples::Samples;
 use icoray_grid::{Grid, Reals};
 use icoray_kernel::ray::FAINTEST;
 use icoray_kernel::transfer;
+use icoray_kernel::transfer::KernelKnot;
 use icoray_scene::Scene;
 use icoray_scene::{Lights, Quality};
 use std::ops::Range;
@@ -27,7 +28,7 @@ pub struct Job<'f> {
     pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
-    gradients: &'f Lazy<'f, PartialGradients>,
+    gradients: Lazy<'f, &'f Gradients>,
     is_part: bool,
     scenery: Option<Scenery>,
     spans: transfer::Spans<f32>,
@@ -52,19 +53,19 @@ impl<'f> Job<'f> {
         plan: &'f Plan,
         grid: &'f Grid<'f>,
         field: &'f Field<'f>,
-        gradients: &'f Lazy<'f, PartialGradients>,
+        gradients: Lazy<'f, &'f Gradients>,
         quality: Quality,
         is_part: bool,
     ) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let spans = transfer::Spans::new(&plan.knots);
+        let spans = transfer::Spans::new(&KernelKnot::of(&scene.volumes[0].transfer, plan.thickness()));
         let raster = Raster { width: scene.width, height: scene.height, step: 1 };
         let (scenery, tiles) = (None, Vec::new());
         Job { number, scene, plan, grid, field, gradients, is_part, scenery, spans, quality, raster, tiles }
     }
 
-    /// This job for a scene that is not plain.
+    /// This job for a scene of more than one volume.
     pub(crate) fn with_scenery(self, scenery: Scenery) -> Self {
         Job { scenery: Some(scenery), ..self }
     }
@@ -96,7 +97,7 @@ impl<'f> Job<'f> {
     /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty if the picture is drawn
     /// without light. Computed on the first call.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
-        self.gradients.get().values().whole()
+        self.gradients.get().whole()
     }
 
     /// Whether the grid is a rank's part of a larger one. Gradients at the cells of its halo are then those of other
@@ -105,7 +106,7 @@ impl<'f> Job<'f> {
         self.is_part
     }
 
-    /// The parts of the scene beside the volume and the core; `None` in a plain scene.
+    /// The parts of the scene beside the volume and the core; `None` if there are none.
     pub fn scenery(&self) -> Option<&Scenery> {
         self.scenery.as_ref()
     }

@@ -168,9 +168,6 @@ impl SurfaceLayer {
 /// The part of a scene that devices do not draw, if there is one.
 pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
     let scenery = &scene.scenery;
-    if scene.is_plain() {
-        return None;
-    }
     let reason = if scenery.heights == Heights::Native {
         "the scene's layers lie at other heights in each column"
     } else if scene.volumes.len() > MAX_VOLUMES {

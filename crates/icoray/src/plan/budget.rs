@@ -11,7 +11,7 @@ pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
 
 /// The budget of rays that find the edges of surfaces, where the scene may have such edges.
 fn of_surfaces(scene: &Scene, budget: Budget) -> Budget {
-    if scene.antialias && !scene.is_plain() { budget.with_surfaces() } else { budget }
+    if scene.antialias && scene.has_boundaries() { budget.with_surfaces() } else { budget }
 }
 
 /// The largest channel value behind a ray's end: the brightest colour in the scene.

@@ -31,7 +31,7 @@ pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: 
         (!scenery.clips.is_empty(), "clips".into()),
         (scenery.heights == Heights::Native, "native heights".into()),
         (
-            scene.method == Method::Exact || scene.is_plain(),
+            scene.method == Method::Exact || scene.has_one_field_of_volume(),
             "method \"paper\", which supports a single volume only".into(),
         ),
     ]

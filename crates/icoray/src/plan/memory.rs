@@ -6,9 +6,10 @@ use icoray_grid::Result;
 use icoray_grid::memory;
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
 use icoray_kernel::ray::packets;
-use icoray_kernel::transfer::Spans;
-use icoray_scene::{Heights, Scene};
+use icoray_kernel::transfer::{KernelKnot, Spans};
+use icoray_scene::{Heights, Scene, Volume};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// Bytes of a pixel while tiles are assembled, with its colour and error in the frame.
@@ -116,25 +117,23 @@ impl Plan {
         if !with.savings.empty_space {
             return 0;
         }
-        let (fields, clear) = match scene.is_plain() {
-            true => {
-                let spans = Spans::<f64>::new(&self.knots);
-                let all = [0.0, 1.0];
-                let has_knots = !clear_knots(&spans, all, 1).is_empty();
-                (1, clear_ranges(&spans, all, MAX_CLEAR).len().max(has_knots.into()))
-            }
-            false => (scene.volumes.len() + scene.scenery.isosurfaces.len(), MAX_CLEAR),
+        let clear = |volume: &Volume| {
+            let transfer = volume.opacity.as_ref().map_or(&volume.transfer, |opacity| &opacity.transfer);
+            let (spans, all) = (Spans::<f64>::new(&KernelKnot::of(transfer, self.thickness())), [0.0, 1.0]);
+            let has_knots = !clear_knots(&spans, all, 1).is_empty();
+            clear_ranges(&spans, all, MAX_CLEAR).len().max(has_knots.into())
         };
+        // Values below and above that of an isosurface are clear.
+        let clear = scene.volumes.iter().map(clear).chain(scene.scenery.isosurfaces.iter().map(|_| 2));
         // Blocks of each column and each triangle, and the macrocells of each triangle.
-        let words = clear * grid.cells() + if clear > 0 { 2 * grid.triangles() } else { 0 };
-        (fields * words * size_of::<u32>()) as u64
+        let words = |clear: usize| clear * grid.cells() + if clear > 0 { 2 * grid.triangles() } else { 0 };
+        (clear.map(words).sum::<usize>() * size_of::<u32>()) as u64
     }
 
     fn gradient_bytes(&self, scene: &Scene, grid: &Grid, with: Circumstances, counts_cells: bool) -> u64 {
-        let is_plain = scene.is_plain();
-        let is_packed = is_plain && !with.is_part && with.savings.packing && self.allows_single_gradients(scene);
-        let is_partial =
-            counts_cells && !with.is_part && with.savings.gradients && scene.scenery.heights != Heights::Native;
+        let is_own = !with.is_part && scene.scenery.heights != Heights::Native;
+        let is_packed = is_own && with.savings.packing && self.allows_single_gradients(scene);
+        let is_partial = counts_cells && is_own && with.savings.gradients;
         let cells = match is_partial {
             true => {
                 let seen = self.visible_cells(scene, grid);
@@ -144,7 +143,9 @@ impl Plan {
             false => grid.cells(),
         };
         let each = if is_packed { size_of::<u64>() } else { size_of::<[f32; 3]>() };
-        let fields = if is_plain { 1 } else { scene.shown_fields().len() };
-        (fields * (cells * self.radius.len() * each + grid.cells())) as u64
+        let of_volumes =
+            scene.volumes.iter().map(|volume| volume.opacity.as_ref().map_or(&volume.field, |by| &by.field));
+        let lit: BTreeSet<&String> = of_volumes.chain(scene.scenery.isosurfaces.iter().map(|s| &s.field)).collect();
+        (lit.len() * (cells * self.radius.len() * each + grid.cells())) as u64
     }
 }

@@ -47,10 +47,10 @@ impl FrameContext<'_> {
         self.renderer.frame_cache.range(&field.source(self.grid), || field.field().range())
     }
 
-    /// Whether the CPU computes gradients in any case: a device computes its own, except those of a part. For scenes
-    /// that are not plain they are computed at once.
-    pub fn needs_gradients(&self) -> bool {
-        self.device.is_err() || self.part.is_some() || !self.scene.is_plain()
+    /// Whether the kernel's scene, with its gradients, is built in any case: for a single volume of a whole grid a
+    /// device needs none.
+    pub fn needs_scene(&self) -> bool {
+        self.device.is_err() || self.part.is_some() || !self.scene.has_single_volume()
     }
 
     /// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.

@@ -9,7 +9,7 @@ use crate::device::{
 };
 use crate::plan::budget::brightest;
 use crate::raster::{Pixel, Raster, Tile};
-use icoray_grid::gradient::PartialGradients;
+use icoray_grid::gradient::Gradients;
 use icoray_grid::{Error, Field};
 use icoray_kernel::Counts;
 use icoray_kernel::piece::Radiance;
@@ -34,7 +34,7 @@ impl<'f> OnDevice<'f> {
     pub fn new(
         context: &'f FrameContext<'f>,
         field: &'f Field<'f>,
-        gradients: &'f Lazy<'f, PartialGradients>,
+        gradients: Lazy<'f, &'f Gradients>,
         quality: Quality,
     ) -> Self {
         let FrameContext { scene, plan, grid, part, .. } = *context;
@@ -43,7 +43,7 @@ impl<'f> OnDevice<'f> {
         OnDevice { device, job, spent: DeviceCost::default(), drew: None }
     }
 
-    /// The same picture of a scene that is not plain, of which devices draw whole grids only. `scenery` is called only
+    /// The same picture of a scene of more than one volume, of which devices draw whole grids only. `scenery` is called only
     /// if there is a device.
     pub fn with_scenery(self, scenery: impl FnOnce() -> Result<Scenery, FallbackReason>) -> Self {
         let device = match self.device {
@@ -51,7 +51,7 @@ impl<'f> OnDevice<'f> {
             Err(reason) => return OnDevice { device: Err(reason), ..self },
         };
         let scenery = match self.job.is_part() {
-            true => Err(FallbackReason::new("the scene is not plain, and ranks have parts of the grid")),
+            true => Err(FallbackReason::new("the scene has more than one volume, and ranks have parts of the grid")),
             false => scenery(),
         };
         match scenery {

@@ -50,8 +50,8 @@ pub(super) struct GradientKey {
     pub packed: bool,
     /// Whether they are in single precision.
     pub single: bool,
-    /// The blocks in which they are computed; `None` for all.
-    pub occupancy: Option<OccupancyKey>,
+    /// The visible blocks in which they are computed; all if there are none.
+    pub occupancy: Vec<OccupancyKey>,
     /// Heights of layers if columns have their own, and planet radii per metre of height.
     pub heights: Option<(SourceKey, f64)>,
 }

@@ -44,11 +44,6 @@ impl<'f, V> Lazy<'f, V> {
     }
 
     /// The value, if it has been computed.
-    pub fn known(&self) -> Option<&V> {
-        self.known.get()?.as_ref().ok()
-    }
-
-    /// As [`Self::known`], by value.
     pub fn into_known(self) -> Option<V> {
         self.known.into_inner()?.ok()
     }

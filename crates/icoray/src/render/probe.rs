@@ -89,21 +89,20 @@ impl Renderer {
         let with_derived = made.as_ref().map(|made| made.fields(&fields));
         let fields = with_derived.as_ref().unwrap_or(&fields);
         let given = RenderInputs { grid, part: None, layers, fields };
-        let mut plan = Plan::new(scene, grid, layers, fields.first(scene.field())?)?;
+        let plan = Plan::new(scene, grid, layers, fields.first(scene.field())?)?;
         let prepared = self.prepare_fields(&mut ranks, scene, &given, true)?;
         let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {
             let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);
             Ok(FieldValues { threads: &self.threads, field, part: None })
         };
-        if let Some(settled) = self.ranges.resolve(&mut ranks, scene, &values)? {
-            plan.recolor(&settled);
-        }
+        let settled = self.ranges.resolve(&mut ranks, scene, &values)?;
+        let transfer = &settled.as_ref().unwrap_or(scene).volumes[0].transfer;
         let shell = Shell {
             field: prepared[0].field(),
             radius: &plan.radius,
             falling: plan.falling,
-            knots: &plan.knots,
+            knots: &KernelKnot::of(transfer, plan.thickness()),
             metres: layers.planet_radius_m() / scene.exaggeration,
         };
         let place = [at[0] * f64::from(scene.width), at[1] * f64::from(scene.height)];

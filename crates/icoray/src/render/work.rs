@@ -2,7 +2,6 @@
 
 use super::context::FrameContext;
 use super::device::OnDevice;
-use super::lazy::Lazy;
 use super::renderer::Renderer;
 use crate::edges::Edges;
 use crate::plan::budget::allowed;
@@ -11,17 +10,11 @@ use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
 use crate::time_budget::Deadline;
 use glam::DVec3;
 use icoray_grid::array::MapInline;
-use icoray_grid::gradient::PartialGradients;
-use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::samples::AnySamples;
 use icoray_kernel::Counts;
-use icoray_kernel::column::Shell;
-use icoray_kernel::ground::{Core, Ground};
+use icoray_kernel::ground::Ground;
 use icoray_kernel::piece::Radiance;
-use icoray_kernel::ray::{Budget, PrimaryRay, SingleVolumeTracer, Tracer};
-use icoray_kernel::shade::Shading;
+use icoray_kernel::ray::{Budget, PrimaryRay, Tracer};
 use icoray_kernel::signature::BoundarySignature;
-use icoray_kernel::transfer::Spans;
 use icoray_output::Certainty;
 use icoray_scene::Method;
 use icoray_scene::{Lights, Quality};
@@ -52,19 +45,6 @@ pub(super) struct Work<'f> {
     pub rays: &'f dyn Rays,
     /// The test for pixels that may contain an edge.
     pub edges: Edges,
-}
-
-/// Rays through one field alone.
-pub(super) struct SingleVolume<'f> {
-    pub context: &'f FrameContext<'f>,
-    pub shell: &'f Shell<f32>,
-    pub spans: &'f Spans<f32>,
-    pub samples: AnySamples<'f>,
-    /// [`Spans::needs_sizes`] of the field.
-    pub needs_sizes: bool,
-    pub visible: &'f Lazy<'f, OccupancyMask>,
-    pub gradients: &'f Lazy<'f, PartialGradients>,
-    pub ground: Option<&'f Ground>,
 }
 
 impl Work<'_> {
@@ -118,43 +98,6 @@ impl Work<'_> {
     }
 }
 
-impl Rays for SingleVolume<'_> {
-    fn get_ready(&self) {
-        self.visible.get();
-        self.gradients.get();
-        self.context.grid.half_edges();
-    }
-
-    fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
-        let SingleVolume { context, shell, spans, samples, needs_sizes, visible, gradients, ground } = *self;
-        let FrameContext { renderer, scene, plan, grid, .. } = *context;
-        let is_lit = quality.lights != Lights::Off;
-        // Before there are tiles, each of which would ask for them.
-        self.context.grid.half_edges();
-        let visible = visible.get();
-        let gradients = gradients.get().values();
-        let is_packed = gradients.words().is_some();
-        let top = if renderer.savings.layers { visible.top.max(1) } else { shell.layers() - 1 };
-        SingleVolumeTracer {
-            grid,
-            shell,
-            spans,
-            samples,
-            needs_sizes,
-            visible,
-            outer: plan.radius[top],
-            gradients,
-            budget: budget(renderer, scene, quality),
-            shading: plan.shading.filter(|_| is_lit).map(|shading| Shading { is_packed, ..shading }),
-            is_coarse: quality.lights == Lights::Coarse,
-            level: renderer.vectors().expect("packets are asked for where there are vectors"),
-            integrates: renderer.integrates,
-            core: Core::new(scene.core, ground),
-        }
-        .boxed()
-    }
-}
-
 /// The error budget of rays.
 pub(super) fn budget(renderer: &Renderer, scene: &Scene, quality: &Quality) -> Budget {
     with_ends(renderer, allowed(scene, quality))
@@ -172,7 +115,8 @@ pub(super) fn with_ends(renderer: &Renderer, mut budget: Budget) -> Budget {
 /// Only an unlit integral in f64 is bounded throughout, if each pixel is traced.
 pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
-    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1 && scene.is_plain();
+    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1;
+    let is_bound = is_bound && scene.has_one_field_of_volume() && !scene.has_boundaries();
     if is_bound { Certainty::Bound } else { Certainty::Estimate }
 }
 

@@ -34,7 +34,7 @@ fn one_key_of_any_kind_makes_a_scene() {
     ] {
         let scene = parsed(text);
         assert_eq!((scene.field(), scene.shown_fields()), ("", vec![""]), "{text}");
-        assert!(has_default_volume(&scene) && scene.is_plain(), "{text}");
+        assert!(has_default_volume(&scene) && scene.has_single_volume() && !scene.has_boundaries(), "{text}");
     }
     let scene = parsed("field = \"theta\"");
     assert_eq!((scene.field(), scene.width, scene.height), ("theta", 512, 512));

@@ -36,7 +36,7 @@ fn more_volumes_stand_beside_the_first() {
          [[volumes]]\nfield = \"q\"\n[volumes.transfer]\nknots = [{{ value = 1, color = \"red\", extinction = 2 }}]\n"
     ));
     assert_eq!(both.field(), "q");
-    assert!(both.volumes[0].opacity.is_none() && !both.is_plain());
+    assert!(both.volumes[0].opacity.is_none() && !both.has_one_field_of_volume());
     let [_, Volume { field, transfer, coloring, opacity }, third] = &both.volumes[..] else {
         panic!("{:?}", both.volumes)
     };

@@ -9,7 +9,7 @@ use crate::parse::hint;
 use crate::parse::text::Text;
 use crate::parse::text::shown;
 use crate::scale::Scale;
-use crate::values::PLAIN;
+use crate::values::ALONE;
 use icoray_grid::Result;
 use icoray_grid::numbers;
 use std::ops::Range;
@@ -115,7 +115,7 @@ fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
 
 fn center(source: &Text, raw: &RawTransfer, scale: Scale) -> Result<Option<f64>> {
     let Some(center) = &raw.center else { return Ok(None) };
-    let value = source.value(center, "transfer.center", &PLAIN)?;
+    let value = source.value(center, "transfer.center", &ALONE)?;
     if scale.admits(value) {
         return Ok(Some(value));
     }
@@ -157,7 +157,7 @@ fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
         let wish = "expected two finite numbers, the lower first, { percentile = [1, 99] } or { union = [1, 99] }";
         let ends = ends.ok_or_else(|| bad(format!("{}, {wish}", shown(raw.get_ref()))))?;
         for end in ends {
-            source.held(end, raw.span(), key, &PLAIN)?;
+            source.held(end, raw.span(), key, &ALONE)?;
         }
         return Ok(ColorRange::Fixed(ends));
     };

@@ -57,17 +57,16 @@ impl<'f> Terrain<'f> {
 }
 
 impl Terrain<'_> {
-    /// Normals of the ground and of the layers of sheets, if these are not spheres and are lit. Collective.
+    /// Normals of the ground and of the layers of sheets, if these are not spheres and are lit.
     pub fn normals(
         &self,
         context: &FrameContext,
-        ranks: &mut Ranks,
         surface_layers: &[SurfaceLayer],
         is_lit: bool,
-    ) -> Result<Vec<(NormalKey, Vec<[f32; 3]>)>> {
-        let FrameContext { renderer, grid, part, .. } = *context;
+    ) -> Vec<(NormalKey, Vec<[f32; 3]>)> {
+        let FrameContext { renderer, grid, .. } = *context;
         let (Levels::Native(heights), Some(key), true) = (&self.levels, &self.key, is_lit) else {
-            return Ok(Vec::new());
+            return Vec::new();
         };
         let mut layers = vec![0];
         layers.extend(surface_layers.iter().filter_map(|surface| match surface.place {
@@ -76,21 +75,14 @@ impl Terrain<'_> {
         }));
         layers.sort_unstable();
         layers.dedup();
-        let mut all = Vec::new();
-        for layer in layers {
+        let of_layer = |layer: usize| {
             let key = NormalKey { heights: key.clone(), layer: [layer, heights.layers()] };
             let compute =
                 |memory: Option<_>| gradient::native::normals(grid, heights, layer, memory.unwrap_or_default());
-            let made =
-                ranks.attempt(|| Ok(renderer.run(|| renderer.frame_cache.normals.take(&key).unwrap_or_else(compute))));
-            let mut normals = ranks.collective(made)?;
-            if let Some(part) = part {
-                let row = |cell: u32| cell as usize..cell as usize + 1;
-                part.fill_halo(ranks, normals.as_mut_slice(), |all, cell| &mut all[row(cell)])?;
-            }
-            all.push((key, normals));
-        }
-        Ok(all)
+            let normals = renderer.frame_cache.normals.take(&key).unwrap_or_else(compute);
+            (key, normals)
+        };
+        layers.into_iter().map(of_layer).collect()
     }
 }
 

@@ -1,26 +1,23 @@
-//! The part of a frame that all rays through a single volume share.
+//! The part of a frame that all packets share.
 
+use super::packet_scene::PacketScene;
 use crate::budget::Budget;
 use crate::column::{Shell, Values};
-use crate::counts::Counts;
 use crate::ground::Core;
-use crate::owned_region::OwnedRegion;
-use crate::packet;
+use crate::scene_tracer::SceneTracer;
 use crate::shade::Shading;
-use crate::trace::{FragmentReport, PrimaryRay, Report, Target, Tracer};
 use crate::transfer::Spans;
 use crate::volume_ray::VolumeRules;
-use fearless_simd::Level;
 use icoray_grid::Grid;
 use icoray_grid::gradient::Gradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::samples::AnySamples;
 use icoray_scene::Method;
 
-/// The kernel for one field: all data that the rays of a frame share.
+/// The first volume of a scene and its surroundings, as all packets of a frame read them.
 ///
 /// Rays interpolate `N` values: the field's value (`N = 1`), or value and gradient (`N = 4`) where there is lighting.
-pub struct SingleVolumeTracer<'f> {
+pub(crate) struct PacketFrame<'f> {
     /// Tables and directions of the grid.
     pub grid: &'f Grid<'f>,
     /// Radii of the layers, in planet radii.
@@ -43,15 +40,34 @@ pub struct SingleVolumeTracer<'f> {
     pub shading: Option<Shading>,
     /// When set, pieces are not cut where the gradient turns.
     pub is_coarse: bool,
-    /// The machine's vector instructions.
-    pub level: Level,
     /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
     pub integrates: bool,
     /// The opaque core; `None` lets rays through the hollow core.
     pub core: Option<Core<'f>>,
 }
 
-impl<'f> SingleVolumeTracer<'f> {
+impl<'f> PacketFrame<'f> {
+    /// The frame of a tracer.
+    pub fn new(tracer: &SceneTracer<'f, 'f>, packets: &'f PacketScene<'f>) -> Self {
+        let SceneTracer { scene, shading, budget, is_coarse, integrates, .. } = *tracer;
+        let source = &scene.sources[scene.media.first().map_or(0, |medium| medium.extinction.source)];
+        PacketFrame {
+            grid: scene.grid,
+            shell: &packets.shell,
+            spans: &packets.spans,
+            samples: packets.samples,
+            needs_sizes: packets.spans.needs_sizes(source.value_range()),
+            visible: packets.visible(scene),
+            outer: scene.outer,
+            gradients: source.gradients().values(),
+            budget,
+            shading: shading.filter(|_| !scene.media.is_empty()),
+            is_coarse,
+            integrates,
+            core: scene.core,
+        }
+    }
+
     /// Error of the colour that is allowed per absorbed light.
     #[inline]
     pub(crate) fn color_tolerance(&self) -> f64 {
@@ -61,7 +77,7 @@ impl<'f> SingleVolumeTracer<'f> {
     /// What the integral depends on.
     #[inline]
     pub(crate) fn rules(&self) -> VolumeRules<'f, f32> {
-        let SingleVolumeTracer { spans, is_coarse, budget, shading, .. } = *self;
+        let PacketFrame { spans, is_coarse, budget, shading, .. } = *self;
         VolumeRules { spans, method: Method::Exact, is_coarse, budget, shading }
     }
 
@@ -75,44 +91,5 @@ impl<'f> SingleVolumeTracer<'f> {
             values[1..].copy_from_slice(&gradient);
         }
         values
-    }
-
-    /// The kernel as a trait object.
-    // Not inlined, so that crates that use the kernel do not compile it again.
-    #[inline(never)]
-    pub fn boxed(self) -> Box<dyn Tracer + 'f> {
-        Box::new(self)
-    }
-
-    fn trace_packets(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, mut target: Target) {
-        let is_traced = match self.shading {
-            Some(_) => packet::trace::<4>(self.level, self, rays, counts, &mut target),
-            None => packet::trace::<1>(self.level, self, rays, counts, &mut target),
-        };
-        assert!(is_traced, "tables are too long for packets, which `beyond_gathers` tells before");
-    }
-}
-
-impl Tracer for SingleVolumeTracer<'_> {
-    fn outer(&self) -> f64 {
-        self.outer
-    }
-
-    fn budget(&self) -> &Budget {
-        &self.budget
-    }
-
-    fn trace(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, report: &mut Report) {
-        self.trace_packets(rays, counts, Target::Light(report));
-    }
-
-    fn fragments(
-        &self,
-        own: &OwnedRegion,
-        rays: &mut dyn Iterator<Item = PrimaryRay>,
-        counts: &mut Counts,
-        report: &mut FragmentReport,
-    ) {
-        self.trace_packets(rays, counts, Target::Fragments(own, report));
     }
 }

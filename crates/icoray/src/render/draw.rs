@@ -1,0 +1,134 @@
+//! Draws the picture of a scene: builds the kernel's scene, and its rays.
+
+use super::context::FrameContext;
+use super::device::OnDevice;
+use super::frame_cache;
+use super::lazy::Lazy;
+use super::picture;
+use super::prepare::FieldSummary;
+use super::prepared_field::PreparedField;
+use super::rendered::Rendered;
+use super::work::{Rays, Work, budget};
+use crate::device::{ClipRegion, Scenery};
+use crate::edges::Edges;
+use crate::ranks::Ranks;
+use icoray_grid::Result;
+use icoray_kernel::ground::Ground;
+use icoray_kernel::ray::{SceneTracer, Tracer};
+use icoray_kernel::shade::Shading;
+use icoray_kernel::transfer::KernelKnot;
+use icoray_scene::{Heights, Lights, Quality};
+use scene_builder::{BuiltScene, SceneBuilder};
+use terrain::Terrain;
+
+mod scene_builder;
+mod terrain;
+
+/// Rays through a scene.
+struct SceneRays<'p, 'f> {
+    context: &'p FrameContext<'f>,
+    built: &'p Lazy<'f, BuiltScene<'f>>,
+}
+
+impl Rays for SceneRays<'_, '_> {
+    fn get_ready(&self) {
+        if self.built.get().packets.is_some() {
+            self.context.grid.half_edges();
+        }
+    }
+
+    fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
+        let FrameContext { renderer, scene, plan, .. } = *self.context;
+        // Before there are tiles, each of which would ask for them.
+        self.get_ready();
+        let BuiltScene { scene: built, packets, .. } = self.built.get();
+        let is_packed = built.sources.iter().any(|source| source.gradients().values().words().is_some());
+        let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
+        SceneTracer {
+            scene: built,
+            shading: shading.map(|shading| Shading { is_packed, ..shading }),
+            budget: budget(renderer, scene, quality),
+            method: scene.method,
+            is_coarse: quality.lights == Lights::Coarse,
+            packets: packets.as_ref().map(|(level, packets)| (*level, packets)),
+            integrates: renderer.integrates,
+        }
+        .boxed()
+    }
+}
+
+/// Draws the picture of a scene. Collective.
+pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
+    let FrameContext { renderer, scene, plan, grid, .. } = *context;
+    let field = &context.fields[0].field();
+    let summary = FieldSummary::of(context, ranks)?;
+    let terrain = Terrain::new(context, ranks)?;
+    compare(context, ranks, &terrain)?;
+    let ground = Ground::new(scene);
+    let ground = ground.as_ref();
+    let mut built = Lazy::try_of(|| SceneBuilder::new(context, &terrain, &summary).build(ground));
+    complete(context, ranks, &mut built, summary.is_lit())?;
+    let mut on_device = OnDevice::new(context, field, Lazy::of(|| built.get().first_gradients()), summary.quality);
+    if !scene.has_single_volume() {
+        on_device = on_device.with_scenery(|| {
+            let clips =
+                scene.scenery.clips.iter().map(|clip| ClipRegion::new(clip, |height| context.radius_of(height)));
+            let knots = KernelKnot::of(&scene.volumes[0].transfer, plan.thickness());
+            let tables = ((grid.cells(), plan.radius.len()), knots.as_slice());
+            let range = |source| context.range(source).0;
+            renderer.run(|| Scenery::new(&built.get().scene, clips.collect(), tables, summary.is_lit(), range))
+        });
+    }
+    let radius = [terrain.core_radius[0], terrain.outer];
+    let [core, top] = radius.map(|radius| context.facets(radius));
+    let has_boundaries = scene.has_boundaries();
+    let core = core.filter(|_| scene.core.is_some() && !has_boundaries);
+    let top = top.filter(|_| scene.scenery.heights == Heights::Mean);
+    let edges = Edges::new(scene, core, top, has_boundaries);
+    let rays = &SceneRays { context, built: &built };
+    let work = Work { context, radius, ground, rays, edges };
+    let mut rendered = picture::draw(&work, ranks, &summary, on_device)?;
+    if let Some(built) = built.into_known() {
+        rendered.report_mut().bytes_derived += built.bytes();
+        built.keep(&renderer.frame_cache);
+    }
+    Ok(rendered)
+}
+
+/// Builds the kernel's scene where it is needed in any case, and receives gradients and normals of halo cells from
+/// other ranks. Collective.
+fn complete(context: &FrameContext, ranks: &mut Ranks, built: &mut Lazy<BuiltScene>, is_lit: bool) -> Result<()> {
+    let found = ranks.attempt(|| match context.needs_scene() {
+        true => context.renderer.run(|| built.try_get().map(drop)),
+        false => Ok(()),
+    });
+    ranks.collective(found)?;
+    match context.part {
+        Some(part) if is_lit => built.get_mut().fill_halos(ranks, part),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that all ranks have the same further fields and heights: otherwise their tiles would not fit each other.
+/// Collective.
+fn compare(context: &FrameContext, ranks: &mut Ranks, terrain: &Terrain) -> Result<()> {
+    let FrameContext { renderer, scene, has_whole, layers, heights, fields, .. } = *context;
+    if ranks.is_alone() || !has_whole {
+        return Ok(());
+    }
+    let found = ranks.attempt(|| {
+        let range = |number: usize| (fields[number].name(), renderer.run(|| context.range(number)));
+        Ok((1..fields.len()).map(range).collect::<Vec<_>>())
+    });
+    let facts = |found: &Vec<(&str, frame_cache::Range)>| {
+        let told = |(name, (range, missing)): &(&str, frame_cache::Range)| {
+            ("has", format!("{name:?} of range and missing values {range:?} and {missing}"))
+        };
+        let metres = |radius: f64| (radius - 1.0) / scene.exaggeration * layers.planet_radius_m();
+        let [low, high] = terrain.core_radius.map(metres);
+        let extent = format!("{low} to {high} m, at most {} m", metres(terrain.outer));
+        let extent = ("has heights of the lowest and highest layers", extent);
+        found.iter().map(told).chain([extent]).chain(heights.map(PreparedField::values_fact)).collect()
+    };
+    ranks.agree_all(found, facts).map(drop)
+}

@@ -1,0 +1,385 @@
+//! Builds the kernel's scene, in which fields are identified by numbers instead of names.
+
+use super::terrain::Terrain;
+use crate::plan::{OccupancyTest, clear_values};
+use crate::ranks::{Part, Ranks};
+use crate::render::context::FrameContext;
+use crate::render::frame_cache::{FrameCache, GradientKey, NormalKey, OccupancyKey};
+use crate::render::prepare::FieldSummary;
+use fearless_simd::Level as VectorLevel;
+use icoray_grid::Reals;
+use icoray_grid::Result;
+use icoray_grid::gradient;
+use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients, PreparedSample};
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::samples::{Samples, SearchedSample};
+use icoray_kernel::general::{
+    Clips, FieldSource, Isosurface, KernelScene, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,
+};
+use icoray_kernel::ground::{Core, Ground, Painter};
+use icoray_kernel::ray::PacketScene;
+use icoray_kernel::transfer::{KernelKnot, Spans};
+use icoray_scene::{Heights, Level, Method, Paint, Precision, TransferFunction, Volume};
+
+/// The kernel's scene of a frame, with the keys of its cached parts.
+pub(super) struct BuiltScene<'f> {
+    pub scene: KernelScene<'f>,
+    /// The scene for packets of rays, and the vector instructions, if it is traced in packets.
+    pub packets: Option<(VectorLevel, PacketScene<'f>)>,
+    occupancy_keys: Vec<OccupancyKey>,
+    gradient_keys: Vec<Option<GradientKey>>,
+    normal_keys: Vec<NormalKey>,
+}
+
+impl BuiltScene<'_> {
+    /// The gradients of the first volume's field.
+    pub fn first_gradients(&self) -> &Gradients {
+        let KernelScene { sources, media, .. } = &self.scene;
+        sources[media.first().map_or(0, |medium| medium.extinction.source)].gradients().values()
+    }
+
+    /// Bytes of gradients and visible blocks.
+    pub fn bytes(&self) -> usize {
+        let KernelScene { sources, visible, .. } = &self.scene;
+        let gradients: usize = sources.iter().map(|source| source.gradients().bytes()).sum();
+        gradients + visible.iter().map(OccupancyMask::bytes).sum::<usize>()
+    }
+
+    /// Receives gradients and normals at the cells of a part's halo from other ranks. Collective.
+    pub fn fill_halos(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
+        let KernelScene { levels, sources, normals, .. } = &mut self.scene;
+        let layers = levels.count();
+        for (source, _) in sources.iter_mut().zip(&self.gradient_keys).filter(|(_, key)| key.is_some()) {
+            let all = source.gradients_mut().values_mut().whole_mut();
+            part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
+        }
+        for (_, normals) in normals {
+            let row = |cell: u32| cell as usize..cell as usize + 1;
+            part.fill_halo(ranks, normals.as_mut_slice(), |all, cell| &mut all[row(cell)])?;
+        }
+        Ok(())
+    }
+
+    /// Stores gradients, visible blocks and normals for the next frame.
+    pub fn keep(self, cache: &FrameCache) {
+        let KernelScene { sources, visible, normals, .. } = self.scene;
+        for (key, (_, normals)) in self.normal_keys.into_iter().zip(normals) {
+            cache.normals.store(key, normals);
+        }
+        for (key, visible) in self.occupancy_keys.into_iter().zip(visible) {
+            cache.visible.store(key, visible);
+        }
+        for (key, source) in self.gradient_keys.into_iter().zip(sources) {
+            if let Some(key) = key {
+                cache.gradients.store(key, source.into_gradients());
+            }
+        }
+    }
+}
+
+/// Builds the kernel's scene and collects the uses of each field in it.
+pub(super) struct SceneBuilder<'p, 'f> {
+    context: &'p FrameContext<'f>,
+    terrain: &'p Terrain<'f>,
+    summary: &'p FieldSummary,
+    /// Values at which a visible part of each field begins, ends or bends.
+    cuts: Vec<Vec<f64>>,
+}
+
+impl<'p, 'f> SceneBuilder<'p, 'f> {
+    pub fn new(context: &'p FrameContext<'f>, terrain: &'p Terrain<'f>, summary: &'p FieldSummary) -> Self {
+        SceneBuilder { context, terrain, summary, cuts: vec![Vec::new(); context.fields.len()] }
+    }
+
+    /// The scene, over a core with this ground. Gradients and normals at halo cells are those of this rank's cells.
+    pub fn build(mut self, ground: Option<&'f Ground>) -> Result<BuiltScene<'f>> {
+        let FrameContext { renderer, scene, plan, grid, .. } = *self.context;
+        let (media, isosurfaces) = (self.media(), self.isosurfaces());
+        let surface_layers = self.surface_layers();
+        let (occupancy_keys, visible) = self.visible(&media, &isosurfaces);
+        let (sources, gradient_keys) = self.sources(&media, &isosurfaces, (&occupancy_keys, &visible))?;
+        let normals = self.terrain.normals(self.context, &surface_layers, self.summary.is_lit());
+        let (normal_keys, normals): (Vec<NormalKey>, Vec<_>) = normals.into_iter().unzip();
+        let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
+        let Terrain { levels, core_radius, outer, .. } = self.terrain;
+        // Everything above the highest visible layer is invisible.
+        let top = visible.iter().map(|visible| visible.top).max().unwrap_or(0);
+        let seen = match levels {
+            Levels::Concentric(_) if surface_layers.is_empty() && renderer.savings.layers => plan.radius[top.max(1)],
+            _ => *outer,
+        };
+        let scene = KernelScene {
+            grid,
+            levels: levels.clone(),
+            sources,
+            media,
+            isosurfaces,
+            clips: Clips::new(&scene.scenery.clips, |height| self.context.radius_of(height)),
+            visible,
+            beside: self.beside(&surface_layers),
+            surface_layers,
+            normals,
+            core: Core::new(scene.core, ground),
+            core_radius: *core_radius,
+            // A facet touches that sphere at its highest vertex, which rays meet only if they start above it.
+            outer: seen * (1.0 + 1e-9),
+        };
+        let packets = self.packets(&scene)?;
+        Ok(BuiltScene { scene, packets, occupancy_keys, gradient_keys, normal_keys })
+    }
+
+    /// The scene for packets of rays, where these are in single precision and the machine has vectors.
+    fn packets(&self, built: &KernelScene<'f>) -> Result<Option<(VectorLevel, PacketScene<'f>)>> {
+        let FrameContext { renderer, scene, plan, grid, .. } = *self.context;
+        let is_exact = scene.method == Method::Exact && scene.precision == Precision::F32;
+        let Some(level) = renderer.vectors().filter(|_| is_exact) else { return Ok(None) };
+        let packets = PacketScene::new(built, &plan.radius);
+        if packets.is_some() && self.context.device.is_err() {
+            grid.make_half_edges()?;
+        }
+        Ok(packets.map(|packets| (level, packets)))
+    }
+
+    fn number(&self, name: &str) -> usize {
+        let found = self.context.fields.iter().position(|field| field.name() == name);
+        found.expect("all fields that are shown were prepared")
+    }
+
+    /// The map of a transfer function, at whose knots rays are cut.
+    fn map(&mut self, field: &str, transfer: &TransferFunction) -> TransferMap {
+        let source = self.number(field);
+        let knots = KernelKnot::of(transfer, self.context.plan.thickness());
+        self.cuts[source].extend(knots.iter().map(|knot| knot.value));
+        TransferMap::new(source, knots)
+    }
+
+    fn media(&mut self) -> Vec<Medium> {
+        let volumes = self.context.scene.volumes.iter().map(|volume| {
+            let Volume { field, transfer, opacity, .. } = volume;
+            let extinction = opacity.as_ref().map_or((field, transfer), |by| (&by.field, &by.transfer));
+            ((field, transfer), extinction)
+        });
+        let is_seen = |transfer: &TransferFunction| transfer.knots.iter().any(|knot| knot.extinction > 0.0);
+        volumes
+            .filter(|(_, (_, extinction))| is_seen(extinction))
+            .map(|((field, transfer), (by, extinction))| Medium {
+                color: self.map(field, transfer),
+                extinction: self.map(by, extinction),
+            })
+            .collect()
+    }
+
+    fn material(&self, paint: &Paint) -> Material {
+        match paint {
+            Paint::Plain(color) => Material::Plain(*color),
+            Paint::Field { field, transfer, by_cell, .. } => {
+                // Surfaces read single values: rays need not be cut for them.
+                Material::By {
+                    map: TransferMap::new(self.number(field), KernelKnot::of(transfer, 1.0)),
+                    by_cell: *by_cell,
+                }
+            }
+        }
+    }
+
+    fn isosurfaces(&mut self) -> Vec<Isosurface> {
+        let surfaces = &self.context.scene.scenery.isosurfaces;
+        surfaces
+            .iter()
+            .map(|surface| {
+                let source = self.number(&surface.field);
+                self.cuts[source].push(surface.value);
+                let material = self.material(&surface.paint);
+                Isosurface { source, value: surface.value, material, opacity: surface.opacity }
+            })
+            .collect()
+    }
+
+    /// Surfaces and lines by level, in the order in which the scene names levels.
+    fn surface_layers(&self) -> Vec<SurfaceLayer> {
+        let FrameContext { scene, plan, .. } = *self.context;
+        let scenery = &scene.scenery;
+        let mut all: Vec<Level> = Vec::new();
+        for level in scenery.lines.iter().map(|l| l.on).chain(scenery.surfaces.iter().map(|s| s.at)) {
+            if level != Level::Ground && !all.contains(&level) {
+                all.push(level);
+            }
+        }
+        all.into_iter()
+            .map(|level| {
+                let place = match level {
+                    Level::Layer(layer) => SurfaceHeight::Layer(layer),
+                    Level::Top | Level::Ground => SurfaceHeight::Layer(plan.radius.len() - 1),
+                    Level::Height(height) => self.place_at(self.context.radius_of(height)),
+                };
+                let here = scenery.surfaces.iter().filter(|surface| surface.at == level);
+                let materials = here.map(|s| (self.material(&s.paint), s.opacity)).collect();
+                SurfaceLayer { place, materials, painter: Painter::new(scene, level) }
+            })
+            .collect()
+    }
+
+    /// The blocks of gaps that surfaces adjoin.
+    fn beside(&self, surface_layers: &[SurfaceLayer]) -> u32 {
+        let layers = self.context.plan.radius.len();
+        let mask = OccupancyMask::default().full(layers);
+        let blocks = |surface: &SurfaceLayer| match (surface.place, &self.terrain.levels) {
+            (SurfaceHeight::Layer(layer), _) => mask.between([layer, layer + 1], layers),
+            (SurfaceHeight::Radius(radius), Levels::Concentric(_)) => {
+                let gap = self.context.plan.radius.partition_point(|layer| *layer < radius);
+                mask.between([gap, gap], layers)
+            }
+            (SurfaceHeight::Radius(_), Levels::Native(_)) => u32::MAX,
+        };
+        surface_layers.iter().fold(0, |all, surface| all | blocks(surface))
+    }
+
+    /// Occupancy of each volume and isosurface, with its key; without a key, all or nothing.
+    fn visible(&self, media: &[Medium], isosurfaces: &[Isosurface]) -> (Vec<OccupancyKey>, Vec<OccupancyMask>) {
+        let FrameContext { renderer, plan, grid, .. } = *self.context;
+        let layers = plan.radius.len();
+        if !renderer.savings.empty_space {
+            return (Vec::new(), vec![OccupancyMask::default().full(layers)]);
+        }
+        if media.is_empty() && isosurfaces.is_empty() {
+            return (Vec::new(), vec![OccupancyMask::none(grid.triangles(), layers)]);
+        }
+        let of_media = media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
+        let of_surfaces =
+            isosurfaces.iter().map(|s| (s.source, spike(s.value, self.range(s.source).unwrap_or([0.0; 2]))));
+        // Macrocells are those of one mask.
+        let is_one = media.len() + isosurfaces.len() == 1;
+        let leaps = is_one && self.context.device.is_err() && self.context.part.is_none();
+        let all =
+            of_media.chain(of_surfaces).map(|(source, knots)| match self.context.fields[source].field().samples() {
+                Reals::F32(data) => self.visible_of(data, source, &knots, leaps),
+                Reals::F64(data) => self.visible_of(data, source, &knots, leaps),
+            });
+        all.unzip()
+    }
+
+    fn visible_of<S: SearchedSample>(
+        &self,
+        data: &[S],
+        source: usize,
+        knots: &[KernelKnot],
+        leaps: bool,
+    ) -> (OccupancyKey, OccupancyMask) {
+        let FrameContext { renderer, plan, grid, .. } = *self.context;
+        let field = &self.context.fields[source];
+        let spans = Spans::<f64>::new(knots);
+        let samples = Samples::new(data, &field.field(), plan.falling, spans.range());
+        let clear = clear_values(&spans, &samples, self.range(source));
+        let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
+        let key = OccupancyKey { source: field.source(grid), falling: plan.falling, clear: bits, leaps };
+        let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear, leaps };
+        let cached = renderer.frame_cache.visible.take(&key);
+        let visible = cached.unwrap_or_else(|memory| occupancy.visible(memory.unwrap_or_default()));
+        (key, visible)
+    }
+
+    /// Places a surface on the layer at this radius, up to rounding, which must not leave it slightly above the
+    /// outermost one, where nothing is shown.
+    fn place_at(&self, radius: f64) -> SurfaceHeight {
+        let FrameContext { scene, plan, .. } = *self.context;
+        let layer = plan.radius.iter().position(|r| (r - radius).abs() <= 1e-12 * radius);
+        let layer = layer.filter(|_| scene.scenery.heights == Heights::Mean);
+        layer.map_or(SurfaceHeight::Radius(radius), SurfaceHeight::Layer)
+    }
+
+    /// The least and the greatest value of a field, over all ranks for the first.
+    fn range(&self, source: usize) -> Option<[f64; 2]> {
+        if source == 0 { self.summary.value_range } else { self.context.range(source).0 }
+    }
+
+    /// The fields, with gradients of those that are lit, and the keys of these gradients.
+    fn sources(
+        &mut self,
+        media: &[Medium],
+        isosurfaces: &[Isosurface],
+        (keys, visible): (&[OccupancyKey], &[OccupancyMask]),
+    ) -> Result<(Vec<FieldSource<'f>>, Vec<Option<GradientKey>>)> {
+        let FrameContext { plan, .. } = *self.context;
+        let joined;
+        let visible = match visible {
+            [one] => one,
+            all => {
+                joined = OccupancyMask::joined(all, plan.radius.len(), 0);
+                &joined
+            }
+        };
+        let (mut sources, mut gradient_keys) = (Vec::new(), Vec::new());
+        for (number, prepared) in self.context.fields.iter().enumerate() {
+            let field = &prepared.field();
+            let mut cuts = std::mem::take(&mut self.cuts[number]);
+            cuts.sort_by(f64::total_cmp);
+            cuts.dedup();
+            let is_seen = media.iter().any(|medium| medium.extinction.source == number)
+                || isosurfaces.iter().any(|surface| surface.source == number);
+            let key = (is_seen && self.summary.is_lit()).then(|| self.gradient_key(number, &cuts, keys));
+            let gradients = match (&key, field.samples()) {
+                (None, _) => Gradients::none().into(),
+                (Some(key), Reals::F32(data)) => self.gradients(data, number, key, visible)?,
+                (Some(key), Reals::F64(data)) => self.gradients(data, number, key, visible)?,
+            };
+            sources.push(FieldSource::new(field, plan.falling, gradients, cuts, self.range(number)));
+            gradient_keys.push(key);
+        }
+        Ok((sources, gradient_keys))
+    }
+
+    /// The key of the gradients of a field with these cuts. They are in visible blocks only and may be packed, unless
+    /// other ranks need those of halo cells or a device reads them.
+    fn gradient_key(&self, number: usize, cuts: &[f64], visible: &[OccupancyKey]) -> GradientKey {
+        let FrameContext { renderer, scene, plan, grid, .. } = *self.context;
+        // Ranks exchange gradients, so all divide by the same range.
+        let low = cuts.first().copied().unwrap_or(0.0);
+        let width = cuts.last().map_or(0.0, |high| high - low);
+        let width = if width > 0.0 { width } else { low.abs().max(1.0) };
+        let is_own = self.context.device.is_err() && self.context.part.is_none() && self.terrain.key.is_none();
+        let single = self.terrain.key.is_none() && plan.allows_single_gradients(scene);
+        GradientKey {
+            source: self.context.fields[number].source(grid),
+            falling: plan.falling,
+            range: [low, low + width],
+            radius: plan.radius.clone(),
+            packed: is_own && renderer.savings.packing && single,
+            single,
+            occupancy: if is_own && renderer.savings.gradients { visible.to_vec() } else { Vec::new() },
+            heights: self.terrain.key.clone(),
+        }
+    }
+
+    /// The gradients that are cached for `key`, and the further ones that the picture needs.
+    fn gradients<S: PreparedSample>(
+        &self,
+        data: &[S],
+        number: usize,
+        key: &GradientKey,
+        visible: &OccupancyMask,
+    ) -> Result<PartialGradients> {
+        let FrameContext { renderer, scene, plan, grid, part, .. } = *self.context;
+        let samples = Samples::new(data, &self.context.fields[number].field(), plan.falling, key.range);
+        match &self.terrain.levels {
+            Levels::Native(heights) => renderer.frame_cache.gradients.take(key).or_else(|memory| {
+                let memory = memory.map_or_else(Gradients::none, PartialGradients::into_values);
+                Ok(gradient::native::gradients(grid, heights, &samples, memory)?.into())
+            }),
+            Levels::Concentric(_) => {
+                let GradientKey { packed, single, .. } = *key;
+                let visible = (!key.occupancy.is_empty()).then_some(visible);
+                let seen = (part.is_none() && renderer.savings.gradients).then(|| plan.visible_cells(scene, grid));
+                let known = renderer.frame_cache.known_gradients(key);
+                let wanted = GradientOptions { visible, packed, single };
+                known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
+            }
+        }
+    }
+}
+
+/// A transfer function that is clear except near `value`, for a field of this range.
+fn spike(value: f64, [low, high]: [f64; 2]) -> Vec<KernelKnot> {
+    let near = if high > low { 1e-6 * (high - low) } else { value.abs().max(1.0) };
+    let knot = |value: f64, extinction: f64| KernelKnot { value, color: [0.0; 3], extinction };
+    vec![knot(value - near, 0.0), knot(value, 1.0), knot(value + near, 0.0)]
+}
