@@ -76,29 +76,34 @@ fn clear(scene: &mut Scene) {
     scene.volumes[0].coloring = None;
 }
 
+/// A volume of `g` that is seen beyond all values of the field.
+fn volume_beyond() -> Volume {
+    volume("g", vec![knot(100.0, [0.5; 3], 0.0), knot(101.0, [0.5; 3], 1.0)])
+}
+
 #[test]
-fn one_field_looks_the_same_in_both_kernels() {
+fn a_volume_looks_the_same_alone_and_mixed() {
     let data = Data::new(4);
     for (core, tolerance) in [("core = \"#303030\"", 1e-3), ("core = \"transparent\"", 1e-5)] {
         let plain = scene(&format!("{core}\ntolerance = {tolerance}"));
         let mut general = plain.clone();
-        general.volumes.push(volume("g", vec![knot(0.0, [1.0; 3], 0.0)]));
+        general.volumes.push(volume_beyond());
         let (a, b) = (data.draw(&plain), data.draw(&general));
         let (wrong, most) = (count_beyond(&a, &b, 0.0), difference(&a, &b));
         assert_eq!(wrong, 0, "{core}: {most} at most");
-        assert!(most > 0.0, "the kernels are not the same");
+        assert!(most > 0.0, "the rules are not the same");
         assert!(b.report.error.max <= 1.5 * tolerance, "{core}: {}", b.report.error.max);
         assert_eq!(a.report.counts.rays, b.report.counts.rays);
     }
 }
 
 #[test]
-fn one_lit_field_looks_the_same_in_both_kernels() {
+fn a_lit_volume_looks_the_same_alone_and_mixed() {
     let data = Data::new(4);
     let mut plain = scene("tolerance = 1e-4");
     plain.lighting = Scene::parse(LIT).unwrap().lighting;
     let mut general = plain.clone();
-    general.volumes.push(volume("g", vec![knot(0.0, [1.0; 3], 0.0)]));
+    general.volumes.push(volume_beyond());
     let (a, b) = (data.draw(&plain), data.draw(&general));
     let (wrong, most) = (count_beyond(&a, &b, 0.0), difference(&a, &b));
     // Light's errors are estimates: a normal may turn in between the places where it is asked for.

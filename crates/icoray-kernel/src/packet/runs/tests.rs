@@ -1,21 +1,21 @@
 //! Fragments of packets against those of single rays, ray by ray.
 
-use crate::column::Shell;
 use crate::counts::Counts;
 use crate::fragment::Fragment;
+use crate::general::{Clips, FieldSource, KernelScene, Levels, Medium, TransferMap};
 use crate::ground::Core;
 use crate::owned_region::OwnedRegion;
-use crate::packet::{packets, trace};
-use crate::ray::{Budget, PrimaryRay, SingleVolumeTracer};
+use crate::packet::{PacketScene, packets};
+use crate::ray::{Budget, PrimaryRay, SceneTracer};
 use crate::shade::Shading;
-use crate::trace::Target;
-use crate::transfer::{KernelKnot, Spans};
+use crate::trace::Tracer;
+use crate::transfer::KernelKnot;
 use crate::walk::tests::culled::{Culled, Mark, Style, holes};
 use fearless_simd::Level;
 use glam::DVec3;
 use icoray_grid::gradient::{GradientOptions, Gradients, gradients};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::samples::{AnySamples, Samples};
+use icoray_grid::samples::Samples;
 use icoray_grid::{Field, Grid, IcosahedralMesh, Location, Shape};
 use icoray_scene::Method;
 use icoray_test_support::{Random, count};
@@ -30,10 +30,9 @@ const SHADING: Shading =
 struct Model<'g> {
     grid: &'g Grid<'g>,
     values: Vec<f32>,
-    shell: Shell<f32>,
-    spans: Spans<f32>,
-    gradients: Gradients,
-    visible: OccupancyMask,
+    knots: Vec<KernelKnot>,
+    /// The visible blocks; everything is visible without them.
+    blocks: Vec<u32>,
     own: OwnedRegion,
 }
 
@@ -44,28 +43,16 @@ impl<'g> Model<'g> {
         let of_cell = |cell: u32| (0..LAYERS).map(move |layer| value(grid.direction(cell), layer) as f32);
         let values: Vec<f32> = (0..grid.cells() as u32).flat_map(of_cell).collect();
         let knot = |value, color, extinction| KernelKnot { value, color, extinction };
-        let spans = Spans::new(&[
+        let knots = vec![
             knot(-1.0, [0.9, 0.2, 0.1], density),
             knot(-0.3, [0.8, 0.8, 0.2], 0.0),
             knot(0.3, [0.3, 0.8, 0.2], 0.0),
             knot(1.5, [0.2, 0.3, 0.9], density),
-        ]);
+        ];
         let middle = |t: u32| grid.triangle(t).map(|cell| grid.direction(cell)).into_iter().sum::<DVec3>().normalize();
         let owns = |t: u32| grid.is_triangle(t) && is_own(middle(t), t);
         let own = OwnedRegion::new(grid, (0..grid.triangles() as u32).map(owns).collect());
-        let mut model = Model {
-            grid,
-            values,
-            shell: Shell::new(&RADII),
-            spans,
-            gradients: Gradients::none(),
-            visible: OccupancyMask::default().full(LAYERS),
-            own,
-        };
-        let wanted = GradientOptions { visible: None, packed: false, single: false };
-        let samples = Samples::new(&model.values, &model.field(), false, model.spans.range());
-        model.gradients = gradients(grid, &RADII, &samples, 0..grid.cells(), wanted, Gradients::none()).unwrap();
-        model
+        Model { grid, values, knots, blocks: Vec::new(), own }
     }
 
     /// The same with a mask of the gaps in which something shows.
@@ -76,7 +63,7 @@ impl<'g> Model<'g> {
             let shows = |gap: usize| at(gap - 1).into_iter().chain(at(gap)).any(|value| !(-0.2..0.2).contains(&value));
             (1..LAYERS).map(|gap| u32::from(self.grid.is_triangle(triangle) && shows(gap)) << (gap - 1)).sum()
         };
-        self.visible.blocks = (0..self.grid.triangles() as u32).map(blocks).collect();
+        self.blocks = (0..self.grid.triangles() as u32).map(blocks).collect();
         self
     }
 
@@ -85,58 +72,57 @@ impl<'g> Model<'g> {
         Field::new(self.values.as_slice().into(), shape, Location::Center, None).unwrap()
     }
 
-    fn tracer(&self, is_lit: bool, core: Option<[f64; 3]>, level: Option<Level>) -> SingleVolumeTracer<'_> {
-        SingleVolumeTracer {
+    fn scene(&self, is_lit: bool, core: Option<[f64; 3]>) -> KernelScene<'_> {
+        let map = || TransferMap::new(0, self.knots.clone());
+        let wanted = GradientOptions { visible: None, packed: false, single: false };
+        let cuts: Vec<f64> = self.knots.iter().map(|knot| knot.value).collect();
+        let samples = Samples::new(&self.values, &self.field(), false, [cuts[0], cuts[cuts.len() - 1]]);
+        let cells = if is_lit { 0..self.grid.cells() } else { 0..0 };
+        let light = gradients(self.grid, &RADII, &samples, cells, wanted, Gradients::none()).unwrap();
+        let (outer, full) = (RADII[LAYERS - 1] * (1.0 + 1e-9), OccupancyMask::default().full(LAYERS));
+        KernelScene {
             grid: self.grid,
-            shell: &self.shell,
-            spans: &self.spans,
-            samples: AnySamples::new(&self.field(), false, self.spans.range()),
-            needs_sizes: false,
-            visible: &self.visible,
-            // That of whole rays: fragments end at the outermost layer.
-            outer: RADII[1],
-            gradients: &self.gradients,
-            method: Method::Exact,
-            budget: Budget::new(TOLERANCE, 1.0, is_lit.then_some(1.0)),
-            shading: is_lit.then_some(SHADING),
-            is_coarse: false,
-            level,
-            integrates: true,
+            levels: Levels::concentric(&RADII),
+            sources: vec![FieldSource::new(&self.field(), false, light.into(), cuts, self.field().range().0)],
+            media: vec![Medium { color: map(), extinction: map() }],
+            isosurfaces: Vec::new(),
+            surface_layers: Vec::new(),
+            clips: Clips::default(),
+            visible: vec![OccupancyMask { blocks: self.blocks.clone(), ..full }],
+            beside: 0,
+            normals: Vec::new(),
             core: Core::new(core, None),
+            core_radius: [RADII[0]; 2],
+            outer,
         }
     }
+}
 
-    /// The fragments of each ray, traced one after the other.
-    fn single(&self, is_lit: bool, core: Option<[f64; 3]>, rays: &[PrimaryRay]) -> (Vec<Vec<Fragment>>, Counts) {
-        let (mut found, mut counts) = (vec![Vec::new(); rays.len()], Counts::default());
-        let tracer = f32::boxed(self.tracer(is_lit, core, None));
-        tracer.fragments(&self.own, &mut rays.iter().copied(), &mut counts, &mut |ray, all| found[ray].extend(all));
-        (found, counts)
-    }
-
-    /// The same in packets; `rays` are some of `all`.
-    fn packets(
-        &self,
-        level: Level,
-        is_lit: bool,
-        core: Option<[f64; 3]>,
-        rays: &[PrimaryRay],
-        all: usize,
-    ) -> (Vec<Vec<Fragment>>, Counts) {
-        let (mut found, mut counts) = (vec![Vec::new(); all], Counts::default());
-        let tracer = self.tracer(is_lit, core, Some(level));
-        let mut report = |ray: usize, all: &[Fragment]| {
-            assert!(found[ray].is_empty() && !all.is_empty());
-            found[ray].extend(all);
-        };
-        let (rays, mut target) = (&mut rays.iter().copied(), Target::Fragments(&self.own, &mut report));
-        let is_traced = match is_lit {
-            true => trace::<4>(level, &tracer, rays, &mut counts, &mut target),
-            false => trace::<1>(level, &tracer, rays, &mut counts, &mut target),
-        };
-        assert!(is_traced);
-        (found, counts)
-    }
+/// The fragments inside `own` of each of `all` rays, of which `rays` are traced: in packets with vector instructions,
+/// one after the other without.
+fn traced(
+    scene: &KernelScene,
+    own: &OwnedRegion,
+    is_lit: bool,
+    level: Option<Level>,
+    (rays, all): (&[PrimaryRay], usize),
+) -> (Vec<Vec<Fragment>>, Counts) {
+    let (mut found, mut counts) = (vec![Vec::new(); all], Counts::default());
+    let packets = PacketScene::new(scene, &RADII).unwrap();
+    let tracer = SceneTracer {
+        scene,
+        shading: is_lit.then_some(SHADING),
+        budget: Budget::new(TOLERANCE, 1.0, is_lit.then_some(1.0)),
+        method: Method::Exact,
+        is_coarse: false,
+        packets: level.map(|level| (level, &packets)),
+        integrates: true,
+    };
+    tracer.fragments(own, &mut rays.iter().copied(), &mut counts, &mut |ray, all| {
+        assert!(found[ray].is_empty() && !all.is_empty());
+        found[ray].extend(all);
+    });
+    (found, counts)
 }
 
 /// Rays from an eye towards places in the shell and beside it.
@@ -188,14 +174,16 @@ fn fragments_of_packets_are_those_of_single_rays() {
             for (is_lit, core) in [(false, None), (false, Some([0.5, 0.3, 0.2])), (true, None), (true, Some([0.2; 3]))]
             {
                 let case = format!("{name}, eye {eye}, lit {is_lit}, core {core:?}");
-                let (single, single_counts) = model.single(is_lit, core, &rays);
-                let (found, counts) = model.packets(level, is_lit, core, &rays, rays.len());
+                let scene = &model.scene(is_lit, core);
+                let trace = |level, some| traced(scene, &model.own, is_lit, level, (some, rays.len()));
+                let (single, single_counts) = trace(None, &rays);
+                let (found, counts) = trace(Some(level), &rays);
                 assert_eq!((counts.rays, counts.columns), (0, single_counts.columns), "{case}");
                 for (number, (single, found)) in single.iter().zip(&found).enumerate() {
                     assert_alike(single, found, &format!("{case}, ray {number}"));
                 }
                 // In any order, beside any others.
-                let (alone, _) = model.packets(level, is_lit, core, &some, rays.len());
+                let (alone, _) = trace(Some(level), &some);
                 assert!(some.iter().all(|ray| alone[ray.number] == found[ray.number]), "{case}");
                 let all = || found.iter().flatten();
                 assert!(all().any(|fragment| fragment.alpha > 0.1), "{case}");

@@ -128,11 +128,16 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         Ok(BuiltScene { scene, packets, occupancy_keys, gradient_keys, normal_keys })
     }
 
-    /// The scene for packets of rays, where these are in single precision and the machine has vectors.
+    /// The machine's vector instructions, if rays are in single precision.
+    fn vectors(&self) -> Option<VectorLevel> {
+        let FrameContext { renderer, scene, .. } = *self.context;
+        renderer.vectors().filter(|_| scene.method == Method::Exact && scene.precision == Precision::F32)
+    }
+
+    /// The scene for packets of rays.
     fn packets(&self, built: &KernelScene<'f>) -> Result<Option<(VectorLevel, PacketScene<'f>)>> {
-        let FrameContext { renderer, scene, plan, grid, .. } = *self.context;
-        let is_exact = scene.method == Method::Exact && scene.precision == Precision::F32;
-        let Some(level) = renderer.vectors().filter(|_| is_exact) else { return Ok(None) };
+        let FrameContext { plan, grid, .. } = *self.context;
+        let Some(level) = self.vectors() else { return Ok(None) };
         let packets = PacketScene::new(built, &plan.radius);
         if packets.is_some() && self.context.device.is_err() {
             grid.make_half_edges()?;
@@ -267,9 +272,13 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     ) -> (OccupancyKey, OccupancyMask) {
         let FrameContext { renderer, plan, grid, .. } = *self.context;
         let field = &self.context.fields[source];
-        let spans = Spans::<f64>::new(knots);
-        let samples = Samples::new(data, &field.field(), plan.falling, spans.range());
-        let clear = clear_values(&spans, &samples, self.range(source));
+        let (range, whole) = (self.range(source), Spans::<f64>::new(knots));
+        let samples = Samples::new(data, &field.field(), plan.falling, whole.range());
+        // Values that equal a knot in the precision of the rays.
+        let clear = match self.vectors() {
+            Some(_) => clear_values(&Spans::<f32>::new(knots), &samples, range),
+            None => clear_values(&whole, &samples, range),
+        };
         let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
         let key = OccupancyKey { source: field.source(grid), falling: plan.falling, clear: bits, leaps };
         let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear, leaps };
