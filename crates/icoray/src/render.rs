@@ -39,7 +39,6 @@ mod summary;
 mod work;
 
 pub use histogram::Histogram;
-pub(crate) use lazy::Lazy;
 pub use probe::{Probe, ProbePoint};
 pub use rendered::Rendered;
 pub use renderer::Renderer;

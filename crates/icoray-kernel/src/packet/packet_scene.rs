@@ -8,6 +8,7 @@ use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::samples::AnySamples;
 
 /// A scene for packets of rays, equal for all rays of a frame.
+#[derive(Debug)]
 pub struct PacketScene<'f> {
     pub(crate) shell: Shell<f32>,
     pub(crate) spans: Spans<f32>,
@@ -20,6 +21,7 @@ pub struct PacketScene<'f> {
 }
 
 /// Several volumes, or one whose opacity is that of another field, in single precision.
+#[derive(Debug)]
 pub(crate) struct PacketVolumes<'f> {
     /// Transfer functions with their fields.
     pub maps: Vec<PacketMap<'f>>,
@@ -28,6 +30,7 @@ pub(crate) struct PacketVolumes<'f> {
 }
 
 /// A transfer function with its field.
+#[derive(Debug)]
 pub(crate) struct PacketMap<'f> {
     pub samples: AnySamples<'f>,
     pub spans: Spans<f32>,

@@ -5,7 +5,6 @@ use crate::plan::Plan;
 use crate::plan::budget::allowed;
 use crate::raster::Raster;
 use crate::raster::Rect;
-use crate::render::Lazy;
 use icoray_grid::Field;
 use icoray_grid::gradient::Gradients;
 use icoray_grid::real::Real;
@@ -17,8 +16,14 @@ use icoray_kernel::transfer;
 use icoray_kernel::transfer::KernelKnot;
 use icoray_scene::Scene;
 use icoray_scene::{Lights, Quality};
+use std::fmt;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The gradients of a job's field, computed on the first call.
+pub(crate) trait GradientSource: fmt::Debug + Sync {
+    fn gradients(&self) -> &Gradients;
+}
 
 /// A set of a picture's tiles to be traced.
 #[derive(Debug)]
@@ -28,7 +33,7 @@ pub struct Job<'f> {
     pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
-    gradients: Lazy<'f, &'f Gradients>,
+    gradients: &'f dyn GradientSource,
     is_part: bool,
     scenery: Option<Scenery>,
     spans: transfer::Spans<f32>,
@@ -53,7 +58,7 @@ impl<'f> Job<'f> {
         plan: &'f Plan,
         grid: &'f Grid<'f>,
         field: &'f Field<'f>,
-        gradients: Lazy<'f, &'f Gradients>,
+        gradients: &'f dyn GradientSource,
         quality: Quality,
         is_part: bool,
     ) -> Self {
@@ -97,7 +102,7 @@ impl<'f> Job<'f> {
     /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty if the picture is drawn
     /// without light. Computed on the first call.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
-        self.gradients.get().whole()
+        self.gradients.gradients().whole()
     }
 
     /// Whether the grid is a rank's part of a larger one. Gradients at the cells of its halo are then those of other

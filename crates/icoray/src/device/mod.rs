@@ -18,6 +18,7 @@ pub use fields::{FieldId, MAX_FIELDS, SceneField};
 pub use icoray_kernel::ray::Fragment;
 pub use icoray_kernel::signature::BoundarySignature;
 pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
+pub(crate) use job::GradientSource;
 pub use job::{Content, Job};
 pub use light::Shading;
 pub(crate) use scenery::unsupported;

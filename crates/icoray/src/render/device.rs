@@ -1,15 +1,14 @@
 //! Traces tiles on a device; the CPU traces the tiles that the device returns.
 
 use super::context::FrameContext;
-use super::lazy::Lazy;
 use super::work::background_blend;
 use crate::compose::TileFragments;
 use crate::device::{
-    Band, Device, DeviceCost, FallbackReason, Fragments, Job, OwnedColumns, RayFragments, Rect, Scenery, Traced,
+    Band, Device, DeviceCost, FallbackReason, Fragments, GradientSource, Job, OwnedColumns, RayFragments, Rect,
+    Scenery, Traced,
 };
 use crate::plan::budget::brightest;
 use crate::raster::{Pixel, Raster, Tile};
-use icoray_grid::gradient::Gradients;
 use icoray_grid::{Error, Field};
 use icoray_kernel::Counts;
 use icoray_kernel::piece::Radiance;
@@ -34,7 +33,7 @@ impl<'f> OnDevice<'f> {
     pub fn new(
         context: &'f FrameContext<'f>,
         field: &'f Field<'f>,
-        gradients: Lazy<'f, &'f Gradients>,
+        gradients: &'f dyn GradientSource,
         quality: Quality,
     ) -> Self {
         let FrameContext { scene, plan, grid, part, .. } = *context;

@@ -66,9 +66,9 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     compare(context, ranks, &terrain)?;
     let ground = Ground::new(scene);
     let ground = ground.as_ref();
-    let mut built = Lazy::try_of(|| SceneBuilder::new(context, &terrain, &summary).build(ground));
+    let mut built = Lazy::of(|| SceneBuilder::new(context, &terrain, &summary).build(ground));
     complete(context, ranks, &mut built, summary.is_lit())?;
-    let mut on_device = OnDevice::new(context, field, Lazy::of(|| built.get().first_gradients()), summary.quality);
+    let mut on_device = OnDevice::new(context, field, &built, summary.quality);
     if !scene.has_single_volume() {
         on_device = on_device.with_scenery(|| {
             let clips =

@@ -11,13 +11,8 @@ pub(crate) struct Lazy<'f, V> {
 }
 
 impl<'f, V> Lazy<'f, V> {
-    /// A value that `compute` returns.
-    pub fn of(compute: impl Fn() -> V + Send + Sync + 'f) -> Self {
-        Self::try_of(move || Ok(compute()))
-    }
-
     /// A value that `compute` returns, or an error.
-    pub fn try_of(compute: impl Fn() -> Result<V> + Send + Sync + 'f) -> Self {
+    pub fn of(compute: impl Fn() -> Result<V> + Send + Sync + 'f) -> Self {
         Lazy { known: OnceLock::new(), compute: Box::new(compute) }
     }
 

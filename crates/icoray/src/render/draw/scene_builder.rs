@@ -1,10 +1,12 @@
 //! Builds the kernel's scene, in which fields are identified by numbers instead of names.
 
 use super::terrain::Terrain;
+use crate::device::GradientSource;
 use crate::plan::{OccupancyTest, clear_values};
 use crate::ranks::{Part, Ranks};
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{FrameCache, GradientKey, NormalKey, OccupancyKey};
+use crate::render::lazy::Lazy;
 use crate::render::prepare::FieldSummary;
 use fearless_simd::Level as VectorLevel;
 use icoray_grid::Reals;
@@ -22,6 +24,7 @@ use icoray_kernel::transfer::{KernelKnot, Spans};
 use icoray_scene::{Heights, Level, Method, Paint, Precision, TransferFunction, Volume};
 
 /// The kernel's scene of a frame, with the keys of its cached parts.
+#[derive(Debug)]
 pub(super) struct BuiltScene<'f> {
     pub scene: KernelScene<'f>,
     /// The scene for packets of rays, and the vector instructions, if it is traced in packets.
@@ -32,12 +35,6 @@ pub(super) struct BuiltScene<'f> {
 }
 
 impl BuiltScene<'_> {
-    /// The gradients of the first volume's field.
-    pub fn first_gradients(&self) -> &Gradients {
-        let KernelScene { sources, media, .. } = &self.scene;
-        sources[media.first().map_or(0, |medium| medium.extinction.source)].gradients().values()
-    }
-
     /// Bytes of gradients and visible blocks.
     pub fn bytes(&self) -> usize {
         let KernelScene { sources, visible, .. } = &self.scene;
@@ -74,6 +71,14 @@ impl BuiltScene<'_> {
                 cache.gradients.store(key, source.into_gradients());
             }
         }
+    }
+}
+
+/// The gradients of the first volume's field.
+impl GradientSource for Lazy<'_, BuiltScene<'_>> {
+    fn gradients(&self) -> &Gradients {
+        let KernelScene { sources, media, .. } = &self.get().scene;
+        sources[media.first().map_or(0, |medium| medium.extinction.source)].gradients().values()
     }
 }
 
