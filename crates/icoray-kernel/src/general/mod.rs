@@ -88,9 +88,10 @@ impl KernelScene<'_> {
         }
     }
 
-    /// Whether that volume, between concentric layers, and the core are all there is.
+    /// Whether there is that volume, between concentric layers, and nothing else but the core.
     pub fn is_volume_alone(&self) -> bool {
         self.has_one_field_of_volume()
+            && !self.media.is_empty()
             && matches!(self.levels, Levels::Concentric(_))
             && self.isosurfaces.is_empty()
             && self.surface_layers.is_empty()

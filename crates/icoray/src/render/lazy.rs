@@ -46,6 +46,6 @@ impl<'f, V> Lazy<'f, V> {
 
 impl<V: fmt::Debug> fmt::Debug for Lazy<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Derived").field("known", &self.known).finish_non_exhaustive()
+        f.debug_struct("Lazy").field("known", &self.known).finish_non_exhaustive()
     }
 }
