@@ -25,7 +25,7 @@ pub(crate) enum Ahead {
 pub(crate) struct Leaps<'t> {
     macrocells: &'t Macrocells,
     visible: &'t OccupancyMask,
-    shell: &'t Shell<f32>,
+    shell: &'t Shell,
     /// Squares of the lowest and the highest radius in the gaps of each block.
     blocks: Vec<[f64; 2]>,
     /// Square of the radius below which rays do not leap: that of an opaque core.

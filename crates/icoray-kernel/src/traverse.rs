@@ -1,12 +1,12 @@
 //! The frusta along a ray, for callers that integrate other quantities along it.
 
-use crate::column::{Chord, ColumnVisitor, Flow, RayPoint, Shell, cross};
+use crate::column::Flow;
+use crate::general::{ColumnVisitor, Facet, FacetSide, Levels, Wedge, cross};
 use crate::plane::RayLine;
-use crate::walk::{Column, Walk};
+use crate::walk::Walk;
 use glam::DVec3;
 use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
-use icoray_grid::real::lerp;
 use icoray_grid::{Error, ErrorKind, Result};
 use std::ops::ControlFlow;
 
@@ -39,7 +39,9 @@ use std::ops::ControlFlow;
 #[derive(Debug)]
 pub struct Traversal<'g> {
     grid: &'g Grid<'g>,
-    shell: Shell<f64>,
+    levels: Levels<'g>,
+    /// Radii of the innermost and the outermost layer.
+    radius: [f64; 2],
 }
 
 /// A part of a ray.
@@ -81,12 +83,12 @@ impl<'g> Traversal<'g> {
             let message = format!("{radius:?}: expected at least two positive radii that rise");
             return Err(Error::new(ErrorKind::Layers, message));
         }
-        Ok(Traversal { grid, shell: Shell::new(radius) })
+        Ok(Traversal { grid, levels: Levels::concentric(radius), radius: [radius[0], radius[radius.len() - 1]] })
     }
 
     /// The outermost radius, planet radii.
     pub fn outer(&self) -> f64 {
-        self.shell.outer()
+        self.radius[1]
     }
 
     /// Calls `visit` for each stretch of the ray from `eye` along the unit vector `dir`, in order, until it breaks. In
@@ -94,71 +96,55 @@ impl<'g> Traversal<'g> {
     ///
     /// The first triangle is searched from `hint`, which may be any triangle; `hint` becomes that triangle.
     pub fn ray(&self, eye: DVec3, dir: DVec3, hint: &mut u32, visit: impl FnMut(&Stretch) -> ControlFlow<()>) {
-        let Some(line) = RayLine::new(eye, dir, self.shell.outer()) else { return };
+        let [inner, outer] = self.radius;
+        let Some(line) = RayLine::new(eye, dir, outer) else { return };
         let mut walk = Walk::new(self.grid, line, *hint);
         *hint = walk.triangle();
-        let along = eye.dot(dir);
-        let mut gap = None;
-        let mut visit = visit;
+        let mut visitor = StretchVisitor { along: eye.dot(dir), visit };
+        let mut gap = 0;
         loop {
-            let is_void = walk.is_void();
+            let (is_void, triangle) = (walk.is_void(), walk.triangle());
             let Some(column) = walk.next_column() else { return };
-            if is_void {
-                gap = None;
-                let core = line.first_inside(self.shell.inner(), [column.entry.t, column.exit.t]);
-                if core.is_some_and(|t| visit(&Stretch::Core { t: t - along }).is_break()) {
-                    return;
-                }
-                continue;
-            }
-            let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-            let mut teller = StretchVisitor { column: &column, along, visit: &mut visit };
-            let (next, flow) = cross(&self.shell, &column, start, &mut teller);
+            let flow = if is_void {
+                let core = line.first_inside(inner, [column.entry.t, column.exit.t]);
+                core.map_or(Flow::On, |t| visitor.core_at(t))
+            } else {
+                let (next, flow) = cross(&Wedge::new(&column, triangle), &self.levels, gap, &mut visitor);
+                gap = next;
+                flow
+            };
             if flow == Flow::Stop {
                 return;
             }
-            gap = Some(next);
         }
     }
 }
 
-/// Reports the stretches of a column to a visitor.
-struct StretchVisitor<'t, V> {
-    column: &'t Column,
+/// Reports the stretches of a ray to a visitor.
+struct StretchVisitor<V> {
     along: f64,
-    visit: &'t mut V,
+    visit: V,
 }
 
-impl<V: FnMut(&Stretch) -> ControlFlow<()>> StretchVisitor<'_, V> {
-    fn distance(&self, at: &RayPoint<f64>) -> f64 {
-        lerp(self.column.entry.t, self.column.exit.t, at.u) - self.along
-    }
-
-    fn alpha(&self, at: &RayPoint<f64>) -> [f64; 3] {
-        let (entry, exit) = (&self.column.entry.weight, &self.column.exit.weight);
-        let [b, c] = [0, 1].map_inline(|k| at.rho * lerp(entry[k], exit[k], at.tau));
-        [at.rho - b - c, b, c]
-    }
-
-    fn tell(&mut self, stretch: &Stretch) -> Flow {
+impl<V: FnMut(&Stretch) -> ControlFlow<()>> StretchVisitor<V> {
+    fn report(&mut self, stretch: &Stretch) -> Flow {
         if (self.visit)(stretch).is_break() { Flow::Stop } else { Flow::On }
     }
+
+    fn core_at(&mut self, t: f64) -> Flow {
+        self.report(&Stretch::Core { t: t - self.along })
+    }
 }
 
-impl<V: FnMut(&Stretch) -> ControlFlow<()>> ColumnVisitor<f64, 0> for StretchVisitor<'_, V> {
+impl<V: FnMut(&Stretch) -> ControlFlow<()>> ColumnVisitor for StretchVisitor<V> {
     #[inline]
-    fn chord(&self, _layer: usize) -> Chord<f64, 0> {
-        Chord { entry: [], exit: [] }
+    fn gap(&mut self, wedge: &Wedge, (gap, _): (usize, [&Facet; 2]), ends: [(f64, FacetSide); 2]) -> Flow {
+        let (t, alpha) =
+            (ends.map_inline(|(u, _)| wedge.distance(u) - self.along), ends.map_inline(|(u, _)| wedge.alpha(u)));
+        self.report(&Stretch::Frustum(Frustum { cells: wedge.cells, layer: gap - 1, t, alpha }))
     }
 
-    #[inline]
-    fn frustum(&mut self, layer: usize, ends: [&RayPoint<f64>; 2], _: [&Chord<f64, 0>; 2], _: f64) -> Flow {
-        let (t, alpha) = (ends.map_inline(|s| self.distance(s)), ends.map_inline(|s| self.alpha(s)));
-        self.tell(&Stretch::Frustum(Frustum { cells: self.column.cells, layer, t, alpha }))
-    }
-
-    fn core(&mut self, a: &RayPoint<f64>) -> Flow {
-        let t = self.distance(a);
-        self.tell(&Stretch::Core { t })
+    fn core(&mut self, wedge: &Wedge, _lowest: &Facet, u: f64) -> Flow {
+        self.core_at(wedge.distance(u))
     }
 }

@@ -187,17 +187,6 @@ pub(crate) struct Column {
     pub cells: [u32; 3],
     pub entry: ColumnEnd,
     pub exit: ColumnEnd,
-    /// 1 / height at the entry.
-    pub curvature: f64,
-    /// 1 / rise from the entry to the exit.
-    pub scale: f64,
-}
-
-impl Column {
-    #[inline]
-    pub(crate) fn new(cells: [u32; 3], entry: ColumnEnd, exit: ColumnEnd) -> Self {
-        Column { cells, entry, exit, curvature: 1.0 / entry.rho, scale: 1.0 / (exit.rho - entry.rho) }
-    }
 }
 
 /// A ray walking over the mesh, column by column, from its start to its end without a gap.
@@ -360,7 +349,7 @@ impl<'g, 'a> Walk<'g, 'a> {
             self.contour.forward();
             self.from = Some(ContourPoint { point: crossing.point, weight: [crossing.w, 0.0] });
         }
-        Some(Column::new(cells, entry, exit))
+        Some(Column { cells, entry, exit })
     }
 }
 

@@ -9,6 +9,7 @@
 
 mod blend;
 mod clips;
+mod cross;
 mod frustum;
 mod levels;
 mod mean_color;
@@ -20,11 +21,12 @@ mod wedge;
 
 pub use blend::Medium;
 pub use clips::Clips;
+pub(crate) use cross::{ColumnVisitor, cross};
 pub use levels::Levels;
 pub use source::{FieldSource, TransferMap};
 pub(crate) use step::{GapWay, Met};
 pub use surfaces::{Isosurface, Material, SurfaceHeight, SurfaceLayer};
-pub(crate) use wedge::FacetSide;
+pub(crate) use wedge::{Facet, FacetSide, Wedge};
 
 use crate::budget::Budget;
 use crate::column::Flow;
@@ -44,7 +46,6 @@ use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
 use single::SingleVolume;
-use wedge::{Facet, Wedge};
 
 /// The contents of a picture, equal for all rays of a frame.
 #[derive(Debug)]
@@ -165,15 +166,15 @@ impl<'r, 'f> RayState<'r, 'f> {
     #[inline]
     fn clear_column(&mut self, wedge: &Wedge, lowest: &Facet) -> Flow {
         let met = if lowest.is_below_entry() { lowest.down() } else { Some(0.0) };
-        met.map_or(Flow::On, |u| self.core(wedge, Some(lowest), u))
+        met.map_or(Flow::On, |u| self.core(wedge, lowest, u))
     }
 
     /// Continues below the lowest layer from `u` on.
     #[inline]
-    fn core(&mut self, wedge: &Wedge, lowest: Option<&Facet>, u: f64) -> Flow {
+    fn core(&mut self, wedge: &Wedge, lowest: &Facet, u: f64) -> Flow {
         let t = wedge.distance(u);
         let position = self.line.position(t);
-        let normal = lowest.map_or(position, |facet| self.normal(wedge, (0, facet), u, position));
+        let normal = self.normal(wedge, (0, lowest), u, position);
         self.ground(t, &SurfaceHit { position, normal }, Some(wedge.triangle))
     }
 
@@ -277,57 +278,15 @@ impl RayState<'_, '_> {
         self.counts.columns += 1;
         let scene = self.scene;
         let wedge = Wedge::new(column, triangle);
-        let levels = &scene.levels;
-        let facet = |layer: usize| Facet::new(&wedge, levels.inverse(wedge.cells, layer));
         if blocks == 0 && scene.surface_layers.is_empty() {
-            return self.clear_column(&wedge, &facet(0));
+            let levels = &scene.levels;
+            return self.clear_column(&wedge, &Facet::new(&wedge, levels.inverse(wedge.cells, 0)));
         }
-        let top = levels.count();
-        let mut gap = gap_at(self.gap, top, |layer| facet(layer).is_below_entry());
-        let mut lower = gap.checked_sub(1).map(facet);
-        let mut upper = (gap < top).then(|| facet(gap));
-        let (mut a, mut from) = (0.0, FacetSide::Between);
         self.scratch.forget();
-        loop {
-            let up = upper.and_then(|facet| facet.up());
-            let down = lower.and_then(|facet| facet.down());
-            let rises = up.is_some_and(|up| down.is_none_or(|down| up <= down));
-            let crossing = if rises { up } else { down };
-            let b = crossing.map_or(1.0, |u| u.max(a));
-            let to = match crossing {
-                Some(_) if rises => FacetSide::Upper,
-                Some(_) => FacetSide::Lower,
-                None => FacetSide::Between,
-            };
-            let flow = match (&lower, &upper) {
-                (None, _) => self.core(&wedge, upper.as_ref(), a),
-                (Some(_), None) => Flow::On,
-                (Some(_), Some(_)) if !scene.is_occupied(blocks, gap) => {
-                    self.pass_void();
-                    Flow::On
-                }
-                (Some(lower), Some(upper)) => self.gap(&wedge, (gap, [lower, upper]), [(a, from), (b, to)]),
-            };
-            if flow == Flow::Stop || crossing.is_none() {
-                self.gap = gap;
-                return flow;
-            }
-            let (layer, met) = if rises { (gap, upper) } else { (gap - 1, lower) };
-            if let Some(met) = met
-                && self.layer(&wedge, (layer, &met), b) == Flow::Stop
-            {
-                return Flow::Stop;
-            }
-            if rises {
-                gap += 1;
-                (lower, upper) = (upper, (gap < top).then(|| facet(gap)));
-            } else {
-                gap -= 1;
-                (upper, lower) = (lower, gap.checked_sub(1).map(facet));
-            }
-            self.scratch.shift(rises);
-            (a, from) = (b, if rises { FacetSide::Lower } else { FacetSide::Upper });
-        }
+        let hint = self.gap;
+        let (gap, flow) = cross(&wedge, &scene.levels, hint, &mut VisibleParts { ray: self, blocks });
+        self.gap = gap;
+        flow
     }
 
     /// Passes a column over a void triangle: only the core, a sphere there, can be met.
@@ -359,17 +318,31 @@ impl RayState<'_, '_> {
     }
 }
 
-/// The number of layers below the point at which the ray enters a column, searched from `hint` on.
-#[inline]
-fn gap_at(hint: usize, layers: usize, is_below: impl Fn(usize) -> bool) -> usize {
-    let hint = hint.min(layers);
-    if (hint == 0 || is_below(hint - 1)) && (hint == layers || !is_below(hint)) {
-        return hint;
+/// A ray in a column with these visible blocks.
+struct VisibleParts<'c, 'r, 'f> {
+    ray: &'c mut RayState<'r, 'f>,
+    blocks: u32,
+}
+
+impl ColumnVisitor for VisibleParts<'_, '_, '_> {
+    #[inline]
+    fn gap(&mut self, wedge: &Wedge, (gap, facets): (usize, [&Facet; 2]), ends: [(f64, FacetSide); 2]) -> Flow {
+        if self.ray.scene.is_occupied(self.blocks, gap) {
+            return self.ray.gap(wedge, (gap, facets), ends);
+        }
+        self.ray.pass_void();
+        Flow::On
     }
-    let (mut low, mut high) = (0, layers);
-    while low < high {
-        let middle = (low + high) / 2;
-        if is_below(middle) { low = middle + 1 } else { high = middle }
+
+    #[inline]
+    fn layer(&mut self, wedge: &Wedge, layer: (usize, &Facet), u: f64, rises: bool) -> Flow {
+        let flow = self.ray.layer(wedge, layer, u);
+        self.ray.scratch.shift(rises);
+        flow
     }
-    low
+
+    #[inline]
+    fn core(&mut self, wedge: &Wedge, lowest: &Facet, u: f64) -> Flow {
+        self.ray.core(wedge, lowest, u)
+    }
 }

@@ -82,7 +82,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     pub(crate) fn meet_core(&mut self, column: &Column, triangle: u32, u: f64) {
         let wedge = Wedge::new(column, triangle);
         let lowest = Facet::new(&wedge, self.scene.levels.inverse(wedge.cells, 0));
-        self.core(&wedge, Some(&lowest), u);
+        self.core(&wedge, &lowest, u);
     }
 
     /// Meets the round core below a void triangle, at distance `t`.

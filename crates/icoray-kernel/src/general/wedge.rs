@@ -16,7 +16,7 @@ use icoray_grid::real::lerp;
 
 /// A ray's path over one triangle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wedge {
+pub(crate) struct Wedge {
     pub triangle: u32,
     pub cells: [u32; 3],
     /// Distances along the ray at the column's ends.
@@ -49,8 +49,9 @@ impl Wedge {
         if length > 0.0 { ((t - self.t[0]) / length).clamp(0.0, 1.0) } else { 0.0 }
     }
 
+    /// α at the fraction `u` of the column.
     #[inline]
-    fn alpha(&self, u: f64) -> [f64; 3] {
+    pub fn alpha(&self, u: f64) -> [f64; 3] {
         let [a, b] = &self.alpha;
         [lerp(a[0], b[0], u), lerp(a[1], b[1], u), lerp(a[2], b[2], u)]
     }
@@ -68,7 +69,7 @@ impl Wedge {
 
 /// A layer in one column.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Facet {
+pub(crate) struct Facet {
     /// 1 / R at the vertices.
     inverse: [f64; 3],
     /// ψ at the column's ends.
@@ -177,13 +178,7 @@ mod tests {
     fn wedge() -> (Wedge, [DVec3; 3]) {
         let vertices = [DVec3::X, DVec3::new(0.96, 0.28, 0.0), DVec3::new(0.96, 0.1, 0.26).normalize()];
         let end = |t, rho, weight| ColumnEnd { t, rho, weight };
-        let column = Column {
-            cells: [0, 1, 2],
-            entry: end(0.0, 1.02, [0.3, 0.0]),
-            exit: end(0.4, 1.35, [0.25, 0.6]),
-            curvature: 1.0,
-            scale: 1.0,
-        };
+        let column = Column { cells: [0, 1, 2], entry: end(0.0, 1.02, [0.3, 0.0]), exit: end(0.4, 1.35, [0.25, 0.6]) };
         (Wedge::new(&column, 0), vertices)
     }
 

@@ -21,7 +21,7 @@ pub(crate) struct PacketFrame<'f> {
     /// Tables and directions of the grid.
     pub grid: &'f Grid<'f>,
     /// Radii of the layers, in planet radii.
-    pub shell: &'f Shell<f32>,
+    pub shell: &'f Shell,
     /// The transfer function.
     pub spans: &'f Spans<f32>,
     /// The field, normalised to the range of `spans`.

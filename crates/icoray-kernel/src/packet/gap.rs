@@ -16,7 +16,7 @@ use icoray_simd::{Floats, Machine, Mask, Numbers, Pairs, Table, Wide, wide_mask}
 /// Layers of one radius each; `SCENE` is [`Layers::HAS_SCENE`].
 #[derive(Clone, Copy)]
 pub(super) struct Concentric<'t, const SCENE: bool> {
-    shell: &'t Shell<f32>,
+    shell: &'t Shell,
     /// [`Shell::bounds`].
     bounds: Pairs<'t, f64>,
 }
@@ -32,7 +32,7 @@ pub(super) struct ConcentricEnd<V: Machine> {
 impl<'t, const SCENE: bool> Concentric<'t, SCENE> {
     /// The layers of a shell; `None` if they are too many for gathers.
     #[inline]
-    pub fn new(shell: &'t Shell<f32>) -> Option<Self> {
+    pub fn new(shell: &'t Shell) -> Option<Self> {
         Some(Concentric { shell, bounds: Pairs::new(shell.bounds())? })
     }
 

@@ -10,7 +10,7 @@ use icoray_grid::samples::AnySamples;
 /// A scene for packets of rays, equal for all rays of a frame.
 #[derive(Debug)]
 pub struct PacketScene<'f> {
-    pub(crate) shell: Shell<f32>,
+    pub(crate) shell: Shell,
     pub(crate) spans: Spans<f32>,
     pub(crate) samples: AnySamples<'f>,
     pub(crate) volumes: Option<PacketVolumes<'f>>,

@@ -322,6 +322,6 @@ impl<V: Machine> Lanes<V> {
             rho: self.rho[k].get(lane),
             weight: self.wide_weights[k].map_inline(|row| row.get(lane)),
         });
-        Column::new(self.cells.map_inline(|row| row[lane]), entry, exit)
+        Column { cells: self.cells.map_inline(|row| row[lane]), entry, exit }
     }
 }

@@ -45,13 +45,20 @@ mod tests {
     use super::*;
     use icoray_grid::IcosahedralMesh;
 
-    fn left_out_of(text: &str) -> Vec<String> {
+    fn scene(text: &str) -> Scene {
         let camera = "[camera]\nlon = 0\nlat = 0\ndistance = 3\n";
         let volume = "[transfer]\nrange = [0, 1]\nopacity = [[0, 0.5]]\n";
         let (top, sections) = text.split_once("\n\n").unwrap_or(("", text));
-        let scene = Scene::parse(&format!("{top}\nfield = \"q\"\n{camera}{volume}{sections}")).unwrap();
+        Scene::parse(&format!("{top}\nfield = \"q\"\n{camera}{volume}{sections}")).unwrap()
+    }
+
+    fn left_out_by(scene: &Scene) -> Vec<String> {
         let mesh = IcosahedralMesh::new(1).unwrap();
-        left_out(&scene, &Grid::new(mesh.tables()).unwrap(), 10, false)
+        left_out(scene, &Grid::new(mesh.tables()).unwrap(), 10, false)
+    }
+
+    fn left_out_of(text: &str) -> Vec<String> {
+        left_out_by(&scene(text))
     }
 
     #[test]
@@ -95,7 +102,9 @@ mod tests {
             let expected: Vec<&str> = words.into_iter().filter(|word| !used.contains(word)).collect();
             assert_eq!(left_out_of(text), expected, "{text}");
         }
-        let paper = left_out_of("method = \"paper\"\nheights = \"native\"\n\n");
+        let mut several = scene("method = \"paper\"\n\n");
+        several.volumes.push(several.volumes[0].clone());
+        let paper = left_out_by(&several);
         assert_eq!(paper.last().unwrap(), "method \"paper\", which supports a single volume only");
     }
 }
