@@ -4,10 +4,9 @@
 //! [`mod@column`] from layer to layer inside one triangle → [`segment`] the scalar along one frustum, its extremum and
 //! its knots → [`piece`] the integral of one monotone piece.
 //!
-//! Three loops take these steps, and `trace.rs` drives the rays of all. In f32 `packet/` traces rays side by side, one
-//! in each lane of the machine's vectors, through every kind of scene. [`ray`] traces one ray at a time through one
-//! volume: in f64, with the paper's method, and on processors without such vectors. [`general`] does so in f64 for
-//! several volumes, surfaces and cuts, and for the frusta of packets in which a ray meets a surface or a cut.
+//! `trace.rs` drives the rays of all scenes. In f32 `packet/` traces them side by side, one in each lane of the machine's
+//! vectors. [`general`] traces one ray at a time in double precision: in f64, with the paper's method, on processors
+//! without such vectors, and through the frusta of packets in which a ray meets a surface or a cut.
 //!
 //! Lengths are in planet radii, extinction is per planet radius, colours are linear RGB.
 //!
@@ -30,9 +29,7 @@ pub mod owned_region;
 mod packet;
 pub mod piece;
 pub mod plane;
-pub mod ray;
 mod roundoff;
-mod scene_tracer;
 pub mod segment;
 pub mod shade;
 pub mod signature;
@@ -43,5 +40,9 @@ pub mod turn;
 mod volume_ray;
 pub mod walk;
 
+pub use budget::{Budget, FAINTEST};
 pub use counts::Counts;
+pub use fragment::Fragment;
+pub use packet::{PacketScene, beyond_gathers, packets};
+pub use trace::{FragmentReport, PrimaryRay, Report, SceneTracer, Tracer};
 pub use traverse::{Frustum, Stretch, Traversal};

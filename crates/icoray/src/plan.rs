@@ -12,7 +12,7 @@ use icoray_grid::Reals;
 use icoray_grid::visible_cells::VisibleCells;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Location};
-use icoray_kernel::ray::beyond_gathers;
+use icoray_kernel::beyond_gathers;
 use icoray_kernel::shade::Shading;
 use icoray_output::{CellsPerPixel, Sharing};
 use icoray_scene::{Method, Precision, Scene, Scheme, Source};

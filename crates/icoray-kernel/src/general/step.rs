@@ -7,8 +7,8 @@ use crate::counts::Counts;
 use crate::ground::SurfaceHit;
 use crate::piece::Radiance;
 use crate::plane::RayLine;
-use crate::scene_tracer::SceneTracer;
 use crate::signature::{BoundarySignature, EyeDistance};
+use crate::trace::SceneTracer;
 use crate::walk::Column;
 use glam::DVec3;
 

@@ -14,8 +14,8 @@
 use crate::counts::Counts;
 use crate::general::Levels;
 use crate::leap::Leaps;
-use crate::scene_tracer::SceneTracer;
 use crate::shade::RayShading;
+use crate::trace::SceneTracer;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Target};
 use crate::volume_ray::VolumeRay;

@@ -13,7 +13,7 @@ use crate::column::Flow;
 use crate::counts::Counts;
 use crate::general::{FacetSide, GapWay, Met, RayState, SurfaceHeight};
 use crate::piece::Radiance;
-use crate::scene_tracer::SceneTracer;
+use crate::trace::SceneTracer;
 use crate::walk::{Column, ColumnEnd};
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;

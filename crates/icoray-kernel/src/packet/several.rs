@@ -13,7 +13,7 @@ use super::part::{Part, all};
 use super::read::{FAR, LARGEST, Source};
 use super::{Packet, mask};
 use crate::lit::ADVANCE;
-use crate::scene_tracer::SceneTracer;
+use crate::trace::SceneTracer;
 use fearless_simd::prelude::*;
 use icoray_simd::{Floats, Machine, Mask};
 

@@ -11,7 +11,7 @@ use icoray_grid::real::Real;
 use icoray_grid::sample::Sample;
 use icoray_grid::samples::Samples;
 use icoray_grid::{Grid, Reals};
-use icoray_kernel::ray::FAINTEST;
+use icoray_kernel::FAINTEST;
 use icoray_kernel::transfer;
 use icoray_kernel::transfer::KernelKnot;
 use icoray_scene::Scene;

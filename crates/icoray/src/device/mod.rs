@@ -15,7 +15,7 @@ mod volumes;
 
 pub use crate::raster::Rect;
 pub use fields::{FieldId, MAX_FIELDS, SceneField};
-pub use icoray_kernel::ray::Fragment;
+pub use icoray_kernel::Fragment;
 pub use icoray_kernel::signature::BoundarySignature;
 pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
 pub(crate) use job::GradientSource;

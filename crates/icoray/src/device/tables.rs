@@ -41,7 +41,7 @@ pub type Span = icoray_kernel::transfer::Span<f32>;
 /// A step of the transfer function: a jump, or a change within the reach of rounding.
 pub type Step = icoray_kernel::transfer::Step<f32>;
 
-/// Division of the tolerance along a ray, as [`Budget`](icoray_kernel::ray::Budget).
+/// Division of the tolerance along a ray, as [`Budget`](icoray_kernel::Budget).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetTable {
     /// Allowed error of the colour per absorbed light.

@@ -1,6 +1,6 @@
 //! The tolerances of rays, from the tolerance of a scene.
 
-use icoray_kernel::ray::Budget;
+use icoray_kernel::Budget;
 use icoray_scene::{Lights, Paint, Quality, Scene};
 
 /// The error budget of rays that end as early as the tolerance permits.

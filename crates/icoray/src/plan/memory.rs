@@ -5,7 +5,7 @@ use icoray_grid::Grid;
 use icoray_grid::Result;
 use icoray_grid::memory;
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
-use icoray_kernel::ray::packets;
+use icoray_kernel::packets;
 use icoray_kernel::transfer::{KernelKnot, Spans};
 use icoray_scene::{Heights, Scene, Volume};
 use rayon::prelude::*;

@@ -10,7 +10,7 @@ use crate::ranges::Ranges;
 use fearless_simd::Level;
 use icoray_grid::threads::Threads;
 use icoray_kernel::ground::Ground;
-use icoray_kernel::ray::packets;
+use icoray_kernel::packets;
 use icoray_scene::{Backend, Precision, Scene};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -13,8 +13,8 @@ use icoray_grid::array::MapInline;
 use icoray_kernel::Counts;
 use icoray_kernel::ground::Ground;
 use icoray_kernel::piece::Radiance;
-use icoray_kernel::ray::{Budget, PrimaryRay, Tracer};
 use icoray_kernel::signature::BoundarySignature;
+use icoray_kernel::{Budget, PrimaryRay, Tracer};
 use icoray_output::Certainty;
 use icoray_scene::Method;
 use icoray_scene::{Lights, Quality};
@@ -212,7 +212,7 @@ mod tests {
     use super::*;
     use icoray_kernel::owned_region::OwnedRegion;
     use icoray_kernel::plane::RayLine;
-    use icoray_kernel::ray::{FragmentReport, Report};
+    use icoray_kernel::{FragmentReport, Report};
     use std::cell::Cell;
     use std::sync::atomic::{AtomicUsize, Ordering};
 

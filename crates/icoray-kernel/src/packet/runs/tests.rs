@@ -1,14 +1,14 @@
 //! Fragments of packets against those of single rays, ray by ray.
 
+use crate::budget::Budget;
 use crate::counts::Counts;
 use crate::fragment::Fragment;
 use crate::general::{Clips, FieldSource, KernelScene, Levels, Medium, TransferMap};
 use crate::ground::Core;
 use crate::owned_region::OwnedRegion;
 use crate::packet::{PacketScene, packets};
-use crate::ray::{Budget, PrimaryRay, SceneTracer};
 use crate::shade::Shading;
-use crate::trace::Tracer;
+use crate::trace::{PrimaryRay, SceneTracer, Tracer};
 use crate::transfer::KernelKnot;
 use crate::walk::tests::culled::{Culled, Mark, Style, holes};
 use fearless_simd::Level;

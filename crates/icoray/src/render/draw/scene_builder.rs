@@ -15,11 +15,11 @@ use icoray_grid::gradient;
 use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::samples::{Samples, SearchedSample};
+use icoray_kernel::PacketScene;
 use icoray_kernel::general::{
     Clips, FieldSource, Isosurface, KernelScene, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,
 };
 use icoray_kernel::ground::{Core, Ground, Painter};
-use icoray_kernel::ray::PacketScene;
 use icoray_kernel::transfer::{KernelKnot, Spans};
 use icoray_scene::{Heights, Level, Method, Paint, Precision, TransferFunction, Volume};
 
