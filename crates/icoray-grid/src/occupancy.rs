@@ -45,17 +45,33 @@ impl OccupancyMask {
         OccupancyMask { blocks: vec![0; triangles], shift: Self::shift(layers), ..OccupancyMask::default() }
     }
 
-    /// The mask that shows the parts that any of these masks between this number of layers shows, and in all columns
+    /// The mask that shows the parts that any of these masks between this number of layers shows, and over all triangles
     /// the blocks of `beside`.
-    pub fn joined(masks: &[Self], layers: usize, beside: u32) -> Self {
+    pub fn joined(masks: &[Self], grid: &Grid, layers: usize, beside: u32) -> Self {
         let Some(first) = masks.first().filter(|_| masks.iter().all(|mask| !mask.is_full())) else {
             return OccupancyMask::default().full(layers);
         };
-        let mut blocks: Vec<u32> = first.blocks.iter().map(|blocks| blocks | beside).collect();
+        let here = |triangle: u32| if grid.is_triangle(triangle) { beside } else { 0 };
+        let mut blocks: Vec<u32> = (0..).zip(&first.blocks).map(|(triangle, blocks)| blocks | here(triangle)).collect();
         for mask in &masks[1..] {
             blocks.iter_mut().zip(&mask.blocks).for_each(|(all, blocks)| *all |= blocks);
         }
         OccupancyMask { blocks, shift: first.shift, top: layers - 1, ..OccupancyMask::default() }
+    }
+
+    /// This mask between this number of layers with the joined bits of macrocells, if enough of these are clear for rays
+    /// to leap over them.
+    pub fn with_macrocells(mut self, grid: &Grid, layers: usize) -> Self {
+        /// Minimum fraction of clear blocks: with fewer, looking ahead costs rays more time than leaps save.
+        const MIN_EMPTY: f64 = 0.7;
+        if !self.is_full() {
+            let seen = grid.macrocells().join(grid, &self.blocks, &mut self.macrocells);
+            let blocks = (layers.saturating_sub(2) >> self.shift) + 1;
+            if seen as f64 > (1.0 - MIN_EMPTY) * (blocks * self.macrocells.len()) as f64 {
+                self.macrocells.clear();
+            }
+        }
+        self
     }
 
     /// Whether everything is visible.

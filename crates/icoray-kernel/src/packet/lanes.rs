@@ -209,7 +209,7 @@ impl<V: Machine> Lanes<V> {
 
     /// Puts the ray of a lane before a later column, which it enters through `side`.
     #[inline]
-    pub fn put_amid(&mut self, lane: usize, side: &Side, bases: [[u32; 2]; 2]) {
+    pub fn put_amid<L: Layers>(&mut self, lane: usize, side: &Side, bases: [[u32; 2]; 2]) {
         let Side { left, right, point, weight, .. } = side;
         for (row, number) in self.left.iter_mut().zip([left.x, left.y, left.q]) {
             row.set(lane, number);
@@ -223,6 +223,11 @@ impl<V: Machine> Lanes<V> {
         self.rho[1].set(lane, side.height);
         for (row, weight) in self.next_weights.iter_mut().zip(weight) {
             row[lane] = *weight as f32;
+        }
+        if L::HAS_SCENE {
+            for (row, weight) in self.next_wide_weights.iter_mut().zip(weight) {
+                row.set(lane, *weight);
+            }
         }
         self.put_side(lane, side, bases);
     }

@@ -32,7 +32,7 @@ impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
                 let is_worth = at - t > leaps.least() * (line.b * line.b + at * at).sqrt();
                 let side = is_worth.then(|| start::side_at(&self.tables.mesh, line, at, near)).flatten();
                 if let Some(side) = side {
-                    self.lanes.put_amid(lane, &side, self.bases_of(&side));
+                    self.lanes.put_amid::<L>(lane, &side, self.bases_of(&side));
                     self.layers.locate(&mut self.lanes, lane, side.height);
                 }
             }

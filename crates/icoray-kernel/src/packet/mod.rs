@@ -109,11 +109,11 @@ fn trace_frame<const N: usize>(
         Target::Light(_) => None,
         Target::Fragments(own, _) => Some(*own),
     };
-    let tables = Tables::new(frame, region)?;
+    let leaps = if region.is_none() { Leaps::new(frame) } else { None };
+    let tables = Tables { leaps, ..Tables::new(frame, region)? };
     if tracer.scene.is_volume_alone() {
         let layers = Concentric::<false>::new(frame.shell)?;
-        let leaps = if region.is_none() { Leaps::new(frame) } else { None };
-        trace_between::<_, N>(level, frame, (&Tables { leaps, ..tables }, layers), rays, counts, target);
+        trace_between::<_, N>(level, frame, (&tables, layers), rays, counts, target);
         return Some(());
     }
     let volumes = match &packets.volumes {

@@ -60,7 +60,9 @@ const MAX_CLIPS: usize = 32;
 impl<'f> PacketScene<'f> {
     /// A scene between layers of these radii, planet radii (mean ones under native heights); `None` if there are more
     /// cuts than packets support: then rays are traced one at a time.
-    pub fn new(scene: &KernelScene<'f>, radius: &[f64]) -> Option<Self> {
+    ///
+    /// Rays may leap over empty space if `leaps` is set, where the only mask has macrocells or several are joined.
+    pub fn new(scene: &KernelScene<'f>, radius: &[f64], leaps: bool) -> Option<Self> {
         const CLEAR: [KernelKnot; 1] = [KernelKnot { value: 0.0, color: [0.0; 3], extinction: 0.0 }];
         let (source, knots) = match scene.media.as_slice() {
             [] => (0, CLEAR.as_slice()),
@@ -75,7 +77,10 @@ impl<'f> PacketScene<'f> {
         let gaps = 0..=radius.len();
         let clips_of_gaps = gaps.map(|gap| scene.clips.around([gap.saturating_sub(1), gap])).collect();
         let is_one = scene.visible.len() == 1 && scene.beside == 0;
-        let joined = (!is_one).then(|| OccupancyMask::joined(&scene.visible, radius.len(), scene.beside));
+        let joined = (!is_one).then(|| {
+            let joined = OccupancyMask::joined(&scene.visible, scene.grid, radius.len(), scene.beside);
+            if leaps { joined.with_macrocells(scene.grid, radius.len()) } else { joined }
+        });
         Some(PacketScene { shell: Shell::new(radius), spans, samples, volumes, joined, clips_of_gaps })
     }
 

@@ -15,8 +15,6 @@ const MAX_RANGES: usize = 2;
 const MAX_KNOTS: usize = 2;
 /// Minimum fraction of clear blocks: with fewer, the test costs rays more time than skipping saves.
 const MIN_CLEAR: f64 = 0.02;
-/// Minimum fraction of clear blocks of macrocells: with fewer, looking ahead costs rays more time than leaps save.
-const MIN_EMPTY: f64 = 0.7;
 /// Columns or triangles per parallel task.
 const CHUNK: usize = 4096;
 /// Stride and length of the runs of columns that are sampled first: if almost nothing is clear in these, the others are
@@ -114,20 +112,13 @@ impl<S: SearchedSample> OccupancyTest<'_, S> {
         });
         let (seen, all) = seen.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 | b.1));
         let blocks = u64::from(joined(bits).count_ones());
-        let is_clear =
-            |seen: u64, among: usize, part: f64| seen as f64 <= (1.0 - part) * (blocks * among as u64) as f64;
-        if !is_clear(seen, grid.triangles(), MIN_CLEAR) {
+        if seen as f64 > (1.0 - MIN_CLEAR) * (blocks * grid.triangles() as u64) as f64 {
             return visible.full(self.layers);
         }
         let behind = (u32::BITS - all.leading_zeros()).max(1) as usize;
         let top = (behind << visible.shift).min(self.layers - 1);
-        if self.leaps {
-            let seen = grid.macrocells().join(grid, &visible.blocks, &mut visible.macrocells);
-            if !is_clear(seen, visible.macrocells.len(), MIN_EMPTY) {
-                visible.macrocells.clear();
-            }
-        }
-        OccupancyMask { top, ..visible }
+        let visible = OccupancyMask { top, ..visible };
+        if self.leaps { visible.with_macrocells(grid, self.layers) } else { visible }
     }
 }
 

@@ -361,3 +361,24 @@ fn packets_read_arrays_of_any_layout() {
         assert!(difference(&frame, &frames[0]) < 1e-6);
     }
 }
+
+/// Layers above an opaque surface are not read, and rays leap to it.
+#[test]
+fn a_surface_costs_the_same_below_any_number_of_layers() {
+    let costs = |layers: usize| {
+        let model = Model::new(layers, true, false);
+        let surface = "|[[surfaces]]\nlayer = 0\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [0, 1] }";
+        let scene = scene(FAR, "knots = [ { value = 0, color = \"red\", extinction = 0 } ]", surface);
+        let frames =
+            [Savings::NONE, Savings::ALL].map(|savings| model.draw(&scene, Savings { lanes: true, ..savings }));
+        let [walked, leapt] = &frames;
+        let far = walked.pixels.iter().zip(&leapt.pixels).zip(walked.error.iter().zip(&leapt.error));
+        let beyond = far.filter(|((a, b), (e, f))| (0..4).any(|k| (a[k] - b[k]).abs() > *e + *f)).count();
+        assert_eq!(beyond, 0, "{layers} layers");
+        frames.map(|frame| [frame.report.counts.frusta, frame.report.counts.columns])
+    };
+    let [[few_read, few_walked], [few, few_columns]] = costs(10);
+    let [[many_read, _], [many, _]] = costs(160);
+    assert!(many_read > 5 * few_read && many <= few && 4 * few < few_read, "{few_read} {many_read} {few} {many}");
+    assert!(2 * few_columns < few_walked, "{few_columns} of {few_walked}");
+}

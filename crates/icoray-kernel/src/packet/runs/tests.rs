@@ -108,7 +108,7 @@ fn traced(
     (rays, all): (&[PrimaryRay], usize),
 ) -> (Vec<Vec<Fragment>>, Counts) {
     let (mut found, mut counts) = (vec![Vec::new(); all], Counts::default());
-    let packets = PacketScene::new(scene, &RADII).unwrap();
+    let packets = PacketScene::new(scene, &RADII, false).unwrap();
     let tracer = SceneTracer {
         scene,
         shading: is_lit.then_some(SHADING),

@@ -108,9 +108,13 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
         let Terrain { levels, core_radius, outer, .. } = self.terrain;
         // Everything above the highest visible layer is invisible.
-        let top = visible.iter().map(|visible| visible.top).max().unwrap_or(0);
+        let tops = surface_layers.iter().map(|surface| match surface.place {
+            SurfaceHeight::Layer(layer) => layer,
+            SurfaceHeight::Radius(radius) => self.gap_at(radius),
+        });
+        let top = visible.iter().map(|visible| visible.top).chain(tops).max().unwrap_or(0);
         let seen = match levels {
-            Levels::Concentric(_) if surface_layers.is_empty() && renderer.savings.layers => plan.radius[top.max(1)],
+            Levels::Concentric(_) if renderer.savings.layers => plan.radius[top.clamp(1, plan.radius.len() - 1)],
             _ => *outer,
         };
         let scene = KernelScene {
@@ -139,11 +143,16 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         renderer.vectors().filter(|_| scene.method == Method::Exact && scene.precision == Precision::F32)
     }
 
+    /// Whether rays leap over empty space between concentric layers.
+    fn leaps(&self) -> bool {
+        self.context.device.is_err() && self.context.part.is_none() && self.terrain.key.is_none()
+    }
+
     /// The scene for packets of rays.
     fn packets(&self, built: &KernelScene<'f>) -> Result<Option<(VectorLevel, PacketScene<'f>)>> {
         let FrameContext { plan, grid, .. } = *self.context;
         let Some(level) = self.vectors() else { return Ok(None) };
-        let packets = PacketScene::new(built, &plan.radius);
+        let packets = PacketScene::new(built, &plan.radius, self.leaps());
         if packets.is_some() && self.context.device.is_err() {
             grid.make_half_edges()?;
         }
@@ -229,16 +238,18 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             .collect()
     }
 
+    /// The gap between concentric layers that contains a radius.
+    fn gap_at(&self, radius: f64) -> usize {
+        self.context.plan.radius.partition_point(|layer| *layer < radius)
+    }
+
     /// The blocks of gaps that surfaces adjoin.
     fn beside(&self, surface_layers: &[SurfaceLayer]) -> u32 {
         let layers = self.context.plan.radius.len();
         let mask = OccupancyMask::default().full(layers);
         let blocks = |surface: &SurfaceLayer| match (surface.place, &self.terrain.levels) {
             (SurfaceHeight::Layer(layer), _) => mask.between([layer, layer + 1], layers),
-            (SurfaceHeight::Radius(radius), Levels::Concentric(_)) => {
-                let gap = self.context.plan.radius.partition_point(|layer| *layer < radius);
-                mask.between([gap, gap], layers)
-            }
+            (SurfaceHeight::Radius(radius), Levels::Concentric(_)) => mask.between([self.gap_at(radius); 2], layers),
             (SurfaceHeight::Radius(_), Levels::Native(_)) => u32::MAX,
         };
         surface_layers.iter().fold(0, |all, surface| all | blocks(surface))
@@ -257,9 +268,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let of_media = media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
         let of_surfaces =
             isosurfaces.iter().map(|s| (s.source, spike(s.value, self.range(s.source).unwrap_or([0.0; 2]))));
-        // Macrocells are those of one mask.
-        let is_one = media.len() + isosurfaces.len() == 1;
-        let leaps = is_one && self.context.device.is_err() && self.context.part.is_none();
+        // Macrocells of several masks are those of the joined one.
+        let leaps = self.leaps() && media.len() + isosurfaces.len() == 1;
         let all =
             of_media.chain(of_surfaces).map(|(source, knots)| match self.context.fields[source].field().samples() {
                 Reals::F32(data) => self.visible_of(data, source, &knots, leaps),
@@ -313,12 +323,12 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         isosurfaces: &[Isosurface],
         (keys, visible): (&[OccupancyKey], &[OccupancyMask]),
     ) -> Result<(Vec<FieldSource<'f>>, Vec<Option<GradientKey>>)> {
-        let FrameContext { plan, .. } = *self.context;
+        let FrameContext { plan, grid, .. } = *self.context;
         let joined;
         let visible = match visible {
             [one] => one,
             all => {
-                joined = OccupancyMask::joined(all, plan.radius.len(), 0);
+                joined = OccupancyMask::joined(all, grid, plan.radius.len(), 0);
                 &joined
             }
         };
