@@ -100,8 +100,11 @@ impl<'p> Picture<'p> {
     pub fn constants(&self, in_parts: bool) -> Constants {
         let (job, scene) = (self.job, self.job.scene());
         let flags = [
-            // Scenes that are not plain are integrated to the tolerance with either method.
-            ("IS_EXACT", scene.method == Method::Exact || job.scenery().is_some()),
+            // Several volumes are integrated to the tolerance with either method.
+            (
+                "IS_EXACT",
+                scene.method == Method::Exact || job.scenery().is_some_and(|scenery| !scenery.volumes.is_empty()),
+            ),
             ("HAS_CORE", scene.core.is_some()),
             ("HAS_VOID", job.grid().void_triangles() > 0),
             ("HAS_STEPS", job.spans().iter().chain(volume_spans(job)).any(device::Span::is_narrow)),

@@ -27,7 +27,7 @@ pub(crate) struct Pipelines {
     pub tables: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/picture.wgsl`.
     pub picture: wgpu::BindGroupLayout,
-    /// Group 2 of `shaders/picture.wgsl` for scenes that are not plain.
+    /// Group 2 of `shaders/picture.wgsl` for scenes of more than one volume and a core.
     pub scene: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/parts.wgsl`.
     pub parts: wgpu::BindGroupLayout,

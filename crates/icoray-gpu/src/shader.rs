@@ -26,7 +26,7 @@ impl Contents {
     }
 }
 
-/// The shader `name` of a plain scene with its imports, for a field of one page.
+/// The shader `name` of a scene of one volume and a core with its imports, for a field of one page.
 ///
 /// # Panics
 /// If there is no such shader.
@@ -42,7 +42,7 @@ pub fn compose_for(name: &str, contents: Contents, pages: usize) -> String {
     expand_for(&format!("#import {name}"), contents, pages)
 }
 
-/// `text` with its imports, of a plain scene and for a field of one page.
+/// `text` with its imports, of a scene of one volume and a core and for a field of one page.
 ///
 /// # Panics
 /// If it imports a shader that does not exist.

@@ -1,5 +1,5 @@
-//! Rays through a scene: side by side in packets, which pass rare cases to the general kernel, or one at a time. A
-//! picture traces them whole, or as fragments of a part of the cells.
+//! Rays through a scene: side by side in packets, which pass rare cases to single rays, or one at a time. A picture
+//! traces them whole, or as fragments of a part of the cells.
 
 use crate::budget::Budget;
 use crate::column::Flow;

@@ -89,7 +89,7 @@ fn later_frames_allocate_nothing_that_grows_with_the_grid() {
     }
 }
 
-/// Rays of the general kernel allocate some memory in each frustum. Of those through a few pixels it is less than a
+/// Single rays allocate some memory in each frustum. Of those through a few pixels it is less than a
 /// byte for each value of the grid, of which the smallest array has four.
 fn general_frames_make_no_array_anew() {
     let more = "[[isosurfaces]]\nfield = \"h\"\nvalue = 0.3\ncolor = \"red\"\n[light]\nkind = \"headlight\"";

@@ -7,7 +7,7 @@ use icoray_gpu::shader::{Contents, SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
 use std::path::{Path, PathBuf};
 
-/// The contents of scenes that are not plain.
+/// The contents of scenes of more than one volume and a core.
 const SCENES: [Contents; 2] = [Contents { scenery: true, volumes: 0 }, Contents { scenery: true, volumes: 3 }];
 
 fn parse(name: &str) -> Module {

@@ -102,7 +102,7 @@ fn simple_scenes_have_no_code_of_other_features() {
         ("ray_shading_mean", [true, true, false, false, true, true]),
         ("gradients_get", [true, true, false, false, true, true]),
     ] {
-        assert!(!plain.contains(name), "{name} is in the plain scene's shader");
+        assert!(!plain.contains(name), "{name} is in the shader of one volume and a core");
         assert!(reached(&constants(is)).contains(name), "{name} is in no shader");
     }
 }

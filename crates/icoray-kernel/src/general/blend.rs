@@ -3,7 +3,7 @@
 //! On a piece each field stays in one span of each of its transfer functions, so the optical depth from the piece's
 //! start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the absorbed light
 //! (`mean_color.rs`). If its error exceeds the ray's budget, the panel is halved, front half first, until the ray ends.
-//! With lighting, each medium has one shade in a panel, that of its mean normal, as in the kernel of one field
+//! With lighting, each medium has one shade in a panel, that of its mean normal, as one volume has it
 //! ([`RayShading::mean`]); the centre of its light follows from its absorption at the three places.
 //!
 //! The work is bounded by [`may_halve`], and rounding errors of values are not halved. The error of the remaining

@@ -1,11 +1,10 @@
-//! The general kernel: rays through several volumes, surfaces, lines and cuts, over layers of any shape.
+//! Single rays: through volumes, surfaces, lines and cuts, over layers of any shape, in double precision.
 //!
-//! It walks over the same triangles as the kernel of one field ([`ray`](super::ray)) and interpolates in the same way,
-//! but it traces one ray at a time in double precision. In each frustum it collects the places at which a field takes
-//! the value of a knot or of an isosurface, all of them roots of the same quadratic (`segment.rs`). In order along the
-//! ray, these places divide the frustum into pieces, which `blend` integrates, with surfaces between them. So volumes
-//! and surfaces hide each other exactly. In single precision packets of rays pass the frusta that contain only volumes,
-//! and pass the rest to this kernel (`step.rs`).
+//! In each frustum a ray collects the places at which a field takes the value of a knot or of an isosurface, all of them
+//! roots of the same quadratic (`segment.rs`). In order along the ray, these places divide the frustum into pieces, with
+//! surfaces between them. So volumes and surfaces hide each other exactly. `blend` integrates the pieces of several
+//! volumes; one volume alone is integrated by its own rules (`single`), which need no places of knots. In single precision
+//! packets of rays pass the frusta that contain only volumes, and leave the rest to these rays (`step.rs`).
 
 mod blend;
 mod clips;

@@ -1,4 +1,4 @@
-//! One volume along a ray of the general kernel, by the rules of [`VolumeRay`], whose error is bounded.
+//! One volume along a single ray, by the rules of [`VolumeRay`], whose error is bounded.
 
 use super::TransferMap;
 use crate::column::Flow;

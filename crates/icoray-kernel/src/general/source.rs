@@ -1,4 +1,4 @@
-//! A field as the general kernel reads it: raw values in double precision, from any storage of the model.
+//! A field as single rays read it: raw values in double precision, from any storage of the model.
 
 use crate::transfer::{KernelKnot, Span, Spans};
 use icoray_grid::Field;

@@ -1,4 +1,4 @@
-//! The opaque core, for rays of both kernels and for composed rays.
+//! The opaque core, for rays and for composed rays.
 
 use super::{Ground, SurfaceHit};
 use crate::piece::Radiance;

@@ -1,4 +1,4 @@
-//! A scene of the general kernel in the form for packets: its volumes in single precision, the visible blocks of gaps,
+//! A scene in the form for packets: its volumes in single precision, the visible blocks of gaps,
 //! and the cuts of each gap.
 
 use crate::column::Shell;

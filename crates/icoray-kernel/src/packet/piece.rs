@@ -116,7 +116,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     }
 
     /// Reads the gradients along the frusta of the lanes `new`, if any of them is visible. Returns the lanes whose
-    /// normals require double precision, if there is a general kernel.
+    /// normals require double precision, if there are single rays.
     #[inline(always)]
     fn enter_light(
         &mut self,

@@ -235,7 +235,7 @@ impl<V: Machine> Way<V> for ConcentricWay<V> {
 }
 
 /// Limit of the values at a vertex, and of the ratio of gradients there to the frustum's own, beyond which frusta are
-/// passed to the general kernel if there is one: rounding moves the visible part of them.
+/// passed to a single ray if there is one: rounding moves the visible part of them.
 pub(super) const FAR: f32 = 64.0;
 
 /// A value is beyond all bounds if the sum of the magnitudes of a course's numbers exceeds this.

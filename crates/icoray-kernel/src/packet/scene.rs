@@ -1,5 +1,5 @@
 //! Packets in a scene of more than one volume: if a ray meets an isosurface, a surface on a layer or at a radius, or a
-//! bound of a cut, the [general kernel](crate::general) takes it through that frustum, in double precision. All other
+//! bound of a cut, a [single ray](crate::general) takes it through that frustum, in double precision. All other
 //! frusta contain only the volume. So the cost of other parts of a scene depends on how often rays meet them.
 
 use super::lanes::{Lanes, lanes_of};
@@ -72,7 +72,7 @@ impl<'t> SceneTables<'t> {
     }
 }
 
-/// The rays of a packet in the general kernel.
+/// The rays of a packet as single rays.
 pub(super) struct SceneLanes<'p, V: Machine> {
     tables: &'p SceneTables<'p>,
     rays: [Option<RayState<'p, 'p>>; MOST],
@@ -278,7 +278,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         });
     }
 
-    /// Continues a lane's ray in the general kernel.
+    /// Continues a lane's ray as a single ray.
     #[inline(never)]
     fn follow(&mut self, lane: usize, step: impl FnOnce(&mut RayState, &Column, u32) -> Flow) {
         let column = self.lanes.column(lane);

@@ -54,7 +54,7 @@ impl ColorByField {
 }
 
 impl Isosurface {
-    /// An isosurface of the general kernel; `range` returns the least and the greatest value of each field.
+    /// An isosurface of the kernel's scene; `range` returns the least and the greatest value of each field.
     pub(super) fn new(
         surface: &general::Isosurface,
         fields: &mut FieldTable,

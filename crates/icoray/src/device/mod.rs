@@ -145,7 +145,7 @@ pub struct Traced {
     pub variance: f32,
     /// Numbers of columns, frusta and void frusta.
     pub counts: [u32; 3],
-    /// The surfaces that it met, as [`BoundarySignature::values`]: zeros in a plain scene.
+    /// The surfaces that it met, as [`BoundarySignature::values`]: zeros without [`Job::scenery`].
     pub surfaces: [f32; 2],
 }
 

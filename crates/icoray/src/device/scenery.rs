@@ -16,7 +16,7 @@ pub const MAX_CLIPS: usize = 8;
 /// Maximum number of surfaces on layers that a device takes.
 pub const MAX_SURFACES: usize = 8;
 
-/// All parts of a scene but one volume and the core; empty in a plain scene.
+/// All parts of a scene but one volume and the core.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenery {
     /// The cuts.
@@ -132,7 +132,7 @@ impl ClipRegion {
 }
 
 impl SurfaceLayer {
-    /// A layer of the general kernel, on a grid of `cells` cells; `range` returns the least and the greatest value of
+    /// A layer of the kernel's scene, on a grid of `cells` cells; `range` returns the least and the greatest value of
     /// each field.
     fn new(
         surface: &general::SurfaceLayer,

@@ -71,7 +71,7 @@ fn scene(side: u32, antialias: bool, keys: &str, tables: &str) -> Scene {
 fn shown() -> Vec<(&'static str, String)> {
     vec![
         ("core", CLEAR.into()),
-        ("core in the general kernel", format!("{CLEAR}[[lines]]\npattern = \"cells\"\nopacity = 1e-6\n")),
+        ("core beside cells", format!("{CLEAR}[[lines]]\npattern = \"cells\"\nopacity = 1e-6\n")),
         ("isosurface on the ground", format!("{CLEAR}{DOME}")),
         ("lit isosurface under a layer", format!("{CLEAR}{DOME}{LAYER}{LIT}")),
         ("cut isosurface", format!("{CLEAR}{DOME}{CUT}")),

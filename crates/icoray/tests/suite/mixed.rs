@@ -1,4 +1,4 @@
-//! Several fields, surfaces and cuts, against the kernel of one field and against brute force.
+//! Several fields, surfaces and cuts, against one volume alone and against brute force.
 
 use glam::DVec3;
 

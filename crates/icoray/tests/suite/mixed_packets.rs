@@ -1,4 +1,4 @@
-//! Scenes of more than one volume in packets of rays, in single precision, against the general kernel in double
+//! Scenes of more than one volume in packets of rays, in single precision, against single rays in double
 //! precision, pixel by pixel.
 
 use icoray::{Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Precision, Renderer, Scene};
@@ -113,7 +113,7 @@ fn scene(contents: &[&str], keys: &str, camera: &str, light: &str) -> Scene {
     .unwrap()
 }
 
-/// Checks packets against the general kernel, of which no more than `beyond` pixels in a thousand may differ by more than
+/// Checks packets against single rays, of which no more than `beyond` pixels in a thousand may differ by more than
 /// both tell.
 fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
     let mut exact = scene.clone();
@@ -125,7 +125,7 @@ fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
     let most = exact.pixels.len() * beyond / 1000;
     assert!(wrong <= most, "{name}: {wrong} pixels, {:e}; {worst:?}", difference(&packets, &exact));
     assert!(exact.pixels.iter().any(|p| p[3] > 0.2), "{name}: nothing is seen");
-    // Single precision is not what the general kernel has.
+    // Single rays are in double precision.
     assert!(bits(&packets) != bits(&exact), "{name}: no packets");
 }
 

@@ -1,4 +1,4 @@
-//! One volume on native heights in packets of rays, against the general kernel in double precision, pixel by pixel.
+//! One volume on native heights in packets of rays, against single rays in double precision, pixel by pixel.
 
 use icoray::{
     Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, Reals, Renderer, Savings, Scene, Shape,
@@ -85,19 +85,19 @@ impl Model {
     }
 }
 
-/// The picture in double precision, by the general kernel.
+/// The picture in double precision, by single rays.
 fn general(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.precision = icoray::Precision::F64;
     scene
 }
 
-/// Checks packets against the general kernel.
+/// Checks packets against single rays.
 fn compare(model: &Model, scene: &Scene, name: &str) {
     let [packets, exact] = [scene.clone(), general(scene)].map(|scene| model.draw(&scene, Savings::ALL));
     let wrong = count_beyond(&packets, &exact, f32::EPSILON);
     assert_eq!(wrong, 0, "{name}: pixels, of {}; {:e} at most", exact.pixels.len(), difference(&packets, &exact));
-    // Single precision is not what the general kernel has.
+    // Single rays are in double precision.
     assert!(packets.pixels != exact.pixels && exact.pixels.iter().any(|p| p[3] > 0.5), "{name}: nothing is seen");
     let beyond = packets.error.iter().filter(|error| **error > 1.01 * scene.tolerance as f32).count();
     let steep = transfer_has_steps(scene) || scene.tolerance < 5e-5;
@@ -230,7 +230,7 @@ fn edges_of_the_ground_are_smooth() {
     assert!(wrong <= 2, "{wrong} pixels");
 }
 
-/// Without vectors the general kernel draws single precision too.
+/// Without vectors single rays draw single precision too.
 #[test]
 fn packets_are_left_out_where_a_renderer_has_none() {
     let model = Model::new(2, LAYERS);
