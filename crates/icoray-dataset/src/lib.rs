@@ -25,6 +25,7 @@ mod calendar;
 mod combined;
 mod dataset;
 mod drawing;
+mod edges;
 mod field;
 mod floor;
 mod heights;

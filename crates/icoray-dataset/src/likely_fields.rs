@@ -19,7 +19,7 @@ const LENGTH: [&str; 4] = ["m", "meter", "meters", "metres"];
 /// The fields of `all` that look like physical ones, the likeliest first.
 pub(crate) fn likely_fields(all: &[FieldInfo]) -> Vec<&FieldInfo> {
     let mut fields: Vec<&FieldInfo> = all.iter().filter(|info| is_physical(info)).collect();
-    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent, is_beside_levels(info)));
+    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent, is_beside_levels(info), info.is_from_edges()));
     fields
 }
 
@@ -58,6 +58,8 @@ mod tests {
             description: Description { long_name, units },
             layer_dimension: "nVertLevels".into(),
             axes: Axes::default(),
+            variable: name.into(),
+            part: None,
         }
     }
 

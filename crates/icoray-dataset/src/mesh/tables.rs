@@ -4,7 +4,7 @@ use super::angles::direction;
 use super::polygons::Polygons;
 use crate::source::{Kind, Source, Variable};
 use crate::sources::IN_ANOTHER_FILE;
-use icoray::{Connectivity, Error, ErrorKind, Grid, GridTables, LonLat, OwnedReals, Result};
+use icoray::{Connectivity, Error, ErrorKind, Grid, GridTables, Location, LonLat, OwnedReals, Result};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -272,6 +272,16 @@ impl Mesh {
                 == [&other.corner_cell, &other.corner_edge, &other.edge_corner]
             && self.center.is_same(&other.center)
             && self.corner.is_same(&other.corner)
+    }
+
+    /// Zonal and meridional component of the direction from a centre to another one: of two cells or of two corners.
+    pub(crate) fn direction_between(&self, location: Location, from: usize, to: usize) -> [f64; 2] {
+        let of = if location == Location::Center { &self.center } else { &self.corner };
+        let (lon, lat) = (of.lon.as_reals().get(from), of.lat.as_reals().get(from));
+        let [x, y, z] = of.direction(to as i32);
+        let [east, north] =
+            [y * lon.cos() - x * lon.sin(), z * lat.cos() - (x * lon.cos() + y * lon.sin()) * lat.sin()];
+        [east, north].map(|part| part / east.hypot(north))
     }
 
     /// The cells around a corner, counted from 0; `None` for a missing one.

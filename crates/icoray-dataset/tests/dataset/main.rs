@@ -4,6 +4,7 @@ mod asked;
 mod columns;
 mod completed;
 mod conventions;
+mod edges;
 mod icon;
 mod icon_sea;
 mod layers;
