@@ -13,8 +13,6 @@ const GRID_VARIABLES: &str = "\
 const BASE: [&str; 2] = ["_base", "_ref"];
 /// Words, in lower case, that mark a geometric quantity if they are in the long name of a variable in units of length.
 const GEOMETRY: [&str; 5] = ["height", "altitude", "thickness", "depth", "elevation"];
-/// Units of length.
-const LENGTH: [&str; 4] = ["m", "meter", "meters", "metres"];
 
 /// The fields of `all` that look like physical ones, the likeliest first.
 pub(crate) fn likely_fields(all: &[FieldInfo]) -> Vec<&FieldInfo> {
@@ -31,11 +29,9 @@ fn is_beside_levels(info: &FieldInfo) -> bool {
 
 fn is_physical(info: &FieldInfo) -> bool {
     let name = info.name.to_ascii_lowercase();
-    let lower = |text: &Option<String>| text.as_deref().unwrap_or("").to_ascii_lowercase();
-    let (long_name, units) = (lower(&info.description.long_name), lower(&info.description.units));
-    let is_length = LENGTH.contains(&units.as_str());
+    let long_name = info.description.long_name.as_deref().unwrap_or("").to_ascii_lowercase();
     let is_of_grid = GRID_VARIABLES.split(' ').any(|known| known == name) || BASE.iter().any(|end| name.ends_with(end));
-    let is_geometry = is_length && GEOMETRY.iter().any(|word| long_name.contains(word));
+    let is_geometry = info.description.is_length() && GEOMETRY.iter().any(|word| long_name.contains(word));
     // A height of each column, such as the sea surface's or the topography's, is worth showing.
     !is_of_grid && (info.is_2d() || !is_geometry)
 }
