@@ -131,7 +131,8 @@ impl FieldInfo {
         axes: Axes,
         (location, columns): (Location, usize),
     ) -> Result<Option<Self>> {
-        if OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable) {
+        let is_axis = matches!(&variable.dimensions[..], [only] if only.name == variable.name);
+        if is_axis || OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable) {
             return Ok(None);
         }
         let layer = axes.layer.map(|layer| &variable.dimensions[layer]);

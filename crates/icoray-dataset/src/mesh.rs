@@ -3,13 +3,15 @@
 mod angles;
 mod cf;
 mod columns;
-mod fesom;
+mod esmf;
+mod healpix;
 mod icon;
 mod mpas;
 mod one_mesh;
 mod points;
 mod polygons;
 mod tables;
+mod triangles;
 mod ugrid;
 
 pub(crate) use columns::{is_angle, is_coordinate};
@@ -25,12 +27,14 @@ type Reader = fn(&Sources) -> Result<Mesh>;
 fn reader(sources: &Sources) -> Result<Option<Reader>> {
     // Without a table of neighbours, columns suffice.
     let are_columns = columns::are_in(sources);
-    let all: [(bool, Reader); 6] = [
+    let all: [(bool, Reader); 8] = [
         (ugrid::is_in(sources)?, ugrid::read),
-        (fesom::is_in(sources), fesom::read),
+        (esmf::is_in(sources), esmf::read),
+        (triangles::is_in(sources), triangles::read),
         (mpas::is_in(sources)? && (mpas::has_tables(sources) || !are_columns), mpas::read),
         (icon::has_triangles(sources) || icon::is_in(sources) && !are_columns, icon::read),
         (cf::is_in(sources), cf::read),
+        (healpix::is_in(sources), healpix::read),
         (are_columns, columns::read),
     ];
     Ok(all.into_iter().find(|(is_there, _)| *is_there).map(|(_, reader)| reader))
@@ -52,8 +56,9 @@ pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
         format_args!(
             "no mesh is known of {there}: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for \
              ICON's (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, \
-             6)), for UGRID's (a variable with cf_role mesh_topology), for FESOM's (variables elements and nodes), and for \
-             places of columns (lon(ncol), lat(ncol) and a field over ncol, or lon(y, x) and lat(y, x)); {IN_ANOTHER_FILE}"
+             6), or SCRIP's grid_corner_lon), for UGRID's (a variable with cf_role mesh_topology), for ESMF's (variable \
+             elementConn), for FESOM's and FVCOM's (variables elements and nodes, or nv), for HEALPix (a variable with \
+             grid_mapping_name healpix), and for places of columns (lon(ncol), lat(ncol) and a field over ncol, or lon(y, x) and lat(y, x)); {IN_ANOTHER_FILE}"
         ),
     ))
 }

@@ -55,9 +55,27 @@ pub(super) fn positions(source: &dyn Source, lon: &str, lat: &str, dimension: &s
     Ok(Positions { lon, lat })
 }
 
+/// Positions in one variable, over two and the positions, or over the positions and two: longitudes before latitudes.
+pub(super) fn positions_of_pairs(source: &dyn Source, variable: &Variable) -> Result<Positions> {
+    let (count, stride, step) = match variable.after_time() {
+        [two, count] if two.len == 2 && variable.kind.is_real() => (count.len, 1, count.len),
+        [count, of] if of.len >= 2 && variable.kind.is_real() => (count.len, of.len, 1),
+        _ => {
+            let context = format!("variable {variable}, expected longitudes and latitudes as float or double");
+            return Err(source.error(ErrorKind::Grid, context));
+        }
+    };
+    let all = source.all_numbers(variable)?;
+    let part = |k: usize| OwnedReals::F64((0..count).map(|i| all[i * stride + k * step]).collect());
+    let mut values = [part(0), part(1)];
+    into_radians(source, [&variable.name, &variable.name], &mut values)?;
+    let [lon, lat] = values;
+    Ok(Positions { lon, lat })
+}
+
 /// Converts longitudes and latitudes to radians from the units of the coordinates with these names. If one has none, it
 /// has the unit of the other; if neither has, both are degrees if a longitude is beyond 2π or a latitude beyond π/2.
-pub(super) fn into_radians(source: &dyn Source, names: [&str; 2], values: &mut [OwnedReals; 2]) -> Result<()> {
+fn into_radians(source: &dyn Source, names: [&str; 2], values: &mut [OwnedReals; 2]) -> Result<()> {
     let unit = |name: &str| {
         let units = source.text_of(name, "units")?.map(|units| units.to_ascii_lowercase());
         match units.as_deref() {

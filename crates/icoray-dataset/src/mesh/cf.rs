@@ -1,9 +1,10 @@
-//! Polygons with bounds: cells of a Voronoi grid whose file has each cell's points and no tables, as DYNAMICO's do.
+//! Polygons with bounds: each cell's points without tables, as in DYNAMICO's files and in grid files of SCRIP.
 //!
 //! Coincident points are one corner. A polygon with fewer points than the row length repeats some.
-//! Format: CF conventions 1.11, §7.1.
+//! Formats: CF conventions 1.11, §7.1; SCRIP user's guide 1.4, §2.2.3.
 
 use super::angles::{Bounds, distance, of_directions, positions, read_bounds};
+use super::columns::number_of_fields;
 use super::icon::SAME;
 use super::points;
 use super::polygons::Polygons;
@@ -16,8 +17,11 @@ use icoray::{ErrorKind, OwnedReals, Result};
 const NO_SIDE: f64 = 1e-3;
 
 /// Coordinates of the polygons' middles; their bounds are named by the attribute `bounds`, or after them.
-const MIDDLES: [[&str; 2]; 4] =
-    [["lon", "lat"], ["lon_i", "lat_i"], ["lon_mesh", "lat_mesh"], ["longitude", "latitude"]];
+const MIDDLES: [[&str; 2]; 5] =
+    [["lon", "lat"], ["lon_i", "lat_i"], ["lon_mesh", "lat_mesh"], ["longitude", "latitude"], SCRIP];
+
+/// Coordinates of SCRIP's cells, whose points are `grid_corner_lon` and `grid_corner_lat`.
+const SCRIP: [&str; 2] = ["grid_center_lon", "grid_center_lat"];
 
 /// The variables of polygons in a file.
 struct PolygonVariables<'a> {
@@ -28,32 +32,39 @@ struct PolygonVariables<'a> {
 }
 
 impl<'a> PolygonVariables<'a> {
-    fn of(source: &'a dyn Source) -> Option<Self> {
+    /// The polygons of a source; those of SCRIP only if there are fields of as many columns, which the rows and columns
+    /// of a lat-lon grid become later.
+    fn of(sources: &Sources, source: &'a dyn Source) -> Option<Self> {
         MIDDLES.into_iter().find_map(|middle| {
             let [lon, lat] = middle.map(|name| bounds_of(source, name));
+            let points = [lon?, lat?];
             let has = |name: &str| source.variable(name).is_some_and(|v| v.after_time().len() == 1);
+            let has_fields = || number_of_fields(sources, &points[0].after_time()[0]) > 0;
+            let is_used = middle != SCRIP || has_fields();
             let middle = middle.into_iter().all(has).then_some(middle);
-            Some(PolygonVariables { source, middle, points: [lon?, lat?] })
+            is_used.then_some(PolygonVariables { source, middle, points })
         })
     }
 }
 
-/// The variable with polygons of 4 points or more that belongs to a coordinate.
+/// The variable with polygons of 4 points or more, of SCRIP 3, that belongs to a coordinate.
 fn bounds_of<'a>(source: &'a dyn Source, name: &str) -> Option<&'a Variable> {
     let declared = source.text_of(name, "bounds").ok().flatten();
     let named =
         [format!("{name}_bnds"), format!("{name}_bounds"), format!("bounds_{name}"), format!("{name}_vertices")];
-    let mut variables = declared.into_iter().chain(named).filter_map(|name| source.variable(&name));
-    variables.find(|v| matches!(v.after_time(), [_, points] if points.len > 3))
+    let of_scrip = name.strip_prefix("grid_center").map(|angle| format!("grid_corner{angle}"));
+    let least = if of_scrip.is_some() { 3 } else { 4 };
+    let mut variables = declared.into_iter().chain(named).chain(of_scrip).filter_map(|name| source.variable(&name));
+    variables.find(|v| matches!(v.after_time(), [_, points] if points.len >= least))
 }
 
 /// Whether any of the files has polygons.
 pub(super) fn is_in(sources: &Sources) -> bool {
-    sources.all().any(|source| PolygonVariables::of(source).is_some())
+    sources.all().any(|source| PolygonVariables::of(sources, source).is_some())
 }
 
 pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let found = sources.others_first().find_map(PolygonVariables::of);
+    let found = sources.others_first().find_map(|source| PolygonVariables::of(sources, source));
     let PolygonVariables { source, middle, points } = found.expect("one has polygons, or this is not called");
     let bounds = read_bounds(source, [0, 1].map(|k| (points[k], middle.map(|names| names[k]))))?;
     let directions = bounds.directions();

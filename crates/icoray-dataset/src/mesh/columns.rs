@@ -10,6 +10,7 @@ use super::tables::{Convention, Mesh, Positions};
 use crate::source::{Dimension, Source, Variable};
 use crate::sources::Sources;
 use icoray::{OwnedReals, OwnedTables, Result};
+use std::path::Path;
 
 /// Names of longitudes, and of the latitudes that belong to them.
 const NAMES: [[&str; 2]; 9] = [
@@ -81,7 +82,7 @@ pub(crate) fn is_coordinate(source: &dyn Source, variable: &Variable) -> bool {
 }
 
 /// Number of variables in the fields' file over a dimension as long as `column`, besides coordinates.
-fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
+pub(super) fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
     let fields = sources.fields();
     let is_field = |v: &&Variable| {
         v.kind.is_number()
@@ -99,12 +100,17 @@ pub(super) fn are_in(sources: &Sources) -> bool {
 pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let Columns { source, lon, lat } = Columns::of(sources).expect("one has columns, or this is not called");
     let center = positions(source, &lon.name, &lat.name, &lon.after_time()[0].name)?;
+    of_points(source.path(), center, &format!("{} and {}", lon.name, lat.name))
+}
+
+/// The mesh whose cells are at places and whose corners are their Delaunay triangles; `name` is that of the places.
+pub(super) fn of_points(path: &Path, center: Positions, name: &str) -> Result<Mesh> {
     let of_points = OwnedTables::of_points(center.borrowed());
     let OwnedTables { corner, corner_cell, connectivity: of, .. } =
-        of_points.map_err(|e| e.within(format_args!("{}: {} and {}", source.path().display(), lon.name, lat.name)))?;
+        of_points.map_err(|e| e.within(format_args!("{}: {name}", path.display())))?;
     let [lon, lat] = corner.map(OwnedReals::F64);
     let polygons = Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count };
     let (places, tables) = ([center, Positions { lon, lat }], [corner_cell, of.corner_edge, of.edge_corner]);
-    let mesh = Mesh::of_tables(source.path(), Convention::Cf, places, polygons, tables);
+    let mesh = Mesh::of_tables(path, Convention::Cf, places, polygons, tables);
     Ok(Mesh { is_of_points: true, ..mesh })
 }

@@ -162,12 +162,23 @@ fn mesh(sources: &Sources, topology: &Topology) -> Result<Mesh> {
         Some([lon, lat]) => Some(positions(*source, lon, lat, &over(place(lon)?))?),
         None => None,
     };
+    of_rows(sources, (*source, &face_nodes.name), nodes, given, (rows, row))
+}
+
+/// The mesh of faces whose nodes are in `rows`, as for [`of_faces`]; `table` is the name of their table.
+pub(super) fn of_rows(
+    sources: &Sources,
+    (source, table): (&dyn Source, &str),
+    nodes: Positions,
+    given: Option<Positions>,
+    (rows, row): (Vec<i32>, usize),
+) -> Result<Mesh> {
     let fewer = rows.chunks_exact(row).position(|face| face.iter().filter(|i| **i >= 0).count() < 3);
     if let Some(face) = fewer {
-        let context = format!("{}: face {face} has fewer than 3 nodes", face_nodes.name);
+        let context = format!("{table}: face {face} has fewer than 3 nodes");
         return Err(source.error(ErrorKind::Grid, context));
     }
-    let faces = rows.len() / row;
+    let (faces, count) = (rows.len() / row, nodes.lon.as_reals().len());
     let fields = sources.fields();
     let has_field_of = |len: usize| {
         let is_field = |v: &&Variable| v.kind.is_real() && v.after_time().iter().any(|d| d.len == len);
@@ -206,7 +217,7 @@ impl Mesh {
 /// rows of one length. If `given` has no middles of faces, triangles have the middles of their circles, and others the
 /// means of their nodes. Nodes are the middles of cells if `are_nodes_cells`, and if all faces are triangles: other
 /// faces are cut into such.
-fn of_faces(
+pub(super) fn of_faces(
     path: &Path,
     nodes: Positions,
     given: Option<Positions>,

@@ -15,6 +15,7 @@ mod memory;
 mod mesh;
 mod native;
 mod ocean;
+mod other_meshes;
 mod refused;
 mod two_d;
 mod ugrid;

@@ -1,0 +1,54 @@
+//! ESMF's unstructured meshes: the nodes of each element, in a table or behind each other.
+//! Format: ESMF reference manual, "ESMF unstructured grid file format", <https://earthsystemmodeling.org/docs>.
+
+use super::angles::positions_of_pairs;
+use super::polygons::NONE;
+use super::tables::{Mesh, missing};
+use super::ugrid::of_rows;
+use crate::source::Source;
+use crate::sources::Sources;
+use icoray::{ErrorKind, Result};
+
+/// Nodes of each element, from 1 unless `start_index` is 0.
+const TABLE: &str = "elementConn";
+/// Number of nodes of each element.
+const COUNTS: &str = "numElementConn";
+
+/// The first file that has such a mesh.
+fn find(sources: &Sources) -> Option<&dyn Source> {
+    sources.others_first().find(|source| [TABLE, COUNTS].iter().all(|name| source.variable(name).is_some()))
+}
+
+/// Whether any of the files has such a mesh.
+pub(super) fn is_in(sources: &Sources) -> bool {
+    find(sources).is_some()
+}
+
+pub(super) fn read(sources: &Sources) -> Result<Mesh> {
+    let source = find(sources).expect("checked by is_in");
+    let pairs = |name: &str| source.variable(name).map(|v| positions_of_pairs(source, v)).transpose();
+    let nodes = pairs("nodeCoords")?.ok_or_else(|| missing(source, "nodeCoords"))?;
+    let table = source.expect(TABLE)?;
+    let (counts, numbers) = (source.all_integers(source.expect(COUNTS)?)?, source.all_integers(table)?);
+    let row = counts.iter().copied().max().unwrap_or(0).max(3) as usize;
+    let (stride, last) = (table.after_time().get(1).map(|nodes| nodes.len), nodes.lon.as_reals().len());
+    let base = source.numbers_of(TABLE, "start_index")?.first().map_or(1, |base| *base as i32);
+    let (mut rows, mut next) = (Vec::with_capacity(row * counts.len()), 0);
+    for (element, count) in counts.iter().map(|count| (*count).max(0) as usize).enumerate() {
+        let start = stride.map_or(next, |stride| element * stride);
+        let entries = numbers.get(start..start + count).ok_or_else(|| {
+            let context = format!("{TABLE} ends within element {element}, expected the sum of {COUNTS} entries");
+            source.error(ErrorKind::Grid, context)
+        })?;
+        if let Some(node) =
+            entries.iter().find(|node| !(0..last as i64).contains(&(i64::from(**node) - i64::from(base))))
+        {
+            let ends = [base as usize, last + base as usize - 1];
+            let context = format!("{TABLE}: node {node} of element {element}, expected {} to {}", ends[0], ends[1]);
+            return Err(source.error(ErrorKind::Grid, context));
+        }
+        rows.extend(entries.iter().map(|node| node - base).chain(std::iter::repeat_n(NONE, row - count)));
+        next += count;
+    }
+    of_rows(sources, (source, TABLE), nodes, pairs("centerCoords")?, (rows, row))
+}

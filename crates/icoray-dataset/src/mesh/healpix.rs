@@ -1,0 +1,173 @@
+//! HEALPix without coordinates: the centres of pixels from their numbers.
+//!
+//! Ring i from the north pole, and place j in it from 0, have z = 1 - i²/(3 n²) in the polar cap, z = 4/3 - 2 i/(3 n) in
+//! the belt, and φ = π/2 (j + s/2)/r, where n is the number of pixels along a side of the 12 base pixels, r = min(i, n)
+//! the length of a quarter of the ring, and s is 1 in the cap and (i - n + 1) mod 2 in the belt. The south mirrors this.
+//! Equations 2 to 13 of K. M. Górski et al., 2005, HEALPix, ApJ 622, 759,
+//! [doi:10.1086/427976](https://doi.org/10.1086/427976). Format: CF conventions 1.13, §5.6; older attributes of healpy.
+
+use super::columns::of_points;
+use super::tables::{Mesh, Positions};
+use crate::source::{Source, Variable};
+use crate::sources::Sources;
+use icoray::{ErrorKind, OwnedReals, Result};
+use std::f64::consts::FRAC_PI_2;
+
+/// Largest refinement level of which numbers of pixels are exact in double precision.
+const MAX_LEVEL: f64 = 24.0;
+
+/// The variable that describes the pixels in any of the files.
+fn find(sources: &Sources) -> Option<(&dyn Source, &Variable)> {
+    let is_healpix = |source: &dyn Source, v: &Variable| {
+        source.text_of(&v.name, "grid_mapping_name").ok().flatten().is_some_and(|name| name == "healpix")
+    };
+    sources.all().find_map(|source| Some((source, source.variables().iter().find(|v| is_healpix(source, v))?)))
+}
+
+/// Whether any of the files has HEALPix's pixels.
+pub(super) fn is_in(sources: &Sources) -> bool {
+    find(sources).is_some()
+}
+
+pub(super) fn read(sources: &Sources) -> Result<Mesh> {
+    let (source, mapping) = find(sources).expect("checked by is_in");
+    let number = |name: &str| Ok(source.numbers_of(&mapping.name, name)?.first().copied());
+    let bad = |what: String| source.error(ErrorKind::Grid, format_args!("{}: {what}", mapping.name));
+    let level = match number("refinement_level")? {
+        Some(level) => Some(level),
+        None => number("healpix_nside")?.map(f64::log2),
+    };
+    let level = level.filter(|level| (0.0..=MAX_LEVEL).contains(level) && level.fract() == 0.0).ok_or_else(|| {
+        bad(format!("expected refinement_level from 0 to {MAX_LEVEL}, or healpix_nside, a power of two"))
+    })?;
+    let text = |name: &str| source.text_of(&mapping.name, name);
+    let scheme = text("indexing_scheme")?.or(text("healpix_order")?).unwrap_or_default();
+    let place: fn(u64, u64) -> Place = match scheme.get(..4) {
+        Some("nest") => Place::of_nested,
+        Some("ring") => Place::of_ring,
+        _ => return Err(bad(format!("indexing_scheme or healpix_order {scheme:?}, expected nested or ring"))),
+    };
+    let side = 1u64 << level as u32;
+    let pixels = 12 * side * side;
+    let is_numbers = |source: &dyn Source, v: &&Variable| {
+        let standard_name = source.text_of(&v.name, "standard_name").ok().flatten();
+        v.kind.is_number()
+            && v.after_time().len() == 1
+            && (standard_name.is_some_and(|name| name == "healpix_index") || v.name == "cell")
+    };
+    let given =
+        sources.all().find_map(|source| Some((source, source.variables().iter().find(|v| is_numbers(source, v))?)));
+    let numbers = match given {
+        Some((source, variable)) => source.all_numbers(variable)?,
+        None => (0..pixels).map(|pixel| pixel as f64).collect(),
+    };
+    let is_pixel = |number: &f64| number.fract() == 0.0 && (0.0..pixels as f64).contains(number);
+    if let Some(i) = numbers.iter().position(|number| !is_pixel(number)) {
+        return Err(bad(format!("pixel {} of column {i}, expected 0 to {}", numbers[i], pixels - 1)));
+    }
+    let [lon, lat] = [0, 1].map(|k| {
+        let angle = |number: &f64| place(side, *number as u64).angles()[k];
+        OwnedReals::F64(numbers.iter().map(angle).collect())
+    });
+    of_points(source.path(), Positions { lon, lat }, &mapping.name)
+}
+
+/// The place of a pixel's centre.
+struct Place {
+    side: u64,
+    /// From 1 at the north pole.
+    ring: u64,
+    /// j + s/2.
+    along: f64,
+}
+
+impl Place {
+    /// Of a pixel that is numbered along rings.
+    fn of_ring(side: u64, pixel: u64) -> Self {
+        let (cap, pixels) = (2 * side * (side - 1), 12 * side * side);
+        // Ring of the cap that contains a pixel, and the number of pixels before it.
+        let in_cap = |pixel: u64| {
+            let mut ring = ((1.0 + (1.0 + 2.0 * pixel as f64).sqrt()) / 2.0) as u64;
+            ring -= u64::from(2 * ring * (ring - 1) > pixel);
+            ring += u64::from(2 * ring * (ring + 1) <= pixel);
+            (ring, pixel - 2 * ring * (ring - 1))
+        };
+        let (ring, place) = match pixel {
+            north if north < cap => in_cap(north),
+            belt if belt < pixels - cap => (side + (belt - cap) / (4 * side), (belt - cap) % (4 * side)),
+            south => {
+                let (ring, from_end) = in_cap(pixels - 1 - south);
+                (4 * side - ring, 4 * ring - 1 - from_end)
+            }
+        };
+        let is_cap = !(side..=3 * side).contains(&ring);
+        let is_shifted = is_cap || (ring + side) % 2 == 0;
+        Place { side, ring, along: place as f64 + if is_shifted { 0.5 } else { 0.0 } }
+    }
+
+    /// Of a pixel that is numbered within each base pixel along a curve.
+    fn of_nested(side: u64, pixel: u64) -> Self {
+        let (base, within) = (pixel / (side * side), pixel % (side * side));
+        let every_other = |bits: u64| (0..32).fold(0, |number, k| number | (bits >> (2 * k) & 1) << k);
+        let (x, y) = (every_other(within), every_other(within >> 1));
+        let row = base / 4;
+        // The middle of the base pixel, counted in eighths of a turn.
+        let eighth = 2 * (base % 4) + u64::from(row != 1);
+        let ring = (row + 2) * side - x - y - 1;
+        let length = ring.min(4 * side - ring).min(side);
+        Place { side, ring, along: 0.5 * ((eighth * length) as f64 + x as f64 - y as f64) }
+    }
+
+    /// Longitude and latitude, radians.
+    fn angles(&self) -> [f64; 2] {
+        let Place { side, ring, along } = *self;
+        let [n, i, r] = [side, ring, ring.min(4 * side - ring).min(side)].map(|number| number as f64);
+        let is_belt = (side..=3 * side).contains(&ring);
+        let in_cap = (1.0 - r * r / (3.0 * n * n)) * (2.0 * n - i).signum();
+        let z = if is_belt { 4.0 / 3.0 - 2.0 * i / (3.0 * n) } else { in_cap };
+        [FRAC_PI_2 * along / r, z.asin()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Degrees of longitude and latitude, as healpy 1.20.1 has them.
+    #[test]
+    fn centres_are_where_healpy_has_them() {
+        let (nested, ring): (fn(u64, u64) -> Place, fn(u64, u64) -> Place) = (Place::of_nested, Place::of_ring);
+        for (place, side, pixel, expected) in [
+            (ring, 1, 11, [315.0, -41.810314896]),
+            (ring, 2, 0, [45.0, 66.443535691]),
+            (ring, 8, 100, [212.142857143, 48.141207794]),
+            (ring, 8, 400, [0.0, -4.780191847]),
+            (ring, 64, 49000, [285.0, -83.417689086]),
+            (ring, 1024, 9000000, [275.625, -25.489046763]),
+            (nested, 1, 4, [0.0, 0.0]),
+            (nested, 2, 13, [337.5, 41.810314896]),
+            (nested, 8, 767, [315.0, -4.780191847]),
+            (nested, 64, 12345, [314.296875, 7.180755781]),
+            (nested, 1024, 9000000, [43.921078921, -42.958813723]),
+        ] {
+            let at = place(side, pixel).angles().map(f64::to_degrees);
+            let off = [(at[0] - expected[0] + 180.0).rem_euclid(360.0) - 180.0, at[1] - expected[1]];
+            assert!(off.iter().all(|off| off.abs() < 1e-8), "{side} {pixel}: {at:?}, expected {expected:?}");
+        }
+    }
+
+    #[test]
+    fn both_schemes_have_the_same_pixels() {
+        for side in [1, 2, 8, 32] {
+            let all = |place: fn(u64, u64) -> Place| {
+                let at = |pixel| place(side, pixel).angles();
+                let rounded = |[lon, lat]: [f64; 2]| [lon.cos() * lat.cos(), lon.sin() * lat.cos(), lat.sin()];
+                let mut all: Vec<[i64; 3]> =
+                    (0..12 * side * side).map(|pixel| rounded(at(pixel)).map(|x| (1e9 * x).round() as i64)).collect();
+                all.sort_unstable();
+                all
+            };
+            assert_eq!(all(Place::of_nested), all(Place::of_ring), "{side}");
+        }
+    }
+}
