@@ -22,10 +22,11 @@ const OF_MESH: &str = "\
     lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices nodes";
 
 /// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files, ends
-/// of an interval, and those of MPAS's and FESOM's tables; with blanks between.
+/// of an interval, and those of tables of MPAS, FESOM and FVCOM; with blanks between.
 const OF_TABLES: &str = "\
     nv ne nc no nvertex vertices bnds nb2 n2 n3 \
-    maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen";
+    maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen \
+    three four maxnode maxelem";
 
 /// Precision of a variable in the file and in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

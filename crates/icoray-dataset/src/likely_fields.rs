@@ -8,7 +8,8 @@ const GRID_VARIABLES: &str = "\
     ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness timemonthly_avg_layerthickness zs dzs zmid ztop deriv_two areacell \
     areatriangle meshdensity cellquality gridspacing trianglequality triangleanglequality nominalmindc fcell \
     fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality \
-    maxlevelcell minlevelcell nlevels nlevels_nod2d ulevels ulevels_nod2d elem_area nod_area";
+    maxlevelcell minlevelcell nlevels nlevels_nod2d ulevels ulevels_nod2d elem_area nod_area \
+    grid_area grid_imask siglay siglev siglay_center siglev_center x y xc yc art1 art2";
 /// Name endings of base states, which do not change.
 const BASE: [&str; 2] = ["_base", "_ref"];
 /// Words, in lower case, that mark a geometric quantity if they are in the long name of a variable in units of length.

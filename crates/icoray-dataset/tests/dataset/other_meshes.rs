@@ -135,3 +135,36 @@ fn pixels_of_healpix_are_columns() {
         &["indexing_scheme or healpix_order \"\", expected nested or ring"],
     );
 }
+
+#[test]
+fn layers_of_fvcom_lie_between_the_floor_and_the_sea_surface() {
+    let mesh = IcosahedralMesh::new(1).unwrap();
+    let dimensions = [("node", 42), ("nele", 80), ("three", 3), ("siglay", 2), ("siglev", 3), ("time", 0)];
+    let mut made = Made::of(dimensions, []);
+    degrees(&mut made, "lon", &["node"], mesh.lon_center_rad.iter().copied());
+    degrees(&mut made, "lat", &["node"], mesh.lat_center_rad.iter().copied());
+    let by_place = (0..240).map(|i| mesh.corner_cell[3 * (i % 80) + i / 80] + 1);
+    made.add("nv", &["three", "nele"], Values::I32(by_place.collect()));
+    let sigma = [0.0, -0.25, -1.0].into_iter().flat_map(|sigma| [sigma; 42]);
+    made.add("siglev", &["siglev", "node"], Values::F64(sigma.collect()));
+    made.add("siglay", &["siglay", "node"], Values::F64([[-0.125; 42], [-0.625; 42]].concat()));
+    made.add("h", &["node"], Values::F64((0..42).map(|node| 100.0 + 10.0 * f64::from(node % 2)).collect()));
+    made.add("zeta", &["time", "node"], Values::F64([[2.0; 42], [3.0; 42]].concat()));
+    made.add("temp", &["time", "siglay", "node"], Values::F64(vec![1.0; 168]));
+    made.add("u", &["time", "siglay", "nele"], Values::F64(vec![1.0; 320]));
+    let file = open(&made);
+    let grid = file.mesh().grid().unwrap();
+    let location = |name: &str| file.field_info(name).unwrap().location;
+    assert_eq!([location("temp"), location("u")], [Location::Center, Location::Corner]);
+    assert_eq!(file.first_field().unwrap().name, "temp");
+    for name in ["temp", "u"] {
+        let heights = file.layer_heights(name).unwrap();
+        assert_eq!((heights.height_m, heights.deviation_m), (vec![2.0, 2.0 - 0.25 * 107.0, -105.0], Some(5.0)));
+        let native = file.native_heights(&grid, name, 1).unwrap().unwrap();
+        let all = native.all().unwrap();
+        assert_eq!([0, 1, 2].map(|layer| all.value(1, layer)), [3.0, 3.0 - 0.25 * 113.0, -110.0], "{name}");
+    }
+    assert!(file.native_info("temp").unwrap().time_dependent);
+    made.remove("h");
+    expect(&open(&made).layer_heights("temp").unwrap_err(), ErrorKind::Layers, &["siglev", "variable h is missing"]);
+}
