@@ -99,15 +99,13 @@ pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: 
 /// The edges of each centre.
 #[derive(Debug)]
 pub(crate) struct Edges {
-    /// Index of the first of each centre's edges among `sides`, and their number behind the last.
-    start: Vec<usize>,
-    sides: Vec<Side>,
+    of_centers: Vec<Vec<Side>>,
     /// Number of edges.
-    edges: usize,
+    count: usize,
 }
 
 /// An edge of a centre.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug)]
 struct Side {
     edge: usize,
     /// Zonal and meridional component, at the centre, of the edge's normal; `None` at the rim, where it is not known.
@@ -117,46 +115,34 @@ struct Side {
 impl Edges {
     /// Reads the table for the fields that `info` and others are.
     pub(crate) fn read(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
-        let name = table_name(mesh);
+        let (name, columns) = (table_name(mesh), info.columns);
         let found = sources.find(name);
         let (source, variable) =
-            found.ok_or_else(|| sources.error(ErrorKind::Field, format_args!("{name} is gone")))?;
-        let (edges, is_by_edge) = match variable.after_time() {
-            [edges, two] if two.len == 2 => (edges.len, true),
-            [two, edges] if two.len == 2 => (edges.len, false),
+            found.ok_or_else(|| sources.error(ErrorKind::Field, format_args!("variable {name} is missing")))?;
+        let (count, strides) = match variable.after_time() {
+            [edges, two] if two.len == 2 => (edges.len, [2, 1]),
+            [two, edges] if two.len == 2 => (edges.len, [1, edges.len]),
             _ => {
                 let context = format!("variable {variable}, expected the two cells beside each edge");
                 return Err(source.error(ErrorKind::Grid, context));
             }
         };
         let table = source.all_integers(variable)?;
-        let beside =
-            |edge: usize| [0, 1].map(|k| if is_by_edge { table[2 * edge + k] } else { table[k * edges + edge] });
-        let columns = info.columns;
-        let mut start = vec![0; columns + 1];
-        for edge in 0..edges {
-            for number in beside(edge) {
-                if number > columns as i32 {
-                    let context = format!("{name}: cell {number} beside edge {}, expected 1 to {columns}", edge + 1);
-                    return Err(source.error(ErrorKind::Grid, context));
-                }
-                start[number.max(0) as usize] += 1;
+        let mut of_centers: Vec<Vec<Side>> = (0..columns).map(|_| Vec::new()).collect();
+        for edge in 0..count {
+            let beside = [0, 1].map(|k| table[edge * strides[0] + k * strides[1]]);
+            if let Some(number) = beside.iter().find(|number| **number > columns as i32) {
+                let context = format!("{name}: cell {number} beside edge {}, expected 1 to {columns}", edge + 1);
+                return Err(source.error(ErrorKind::Grid, context));
             }
-        }
-        // Entries without a cell were counted before the first.
-        start[0] = 0;
-        (0..columns).for_each(|column| start[column + 1] += start[column]);
-        let (mut next, mut sides) = (start.clone(), vec![Side::default(); start[columns]]);
-        for edge in 0..edges {
-            let cells = beside(edge).map(|number| usize::try_from(number - 1).ok());
-            for (own, other, sign) in [(cells[0], cells[1], 1.0), (cells[1], cells[0], -1.0)] {
+            let [first, second] = beside.map(|number| usize::try_from(number - 1).ok());
+            for (own, other, sign) in [(first, second, 1.0), (second, first, -1.0)] {
                 let Some(own) = own else { continue };
                 let toward = other.map(|other| mesh.direction_between(info.location, own, other));
-                sides[next[own]] = Side { edge, normal: toward.map(|toward| toward.map(|part| sign * part)) };
-                next[own] += 1;
+                of_centers[own].push(Side { edge, normal: toward.map(|toward| toward.map(|part| sign * part)) });
             }
         }
-        Ok(Edges { start, sides, edges })
+        Ok(Edges { of_centers, count })
     }
 
     /// The values of a part at centres from those at edges; NaN where these do not determine it.
@@ -164,14 +150,13 @@ impl Edges {
     /// # Errors
     /// [`ErrorKind::Field`] if there are more or fewer edges than in the table.
     pub(crate) fn at_centers(&self, values: &ShapedValues, fill: f64, part: Part) -> Result<ShapedValues> {
-        if values.shape.columns != self.edges {
+        if values.shape.columns != self.count {
             let context =
-                format!("{} edges, expected {} as in the table of the mesh", values.shape.columns, self.edges);
+                format!("{} edges, expected {} as in the table of the mesh", values.shape.columns, self.count);
             return Err(Error::new(ErrorKind::Field, context));
         }
-        Ok(values.made(self.start.len() - 1, |column, layer| {
-            let sides = self.sides[self.start[column]..self.start[column + 1]].iter();
-            let there = sides.map(|side| (side.normal, values.value(side.edge, layer, fill)));
+        Ok(values.made(self.of_centers.len(), |column, layer| {
+            let there = self.of_centers[column].iter().map(|side| (side.normal, values.value(side.edge, layer, fill)));
             let there = there.filter(|(_, value)| !value.is_nan());
             if part == Part::Mean {
                 let (count, sum) = there.fold((0.0, 0.0), |(count, sum), (_, value)| (count + 1.0, sum + value));

@@ -13,7 +13,7 @@ use icoray::{OwnedReals, OwnedTables, Result};
 use std::path::Path;
 
 /// Names of longitudes, and of the latitudes that belong to them.
-const NAMES: [[&str; 2]; 9] = [
+pub(super) const NAMES: [[&str; 2]; 9] = [
     ["lon", "lat"],
     ["longitude", "latitude"],
     ["lons", "lats"],

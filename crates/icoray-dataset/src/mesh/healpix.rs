@@ -4,7 +4,8 @@
 //! the belt, and φ = π/2 (j + s/2)/r, where n is the number of pixels along a side of the 12 base pixels, r = min(i, n)
 //! the length of a quarter of the ring, and s is 1 in the cap and (i - n + 1) mod 2 in the belt. The south mirrors this.
 //! Equations 2 to 13 of K. M. Górski et al., 2005, HEALPix, ApJ 622, 759,
-//! [doi:10.1086/427976](https://doi.org/10.1086/427976). Format: CF conventions 1.13, §5.6; older attributes of healpy.
+//! [doi:10.1086/427976](https://doi.org/10.1086/427976). Format: CF conventions 1.13, appendix F; older
+//! attributes `healpix_nside` and `healpix_order`.
 
 use super::columns::of_points;
 use super::tables::{Mesh, Positions};
@@ -31,16 +32,13 @@ pub(super) fn is_in(sources: &Sources) -> bool {
 
 pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let (source, mapping) = find(sources).expect("checked by is_in");
-    let number = |name: &str| Ok(source.numbers_of(&mapping.name, name)?.first().copied());
+    let number = |name: &str| source.numbers_of(&mapping.name, name).map(|numbers| numbers.first().copied());
+    let text = |name: &str| source.text_of(&mapping.name, name);
     let bad = |what: String| source.error(ErrorKind::Grid, format_args!("{}: {what}", mapping.name));
-    let level = match number("refinement_level")? {
-        Some(level) => Some(level),
-        None => number("healpix_nside")?.map(f64::log2),
-    };
+    let level = number("refinement_level")?.or(number("healpix_nside")?.map(f64::log2));
     let level = level.filter(|level| (0.0..=MAX_LEVEL).contains(level) && level.fract() == 0.0).ok_or_else(|| {
         bad(format!("expected refinement_level from 0 to {MAX_LEVEL}, or healpix_nside, a power of two"))
     })?;
-    let text = |name: &str| source.text_of(&mapping.name, name);
     let scheme = text("indexing_scheme")?.or(text("healpix_order")?).unwrap_or_default();
     let place: fn(u64, u64) -> Place = match scheme.get(..4) {
         Some("nest") => Place::of_nested,
@@ -49,27 +47,32 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     };
     let side = 1u64 << level as u32;
     let pixels = 12 * side * side;
-    let is_numbers = |source: &dyn Source, v: &&Variable| {
-        let standard_name = source.text_of(&v.name, "standard_name").ok().flatten();
-        v.kind.is_number()
-            && v.after_time().len() == 1
-            && (standard_name.is_some_and(|name| name == "healpix_index") || v.name == "cell")
-    };
-    let given =
-        sources.all().find_map(|source| Some((source, source.variables().iter().find(|v| is_numbers(source, v))?)));
-    let numbers = match given {
+    let numbers = match sources.all().find_map(numbers_of_pixels) {
         Some((source, variable)) => source.all_numbers(variable)?,
-        None => (0..pixels).map(|pixel| pixel as f64).collect(),
+        None if sources.fields().variables().iter().flat_map(|v| &v.dimensions).any(|d| d.len as u64 == pixels) => {
+            (0..pixels).map(|pixel| pixel as f64).collect()
+        }
+        None => {
+            let what =
+                format!("no dimension has its {pixels} pixels, and no variable cell the numbers of some of them");
+            return Err(bad(what));
+        }
     };
     let is_pixel = |number: &f64| number.fract() == 0.0 && (0.0..pixels as f64).contains(number);
     if let Some(i) = numbers.iter().position(|number| !is_pixel(number)) {
         return Err(bad(format!("pixel {} of column {i}, expected 0 to {}", numbers[i], pixels - 1)));
     }
-    let [lon, lat] = [0, 1].map(|k| {
-        let angle = |number: &f64| place(side, *number as u64).angles()[k];
-        OwnedReals::F64(numbers.iter().map(angle).collect())
-    });
+    let angle = |k: usize| numbers.iter().map(|number| place(side, *number as u64).angles()[k]).collect();
+    let [lon, lat] = [0, 1].map(|k| OwnedReals::F64(angle(k)));
     of_points(source.path(), Positions { lon, lat }, &mapping.name)
+}
+
+/// The variable with the numbers of pixels, if the source has one.
+fn numbers_of_pixels(source: &dyn Source) -> Option<(&dyn Source, &Variable)> {
+    let is_index =
+        |v: &Variable| source.text_of(&v.name, "standard_name").ok().flatten().as_deref() == Some("healpix_index");
+    let mut columns = source.variables().iter().filter(|v| v.kind.is_number() && v.after_time().len() == 1);
+    columns.find(|v| v.name == "cell" || is_index(v)).map(|variable| (source, variable))
 }
 
 /// The place of a pixel's centre.
@@ -85,11 +88,9 @@ impl Place {
     /// Of a pixel that is numbered along rings.
     fn of_ring(side: u64, pixel: u64) -> Self {
         let (cap, pixels) = (2 * side * (side - 1), 12 * side * side);
-        // Ring of the cap that contains a pixel, and the number of pixels before it.
+        // Ring and place in a cap, of which i - 1 rings have 2 i (i - 1) pixels.
         let in_cap = |pixel: u64| {
-            let mut ring = ((1.0 + (1.0 + 2.0 * pixel as f64).sqrt()) / 2.0) as u64;
-            ring -= u64::from(2 * ring * (ring - 1) > pixel);
-            ring += u64::from(2 * ring * (ring + 1) <= pixel);
+            let ring = (1 + (1 + 2 * pixel).isqrt()) / 2;
             (ring, pixel - 2 * ring * (ring - 1))
         };
         let (ring, place) = match pixel {
@@ -100,8 +101,7 @@ impl Place {
                 (4 * side - ring, 4 * ring - 1 - from_end)
             }
         };
-        let is_cap = !(side..=3 * side).contains(&ring);
-        let is_shifted = is_cap || (ring + side) % 2 == 0;
+        let is_shifted = !(side..=3 * side).contains(&ring) || (ring + side).is_multiple_of(2);
         Place { side, ring, along: place as f64 + if is_shifted { 0.5 } else { 0.0 } }
     }
 
@@ -110,10 +110,9 @@ impl Place {
         let (base, within) = (pixel / (side * side), pixel % (side * side));
         let every_other = |bits: u64| (0..32).fold(0, |number, k| number | (bits >> (2 * k) & 1) << k);
         let (x, y) = (every_other(within), every_other(within >> 1));
-        let row = base / 4;
+        let ring = (base / 4 + 2) * side - x - y - 1;
         // The middle of the base pixel, counted in eighths of a turn.
-        let eighth = 2 * (base % 4) + u64::from(row != 1);
-        let ring = (row + 2) * side - x - y - 1;
+        let eighth = 2 * (base % 4) + u64::from(base / 4 != 1);
         let length = ring.min(4 * side - ring).min(side);
         Place { side, ring, along: 0.5 * ((eighth * length) as f64 + x as f64 - y as f64) }
     }
@@ -122,9 +121,8 @@ impl Place {
     fn angles(&self) -> [f64; 2] {
         let Place { side, ring, along } = *self;
         let [n, i, r] = [side, ring, ring.min(4 * side - ring).min(side)].map(|number| number as f64);
-        let is_belt = (side..=3 * side).contains(&ring);
-        let in_cap = (1.0 - r * r / (3.0 * n * n)) * (2.0 * n - i).signum();
-        let z = if is_belt { 4.0 / 3.0 - 2.0 * i / (3.0 * n) } else { in_cap };
+        let in_cap = (1.0 - r * r / (3.0 * n * n)).copysign(2.0 * n - i);
+        let z = if r < n { in_cap } else { 4.0 / 3.0 - 2.0 * i / (3.0 * n) };
         [FRAC_PI_2 * along / r, z.asin()]
     }
 }

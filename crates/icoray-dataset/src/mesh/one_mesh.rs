@@ -1,14 +1,11 @@
 //! Checks that the files of a dataset have one mesh: another one of the same size would show fields in wrong places.
 
 use super::angles::{direction, distance, positions};
+use super::columns::NAMES;
 use super::tables::{Convention, Mesh, Positions};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result};
-
-/// Coordinates of columns: their longitudes and latitudes.
-const COORDINATES: [[&str; 2]; 4] =
-    [["lonCell", "latCell"], ["clon", "clat"], ["lon", "lat"], ["longitude", "latitude"]];
 
 /// Number of columns whose positions are compared.
 const COMPARED: usize = 1000;
@@ -64,7 +61,7 @@ fn expect_sizes(source: &dyn Source, mesh: &Mesh) -> Result<()> {
 
 /// Checks that columns with coordinates lie at their positions in the mesh, to about the distance between columns.
 fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
-    for [lon, lat] in COORDINATES {
+    for [lon, lat] in NAMES {
         let dimension = |name| match source.variable(name).map(Variable::after_time) {
             Some([only]) => Some(only),
             _ => None,

@@ -35,14 +35,9 @@ fn rotation(lon: f64, lat: f64) -> [f64; 2] {
     [dot(wind, east), dot(wind, north)]
 }
 
-/// MPAS's cells beside each edge, of which every other pair is turned round.
-fn cells_of_edges(mesh: &IcosahedralMesh) -> Vec<[i32; 2]> {
-    let pair = |(edge, ends): (usize, &[i32])| {
-        let cells = [ends[0], ends[1]].map(|corner| &mesh.corner_cell[3 * corner as usize..][..3]);
-        let both: Vec<i32> = cells[0].iter().copied().filter(|cell| cells[1].contains(cell)).collect();
-        [both[edge % 2], both[1 - edge % 2]]
-    };
-    mesh.edge_corner.chunks_exact(2).enumerate().map(pair).collect()
+/// MPAS's cells beside each edge.
+fn beside(made: &mut Made) -> Vec<[i32; 2]> {
+    made.i32s("cellsOnEdge").as_chunks().0.iter().map(|pair| pair.map(|cell| cell - 1)).collect()
 }
 
 /// Adds the rotation on layers, each as much again as that below, as components normal to edges between centres.
@@ -55,10 +50,8 @@ fn add_rotation(made: &mut Made, name: &'static str, edge: &'static str, beside:
 
 fn mpas() -> Made {
     let (mesh, mut made) = (IcosahedralMesh::new(1).unwrap(), Made::mesh(false));
-    let beside = cells_of_edges(&mesh);
     made.dimensions.extend([("time", 0), ("lev", LAYERS)]);
-    let table = beside.iter().flatten().map(|cell| cell + 1).collect();
-    made.add("cellsOnEdge", &["nEdges", "TWO"], Values::I32(table));
+    let beside = beside(&mut made);
     add_rotation(&mut made, "u", "nEdges", &beside, [&mesh.lon_center_rad, &mesh.lat_center_rad]);
     made.add("rho_edge", &["time", "nEdges"], Values::F32((0..EDGES).map(|edge| edge as f32).collect()));
     made.add("v", &["time", "lev", "nEdges"], Values::F64(vec![0.0; LAYERS * EDGES]));
@@ -93,16 +86,14 @@ fn components_normal_to_edges_are_vectors_at_cells() {
     assert_eq!((info.location, info.columns, info.is_from_edges()), (Location::Center, 42, true));
     assert_eq!(info.description.long_name.as_deref(), Some("u, zonal component"));
     expect_rotation(&file, "u", at, &[]);
-    let owned = file.read_field("rho_edge", 0).unwrap();
+    let (owned, beside) = (file.read_field("rho_edge", 0).unwrap(), beside(&mut made));
     for (cell, value) in (0..42).map(|cell| (cell, owned.field().unwrap().value(cell, 0))) {
-        let cells = cells_of_edges(&mesh);
-        let own: Vec<f64> = (0..EDGES).filter(|e| cells[*e].contains(&(cell as i32))).map(|e| e as f64).collect();
+        let own: Vec<f64> = (0..EDGES).filter(|e| beside[*e].contains(&(cell as i32))).map(|e| e as f64).collect();
         assert!((value - own.iter().sum::<f64>() / own.len() as f64).abs() < 1e-5, "cell {cell}: {value}");
     }
     expect(&file.field_info("u").unwrap_err(), ErrorKind::Field, &["at cells are u_zonal and u_meridional"]);
     expect(&file.field_info("v").unwrap_err(), ErrorKind::Field, &["v(time = 1, lev = 3, nEdges = 120)", "normal"]);
     // All but one edge of cell 7 lack a value, or a neighbour; cell 8 lacks one edge alone.
-    let beside = cells_of_edges(&mesh);
     let of = |cell: i32| (0..EDGES).filter(|edge| beside[*edge].contains(&cell)).collect::<Vec<_>>();
     let away: Vec<usize> = of(7)[1..].iter().copied().chain([of(8)[0]]).collect();
     let mut rim = made.clone();
