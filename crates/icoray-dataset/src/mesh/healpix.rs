@@ -91,7 +91,7 @@ impl Place {
         // Ring and place in a cap, of which i - 1 rings have 2 i (i - 1) pixels.
         let in_cap = |pixel: u64| {
             let ring = (1 + 2 * pixel).isqrt().div_ceil(2);
-            (false, pixel - 2 * ring * (ring - 1))
+            (ring, pixel - 2 * ring * (ring - 1))
         };
         let (ring, place) = match pixel {
             north if north < cap => in_cap(north),

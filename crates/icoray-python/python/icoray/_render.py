@@ -273,8 +273,8 @@ def render(
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, FVCOM, DYNAMICO or UGRID, or several files of one run as in
-        `Dataset`; or what `open` returned. Arrays of float32
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, FVCOM, DYNAMICO or UGRID, or several files of one run
+        as in `Dataset`; or what `open` returned. Arrays of float32
         and float64 in memory are read where they are; what is loaded, computed (dask) or converted is counted in
         ``image.report["bytes_copied"]``.
     field : str, optional
