@@ -63,6 +63,16 @@ impl Part {
     }
 }
 
+/// The variable at edges of which a field of this name is a component; `None` if it has no such name.
+///
+/// ```
+/// assert_eq!(icoray_dataset::variable_at_edges("vn_zonal"), Some("vn"));
+/// assert_eq!(icoray_dataset::variable_at_edges("theta"), None);
+/// ```
+pub fn variable_at_edges(field: &str) -> Option<&str> {
+    [Part::Zonal, Part::Meridional].into_iter().find_map(|part| field.strip_suffix(part.ending()))
+}
+
 /// The location of centres beside edges, if a dimension is that of edges.
 pub(crate) fn location_beside(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     match mesh.convention() {

@@ -57,6 +57,7 @@ pub mod view;
 pub use combined::Combined;
 pub use dataset::Dataset;
 pub use drawing::Drawing;
+pub use edges::variable_at_edges;
 pub use field::{FieldInfo, OwnedField, Precision};
 pub use heights::LayerHeights;
 pub use heights::native::{NativeHeights, NativeInfo};

