@@ -21,23 +21,30 @@ pub use tables::{Convention, Mesh};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, Result};
 
-type Reader = fn(&Sources) -> Result<Mesh>;
+/// Reads a mesh that was found.
+type Reader<'a> = Box<dyn FnOnce() -> Result<Mesh> + 'a>;
+
+fn boxed<'a>(read: impl FnOnce() -> Result<Mesh> + 'a) -> Reader<'a> {
+    Box::new(read)
+}
 
 /// The reader of the mesh in the files.
-fn reader(sources: &Sources) -> Result<Option<Reader>> {
+fn reader(sources: &Sources) -> Result<Option<Reader<'_>>> {
+    let columns = columns::find(sources);
     // Without a table of neighbours, columns suffice.
-    let are_columns = columns::are_in(sources);
-    let all: [(bool, Reader); 8] = [
-        (ugrid::is_in(sources)?, ugrid::read),
-        (esmf::is_in(sources), esmf::read),
-        (triangles::is_in(sources), triangles::read),
-        (mpas::is_in(sources)? && (mpas::has_tables(sources) || !are_columns), mpas::read),
-        (icon::has_triangles(sources) || icon::is_in(sources) && !are_columns, icon::read),
-        (cf::is_in(sources), cf::read),
-        (healpix::is_in(sources), healpix::read),
-        (are_columns, columns::read),
+    let is_mpas = mpas::is_in(sources)? && (mpas::has_tables(sources) || columns.is_none());
+    let is_icon = icon::has_triangles(sources) || icon::is_in(sources) && columns.is_none();
+    let all = [
+        ugrid::find(sources)?.map(|found| boxed(move || ugrid::read(sources, &found))),
+        esmf::find(sources).map(|found| boxed(move || esmf::read(sources, found))),
+        triangles::find(sources).map(|found| boxed(move || triangles::read(found))),
+        is_mpas.then(|| boxed(|| mpas::read(sources))),
+        is_icon.then(|| boxed(|| icon::read(sources))),
+        cf::find(sources).map(|found| boxed(move || found.mesh())),
+        healpix::find(sources).map(|found| boxed(move || healpix::read(sources, found))),
+        columns.map(|found| boxed(move || columns::read(&found))),
     ];
-    Ok(all.into_iter().find(|(is_there, _)| *is_there).map(|(_, reader)| reader))
+    Ok(all.into_iter().flatten().next())
 }
 
 /// Whether the files have a mesh of a kind that [`read`] supports.
@@ -48,7 +55,7 @@ pub(crate) fn is_known(sources: &Sources) -> Result<bool> {
 /// Reads the tables in the convention of the files; their content is checked by [`Mesh::grid`].
 pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
     if let Some(reader) = reader(sources)? {
-        return reader(sources);
+        return reader();
     }
     let there = sources.fields().numbers_in_words();
     Err(sources.error(

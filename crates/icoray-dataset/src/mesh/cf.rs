@@ -101,14 +101,9 @@ fn bounds_of<'a>(source: &'a dyn Source, name: &str, has_points: impl Fn(usize) 
     variables.find(|v| v.name != name && matches!(v.after_time(), [_, points] if has_points(points.len)))
 }
 
-/// Whether any of the files has polygons.
-pub(super) fn is_in(sources: &Sources) -> bool {
-    sources.all().any(|source| PolygonVariables::of(sources, source).is_some())
-}
-
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let found = sources.others_first().find_map(|source| PolygonVariables::of(sources, source));
-    found.expect("one has polygons, or this is not called").mesh()
+/// The polygons of the first file that has some.
+pub(super) fn find(sources: &Sources) -> Option<PolygonVariables<'_>> {
+    sources.others_first().find_map(|source| PolygonVariables::of(sources, source))
 }
 
 /// The shortest side of all polygons.

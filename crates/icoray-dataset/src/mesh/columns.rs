@@ -32,32 +32,30 @@ const UNITS: [[&str; 6]; 2] = [
 ];
 
 /// Longitudes and latitudes of columns in a file.
-struct Columns<'a> {
+pub(super) struct Columns<'a> {
     source: &'a dyn Source,
     lon: &'a Variable,
     lat: &'a Variable,
 }
 
-impl<'a> Columns<'a> {
-    /// The coordinates over the dimension that most variables of the fields' file have; `None` if there are none.
-    fn of(sources: &'a Sources) -> Option<Self> {
-        let mut found: Option<(usize, Self)> = None;
-        for source in sources.others_first() {
-            let all = || source.variables().iter().filter(|v| v.kind.is_real());
-            for lon in all().filter(|variable| is_angle(source, variable, 0)) {
-                let [column] = lon.after_time() else { continue };
-                let named = NAMES.iter().find(|[name, _]| *name == lon.name).and_then(|[_, lat]| source.variable(lat));
-                let is_beside = |lat: &&Variable| lat.after_time() == lon.after_time();
-                let other = || all().find(|lat| is_beside(lat) && is_angle(source, lat, 1));
-                let Some(lat) = named.filter(is_beside).or_else(other) else { continue };
-                let fields = number_of_fields(sources, column);
-                if fields > found.as_ref().map_or(0, |(most, _)| *most) {
-                    found = Some((fields, Columns { source, lon, lat }));
-                }
+/// The coordinates over the dimension that most variables of the fields' file have; `None` if there are none.
+pub(super) fn find(sources: &Sources) -> Option<Columns<'_>> {
+    let mut found: Option<(usize, Columns)> = None;
+    for source in sources.others_first() {
+        let all = || source.variables().iter().filter(|v| v.kind.is_real());
+        for lon in all().filter(|variable| is_angle(source, variable, 0)) {
+            let [column] = lon.after_time() else { continue };
+            let named = NAMES.iter().find(|[name, _]| *name == lon.name).and_then(|[_, lat]| source.variable(lat));
+            let is_beside = |lat: &&Variable| lat.after_time() == lon.after_time();
+            let other = || all().find(|lat| is_beside(lat) && is_angle(source, lat, 1));
+            let Some(lat) = named.filter(is_beside).or_else(other) else { continue };
+            let fields = number_of_fields(sources, column);
+            if fields > found.as_ref().map_or(0, |(most, _)| *most) {
+                found = Some((fields, Columns { source, lon, lat }));
             }
         }
-        found.map(|(_, columns)| columns)
     }
+    found.map(|(_, columns)| columns)
 }
 
 /// Whether a variable is a longitude (`which` is 0) or a latitude (1), by its standard name, its units or its name.
@@ -92,14 +90,8 @@ pub(super) fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
     fields.variables().iter().filter(is_field).count()
 }
 
-/// Whether any of the files has positions of columns with fields.
-pub(super) fn are_in(sources: &Sources) -> bool {
-    Columns::of(sources).is_some()
-}
-
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let Columns { source, lon, lat } = Columns::of(sources).expect("one has columns, or this is not called");
-    let center = positions(source, &lon.name, &lat.name, &lon.after_time()[0].name)?;
+pub(super) fn read(Columns { source, lon, lat }: &Columns) -> Result<Mesh> {
+    let center = positions(*source, &lon.name, &lat.name, &lon.after_time()[0].name)?;
     of_points(source.path(), center, &format!("{} and {}", lon.name, lat.name))
 }
 

@@ -15,17 +15,11 @@ const TABLE: &str = "elementConn";
 const COUNTS: &str = "numElementConn";
 
 /// The first file that has such a mesh.
-fn find(sources: &Sources) -> Option<&dyn Source> {
+pub(super) fn find(sources: &Sources) -> Option<&dyn Source> {
     sources.others_first().find(|source| [TABLE, COUNTS].iter().all(|name| source.variable(name).is_some()))
 }
 
-/// Whether any of the files has such a mesh.
-pub(super) fn is_in(sources: &Sources) -> bool {
-    find(sources).is_some()
-}
-
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let source = find(sources).expect("checked by is_in");
+pub(super) fn read(sources: &Sources, source: &dyn Source) -> Result<Mesh> {
     let pairs = |name: &str| source.variable(name).map(|v| positions_of_pairs(source, v)).transpose();
     let nodes = pairs("nodeCoords")?.ok_or_else(|| missing(source, "nodeCoords"))?;
     let table = source.expect(TABLE)?;

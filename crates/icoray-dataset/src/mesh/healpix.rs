@@ -18,20 +18,14 @@ use std::f64::consts::FRAC_PI_2;
 const MAX_LEVEL: f64 = 24.0;
 
 /// The variable that describes the pixels in any of the files.
-fn find(sources: &Sources) -> Option<(&dyn Source, &Variable)> {
+pub(super) fn find(sources: &Sources) -> Option<(&dyn Source, &Variable)> {
     let is_healpix = |source: &dyn Source, v: &Variable| {
         source.text_of(&v.name, "grid_mapping_name").ok().flatten().is_some_and(|name| name == "healpix")
     };
     sources.all().find_map(|source| Some((source, source.variables().iter().find(|v| is_healpix(source, v))?)))
 }
 
-/// Whether any of the files has HEALPix's pixels.
-pub(super) fn is_in(sources: &Sources) -> bool {
-    find(sources).is_some()
-}
-
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let (source, mapping) = find(sources).expect("checked by is_in");
+pub(super) fn read(sources: &Sources, (source, mapping): (&dyn Source, &Variable)) -> Result<Mesh> {
     let number = |name: &str| source.numbers_of(&mapping.name, name).map(|numbers| numbers.first().copied());
     let text = |name: &str| source.text_of(&mapping.name, name);
     let bad = |what: String| source.error(ErrorKind::Grid, format_args!("{}: {what}", mapping.name));
@@ -151,21 +145,6 @@ mod tests {
             let at = place.angles().map(f64::to_degrees);
             let off = [(at[0] - expected[0] + 180.0).rem_euclid(360.0) - 180.0, at[1] - expected[1]];
             assert!(off.iter().all(|off| off.abs() < 1e-8), "{side} {pixel}: {at:?}, expected {expected:?}");
-        }
-    }
-
-    #[test]
-    fn both_schemes_have_the_same_pixels() {
-        for side in [1, 2, 8, 32] {
-            let all = |place: fn(u64, u64) -> Place| {
-                let at = |pixel| place(side, pixel).angles();
-                let rounded = |[lon, lat]: [f64; 2]| [lon.cos() * lat.cos(), lon.sin() * lat.cos(), lat.sin()];
-                let mut all: Vec<[i64; 3]> =
-                    (0..12 * side * side).map(|pixel| rounded(at(pixel)).map(|x| (1e9 * x).round() as i64)).collect();
-                all.sort_unstable();
-                all
-            };
-            assert_eq!(all(Place::of_nested), all(Place::of_ring), "{side}");
         }
     }
 }

@@ -13,35 +13,27 @@ const TABLES: [(&str, &[&str], [&str; 2]); 2] =
     [("elements", &["nodes"], ["", ""]), ("nv", &["lon", "lat"], ["lonc", "latc"])];
 
 /// A file's table of triangles.
-struct Triangles<'a> {
+pub(super) struct Triangles<'a> {
     source: &'a dyn Source,
     table: &'a Variable,
     nodes: Vec<&'a Variable>,
     middles: [&'static str; 2],
 }
 
-impl<'a> Triangles<'a> {
-    /// The first file that has a table and the nodes' coordinates.
-    fn find(sources: &'a Sources) -> Option<Self> {
-        sources.others_first().find_map(|source| {
-            TABLES.iter().find_map(|(table, nodes, middles)| {
-                let table = source.variable(table)?;
-                let nodes: Vec<&Variable> = nodes.iter().map(|name| source.variable(name)).collect::<Option<_>>()?;
-                let has_threes = matches!(table.after_time(), [a, b] if a.len == 3 || b.len == 3);
-                let are_places = nodes.iter().all(|v| v.kind.is_real() && v.after_time().len() + nodes.len() == 3);
-                (has_threes && are_places).then_some(Triangles { source, table, nodes, middles: *middles })
-            })
+/// The table of the first file that has one and the nodes' coordinates.
+pub(super) fn find(sources: &Sources) -> Option<Triangles<'_>> {
+    sources.others_first().find_map(|source| {
+        TABLES.iter().find_map(|(table, nodes, middles)| {
+            let table = source.variable(table)?;
+            let nodes: Vec<&Variable> = nodes.iter().map(|name| source.variable(name)).collect::<Option<_>>()?;
+            let has_threes = matches!(table.after_time(), [a, b] if a.len == 3 || b.len == 3);
+            let are_places = nodes.iter().all(|v| v.kind.is_real() && v.after_time().len() + nodes.len() == 3);
+            (has_threes && are_places).then_some(Triangles { source, table, nodes, middles: *middles })
         })
-    }
+    })
 }
 
-/// Whether any of the files has such a mesh.
-pub(super) fn is_in(sources: &Sources) -> bool {
-    Triangles::find(sources).is_some()
-}
-
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let Triangles { source, table, nodes, middles } = Triangles::find(sources).expect("checked by is_in");
+pub(super) fn read(Triangles { source, table, nodes, middles }: Triangles) -> Result<Mesh> {
     let places = |[lon, lat]: [&str; 2]| -> Result<Positions> {
         positions(source, lon, lat, &source.expect(lon)?.after_time()[0].name)
     };

@@ -1,11 +1,10 @@
 //! Meshes of SCRIP, ESMF, HEALPix and FVCOM.
 
 use crate::made::{Made, Values, value};
+use crate::made_icon::Angles;
 use crate::memory::{expect, open, open_error, opened};
 use crate::ugrid::cube;
 use icoray::{ErrorKind, IcosahedralMesh, Location};
-
-const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 /// Data over columns that have their numbers as values, without coordinates.
 fn data(dimension: &'static str, columns: usize) -> Made {
@@ -14,21 +13,16 @@ fn data(dimension: &'static str, columns: usize) -> Made {
     made
 }
 
-fn degrees(made: &mut Made, name: &'static str, dimensions: &[&'static str], rad: impl Iterator<Item = f64>) {
-    made.add(name, dimensions, Values::F64(rad.map(|angle| angle * DEGREES).collect()));
-    made.last().attributes = vec![("units", "degrees".into())];
-}
-
 /// SCRIP's file of cells with the corners in `table`, at `nodes`.
 fn scrip(nodes: &[Vec<f64>; 2], table: &[i32], row: usize) -> Made {
     let mut made = Made::of([("grid_size", table.len() / row), ("grid_corners", row)], []);
     for (k, (center, corner)) in
         [("grid_center_lon", "grid_corner_lon"), ("grid_center_lat", "grid_corner_lat")].into_iter().enumerate()
     {
-        let at = |node: &i32| nodes[k][*node as usize];
+        let at: Vec<f64> = table.iter().map(|node| nodes[k][*node as usize]).collect();
         // Any place near the cell.
-        degrees(&mut made, center, &["grid_size"], table.chunks(row).map(|cell| at(&cell[0])));
-        degrees(&mut made, corner, &["grid_size", "grid_corners"], table.iter().map(at));
+        made.angles(center, &["grid_size"], Angles::Degrees, &at.iter().copied().step_by(row).collect::<Vec<_>>());
+        made.angles(corner, &["grid_size", "grid_corners"], Angles::Degrees, &at);
     }
     made
 }
@@ -50,8 +44,8 @@ fn cells_of_scrip_are_polygons() {
     let nodes = [0, 1].map(|k| (0..12).map(|i| node(i)[k]).collect());
     let table: Vec<i32> = [0, 1, 2, 4, 5, 6].iter().flat_map(|i| [*i, i + 1, i + 5, i + 4]).collect();
     let mut rows = Made { path: "data.nc", ..Made::of([("lat", 2), ("lon", 3)], []) };
-    degrees(&mut rows, "lat", &["lat"], [0.05, 0.15].into_iter());
-    degrees(&mut rows, "lon", &["lon"], [0.05, 0.15, 0.25].into_iter());
+    rows.angles("lat", &["lat"], Angles::Degrees, &[0.05, 0.15]);
+    rows.angles("lon", &["lon"], Angles::Degrees, &[0.05, 0.15, 0.25]);
     rows.add("t", &["lat", "lon"], Values::F64((0..6).map(f64::from).collect()));
     let file = opened(&rows, &[&scrip(&nodes, &table, 4)]).unwrap();
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().is_of_points()), (6, 12, false));
@@ -66,7 +60,8 @@ fn esmf(is_ragged: bool) -> Made {
         [("nodeCount", lon.len()), ("elementCount", count), ("all", 4 * count), ("row", 5), ("coordDim", 2)],
         [],
     );
-    degrees(&mut made, "nodeCoords", &["nodeCount", "coordDim"], lon.into_iter().zip(lat).flat_map(|(a, b)| [a, b]));
+    let pairs: Vec<f64> = lon.into_iter().zip(lat).flat_map(|(lon, lat)| [lon, lat]).collect();
+    made.angles("nodeCoords", &["nodeCount", "coordDim"], Angles::Degrees, &pairs);
     made.add("numElementConn", &["elementCount"], Values::I32(vec![4; count]));
     let rows = faces.chunks(4).flat_map(|face| face.iter().map(|node| node + 1).chain((!is_ragged).then_some(-1)));
     let dimensions: &[&str] = if is_ragged { &["all"] } else { &["elementCount", "row"] };
@@ -141,8 +136,8 @@ fn layers_of_fvcom_lie_between_the_floor_and_the_sea_surface() {
     let mesh = IcosahedralMesh::new(1).unwrap();
     let dimensions = [("node", 42), ("nele", 80), ("three", 3), ("siglay", 2), ("siglev", 3), ("time", 0)];
     let mut made = Made::of(dimensions, []);
-    degrees(&mut made, "lon", &["node"], mesh.lon_center_rad.iter().copied());
-    degrees(&mut made, "lat", &["node"], mesh.lat_center_rad.iter().copied());
+    made.angles("lon", &["node"], Angles::Degrees, &mesh.lon_center_rad);
+    made.angles("lat", &["node"], Angles::Degrees, &mesh.lat_center_rad);
     let by_place = (0..240).map(|i| mesh.corner_cell[3 * (i % 80) + i / 80] + 1);
     made.add("nv", &["three", "nele"], Values::I32(by_place.collect()));
     let sigma = [0.0, -0.25, -1.0].into_iter().flat_map(|sigma| [sigma; 42]);
