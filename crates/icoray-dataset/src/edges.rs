@@ -145,7 +145,7 @@ impl Edges {
                 let context = format!("{name}: cell {number} beside edge {}, expected 1 to {columns}", edge + 1);
                 return Err(source.error(ErrorKind::Grid, context));
             }
-            let [first, second] = beside.map(|number| usize::try_from(number - 1).ok());
+            let [first, second] = beside.map(|number| usize::try_from(number.saturating_sub(1)).ok());
             for (own, other, sign) in [(first, second, 1.0), (second, first, -1.0)] {
                 let Some(own) = own else { continue };
                 let toward = other.map(|other| mesh.direction_between(info.location, own, other));

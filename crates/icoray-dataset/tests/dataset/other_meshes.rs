@@ -87,9 +87,16 @@ fn elements_of_esmf_are_polygons() {
         spoilt.i32s("elementConn")[2] = 57;
         let error = opened(&data("ncol", 54), &[&spoilt]).unwrap_err();
         expect(&error, ErrorKind::Grid, &["made.nc: elementConn: node 57 of element 0, expected 1 to 56"]);
-        let mut short = mesh.clone();
-        short.i32s("numElementConn")[53] = 6;
-        expect(&opened(&data("ncol", 54), &[&short]).unwrap_err(), ErrorKind::Grid, &["ends within element 53"]);
+        for (element, count) in [(53, 6), (0, i32::MAX)] {
+            let mut short = mesh.clone();
+            short.i32s("numElementConn")[element] = count;
+            let error = opened(&data("ncol", 54), &[&short]).unwrap_err();
+            expect(
+                &error,
+                ErrorKind::Grid,
+                &[&format!("element {element} has {count} nodes by numElementConn, expected at most")],
+            );
+        }
     }
 }
 
