@@ -9,6 +9,7 @@ const GRID_VARIABLES: &str = "\
     areatriangle meshdensity cellquality gridspacing trianglequality triangleanglequality nominalmindc fcell \
     fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality \
     maxlevelcell minlevelcell nlevels nlevels_nod2d ulevels ulevels_nod2d elem_area nod_area \
+    lonedge latedge xedge yedge zedge dcedge dvedge fedge \
     grid_area grid_imask siglay siglev siglay_center siglev_center x y xc yc art1 art2";
 /// Name endings of base states, which do not change.
 const BASE: [&str; 2] = ["_base", "_ref"];

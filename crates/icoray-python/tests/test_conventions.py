@@ -100,7 +100,8 @@ def fesom(mesh: icoray.Grid) -> Any:
 
 def fvcom(mesh: icoray.Grid) -> Any:
     (lon, lat), (lonc, latc) = places(mesh)
-    dataset = xarray.Dataset({"lon": ("node", lon), "lat": ("node", lat), "lonc": ("nele", lonc), "latc": ("nele", latc)})
+    dataset = xarray.Dataset({"lon": ("node", lon), "lat": ("node", lat)})
+    dataset["lonc"], dataset["latc"] = ("nele", lonc), ("nele", latc)
     dataset["nv"] = (("three", "nele"), np.asarray(mesh.corner_cell, np.int32).T + 1)
     return dataset.assign(h=("nele", values(lonc, latc)))
 
@@ -126,7 +127,8 @@ def esmf(mesh: icoray.Grid) -> Any:
     count = np.array([len(set(row)) for row in table], np.int8)
     rows = [[*dict.fromkeys(row), *[-1] * 6][:6] for row in table.tolist()]
     dataset = xarray.Dataset({"nodeCoords": (("nodeCount", "coordDim"), np.transpose(corners), {"units": "degrees"})})
-    dataset["elementConn"] = (("elementCount", "maxNodePElement"), np.array(rows, np.int32), {"_FillValue": np.int32(-1)})
+    mark = {"_FillValue": np.int32(-1)}
+    dataset["elementConn"] = (("elementCount", "maxNodePElement"), np.array(rows, np.int32), mark)
     dataset["numElementConn"] = ("elementCount", count)
     dataset["centerCoords"] = (("elementCount", "coordDim"), np.transpose([lon, lat]), {"units": "degrees"})
     return dataset.assign(h=("elementCount", values(lon, lat)))
