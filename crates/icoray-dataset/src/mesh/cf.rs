@@ -5,14 +5,14 @@
 //! middles have the centres of the circles through their points, as ICON's are.
 //! Formats: CF conventions 1.11, §7.1; SCRIP user's guide 1.4, §2.2.3.
 
-use super::angles::{Bounds, distance, of_directions, positions, read_bounds};
+use super::angles::{distance, of_directions, positions, read_bounds};
 use super::columns::number_of_fields;
 use super::points;
 use super::polygons::Polygons;
 use super::tables::{Convention, Mesh, Positions};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
-use icoray::{ErrorKind, OwnedReals, Result, circumcenter};
+use icoray::{ErrorKind, Result, circumcenter};
 
 /// Points nearer to each other than this fraction of the shortest side count as one. Degrees in f32 are accurate to
 /// 1e-3 of a side of 2 km.
@@ -68,20 +68,20 @@ impl<'a> PolygonVariables<'a> {
     pub fn mesh(&self) -> Result<Mesh> {
         let PolygonVariables { source, middle, points, are_corners } = *self;
         let bounds = read_bounds(source, [0, 1].map(|k| (points[k], middle.map(|names| names[k]))))?;
-        let directions = bounds.directions();
-        let shortest = shortest(source, &bounds, &directions)?;
-        let polygons = directions.chunks_exact(bounds.row);
+        let row = points[0].after_time()[1].len;
+        let directions: Vec<[f64; 3]> =
+            (0..bounds.lon.as_reals().len() as i32).map(|point| bounds.direction(point)).collect();
+        let shortest = shortest(source, &bounds, directions.chunks_exact(row))?;
         let center = match middle {
             Some([lon, lat]) => positions(source, lon, lat, &points[0].after_time()[0].name)?,
             None if are_corners => of_directions(directions.as_chunks().0.iter().map(|three| circumcenter(*three))),
-            None => of_directions(polygons.map(sum)),
+            None => of_directions(directions.chunks_exact(row).map(sum)),
         };
         let (numbers, first) = points::number(directions.into_iter(), SAME * shortest);
-        let of = |angle: &[f64]| OwnedReals::F64(first.iter().map(|&i| angle[i]).collect());
-        let points = Positions { lon: of(&bounds.lon), lat: of(&bounds.lat) };
+        let points = bounds.of_rows(&first);
         let mesh = match are_corners {
             true => Mesh::of_triangles(source.path(), Convention::Icon, [points, center], numbers),
-            false => Mesh::of_polygons(source.path(), [center, points], Polygons::of_rows(&numbers, bounds.row)),
+            false => Mesh::of_polygons(source.path(), [center, points], Polygons::of_rows(&numbers, row)),
         };
         mesh.map_err(|e| e.within(source.path().display()))
     }
@@ -107,18 +107,23 @@ pub(super) fn find(sources: &Sources) -> Option<PolygonVariables<'_>> {
 }
 
 /// The shortest side of all polygons.
-fn shortest(source: &dyn Source, bounds: &Bounds, directions: &[[f64; 3]]) -> Result<f64> {
+fn shortest<'p>(
+    source: &dyn Source,
+    bounds: &Positions,
+    polygons: impl Iterator<Item = &'p [[f64; 3]]>,
+) -> Result<f64> {
     let mut shortest = f64::INFINITY;
-    for (polygon, points) in directions.chunks_exact(bounds.row).enumerate() {
+    for (polygon, points) in polygons.enumerate() {
         let side = |k: usize| distance(points[k], points[(k + 1) % points.len()]);
         let longest = (0..points.len()).map(side).fold(0.0, f64::max);
         let sides = (0..points.len()).map(side).filter(|side| *side > NO_SIDE * longest);
         let is_polygon = sides.clone().count() > 2 && points.as_flattened().iter().all(|x| x.is_finite());
         if !is_polygon {
+            let row = points.len() * polygon..points.len() * (polygon + 1);
+            let degrees = row.map(|i| bounds.at(i).map(f64::to_degrees)).collect::<Vec<_>>();
+            let kind = if points.len() == 3 { "triangle" } else { "cell" };
             let context = format!(
-                "the bounds of {} {polygon} are {:?} degrees, expected three different points at least",
-                if bounds.row == 3 { "triangle" } else { "cell" },
-                bounds.degrees(polygon)
+                "the bounds of {kind} {polygon} are {degrees:?} degrees, expected three different points at least"
             );
             return Err(source.error(ErrorKind::Grid, context));
         }
