@@ -203,7 +203,7 @@ impl Mesh {
 /// rows of one length. If `given` has no middles of faces, triangles have the middles of their circles, and others the
 /// means of their nodes. Nodes are the middles of cells if `are_nodes_cells`, and if all faces are triangles: other
 /// faces are cut into such.
-pub(super) fn of_faces(
+fn of_faces(
     path: &Path,
     nodes: Positions,
     given: Option<Positions>,
