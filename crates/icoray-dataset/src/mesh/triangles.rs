@@ -2,7 +2,7 @@
 //! `fesom.mesh.diag.nc` without UGRID's variables, and of FVCOM.
 
 use super::angles::{of_directions, positions, positions_of_pairs};
-use super::tables::{Convention, Mesh, Positions};
+use super::tables::{Convention, Mesh};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result, circumcenter};
