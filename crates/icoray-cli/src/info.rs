@@ -169,7 +169,7 @@ fn fields(file: &Dataset, ranges: Option<&Progress>, out: &mut impl Write) -> Co
         let text = |t: &Option<String>| t.clone().unwrap_or_else(|| "-".to_owned());
         let mut row = vec![
             info.name.clone(),
-            input::place(info.location).to_owned(),
+            input::place(info).to_owned(),
             info.layers.to_string(),
             info.precision.to_string(),
             text(&info.description.units),

@@ -2,7 +2,7 @@
 
 use icoray::output::printed_units;
 use icoray::{Error, ErrorKind, Location, Result, Script};
-use icoray_dataset::{Dataset, DatasetOptions, LayerSelection};
+use icoray_dataset::{Dataset, DatasetOptions, FieldInfo, LayerSelection};
 use std::path::{Path, PathBuf};
 
 /// Where fields and mesh are.
@@ -120,11 +120,13 @@ pub fn script(path: &Path) -> Result<Option<Script>> {
     Script::parse_optional(&scene_text(path)?).map_err(|e| e.within(path.display()))
 }
 
-/// The location of a field as a word after "at".
-pub fn place(location: Location) -> &'static str {
-    match location {
-        Location::Center => "cells",
-        Location::Corner => "corners",
+/// The location of a field as words after "at".
+pub fn place(info: &FieldInfo) -> &'static str {
+    match (info.location, info.is_from_edges()) {
+        (Location::Center, false) => "cells",
+        (Location::Corner, false) => "corners",
+        (Location::Center, true) => "cells, from edges",
+        (Location::Corner, true) => "corners, from edges",
     }
 }
 

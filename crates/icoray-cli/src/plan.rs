@@ -63,7 +63,7 @@ fn read(file: &Dataset, view: &View, scene: &Scene, layering: &Layering, out: &m
         let info = file.field_info(name)?;
         // A 2D field is read once for all layers.
         let layers = if info.is_2d() { 1 } else { layering.range(info)?.len() };
-        let place = input::place(info.location);
+        let place = input::place(info);
         let bytes = info.columns * layers * info.precision.bytes();
         let when = if drawn.contains(&name) { "" } else { ", for when" };
         writeln!(out, "read: {name} at {place}, {layers} layers ({bytes} bytes each time{when})")?;

@@ -1,5 +1,6 @@
 //! A dataset, completed from others.
 
+use crate::edges::{self, Edges};
 use crate::field::{FieldInfo, OwnedField};
 use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
@@ -32,6 +33,7 @@ pub struct Dataset {
     /// Number of fields of the fields' file.
     pub(crate) own_fields: usize,
     sea: OnceLock<Option<Sea>>,
+    edges: OnceLock<Edges>,
     /// Heights that were read, by the field's name.
     heights: Mutex<HashMap<String, LayerHeights>>,
     /// Values of fields that were taken for marks of missing values, by the field's name, and the number of each.
@@ -75,13 +77,12 @@ impl Dataset {
         mesh::expect_one_mesh(&sources, &mesh)?;
         let sphere_radius_m = radius::of(&sources)?;
         let times = Times::read(sources.fields())?;
-        let mut fields = fields_of(sources.fields(), &mesh, &sources.options)?;
+        let mut fields = fields_of(sources.fields(), &sources, &mesh)?;
         // With one variable per file, those that the file with the mesh lacks are in others of the same times.
         for other in sources.all().skip(1) {
             let is_its = |name: &str| sources.find(name).is_some_and(|(source, _)| std::ptr::addr_eq(source, other));
-            let is_new = |info: &FieldInfo| info.time_dependent && is_its(&info.name);
-            let lacking: Vec<_> =
-                fields_of(other, &mesh, &sources.options)?.into_iter().filter(|info| is_new(info)).collect();
+            let is_new = |info: &FieldInfo| info.time_dependent && is_its(&info.variable);
+            let lacking: Vec<_> = fields_of(other, &sources, &mesh)?.into_iter().filter(is_new).collect();
             if !lacking.is_empty() && Times::read(other)?.dates == times.dates {
                 fields.extend(lacking);
             }
@@ -93,6 +94,7 @@ impl Dataset {
             own_fields: fields.len(),
             fields,
             sea: OnceLock::new(),
+            edges: OnceLock::new(),
             heights: Mutex::default(),
             unsaid_marks: Mutex::default(),
             joined: Vec::new(),
@@ -203,11 +205,14 @@ impl Dataset {
         let source = self.sources.fields();
         let reason = match source.variable(name) {
             Some(variable) => {
-                format!(
+                let made = self.fields.iter().filter(|info| info.variable == name);
+                let made: Vec<&str> = made.map(|info| info.name.as_str()).collect();
+                let of_edges = edges::reason(&self.sources, &self.mesh, variable, &made);
+                of_edges.unwrap_or_else(|| format!(
                     "variable {variable} is not a field, expected numbers over {}, with times and one dimension of layers or \
                      without (`at` picks an entry of a further dimension)",
                     self.sizes_in_words()
-                )
+                ))
             }
             None => {
                 let names = self.fields.iter().map(|f| f.name.as_str());
@@ -262,10 +267,20 @@ impl Dataset {
             return Err(bad(format!("layers {layers:?}, expected some of 0..{}", info.layers)));
         }
         let sea = self.sea()?;
-        let mut field = OwnedField::read(self.source_of(name), info, time, layers.clone(), &self.sources.options)?;
+        let mut field = OwnedField::read(self.source_of(info), info, time, layers.clone(), &self.sources.options)?;
         let mut unsaid_marks = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
         unsaid_marks.insert(name.to_owned(), field.unsaid_marks.clone());
         drop(unsaid_marks);
+        if let Some(part) = info.part {
+            let edges = match self.edges.get() {
+                Some(edges) => edges,
+                None => {
+                    let edges = Edges::read(&self.sources, &self.mesh, info)?;
+                    self.edges.get_or_init(|| edges)
+                }
+            };
+            field.values = edges.at_centers(&field.values, field.fill, part).map_err(|e| bad(e.to_string()))?;
+        }
         if info.location == Location::Corner {
             field.spread(self.mesh.corner_rows());
         }
@@ -368,8 +383,8 @@ impl Dataset {
     }
 
     /// The file that has a field.
-    fn source_of(&self, name: &str) -> &dyn Source {
-        self.sources.find(name).map_or(self.sources.fields(), |(source, _)| source)
+    fn source_of(&self, info: &FieldInfo) -> &dyn Source {
+        self.sources.find(&info.variable).map_or(self.sources.fields(), |(source, _)| source)
     }
 
     /// Whether a field is in the files of this dataset, not in joined ones.
@@ -388,7 +403,13 @@ impl Dataset {
 }
 
 /// The fields of a file. NetCDF forbids control characters in names, so a name is printed unchanged.
-fn fields_of(source: &dyn Source, mesh: &Mesh, options: &DatasetOptions) -> Result<Vec<FieldInfo>> {
-    let variables = source.variables().iter().filter(|variable| !variable.name.contains(char::is_control));
-    variables.filter_map(|variable| FieldInfo::of(source, variable, mesh, options).transpose()).collect()
+fn fields_of(source: &dyn Source, sources: &Sources, mesh: &Mesh) -> Result<Vec<FieldInfo>> {
+    let (has_edges, mut fields) = (edges::are_in(sources, mesh), Vec::new());
+    for variable in source.variables().iter().filter(|variable| !variable.name.contains(char::is_control)) {
+        fields.extend(FieldInfo::of(source, variable, mesh, &sources.options)?);
+        if has_edges {
+            fields.extend(FieldInfo::at_edges(source, variable, mesh, &sources.options)?);
+        }
+    }
+    Ok(fields)
 }

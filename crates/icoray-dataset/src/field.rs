@@ -1,5 +1,6 @@
 //! The fields of a file: over columns and layers, or 2D ones over columns only.
 
+use crate::edges::{Part, location_beside};
 use crate::mesh::{Convention, Mesh, is_coordinate};
 use crate::options::DatasetOptions;
 use crate::source::{Dimension, Kind, Source, Variable};
@@ -21,10 +22,11 @@ const OF_MESH: &str = "\
     lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices nodes";
 
 /// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files, ends
-/// of an interval, and those of MPAS's and FESOM's tables; with blanks between.
+/// of an interval, and those of tables of MPAS, FESOM and FVCOM; with blanks between.
 const OF_TABLES: &str = "\
     nv ne nc no nvertex vertices bnds nb2 n2 n3 \
-    maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen";
+    maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen \
+    three four maxnode maxelem";
 
 /// Precision of a variable in the file and in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,10 +59,10 @@ impl fmt::Display for Precision {
 /// A variable that can be read as a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FieldInfo {
-    /// The variable's name.
+    /// The variable's name; that of a vector at edges, followed by `_zonal` and `_meridional`.
     pub name: String,
     /// At cells (MPAS's `nCells`, ICON's `vertex`) or at corners (MPAS's `nVertices`, ICON's `cell`, which are
-    /// triangles).
+    /// triangles). Values at edges become values at MPAS's cells and at ICON's triangles.
     pub location: Location,
     /// Number of columns: the mesh's cells or corners.
     pub columns: usize,
@@ -76,6 +78,10 @@ pub struct FieldInfo {
     pub layer_dimension: String,
     /// Their positions among the variable's dimensions.
     pub(crate) axes: Axes,
+    /// The variable.
+    pub(crate) variable: String,
+    /// The part of a variable at edges.
+    pub(crate) part: Option<Part>,
 }
 
 impl FieldInfo {
@@ -86,8 +92,48 @@ impl FieldInfo {
         mesh: &Mesh,
         options: &DatasetOptions,
     ) -> Result<Option<Self>> {
-        let Some((axes, location)) = Axes::of(mesh, &variable.dimensions, &options.at) else { return Ok(None) };
-        if OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable) {
+        let Some((axes, location)) = Axes::of(&variable.dimensions, &options.at, |d| location(mesh, d)) else {
+            return Ok(None);
+        };
+        let columns = variable.dimensions[axes.column].len;
+        Self::described(source, variable, axes, (location, columns))
+    }
+
+    /// Describes the fields at centres that are made of `variable`, if it is at edges; of one that does not change with
+    /// time only if it has layers, as others are tables of the mesh.
+    pub(crate) fn at_edges(
+        source: &dyn Source,
+        variable: &Variable,
+        mesh: &Mesh,
+        options: &DatasetOptions,
+    ) -> Result<Vec<Self>> {
+        let Some((axes, location)) = Axes::of(&variable.dimensions, &options.at, |d| location_beside(mesh, d)) else {
+            return Ok(Vec::new());
+        };
+        let columns = if location == Location::Center { mesh.cells() } else { mesh.corners_in_file() };
+        let info = Self::described(source, variable, axes, (location, columns))?;
+        let Some(info) = info.filter(|info| info.time_dependent || !info.is_2d()) else { return Ok(Vec::new()) };
+        let parts = Part::all_of(source, variable)?.iter().map(|part| {
+            let (mut field, ending) = (FieldInfo { part: Some(*part), ..info.clone() }, part.ending());
+            field.name += ending;
+            if *part != Part::Mean {
+                let long_name = field.description.long_name.as_ref().unwrap_or(&info.name);
+                field.description.long_name = Some(format!("{long_name}, {} component", &ending[1..]));
+            }
+            field
+        });
+        Ok(parts.filter(|info| source.variable(&info.name).is_none() || info.part == Some(Part::Mean)).collect())
+    }
+
+    /// Describes `variable` with values at a number of places; `None` when it is not a field.
+    fn described(
+        source: &dyn Source,
+        variable: &Variable,
+        axes: Axes,
+        (location, columns): (Location, usize),
+    ) -> Result<Option<Self>> {
+        let is_axis = matches!(&variable.dimensions[..], [only] if only.name == variable.name);
+        if is_axis || OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable) {
             return Ok(None);
         }
         let layer = axes.layer.map(|layer| &variable.dimensions[layer]);
@@ -100,7 +146,7 @@ impl FieldInfo {
         Ok(Some(FieldInfo {
             name: variable.name.clone(),
             location,
-            columns: variable.dimensions[axes.column].len,
+            columns,
             layers: layer.map_or(1, |layer| layer.len),
             precision,
             time_dependent: axes.time.is_some(),
@@ -110,7 +156,14 @@ impl FieldInfo {
             },
             layer_dimension: layer.map_or_else(String::new, |layer| layer.name.clone()),
             axes,
+            variable: variable.name.clone(),
+            part: None,
         }))
+    }
+
+    /// Whether the values are made of those at edges.
+    pub fn is_from_edges(&self) -> bool {
+        self.part.is_some()
     }
 
     /// Whether the field has one value in each column, such as surface pressure and sea surface height. Such a field is
@@ -142,13 +195,13 @@ impl FieldInfo {
     }
 
     /// The layout of an array with `layers` layers. All layers of a 2D field are the same values.
-    fn shape(&self, layers: usize) -> Shape {
+    fn shape(&self, columns: usize, layers: usize) -> Shape {
         if self.is_2d() {
-            Shape { layer_stride: 0, ..Shape::cell_fastest(self.columns, layers) }
+            Shape { layer_stride: 0, ..Shape::cell_fastest(columns, layers) }
         } else if self.is_level_fastest() {
-            Shape::level_fastest(self.columns, layers)
+            Shape::level_fastest(columns, layers)
         } else {
-            Shape::cell_fastest(self.columns, layers)
+            Shape::cell_fastest(columns, layers)
         }
     }
 }
@@ -166,14 +219,18 @@ pub(crate) struct Axes {
 }
 
 impl Axes {
-    /// The axes, and the location of the columns; `None` if the dimensions are not columns of the mesh, with or without
-    /// layers and times, and others with an entry in `at`.
-    fn of(mesh: &Mesh, dimensions: &[Dimension], at: &[(String, usize)]) -> Option<(Self, Location)> {
+    /// The axes, and the location of the columns, which `location` has of a dimension; `None` if the dimensions are not
+    /// columns of the mesh, with or without layers and times, and others with an entry in `at`.
+    fn of(
+        dimensions: &[Dimension],
+        at: &[(String, usize)],
+        location: impl Fn(&Dimension) -> Option<Location>,
+    ) -> Option<(Self, Location)> {
         let (mut column, mut layer, mut time, mut start) = (None, None, None, vec![0; dimensions.len()]);
         let mut picked = Vec::new();
         for (i, dimension) in dimensions.iter().enumerate() {
             let is_table = OF_TABLES.split(' ').any(|name| name == dimension.name);
-            match (at.iter().find(|(name, _)| *name == dimension.name), location(mesh, dimension)) {
+            match (at.iter().find(|(name, _)| *name == dimension.name), location(dimension)) {
                 (Some((_, entry)), _) => {
                     start[i] = *entry;
                     picked.push((dimension.clone(), *entry));
@@ -246,11 +303,12 @@ impl OwnedField {
         layers: Range<usize>,
         options: &DatasetOptions,
     ) -> Result<Self> {
-        let name = &info.name;
+        let name = &info.variable;
         let variable =
             source.variable(name).ok_or_else(|| source.error(ErrorKind::Field, format_args!("{name} is missing")))?;
-        let (start, count) = info.axes.block(time, 0..info.columns, layers.clone());
-        let shape = info.shape(layers.len());
+        let columns = variable.dimensions[info.axes.column].len;
+        let (start, count) = info.axes.block(time, 0..columns, layers.clone());
+        let shape = info.shape(columns, layers.len());
         let values = source.values(variable, &start, &count)?;
         let mut values = ShapedValues::new(values, shape, [Some(info.axes.column), info.axes.layer]);
         let decoder = Decoder::of(source, variable, &options.missing)?;

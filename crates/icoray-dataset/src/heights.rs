@@ -3,6 +3,7 @@
 mod axis;
 mod columns;
 pub(crate) mod native;
+mod sigma;
 mod thickness;
 
 use crate::field::FieldInfo;
@@ -213,6 +214,9 @@ fn of_others<'a>(
 ) -> Result<Option<ReadHeights<'a>>> {
     if let Some(found) = of_axis(sources, mesh, info)? {
         return Ok(Some(found));
+    }
+    if let Some(found) = sigma::of(sources, mesh, info) {
+        return Ok(Some(ReadHeights::new(found, sigma::means(sources, found)?)));
     }
     let names = [&ICON_COLUMNS[..], &[SOIL_DEPTHS], &PRESSURE_COLUMNS].concat();
     if let Some(((source, variable), its)) = columns_of(&names, sources, mesh, info)? {

@@ -1,5 +1,5 @@
 //! Reads datasets of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice,
-//! ICON, FESOM2, DYNAMICO.
+//! ICON, FESOM2, FVCOM, DYNAMICO.
 //!
 //! A [`Source`] is an open file, or a dataset in memory: variables with dimensions and attributes. [`Dataset`] finds
 //! the mesh, the heights of layers and the fields in it, by the conventions of the models; a field is read on demand,
@@ -9,9 +9,9 @@
 //! MPAS's datasets follow the MPAS mesh specification 1.0
 //! (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>). ICON's triangles are corners of the hexagons
 //! around their points, so its fields are at corners; if a dataset has no tables they are rebuilt from the triangles'
-//! bounds. DYNAMICO's hexagons are rebuilt from theirs. Columns with only longitudes and latitudes are joined by
-//! Delaunay triangles, and corners of more than three polygons are cut into triangles. Tables of MPAS that a dataset
-//! lacks are derived from the others if these determine them.
+//! bounds. DYNAMICO's hexagons and SCRIP's polygons are rebuilt from theirs. Columns with only longitudes and latitudes
+//! are joined by Delaunay triangles, and corners of more than three polygons are cut into triangles. Tables of MPAS that
+//! a dataset lacks are derived from the others if these determine them. Fields at edges become fields at centres.
 //!
 //! [`SceneFields`] finds the data that a scene needs, [`Series`] reads them time by time, [`Drawing`] draws them, and
 //! with the feature `live` the module `view` answers the live page.
@@ -25,6 +25,7 @@ mod calendar;
 mod combined;
 mod dataset;
 mod drawing;
+mod edges;
 mod field;
 mod floor;
 mod heights;
@@ -56,6 +57,7 @@ pub mod view;
 pub use combined::Combined;
 pub use dataset::Dataset;
 pub use drawing::Drawing;
+pub use edges::variable_at_edges;
 pub use field::{FieldInfo, OwnedField, Precision};
 pub use heights::LayerHeights;
 pub use heights::native::{NativeHeights, NativeInfo};

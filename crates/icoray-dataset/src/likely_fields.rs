@@ -8,18 +8,18 @@ const GRID_VARIABLES: &str = "\
     ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness timemonthly_avg_layerthickness zs dzs zmid ztop deriv_two areacell \
     areatriangle meshdensity cellquality gridspacing trianglequality triangleanglequality nominalmindc fcell \
     fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality \
-    maxlevelcell minlevelcell nlevels nlevels_nod2d ulevels ulevels_nod2d elem_area nod_area";
+    maxlevelcell minlevelcell nlevels nlevels_nod2d ulevels ulevels_nod2d elem_area nod_area \
+    lonedge latedge xedge yedge zedge dcedge dvedge fedge \
+    grid_area grid_imask siglay siglev siglay_center siglev_center x y xc yc art1 art2";
 /// Name endings of base states, which do not change.
 const BASE: [&str; 2] = ["_base", "_ref"];
 /// Words, in lower case, that mark a geometric quantity if they are in the long name of a variable in units of length.
 const GEOMETRY: [&str; 5] = ["height", "altitude", "thickness", "depth", "elevation"];
-/// Units of length.
-const LENGTH: [&str; 4] = ["m", "meter", "meters", "metres"];
 
 /// The fields of `all` that look like physical ones, the likeliest first.
 pub(crate) fn likely_fields(all: &[FieldInfo]) -> Vec<&FieldInfo> {
     let mut fields: Vec<&FieldInfo> = all.iter().filter(|info| is_physical(info)).collect();
-    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent, is_beside_levels(info)));
+    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent, is_beside_levels(info), info.is_from_edges()));
     fields
 }
 
@@ -31,11 +31,9 @@ fn is_beside_levels(info: &FieldInfo) -> bool {
 
 fn is_physical(info: &FieldInfo) -> bool {
     let name = info.name.to_ascii_lowercase();
-    let lower = |text: &Option<String>| text.as_deref().unwrap_or("").to_ascii_lowercase();
-    let (long_name, units) = (lower(&info.description.long_name), lower(&info.description.units));
-    let is_length = LENGTH.contains(&units.as_str());
+    let long_name = info.description.long_name.as_deref().unwrap_or("").to_ascii_lowercase();
     let is_of_grid = GRID_VARIABLES.split(' ').any(|known| known == name) || BASE.iter().any(|end| name.ends_with(end));
-    let is_geometry = is_length && GEOMETRY.iter().any(|word| long_name.contains(word));
+    let is_geometry = info.description.is_length() && GEOMETRY.iter().any(|word| long_name.contains(word));
     // A height of each column, such as the sea surface's or the topography's, is worth showing.
     !is_of_grid && (info.is_2d() || !is_geometry)
 }
@@ -58,6 +56,8 @@ mod tests {
             description: Description { long_name, units },
             layer_dimension: "nVertLevels".into(),
             axes: Axes::default(),
+            variable: name.into(),
+            part: None,
         }
     }
 

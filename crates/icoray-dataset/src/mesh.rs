@@ -3,13 +3,15 @@
 mod angles;
 mod cf;
 mod columns;
-mod fesom;
+mod esmf;
+mod healpix;
 mod icon;
 mod mpas;
 mod one_mesh;
 mod points;
 mod polygons;
 mod tables;
+mod triangles;
 mod ugrid;
 
 pub(crate) use columns::{is_angle, is_coordinate};
@@ -19,21 +21,30 @@ pub use tables::{Convention, Mesh};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, Result};
 
-type Reader = fn(&Sources) -> Result<Mesh>;
+/// Reads a mesh that was found.
+type Reader<'a> = Box<dyn FnOnce() -> Result<Mesh> + 'a>;
+
+fn boxed<'a>(read: impl FnOnce() -> Result<Mesh> + 'a) -> Reader<'a> {
+    Box::new(read)
+}
 
 /// The reader of the mesh in the files.
-fn reader(sources: &Sources) -> Result<Option<Reader>> {
+fn reader(sources: &Sources) -> Result<Option<Reader<'_>>> {
+    let columns = columns::find(sources);
     // Without a table of neighbours, columns suffice.
-    let are_columns = columns::are_in(sources);
-    let all: [(bool, Reader); 6] = [
-        (ugrid::is_in(sources)?, ugrid::read),
-        (fesom::is_in(sources), fesom::read),
-        (mpas::is_in(sources)? && (mpas::has_tables(sources) || !are_columns), mpas::read),
-        (icon::has_triangles(sources) || icon::is_in(sources) && !are_columns, icon::read),
-        (cf::is_in(sources), cf::read),
-        (are_columns, columns::read),
+    let is_mpas = mpas::is_in(sources)? && (mpas::has_tables(sources) || columns.is_none());
+    let is_icon = icon::has_triangles(sources) || icon::is_in(sources) && columns.is_none();
+    let all = [
+        ugrid::find(sources)?.map(|found| boxed(move || ugrid::read(sources, &found))),
+        esmf::find(sources).map(|found| boxed(move || esmf::read(sources, found))),
+        triangles::find(sources).map(|found| boxed(move || triangles::read(found))),
+        is_mpas.then(|| boxed(|| mpas::read(sources))),
+        is_icon.then(|| boxed(|| icon::read(sources))),
+        cf::find(sources).map(|found| boxed(move || found.mesh())),
+        healpix::find(sources).map(|found| boxed(move || healpix::read(sources, found))),
+        columns.map(|found| boxed(move || columns::read(&found))),
     ];
-    Ok(all.into_iter().find(|(is_there, _)| *is_there).map(|(_, reader)| reader))
+    Ok(all.into_iter().flatten().next())
 }
 
 /// Whether the files have a mesh of a kind that [`read`] supports.
@@ -44,7 +55,7 @@ pub(crate) fn is_known(sources: &Sources) -> Result<bool> {
 /// Reads the tables in the convention of the files; their content is checked by [`Mesh::grid`].
 pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
     if let Some(reader) = reader(sources)? {
-        return reader(sources);
+        return reader();
     }
     let there = sources.fields().numbers_in_words();
     Err(sources.error(
@@ -52,8 +63,9 @@ pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
         format_args!(
             "no mesh is known of {there}: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for \
              ICON's (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, \
-             6)), for UGRID's (a variable with cf_role mesh_topology), for FESOM's (variables elements and nodes), and for \
-             places of columns (lon(ncol), lat(ncol) and a field over ncol, or lon(y, x) and lat(y, x)); {IN_ANOTHER_FILE}"
+             6), or SCRIP's grid_corner_lon), for UGRID's (a variable with cf_role mesh_topology), for ESMF's (variable \
+             elementConn), for FESOM's and FVCOM's (variables elements and nodes, or nv), for HEALPix (a variable with \
+             grid_mapping_name healpix), and for places of columns (lon(ncol), lat(ncol) and a field over ncol, or lon(y, x) and lat(y, x)); {IN_ANOTHER_FILE}"
         ),
     ))
 }

@@ -141,6 +141,9 @@ impl<'a> SceneFields<'a> {
             if info.location == Location::Corner {
                 notes.push(format!("{name} lives on corners: averaged to cell centres (derived, {bytes} bytes)"));
             }
+            if let Some(part) = info.part {
+                notes.push(format!("{} lies at edges: {name} is {} (derived)", info.variable, part.in_words()));
+            }
             for (mark, count) in self.dataset.unsaid_marks(name) {
                 // In the field's precision, not as the nearest number of double precision.
                 let mark = match info.precision {

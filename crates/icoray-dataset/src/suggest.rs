@@ -33,7 +33,7 @@ impl Dataset {
             false => options,
         };
         let is_timeless = self.seconds().is_none() && self.times().get(time).is_none_or(Option::is_none);
-        let options = suggest::Options { is_timeless, ..options };
+        let options = suggest::Options { is_timeless, is_length: info.description.is_length(), ..options };
         let field = read.field()?;
         renderer.run(|| suggest::scene(&info.name, grid, &layers, &field, &options))
     }

@@ -118,12 +118,15 @@ impl ShapedValues {
 
     /// These values minus others of the same columns and layers; NaN where either is its mark for missing values.
     pub(crate) fn less(&self, own_fill: f64, other: &Self, fill: f64) -> Self {
-        let value = |of: &Self, fill: f64, at: (usize, usize)| {
-            let value = of.as_reals().get(of.element(at.0, at.1));
-            if value == fill { f64::NAN } else { value }
-        };
-        let columns = self.shape.columns;
-        self.made(columns, |column, layer| value(self, own_fill, (column, layer)) - value(other, fill, (column, layer)))
+        self.made(self.shape.columns, |column, layer| {
+            self.value(column, layer, own_fill) - other.value(column, layer, fill)
+        })
+    }
+
+    /// A value, NaN if it is `fill`.
+    pub(crate) fn value(&self, column: usize, layer: usize, fill: f64) -> f64 {
+        let value = self.as_reals().get(self.element(column, layer));
+        if value == fill { f64::NAN } else { value }
     }
 
     /// The values of some columns.
@@ -132,7 +135,7 @@ impl ShapedValues {
     }
 
     /// Values over this number of columns and the same layers, in the same precision.
-    fn made(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Self {
+    pub(crate) fn made(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Self {
         let layers = self.stored_layers();
         let values = (0..columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
         let values = values.map(|(column, layer)| value(column, layer));

@@ -8,3 +8,13 @@ pub struct Description {
     /// Its units, such as "m s-1".
     pub units: Option<String>,
 }
+
+/// Units of length, in lower case.
+const LENGTH: [&str; 5] = ["m", "meter", "metre", "meters", "metres"];
+
+impl Description {
+    /// Whether the units are metres.
+    pub fn is_length(&self) -> bool {
+        self.units.as_ref().is_some_and(|units| LENGTH.contains(&units.to_ascii_lowercase().as_str()))
+    }
+}

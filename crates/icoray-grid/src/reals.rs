@@ -49,7 +49,7 @@ impl<'a> From<&'a [f64]> for Reals<'a> {
 }
 
 /// An owned array of real numbers in either precision.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum OwnedReals {
     /// Single precision.
     F32(Vec<f32>),

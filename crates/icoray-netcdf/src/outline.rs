@@ -4,7 +4,7 @@ use crate::classic::{self, ClassicLayout};
 use crate::names;
 use crate::nc_file::NcFile;
 use icoray::{Error, ErrorKind, Result};
-use icoray_dataset::{Source, Times};
+use icoray_dataset::{Source, Times, variable_at_edges};
 use std::path::Path;
 
 /// Times and variables of a file, without its mesh: for a look at a file that a model may be writing. The file is closed
@@ -48,22 +48,28 @@ impl Outline {
         self.variables.iter().filter(|(_, has_records)| *has_records).map(|(name, _)| name.as_str())
     }
 
-    /// Whether the file has a variable of that name.
-    pub fn has(&self, name: &str) -> bool {
-        self.variables.iter().any(|(known, _)| known == name)
+    /// The variable of a field: that of its name, or the one at edges of which it is a component.
+    fn variable(&self, field: &str) -> Option<&(String, bool)> {
+        let known = |name: &str| self.variables.iter().find(|(known, _)| known == name);
+        known(field).or_else(|| known(variable_at_edges(field)?))
     }
 
-    /// Whether the file has a variable, and by its header a record of it. A variable that does not depend on time has
-    /// all records.
-    pub fn promises(&self, name: &str, record: usize) -> bool {
-        let variable = self.variables.iter().find(|(known, _)| known == name);
-        variable.is_some_and(|(_, changes)| record < if *changes { self.records } else { self.times.len() })
+    /// Whether the file has the variable of a field.
+    pub fn has(&self, field: &str) -> bool {
+        self.variable(field).is_some()
+    }
+
+    /// Whether the file has the variable of a field, and by its header a record of it. A variable that does not depend on
+    /// time has all records.
+    pub fn promises(&self, field: &str, record: usize) -> bool {
+        self.variable(field).is_some_and(|(_, changes)| record < if *changes { self.records } else { self.times.len() })
     }
 
     /// As [`Outline::promises`], of a record that a classic file does not end before.
-    pub fn has_record(&self, name: &str, record: usize) -> bool {
-        let end = self.classic.as_ref().and_then(|(layout, length)| Some((layout.end(name, record + 1)?, *length)));
-        self.promises(name, record) && end.is_none_or(|(end, length)| end <= length)
+    pub fn has_record(&self, field: &str, record: usize) -> bool {
+        let (classic, name) = (self.classic.as_ref(), self.variable(field).map_or(field, |(name, _)| name));
+        let end = classic.and_then(|(layout, length)| Some((layout.end(name, record + 1)?, *length)));
+        self.promises(field, record) && end.is_none_or(|(end, length)| end <= length)
     }
 
     /// Whether the file is a classic one (CDF-1, CDF-2, CDF-5). Damaged ones are read safely; in NetCDF-4 files, and so in
@@ -80,18 +86,19 @@ impl Outline {
         classic::is_classic(path).map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display())))
     }
 
-    /// Opens a file and reads `record` of `variables`, and all variables that do not change, as far as they are numbers;
-    /// keeps nothing. For a process of its own, which may end by it.
+    /// Opens a file and reads `record` of the variables of `fields`, and all variables that do not change, as far as they
+    /// are numbers; keeps nothing. For a process of its own, which may end by it.
     ///
     /// # Errors
     /// As [`Outline::read`].
-    pub fn try_reading(path: impl AsRef<Path>, variables: &[String], record: usize) -> Result<()> {
+    pub fn try_reading(path: impl AsRef<Path>, fields: &[String], record: usize) -> Result<()> {
         let source = NcFile::open(path.as_ref())?;
         Times::read(&source)?;
         for variable in source.variables() {
             source.try_attributes(&variable.name)?;
             let changes = variable.changes();
-            if !variable.kind.is_number() || changes && !variables.contains(&variable.name) {
+            let is_of = |field: &String| *field == variable.name || variable_at_edges(field) == Some(&variable.name);
+            if !variable.kind.is_number() || changes && !fields.iter().any(is_of) {
                 continue;
             }
             let (mut start, mut count) = (vec![0; variable.dimensions.len()], Vec::new());

@@ -102,7 +102,7 @@ impl Job<'_> {
 fn in_words(fields: &[SceneField], stamp: &Stamp) -> String {
     let field = |SceneField { info, range }: &SceneField| {
         let layers = if info.is_2d() { "2D".into() } else { format!("{} layers", range.len()) };
-        format!("{} at {}, {layers}", info.name, input::place(info.location))
+        format!("{} at {}, {layers}", info.name, input::place(info))
     };
     let fields: Vec<String> = fields.iter().map(field).collect();
     format!("{}, time {} ({})", fields.join("; "), stamp.step, stamp.date.as_deref().unwrap_or("no date"))

@@ -1,6 +1,6 @@
 //! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
 
-use crate::made::{Made, Values};
+use crate::made::{Made, RECORDS, Values};
 use crate::run::{fails, has, icoray, prints, says, scene, shows_something, software};
 use netcdf::Options;
 use std::fs;
@@ -198,7 +198,9 @@ fn the_mesh_may_be_in_another_file() {
 
 #[test]
 fn info_lists_what_the_file_holds() {
-    let (folder, _) = Made::history().write(Options::NETCDF4);
+    let mut made = Made::history();
+    made.add("vn", &["Time", "nEdges"], Values::F64(vec![1.0; RECORDS * 120]));
+    let (folder, _) = made.write(Options::NETCDF4);
     let mut info = icoray(folder.path());
     let text = prints(info.args(["info", "made.nc"]));
     has(
@@ -222,6 +224,7 @@ fn info_lists_what_the_file_holds() {
     };
     assert_eq!(row("theta "), ["theta", "cells", "4", "f32", "K", "Potential", "temperature"]);
     assert_eq!(row("vorticity "), ["vorticity", "corners", "4", "f64", "-", "-"]);
+    assert_eq!(row("vn_zonal ")[..7], ["vn_zonal", "cells,", "from", "edges", "1", "f64", "-"]);
     // The last time is 2, and w has five layers.
     has(&prints(info.arg("--ranges")), &["range at the last time", "2000 to 2041.5"]);
 }

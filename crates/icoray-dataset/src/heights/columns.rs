@@ -48,8 +48,13 @@ pub(super) fn mean(
             all[layer].add(height);
         }
     }
+    Ok(means(&all))
+}
+
+/// Mean heights of layers, and the largest deviation.
+pub(super) fn means(all: &[HeightStatistics]) -> Means {
     let deviation = all.iter().map(HeightStatistics::deviation).fold(0.0, f64::max);
-    Ok((all.iter().map(HeightStatistics::mean).collect(), Some(deviation)))
+    (all.iter().map(HeightStatistics::mean).collect(), Some(deviation))
 }
 
 /// Mean, minimum and maximum of heights.

@@ -1,7 +1,7 @@
 //! Native heights: those of each column's layers.
 
 use super::thickness::{self, Columns};
-use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, is_over_mpas_levels, looked_for, of_axis};
+use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, is_over_mpas_levels, looked_for, of_axis, sigma};
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
@@ -45,8 +45,17 @@ pub struct NativeInfo {
 struct HeightVariable<'a> {
     source: &'a dyn Source,
     variable: &'a Variable,
-    /// Whether it has the thicknesses of layers, to be added up, instead of heights.
-    is_thickness: bool,
+    kind: HeightKind,
+}
+
+/// The values of a variable from which native heights are read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum HeightKind {
+    Heights,
+    /// Thicknesses of layers, to be added up.
+    Thicknesses,
+    /// Fractions of the depth.
+    Sigma,
 }
 
 impl<'a> HeightVariable<'a> {
@@ -55,7 +64,10 @@ impl<'a> HeightVariable<'a> {
         if info.is_2d() || sources.options.heights_m.is_some() {
             return Ok(None);
         }
-        let heights = |(source, variable)| HeightVariable { source, variable, is_thickness: false };
+        let heights = |(source, variable)| HeightVariable { source, variable, kind: HeightKind::Heights };
+        if let Some(found) = sigma::of(sources, mesh, info) {
+            return Ok(Some(HeightVariable { kind: HeightKind::Sigma, ..heights(found) }));
+        }
         if !is_over_mpas_levels(mesh, info) {
             let is_shared = of_axis(sources, mesh, info)?.is_some();
             let found = if is_shared { None } else { columns_of(&ICON_COLUMNS, sources, mesh, info)? };
@@ -65,7 +77,7 @@ impl<'a> HeightVariable<'a> {
             expect(source, variable, &["nCells", "nVertLevelsP1"])?;
             return Ok(Some(heights((source, variable))));
         }
-        Ok(thickness::of_now(sources).map(|found| HeightVariable { is_thickness: true, ..heights(found) }))
+        Ok(thickness::of_now(sources).map(|found| HeightVariable { kind: HeightKind::Thicknesses, ..heights(found) }))
     }
 
     /// As [`Self::of`]; [`ErrorKind::Layers`] if there is none.
@@ -85,7 +97,12 @@ impl<'a> HeightVariable<'a> {
     }
 
     fn time_dependent(self, sources: &Sources) -> bool {
-        sources.changes(self.source, self.variable) || self.is_thickness && thickness::start_changes(sources)
+        sources.changes(self.source, self.variable)
+            || match self.kind {
+                HeightKind::Heights => false,
+                HeightKind::Thicknesses => thickness::start_changes(sources),
+                HeightKind::Sigma => thickness::changes(sources, &sigma::SURFACE),
+            }
     }
 
     fn info(self, sources: &Sources, mesh: &Mesh) -> NativeInfo {
@@ -103,7 +120,8 @@ impl<'a> HeightVariable<'a> {
         let name = &self.variable.name;
         let at_times = if self.time_dependent(sources) { ", those of each time" } else { "" };
         match mesh.convention() {
-            _ if self.is_thickness => {
+            _ if self.kind == HeightKind::Sigma => format!("{name} of each column, between its depth and sea surface"),
+            _ if self.kind == HeightKind::Thicknesses => {
                 format!("{name} of each column added up {}{at_times}", thickness::start(sources))
             }
             Convention::Mpas | Convention::Cf => format!("{name} of each column{at_times}"),
@@ -132,9 +150,11 @@ impl NativeHeights {
         time: usize,
     ) -> Result<Option<Self>> {
         let Some(found) = HeightVariable::of(sources, mesh, info)? else { return Ok(None) };
-        let HeightVariable { source, variable, is_thickness } = found;
-        let stored = if is_thickness {
+        let HeightVariable { source, variable, kind } = found;
+        let stored = if kind == HeightKind::Thicknesses {
             Stored::AddedUp(Columns::read(sources, (source, variable), floor, time)?)
+        } else if kind == HeightKind::Sigma {
+            Stored::AddedUp(sigma::of_columns(sources, (source, variable), time)?)
         } else {
             let info = FieldInfo::of(source, variable, mesh, &sources.options)?.ok_or_else(|| {
                 let context = format!("variable {variable}, expected heights over layers and cells, at times or not");

@@ -26,7 +26,7 @@ fn find<'a>(sources: &'a Sources, mut names: impl Iterator<Item = &'static str>)
 }
 
 /// A variable, and the file that contains it.
-type Found<'a> = (&'a dyn Source, &'a Variable);
+pub(super) type Found<'a> = (&'a dyn Source, &'a Variable);
 
 /// The time-dependent thicknesses, or the resting ones.
 pub(super) fn of_now(sources: &Sources) -> Option<Found<'_>> {
@@ -55,9 +55,13 @@ pub(super) fn start(sources: &Sources) -> String {
 
 /// Whether the start of the summation changes with time.
 pub(super) fn start_changes(sources: &Sources) -> bool {
-    let surface = || SURFACES.iter().find_map(|name| sources.find(name));
-    sources.find("bottomDepth").is_none()
-        && surface().is_some_and(|(source, variable)| sources.changes(source, variable))
+    sources.find("bottomDepth").is_none() && changes(sources, &SURFACES)
+}
+
+/// Whether the first variable that is there changes with time.
+pub(super) fn changes(sources: &Sources, names: &[&str]) -> bool {
+    let found = names.iter().find_map(|name| sources.find(name));
+    found.is_some_and(|(source, variable)| sources.changes(source, variable))
 }
 
 /// The interfaces of each column, from the sea surface down.
@@ -80,7 +84,7 @@ impl Columns {
         let block = at(sources, (source, variable), &[cells, layers], time)?;
         let start = match of_cells(sources, "bottomDepth", cells)? {
             Some(depth) => Start::Floor(depth),
-            None => Start::Surface(surface(sources, cells, time)?),
+            None => Start::Surface(surface(sources, &SURFACES, cells, time)?),
         };
         let mut heights = match block.as_reals() {
             Reals::F32(_) => OwnedReals::F32(Vec::with_capacity(cells * (layers + 1))),
@@ -134,13 +138,13 @@ fn add_up(column: &mut [f64], water: Range<usize>, start: &Start, cell: usize, t
     column[water.end..].fill(bottom);
 }
 
-/// Height of the sea surface in each column: the sphere's if no file has it.
-fn surface(sources: &Sources, cells: usize, time: usize) -> Result<Vec<f64>> {
-    let Some((source, variable)) = SURFACES.iter().find_map(|name| sources.find(name)) else {
+/// Height of the sea surface in each column, from the first of some variables: the sphere's if no file has any.
+pub(super) fn surface(sources: &Sources, names: &[&str], cells: usize, time: usize) -> Result<Vec<f64>> {
+    let Some((source, variable)) = names.iter().find_map(|name| sources.find(name)) else {
         return Ok(vec![0.0; cells]);
     };
-    if !variable.lies_at_times_over(&["nCells"]) || variable.after_time()[0].len != cells {
-        let context = format!("variable {variable}, expected a height of each of {cells} nCells, at times or not");
+    if !matches!(variable.after_time(), [only] if only.len == cells) {
+        let context = format!("variable {variable}, expected a height of each of {cells} cells, at times or not");
         return Err(source.error(ErrorKind::Layers, context));
     }
     let heights = at(sources, (source, variable), &[cells], time)?;
@@ -214,12 +218,12 @@ pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result
 }
 
 /// A number for each cell; `None` if there is no such variable.
-fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Option<Vec<f64>>> {
+pub(super) fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Option<Vec<f64>>> {
     let Some((source, variable)) = sources.find(name) else {
         return Ok(None);
     };
     if !variable.kind.is_number() || !matches!(variable.after_time(), [only] if only.len == cells) {
-        let context = format!("variable {variable}, expected {name}(nCells = {cells}) of numbers");
+        let context = format!("variable {variable}, expected {name} of numbers over the {cells} cells");
         return Err(source.error(ErrorKind::Layers, context));
     }
     let (start, count) = variable.first_record();

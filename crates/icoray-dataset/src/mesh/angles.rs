@@ -6,31 +6,8 @@ use crate::source::{Source, Variable};
 use icoray::{ErrorKind, OwnedReals, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// The polygons' points: an equal number for each polygon.
-pub(super) struct Bounds {
-    /// Radians.
-    pub lon: Vec<f64>,
-    pub lat: Vec<f64>,
-    /// Points of a polygon.
-    pub row: usize,
-}
-
-impl Bounds {
-    /// The points' directions, polygon by polygon.
-    pub fn directions(&self) -> Vec<[f64; 3]> {
-        (0..self.lon.len()).map(|i| direction(self.lon[i], self.lat[i])).collect()
-    }
-
-    /// Longitudes and latitudes of a polygon's points, degrees, for an error.
-    pub fn degrees(&self, polygon: usize) -> Vec<[f64; 2]> {
-        let row = self.row * polygon..self.row * (polygon + 1);
-        row.map(|i| [self.lon[i], self.lat[i]].map(f64::to_degrees)).collect()
-    }
-}
-
 /// Reads the polygons' points of two variables; angles without a unit of their own have that of the coordinate, if any.
-pub(super) fn read_bounds(source: &dyn Source, [lon, lat]: [(&Variable, Option<&str>); 2]) -> Result<Bounds> {
-    let row = lon.0.after_time()[1].len;
+pub(super) fn read_bounds(source: &dyn Source, [lon, lat]: [(&Variable, Option<&str>); 2]) -> Result<Positions> {
     if lon.0.dimensions != lat.0.dimensions || !lon.0.kind.is_real() || !lat.0.kind.is_real() {
         let context = format!("variables {} and {}, expected the same dimensions of float or double", lon.0, lat.0);
         return Err(source.error(ErrorKind::Grid, context));
@@ -39,25 +16,34 @@ pub(super) fn read_bounds(source: &dyn Source, [lon, lat]: [(&Variable, Option<&
         let own = source.text_of(&variable.name, "units")?;
         Ok(coordinate.filter(|_| own.is_none()).unwrap_or(&variable.name).to_owned())
     };
-    let [of_lon, of_lat] = [name(lon)?, name(lat)?];
-    let mut values = [source.all_numbers(lon.0)?, source.all_numbers(lat.0)?].map(OwnedReals::F64);
-    into_radians(source, [&of_lon, &of_lat], &mut values)?;
-    let [lon, lat] = values.map(|values| (0..values.as_reals().len()).map(|i| values.as_reals().get(i)).collect());
-    Ok(Bounds { lon, lat, row })
+    let values = [source.all_numbers(lon.0)?, source.all_numbers(lat.0)?].map(OwnedReals::F64);
+    in_radians(source, [&name(lon)?, &name(lat)?], values)
 }
 
 /// Positions over one dimension, in radians.
 pub(super) fn positions(source: &dyn Source, lon: &str, lat: &str, dimension: &str) -> Result<Positions> {
     let read = |name: &str| source.all_reals(find(source, name, &[dimension], false)?);
-    let mut values = [read(lon)?, read(lat)?];
-    into_radians(source, [lon, lat], &mut values)?;
-    let [lon, lat] = values;
-    Ok(Positions { lon, lat })
+    in_radians(source, [lon, lat], [read(lon)?, read(lat)?])
 }
 
-/// Converts longitudes and latitudes to radians from the units of the coordinates with these names. If one has none, it
+/// Positions in one variable, over two and the positions, or over the positions and two: longitudes before latitudes.
+pub(super) fn positions_of_pairs(source: &dyn Source, variable: &Variable) -> Result<Positions> {
+    let (count, stride, step) = match variable.after_time() {
+        [two, count] if two.len == 2 && variable.kind.is_real() => (count.len, 1, count.len),
+        [count, of] if of.len >= 2 && variable.kind.is_real() => (count.len, of.len, 1),
+        _ => {
+            let context = format!("variable {variable}, expected longitudes and latitudes as float or double");
+            return Err(source.error(ErrorKind::Grid, context));
+        }
+    };
+    let all = source.all_numbers(variable)?;
+    let part = |k: usize| OwnedReals::F64((0..count).map(|i| all[i * stride + k * step]).collect());
+    in_radians(source, [&variable.name, &variable.name], [part(0), part(1)])
+}
+
+/// Positions with longitudes and latitudes, converted to radians from the units of the coordinates with these names. If one has none, it
 /// has the unit of the other; if neither has, both are degrees if a longitude is beyond 2π or a latitude beyond π/2.
-pub(super) fn into_radians(source: &dyn Source, names: [&str; 2], values: &mut [OwnedReals; 2]) -> Result<()> {
+fn in_radians(source: &dyn Source, names: [&str; 2], mut values: [OwnedReals; 2]) -> Result<Positions> {
     let unit = |name: &str| {
         let units = source.text_of(name, "units")?.map(|units| units.to_ascii_lowercase());
         match units.as_deref() {
@@ -82,7 +68,8 @@ pub(super) fn into_radians(source: &dyn Source, names: [&str; 2], values: &mut [
     for (values, _) in values.iter_mut().zip(is_degrees).filter(|(_, is_degrees)| *is_degrees) {
         values.each(f64::to_radians);
     }
-    Ok(())
+    let [lon, lat] = values;
+    Ok(Positions { lon, lat })
 }
 
 pub(super) fn direction(lon: f64, lat: f64) -> [f64; 3] {

@@ -1,86 +1,129 @@
-//! Polygons with bounds: cells of a Voronoi grid whose file has each cell's points and no tables, as DYNAMICO's do.
+//! Polygons with bounds: each cell's points without tables, as in DYNAMICO's files and in grid files of SCRIP; and
+//! ICON's triangles with theirs.
 //!
-//! Coincident points are one corner. A polygon with fewer points than the row length repeats some.
-//! Format: CF conventions 1.11, §7.1.
+//! Coincident points are one corner. A polygon with fewer points than the row length repeats some. Triangles without
+//! middles have the centres of the circles through their points, as ICON's are.
+//! Formats: CF conventions 1.11, §7.1; SCRIP user's guide 1.4, §2.2.3.
 
-use super::angles::{Bounds, distance, of_directions, positions, read_bounds};
-use super::icon::SAME;
+use super::angles::{distance, of_directions, positions, read_bounds};
+use super::columns::number_of_fields;
 use super::points;
 use super::polygons::Polygons;
-use super::tables::{Mesh, Positions};
+use super::tables::{Convention, Mesh, Positions};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
-use icoray::{ErrorKind, OwnedReals, Result};
+use icoray::{ErrorKind, Result, circumcenter};
+
+/// Points nearer to each other than this fraction of the shortest side count as one. Degrees in f32 are accurate to
+/// 1e-3 of a side of 2 km.
+const SAME: f64 = 0.02;
 
 /// Sides shorter than this fraction of the polygon's longest are degenerate.
 const NO_SIDE: f64 = 1e-3;
 
 /// Coordinates of the polygons' middles; their bounds are named by the attribute `bounds`, or after them.
-const MIDDLES: [[&str; 2]; 4] =
-    [["lon", "lat"], ["lon_i", "lat_i"], ["lon_mesh", "lat_mesh"], ["longitude", "latitude"]];
+const MIDDLES: [[&str; 2]; 5] =
+    [["lon", "lat"], ["lon_i", "lat_i"], ["lon_mesh", "lat_mesh"], ["longitude", "latitude"], SCRIP];
+/// Those of triangles.
+const MIDDLES_OF_TRIANGLES: [[&str; 2]; 2] = [["clon", "clat"], ["lon", "lat"]];
+
+/// Coordinates of SCRIP's cells, whose points are `grid_corner_lon` and `grid_corner_lat`.
+const SCRIP: [&str; 2] = ["grid_center_lon", "grid_center_lat"];
 
 /// The variables of polygons in a file.
-struct PolygonVariables<'a> {
+pub(super) struct PolygonVariables<'a> {
     source: &'a dyn Source,
     /// Names of the middles' coordinates, if present.
     middle: Option<[&'static str; 2]>,
     points: [&'a Variable; 2],
+    /// Whether the polygons are triangles whose points are the middles of cells, as ICON's are.
+    are_corners: bool,
 }
 
 impl<'a> PolygonVariables<'a> {
-    fn of(source: &'a dyn Source) -> Option<Self> {
+    /// Cells of 4 points or more, of SCRIP 3; those of SCRIP only if there are fields of as many columns, which the rows
+    /// and columns of a lat-lon grid become later.
+    fn of(sources: &Sources, source: &'a dyn Source) -> Option<Self> {
         MIDDLES.into_iter().find_map(|middle| {
-            let [lon, lat] = middle.map(|name| bounds_of(source, name));
-            let has = |name: &str| source.variable(name).is_some_and(|v| v.after_time().len() == 1);
-            let middle = middle.into_iter().all(has).then_some(middle);
-            Some(PolygonVariables { source, middle, points: [lon?, lat?] })
+            let found = Self::named(source, middle, |points| points > if middle == SCRIP { 2 } else { 3 });
+            found.filter(|of| middle != SCRIP || number_of_fields(sources, &of.points[0].after_time()[0]) > 0)
         })
+    }
+
+    /// Triangles.
+    pub fn of_triangles(source: &'a dyn Source) -> Option<Self> {
+        let found =
+            MIDDLES_OF_TRIANGLES.into_iter().find_map(|middle| Self::named(source, middle, |points| points == 3));
+        found.map(|found| PolygonVariables { are_corners: true, ..found })
+    }
+
+    fn named(source: &'a dyn Source, middle: [&'static str; 2], has_points: impl Fn(usize) -> bool) -> Option<Self> {
+        let [lon, lat] = middle.map(|name| bounds_of(source, name, &has_points));
+        let has = |name: &str| source.variable(name).is_some_and(|v| v.after_time().len() == 1);
+        let middle = middle.into_iter().all(has).then_some(middle);
+        Some(PolygonVariables { source, middle, points: [lon?, lat?], are_corners: false })
+    }
+
+    /// Reads the mesh.
+    pub fn mesh(&self) -> Result<Mesh> {
+        let PolygonVariables { source, middle, points, are_corners } = *self;
+        let bounds = read_bounds(source, [0, 1].map(|k| (points[k], middle.map(|names| names[k]))))?;
+        let row = points[0].after_time()[1].len;
+        let directions: Vec<[f64; 3]> =
+            (0..bounds.lon.as_reals().len() as i32).map(|point| bounds.direction(point)).collect();
+        let shortest = shortest(source, &bounds, directions.chunks_exact(row))?;
+        let center = match middle {
+            Some([lon, lat]) => positions(source, lon, lat, &points[0].after_time()[0].name)?,
+            None if are_corners => of_directions(directions.as_chunks().0.iter().map(|three| circumcenter(*three))),
+            None => of_directions(directions.chunks_exact(row).map(sum)),
+        };
+        let (numbers, first) = points::number(directions.into_iter(), SAME * shortest);
+        let points = bounds.of_rows(&first);
+        let mesh = match are_corners {
+            true => Mesh::of_triangles(source.path(), Convention::Icon, [points, center], numbers),
+            false => Mesh::of_polygons(source.path(), [center, points], Polygons::of_rows(&numbers, row)),
+        };
+        mesh.map_err(|e| e.within(source.path().display()))
     }
 }
 
-/// The variable with polygons of 4 points or more that belongs to a coordinate.
-fn bounds_of<'a>(source: &'a dyn Source, name: &str) -> Option<&'a Variable> {
+/// The variable with polygons of a number of points that belongs to a coordinate.
+fn bounds_of<'a>(source: &'a dyn Source, name: &str, has_points: impl Fn(usize) -> bool) -> Option<&'a Variable> {
     let declared = source.text_of(name, "bounds").ok().flatten();
-    let named =
-        [format!("{name}_bnds"), format!("{name}_bounds"), format!("bounds_{name}"), format!("{name}_vertices")];
+    let named = [
+        format!("{name}_bnds"),
+        format!("{name}_bounds"),
+        format!("bounds_{name}"),
+        format!("{name}_vertices"),
+        name.replace("grid_center", "grid_corner"),
+    ];
     let mut variables = declared.into_iter().chain(named).filter_map(|name| source.variable(&name));
-    variables.find(|v| matches!(v.after_time(), [_, points] if points.len > 3))
+    variables.find(|v| v.name != name && matches!(v.after_time(), [_, points] if has_points(points.len)))
 }
 
-/// Whether any of the files has polygons.
-pub(super) fn is_in(sources: &Sources) -> bool {
-    sources.all().any(|source| PolygonVariables::of(source).is_some())
-}
-
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let found = sources.others_first().find_map(PolygonVariables::of);
-    let PolygonVariables { source, middle, points } = found.expect("one has polygons, or this is not called");
-    let bounds = read_bounds(source, [0, 1].map(|k| (points[k], middle.map(|names| names[k]))))?;
-    let directions = bounds.directions();
-    let shortest = shortest(source, &bounds, &directions)?;
-    let center = match middle {
-        Some([lon, lat]) => positions(source, lon, lat, &points[0].after_time()[0].name)?,
-        None => of_directions(directions.chunks_exact(bounds.row).map(sum)),
-    };
-    let (numbers, first) = points::number(directions.into_iter(), SAME * shortest);
-    let of = |angle: &[f64]| OwnedReals::F64(first.iter().map(|&i| angle[i]).collect());
-    let corner = Positions { lon: of(&bounds.lon), lat: of(&bounds.lat) };
-    let polygons = Polygons::of_rows(&numbers, bounds.row);
-    Mesh::of_polygons(source.path(), [center, corner], polygons).map_err(|e| e.within(source.path().display()))
+/// The polygons of the first file that has some.
+pub(super) fn find(sources: &Sources) -> Option<PolygonVariables<'_>> {
+    sources.others_first().find_map(|source| PolygonVariables::of(sources, source))
 }
 
 /// The shortest side of all polygons.
-fn shortest(source: &dyn Source, bounds: &Bounds, directions: &[[f64; 3]]) -> Result<f64> {
+fn shortest<'p>(
+    source: &dyn Source,
+    bounds: &Positions,
+    polygons: impl Iterator<Item = &'p [[f64; 3]]>,
+) -> Result<f64> {
     let mut shortest = f64::INFINITY;
-    for (polygon, points) in directions.chunks_exact(bounds.row).enumerate() {
+    for (polygon, points) in polygons.enumerate() {
         let side = |k: usize| distance(points[k], points[(k + 1) % points.len()]);
         let longest = (0..points.len()).map(side).fold(0.0, f64::max);
         let sides = (0..points.len()).map(side).filter(|side| *side > NO_SIDE * longest);
         let is_polygon = sides.clone().count() > 2 && points.as_flattened().iter().all(|x| x.is_finite());
         if !is_polygon {
+            let row = points.len() * polygon..points.len() * (polygon + 1);
+            let degrees = row.map(|i| bounds.at(i).map(f64::to_degrees)).collect::<Vec<_>>();
+            let kind = if points.len() == 3 { "triangle" } else { "cell" };
             let context = format!(
-                "the bounds of cell {polygon} are {:?} degrees, expected three different points at least",
-                bounds.degrees(polygon)
+                "the bounds of {kind} {polygon} are {degrees:?} degrees, expected three different points at least"
             );
             return Err(source.error(ErrorKind::Grid, context));
         }

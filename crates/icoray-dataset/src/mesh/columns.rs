@@ -10,9 +10,10 @@ use super::tables::{Convention, Mesh, Positions};
 use crate::source::{Dimension, Source, Variable};
 use crate::sources::Sources;
 use icoray::{OwnedReals, OwnedTables, Result};
+use std::path::Path;
 
 /// Names of longitudes, and of the latitudes that belong to them.
-const NAMES: [[&str; 2]; 9] = [
+pub(super) const NAMES: [[&str; 2]; 9] = [
     ["lon", "lat"],
     ["longitude", "latitude"],
     ["lons", "lats"],
@@ -31,32 +32,30 @@ const UNITS: [[&str; 6]; 2] = [
 ];
 
 /// Longitudes and latitudes of columns in a file.
-struct Columns<'a> {
+pub(super) struct Columns<'a> {
     source: &'a dyn Source,
     lon: &'a Variable,
     lat: &'a Variable,
 }
 
-impl<'a> Columns<'a> {
-    /// The coordinates over the dimension that most variables of the fields' file have; `None` if there are none.
-    fn of(sources: &'a Sources) -> Option<Self> {
-        let mut found: Option<(usize, Self)> = None;
-        for source in sources.others_first() {
-            let all = || source.variables().iter().filter(|v| v.kind.is_real());
-            for lon in all().filter(|variable| is_angle(source, variable, 0)) {
-                let [column] = lon.after_time() else { continue };
-                let named = NAMES.iter().find(|[name, _]| *name == lon.name).and_then(|[_, lat]| source.variable(lat));
-                let is_beside = |lat: &&Variable| lat.after_time() == lon.after_time();
-                let other = || all().find(|lat| is_beside(lat) && is_angle(source, lat, 1));
-                let Some(lat) = named.filter(is_beside).or_else(other) else { continue };
-                let fields = number_of_fields(sources, column);
-                if fields > found.as_ref().map_or(0, |(most, _)| *most) {
-                    found = Some((fields, Columns { source, lon, lat }));
-                }
+/// The coordinates over the dimension that most variables of the fields' file have; `None` if there are none.
+pub(super) fn find(sources: &Sources) -> Option<Columns<'_>> {
+    let mut found: Option<(usize, Columns)> = None;
+    for source in sources.others_first() {
+        let all = || source.variables().iter().filter(|v| v.kind.is_real());
+        for lon in all().filter(|variable| is_angle(source, variable, 0)) {
+            let [column] = lon.after_time() else { continue };
+            let named = NAMES.iter().find(|[name, _]| *name == lon.name).and_then(|[_, lat]| source.variable(lat));
+            let is_beside = |lat: &&Variable| lat.after_time() == lon.after_time();
+            let other = || all().find(|lat| is_beside(lat) && is_angle(source, lat, 1));
+            let Some(lat) = named.filter(is_beside).or_else(other) else { continue };
+            let fields = number_of_fields(sources, column);
+            if fields > found.as_ref().map_or(0, |(most, _)| *most) {
+                found = Some((fields, Columns { source, lon, lat }));
             }
         }
-        found.map(|(_, columns)| columns)
     }
+    found.map(|(_, columns)| columns)
 }
 
 /// Whether a variable is a longitude (`which` is 0) or a latitude (1), by its standard name, its units or its name.
@@ -81,7 +80,7 @@ pub(crate) fn is_coordinate(source: &dyn Source, variable: &Variable) -> bool {
 }
 
 /// Number of variables in the fields' file over a dimension as long as `column`, besides coordinates.
-fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
+pub(super) fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
     let fields = sources.fields();
     let is_field = |v: &&Variable| {
         v.kind.is_number()
@@ -91,20 +90,19 @@ fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
     fields.variables().iter().filter(is_field).count()
 }
 
-/// Whether any of the files has positions of columns with fields.
-pub(super) fn are_in(sources: &Sources) -> bool {
-    Columns::of(sources).is_some()
+pub(super) fn read(Columns { source, lon, lat }: &Columns) -> Result<Mesh> {
+    let center = positions(*source, &lon.name, &lat.name, &lon.after_time()[0].name)?;
+    of_points(source.path(), center, &format!("{} and {}", lon.name, lat.name))
 }
 
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let Columns { source, lon, lat } = Columns::of(sources).expect("one has columns, or this is not called");
-    let center = positions(source, &lon.name, &lat.name, &lon.after_time()[0].name)?;
+/// The mesh whose cells are at places and whose corners are their Delaunay triangles; `name` is that of the places.
+pub(super) fn of_points(path: &Path, center: Positions, name: &str) -> Result<Mesh> {
     let of_points = OwnedTables::of_points(center.borrowed());
     let OwnedTables { corner, corner_cell, connectivity: of, .. } =
-        of_points.map_err(|e| e.within(format_args!("{}: {} and {}", source.path().display(), lon.name, lat.name)))?;
+        of_points.map_err(|e| e.within(format_args!("{}: {name}", path.display())))?;
     let [lon, lat] = corner.map(OwnedReals::F64);
     let polygons = Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count };
     let (places, tables) = ([center, Positions { lon, lat }], [corner_cell, of.corner_edge, of.edge_corner]);
-    let mesh = Mesh::of_tables(source.path(), Convention::Cf, places, polygons, tables);
+    let mesh = Mesh::of_tables(path, Convention::Cf, places, polygons, tables);
     Ok(Mesh { is_of_points: true, ..mesh })
 }

@@ -1,7 +1,7 @@
 //! MPAS's tables, according to the MPAS mesh specification 1.0; missing ones are derived from the others.
 
 use super::angles::{self, of_directions};
-use super::polygons::{NONE, Polygons, cells_of_corners, edges_of_corners, ends_of_edges};
+use super::polygons::{NONE, Polygons, cells_of_corners, ends_of_edges};
 use super::tables::{Convention, Mesh, Positions, find, missing};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
@@ -36,9 +36,7 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let source = source.expect("a file is open");
     let center = positions(source, ["lonCell", "latCell"], ["xCell", "yCell", "zCell"], "nCells")?;
     let corner = positions(source, ["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"], "nVertices")?;
-    let [cells, corners] = [&center, &corner].map(|places| places.lon.as_reals().len());
-    let (polygons, tables) = Tables::read(source)?.completed(source, cells, corners)?;
-    Ok(Mesh::of_tables(source.path(), Convention::Mpas, [center, corner], polygons, tables))
+    Tables::read(source)?.mesh(source, [center, corner])
 }
 
 /// Longitudes and latitudes; from Cartesian coordinates if there are none.
@@ -63,9 +61,6 @@ struct Tables {
     edge_corner: Option<Vec<i32>>,
     edge_cell: Option<Vec<i32>>,
 }
-
-/// The cells' corners; cells and edges of corners, corners of edges.
-type CompleteTables = (Polygons, [Vec<i32>; 3]);
 
 impl Tables {
     fn read(source: &dyn Source) -> Result<Self> {
@@ -107,12 +102,12 @@ impl Tables {
         })
     }
 
-    /// Completes the tables of a mesh; missing ones are derived from the others.
+    /// The mesh of these tables, or if one is missing of the polygons that the others determine.
     ///
     /// # Errors
     /// [`ErrorKind::Grid`] if these do not determine them, with the name of a missing one; [`ErrorKind::Unsupported`]
     /// if a corner joins more than 3 cells.
-    fn completed(self, source: &dyn Source, cells: usize, corners: usize) -> Result<CompleteTables> {
+    fn mesh(self, source: &dyn Source, places: [Positions; 2]) -> Result<Mesh> {
         match self {
             Tables {
                 cell_corner: Some((corners, row)),
@@ -121,58 +116,48 @@ impl Tables {
                 corner_edge: Some(corner_edge),
                 edge_corner: Some(edge_corner),
                 edge_cell: _,
-            } => Ok((Polygons { corners, row, count }, [corner_cell, corner_edge, edge_corner])),
-            lacking => lacking.complete(source, cells, corners),
+            } => {
+                let polygons = Polygons { corners, row, count };
+                let tables = [corner_cell, corner_edge, edge_corner];
+                Ok(Mesh::of_tables(source.path(), Convention::Mpas, places, polygons, tables))
+            }
+            lacking => {
+                let [cells, corners] = [0, 1].map(|k| places[k].lon.as_reals().len());
+                let polygons = lacking.polygons(source, cells, corners)?;
+                let mesh = Mesh::of_polygons(source.path(), places, polygons);
+                mesh.map(Mesh::into_mpas).map_err(|e| e.within(source.path().display()))
+            }
         }
     }
 
-    fn complete(self, source: &dyn Source, cells: usize, corners: usize) -> Result<CompleteTables> {
+    /// The corners of each cell, numbered from 0.
+    fn polygons(self, source: &dyn Source, cells: usize, corners: usize) -> Result<Polygons> {
+        if let Some((table, row)) = self.cell_corner {
+            let counted = within_counts(&table, row, self.cell_corner_count.as_deref());
+            return Ok(Polygons::of_rows(&from_0(&counted), row));
+        }
         let within = |e: icoray::Error| e.within(source.path().display());
-        let made = |table: Result<Vec<i32>>| table.map(from_1).map_err(within);
-        let edge_corner = match (self.edge_corner, &self.corner_edge) {
-            (Some(ends), _) => Some(ends),
-            (None, Some(edges)) => Some(made(ends_of_edges(&from_0(edges)))?),
+        let ends = match (self.edge_corner, self.corner_edge) {
+            (Some(ends), _) => Some(from_0(&ends)),
+            (None, Some(edges)) => Some(ends_of_edges(&from_0(&edges)).map_err(within)?),
             (None, None) => None,
         };
-        let polygons = self.cell_corner.as_ref().map(|(table, row)| {
-            let counted = within_counts(table, *row, self.cell_corner_count.as_deref());
-            Polygons::of_rows(&from_0(&counted), *row)
-        });
-        let corner_cell = match (self.corner_cell, &polygons, &edge_corner, &self.edge_cell) {
-            (Some(table), ..) => table,
-            (None, Some(polygons), ..) => made(polygons.corner_cells(corners))?,
-            (None, None, Some(ends), Some(beside)) => made(cells_of_corners(&from_0(ends), &from_0(beside), corners))?,
+        let corner_cell = match (self.corner_cell, &ends, self.edge_cell) {
+            (Some(table), ..) => from_0(&table),
+            (None, Some(ends), Some(beside)) => cells_of_corners(ends, &from_0(&beside), corners).map_err(within)?,
             _ => return Err(missing(source, "cellsOnVertex")),
         };
-        let polygons = match (polygons, &edge_corner) {
-            (Some(polygons), _) => polygons,
-            (None, Some(ends)) => Polygons::of_edges(&from_0(&corner_cell), &from_0(ends), cells).map_err(within)?,
-            (None, None) => {
-                let of = Connectivity::new(&from_0(&corner_cell), cells).map_err(within)?;
-                Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count }
-            }
-        };
-        let (corner_edge, edge_corner) = match (self.corner_edge, edge_corner) {
-            (Some(edges), Some(ends)) => (edges, ends),
-            (None, Some(ends)) => (made(edges_of_corners(&from_0(&ends), corners))?, ends),
-            (_, None) => {
-                let (edges, ends) = polygons.edges(corners).map_err(within)?;
-                (from_1(edges), from_1(ends))
-            }
-        };
-        let polygons = Polygons { corners: from_1(polygons.corners), ..polygons };
-        Ok((polygons, [corner_cell, corner_edge, edge_corner]))
+        if let Some(ends) = ends {
+            return Polygons::of_edges(&corner_cell, &ends, cells).map_err(within);
+        }
+        let of = Connectivity::new(&corner_cell, cells).map_err(within)?;
+        Ok(Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count })
     }
 }
 
 /// Converts a table numbered from 1 to one from 0, with marks for missing entries.
 fn from_0(table: &[i32]) -> Vec<i32> {
     table.iter().map(|entry| if *entry > 0 { entry - 1 } else { NONE }).collect()
-}
-
-/// The inverse; missing entries are 0.
-fn from_1(table: Vec<i32>) -> Vec<i32> {
-    table.into_iter().map(|entry| entry + 1).collect()
 }
 
 /// The table with 0 behind the entries that count.

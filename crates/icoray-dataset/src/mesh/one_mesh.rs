@@ -1,14 +1,11 @@
 //! Checks that the files of a dataset have one mesh: another one of the same size would show fields in wrong places.
 
-use super::angles::{direction, distance, positions};
-use super::tables::{Convention, Mesh, Positions};
+use super::angles::{distance, positions};
+use super::columns::NAMES;
+use super::tables::{Convention, Mesh};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result};
-
-/// Coordinates of columns: their longitudes and latitudes.
-const COORDINATES: [[&str; 2]; 4] =
-    [["lonCell", "latCell"], ["clon", "clat"], ["lon", "lat"], ["longitude", "latitude"]];
 
 /// Number of columns whose positions are compared.
 const COMPARED: usize = 1000;
@@ -64,7 +61,7 @@ fn expect_sizes(source: &dyn Source, mesh: &Mesh) -> Result<()> {
 
 /// Checks that columns with coordinates lie at their positions in the mesh, to about the distance between columns.
 fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
-    for [lon, lat] in COORDINATES {
+    for [lon, lat] in NAMES {
         let dimension = |name| match source.variable(name).map(Variable::after_time) {
             Some([only]) => Some(only),
             _ => None,
@@ -77,15 +74,11 @@ fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
         };
         // Unreadable coordinates are no reason to refuse fields.
         let Ok(there) = positions(source, lon, lat, &columns.name) else { continue };
-        let at = |of: &Positions, i| [of.lon.as_reals().get(i), of.lat.as_reals().get(i)];
-        let apart = |i: usize| {
-            let [[a, b], [c, d]] = [at(&there, i), at(expected, i)];
-            distance(direction(a, b), direction(c, d))
-        };
+        let apart = |i: usize| distance(there.direction(i as i32), expected.direction(i as i32));
         let near = (4.0 * std::f64::consts::PI / columns.len as f64).sqrt().max(0.01);
         let step = columns.len.div_ceil(COMPARED).max(1);
         if let Some(i) = (0..columns.len).step_by(step).find(|i| apart(*i) > near) {
-            let [own, its] = [at(&there, i), at(expected, i)].map(|place| place.map(f64::to_degrees));
+            let [own, its] = [there.at(i), expected.at(i)].map(|place| place.map(f64::to_degrees));
             let context = format!(
                 "{lon}, {lat} of column {i} are {own:.2?} degrees, but the mesh of {} has it at {its:.2?}: they are of \
                  different meshes of the same size; give the mesh of the data as `mesh`",

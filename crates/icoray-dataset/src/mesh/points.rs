@@ -8,7 +8,7 @@ const BUCKET: f64 = 16.0;
 
 /// Numbers points so that those nearer to each other than `tolerance` have the same number, from 0 in order of
 /// occurrence; also returns, for each number, the index of its first point.
-pub(crate) fn number(points: impl Iterator<Item = [f64; 3]>, tolerance: f64) -> (Vec<i32>, Vec<usize>) {
+pub(crate) fn number(points: impl Iterator<Item = [f64; 3]>, tolerance: f64) -> (Vec<i32>, Vec<u32>) {
     let mut buckets: HashMap<[i64; 3], Vec<i32>> = HashMap::new();
     let (mut numbers, mut first, mut known): (_, _, Vec<[f64; 3]>) = (Vec::new(), Vec::new(), Vec::new());
     let width = BUCKET * tolerance;
@@ -28,7 +28,7 @@ pub(crate) fn number(points: impl Iterator<Item = [f64; 3]>, tolerance: f64) -> 
         numbers.push(same.unwrap_or_else(|| {
             let number = known.len() as i32;
             known.push(point);
-            first.push(i);
+            first.push(i as u32);
             match buckets.entry(point.map(bucket)) {
                 Entry::Occupied(mut here) => here.get_mut().push(number),
                 Entry::Vacant(here) => drop(here.insert(vec![number])),

@@ -195,15 +195,6 @@ pub(super) fn ends_of_edges(corner_edge: &[i32]) -> Result<Vec<i32>> {
     Ok(table)
 }
 
-/// The edges of each corner, from the two corners of each edge.
-pub(super) fn edges_of_corners(edge_corner: &[i32], corners: usize) -> Result<Vec<i32>> {
-    let mut table = vec![NONE; 3 * corners];
-    for (i, &corner) in edge_corner.iter().enumerate().filter(|(_, corner)| **corner >= 0) {
-        put_edge(&mut table, corner, (i / 2) as i32, corners)?;
-    }
-    Ok(table)
-}
-
 /// The cells around each corner, from the cells beside each edge.
 pub(super) fn cells_of_corners(edge_corner: &[i32], edge_cell: &[i32], corners: usize) -> Result<Vec<i32>> {
     let mut table = vec![NONE; 3 * corners];
@@ -280,8 +271,7 @@ mod tests {
         let again = Polygons::of_edges(&corner_cell, &edge_corner, cells).unwrap();
         check(&mesh, &again, &corner_cell, &corner_edge, &edge_corner);
         let ends = ends_of_edges(&corner_edge).unwrap();
-        let edges = edges_of_corners(&ends, corners).unwrap();
-        check(&mesh, &of, &corner_cell, &edges, &ends);
+        check(&mesh, &of, &corner_cell, &corner_edge, &ends);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::angles::direction;
 use super::polygons::Polygons;
 use crate::source::{Kind, Source, Variable};
 use crate::sources::IN_ANOTHER_FILE;
-use icoray::{Connectivity, Error, ErrorKind, Grid, GridTables, LonLat, OwnedReals, Result};
+use icoray::{Connectivity, Error, ErrorKind, Grid, GridTables, Location, LonLat, OwnedReals, Result};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,7 @@ pub(super) struct FileCorners {
 }
 
 /// Longitudes and latitudes in radians.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Positions {
     pub(super) lon: OwnedReals,
     pub(super) lat: OwnedReals,
@@ -82,22 +82,19 @@ impl Positions {
         Positions { lon: of(&self.lon), lat: of(&self.lat) }
     }
 
+    /// Longitude and latitude of a row.
+    pub(super) fn at(&self, row: usize) -> [f64; 2] {
+        [self.lon.as_reals().get(row), self.lat.as_reals().get(row)]
+    }
+
     /// The unit vector of a row's position.
     pub(super) fn direction(&self, row: i32) -> [f64; 3] {
-        direction(self.lon.as_reals().get(row as usize), self.lat.as_reals().get(row as usize))
+        let [lon, lat] = self.at(row as usize);
+        direction(lon, lat)
     }
 
     pub(super) fn borrowed(&self) -> LonLat<'_> {
         LonLat { lon_rad: self.lon.as_reals(), lat_rad: self.lat.as_reals() }
-    }
-
-    fn is_same(&self, other: &Self) -> bool {
-        let equal = |a: &OwnedReals, b: &OwnedReals| match (a, b) {
-            (OwnedReals::F32(a), OwnedReals::F32(b)) => a == b,
-            (OwnedReals::F64(a), OwnedReals::F64(b)) => a == b,
-            _ => false,
-        };
-        equal(&self.lon, &other.lon) && equal(&self.lat, &other.lat)
     }
 }
 
@@ -270,8 +267,16 @@ impl Mesh {
             && self.file_corners == other.file_corners
             && [&self.corner_cell, &self.corner_edge, &self.edge_corner]
                 == [&other.corner_cell, &other.corner_edge, &other.edge_corner]
-            && self.center.is_same(&other.center)
-            && self.corner.is_same(&other.corner)
+            && [&self.center, &self.corner] == [&other.center, &other.corner]
+    }
+
+    /// Zonal and meridional component of the direction from a centre to another one: of two cells or of two corners.
+    pub(crate) fn direction_between(&self, location: Location, from: usize, to: usize) -> [f64; 2] {
+        let of = if location == Location::Center { &self.center } else { &self.corner };
+        let ([lon, lat], [x, y, z]) = (of.at(from), of.direction(to as i32));
+        let [east, north] =
+            [y * lon.cos() - x * lon.sin(), z * lat.cos() - (x * lon.cos() + y * lon.sin()) * lat.sin()];
+        [east, north].map(|part| part / east.hypot(north))
     }
 
     /// The cells around a corner, counted from 0; `None` for a missing one.

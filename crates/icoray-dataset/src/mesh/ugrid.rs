@@ -20,7 +20,7 @@ const NODES: [&str; 2] = ["node_lon", "node_lat"];
 const FACES: [&str; 2] = ["face_lon", "face_lat"];
 
 /// Names of the variables of a mesh.
-struct Topology<'a> {
+pub(super) struct Topology<'a> {
     source: &'a dyn Source,
     face_nodes: &'a Variable,
     /// The name of the dimension that counts faces, if the file has it.
@@ -132,26 +132,12 @@ fn lon_first(source: &dyn Source, [one, two]: [String; 2]) -> Result<[String; 2]
     Ok(if is_lat(&one)? { [two, one] } else { [one, two] })
 }
 
-/// Whether any of the sources has a mesh.
-pub(super) fn is_in(sources: &Sources) -> Result<bool> {
-    for source in sources.all() {
-        if Topology::of(source)?.is_some() {
-            return Ok(true);
-        }
-    }
-    Ok(false)
+/// The mesh of the first source that has one.
+pub(super) fn find(sources: &Sources) -> Result<Option<Topology<'_>>> {
+    sources.others_first().map(Topology::of).find_map(Result::transpose).transpose()
 }
 
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    for source in sources.others_first() {
-        if let Some(topology) = Topology::of(source)? {
-            return mesh(sources, &topology);
-        }
-    }
-    unreachable!("one has a mesh, or this is not called")
-}
-
-fn mesh(sources: &Sources, topology: &Topology) -> Result<Mesh> {
+pub(super) fn read(sources: &Sources, topology: &Topology) -> Result<Mesh> {
     let Topology { source, face_nodes, nodes: [lon, lat], faces, .. } = topology;
     let place = |name: &String| source.variable(name).ok_or_else(|| missing(*source, name));
     let over = |variable: &Variable| variable.after_time().first().map_or(String::new(), |d| d.name.clone());
@@ -162,12 +148,23 @@ fn mesh(sources: &Sources, topology: &Topology) -> Result<Mesh> {
         Some([lon, lat]) => Some(positions(*source, lon, lat, &over(place(lon)?))?),
         None => None,
     };
+    of_rows(sources, (*source, &face_nodes.name), nodes, given, (rows, row))
+}
+
+/// The mesh of faces whose nodes are in `rows`, as for [`of_faces`]; `table` is the name of their table.
+pub(super) fn of_rows(
+    sources: &Sources,
+    (source, table): (&dyn Source, &str),
+    nodes: Positions,
+    given: Option<Positions>,
+    (rows, row): (Vec<i32>, usize),
+) -> Result<Mesh> {
     let fewer = rows.chunks_exact(row).position(|face| face.iter().filter(|i| **i >= 0).count() < 3);
     if let Some(face) = fewer {
-        let context = format!("{}: face {face} has fewer than 3 nodes", face_nodes.name);
+        let context = format!("{table}: face {face} has fewer than 3 nodes");
         return Err(source.error(ErrorKind::Grid, context));
     }
-    let faces = rows.len() / row;
+    let (faces, count) = (rows.len() / row, nodes.lon.as_reals().len());
     let fields = sources.fields();
     let has_field_of = |len: usize| {
         let is_field = |v: &&Variable| v.kind.is_real() && v.after_time().iter().any(|d| d.len == len);

@@ -16,21 +16,9 @@ fn triangles(grid: &Grid) -> Vec<[u32; 3]> {
     (0..grid.triangles() as u32).map(of).collect()
 }
 
-/// A mesh with the cells on either side of each edge, too.
-fn mesh() -> Made {
-    let mut made = Made::mesh(false);
-    let mesh = IcosahedralMesh::new(1).unwrap();
-    let shared = mesh.edge_corner.chunks_exact(2).flat_map(|ends| {
-        let [one, other] = [ends[0], ends[1]].map(|c| &mesh.corner_cell[3 * c as usize..3 * c as usize + 3]);
-        one.iter().filter(|cell| other.contains(cell)).map(|cell| cell + 1).collect::<Vec<_>>()
-    });
-    made.add("cellsOnEdge", &["nEdges", "TWO"], Values::I32(shared.collect()));
-    made
-}
-
 #[test]
 fn tables_that_others_determine_are_made() {
-    let whole = open(&mesh());
+    let whole = open(&Made::mesh(false));
     let expected = triangles(&whole.mesh().grid().unwrap());
     for lacking in [
         &["cellsOnVertex"][..],
@@ -45,7 +33,7 @@ fn tables_that_others_determine_are_made() {
         &["cellsOnVertex", "verticesOnCell", "verticesOnEdge"],
         &["verticesOnCell", "nEdgesOnCell", "edgesOnVertex", "verticesOnEdge", "cellsOnEdge"],
     ] {
-        let mut made = mesh();
+        let mut made = Made::mesh(false);
         lacking.iter().for_each(|name| made.remove(name));
         let file = opened(&made, &[]).unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
         let grid = file.mesh().grid().unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
@@ -60,25 +48,25 @@ fn tables_that_nothing_determines_are_named() {
         &["cellsOnVertex", "verticesOnCell", "cellsOnEdge"][..],
         &["cellsOnVertex", "verticesOnCell", "verticesOnEdge", "edgesOnVertex"],
     ] {
-        let mut made = mesh();
+        let mut made = Made::mesh(false);
         lacking.iter().for_each(|name| made.remove(name));
         let error = open_error(&made);
         expect(&error, ErrorKind::Grid, &["made.nc", "cellsOnVertex is missing", "another file"]);
     }
-    let mut made = mesh();
+    let mut made = Made::mesh(false);
     made.remove("cellsOnVertex");
     made.i32s("verticesOnCell")[9] = 81;
     expect(&open_error(&made), ErrorKind::Grid, &["cell 1: corner 80, expected 0 to 79"]);
-    let mut made = mesh();
-    made.remove("verticesOnEdge");
+    let mut made = Made::mesh(false);
+    ["verticesOnEdge", "verticesOnCell"].iter().for_each(|name| made.remove(name));
     made.i32s("edgesOnVertex")[9] = i32::MAX;
     expect(&open_error(&made), ErrorKind::Grid, &["made.nc", "edge 2147483646, expected 0 to 239"]);
 }
 
 #[test]
 fn positions_may_be_cartesian() {
-    let expected = open(&mesh());
-    let mut made = mesh();
+    let expected = open(&Made::mesh(false));
+    let mut made = Made::mesh(false);
     let of = |made: &mut Made, name: &str| match &made.variable(name).values {
         Values::F64(values) => values.clone(),
         _ => panic!("{name} is f64"),

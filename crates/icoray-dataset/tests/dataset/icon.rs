@@ -161,5 +161,5 @@ fn triangles_that_are_none_are_named() {
     let mut grid = Made::icon_grid();
     grid.i32s("vertex_of_cell")[5] = 43;
     let error = open_error(&grid);
-    expect(&error, ErrorKind::Grid, &["made.nc", "triangle 5 has the points", "expected 0 to 41"]);
+    expect(&error, ErrorKind::Grid, &["made.nc", "vertex_of_cell: node 43 of element 5, expected 1 to 42"]);
 }

@@ -120,6 +120,11 @@ impl Made {
         made.add("cellsOnVertex", &["nVertices", "vertexDegree"], index(&mesh.corner_cell));
         made.add("edgesOnVertex", &["nVertices", "vertexDegree"], index(&mesh.corner_edge));
         made.add("verticesOnEdge", &["nEdges", "TWO"], index(&mesh.edge_corner));
+        let shared = mesh.edge_corner.chunks_exact(2).flat_map(|ends| {
+            let [one, other] = [ends[0], ends[1]].map(|c| &mesh.corner_cell[3 * c as usize..3 * c as usize + 3]);
+            one.iter().copied().filter(|cell| other.contains(cell))
+        });
+        made.add("cellsOnEdge", &["nEdges", "TWO"], index(&shared.collect::<Vec<i32>>()));
         made
     }
 

@@ -37,7 +37,8 @@ fn mesh(level: u32) -> IcosahedralMesh {
 }
 
 impl Made {
-    fn angles(&mut self, name: &'static str, dimensions: &[&'static str], angles: Angles, rad: &[f64]) {
+    /// Adds positions in radians or degrees, given in radians.
+    pub fn angles(&mut self, name: &'static str, dimensions: &[&'static str], angles: Angles, rad: &[f64]) {
         self.add(name, dimensions, angles.values(rad.iter().copied()));
         self.last().attributes = vec![("units", angles.units().into())];
     }

@@ -111,7 +111,7 @@ fn a_node_that_is_not_there_is_named() {
 }
 
 /// A cube whose sides have `n` × `n` squares: nodes as longitude and latitude, and rows of 4 nodes.
-fn cube(n: i32) -> ([Vec<f64>; 2], Vec<i32>) {
+pub fn cube(n: i32) -> ([Vec<f64>; 2], Vec<i32>) {
     let mut known = HashMap::new();
     let mut places = [Vec::new(), Vec::new()];
     let mut node = |p: [i32; 3]| {

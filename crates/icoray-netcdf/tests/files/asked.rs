@@ -3,6 +3,7 @@
 use crate::made::{LAYERS, Made, RECORDS, Values};
 use crate::memory::expect;
 use icoray::ErrorKind;
+use icoray_netcdf::Outline;
 use netcdf::Options;
 
 /// A field without its other variables, times and layers: each of them is cut off, or ends in a hole.
@@ -37,4 +38,24 @@ fn files_that_claim_more_than_they_can_hold_are_refused() {
     let error = icoray_netcdf::open(&path).unwrap().read_field("theta", 0).unwrap_err();
     let said = ["theta(Time = 3, nCells = 42, nVertLevels = 1073741824) of float", "more than a file of"];
     expect(&error, ErrorKind::Io, &said);
+}
+
+/// A file that a model is writing has a component of a vector at edges where it has the vector's variable.
+#[test]
+fn fields_at_edges_are_known_by_their_variables() {
+    let mut made = Made::history();
+    made.add("vn", &["Time", "nEdges"], Values::F64(vec![1.0; RECORDS * 120]));
+    let (_folder, path) = made.write(Options::_64BIT_OFFSET);
+    let whole = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &whole[..whole.len() - 8]).unwrap();
+    let outline = Outline::read(&path).unwrap();
+    let last = RECORDS - 1;
+    for field in ["vn", "vn_zonal", "vn_meridional"] {
+        assert!(outline.has_record(field, last - 1) && outline.promises(field, last), "{field}");
+        assert!(!outline.has_record(field, last), "{field} is cut off");
+    }
+    assert!(!outline.has("vn_radial") && !outline.has("wind_zonal"));
+    let fields = ["vn_zonal".to_owned()];
+    Outline::try_reading(&path, &fields, last - 1).unwrap();
+    expect(&Outline::try_reading(&path, &fields, last).unwrap_err(), ErrorKind::Io, &["vn", "cut off"]);
 }

@@ -43,8 +43,8 @@ class Dataset:
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID. A path (NetCDF, Zarr, GRIB) is opened
-        by xarray; it may be a pattern such as ``"history.*.nc"``. Several files of one run, by a pattern or a sequence, are read as one by their
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, FVCOM, DYNAMICO or UGRID. A path (NetCDF, Zarr, GRIB)
+        is opened by xarray; it may be a pattern such as ``"history.*.nc"``. Several files of one run, by a pattern or a sequence, are read as one by their
         dates, with fields in any of them.
     mesh : the same or uxarray.Grid, or a sequence of these
         What `data` lacks: the mesh, as in the run's init or grid file, or the heights of layers.
@@ -273,8 +273,8 @@ def render(
     Parameters
     ----------
     data : xarray.Dataset, xarray.DataArray, uxarray.UxDataset, uxarray.UxDataArray, str or os.PathLike
-        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, DYNAMICO or UGRID, or several files of one run as in
-        `Dataset`; or what `open` returned. Arrays of float32
+        MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, FESOM2, FVCOM, DYNAMICO or UGRID, or several files of one run
+        as in `Dataset`; or what `open` returned. Arrays of float32
         and float64 in memory are read where they are; what is loaded, computed (dask) or converted is counted in
         ``image.report["bytes_copied"]``.
     field : str, optional

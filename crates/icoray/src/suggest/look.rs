@@ -67,6 +67,8 @@ const MOST_DENSE: f64 = 0.6;
 /// Ratio of the largest value to the least, and to the median, for which the scale is logarithmic.
 const DECADES: std::ops::Range<f64> = 1e3..1e12;
 const SKEWED: f64 = 50.0;
+/// Minimum fraction of the largest value that the middle half of the values spans on a linear scale.
+const EVEN: f64 = 0.1;
 /// Length, in planet radii after exaggeration, that has the opacities of a volume: a fraction of the shell's thickness.
 const UNIT_LENGTH: f64 = 0.04;
 /// Limits of unit lengths that follow from a measured depth.
@@ -116,7 +118,8 @@ impl Look {
             return Look { is_of_anomaly: true, ..Look::new(&anomaly, exaggeration, options) };
         }
         let map = options.color_map.clone().unwrap_or_else(|| kind.map().to_owned());
-        let scale = if kind.takes_decades() && has_decades(survey) { Scale::Log } else { Scale::Linear };
+        let is_log = kind.takes_decades() && !options.is_length && has_decades(survey);
+        let scale = if is_log { Scale::Log } else { Scale::Linear };
         let mut look = Look {
             kind,
             is_of_anomaly: false,
@@ -344,7 +347,8 @@ fn ends(survey: &Survey, percent: f64) -> [f64; 2] {
 fn has_decades(survey: &Survey) -> bool {
     let values = survey.positive();
     let Some(high) = values.last().map(|_| of(values, 99.8)) else { return false };
-    DECADES.contains(&(high / of(values, 1.0))) && high > SKEWED * of(values, 50.0)
+    let is_even = of(values, 75.0) - of(values, 25.0) >= EVEN * high;
+    DECADES.contains(&(high / of(values, 1.0))) && high > SKEWED * of(values, 50.0) && !is_even
 }
 
 /// The kind of a field, and the shells of a stratified one.

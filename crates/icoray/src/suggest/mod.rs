@@ -107,6 +107,8 @@ pub struct Options {
     pub is_underived: bool,
     /// Omits the time from the title, as the data have none.
     pub is_timeless: bool,
+    /// Whether values are lengths, such as heights and depths, which have a linear scale.
+    pub is_length: bool,
     /// Lines for the comment at the top of the text, such as the command that draws it.
     pub head: Vec<String>,
 }

@@ -101,6 +101,17 @@ fn values_of_many_decades_have_a_logarithmic_scale() {
         let [low, high] = coloring.fixed().unwrap();
         assert!(coloring.scale() == Scale::Log && low < 1e-7 && high > 5e-3, "{low} to {high}");
     }
+    let scale = |value: &dyn Fn(f64, f64, f64) -> f64, is_length: bool| {
+        let options = Options { surface: Some(Level::Ground), is_length, ..Options::default() };
+        let scene = scene_for(value, &options);
+        scene.paintings().last().unwrap().coloring.unwrap().scale()
+    };
+    // A hill that falls to 1e-8, in metres or not.
+    let hill = |lon: f64, lat: f64, _: f64| 100.0 * (-12.0 * (1.0 - lat.cos() * (lon - 2.0).cos())).exp();
+    assert_eq!([false, true].map(|is_length| scale(&hill, is_length)), [Scale::Log, Scale::Linear]);
+    // A third of the values are spread from 0 to 1, and the others over decades below.
+    let spread = |_: f64, lat: f64, _: f64| if lat > 0.3 { lat.sin() } else { 10f64.powf(2.0 * lat - 2.5) };
+    assert_eq!(scale(&spread, false), Scale::Linear);
     // A plume has no least value worth a colour.
     let plume = |lon: f64, lat: f64, _: f64| (-30.0 * (lon - 2.0).hypot(lat)).exp();
     assert_eq!(scene_for(plume, &Options::default()).volumes[0].coloring.as_ref().unwrap().scale(), Scale::Linear);
@@ -149,6 +160,7 @@ fn what_is_asked_for_is_in_the_text() {
         light: Some(Some(Source::Sun { lon_deg: 20.0, lat_deg: -5.0 })),
         is_unlabelled: true,
         is_timeless: true,
+        is_length: false,
         size: Some((33, 21)),
         tolerance: Some(1e-5),
         samples: Some(4),

@@ -1,0 +1,64 @@
+//! Tables of triangles of nodes: those of ICON's grid files, <https://gitlab.dkrz.de/icon>, of FESOM2's
+//! `fesom.mesh.diag.nc` without UGRID's variables, and of FVCOM.
+
+use super::angles::{of_directions, positions, positions_of_pairs};
+use super::tables::{Convention, Mesh};
+use crate::source::{Source, Variable};
+use crate::sources::Sources;
+use icoray::{ErrorKind, Result, circumcenter};
+
+/// Names of tables, with the nodes of each triangle from 1, and of the variables of the nodes' and the triangles'
+/// coordinates: longitude and latitude, or one variable of both.
+const TABLES: [(&str, &[&str], [&str; 2]); 3] = [
+    ("vertex_of_cell", &["vlon", "vlat"], ["clon", "clat"]),
+    ("elements", &["nodes"], ["", ""]),
+    ("nv", &["lon", "lat"], ["lonc", "latc"]),
+];
+
+/// A file's table of triangles.
+pub(super) struct Triangles<'a> {
+    source: &'a dyn Source,
+    table: &'a Variable,
+    nodes: Vec<&'a Variable>,
+    middles: [&'static str; 2],
+}
+
+/// The table of the first file that has one and the nodes' coordinates.
+pub(super) fn find(sources: &Sources) -> Option<Triangles<'_>> {
+    sources.others_first().find_map(|source| {
+        TABLES.iter().find_map(|(table, nodes, middles)| {
+            let table = source.variable(table)?;
+            let nodes: Vec<&Variable> = nodes.iter().map(|name| source.variable(name)).collect::<Option<_>>()?;
+            let has_threes = matches!(table.after_time(), [a, b] if a.len == 3 || b.len == 3);
+            let are_places = nodes.iter().all(|v| v.kind.is_real() && v.after_time().len() + nodes.len() == 3);
+            (has_threes && are_places).then_some(Triangles { source, table, nodes, middles: *middles })
+        })
+    })
+}
+
+pub(super) fn read(Triangles { source, table, nodes, middles }: Triangles) -> Result<Mesh> {
+    if let Some(geometry) = source.number("grid_geometry")?.filter(|geometry| *geometry != 1.0) {
+        let context = format!("grid_geometry is {geometry}, expected 1: only meshes on a sphere are rendered");
+        return Err(source.error(ErrorKind::Unsupported, context));
+    }
+    let nodes = match nodes[..] {
+        [both] => positions_of_pairs(source, both)?,
+        _ => positions(source, &nodes[0].name, &nodes[1].name, &nodes[0].after_time()[0].name)?,
+    };
+    let is_by_place = table.after_time()[0].len == 3;
+    let triangle = &table.after_time()[usize::from(is_by_place)].name;
+    let has_middles = middles.iter().all(|name| source.variable(name).is_some());
+    let middles = has_middles.then(|| positions(source, middles[0], middles[1], triangle)).transpose()?;
+    let numbers = source.all_integers(table)?;
+    let (count, last) = (numbers.len() / 3, nodes.lon.as_reals().len());
+    let entry = |i: usize| if is_by_place { numbers[i % 3 * count + i / 3] } else { numbers[i] };
+    let rows: Vec<i32> = (0..3 * count).map(|i| entry(i).saturating_sub(1)).collect();
+    if let Some(i) = rows.iter().position(|node| !(0..last as i64).contains(&i64::from(*node))) {
+        let context = format!("{}: node {} of element {}, expected 1 to {last}", table.name, entry(i), i / 3);
+        return Err(source.error(ErrorKind::Grid, context));
+    }
+    let circle = |triangle: &[i32; 3]| circumcenter(triangle.map(|node| nodes.direction(node)));
+    let corner = middles.unwrap_or_else(|| of_directions(rows.as_chunks().0.iter().map(circle)));
+    Mesh::of_triangles(source.path(), Convention::Icon, [nodes, corner], rows)
+        .map_err(|e| e.within(source.path().display()))
+}

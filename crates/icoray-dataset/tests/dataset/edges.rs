@@ -1,0 +1,131 @@
+//! Fields at edges, as values at the centres beside them.
+
+use crate::made::{Made, Values};
+use crate::memory::{expect, open, opened};
+use icoray::{ErrorKind, IcosahedralMesh, Location};
+use icoray_dataset::Dataset;
+
+/// Axis and speed of a rotation of the whole sphere.
+const OMEGA: [f64; 3] = [3.0, -5.0, 7.0];
+const LAYERS: usize = 3;
+const EDGES: usize = 120;
+
+fn direction(lon: f64, lat: f64) -> [f64; 3] {
+    [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| a[k] * b[k]).sum()
+}
+
+/// The component of the rotation along a great circle from one place to another, which is the same on all of it.
+fn normal_component([a, b]: [[f64; 3]; 2]) -> f64 {
+    let pole = cross(a, b);
+    dot(OMEGA, pole) / dot(pole, pole).sqrt()
+}
+
+/// The rotation at a place, eastward and northward.
+fn rotation(lon: f64, lat: f64) -> [f64; 2] {
+    let (east, north) = ([-lon.sin(), lon.cos(), 0.0], [-lat.sin() * lon.cos(), -lat.sin() * lon.sin(), lat.cos()]);
+    let wind = cross(OMEGA, direction(lon, lat));
+    [dot(wind, east), dot(wind, north)]
+}
+
+/// MPAS's cells beside each edge.
+fn beside(made: &mut Made) -> Vec<[i32; 2]> {
+    made.i32s("cellsOnEdge").as_chunks().0.iter().map(|pair| pair.map(|cell| cell - 1)).collect()
+}
+
+/// Adds the rotation on layers, each as much again as that below, as components normal to edges between centres.
+fn add_rotation(made: &mut Made, name: &'static str, edge: &'static str, beside: &[[i32; 2]], at: [&[f64]; 2]) {
+    let place = |centre: i32| direction(at[0][centre as usize], at[1][centre as usize]);
+    let component = |edge: usize| normal_component(beside[edge].map(place));
+    let values = (0..LAYERS).flat_map(|layer| (0..EDGES).map(move |edge| (layer + 1) as f64 * component(edge)));
+    made.add(name, &["time", "lev", edge], Values::F64(values.collect()));
+}
+
+fn mpas() -> Made {
+    let (mesh, mut made) = (IcosahedralMesh::new(1).unwrap(), Made::mesh(false));
+    made.dimensions.extend([("time", 0), ("lev", LAYERS)]);
+    let beside = beside(&mut made);
+    add_rotation(&mut made, "u", "nEdges", &beside, [&mesh.lon_center_rad, &mesh.lat_center_rad]);
+    made.add("rho_edge", &["time", "nEdges"], Values::F32((0..EDGES).map(|edge| edge as f32).collect()));
+    made.add("v", &["time", "lev", "nEdges"], Values::F64(vec![0.0; LAYERS * EDGES]));
+    made.add("dcEdge", &["nEdges"], Values::F64(vec![1.0; EDGES]));
+    made
+}
+
+/// Asserts that the fields are the rotation at all places but those in `missing`.
+fn expect_rotation(file: &Dataset, name: &str, at: [&[f64]; 2], missing: &[usize]) {
+    for (part, ending) in ["zonal", "meridional"].into_iter().enumerate() {
+        let owned = file.read_field(&format!("{name}_{ending}"), 0).unwrap();
+        let field = owned.field().unwrap();
+        assert_eq!((field.shape().columns, field.shape().layers), (at[0].len(), LAYERS));
+        for (column, layer) in (0..at[0].len()).flat_map(|column| (0..LAYERS).map(move |layer| (column, layer))) {
+            let expected = (layer + 1) as f64 * rotation(at[0][column], at[1][column])[part];
+            let value = field.value(column, layer);
+            let is_right = if missing.contains(&column) { value.is_nan() } else { (value - expected).abs() < 1e-9 };
+            assert!(is_right, "{ending} of column {column}, layer {layer}: {value}, expected {expected}");
+        }
+    }
+}
+
+#[test]
+fn components_normal_to_edges_are_vectors_at_cells() {
+    let mesh = IcosahedralMesh::new(1).unwrap();
+    let at: [&[f64]; 2] = [&mesh.lon_center_rad, &mesh.lat_center_rad];
+    let mut made = mpas();
+    let file = open(&made);
+    let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
+    assert_eq!(names, ["u_zonal", "u_meridional", "rho_edge"], "v lies along edges, dcEdge is of the mesh");
+    let info = file.field_info("u_zonal").unwrap();
+    assert_eq!((info.location, info.columns, info.is_from_edges()), (Location::Center, 42, true));
+    assert_eq!(info.description.long_name.as_deref(), Some("u, zonal component"));
+    expect_rotation(&file, "u", at, &[]);
+    let (owned, beside) = (file.read_field("rho_edge", 0).unwrap(), beside(&mut made));
+    for (cell, value) in (0..42).map(|cell| (cell, owned.field().unwrap().value(cell, 0))) {
+        let own: Vec<f64> = (0..EDGES).filter(|e| beside[*e].contains(&(cell as i32))).map(|e| e as f64).collect();
+        assert!((value - own.iter().sum::<f64>() / own.len() as f64).abs() < 1e-5, "cell {cell}: {value}");
+    }
+    expect(&file.field_info("u").unwrap_err(), ErrorKind::Field, &["at cells are u_zonal and u_meridional"]);
+    expect(&file.field_info("v").unwrap_err(), ErrorKind::Field, &["v(time = 1, lev = 3, nEdges = 120)", "normal"]);
+    // All but one edge of cell 7 lack a value, or a neighbour; cell 8 lacks one edge alone.
+    let of = |cell: i32| (0..EDGES).filter(|edge| beside[*edge].contains(&cell)).collect::<Vec<_>>();
+    let away: Vec<usize> = of(7)[1..].iter().copied().chain([of(8)[0]]).collect();
+    let mut rim = made.clone();
+    for &edge in &away {
+        (0..LAYERS).for_each(|layer| made.f64s("u")[layer * EDGES + edge] = f64::NAN);
+        let other = beside[edge].iter().position(|cell| ![7, 8].contains(cell)).unwrap();
+        rim.i32s("cellsOnEdge")[2 * edge + other] = if edge % 2 == 0 { 0 } else { i32::MIN };
+    }
+    expect_rotation(&open(&made), "u", at, &[7]);
+    expect_rotation(&open(&rim), "u", at, &[7]);
+}
+
+#[test]
+fn components_normal_to_edges_of_triangles_are_vectors_at_triangles() {
+    let mesh = IcosahedralMesh::new(1).unwrap();
+    let at: [&[f64]; 2] = [&mesh.lon_corner_rad, &mesh.lat_corner_rad];
+    let beside: Vec<[i32; 2]> = mesh.edge_corner.as_chunks().0.to_vec();
+    let mut grid = Made { path: "grid.nc", ..Made::icon_grid() };
+    grid.dimensions.extend([("edge", EDGES), ("nc", 2)]);
+    let by_place = (0..2 * EDGES).map(|i| beside[i % EDGES][i / EDGES] + 1).collect();
+    let mut data = Made::of([("edge", EDGES), ("cell", 80), ("lev", LAYERS), ("time", 0)], []);
+    add_rotation(&mut data, "vn", "edge", &beside, at);
+    data.last().attributes = vec![("long_name", "velocity normal to edge".into())];
+    let error = opened(&data, &[&grid]).unwrap().field_info("vn").unwrap_err();
+    let parts =
+        ["vn(time = 1, lev = 3, edge = 120)", "adjacent_cell_of_edge", "is missing", "give that file as `mesh`"];
+    expect(&error, ErrorKind::Field, &parts);
+    grid.add("adjacent_cell_of_edge", &["nc", "edge"], Values::I32(by_place));
+    let file = opened(&data, &[&grid]).unwrap();
+    assert_eq!(file.field_info("vn_zonal").unwrap().location, Location::Corner);
+    expect_rotation(&file, "vn", at, &[]);
+    grid.i32s("adjacent_cell_of_edge")[5] = 81;
+    let error = opened(&data, &[&grid]).unwrap().read_field("vn_zonal", 0).unwrap_err();
+    expect(&error, ErrorKind::Grid, &["grid.nc: adjacent_cell_of_edge: cell 81 beside edge 6, expected 1 to 80"]);
+}
