@@ -232,6 +232,10 @@ impl<'r> RayState<'r, '_> {
         let Scratch { segments, breaks, ranges, .. } = &mut self.scratch;
         breaks.clear();
         breaks.push(Break { u: 1.0, meets: None });
+        // A single volume is cut at its knots by itself.
+        if self.single.is_some() && scene.isosurfaces.is_empty() && scene.surface_layers.is_empty() {
+            return;
+        }
         for (number, (source, segment)) in scene.sources.iter().zip(&*segments).enumerate() {
             let Some(segment) = segment else { continue };
             let start = (0.0, segment.f0);
@@ -245,7 +249,6 @@ impl<'r> RayState<'r, '_> {
                 let part = segment.part(start, end);
                 let at = |value: f64| lerp(start.0, end.0, part.solve(value));
                 let (low, high) = (part.f0.min(part.f1), part.f0.max(part.f1));
-                // A single volume is cut at its knots by itself.
                 for cut in source.cuts_between(low, high).iter().filter(|_| self.single.is_none()) {
                     breaks.push(Break { u: at(*cut), meets: None });
                 }
@@ -317,15 +320,14 @@ impl<'r> RayState<'r, '_> {
         let Some(single) = self.single.as_mut().filter(|_| !media.is_empty()) else { return Flow::On };
         let source = single.source();
         let (Some(value), Some(values)) = (segments[source], ranges[source]) else { return Flow::On };
-        let mut components = [Segment { f0: 0.0, f1: 0.0, kappa: 0.0, eps: way.eps, length: way.length }; 3];
-        let mut gradient_size = 0.0;
-        if self.shading.is_some() {
-            let vertices @ [lower, upper] = &at_vertices(self.scene, wedge, gap, source);
-            components = [0, 1, 2].map_inline(|axis| way.interpolant([&lower[axis], &upper[axis]]));
-            gradient_size = size_of(vertices);
-        }
         let met = (self.light, self.min_transmittance);
-        let (light, flow) = single.light((&value, &components), (values, gradient_size), range, met);
+        let (light, flow) = if self.shading.is_some() {
+            let vertices @ [lower, upper] = &at_vertices(self.scene, wedge, gap, source);
+            let [x, y, z] = [0, 1, 2].map_inline(|axis| way.interpolant([&lower[axis], &upper[axis]]));
+            single.light([&value, &x, &y, &z], (values, size_of(vertices)), range, met)
+        } else {
+            single.light([&value], (values, 0.0), range, met)
+        };
         self.light = light;
         flow
     }

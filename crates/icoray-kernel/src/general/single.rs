@@ -44,26 +44,25 @@ impl<'w> SingleVolume<'w> {
         self.ray.span = None;
     }
 
-    /// Adds the light of a part of a frustum to `light`. `value` and `gradient` run along the whole frustum, with the
-    /// range of the values and the largest component of the gradients at its vertices; the ray ends at `min_transmittance`.
+    /// Adds the light of a part of a frustum to `light`. Value, and gradient where `N` is 4, run along the whole frustum,
+    /// with the range of the values and the largest component of the gradients at its vertices; the ray ends at
+    /// `min_transmittance`.
     #[inline]
-    pub fn light(
+    pub fn light<const N: usize>(
         &mut self,
-        (value, gradient): (&Segment<f64>, &[Segment<f64>; 3]),
+        along: [&Segment<f64>; N],
         (values, gradient_size): ([f64; 2], f64),
         [from, to]: [f64; 2],
         (light, min_transmittance): (Radiance<f64>, f64),
     ) -> (Radiance<f64>, Flow) {
-        let (map, ray) = (self.map, &mut self.ray);
+        let (map, ray, value) = (self.map, &mut self.ray, along[0]);
         let whole =
             Segment { f0: map.normal(value.f0), f1: map.normal(value.f1), kappa: value.kappa * map.scale(), ..*value };
-        let [x, y, z] = gradient;
-        let interpolant: FrustumInterpolant<f64, 4> = FrustumInterpolant {
-            from: [whole.f0, x.f0, y.f0, z.f0],
-            to: [whole.f1, x.f1, y.f1, z.f1],
-            kappa: [whole.kappa, x.kappa, y.kappa, z.kappa],
-            eps: whole.eps,
-        };
+        let [mut from_all, mut to_all, mut kappa] = [[whole.f0; N], [whole.f1; N], [whole.kappa; N]];
+        for k in 1..N {
+            (from_all[k], to_all[k], kappa[k]) = (along[k].f0, along[k].f1, along[k].kappa);
+        }
+        let interpolant = FrustumInterpolant { from: from_all, to: to_all, kappa, eps: whole.eps };
         if self.needs_sizes {
             let [low, high] = values.map_inline(|value| map.normal(value).abs());
             ray.size = correlated(low.max(high));
