@@ -30,6 +30,11 @@ fn ray_min_transmittance(ray: ptr<function, Ray>) -> f32 {
     return params.min_transmittance;
 }
 
+// Transmittance at which the ray has ended: that of a piece that ended early is accurate to the last digit only.
+fn ray_rest(ray: ptr<function, Ray>) -> f32 {
+    return ray_min_transmittance(ray) * 1.001 + 2.0 * ROUNDING;
+}
+
 // Radiance along a ray, and the surfaces that it met.
 struct Traced {
     light: Radiance,
@@ -262,7 +267,7 @@ fn frustum(ray: ptr<function, Ray>, light: ptr<function, Radiance>, segment: Seg
         near_steps(light, segment, 0u, params.steps, 0.0);
     }
     let through = 1.0 - (*light).alpha;
-    if through > ray_min_transmittance(ray) * 1.001 + 2.0 * ROUNDING {
+    if through > ray_rest(ray) {
         return false;
     }
     (*light).error += through * params.brightest;
@@ -336,7 +341,7 @@ fn piece(
     reach: f32,
 ) {
     let through = 1.0 - (*light).alpha;
-    if span_is_clear_in(span, segment) || through <= ray_min_transmittance(ray) {
+    if span_is_clear_in(span, segment) || through <= ray_rest(ray) {
         return;
     }
     let budget = ErrorBudget(params.color_tolerance, ray_min_transmittance(ray), through, reach);

@@ -73,9 +73,13 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         if !self.tracer.spans.steps().is_empty() {
             self.near_steps(segment);
         }
-        // The transmittance of a piece that ended early is accurate to the last digit only.
-        let rest = self.min_transmittance * T::of(1.001) + T::of(2.0 * T::ROUNDING);
-        if self.light.ends(rest, T::of(self.tracer.budget.brightest)) { Flow::Stop } else { Flow::On }
+        if self.light.ends(self.rest(), T::of(self.tracer.budget.brightest)) { Flow::Stop } else { Flow::On }
+    }
+
+    /// Transmittance at which the ray has ended: that of a piece that ended early is accurate to the last digit only.
+    #[inline(always)]
+    fn rest(&self) -> T {
+        self.min_transmittance * T::of(1.001) + T::of(2.0 * T::ROUNDING)
     }
 
     /// Splits a monotone segment, `range` of the whole interpolant, at the transfer function's knots, from span `k` to
@@ -148,7 +152,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
             return;
         }
         let through = self.light.transmittance();
-        if through <= self.min_transmittance {
+        if through <= self.rest() {
             return;
         }
         let allowance = ErrorBudget {
