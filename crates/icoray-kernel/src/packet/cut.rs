@@ -139,21 +139,20 @@ mod tests {
     use crate::transfer::{KernelKnot, Spans};
     use fearless_simd::Level;
 
-    /// The lanes that only scalar code can cut, of all with a part that a span with a step above it contains, although
-    /// the part's bounds do not show that.
+    /// The lanes that only scalar code can cut, if the first is active. Its part is in a span below a step, although the
+    /// part's bounds do not show that.
     fn scalar<V: Machine>(simd: V, is_new: bool) -> u32 {
         let knot = |value: f64, extinction: f64| KernelKnot { value, color: [0.5; 3], extinction };
-        let spans = Spans::new(&[knot(0.0, 1.0), knot(0.8, 2.0), knot(0.8, 9.0), knot(1.0, 0.0)]);
+        let spans = Spans::new(&[knot(-0.8, 1.0), knot(0.0, 2.0), knot(0.0, 9.0), knot(0.2, 0.0)]);
         let spans = SpanTables::new(&spans).expect("a short table");
-        let [f0, f1, kappa, eps] = [0.6, 0.5, 0.5, -0.2].map(|x| all(simd, x));
+        let [f0, f1, kappa, eps] = [-0.2, -0.3, 0.5, -0.2].map(|x| all(simd, x));
         let part = Part { f0, f1, kappa, eps, length: all(simd, 1.0) };
         let no = <Mask<V> as SimdMask<V>>::splat(simd, false);
         let cutter = Cutter { simd, spans: &spans, is_monotone: no, size: all(simd, 1.0) };
-        let active = u32::MAX >> (u32::BITS as usize - <Floats<V> as SimdBase<V>>::N);
         let mut scalar = 0;
-        let pieces = cutter.pieces(part, number(simd, 1), [active, if is_new { active } else { 0 }], &mut scalar);
+        let pieces = cutter.pieces(part, number(simd, 1), [1, u32::from(is_new)], &mut scalar);
         assert!(pieces.span.simd_eq(1).all_true() && pieces.upto.simd_eq(1.0).all_true() && pieces.more == 0);
-        scalar & 1
+        scalar
     }
 
     /// The rest of a frustum has looser bounds than the frustum. If scalar code took it, its first pieces would count
