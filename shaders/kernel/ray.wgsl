@@ -292,6 +292,7 @@ fn monotone(
     let rising = f1 >= f0;
     var rest = segment;
     var from_ = range.x;
+    var at = 0.0;
     loop {
         let span = spans[k];
         let knot = select(span.low, span.high, rising);
@@ -314,7 +315,7 @@ fn monotone(
             if !is_inside {
                 let mean = medium_sample_at(span, 0.5 * (f.x + f.y));
                 let change = span.steepest * abs(f.y - f.x);
-                let cut = KnotCrossing(f, part.length, mean, change, span_is_narrow(span));
+                let cut = KnotCrossing(f, segment_slope(segment, at), part.length, mean, change, span_is_narrow(span));
                 roundoff_cut(&roundoff, light, before, cut);
             }
         }
@@ -326,6 +327,7 @@ fn monotone(
         }
         rest = segment_part(rest, end, vec2f(1.0, f1));
         from_ = to;
+        at = lerp(at, 1.0, end.x);
         k = select(k - 1u, k + 1u, rising);
     }
     return k;

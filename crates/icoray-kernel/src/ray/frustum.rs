@@ -106,7 +106,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         // Each knot is searched in the remainder: a narrow piece searched from the start would be a difference of two
         // u.
         let mut rest = *segment;
-        let mut from = range[0];
+        let (mut from, mut at) = (range[0], zero);
         loop {
             let span = spans.span(k);
             let knot = if rising { span.high } else { span.low };
@@ -121,18 +121,16 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
                 self.piece(&part, k, interpolant, [from, to], reach);
                 let mean = MediumSample::at(span, T::of(0.5) * (f[0] + f[1]));
                 let change = span.steepest() * (f[1] - f[0]).abs();
-                error_bound.cut(
-                    &mut self.light,
-                    before,
-                    KnotCrossing { values: f, length: part.length, mean, change, is_narrow: span.is_narrow() },
-                );
+                let (slope, length, is_narrow) = (segment.slope(at), part.length, span.is_narrow());
+                let crossing = KnotCrossing { values: f, slope, length, mean, change, is_narrow };
+                error_bound.cut(&mut self.light, before, crossing);
             }
             if is_last {
                 error_bound.shift(&mut self.light, &MediumSample::at(span, f1));
                 return k;
             }
             rest = rest.part(end, (one, f1));
-            from = to;
+            (from, at) = (to, lerp(at, one, end.0));
             k = if rising { k + 1 } else { k - 1 };
         }
     }
