@@ -82,18 +82,18 @@ pub fn mean_shade<T: Real>(
     shading.mean(&turn, &ColorChange::of(piece, span))
 }
 
-/// `light` of a piece with its mean shade.
+/// `light` of a piece with its mean shade, which has this standard deviation.
 #[inline(always)]
 pub fn shaded<T: Real>(
     shading: &RayShading<T>,
     piece: &Segment<T>,
     span: &Span<T>,
     mean: &MeanShade<T>,
-    light: Radiance<T>,
+    (light, deviation): (Radiance<T>, T),
 ) -> Radiance<T> {
     let rise = piece.f1 - piece.f0;
     let [r, g, b] = span.color_slope();
-    shading.apply(light, mean, [*r * rise, *g * rise, *b * rise], T::zero())
+    shading.apply(light, mean, [*r * rise, *g * rise, *b * rise], deviation)
 }
 
 /// Whether a piece need not be cut: the part of the error of its shade above `color_tolerance` of its light is within
@@ -137,8 +137,8 @@ struct Rest<T> {
     range: [T; 2],
     /// The transmittance of the previous parts.
     through: T,
-    /// The sum of the standard deviations of their shades. Rounding of the gradients at the vertices turns the normals
-    /// of all parts alike.
+    /// The sum of the standard deviations of their shades by rounding of the gradients at the vertices, which turns the
+    /// normals of all parts alike.
     deviation: T,
 }
 
@@ -193,8 +193,10 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let FrustumInterpolant { from, to, .. } = self.interpolant;
         let mixed_of = self.gradient_size.max(largest(&from[1..])).max(largest(&to[1..]));
         let deviation = self.shading.deviation_of(mixed_of, largest(gradients.as_flattened()));
-        let light = shaded(self.shading, piece, self.span, &mean, light);
-        rest.deviation = rest.deviation + rest.through * light.alpha * deviation;
+        let [rounded, _] = self.shading.deviations;
+        let light = shaded(self.shading, piece, self.span, &mean, (light, rounded));
+        let turned = (deviation - rounded).max(T::zero());
+        rest.deviation = rest.deviation + rest.through * light.alpha * turned;
         rest.through = rest.through * light.transmittance();
         let left = rest.spare + color_tolerance * light.alpha - light.error;
         rest.spare = left.max(T::zero()) / light.transmittance().max(T::min_positive_value());
