@@ -30,6 +30,11 @@ fn ray_min_transmittance(ray: ptr<function, Ray>) -> f32 {
     return params.min_transmittance;
 }
 
+// Transmittance at which the ray has ended: that of a piece that ended early is accurate to the last digit only.
+fn ray_rest(ray: ptr<function, Ray>) -> f32 {
+    return ray_min_transmittance(ray) * 1.001 + 2.0 * ROUNDING;
+}
+
 // Radiance along a ray, and the surfaces that it met.
 struct Traced {
     light: Radiance,
@@ -262,7 +267,7 @@ fn frustum(ray: ptr<function, Ray>, light: ptr<function, Radiance>, segment: Seg
         near_steps(light, segment, 0u, params.steps, 0.0);
     }
     let through = 1.0 - (*light).alpha;
-    if through > ray_min_transmittance(ray) * 1.001 + 2.0 * ROUNDING {
+    if through > ray_rest(ray) {
         return false;
     }
     (*light).error += through * params.brightest;
@@ -287,6 +292,7 @@ fn monotone(
     let rising = f1 >= f0;
     var rest = segment;
     var from_ = range.x;
+    var at = 0.0;
     loop {
         let span = spans[k];
         let knot = select(span.low, span.high, rising);
@@ -309,7 +315,7 @@ fn monotone(
             if !is_inside {
                 let mean = medium_sample_at(span, 0.5 * (f.x + f.y));
                 let change = span.steepest * abs(f.y - f.x);
-                let cut = KnotCrossing(f, part.length, mean, change, span_is_narrow(span));
+                let cut = KnotCrossing(f, segment_slope(segment, at), part.length, mean, change, span_is_narrow(span));
                 roundoff_cut(&roundoff, light, before, cut);
             }
         }
@@ -321,6 +327,7 @@ fn monotone(
         }
         rest = segment_part(rest, end, vec2f(1.0, f1));
         from_ = to;
+        at = lerp(at, 1.0, end.x);
         k = select(k - 1u, k + 1u, rising);
     }
     return k;
@@ -336,7 +343,7 @@ fn piece(
     reach: f32,
 ) {
     let through = 1.0 - (*light).alpha;
-    if span_is_clear_in(span, segment) || through <= ray_min_transmittance(ray) {
+    if span_is_clear_in(span, segment) || through <= ray_rest(ray) {
         return;
     }
     let budget = ErrorBudget(params.color_tolerance, ray_min_transmittance(ray), through, reach);

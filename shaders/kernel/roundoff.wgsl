@@ -18,6 +18,8 @@ fn medium_sample_color_difference(a: MediumSample, b: MediumSample) -> f32 {
 
 struct KnotCrossing {
     values: vec2f,
+    // Slope of the segment at the cut.
+    slope: f32,
     length: f32,
     mean: MediumSample,
     change: f32,
@@ -28,6 +30,9 @@ struct Roundoff {
     length: f32,
     ends: vec2f,
     reach: f32,
+    // Maximum of the slope, and the least at a cut.
+    steepest: f32,
+    flattest: f32,
     start: MediumSample,
     // The piece before the cut, if there is one.
     has_last: bool,
@@ -37,7 +42,9 @@ struct Roundoff {
 
 fn roundoff_new(segment: Segment, start: MediumSample) -> Roundoff {
     let ends = vec2f(segment.f0, segment.f1);
-    return Roundoff(segment.length, ends, segment_reach(segment), start, false, start, 0.0);
+    let flattest = abs(ends.y - ends.x);
+    let steepest = flattest + abs(segment.kappa);
+    return Roundoff(segment.length, ends, segment_reach(segment), steepest, flattest, start, false, start, 0.0);
 }
 
 fn roundoff_rise(roundoff: ptr<function, Roundoff>) -> f32 {
@@ -50,6 +57,7 @@ fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance
     let knot = (*roundoff).length * last_digit / max(last_digit + roundoff_rise(roundoff), 1e-37);
     let off = unit * piece.length + knot;
     if (*roundoff).has_last {
+        (*roundoff).flattest = min((*roundoff).flattest, abs(piece.slope));
         let nearer = unit * min((*roundoff).last_length, piece.length) + knot;
         roundoff_moved(light, alpha, nearer, (*roundoff).last, piece.mean);
     }
@@ -80,8 +88,10 @@ fn roundoff_apart(value: f32, ends: vec2f) -> f32 {
 }
 
 fn roundoff_shift(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, end: MediumSample) {
-    let shift = (*roundoff).length * (*roundoff).reach / ((*roundoff).reach + roundoff_rise(roundoff));
-    roundoff_moved(light, (*light).alpha, shift, (*roundoff).start, end);
+    // At an extremum the place of a cut is the root of the reach of rounding.
+    let reach = (*roundoff).reach;
+    let shift = min(sqrt(reach / (reach + (*roundoff).steepest)), reach / (reach + (*roundoff).flattest));
+    roundoff_moved(light, (*light).alpha, (*roundoff).length * shift, (*roundoff).start, end);
 }
 
 fn roundoff_moved(light: ptr<function, Radiance>, alpha: f32, length: f32, before: MediumSample, behind: MediumSample) {

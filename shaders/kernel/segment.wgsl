@@ -22,6 +22,11 @@ fn segment_value(s: Segment, u: f32) -> f32 {
     return s.f0 + (s.f1 - s.f0) * u + s.kappa * u * (1.0 - u) / (1.0 + s.eps * u);
 }
 
+fn segment_slope(s: Segment, u: f32) -> f32 {
+    let r = 1.0 + s.eps * u;
+    return s.f1 - s.f0 + s.kappa * (1.0 - u - u * r) / (r * r);
+}
+
 // Slopes at the start and the end.
 fn segment_end_slopes(s: Segment) -> vec2f {
     let rise = s.f1 - s.f0;

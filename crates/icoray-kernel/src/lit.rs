@@ -142,6 +142,11 @@ struct Rest<T> {
     halvings: u32,
     /// The whole piece's range of the interpolant.
     range: [T; 2],
+    /// The transmittance of the previous parts.
+    through: T,
+    /// The sum of the standard deviations of their shades by rounding of the gradients at the vertices, which turns the
+    /// normals of all parts alike.
+    deviation: T,
 }
 
 /// A piece under light.
@@ -169,7 +174,10 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
     /// permits.
     #[inline]
     pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: T) -> Radiance<T> {
-        self.part(piece, range, cuts, &mut Rest { spare, halvings: 0, range })
+        let mut rest = Rest { spare, halvings: 0, range, through: T::one(), deviation: T::zero() };
+        let mut light = self.part(piece, range, cuts, &mut rest);
+        light.variance = light.variance + rest.deviation * rest.deviation;
+        light
     }
 
     /// The light of a part, front to back with the unspent error of the previous parts.
@@ -188,9 +196,15 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
             }
         }
         let light = integrate(self.method, piece, self.span, self.allowance);
-        let size = gradients.as_flattened().iter().fold(T::zero(), |most, x| most.max(x.abs()));
-        let deviation = self.shading.deviation_of(self.gradient_size, size);
-        let light = shaded(self.shading, piece, self.span, &mean, (light, deviation));
+        let largest = |of: &[T]| of.iter().fold(T::zero(), |most, x| most.max(x.abs()));
+        let FrustumInterpolant { from, to, .. } = self.interpolant;
+        let mixed_of = self.gradient_size.max(largest(&from[1..])).max(largest(&to[1..]));
+        let deviation = self.shading.deviation_of(mixed_of, largest(gradients.as_flattened()));
+        let [rounded, _] = self.shading.deviations;
+        let light = shaded(self.shading, piece, self.span, &mean, (light, rounded));
+        let turned = (deviation - rounded).max(T::zero());
+        rest.deviation = rest.deviation + rest.through * light.alpha * turned;
+        rest.through = rest.through * light.transmittance();
         let left = rest.spare + color_tolerance * light.alpha - light.error;
         rest.spare = left.max(T::zero()) / light.transmittance().max(T::min_positive_value());
         light

@@ -36,6 +36,8 @@ impl<T: Real> MediumSample<T> {
 pub(super) struct KnotCrossing<T> {
     /// Values at its start, which is the cut, and at its end.
     pub values: [T; 2],
+    /// Slope of the segment at the cut.
+    pub slope: T,
     /// Its length, planet radii.
     pub length: T,
     /// Its medium at its middle.
@@ -53,6 +55,9 @@ pub(super) struct Roundoff<T> {
     /// Values at the ends, and their rounding error.
     ends: [T; 2],
     reach: T,
+    /// Maximum of the slope, and the least at a cut.
+    steepest: T,
+    flattest: T,
     start: MediumSample<T>,
     /// The piece before the cut: its medium and length.
     last: Option<(MediumSample<T>, T)>,
@@ -63,7 +68,9 @@ impl<T: Real> Roundoff<T> {
     #[inline]
     pub fn new(segment: &Segment<T>, reach: T, start: MediumSample<T>) -> Self {
         let ends = [segment.f0, segment.f1];
-        Roundoff { length: segment.length, ends, reach, start, last: None }
+        let flattest = (segment.f1 - segment.f0).abs();
+        let steepest = flattest + segment.kappa.abs();
+        Roundoff { length: segment.length, ends, reach, steepest, flattest, start, last: None }
     }
 
     #[inline]
@@ -79,6 +86,7 @@ impl<T: Real> Roundoff<T> {
         let knot = self.length * last_digit / (last_digit + self.rise());
         let off = unit * piece.length + knot;
         if let Some((last, length)) = self.last {
+            self.flattest = self.flattest.min(piece.slope.abs());
             // A cut is found from the previous cut: the shorter adjacent piece bounds its error.
             let off = unit * length.min(piece.length) + knot;
             self.add_displacement(light, absorbed, off, [&last, &piece.mean]);
@@ -106,7 +114,9 @@ impl<T: Real> Roundoff<T> {
     /// Adds the effect at the segment's end, in the medium `end`.
     #[inline]
     pub fn shift(&self, light: &mut Radiance<T>, end: &MediumSample<T>) {
-        let shift = self.length * self.reach / (self.reach + self.rise());
+        // At an extremum the place of a cut is the root of the reach of rounding.
+        let root = (self.reach / (self.reach + self.steepest)).sqrt();
+        let shift = self.length * root.min(self.reach / (self.reach + self.flattest));
         self.add_displacement(light, light.alpha, shift, [&self.start, end]);
     }
 

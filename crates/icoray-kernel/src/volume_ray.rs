@@ -109,9 +109,13 @@ impl<'v, T: Real> VolumeRay<'v, T> {
         if !self.spans.steps().is_empty() {
             self.near_steps(segment);
         }
-        // The transmittance of a piece that ended early is accurate to the last digit only.
-        let rest = self.min_transmittance * T::of(1.001) + T::of(2.0 * T::ROUNDING);
-        if self.light.ends(rest, self.brightest) { Flow::Stop } else { Flow::On }
+        if self.light.ends(self.rest(), self.brightest) { Flow::Stop } else { Flow::On }
+    }
+
+    /// Transmittance at which the ray has ended: that of a piece that ended early is accurate to the last digit only.
+    #[inline(always)]
+    fn rest(&self) -> T {
+        self.min_transmittance * T::of(1.001) + T::of(2.0 * T::ROUNDING)
     }
 
     /// Splits a monotone segment, `range` of the whole interpolant, at the transfer function's knots, from span `k` to
@@ -138,7 +142,7 @@ impl<'v, T: Real> VolumeRay<'v, T> {
         // Each knot is searched in the remainder: a narrow piece searched from the start would be a difference of two
         // u.
         let mut rest = *segment;
-        let mut from = range[0];
+        let (mut from, mut at) = (range[0], zero);
         loop {
             let span = spans.span(k);
             let knot = if rising { span.high } else { span.low };
@@ -153,18 +157,16 @@ impl<'v, T: Real> VolumeRay<'v, T> {
                 self.piece(&part, k, interpolant, [from, to], reach);
                 let mean = MediumSample::at(span, T::of(0.5) * (f[0] + f[1]));
                 let change = span.steepest() * (f[1] - f[0]).abs();
-                error_bound.cut(
-                    &mut self.light,
-                    before,
-                    KnotCrossing { values: f, length: part.length, mean, change, is_narrow: span.is_narrow() },
-                );
+                let (slope, length, is_narrow) = (segment.slope(at), part.length, span.is_narrow());
+                let crossing = KnotCrossing { values: f, slope, length, mean, change, is_narrow };
+                error_bound.cut(&mut self.light, before, crossing);
             }
             if is_last {
                 error_bound.shift(&mut self.light, &MediumSample::at(span, f1));
                 return k;
             }
             rest = rest.part(end, (one, f1));
-            from = to;
+            (from, at) = (to, lerp(at, one, end.0));
             k = if rising { k + 1 } else { k - 1 };
         }
     }
@@ -184,7 +186,7 @@ impl<'v, T: Real> VolumeRay<'v, T> {
             return;
         }
         let through = self.light.transmittance();
-        if through <= self.min_transmittance {
+        if through <= self.rest() {
             return;
         }
         let allowance = ErrorBudget {

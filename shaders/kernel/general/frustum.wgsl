@@ -335,7 +335,7 @@ fn scene_first_surface(layer: u32) -> u32 {
 // Whether the ray ends behind a surface.
 fn scene_ends(ray: ptr<function, Ray>, light: ptr<function, Radiance>) -> bool {
     let through = 1.0 - (*light).alpha;
-    if through > ray_min_transmittance(ray) * 1.001 + 2.0 * ROUNDING {
+    if through > ray_rest(ray) {
         return false;
     }
     (*light).error += through * params.brightest;

@@ -171,6 +171,8 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         lit.clear();
         panels.push([self.node(from, from, lit), self.node(from, to, lit)]);
         let mut halvings = 0;
+        // Gradients and values at the vertices, whose rounding moves all panels alike.
+        let mut moved = 0.0;
         while let Some([first, last]) = panels.pop() {
             let middle = self.node(from, 0.5 * (first.u + last.u), lit);
             let depth = last.depth - first.depth;
@@ -190,11 +192,10 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             let spare = earned.max(0.0) / light.transmittance().max(f64::MIN_POSITIVE);
             let is_near = (off - self.color_tolerance) * absorbed <= spare || off <= rounded;
             if is_near || !may_halve(halvings, (last.u - from) / (to - from)) {
-                let off_by = absorbed * rounded.hypot(deviation);
-                let error = absorbed * off;
-                light.over(&Radiance { error, variance: off_by * off_by, ..Radiance::plain(mean.color, absorbed) });
+                moved += light.transmittance() * absorbed * rounded.hypot(deviation);
+                light.over(&Radiance { error: absorbed * off, ..Radiance::plain(mean.color, absorbed) });
                 if light.transmittance() <= self.min_transmittance {
-                    return;
+                    break;
                 }
             } else {
                 panels.push([middle, last]);
@@ -202,6 +203,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
                 halvings += 1;
             }
         }
+        light.variance += moved * moved;
     }
 
     #[inline]

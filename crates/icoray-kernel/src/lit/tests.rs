@@ -221,6 +221,19 @@ fn the_rounding_of_a_shade_can_be_afforded() {
     }
 }
 
+/// The gradients at the vertices are the same for all parts of a piece, and larger than those at its start.
+#[test]
+fn cuts_do_not_reduce_the_rounding_of_gradients() {
+    let mut case = case(&mut Random::new(9), 1);
+    (case.interpolant.from, case.interpolant.to) = ([0.0, 0.1, 0.0, 0.0], [0.0, 0.0, 0.9, 0.0]);
+    case.piece.length = 1e-3;
+    case.shading.deviations = [0.0, 1e-3];
+    let [whole, cut] = [0, Lit::<f64, 4>::MAX_CUTS].map(|cuts| case.lit(1e-6, cuts));
+    assert!(cut.error < 0.01 * whole.error, "{whole:?} {cut:?}");
+    let [of_whole, of_parts] = [whole, cut].map(|light| light.variance.sqrt() / light.alpha);
+    assert!(of_whole > 0.999e-3 && of_parts > 2.0 * of_whole, "{of_whole} {of_parts}");
+}
+
 /// The same piece in f32.
 fn in_single(case: &Case) -> Radiance<f32> {
     let narrow = |values: [f64; 4]| values.map(|x| x as f32);

@@ -71,7 +71,7 @@ impl<V: Machine> VolumeNodes<V> {
             extinction,
             color: color_at,
             thickening: part.end_slopes().map_inline(|slope| shown(medium.slope * slope)),
-            tint: tints.map_inline(|slope| color.color_slope.map_inline(|c| c * slope)),
+            tint: tints.map_inline(|slope| color.color_slope.map_inline(|c| shown(c * slope))),
             length: shown(part.length),
             eps: shown(part.eps),
             depth: [shown(whole), shown(front)],

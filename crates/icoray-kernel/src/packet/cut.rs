@@ -64,12 +64,13 @@ pub(super) struct Cutter<'c, 't, V: Machine> {
 
 impl<V: Machine> Cutter<'_, '_, V> {
     /// The piece of each `active` lane's part: the whole part if its values stay in one span, else up to the extremum
-    /// or the next knot. Adds lanes of frusta that only scalar code can cut to `scalar`. Spans are searched from
-    /// `near`.
+    /// or the next knot. Adds lanes of frusta that only scalar code can cut to `scalar`; these are `new`, as a frustum
+    /// that is not cut at its start stays in its span. Spans are searched from `near`.
     #[inline(always)]
-    pub fn pieces(&self, part: Part<V>, near: Numbers<V>, active: u32, scalar: &mut u32) -> Pieces<V> {
+    pub fn pieces(&self, part: Part<V>, near: Numbers<V>, [active, new]: [u32; 2], scalar: &mut u32) -> Pieces<V> {
         let Cutter { simd, spans, .. } = *self;
         let [least, most] = part.within();
+        let active = if spans.has_steps { active & new } else { active };
         let Found { span, low, high } = spans.find(simd, least, near, mask::<V>(simd, active));
         let is_whole = if spans.has_steps {
             let margin = part.reach(self.size) * 8.0;
@@ -129,5 +130,45 @@ impl<V: Machine> Cutter<'_, '_, V> {
             // The remainder of a part without extremum, or cut at it, is monotone.
             is_monotone: is_monotone | !turns | !crosses,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transfer::{KernelKnot, Spans};
+    use fearless_simd::Level;
+
+    /// The lanes that only scalar code can cut, if the first is active. Its part is in a span below a step, although the
+    /// part's bounds do not show that.
+    fn scalar<V: Machine>(simd: V, is_new: bool) -> u32 {
+        let knot = |value: f64, extinction: f64| KernelKnot { value, color: [0.5; 3], extinction };
+        let spans = Spans::new(&[knot(-0.8, 1.0), knot(0.0, 2.0), knot(0.0, 9.0), knot(0.2, 0.0)]);
+        let spans = SpanTables::new(&spans).expect("a short table");
+        let [f0, f1, kappa, eps] = [-0.2, -0.3, 0.5, -0.2].map(|x| all(simd, x));
+        let part = Part { f0, f1, kappa, eps, length: all(simd, 1.0) };
+        let no = <Mask<V> as SimdMask<V>>::splat(simd, false);
+        let cutter = Cutter { simd, spans: &spans, is_monotone: no, size: all(simd, 1.0) };
+        let mut scalar = 0;
+        let pieces = cutter.pieces(part, number(simd, 1), [1, u32::from(is_new)], &mut scalar);
+        assert!(pieces.span.simd_eq(1).all_true() && pieces.upto.simd_eq(1.0).all_true() && pieces.more == 0);
+        scalar
+    }
+
+    /// The rest of a frustum has looser bounds than the frustum. If scalar code took it, its first pieces would count
+    /// twice.
+    #[test]
+    fn a_frustum_that_is_not_cut_at_its_start_stays_in_its_span() {
+        let is_scalar = match Level::new() {
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512(simd) => [true, false].map(|is_new| scalar(simd, is_new)),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2(simd) => [true, false].map(|is_new| scalar(simd, is_new)),
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon(simd) => [true, false].map(|is_new| scalar(simd, is_new)),
+            // There are no packets.
+            _ => return,
+        };
+        assert_eq!(is_scalar, [1, 0]);
     }
 }

@@ -55,7 +55,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         }
         let cutter =
             Cutter { simd, spans: &self.tables.spans, is_monotone: self.lanes.is_monotone, size: self.lanes.size };
-        let mut pieces = cutter.pieces(part, self.lanes.span, active, &mut scalar);
+        let mut pieces = cutter.pieces(part, self.lanes.span, [active, new], &mut scalar);
         self.lanes.span = pieces.span;
         let medium = self.tables.spans.medium(simd, pieces.span);
         if N == 4 {

@@ -140,13 +140,13 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
     /// The pieces of `active` lanes, which end at the first knot of any map, or at `fraction` of that; returns this
     /// place, and the lanes with steps of transfer functions, which only scalar code crosses.
     #[inline(always)]
-    fn cut(&mut self, simd: V, active: u32, fraction: Floats<V>) -> (Floats<V>, u32) {
+    fn cut(&mut self, simd: V, [active, new]: [u32; 2], fraction: Floats<V>) -> (Floats<V>, u32) {
         let one = all(simd, 1.0);
         let mut steps = 0;
         for (map, (_, spans)) in self.maps.iter_mut().zip(&self.tables.maps) {
             let cutter = Cutter { simd, spans, is_monotone: map.is_monotone, size: map.size };
             let there = active & map.is_there.to_bitmask() as u32;
-            map.pieces = cutter.pieces(map.rest, map.pieces.span, there, &mut steps);
+            map.pieces = cutter.pieces(map.rest, map.pieces.span, [there, new], &mut steps);
             map.medium = spans.medium(simd, map.pieces.span);
         }
         let mut upto = one;
@@ -243,8 +243,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         if !self.frame.integrates {
             return;
         }
-        let (upto, steps) = volumes.cut(simd, active, self.lit.fraction);
-        scalar |= steps & new;
+        let (upto, steps) = volumes.cut(simd, [active, new], self.lit.fraction);
+        scalar |= steps;
         active &= !scalar;
         if N == 4 {
             scalar |= volumes.enter_light::<L>(simd, &self.lanes, crossing, new & active);

@@ -27,6 +27,8 @@ const OTHER: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", 
     opacity = [[-1.0, 0.7], [-0.6, 0.0], [0.3, 0.0], [1.2, 0.95]] }\n";
 const DENSE: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [-1.5, 1.5], \
     opacity = [[-1.0, 0.9999], [0.3, 0.0], [1.2, 0.9999]], unit_length = 1e-5 }\n";
+const FRONT: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { unit_length = 1, knots = [ \
+    { value = -0.6, color = \"yellow\", extinction = 1e9 }, { value = 0.3, color = \"blue\", extinction = 0 } ] }\n";
 const STEPS: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { knots = [ \
     { value = -1.3, color = \"blue\", opacity = 0.9 }, { value = -0.6, color = \"blue\", opacity = 0.9 }, \
     { value = -0.6, color = \"white\", opacity = 0 }, { value = 0.4, color = \"white\", opacity = 0 }, \
@@ -46,7 +48,7 @@ const HIGH: &str = "[[surfaces]]\nheight_m = 0.0017\ncolor = \"#80a060\"\nopacit
 const CELLS: &str = "[[lines]]\npattern = \"cells\"\non = 3\ncolor = \"black\"\n";
 
 /// What is in each scene.
-const SCENES: [&[&str]; 20] = [
+const SCENES: [&[&str]; 21] = [
     &[ONE, REGION],
     &[ONE, SHELL],
     &[THIN, HALF, SHELL],
@@ -63,6 +65,7 @@ const SCENES: [&[&str]; 20] = [
     &[THIN, OTHER],
     &[THIN, STEPS],
     &[ONE, DENSE],
+    &[ONE, FRONT],
     &[BY_OTHER],
     &[BY_OTHER, THIN, OTHER],
     &[ONE, OTHER, REGION, ISO],
@@ -119,6 +122,7 @@ fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
     let mut exact = scene.clone();
     exact.precision = Precision::F64;
     let [packets, exact] = [scene, &exact].map(|scene| model.draw(scene, 2));
+    assert!(packets.pixels.as_flattened().iter().all(|channel| channel.is_finite()), "{name}: no number");
     let wrong = count_beyond(&packets, &exact, 4.0 * f32::EPSILON);
     let of = |i: usize| (i, pixel_difference(&packets, &exact, i), packets.error[i], exact.error[i]);
     let worst = (0..packets.pixels.len()).map(of).max_by(|a, b| (a.1 - a.2 - a.3).total_cmp(&(b.1 - b.2 - b.3)));
