@@ -219,6 +219,14 @@ impl<'a> AnySamples<'a> {
         self.normal(self.at(self.element(base, layer)))
     }
 
+    /// The value itself; NaN if it is missing or infinite.
+    #[inline(always)]
+    pub fn value(&self, base: isize, layer: usize) -> f64 {
+        let value = self.at(self.element(base, layer));
+        let is_missing = self.reading.has_fill & (value == self.reading.fill) | value.is_infinite();
+        if is_missing { f64::NAN } else { value }
+    }
+
     /// A value, normalised; NaN if it is missing.
     #[inline(always)]
     pub fn normal<T: Real>(&self, value: f64) -> T {

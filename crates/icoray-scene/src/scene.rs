@@ -153,6 +153,11 @@ impl Scene {
         matches!(self.volumes.as_slice(), [Volume { opacity: None, .. }])
     }
 
+    /// Whether there is such a volume without surfaces.
+    pub fn has_volume_alone(&self) -> bool {
+        self.has_one_field_of_volume() && !self.has_boundaries()
+    }
+
     /// Whether nothing but one volume is shown, over a ground that may have lines on it.
     pub fn has_single_volume(&self) -> bool {
         let Scenery { surfaces, isosurfaces, lines, ground: _, clips, derived: _, heights: _ } = &self.scenery;

@@ -33,8 +33,7 @@ impl Scene {
     /// # Errors
     /// [`ErrorKind::Scene`] where kernels cannot hold one.
     pub fn check_values(&self) -> Result<()> {
-        let is_alone = self.has_one_field_of_volume() && !self.has_boundaries();
-        let magnitudes = if is_alone { ALONE } else { SQUARED };
+        let magnitudes = if self.has_volume_alone() { ALONE } else { SQUARED };
         let refuse = |value: f64, field: &str, what: &str| {
             let message = format!("{what} {} of {field:?}, expected {}", numbers::text(value), magnitudes.text);
             Err(Error::new(ErrorKind::Scene, message))

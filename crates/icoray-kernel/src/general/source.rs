@@ -4,6 +4,7 @@ use crate::transfer::{KernelKnot, Span, Spans};
 use icoray_grid::Field;
 use icoray_grid::array::{MapInline, partition_point};
 use icoray_grid::gradient::PartialGradients;
+use icoray_grid::real::Real;
 use icoray_grid::samples::AnySamples;
 
 /// A field's values and, if the field is lit, its gradients.
@@ -15,6 +16,8 @@ pub struct FieldSource<'f> {
     layers: usize,
     cuts: Vec<f64>,
     value_range: Option<[f64; 2]>,
+    /// The largest magnitude; larger values count as this one.
+    most: f64,
 }
 
 impl<'f> FieldSource<'f> {
@@ -31,7 +34,13 @@ impl<'f> FieldSource<'f> {
     ) -> Self {
         const RAW: [f64; 2] = [0.0, 1.0];
         let values = AnySamples::new(field, falling, RAW);
-        FieldSource { values, gradients, layers: field.shape().layers, cuts, value_range }
+        FieldSource { values, gradients, layers: field.shape().layers, cuts, value_range, most: f64::LARGEST }
+    }
+
+    /// The same field of a single volume without surfaces, whose values may be as large as any.
+    #[inline]
+    pub fn of_any_size(self) -> Self {
+        FieldSource { most: f64::MAX, ..self }
     }
 
     /// The gradients of the field.
@@ -73,7 +82,7 @@ impl<'f> FieldSource<'f> {
     /// The values at `layer` over three cells; NaN for a missing one.
     #[inline]
     pub fn at(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
-        self.values.bases(cells).map_inline(|base| self.values.get(base, layer))
+        self.values.bases(cells).map_inline(|base| self.values.value(base, layer).clamp(-self.most, self.most))
     }
 
     /// The gradients at `layer`, a row for each axis.

@@ -115,8 +115,7 @@ pub(super) fn with_ends(renderer: &Renderer, mut budget: Budget) -> Budget {
 /// Only an unlit integral in f64 is bounded throughout, if each pixel is traced.
 pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
-    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1;
-    let is_bound = is_bound && scene.has_one_field_of_volume() && !scene.has_boundaries();
+    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1 && scene.has_volume_alone();
     if is_bound { Certainty::Bound } else { Certainty::Estimate }
 }
 

@@ -3,7 +3,7 @@
 pub use crate::common::{at_centers, count_beyond, laid_out, level_fastest};
 use crate::culled::{Culled, Mark, Style, holes};
 use glam::DVec3;
-use icoray::{Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Method, Precision, Renderer, Savings, Scene};
+use icoray::{Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Method, Renderer, Savings, Scene};
 use icoray_gpu::Gpu;
 use icoray_test_support::{Need, skip_because};
 use std::sync::{Arc, OnceLock};
@@ -149,39 +149,42 @@ pub fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
     ((squares / off.len() as f64).sqrt(), off.iter().copied().fold(0.0, f64::max))
 }
 
+/// Checks that the mean error of a device is that of the CPU in double precision, apart by this part of it, and what
+/// rounding to single precision adds.
+pub fn assert_told(name: &str, ours: f64, theirs: f64, apart: f64) {
+    const ROUNDING: f64 = 2e-5;
+    let range = (1.0 - apart) * theirs - 1e-7..=(1.0 + apart) * theirs + ROUNDING;
+    assert!(range.contains(&ours), "{name}: {ours:e}, expected {theirs:e} and rounding");
+}
+
 /// Draws a scene on the GPU and on the CPU, compares them, and returns the GPU's frame.
 pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
     let gpu = gpu().expect("the test has opened it");
     let drawn = renderer(&gpu).render(scene, grid, layers, field).unwrap();
     assert_eq!(drawn.report.device.left_to_cpu, None, "{name}");
     assert!(drawn.report.device.name.is_some(), "{name}");
-    let renderer = cpu(1);
-    let cpu = |precision| {
-        let scene = Scene { precision, ..scene.clone() };
-        renderer.render(&scene, grid, layers, field).unwrap()
-    };
-    let (narrow, wide) = (cpu(Precision::F32), cpu(Precision::F64));
-    let (rmse, max) = apart(&drawn, &narrow);
-    let of_cpu = apart(&narrow, &wide);
+    // One ray at a time, in double precision.
+    let expected = cpu(1).render(scene, grid, layers, field).unwrap();
+    let (rmse, max) = apart(&drawn, &expected);
     let counts = drawn.report.counts;
-    println!("{name}: rmse {rmse:.1e}, max {max:.1e}; cpu f32 to f64 {:.1e}, {:.1e}", of_cpu.0, of_cpu.1);
+    println!("{name}: rmse {rmse:.1e}, max {max:.1e}");
     assert!(drawn.pixels.iter().flatten().chain(&drawn.error).all(|x| x.is_finite()), "{name}");
-    // If only one of the two bisects a piece for the accuracy of its light, they differ by a fraction of the tolerance,
-    // as f32 and f64 do on the CPU; where rounding decides on which side of a kink a shade of the paper's scheme lies,
-    // which has no tolerance, by three times as much as else.
+    // If only one of the two bisects a piece for the accuracy of its light, they differ by several times the tolerance
+    // at single pixels; so do pieces of the paper's scheme, which has no tolerance, where rounding decides on which side of
+    // a kink a shade lies.
     let times = match (&scene.lighting, scene.method) {
         (None, _) => 1.0,
-        (Some(_), Method::Paper) => 3.0,
-        (Some(_), Method::Exact) => (scene.tolerance / 1e-3).max(1.0),
+        (Some(_), Method::Paper) => 4.0,
+        (Some(_), Method::Exact) => 4.0 * (scene.tolerance / 1e-3).max(1.0),
     };
     assert!(rmse <= times * RMSE && max <= times * MAX, "{name}: rmse {rmse:e}, max {max:e}");
-    assert_eq!(count_beyond(&drawn, &wide, 0.0), 0, "{name}: pixels beyond their errors");
-    // Errors and reports agree up to rounding, of which a device counts more where normals cancel.
-    let apart = if scene.lighting.is_some() { 0.05 } else { 0.02 };
-    let (ours, theirs) = (drawn.report.error, narrow.report.error);
+    assert_eq!(count_beyond(&drawn, &expected, 0.0), 0, "{name}: pixels beyond their errors");
+    // A device counts more where normals cancel.
+    let apart = if scene.lighting.is_some() { 0.1 } else { 0.02 };
+    let (ours, theirs) = (drawn.report.error, expected.report.error);
     assert_eq!(ours.certainty, theirs.certainty, "{name}");
-    assert!((ours.mean - theirs.mean).abs() <= apart * theirs.mean + 1e-7, "{name}: {ours}, {theirs}");
-    let Counts { rays, columns, frusta, void_frusta, .. } = narrow.report.counts;
+    assert_told(name, ours.mean, theirs.mean, apart);
+    let Counts { rays, columns, frusta, void_frusta, .. } = expected.report.counts;
     assert_eq!(counts.rays, rays, "{name}");
     // A ray through a vertex or along a layer may meet either of two frusta.
     let ours = [counts.columns, counts.frusta, counts.void_frusta];
@@ -189,6 +192,6 @@ pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &
         let allowed = 10.0 + 0.002 * theirs as f64;
         assert!(ours.abs_diff(theirs) as f64 <= allowed, "{name}: {ours}, expected about {theirs}");
     }
-    assert_eq!(drawn.report.value_range, narrow.report.value_range, "{name}");
+    assert_eq!(drawn.report.value_range, expected.report.value_range, "{name}");
     drawn
 }

@@ -323,7 +323,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         isosurfaces: &[Isosurface],
         (keys, visible): (&[OccupancyKey], &[OccupancyMask]),
     ) -> Result<(Vec<FieldSource<'f>>, Vec<Option<GradientKey>>)> {
-        let FrameContext { plan, grid, .. } = *self.context;
+        let FrameContext { scene, plan, grid, .. } = *self.context;
         let joined;
         let visible = match visible {
             [one] => one,
@@ -346,7 +346,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                 (Some(key), Reals::F32(data)) => self.gradients(data, number, key, visible)?,
                 (Some(key), Reals::F64(data)) => self.gradients(data, number, key, visible)?,
             };
-            sources.push(FieldSource::new(field, plan.falling, gradients, cuts, self.range(number)));
+            let source = FieldSource::new(field, plan.falling, gradients, cuts, self.range(number));
+            sources.push(if scene.has_volume_alone() { source.of_any_size() } else { source });
             gradient_keys.push(key);
         }
         Ok((sources, gradient_keys))
