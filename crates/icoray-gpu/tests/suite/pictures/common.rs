@@ -149,12 +149,12 @@ pub fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
     ((squares / off.len() as f64).sqrt(), off.iter().copied().fold(0.0, f64::max))
 }
 
-/// Checks that the mean error of a device is that of the CPU in double precision, apart by this part of it, and what
-/// rounding to single precision adds.
-pub fn assert_told(name: &str, ours: f64, theirs: f64, apart: f64) {
-    const ROUNDING: f64 = 2e-5;
-    let range = (1.0 - apart) * theirs - 1e-7..=(1.0 + apart) * theirs + ROUNDING;
-    assert!(range.contains(&ours), "{name}: {ours:e}, expected {theirs:e} and rounding");
+/// Checks that the mean error of a device is at least that of the CPU in double precision, but for this part of it, and
+/// hardly more than that of packets, `narrow`, which have the rounding of single precision too.
+pub fn assert_told(name: &str, ours: f64, (wide, narrow): (f64, f64), apart: f64) {
+    const ROUNDING: f64 = 5e-6;
+    let range = (1.0 - apart) * wide - 1e-7..=((1.0 + apart) * wide).max(1.5 * narrow) + ROUNDING;
+    assert!(range.contains(&ours), "{name}: {ours:e}, expected {wide:e} and rounding, as {narrow:e} of packets");
 }
 
 /// Draws a scene on the GPU and on the CPU, compares them, and returns the GPU's frame.
@@ -180,10 +180,11 @@ pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &
     assert!(rmse <= times * RMSE && max <= times * MAX, "{name}: rmse {rmse:e}, max {max:e}");
     assert_eq!(count_beyond(&drawn, &expected, 0.0), 0, "{name}: pixels beyond their errors");
     // A device counts more where normals cancel.
-    let apart = if scene.lighting.is_some() { 0.1 } else { 0.02 };
+    let apart = if scene.lighting.is_some() { 0.05 } else { 0.02 };
     let (ours, theirs) = (drawn.report.error, expected.report.error);
     assert_eq!(ours.certainty, theirs.certainty, "{name}");
-    assert_told(name, ours.mean, theirs.mean, apart);
+    let packets = Renderer::new(1).unwrap().render(scene, grid, layers, field).unwrap();
+    assert_told(name, ours.mean, (theirs.mean, packets.report.error.mean), apart);
     let Counts { rays, columns, frusta, void_frusta, .. } = expected.report.counts;
     assert_eq!(counts.rays, rays, "{name}");
     // A ray through a vertex or along a layer may meet either of two frusta.
