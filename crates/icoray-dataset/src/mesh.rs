@@ -41,8 +41,8 @@ fn reader(sources: &Sources) -> Result<Option<Reader<'_>>> {
         is_mpas.then(|| boxed(|| mpas::read(sources))),
         is_icon.then(|| boxed(|| icon::read(sources))),
         cf::find(sources).map(|found| boxed(move || found.mesh())),
-        healpix::find(sources).map(|found| boxed(move || healpix::read(sources, found))),
         columns.map(|found| boxed(move || columns::read(&found))),
+        healpix::find(sources).map(|found| boxed(move || healpix::read(sources, found))),
     ];
     Ok(all.into_iter().flatten().next())
 }

@@ -165,6 +165,10 @@ pub(super) fn of_rows(
         return Err(source.error(ErrorKind::Grid, context));
     }
     let (faces, count) = (rows.len() / row, nodes.lon.as_reals().len());
+    if let Some(middles) = given.as_ref().map(|given| given.lon.as_reals().len()).filter(|middles| *middles != faces) {
+        let context = format!("{table} has {faces} faces, their middles are {middles}, expected {faces}");
+        return Err(source.error(ErrorKind::Grid, context));
+    }
     let fields = sources.fields();
     let has_field_of = |len: usize| {
         let is_field = |v: &&Variable| v.kind.is_real() && v.after_time().iter().any(|d| d.len == len);
