@@ -71,19 +71,15 @@ impl<'a> PolygonVariables<'a> {
         let row = points[0].after_time()[1].len;
         let directions: Vec<[f64; 3]> =
             (0..bounds.lon.as_reals().len() as i32).map(|point| bounds.direction(point)).collect();
-        let given =
-            middle.map(|[lon, lat]| positions(source, lon, lat, &points[0].after_time()[0].name)).transpose()?;
+        let places = |[lon, lat]: [&str; 2]| positions(source, lon, lat, &points[0].after_time()[0].name);
+        // SCRIP's masked cells may have no polygon.
         let is_point = |cell: &[[f64; 3]]| cell.iter().all(|point| *point == cell[0]);
-        let given = match given {
-            // SCRIP's masked cells may have no polygon.
-            Some(center) if middle == Some(SCRIP) && directions.chunks_exact(row).any(is_point) => {
-                return of_points(source.path(), center, &SCRIP.join(" and "));
-            }
-            given => given,
-        };
+        if middle == Some(SCRIP) && directions.chunks_exact(row).any(is_point) {
+            return of_points(source.path(), places(SCRIP)?, &SCRIP.join(" and "));
+        }
         let shortest = shortest(source, &bounds, directions.chunks_exact(row))?;
-        let center = match given {
-            Some(center) => center,
+        let center = match middle {
+            Some(names) => places(names)?,
             None if are_corners => of_directions(directions.as_chunks().0.iter().map(|three| circumcenter(*three))),
             None => of_directions(directions.chunks_exact(row).map(sum)),
         };

@@ -13,6 +13,15 @@ fn data(dimension: &'static str, columns: usize) -> Made {
     made
 }
 
+/// Data over two rows of three columns, which have their numbers as values.
+fn rows() -> Made {
+    let mut rows = Made { path: "data.nc", ..Made::of([("lat", 2), ("lon", 3)], []) };
+    rows.angles("lat", &["lat"], Angles::Degrees, &[0.05, 0.15]);
+    rows.angles("lon", &["lon"], Angles::Degrees, &[0.05, 0.15, 0.25]);
+    rows.add("t", &["lat", "lon"], Values::F64((0..6).map(f64::from).collect()));
+    rows
+}
+
 /// Asserts that a file of a mesh has no field.
 fn expect_no_fields(mesh: &Made) {
     let file = open(mesh);
@@ -56,11 +65,7 @@ fn cells_of_scrip_are_polygons() {
     let node = |i: usize| [0.1 * (i % 4) as f64, 0.1 * (i / 4) as f64];
     let nodes = [0, 1].map(|k| (0..12).map(|i| node(i)[k]).collect());
     let table: Vec<i32> = [0, 1, 2, 4, 5, 6].iter().flat_map(|i| [*i, i + 1, i + 5, i + 4]).collect();
-    let mut rows = Made { path: "data.nc", ..Made::of([("lat", 2), ("lon", 3)], []) };
-    rows.angles("lat", &["lat"], Angles::Degrees, &[0.05, 0.15]);
-    rows.angles("lon", &["lon"], Angles::Degrees, &[0.05, 0.15, 0.25]);
-    rows.add("t", &["lat", "lon"], Values::F64((0..6).map(f64::from).collect()));
-    let file = opened(&rows, &[&scrip(&nodes, &table, 4)]).unwrap();
+    let file = opened(&rows(), &[&scrip(&nodes, &table, 4)]).unwrap();
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().is_of_points()), (6, 12, false));
     assert_eq!(file.read_field("t", 0).unwrap().field().unwrap().value(4, 0), 4.0);
 }
@@ -105,12 +110,8 @@ fn elements_of_esmf_are_polygons() {
         let error = opened(&data("ncol", 54), &[&middles]).unwrap_err();
         expect(&error, ErrorKind::Grid, &["elementConn has 54 faces, their middles are 7, expected 54"]);
         // Data of another grid.
-        let mut rows = Made { path: "data.nc", ..Made::of([("lat", 4), ("lon", 5)], []) };
-        rows.angles("lat", &["lat"], Angles::Degrees, &[0.0, 0.1, 0.2, 0.3]);
-        rows.angles("lon", &["lon"], Angles::Degrees, &[0.0, 0.1, 0.2, 0.3, 0.4]);
-        rows.add("t", &["lat", "lon"], Values::F64(vec![1.0; 20]));
-        let file = opened(&rows, &[&mesh]).unwrap();
-        assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (20, true));
+        let file = opened(&rows(), &[&mesh]).unwrap();
+        assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (6, true));
         let mut spoilt = mesh.clone();
         spoilt.i32s("elementConn")[2] = 57;
         let error = opened(&data("ncol", 54), &[&spoilt]).unwrap_err();
@@ -126,6 +127,24 @@ fn elements_of_esmf_are_polygons() {
             );
         }
     }
+}
+
+#[test]
+fn corners_of_four_cells_of_mpas_are_cut() {
+    let ([lon, lat], faces) = cube(3);
+    let file = opened(&data("ncol", 54), &[&esmf(false)]).unwrap();
+    let mut made = Made::of([("nCells", 54), ("nVertices", 56), ("maxEdges", 4)], []);
+    made.add("verticesOnCell", &["nCells", "maxEdges"], Values::I32(faces.iter().map(|node| node + 1).collect()));
+    let center = file.mesh().tables().center;
+    for (name, angle) in [("lonCell", center.lon_rad), ("latCell", center.lat_rad)] {
+        made.add(name, &["nCells"], Values::F64((0..54).map(|cell| angle.get(cell)).collect()));
+    }
+    for (name, angles) in [("lonVertex", &lon), ("latVertex", &lat), ("vorticity", &lon)] {
+        made.add(name, &["nVertices"], Values::F64(angles.clone()));
+    }
+    let cut = open(&made);
+    assert_eq!((cut.mesh().corners_in_file(), cut.mesh().grid().unwrap().void_triangles()), (56, 0));
+    assert_eq!(cut.read_field("vorticity", 0).unwrap().field().unwrap().shape().columns, cut.mesh().corners());
 }
 
 /// Data over HEALPix's pixels of 4 × 4 in each of 12, or over the first `columns` of them.

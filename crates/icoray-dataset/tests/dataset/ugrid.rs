@@ -232,30 +232,6 @@ fn coordinates_are_no_fields_and_the_topology_goes_before_names() {
     assert!(error.contains("flow(edges = 120)") && !error.contains("adjacent_cell_of_edge"), "{error}");
 }
 
-/// MPAS's file of the squares of a cube, with no table but the corners of cells.
-#[test]
-fn corners_of_four_cells_of_mpas_are_cut() {
-    let ([lon, lat], faces) = cube(3);
-    let direction = |node: &i32| {
-        let ((sin, cos), height) = (lon[*node as usize].sin_cos(), lat[*node as usize]);
-        [height.cos() * cos, height.cos() * sin, height.sin()]
-    };
-    let middle = |face: &[i32]| [0, 1, 2].map(|k| face.iter().map(|node| direction(node)[k]).sum::<f64>());
-    let middles: Vec<[f64; 3]> = faces.chunks(4).map(middle).collect();
-    let mut made = Made::of([("nCells", 54), ("nVertices", lon.len()), ("maxEdges", 4)], []);
-    made.add("verticesOnCell", &["nCells", "maxEdges"], Values::I32(faces.iter().map(|node| node + 1).collect()));
-    made.add("lonCell", &["nCells"], Values::F64(middles.iter().map(|[x, y, _]| y.atan2(*x)).collect()));
-    made.add("latCell", &["nCells"], Values::F64(middles.iter().map(|[x, y, z]| z.atan2(x.hypot(*y))).collect()));
-    made.add("vorticity", &["nVertices"], Values::F64((0..lon.len()).map(|node| node as f64).collect()));
-    made.add("lonVertex", &["nVertices"], Values::F64(lon));
-    made.add("latVertex", &["nVertices"], Values::F64(lat));
-    let file = open(&made);
-    assert_eq!((file.mesh().corners_in_file(), file.mesh().grid().unwrap().void_triangles()), (56, 0));
-    let field = file.read_field("vorticity", 0).unwrap();
-    assert_eq!(field.field().unwrap().shape().columns, file.mesh().corners());
-    assert_eq!(file.field_info("vorticity").unwrap().location, Location::Corner);
-}
-
 /// A face of four nodes is two corners of the mesh whose cells are the nodes: heights at faces belong to both.
 #[test]
 fn heights_at_faces_that_are_cut_are_those_of_nodes() {
