@@ -269,8 +269,9 @@ impl dyn Source + '_ {
 
     /// As [`Self::all_reals`], of integers.
     pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        let entries = self.first_record(variable)?.1.iter().product::<usize>();
+        let (_, count) = self.first_record(variable)?;
         let mut integers = self.integers(variable)?;
+        let entries = count.iter().product::<usize>();
         if let Some(record) = integers.chunks(entries.max(1)).position(|record| record != &integers[..entries]) {
             let context = format!("variable {variable}: record {record} differs from the first, expected one table");
             return Err(self.error(ErrorKind::Grid, context));
