@@ -30,8 +30,8 @@ const NORMAL: [&str; 3] = ["u", "ru", "vn"];
 const TANGENTIAL: [&str; 2] = ["v", "vt"];
 
 impl Part {
-    /// The fields that are made of a variable at edges; none of a component along them. Lengths are scalars, such as the
-    /// thickness of layers with which MPAS-Ocean makes fluxes.
+    /// The fields that are made of a variable at edges; none of a component along them. Lengths are scalars, such as
+    /// the thickness of layers with which MPAS-Ocean makes fluxes.
     pub(crate) fn all_of(name: &str, description: &Description) -> &'static [Self] {
         let long_name = description.long_name.as_deref().unwrap_or_default();
         let words = format!("{name} {long_name}").to_lowercase().replace("normali", "");
@@ -105,8 +105,8 @@ pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: 
              {IN_ANOTHER_FILE}"
         ),
         [] => format!(
-            "variable {variable} lies at edges, expected there a scalar or a component normal to edges that changes with \
-             time or has layers (`at` picks an entry of a further dimension)"
+            "variable {variable} lies at edges, expected there a scalar or a component normal to edges that changes \
+             with time or has layers (`at` picks an entry of a further dimension)"
         ),
         made => format!("variable {variable} lies at edges, its fields at cells are {}", made.join(" and ")),
     })

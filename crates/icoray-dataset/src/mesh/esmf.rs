@@ -19,8 +19,8 @@ const NODES: &str = "nodeCoords";
 /// Maximum number of nodes of an element: the counts are bytes in ESMF's files.
 const MOST_NODES: usize = i8::MAX as usize;
 
-/// The first file that has such a mesh, if there are fields of as many columns as elements or nodes: the rows and columns
-/// of a lat-lon grid become columns later.
+/// The first file that has such a mesh, if there are fields of as many columns as elements or nodes: the rows and
+/// columns of a lat-lon grid become columns later.
 pub(super) fn find(sources: &Sources) -> Option<&dyn Source> {
     let has_fields = |variable: &Variable| {
         let longest = variable.after_time().iter().max_by_key(|dimension| dimension.len);
