@@ -235,8 +235,8 @@ impl Dataset {
     /// `valid_max`, those below MPAS-Ocean's sea floor (`maxLevelCell`), and those of ICON-O's land (`wet_c` is 0).
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when there is no such field or record; [`ErrorKind::Io`] when the file is damaged or cut
-    /// off.
+    /// [`ErrorKind::Field`] when there is no such field or record; [`ErrorKind::Grid`] when the table of the cells
+    /// beside edges is invalid; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn read_field(&self, name: &str, time: usize) -> Result<OwnedField> {
         let layers = self.field_info(name)?.all_layers();
         self.read_layers(name, time, layers)

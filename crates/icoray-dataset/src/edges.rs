@@ -7,10 +7,10 @@
 
 use crate::field::FieldInfo;
 use crate::mesh::{Convention, Mesh};
-use crate::source::{Dimension, Source, Variable};
+use crate::source::{Dimension, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use crate::values::ShapedValues;
-use icoray::{Error, ErrorKind, Location, Result};
+use icoray::{Description, Error, ErrorKind, Location, Result};
 
 /// A field at centres that is made of a variable at edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,23 +26,22 @@ pub(crate) enum Part {
 /// Names, or words of names such as `u_init`, of vectors' components normal to edges; others have "normal" in their name
 /// or long name, or are fluxes.
 const NORMAL: [&str; 3] = ["u", "ru", "vn"];
-/// The same of components along edges, from which no vector follows; others have "tangential" in their long name.
+/// Names of components along edges, from which no vector follows; others have "tangential" in their long name.
 const TANGENTIAL: [&str; 2] = ["v", "vt"];
 
 impl Part {
-    /// The fields that are made of a variable at edges; none of a component along them.
-    pub(crate) fn all_of(source: &dyn Source, variable: &Variable) -> Result<&'static [Self]> {
-        let name = variable.name.as_str();
-        let long_name = source.text_of(name, "long_name")?.unwrap_or_default();
+    /// The fields that are made of a variable at edges; none of a component along them. Lengths are scalars, such as
+    /// the thickness of layers with which MPAS-Ocean makes fluxes.
+    pub(crate) fn all_of(name: &str, description: &Description) -> &'static [Self] {
+        let long_name = description.long_name.as_deref().unwrap_or_default();
         let words = format!("{name} {long_name}").to_lowercase().replace("normali", "");
-        let is_named = |names: &[&str]| name.split('_').any(|word| names.contains(&word));
-        Ok(match () {
-            () if is_named(&TANGENTIAL) || words.contains("tangential") => &[],
-            () if is_named(&NORMAL) || words.contains("normal") || words.contains("flux") => {
-                &[Part::Zonal, Part::Meridional]
-            }
+        let is_named = name.split('_').any(|word| NORMAL.contains(&word));
+        match () {
+            () if description.is_length() => &[Part::Mean],
+            () if TANGENTIAL.contains(&name) || words.contains("tangential") => &[],
+            () if is_named || words.contains("normal") || words.contains("flux") => &[Part::Zonal, Part::Meridional],
             () => &[Part::Mean],
-        })
+        }
     }
 
     /// What is appended to a variable's name.
@@ -96,12 +95,19 @@ pub(crate) fn are_in(sources: &Sources, mesh: &Mesh) -> bool {
 pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: &[&str]) -> Option<String> {
     variable.dimensions.iter().find_map(|dimension| location_beside(mesh, dimension))?;
     let table = table_name(mesh);
+    let has_triangles = ["vertex_of_cell", "clon"].iter().any(|name| sources.find(name).is_some());
+    if made.is_empty() && mesh.convention() == Convention::Icon && !has_triangles {
+        return None;
+    }
     Some(match made {
         [] if !are_in(sources, mesh) => format!(
             "variable {variable} lies at edges, and variable {table}, which has the cells beside each, is missing: \
              {IN_ANOTHER_FILE}"
         ),
-        [] => format!("variable {variable} lies at edges, expected there a scalar or a component normal to edges"),
+        [] => format!(
+            "variable {variable} lies at edges, expected there a scalar or a component normal to edges that changes \
+             with time or has layers (`at` picks an entry of a further dimension)"
+        ),
         made => format!("variable {variable} lies at edges, its fields at cells are {}", made.join(" and ")),
     })
 }
@@ -141,11 +147,13 @@ impl Edges {
         let mut of_centers: Vec<Vec<Side>> = (0..columns).map(|_| Vec::new()).collect();
         for edge in 0..count {
             let beside = [0, 1].map(|k| table[edge * strides[0] + k * strides[1]]);
-            if let Some(number) = beside.iter().find(|number| **number > columns as i32) {
+            // One past the last marks a missing cell, as do numbers below 1.
+            if let Some(number) = beside.iter().find(|number| **number > columns as i32 + 1) {
                 let context = format!("{name}: cell {number} beside edge {}, expected 1 to {columns}", edge + 1);
                 return Err(source.error(ErrorKind::Grid, context));
             }
-            let [first, second] = beside.map(|number| usize::try_from(number.saturating_sub(1)).ok());
+            let [first, second] =
+                beside.map(|number| usize::try_from(number.saturating_sub(1)).ok().filter(|cell| *cell < columns));
             for (own, other, sign) in [(first, second, 1.0), (second, first, -1.0)] {
                 let Some(own) = own else { continue };
                 let toward = other.map(|other| mesh.direction_between(info.location, own, other));

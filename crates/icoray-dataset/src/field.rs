@@ -13,20 +13,22 @@ use std::ops::Range;
 /// Layers of the shell of a 2D field, which has equal values on them.
 const SHELL_LAYERS: usize = 2;
 
-/// Positions and numbers of the mesh in files of MPAS and ICON, which are no fields; with blanks between.
+/// Positions and numbers of the mesh in files of MPAS, ICON and ESMF, which are no fields; with blanks between.
 const OF_MESH: &str = "\
     nEdgesOnCell indexToCellID indexToVertexID boundaryCell boundaryVertex obtuseTriangle cell_index vertex_index \
     parent_cell_index parent_vertex_index cell_domain_id phys_cell_id child_cell_id refin_c_ctrl refin_v_ctrl \
     parent_cell_type \
     lonCell latCell xCell yCell zCell lonVertex latVertex xVertex yVertex zVertex clon clat vlon vlat lon lat \
-    lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices nodes";
+    lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices nodes \
+    numElementConn";
 
 /// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files, ends
-/// of an interval, and those of tables of MPAS, FESOM and FVCOM; with blanks between.
+/// of an interval, and those of tables of MPAS, FESOM, FVCOM, ESMF and SCRIP; with blanks between.
 const OF_TABLES: &str = "\
     nv ne nc no nvertex vertices bnds nb2 n2 n3 \
     maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen \
-    three four maxnode maxelem";
+    three four maxnode maxelem \
+    coordDim maxNodePElement grid_corners";
 
 /// Precision of a variable in the file and in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,7 +115,7 @@ impl FieldInfo {
         let columns = if location == Location::Center { mesh.cells() } else { mesh.corners_in_file() };
         let info = Self::described(source, variable, axes, (location, columns))?;
         let Some(info) = info.filter(|info| info.time_dependent || !info.is_2d()) else { return Ok(Vec::new()) };
-        let parts = Part::all_of(source, variable)?.iter().map(|part| {
+        let parts = Part::all_of(&variable.name, &info.description).iter().map(|part| {
             let (mut field, ending) = (FieldInfo { part: Some(*part), ..info.clone() }, part.ending());
             field.name += ending;
             if *part != Part::Mean {

@@ -41,8 +41,8 @@ fn reader(sources: &Sources) -> Result<Option<Reader<'_>>> {
         is_mpas.then(|| boxed(|| mpas::read(sources))),
         is_icon.then(|| boxed(|| icon::read(sources))),
         cf::find(sources).map(|found| boxed(move || found.mesh())),
-        healpix::find(sources).map(|found| boxed(move || healpix::read(sources, found))),
         columns.map(|found| boxed(move || columns::read(&found))),
+        healpix::find(sources).map(|found| boxed(move || healpix::read(sources, found))),
     ];
     Ok(all.into_iter().flatten().next())
 }
@@ -65,7 +65,8 @@ pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
              ICON's (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, \
              6), or SCRIP's grid_corner_lon), for UGRID's (a variable with cf_role mesh_topology), for ESMF's (variable \
              elementConn), for FESOM's and FVCOM's (variables elements and nodes, or nv), for HEALPix (a variable with \
-             grid_mapping_name healpix), and for places of columns (lon(ncol), lat(ncol) and a field over ncol, or lon(y, x) and lat(y, x)); {IN_ANOTHER_FILE}"
+             grid_mapping_name healpix), and for places of columns (lon(ncol), lat(ncol) and a field over ncol, or \
+             lon(y, x) and lat(y, x)); {IN_ANOTHER_FILE}"
         ),
     ))
 }

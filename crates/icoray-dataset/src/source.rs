@@ -76,15 +76,6 @@ impl Variable {
         }
     }
 
-    /// As [`Self::whole`], for one over time its first record.
-    pub(crate) fn first_record(&self) -> (Vec<usize>, Vec<usize>) {
-        let (start, mut count) = self.whole();
-        if self.changes() {
-            count[0] = count[0].min(1);
-        }
-        (start, count)
-    }
-
     /// Whether there is one array per time record.
     pub fn changes(&self) -> bool {
         self.dimensions.first().is_some_and(|dimension| dimension.is_time)
@@ -239,10 +230,23 @@ impl dyn Source + '_ {
         self.attribute(Some(variable), attribute).map(numbers)
     }
 
+    /// Start and count of a whole variable, for one over time of its first record.
+    pub(crate) fn first_record(&self, variable: &Variable) -> Result<(Vec<usize>, Vec<usize>)> {
+        let (start, mut count) = variable.whole();
+        if variable.changes() {
+            if count[0] == 0 {
+                let context = format!("variable {variable} has no record, expected one at least");
+                return Err(self.error(ErrorKind::Grid, context));
+            }
+            count[0] = 1;
+        }
+        Ok((start, count))
+    }
+
     /// Reads a whole table of numbers, `float` in single precision; for one over time, to which xarray's
     /// `open_mfdataset` converts all, its first record, which the last one must equal.
     pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
-        let (mut start, count) = variable.first_record();
+        let (mut start, count) = self.first_record(variable)?;
         let first = self.reals(variable, &start, &count)?;
         if variable.changes() && variable.dimensions[0].len > 1 {
             start[0] = variable.dimensions[0].len - 1;
@@ -265,8 +269,9 @@ impl dyn Source + '_ {
 
     /// As [`Self::all_reals`], of integers.
     pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
+        let (_, count) = self.first_record(variable)?;
         let mut integers = self.integers(variable)?;
-        let entries = variable.after_time().iter().map(|dimension| dimension.len).product::<usize>();
+        let entries = count.iter().product::<usize>();
         if let Some(record) = integers.chunks(entries.max(1)).position(|record| record != &integers[..entries]) {
             let context = format!("variable {variable}: record {record} differs from the first, expected one table");
             return Err(self.error(ErrorKind::Grid, context));

@@ -77,7 +77,8 @@ pub(super) fn hybrid(sources: &Sources, layers: usize) -> Result<Option<ReadHeig
 
 /// The mean of a variable over its columns at its first time.
 fn mean_at_first(source: &dyn Source, variable: &Variable, missing: &[f64]) -> Result<Option<f64>> {
-    let (start, count) = variable.first_record();
+    // Without a record yet there is no mean.
+    let Ok((start, count)) = source.first_record(variable) else { return Ok(None) };
     let values = decoded(source, variable, (&start, &count), missing)?;
     let finite: Vec<f64> = values.all().filter(|value| value.is_finite()).collect();
     Ok((!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64))

@@ -31,7 +31,7 @@ pub(super) fn of_columns(sources: &Sources, (source, sigma): Found, time: usize)
         source.error(ErrorKind::Layers, context)
     })?;
     let surface = surface(sources, &SURFACE, cells, time)?;
-    let (start, count) = sigma.first_record();
+    let (start, count) = source.first_record(sigma)?;
     let read = decoded(source, sigma, (&start, &count), &sources.options.missing)?;
     let mut heights = Vec::with_capacity(cells * layers);
     for (cell, (depth, surface)) in depth.iter().zip(&surface).enumerate() {

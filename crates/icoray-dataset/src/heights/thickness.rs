@@ -226,6 +226,6 @@ pub(super) fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Op
         let context = format!("variable {variable}, expected {name} of numbers over the {cells} cells");
         return Err(source.error(ErrorKind::Layers, context));
     }
-    let (start, count) = variable.first_record();
+    let (start, count) = source.first_record(variable)?;
     Ok(Some(decoded(source, variable, (&start, &count), &sources.options.missing)?.all().collect()))
 }

@@ -41,8 +41,9 @@ pub(super) fn positions_of_pairs(source: &dyn Source, variable: &Variable) -> Re
     in_radians(source, [&variable.name, &variable.name], [part(0), part(1)])
 }
 
-/// Positions with longitudes and latitudes, converted to radians from the units of the coordinates with these names. If one has none, it
-/// has the unit of the other; if neither has, both are degrees if a longitude is beyond 2π or a latitude beyond π/2.
+/// Positions with longitudes and latitudes, converted to radians from the units of the coordinates with these names. If
+/// one has none, it has the unit of the other; if neither has, both are degrees if a longitude is beyond 2π or a
+/// latitude beyond π/2.
 fn in_radians(source: &dyn Source, names: [&str; 2], mut values: [OwnedReals; 2]) -> Result<Positions> {
     let unit = |name: &str| {
         let units = source.text_of(name, "units")?.map(|units| units.to_ascii_lowercase());

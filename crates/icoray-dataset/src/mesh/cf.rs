@@ -6,7 +6,7 @@
 //! Formats: CF conventions 1.11, §7.1; SCRIP user's guide 1.4, §2.2.3.
 
 use super::angles::{distance, of_directions, positions, read_bounds};
-use super::columns::number_of_fields;
+use super::columns::{number_of_fields, of_points};
 use super::points;
 use super::polygons::Polygons;
 use super::tables::{Convention, Mesh, Positions};
@@ -71,9 +71,15 @@ impl<'a> PolygonVariables<'a> {
         let row = points[0].after_time()[1].len;
         let directions: Vec<[f64; 3]> =
             (0..bounds.lon.as_reals().len() as i32).map(|point| bounds.direction(point)).collect();
+        let places = |[lon, lat]: [&str; 2]| positions(source, lon, lat, &points[0].after_time()[0].name);
+        // SCRIP's masked cells may have no polygon.
+        let is_point = |cell: &[[f64; 3]]| cell.iter().all(|point| *point == cell[0]);
+        if middle == Some(SCRIP) && directions.chunks_exact(row).any(is_point) {
+            return of_points(source.path(), places(SCRIP)?, &SCRIP.join(" and "));
+        }
         let shortest = shortest(source, &bounds, directions.chunks_exact(row))?;
         let center = match middle {
-            Some([lon, lat]) => positions(source, lon, lat, &points[0].after_time()[0].name)?,
+            Some(names) => places(names)?,
             None if are_corners => of_directions(directions.as_chunks().0.iter().map(|three| circumcenter(*three))),
             None => of_directions(directions.chunks_exact(row).map(sum)),
         };

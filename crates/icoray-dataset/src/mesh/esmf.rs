@@ -2,10 +2,11 @@
 //! Format: ESMF reference manual, "ESMF unstructured grid file format", <https://earthsystemmodeling.org/docs>.
 
 use super::angles::positions_of_pairs;
+use super::columns::number_of_fields;
 use super::polygons::NONE;
 use super::tables::{Mesh, missing};
 use super::ugrid::of_rows;
-use crate::source::Source;
+use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result};
 
@@ -13,17 +14,27 @@ use icoray::{ErrorKind, Result};
 const TABLE: &str = "elementConn";
 /// Number of nodes of each element.
 const COUNTS: &str = "numElementConn";
+/// Coordinates of each node.
+const NODES: &str = "nodeCoords";
 /// Maximum number of nodes of an element: the counts are bytes in ESMF's files.
 const MOST_NODES: usize = i8::MAX as usize;
 
-/// The first file that has such a mesh.
+/// The first file that has such a mesh, if there are fields of as many columns as elements or nodes: the rows and
+/// columns of a lat-lon grid become columns later.
 pub(super) fn find(sources: &Sources) -> Option<&dyn Source> {
-    sources.others_first().find(|source| [TABLE, COUNTS].iter().all(|name| source.variable(name).is_some()))
+    let has_fields = |variable: &Variable| {
+        let longest = variable.after_time().iter().max_by_key(|dimension| dimension.len);
+        longest.is_some_and(|places| number_of_fields(sources, places) > 0)
+    };
+    sources.others_first().find(|source| {
+        let mut places = [COUNTS, NODES].into_iter().filter_map(|name| source.variable(name));
+        [TABLE, COUNTS].iter().all(|name| source.variable(name).is_some()) && places.any(has_fields)
+    })
 }
 
 pub(super) fn read(sources: &Sources, source: &dyn Source) -> Result<Mesh> {
     let pairs = |name: &str| source.variable(name).map(|v| positions_of_pairs(source, v)).transpose();
-    let nodes = pairs("nodeCoords")?.ok_or_else(|| missing(source, "nodeCoords"))?;
+    let nodes = pairs(NODES)?.ok_or_else(|| missing(source, NODES))?;
     let table = source.expect(TABLE)?;
     let (counts, numbers) = (source.all_integers(source.expect(COUNTS)?)?, source.all_integers(table)?);
     let (stride, last) = (table.after_time().get(1).map(|nodes| nodes.len), nodes.lon.as_reals().len());

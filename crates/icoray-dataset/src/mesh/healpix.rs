@@ -11,11 +11,13 @@ use super::columns::of_points;
 use super::tables::{Mesh, Positions};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
-use icoray::{ErrorKind, OwnedReals, Result};
+use icoray::{ErrorKind, OwnedReals, Result, memory};
 use std::f64::consts::FRAC_PI_2;
 
 /// Largest refinement level of which numbers of pixels are exact in double precision.
 const MAX_LEVEL: f64 = 24.0;
+/// Largest number of pixels of which triangles can be numbered.
+const MAX_PIXELS: u64 = i32::MAX as u64 / 6;
 
 /// The variable that describes the pixels in any of the files.
 pub(super) fn find(sources: &Sources) -> Option<(&dyn Source, &Variable)> {
@@ -29,21 +31,26 @@ pub(super) fn read(sources: &Sources, (source, mapping): (&dyn Source, &Variable
     let number = |name: &str| source.numbers_of(&mapping.name, name).map(|numbers| numbers.first().copied());
     let text = |name: &str| source.text_of(&mapping.name, name);
     let bad = |what: String| source.error(ErrorKind::Grid, format_args!("{}: {what}", mapping.name));
-    let level = number("refinement_level")?.or(number("healpix_nside")?.map(f64::log2));
-    let level = level.filter(|level| (0.0..=MAX_LEVEL).contains(level) && level.fract() == 0.0).ok_or_else(|| {
-        bad(format!("expected refinement_level from 0 to {MAX_LEVEL}, or healpix_nside, a power of two"))
-    })?;
     let scheme = text("indexing_scheme")?.or(text("healpix_order")?).unwrap_or_default();
-    let place: fn(u64, u64) -> Place = match scheme.get(..4) {
-        Some("nest") => Place::of_nested,
-        Some("ring") => Place::of_ring,
+    let (is_nested, place): (bool, fn(u64, u64) -> Place) = match scheme.to_ascii_lowercase().as_str() {
+        "nest" | "nested" => (true, Place::of_nested),
+        "ring" => (false, Place::of_ring),
         _ => return Err(bad(format!("indexing_scheme or healpix_order {scheme:?}, expected nested or ring"))),
     };
-    let side = 1u64 << level as u32;
+    let side = number("refinement_level")?.map(f64::exp2).or(number("healpix_nside")?);
+    let is_side = |side: &f64| side.fract() == 0.0 && (1.0..=MAX_LEVEL.exp2()).contains(side);
+    let side = side.filter(is_side).map(|side| side as u64).filter(|side| !is_nested || side.is_power_of_two());
+    let side = side.ok_or_else(|| {
+        bad(format!("expected refinement_level from 0 to {MAX_LEVEL}, or healpix_nside, if nested a power of two"))
+    })?;
     let pixels = 12 * side * side;
     let numbers = match sources.all().find_map(numbers_of_pixels) {
         Some((source, variable)) => source.all_numbers(variable)?,
         None if sources.fields().variables().iter().flat_map(|v| &v.dimensions).any(|d| d.len as u64 == pixels) => {
+            if pixels > MAX_PIXELS {
+                return Err(bad(format!("{pixels} pixels of the whole sphere, expected at most {MAX_PIXELS}")));
+            }
+            memory::require("places of pixels", 24 * pixels, None)?;
             (0..pixels).map(|pixel| pixel as f64).collect()
         }
         None => {

@@ -44,7 +44,7 @@ pub(crate) fn expect_one_name<'a>(sources: impl Iterator<Item = &'a dyn Source>)
 
 fn expect_sizes(source: &dyn Source, mesh: &Mesh) -> Result<()> {
     let dimensions: &[(&str, usize)] = match mesh.convention() {
-        Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners())],
+        Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners_in_file())],
         Convention::Icon => &[("ncells", mesh.corners_in_file()), ("cell", mesh.corners_in_file())],
         Convention::Cf => &[("ncells", mesh.cells()), ("cell", mesh.cells())],
     };

@@ -2,7 +2,7 @@
 //! `fesom.mesh.diag.nc` without UGRID's variables, and of FVCOM.
 
 use super::angles::{of_directions, positions, positions_of_pairs};
-use super::tables::{Convention, Mesh};
+use super::tables::{Convention, Mesh, missing};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result, circumcenter};
@@ -19,21 +19,26 @@ const TABLES: [(&str, &[&str], [&str; 2]); 3] = [
 pub(super) struct Triangles<'a> {
     source: &'a dyn Source,
     table: &'a Variable,
-    nodes: Vec<&'a Variable>,
+    nodes: &'static [&'static str],
     middles: [&'static str; 2],
 }
 
-/// The table of the first file that has one and the nodes' coordinates.
+/// The table of the first file that has one: ICON's by its name alone; of the other names, which other tables have too,
+/// only one of triangles with the nodes' coordinates.
 pub(super) fn find(sources: &Sources) -> Option<Triangles<'_>> {
     sources.others_first().find_map(|source| {
         TABLES.iter().find_map(|(table, nodes, middles)| {
             let table = source.variable(table)?;
-            let nodes: Vec<&Variable> = nodes.iter().map(|name| source.variable(name)).collect::<Option<_>>()?;
-            let has_threes = matches!(table.after_time(), [a, b] if a.len == 3 || b.len == 3);
-            let are_places = nodes.iter().all(|v| v.kind.is_real() && v.after_time().len() + nodes.len() == 3);
-            (has_threes && are_places).then_some(Triangles { source, table, nodes, middles: *middles })
+            let is_place = |v: &Variable| v.kind.is_real() && v.after_time().len() + nodes.len() == 3;
+            let are_places = || nodes.iter().all(|name| source.variable(name).is_some_and(is_place));
+            let is_found = table.name == TABLES[0].0 || has_threes(table) && are_places();
+            is_found.then_some(Triangles { source, table, nodes, middles: *middles })
         })
     })
+}
+
+fn has_threes(table: &Variable) -> bool {
+    matches!(table.after_time(), [a, b] if a.len == 3 || b.len == 3)
 }
 
 pub(super) fn read(Triangles { source, table, nodes, middles }: Triangles) -> Result<Mesh> {
@@ -41,9 +46,14 @@ pub(super) fn read(Triangles { source, table, nodes, middles }: Triangles) -> Re
         let context = format!("grid_geometry is {geometry}, expected 1: only meshes on a sphere are rendered");
         return Err(source.error(ErrorKind::Unsupported, context));
     }
-    let nodes = match nodes[..] {
-        [both] => positions_of_pairs(source, both)?,
-        _ => positions(source, &nodes[0].name, &nodes[1].name, &nodes[0].after_time()[0].name)?,
+    if !has_threes(table) {
+        let context = format!("variable {table}, expected the 3 nodes of each triangle");
+        return Err(source.error(ErrorKind::Grid, context));
+    }
+    let first = source.variable(nodes[0]).ok_or_else(|| missing(source, nodes[0]))?;
+    let nodes = match nodes {
+        [lon, lat] => positions(source, lon, lat, first.after_time().first().map_or("", |d| &d.name))?,
+        _ => positions_of_pairs(source, first)?,
     };
     let is_by_place = table.after_time()[0].len == 3;
     let triangle = &table.after_time()[usize::from(is_by_place)].name;

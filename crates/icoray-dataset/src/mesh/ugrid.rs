@@ -11,7 +11,7 @@ use super::polygons::{NONE, Polygons};
 use super::tables::{Convention, FileCorners, Mesh, Positions, missing};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
-use icoray::{ErrorKind, Result, circumcenter, cut_polygon};
+use icoray::{Error, ErrorKind, Result, circumcenter, cut_polygon};
 use std::path::Path;
 
 /// Names in uxarray's datasets; those of other tools are in the attributes of the mesh's variable.
@@ -172,7 +172,7 @@ pub(super) fn of_rows(
     };
     let are_nodes_cells = has_field_of(count) && !has_field_of(faces);
     let mesh = of_faces(source.path(), nodes, given, (rows, row), are_nodes_cells)
-        .map_err(|e| e.within(source.path().display()))?;
+        .map_err(|e| e.within(format_args!("{}: {table}", source.path().display())))?;
     let is_mpas = mesh.convention == Convention::Cf && mesh.file_corners.is_none() && super::mpas::is_in(sources)?;
     Ok(if is_mpas { mesh.into_mpas() } else { mesh })
 }
@@ -210,6 +210,11 @@ fn of_faces(
     (rows, row): (Vec<i32>, usize),
     are_nodes_cells: bool,
 ) -> Result<Mesh> {
+    let faces = rows.len() / row;
+    if let Some(middles) = given.as_ref().map(|given| given.lon.as_reals().len()).filter(|middles| *middles != faces) {
+        let context = format!("the middles of {faces} faces are {middles}, expected {faces}");
+        return Err(Error::new(ErrorKind::Grid, context));
+    }
     let around = || rows.chunks_exact(row).map(|face| face.iter().copied().filter(|i| *i >= 0));
     let are_triangles = around().all(|face| face.count() == 3);
     if !are_triangles && !are_nodes_cells {
@@ -231,7 +236,6 @@ fn of_faces(
         Some(given) => given.of_rows(&of_face),
         None => of_directions(corner_cell.as_chunks().0.iter().map(middle)),
     };
-    let count = rows.len() / row;
-    let file_corners = (!are_triangles).then_some(FileCorners { count, row: of_face });
+    let file_corners = (!are_triangles).then_some(FileCorners { count: faces, row: of_face });
     Ok(Mesh { file_corners, ..Mesh::of_triangles(path, Convention::Icon, [nodes, corner], corner_cell)? })
 }

@@ -1,7 +1,7 @@
 //! Fields at edges, as values at the centres beside them.
 
 use crate::made::{Made, Values};
-use crate::memory::{expect, open, opened};
+use crate::memory::{expect, open, open_error, opened};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 use icoray_dataset::Dataset;
 
@@ -56,6 +56,9 @@ fn mpas() -> Made {
     made.add("rho_edge", &["time", "nEdges"], Values::F32((0..EDGES).map(|edge| edge as f32).collect()));
     made.add("v", &["time", "lev", "nEdges"], Values::F64(vec![0.0; LAYERS * EDGES]));
     made.add("dcEdge", &["nEdges"], Values::F64(vec![1.0; EDGES]));
+    made.add("layerThickEdgeFlux", &["time", "nEdges"], Values::F64(vec![1.0; EDGES]));
+    made.last().attributes = vec![("units", "m".into())];
+    made.add("A_veloc_v", &["time", "nEdges"], Values::F64(vec![1.0; EDGES]));
     made
 }
 
@@ -81,7 +84,11 @@ fn components_normal_to_edges_are_vectors_at_cells() {
     let mut made = mpas();
     let file = open(&made);
     let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
-    assert_eq!(names, ["u_zonal", "u_meridional", "rho_edge"], "v lies along edges, dcEdge is of the mesh");
+    assert_eq!(
+        names,
+        ["u_zonal", "u_meridional", "rho_edge", "layerThickEdgeFlux", "A_veloc_v"],
+        "v lies along edges, dcEdge is of the mesh"
+    );
     let info = file.field_info("u_zonal").unwrap();
     assert_eq!((info.location, info.columns, info.is_from_edges()), (Location::Center, 42, true));
     assert_eq!(info.description.long_name.as_deref(), Some("u, zonal component"));
@@ -92,7 +99,11 @@ fn components_normal_to_edges_are_vectors_at_cells() {
         assert!((value - own.iter().sum::<f64>() / own.len() as f64).abs() < 1e-5, "cell {cell}: {value}");
     }
     expect(&file.field_info("u").unwrap_err(), ErrorKind::Field, &["at cells are u_zonal and u_meridional"]);
-    expect(&file.field_info("v").unwrap_err(), ErrorKind::Field, &["v(time = 1, lev = 3, nEdges = 120)", "normal"]);
+    expect(
+        &file.field_info("v").unwrap_err(),
+        ErrorKind::Field,
+        &["v(time = 1, lev = 3, nEdges = 120)", "normal", "`at` picks"],
+    );
     // All but one edge of cell 7 lack a value, or a neighbour; cell 8 lacks one edge alone.
     let of = |cell: i32| (0..EDGES).filter(|edge| beside[*edge].contains(&cell)).collect::<Vec<_>>();
     let away: Vec<usize> = of(7)[1..].iter().copied().chain([of(8)[0]]).collect();
@@ -100,9 +111,14 @@ fn components_normal_to_edges_are_vectors_at_cells() {
     for &edge in &away {
         (0..LAYERS).for_each(|layer| made.f64s("u")[layer * EDGES + edge] = f64::NAN);
         let other = beside[edge].iter().position(|cell| ![7, 8].contains(cell)).unwrap();
-        rim.i32s("cellsOnEdge")[2 * edge + other] = if edge % 2 == 0 { 0 } else { i32::MIN };
+        rim.i32s("cellsOnEdge")[2 * edge + other] = [0, i32::MIN, 43][edge % 3];
     }
     expect_rotation(&open(&made), "u", at, &[7]);
+    let mut empty = made.clone();
+    empty.dimensions.push(("Time", 0));
+    empty.variable("cellsOnEdge").dimensions.insert(0, "Time");
+    empty.i32s("cellsOnEdge").clear();
+    expect(&open_error(&empty), ErrorKind::Grid, &["cellsOnEdge(Time = 0, nEdges = 120, TWO = 2)", "has no record"]);
     expect_rotation(&open(&rim), "u", at, &[7]);
 }
 
@@ -125,7 +141,7 @@ fn components_normal_to_edges_of_triangles_are_vectors_at_triangles() {
     let file = opened(&data, &[&grid]).unwrap();
     assert_eq!(file.field_info("vn_zonal").unwrap().location, Location::Corner);
     expect_rotation(&file, "vn", at, &[]);
-    grid.i32s("adjacent_cell_of_edge")[5] = 81;
+    grid.i32s("adjacent_cell_of_edge")[5] = 82;
     let error = opened(&data, &[&grid]).unwrap().read_field("vn_zonal", 0).unwrap_err();
-    expect(&error, ErrorKind::Grid, &["grid.nc: adjacent_cell_of_edge: cell 81 beside edge 6, expected 1 to 80"]);
+    expect(&error, ErrorKind::Grid, &["grid.nc: adjacent_cell_of_edge: cell 82 beside edge 6, expected 1 to 80"]);
 }

@@ -154,6 +154,12 @@ fn triangles_that_are_none_are_named() {
         made.f64s("clon_bnds").truncate(3 * 79);
     });
     expect(&error, ErrorKind::Grid, &["clon_bnds(fewer = 79, vertices = 3)", "expected the same dimensions"]);
+    let mut grid = Made::icon_grid();
+    grid.dimensions[2].1 = 4;
+    expect(&open_error(&grid), ErrorKind::Grid, &["vertex_of_cell(nv = 4, cell = 80)", "expected the 3 nodes"]);
+    let mut grid = Made::icon_grid();
+    grid.remove("vlon");
+    expect(&open_error(&grid), ErrorKind::Grid, &["variable vlon is missing", "another file"]);
     let mut plane = Made::icon_grid();
     plane.set("grid_geometry", 2);
     let error = open_error(&plane);

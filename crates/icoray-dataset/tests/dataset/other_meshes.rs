@@ -13,6 +13,22 @@ fn data(dimension: &'static str, columns: usize) -> Made {
     made
 }
 
+/// Data over two rows of three columns, which have their numbers as values.
+fn rows() -> Made {
+    let mut rows = Made { path: "data.nc", ..Made::of([("lat", 2), ("lon", 3)], []) };
+    rows.angles("lat", &["lat"], Angles::Degrees, &[0.05, 0.15]);
+    rows.angles("lon", &["lon"], Angles::Degrees, &[0.05, 0.15, 0.25]);
+    rows.add("t", &["lat", "lon"], Values::F64((0..6).map(f64::from).collect()));
+    rows
+}
+
+/// Asserts that a file of a mesh has no field.
+fn expect_no_fields(mesh: &Made) {
+    let file = open(mesh);
+    assert!(file.fields().is_empty(), "{:?}", file.fields());
+    expect(&file.first_field().unwrap_err(), ErrorKind::Field, &["a mesh without a field"]);
+}
+
 /// SCRIP's file of cells with the corners in `table`, at `nodes`.
 fn scrip(nodes: &[Vec<f64>; 2], table: &[i32], row: usize) -> Made {
     let mut made = Made::of([("grid_size", table.len() / row), ("grid_corners", row)], []);
@@ -36,6 +52,12 @@ fn cells_of_scrip_are_polygons() {
     assert!(!file.mesh().is_of_points());
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().edges()), (162, 320, 480));
     assert_eq!(file.read_field("t", 0).unwrap().field().unwrap().value(161, 0), value(0, 161, 0));
+    expect_no_fields(&hexagons);
+    // A masked cell without a polygon: the places of all cells are there still.
+    let mut masked = hexagons;
+    ["grid_corner_lon", "grid_corner_lat"].iter().for_each(|name| masked.f64s(name)[42..48].fill(0.0));
+    let file = opened(&data("ncol", 162), &[&masked]).unwrap();
+    assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (162, true));
     let triangles = scrip(&[mesh.lon_center_rad, mesh.lat_center_rad], &mesh.corner_cell, 3);
     let file = opened(&data("ncol", 320), &[&triangles]).unwrap();
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file()), (320, 162));
@@ -43,11 +65,7 @@ fn cells_of_scrip_are_polygons() {
     let node = |i: usize| [0.1 * (i % 4) as f64, 0.1 * (i / 4) as f64];
     let nodes = [0, 1].map(|k| (0..12).map(|i| node(i)[k]).collect());
     let table: Vec<i32> = [0, 1, 2, 4, 5, 6].iter().flat_map(|i| [*i, i + 1, i + 5, i + 4]).collect();
-    let mut rows = Made { path: "data.nc", ..Made::of([("lat", 2), ("lon", 3)], []) };
-    rows.angles("lat", &["lat"], Angles::Degrees, &[0.05, 0.15]);
-    rows.angles("lon", &["lon"], Angles::Degrees, &[0.05, 0.15, 0.25]);
-    rows.add("t", &["lat", "lon"], Values::F64((0..6).map(f64::from).collect()));
-    let file = opened(&rows, &[&scrip(&nodes, &table, 4)]).unwrap();
+    let file = opened(&rows(), &[&scrip(&nodes, &table, 4)]).unwrap();
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().is_of_points()), (6, 12, false));
     assert_eq!(file.read_field("t", 0).unwrap().field().unwrap().value(4, 0), 4.0);
 }
@@ -83,6 +101,17 @@ fn elements_of_esmf_are_polygons() {
             assert_eq!(file.mesh().grid().unwrap().void_triangles(), 0);
             assert_eq!(file.field_info("t").unwrap().location, Location::Center);
         }
+        let mut middles = mesh.clone();
+        middles.angles("centerCoords", &["elementCount", "coordDim"], Angles::Degrees, &[0.0; 108]);
+        expect_no_fields(&middles);
+        middles.dimensions.push(("few", 7));
+        middles.variable("centerCoords").dimensions[0] = "few";
+        middles.f64s("centerCoords").truncate(14);
+        let error = opened(&data("ncol", 54), &[&middles]).unwrap_err();
+        expect(&error, ErrorKind::Grid, &["elementConn: the middles of 54 faces are 7, expected 54"]);
+        // Data of another grid.
+        let file = opened(&rows(), &[&mesh]).unwrap();
+        assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (6, true));
         let mut spoilt = mesh.clone();
         spoilt.i32s("elementConn")[2] = 57;
         let error = opened(&data("ncol", 54), &[&spoilt]).unwrap_err();
@@ -98,6 +127,24 @@ fn elements_of_esmf_are_polygons() {
             );
         }
     }
+}
+
+#[test]
+fn corners_of_four_cells_of_mpas_are_cut() {
+    let ([lon, lat], faces) = cube(3);
+    let file = opened(&data("ncol", 54), &[&esmf(false)]).unwrap();
+    let mut made = Made::of([("nCells", 54), ("nVertices", 56), ("maxEdges", 4)], []);
+    made.add("verticesOnCell", &["nCells", "maxEdges"], Values::I32(faces.iter().map(|node| node + 1).collect()));
+    let center = file.mesh().tables().center;
+    for (name, angle) in [("lonCell", center.lon_rad), ("latCell", center.lat_rad)] {
+        made.add(name, &["nCells"], Values::F64((0..54).map(|cell| angle.get(cell)).collect()));
+    }
+    for (name, angles) in [("lonVertex", &lon), ("latVertex", &lat), ("vorticity", &lon)] {
+        made.add(name, &["nVertices"], Values::F64(angles.clone()));
+    }
+    let cut = open(&made);
+    assert_eq!((cut.mesh().corners_in_file(), cut.mesh().grid().unwrap().void_triangles()), (56, 0));
+    assert_eq!(cut.read_field("vorticity", 0).unwrap().field().unwrap().shape().columns, cut.mesh().corners());
 }
 
 /// Data over HEALPix's pixels of 4 × 4 in each of 12, or over the first `columns` of them.
@@ -128,7 +175,7 @@ fn pixels_of_healpix_are_columns() {
     assert!(file.mesh().tables().center.lat_rad.get(0) < 0.0 && file.mesh().grid().unwrap().void_triangles() > 0);
     part.i32s("cell")[7] = 192;
     expect(&open_error(&part), ErrorKind::Grid, &["data.nc: crs: pixel 192 of column 7, expected 0 to 191"]);
-    let other = healpix(48, vec![("healpix_nside", 3.into()), ("healpix_order", "ring".into())]);
+    let other = healpix(48, vec![("healpix_nside", 3.into()), ("healpix_order", "NEST".into())]);
     expect(&open_error(&other), ErrorKind::Grid, &["crs: expected refinement_level", "a power of two"]);
     let no_order = healpix(48, vec![("healpix_nside", 2.into())]);
     expect(
@@ -136,6 +183,23 @@ fn pixels_of_healpix_are_columns() {
         ErrorKind::Grid,
         &["indexing_scheme or healpix_order \"\", expected nested or ring"],
     );
+    let nestling = healpix(48, vec![("healpix_nside", 2.into()), ("healpix_order", "nestling".into())]);
+    expect(&open_error(&nestling), ErrorKind::Grid, &["\"nestling\", expected nested or ring"]);
+    let thirds = open(&healpix(108, vec![("healpix_nside", 3.into()), ("healpix_order", "ring".into())]));
+    assert!((thirds.mesh().tables().center.lat_rad.get(0).sin() - 26.0 / 27.0).abs() < 1e-12);
+    assert_eq!(thirds.mesh().grid().unwrap().void_triangles(), 0);
+    // Values that were never written.
+    for level in [24, 14] {
+        let mut huge = healpix(0, vec![("refinement_level", level.into()), ("indexing_scheme", "nested".into())]);
+        huge.dimensions[0].1 = 12 << (2 * level);
+        expect(&open_error(&huge), ErrorKind::Grid, &["pixels of the whole sphere, expected at most 357913941"]);
+    }
+    // Coordinates of any numbering.
+    let mut places = healpix(12, vec![("indexing_scheme", "nuniq".into())]);
+    let place = |k: usize| (0..12).map(|i| [0.5 * (i % 4) as f64, 0.5 * (i / 4) as f64][k]).collect::<Vec<_>>();
+    places.angles("lon", &["cell"], Angles::Degrees, &place(0));
+    places.angles("lat", &["cell"], Angles::Degrees, &place(1));
+    assert_eq!(open(&places).mesh().tables().center.lat_rad.get(4), 0.5);
 }
 
 #[test]
@@ -167,6 +231,12 @@ fn layers_of_fvcom_lie_between_the_floor_and_the_sea_surface() {
         assert_eq!([0, 1, 2].map(|layer| all.value(1, layer)), [3.0, 3.0 - 0.25 * 113.0, -110.0], "{name}");
     }
     assert!(file.native_info("temp").unwrap().time_dependent);
+    let mut empty = made.clone();
+    empty.dimensions.push(("Time", 0));
+    empty.variable("siglev").dimensions.insert(0, "Time");
+    empty.f64s("siglev").clear();
+    let error = open(&empty).layer_heights("temp").unwrap_err();
+    expect(&error, ErrorKind::Grid, &["siglev(Time = 0, siglev = 3, node = 42) of double has no record"]);
     made.remove("h");
     expect(&open(&made).layer_heights("temp").unwrap_err(), ErrorKind::Layers, &["siglev", "variable h is missing"]);
 }

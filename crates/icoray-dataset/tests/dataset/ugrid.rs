@@ -225,6 +225,11 @@ fn coordinates_are_no_fields_and_the_topology_goes_before_names() {
     let file = open(&made);
     assert_eq!(file.fields().iter().map(|field| field.name.as_str()).collect::<Vec<_>>(), ["depth"]);
     assert_eq!((file.mesh().cells(), file.mesh().corners()), (42, 80));
+    // Values at edges, of which only ICON has a table.
+    made.dimensions.push(("edges", 120));
+    made.add("flow", &["edges"], Values::F64(vec![1.0; 120]));
+    let error = open(&made).field_info("flow").unwrap_err().to_string();
+    assert!(error.contains("flow(edges = 120)") && !error.contains("adjacent_cell_of_edge"), "{error}");
 }
 
 /// A face of four nodes is two corners of the mesh whose cells are the nodes: heights at faces belong to both.
