@@ -4,7 +4,7 @@
 //! [`mod@column`] from layer to layer inside one triangle → [`segment`] the scalar along one frustum, its extremum and
 //! its knots → [`piece`] the integral of one monotone piece.
 //!
-//! `trace.rs` drives the rays of all scenes. In f32 `packet/` traces them side by side, one in each lane of the machine's
+//! `scene_tracer.rs` drives the rays of all scenes. In f32 `packet/` traces them side by side, one in each lane of the machine's
 //! vectors. [`general`] traces one ray at a time in double precision: in f64, with the paper's method, on processors
 //! without such vectors, and through the frusta of packets in which a ray meets a surface or a cut.
 //!
@@ -30,6 +30,7 @@ mod packet;
 pub mod piece;
 pub mod plane;
 mod roundoff;
+mod scene_tracer;
 pub mod segment;
 pub mod shade;
 pub mod signature;
@@ -44,5 +45,6 @@ pub use budget::{Budget, FAINTEST};
 pub use counts::Counts;
 pub use fragment::Fragment;
 pub use packet::{PacketScene, beyond_gathers, packets};
-pub use trace::{FragmentReport, PrimaryRay, Report, SceneTracer, Tracer};
+pub use scene_tracer::SceneTracer;
+pub use trace::{FragmentReport, PrimaryRay, Report, Tracer};
 pub use traverse::{Frustum, Stretch, Traversal};

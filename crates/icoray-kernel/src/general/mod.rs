@@ -33,10 +33,9 @@ use crate::counts::Counts;
 use crate::ground::{Core, SurfaceHit};
 use crate::piece::Radiance;
 use crate::plane::RayLine;
-use crate::shade::RayShading;
+use crate::shade::{RayShading, Shading};
 use crate::signature::{Boundary, BoundarySignature, EyeDistance};
-use crate::trace::PrimaryRay;
-use crate::trace::SceneTracer;
+use crate::trace::queue::PrimaryRay;
 use crate::walk::Column;
 use clips::RayClips;
 use frustum::Scratch;
@@ -44,6 +43,7 @@ use glam::{DVec3, Vec3};
 use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
+use icoray_scene::Method;
 use single::SingleVolume;
 
 /// The contents of a picture, equal for all rays of a frame.
@@ -105,6 +105,21 @@ impl KernelScene<'_> {
     }
 }
 
+/// A scene, and the settings for tracing its rays.
+#[derive(Debug, Clone, Copy)]
+pub struct RaySettings<'w, 'f> {
+    /// The scene's volumes, surfaces and cuts.
+    pub scene: &'w KernelScene<'f>,
+    /// Lighting; `None` shows the transfer functions' own colours.
+    pub shading: Option<Shading>,
+    /// Division of the tolerance along a ray.
+    pub budget: Budget,
+    /// The rule of integration of a single volume.
+    pub method: Method,
+    /// When set, pieces of a single volume are not cut where the gradient turns.
+    pub is_coarse: bool,
+}
+
 /// One ray.
 pub(crate) struct RayState<'r, 'f> {
     scene: &'r KernelScene<'f>,
@@ -133,12 +148,12 @@ pub(crate) struct RayState<'r, 'f> {
 impl<'r, 'f> RayState<'r, 'f> {
     /// The ray at its start; `line` is the same ray in its plane.
     #[inline]
-    pub fn new(tracer: &SceneTracer<'r, 'f>, line: RayLine, start: &PrimaryRay) -> Self {
+    pub fn new(tracer: &RaySettings<'r, 'f>, line: RayLine, start: &PrimaryRay) -> Self {
         Self::from_eye(tracer, line, start.dir, EyeDistance::new(start.eye, start.dir))
     }
 
     #[inline]
-    fn from_eye(tracer: &SceneTracer<'r, 'f>, line: RayLine, dir: DVec3, from_eye: EyeDistance) -> Self {
+    fn from_eye(tracer: &RaySettings<'r, 'f>, line: RayLine, dir: DVec3, from_eye: EyeDistance) -> Self {
         let color_tolerance = tracer.budget.color_tolerance_in::<f64>(tracer.shading.as_ref());
         RayState {
             scene: tracer.scene,

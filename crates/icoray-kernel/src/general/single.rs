@@ -1,11 +1,10 @@
 //! One volume along a single ray, by the rules of [`VolumeRay`], whose error is bounded.
 
-use super::TransferMap;
+use super::{RaySettings, TransferMap};
 use crate::column::Flow;
 use crate::lit::FrustumInterpolant;
 use crate::piece::Radiance;
 use crate::segment::Segment;
-use crate::trace::SceneTracer;
 use crate::volume_ray::{VolumeRay, VolumeRules, correlated};
 use glam::DVec3;
 use icoray_grid::array::MapInline;
@@ -22,8 +21,8 @@ impl<'w> SingleVolume<'w> {
     /// The volume of a scene along `dir`; `None` where there are several, or its colours are those of another field or
     /// transfer function.
     #[inline]
-    pub fn new(tracer: &SceneTracer<'w, '_>, dir: DVec3) -> Option<Self> {
-        let SceneTracer { scene, shading, budget, method, is_coarse, .. } = *tracer;
+    pub fn new(tracer: &RaySettings<'w, '_>, dir: DVec3) -> Option<Self> {
+        let RaySettings { scene, shading, budget, method, is_coarse } = *tracer;
         let medium = scene.media.first().filter(|_| scene.has_one_field_of_volume())?;
         let map = &medium.extinction;
         let spans = map.spans();

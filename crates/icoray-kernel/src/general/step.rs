@@ -1,14 +1,13 @@
 //! Single steps of a ray in a packet: the frusta, surfaces and cuts that packets pass to this kernel.
 
-use super::RayState;
 use super::wedge::{Facet, FacetSide, Wedge};
+use super::{RaySettings, RayState};
 use crate::column::Flow;
 use crate::counts::Counts;
 use crate::ground::SurfaceHit;
 use crate::piece::Radiance;
 use crate::plane::RayLine;
 use crate::signature::{BoundarySignature, EyeDistance};
-use crate::trace::SceneTracer;
 use crate::walk::Column;
 use glam::DVec3;
 
@@ -33,7 +32,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     /// Starts a ray, in the memory of one that has ended.
     #[inline]
     pub(crate) fn begin(
-        tracer: &SceneTracer<'r, 'f>,
+        tracer: &RaySettings<'r, 'f>,
         line: RayLine,
         (dir, from_eye): (DVec3, EyeDistance),
         ended: Option<Self>,

@@ -3,9 +3,9 @@
 use super::packet_scene::PacketScene;
 use crate::budget::Budget;
 use crate::column::{Shell, Values};
+use crate::general::RaySettings;
 use crate::ground::Core;
 use crate::shade::Shading;
-use crate::trace::SceneTracer;
 use crate::transfer::Spans;
 use crate::volume_ray::VolumeRules;
 use icoray_grid::Grid;
@@ -48,8 +48,8 @@ pub(crate) struct PacketFrame<'f> {
 
 impl<'f> PacketFrame<'f> {
     /// The frame of a tracer.
-    pub fn new(tracer: &SceneTracer<'f, 'f>, packets: &'f PacketScene<'f>) -> Self {
-        let SceneTracer { scene, shading, budget, is_coarse, integrates, .. } = *tracer;
+    pub fn new(tracer: &RaySettings<'f, 'f>, packets: &'f PacketScene<'f>, integrates: bool) -> Self {
+        let RaySettings { scene, shading, budget, is_coarse, .. } = *tracer;
         let source = &scene.sources[scene.media.first().map_or(0, |medium| medium.extinction.source)];
         PacketFrame {
             grid: scene.grid,

@@ -12,10 +12,9 @@
 //! surface or a cut.
 
 use crate::counts::Counts;
-use crate::general::Levels;
+use crate::general::{Levels, RaySettings};
 use crate::leap::Leaps;
 use crate::shade::RayShading;
-use crate::trace::SceneTracer;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Target};
 use crate::volume_ray::VolumeRay;
@@ -83,12 +82,12 @@ pub fn packets() -> Option<Level> {
 #[inline(never)]
 pub(crate) fn trace(
     (level, packets): (Level, &PacketScene<'_>),
-    tracer: &SceneTracer<'_, '_>,
+    (tracer, integrates): (&RaySettings<'_, '_>, bool),
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,
 ) -> bool {
-    let frame = &PacketFrame::new(tracer, packets);
+    let frame = &PacketFrame::new(tracer, packets, integrates);
     match frame.shading {
         Some(_) => trace_frame::<4>(level, frame, (tracer, packets), rays, counts, target),
         None => trace_frame::<1>(level, frame, (tracer, packets), rays, counts, target),
@@ -100,7 +99,7 @@ pub(crate) fn trace(
 fn trace_frame<const N: usize>(
     level: Level,
     frame: &PacketFrame<'_>,
-    (tracer, packets): (&SceneTracer<'_, '_>, &PacketScene<'_>),
+    (tracer, packets): (&RaySettings<'_, '_>, &PacketScene<'_>),
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,

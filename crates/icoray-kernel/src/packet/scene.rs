@@ -11,9 +11,8 @@ use super::start::Start;
 use super::{MOST, Packet};
 use crate::column::Flow;
 use crate::counts::Counts;
-use crate::general::{FacetSide, GapWay, Met, RayState, SurfaceHeight};
+use crate::general::{FacetSide, GapWay, Met, RaySettings, RayState, SurfaceHeight};
 use crate::piece::Radiance;
-use crate::trace::SceneTracer;
 use crate::walk::{Column, ColumnEnd};
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
@@ -21,7 +20,7 @@ use icoray_simd::{Floats, Machine, Numbers, Table, Wide};
 
 /// The visible parts of a scene beside the volume.
 pub(super) struct SceneTables<'t> {
-    tracer: &'t SceneTracer<'t, 't>,
+    tracer: &'t RaySettings<'t, 't>,
     /// The fields with isosurfaces, and the values of these.
     isosurfaces: Vec<(Source<'t>, Vec<f32>)>,
     /// The layers with surfaces.
@@ -41,7 +40,7 @@ struct ClipTables<'t> {
 
 impl<'t> SceneTables<'t> {
     /// The tables of a scene; `None` if they are too long for gathers.
-    pub fn new(tracer: &'t SceneTracer<'t, 't>, packets: &'t PacketScene<'_>) -> Option<Self> {
+    pub fn new(tracer: &'t RaySettings<'t, 't>, packets: &'t PacketScene<'_>) -> Option<Self> {
         let scene = tracer.scene;
         let mut isosurfaces = Vec::new();
         for (number, source) in scene.sources.iter().enumerate() {

@@ -12,8 +12,8 @@ use super::packet_scene::PacketVolumes;
 use super::part::{Part, all};
 use super::read::{FAR, LARGEST, Source};
 use super::{Packet, mask};
+use crate::general::RaySettings;
 use crate::lit::ADVANCE;
-use crate::trace::SceneTracer;
 use fearless_simd::prelude::*;
 use icoray_simd::{Floats, Machine, Mask};
 
@@ -34,7 +34,7 @@ struct VolumeTable<'t> {
 impl<'t> VolumeTables<'t> {
     /// The tables of volumes between this number of layers, with the gradients of each if there is light; `None` if
     /// they are too long for gathers.
-    pub fn new(volumes: &'t PacketVolumes<'_>, general: &'t SceneTracer<'_, '_>, layers: usize) -> Option<Self> {
+    pub fn new(volumes: &'t PacketVolumes<'_>, general: &'t RaySettings<'_, '_>, layers: usize) -> Option<Self> {
         let mut maps = Vec::new();
         for map in &volumes.maps {
             maps.push((Source::new(map.samples), SpanTables::new(&map.spans)?));

@@ -13,6 +13,7 @@ use crate::device::{ClipRegion, Scenery};
 use crate::edges::Edges;
 use crate::ranks::Ranks;
 use icoray_grid::Result;
+use icoray_kernel::general::RaySettings;
 use icoray_kernel::ground::Ground;
 use icoray_kernel::shade::Shading;
 use icoray_kernel::transfer::KernelKnot;
@@ -44,16 +45,15 @@ impl Rays for SceneRays<'_, '_> {
         let BuiltScene { scene: built, packets, .. } = self.built.get();
         let is_packed = built.sources.iter().any(|source| source.gradients().values().words().is_some());
         let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
-        SceneTracer {
+        let rays = RaySettings {
             scene: built,
             shading: shading.map(|shading| Shading { is_packed, ..shading }),
             budget: budget(renderer, scene, quality),
             method: scene.method,
             is_coarse: quality.lights == Lights::Coarse,
-            packets: packets.as_ref().map(|(level, packets)| (*level, packets)),
-            integrates: renderer.integrates,
-        }
-        .boxed()
+        };
+        let packets = packets.as_ref().map(|(level, packets)| (*level, packets));
+        SceneTracer { rays, packets, integrates: renderer.integrates }.boxed()
     }
 }
 

@@ -3,12 +3,13 @@
 use crate::budget::Budget;
 use crate::counts::Counts;
 use crate::fragment::Fragment;
-use crate::general::{Clips, FieldSource, KernelScene, Levels, Medium, TransferMap};
+use crate::general::{Clips, FieldSource, KernelScene, Levels, Medium, RaySettings, TransferMap};
 use crate::ground::Core;
 use crate::owned_region::OwnedRegion;
 use crate::packet::{PacketScene, packets};
+use crate::scene_tracer::SceneTracer;
 use crate::shade::Shading;
-use crate::trace::{PrimaryRay, SceneTracer, Tracer};
+use crate::trace::{PrimaryRay, Tracer};
 use crate::transfer::KernelKnot;
 use crate::walk::tests::culled::{Culled, Mark, Style, holes};
 use fearless_simd::Level;
@@ -109,15 +110,15 @@ fn traced(
 ) -> (Vec<Vec<Fragment>>, Counts) {
     let (mut found, mut counts) = (vec![Vec::new(); all], Counts::default());
     let packets = PacketScene::new(scene, &RADII, false).unwrap();
-    let tracer = SceneTracer {
+    let settings = RaySettings {
         scene,
         shading: is_lit.then_some(SHADING),
         budget: Budget::new(TOLERANCE, 1.0, is_lit.then_some(1.0)),
         method: Method::Exact,
         is_coarse: false,
-        packets: level.map(|level| (level, &packets)),
-        integrates: true,
     };
+    let packets = level.map(|level| (level, &packets));
+    let tracer = SceneTracer { rays: settings, packets, integrates: true };
     tracer.fragments(own, &mut rays.iter().copied(), &mut counts, &mut |ray, all| {
         assert!(found[ray].is_empty() && !all.is_empty());
         found[ray].extend(all);
