@@ -45,6 +45,6 @@ pub use budget::{Budget, FAINTEST};
 pub use counts::Counts;
 pub use fragment::Fragment;
 pub use packet::{PacketScene, beyond_gathers, packets};
-pub use scene_tracer::SceneTracer;
+pub use scene_tracer::{SceneTracer, passages};
 pub use trace::{FragmentReport, PrimaryRay, Report, Tracer};
 pub use traverse::{Frustum, Stretch, Traversal};

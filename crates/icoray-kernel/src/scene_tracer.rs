@@ -3,8 +3,8 @@
 use crate::budget::Budget;
 use crate::column::Flow;
 use crate::counts::Counts;
-use crate::fragment::{FragmentBuilder, FragmentRules};
-use crate::general::{KernelScene, RaySettings, RayState};
+use crate::fragment::{Fragment, FragmentBuilder, FragmentRules};
+use crate::general::{KernelScene, Passage, RaySettings, RayState};
 use crate::owned_region::OwnedRegion;
 use crate::packet::{self, PacketScene};
 use crate::signature::BoundarySignature;
@@ -12,6 +12,7 @@ use crate::trace::queue::{Clip, Queue};
 use crate::trace::{FragmentReport, PrimaryRay, Report, Target, Tracer};
 use crate::walk::Walk;
 use fearless_simd::Level;
+use glam::DVec3;
 
 /// Rays through a scene.
 pub struct SceneTracer<'w, 'f> {
@@ -94,6 +95,32 @@ impl Tracer for SceneTracer<'_, '_> {
             }
         }
     }
+}
+
+/// What the ray from `eye` along the unit vector `dir` passes and meets, in order: in the columns of `own`, whose
+/// fragments it returns too, or in all.
+pub fn passages(
+    rays: &RaySettings,
+    own: Option<&OwnedRegion>,
+    eye: DVec3,
+    dir: DVec3,
+) -> (Vec<Passage>, Vec<Fragment>) {
+    let KernelScene { grid, outer, core_radius, core, .. } = *rays.scene;
+    let mut start = std::iter::once(PrimaryRay { number: 0, eye, dir, begins_row: true });
+    let clip = Clip { outer, region: own.map(|own| (own, core_radius[0])) };
+    let mut fragments = Vec::new();
+    let Some((start, line, walk)) = Queue::new(grid, clip, &mut start).next(|_| ()) else {
+        return (Vec::new(), fragments);
+    };
+    let mut ray = RayState::new(rays, line, &start).recorded();
+    match own {
+        Some(own) => {
+            let rules = FragmentRules::new(own, &line, core_radius, core.is_some(), rays.budget.brightest);
+            FragmentBuilder::new(rules, &mut fragments).trace(&mut ray, own, walk);
+        }
+        None => pass(&mut ray, grid.void_triangles() > 0, walk),
+    }
+    (ray.into_passages(), fragments)
 }
 
 /// Passes all columns of a walk until the ray ends.

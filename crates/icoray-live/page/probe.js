@@ -64,6 +64,7 @@ function facts(answer) {
     ...row('Longitude', degrees(answer.lon, 'E', 'W')),
     ...row('Latitude', degrees(answer.lat, 'N', 'S')),
     ...row('Height', answer.height_m === null || answer.height_m === undefined ? '–' : `${shown(answer.height_m)} m`),
+    ...row('Shows', answer.part ?? 'nothing'),
     ...row('Opacity', shown(answer.alpha, 3)),
     ...row(
       `Error of the pixel`,
@@ -73,6 +74,15 @@ function facts(answer) {
     ...row('Field', answer.field + (units && `, ${units.trim()}`)),
     ...(answer.step === null ? [] : row('Step', String(answer.step))),
   );
+}
+
+/** The parts of the scene that the pixel shows, with their shares of its light. */
+function contributions(answer) {
+  const rows = answer.contributions.map(({ part, field, value, weight, height_m: height }) => {
+    const what = field ? `${part}: ${field}${value === null ? '' : ` ${shown(value)}`}` : part;
+    return h('li', {}, `${what}, ${shown(height / 1000, 3)} km, ${shown(100 * weight, 3)} %`);
+  });
+  return rows.length > 1 && [h('h3', {}, 'What the pixel shows'), h('ul', { class: 'parts' }, ...rows)];
 }
 
 function show() {
@@ -123,6 +133,7 @@ function show() {
   panel.replaceChildren(
     h('p', { class: 'value' }, shown(answer.value, 5), h('span', { class: 'units' }, ` ${answer.units ?? ''}`)),
     facts(answer),
+    ...(contributions(answer) || []),
     h('div', { class: 'head-row' }, h('h3', {}, 'Along the ray'), pick),
     ray,
     h('p', { class: 'hint' }, 'The shaded area is the part of the pixel’s light that comes from each place.'),

@@ -79,9 +79,7 @@ impl Histogram {
 pub struct Probe {
     /// The renderer's probe.
     pub found: icoray::Probe,
-    /// Name of the field.
-    pub field: String,
-    /// Its units.
+    /// Units of its field.
     pub units: Option<String>,
     /// The error of the pixel in the last picture at rest; `None` if there is none.
     pub error: Option<f32>,
@@ -91,23 +89,18 @@ pub struct Probe {
 
 impl Probe {
     /// The result of a probe at a place of the picture `shown`, from 0 to 1 from the left and from the top.
-    pub fn new(
-        found: icoray::Probe,
-        (field, units): (String, Option<String>),
-        at: [f64; 2],
-        shown: Option<&Frame>,
-    ) -> Self {
+    pub fn new(found: icoray::Probe, units: Option<String>, at: [f64; 2], shown: Option<&Frame>) -> Self {
         let error = shown.map(|frame| {
             let [x, y] = [(at[0], frame.width), (at[1], frame.height)]
                 .map(|(at, size)| ((at * f64::from(size)) as usize).min(size as usize - 1));
             frame.error[y * frame.width as usize + x]
         });
-        Probe { found, field, units, error, step: None }
+        Probe { found, units, error, step: None }
     }
 
     /// The answer as JSON; missing values are null, as JSON has no NaN.
     pub(crate) fn answer(&self) -> Value {
-        let Probe { found, field, units, error, step } = self;
+        let Probe { found, units, error, step } = self;
         let along = found.along.iter().map(|point| {
             json!({
                 "distance": point.distance,
@@ -115,6 +108,16 @@ impl Probe {
                 "value": point.value,
                 "length": point.length,
                 "weight": point.weight,
+            })
+        });
+        let contributions = found.contributions.iter().map(|one| {
+            json!({
+                "part": one.part.to_string(),
+                "field": one.field,
+                "weight": one.weight,
+                "distance": one.distance,
+                "height_m": one.height_m,
+                "value": one.value,
             })
         });
         let of_column = |k: usize| found.column.iter().map(|row| row[k]).collect::<Vec<f64>>();
@@ -125,11 +128,12 @@ impl Probe {
             "height_m": found.height_m,
             "value": found.value,
             "units": units,
-            "field": field,
+            "field": found.field,
             "error": error,
             "step": step,
             "alpha": found.alpha,
-            "is_core": found.is_core,
+            "part": found.part.map(|part| part.to_string()),
+            "contributions": contributions.collect::<Vec<_>>(),
             "along": along.collect::<Vec<_>>(),
             "column": { "height_m": of_column(0), "values": of_column(1) },
         })
@@ -160,15 +164,17 @@ mod tests {
     fn missing_values_are_sent_as_null() {
         let point = icoray::ProbePoint { distance: 1.0, height_m: 2.0, value: f64::NAN, length: 3.0, weight: 0.5 };
         let found = icoray::Probe {
+            part: Some(icoray::ScenePart::Volume(0)),
+            field: "q".into(),
             lon_lat_deg: [1.0, 2.0],
             height_m: 3.0,
             value: None,
             alpha: 0.25,
-            is_core: false,
+            contributions: Vec::new(),
             along: vec![point],
             column: vec![[0.0, 7.5], [1e3, f64::NAN]],
         };
-        let answer = Probe::new(found, ("q".into(), None), [0.5; 2], None).answer();
+        let answer = Probe::new(found, None, [0.5; 2], None).answer();
         assert_eq!((&answer["value"], &answer["along"][0]["value"]), (&Value::Null, &Value::Null));
         assert_eq!(answer["column"], json!({ "height_m": [0.0, 1e3], "values": [7.5, null] }));
     }

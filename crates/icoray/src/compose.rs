@@ -86,13 +86,15 @@ impl Composer<'_> {
     /// The first intersection with the core within an interval of the ray that has no data.
     fn core_between(&self, line: &RayLine, dir: DVec3, part: [f64; 2]) -> Option<(f64, Radiance<f64>)> {
         let core = self.core.as_ref()?;
-        if part[1] - part[0] <= HAIR {
-            return None;
-        }
-        let t = line.first_inside(self.radius[0], part)?;
+        let t = first_inside_gap(line, self.radius[0], part)?;
         let shading = self.shading.map(|shading| shading.along(dir));
         Some((t, core.round_light(line.position(t), None, shading.as_ref())))
     }
+}
+
+/// The distance at which a ray is first inside a sphere, within an interval without data.
+pub(crate) fn first_inside_gap(line: &RayLine, radius: f64, part: [f64; 2]) -> Option<f64> {
+    if part[1] - part[0] > HAIR { line.first_inside(radius, part) } else { None }
 }
 
 /// The fragments of a tile's rays, which are added in any order.

@@ -107,7 +107,7 @@ pub use icoray_scene::{
 pub use icoray_scene::{color_map_stops, color_maps, did_you_mean, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};
 pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, PartCorners, Ranks, Team};
-pub use render::{Histogram, Probe, ProbePoint, Rendered, Renderer};
+pub use render::{Contribution, Histogram, Probe, ProbePoint, Rendered, Renderer, ScenePart};
 pub use snapshot::Snapshot;
 
 /// Writes pictures and their report to disk: one at a time, or on a thread while the model goes on.

@@ -39,7 +39,7 @@ mod summary;
 mod work;
 
 pub use histogram::Histogram;
-pub use probe::{Probe, ProbePoint};
+pub use probe::{Contribution, Probe, ProbePoint, ScenePart};
 pub use rendered::Rendered;
 pub use renderer::Renderer;
 
@@ -107,7 +107,47 @@ impl Renderer {
 
     /// [`Self::render_over`] for a frame that began at `start`.
     fn render_since(&self, start: Instant, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<Rendered> {
-        let RenderInputs { grid, part, fields, .. } = *given;
+        self.in_context(start, ranks, scene, given, |context, ranks| {
+            let FrameContext { scene: settled, fields, has_whole, sharing, bytes_derived, .. } = *context;
+            let mut rendered = draw::draw(context, ranks)?;
+            let report = rendered.report_mut();
+            report.bytes_derived += bytes_derived;
+            report.threads = self.threads();
+            report.ranks.count = ranks.size();
+            report.colors = Colors::of(scene, settled);
+            report.ranks.sharing = (!ranks.is_alone()).then_some(sharing);
+            let has_first = report.value_range.is_some();
+            let is_empty = |number: usize, field: &PreparedField| match number {
+                0 => !has_first,
+                _ => has_whole && !field.field().has_values(),
+            };
+            let empty = fields.iter().enumerate().filter(|(number, field)| is_empty(*number, field));
+            report.without_values = empty.map(|(_, field)| field.name().to_owned()).collect();
+            let range = |(number, field): (usize, &PreparedField)| {
+                let range = match number {
+                    0 => report.value_range,
+                    _ if has_whole => context.range(number).0,
+                    _ => None,
+                };
+                Some((field.name().to_owned(), range?))
+            };
+            report.value_ranges = fields.iter().enumerate().filter_map(range).collect();
+            report.off_values = settled.off_values(&report.value_ranges);
+            Ok(rendered)
+        })
+    }
+
+    /// Prepares a frame's plan, fields and heights, with the derived ones, and keeps what the next frame may reuse after
+    /// `draw`. Collective.
+    fn in_context<R>(
+        &self,
+        start: Instant,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        given: &RenderInputs,
+        draw: impl FnOnce(&FrameContext, &mut Ranks) -> Result<R>,
+    ) -> Result<R> {
+        let RenderInputs { grid, part, layers, fields } = *given;
         if !scene.scenery.derived.is_empty() {
             let has_room = ranks.attempt(|| self.derived.require(scene, fields, self.memory_limit));
             ranks.collective(has_room)?;
@@ -116,33 +156,17 @@ impl Renderer {
         let made = derive::make(ranks, &self.derived, &of)?;
         let with_derived = made.as_ref().map(|made| made.fields(fields));
         let fields = with_derived.as_ref().unwrap_or(fields);
-        let mut rendered = self.render_fields(start, ranks, scene, &RenderInputs { fields, ..*given })?;
-        if let Some(made) = made {
-            rendered.report_mut().bytes_derived += made.bytes();
-            self.derived.keep(made);
-        }
-        Ok(rendered)
-    }
-
-    /// [`Self::render_since`] with fields that include the derived ones.
-    fn render_fields(
-        &self,
-        start: Instant,
-        ranks: &mut Ranks,
-        scene: &Scene,
-        given: &RenderInputs,
-    ) -> Result<Rendered> {
-        let RenderInputs { grid, part, layers, .. } = *given;
+        let given = &RenderInputs { fields, ..*given };
         let (mut plan, sharing) = self.agree_on_plan(ranks, scene, given)?;
         let share_of_whole = match part {
             None if sharing.scheme == Scheme::Fragments => Some(Part::of_whole(ranks, grid)?),
             _ => None,
         };
+        let has_whole = part.is_none();
         let part = part.or(share_of_whole.as_ref());
-        let (has_whole, given) = (given.part.is_none(), &RenderInputs { part, ..*given });
+        let given = &RenderInputs { part, ..*given };
         let prepared = self.prepare_fields(ranks, scene, given, has_whole)?;
         let heights = self.prepare_heights(ranks, scene, given)?;
-        let derived: usize = prepared.iter().chain(&heights).map(PreparedField::bytes).sum();
         if prepared.iter().chain(&heights).any(PreparedField::is_average) {
             plan.mark_corners_read();
         }
@@ -152,51 +176,32 @@ impl Renderer {
             Ok(FieldValues { threads: &self.threads, field, part })
         };
         let settled = self.ranges.resolve(ranks, scene, &values)?;
-        let colors = Colors::of(scene, settled.as_ref().unwrap_or(scene));
-        let scene = settled.as_ref().unwrap_or(scene);
-        if settled.is_some() {
-            scene.check_values()?;
+        if let Some(settled) = &settled {
+            settled.check_values()?;
         }
-        let device = self.find_device(ranks, scene)?;
+        let bytes_of_fields: usize = prepared.iter().chain(&heights).map(PreparedField::bytes).sum();
+        let scene = settled.as_ref().unwrap_or(scene);
         let context = FrameContext {
             renderer: self,
-            device,
+            device: self.find_device(ranks, scene)?,
             scene,
             plan: &plan,
             grid,
             part,
             has_whole,
+            sharing,
             layers,
             heights: heights.as_ref(),
             fields: &prepared,
+            bytes_derived: bytes_of_fields + made.as_ref().map_or(0, |made| made.bytes()),
             start,
         };
-        let mut rendered = draw::draw(&context, ranks)?;
-        let report = rendered.report_mut();
-        report.bytes_derived += derived;
-        report.threads = self.threads();
-        report.ranks.count = ranks.size();
-        report.colors = colors;
-        report.ranks.sharing = (!ranks.is_alone()).then_some(sharing);
-        let has_first = report.value_range.is_some();
-        let is_empty = |number: usize, field: &PreparedField| match number {
-            0 => !has_first,
-            _ => has_whole && !field.field().has_values(),
-        };
-        let empty = prepared.iter().enumerate().filter(|(number, field)| is_empty(*number, field));
-        report.without_values = empty.map(|(_, field)| field.name().to_owned()).collect();
-        let range = |(number, field): (usize, &PreparedField)| {
-            let range = match number {
-                0 => report.value_range,
-                _ if has_whole => context.range(number).0,
-                _ => None,
-            };
-            Some((field.name().to_owned(), range?))
-        };
-        report.value_ranges = prepared.iter().enumerate().filter_map(range).collect();
-        report.off_values = scene.off_values(&report.value_ranges);
+        let drawn = draw(&context, ranks)?;
         prepared.into_iter().chain(heights).for_each(|field| field.keep(&self.frame_cache, grid));
-        Ok(rendered)
+        if let Some(made) = made {
+            self.derived.keep(made);
+        }
+        Ok(drawn)
     }
 
     /// The plan of a frame, and the distribution of its picture over ranks: equal on all. Collective.

@@ -254,8 +254,7 @@ impl Context {
         let found = agreed.and_then(|given| {
             let (renderer, held) = (self.drawing.renderer(), given.held.as_deref());
             let data = (&*given.grid, held, &*given.layers);
-            let found = renderer.probe_held(&mut self.ranks, &given.scene, data, given.fields, at)?;
-            Ok((found, given.scene.field().to_owned()))
+            Ok(renderer.probe_held(&mut self.ranks, &given.scene, data, given.fields, at)?)
         });
         if let Some(page) = &mut self.viewers.page {
             page.answer_probe(found, stamp, &self.inputs);

@@ -50,7 +50,8 @@ pub fn probe(
     let layers = drawing.scene_fields.layers(scene)?;
     let given = drawing.fields(scene, fields, heights)?;
     let found = drawing.renderer.probe(scene, drawing.grid, layers, given, at)?;
-    let field = scene.field().to_owned();
-    let units = dataset.field_info(&field).ok().and_then(units);
-    Ok(found.map(|found| Probe::new(found, (field, units), at, shown)))
+    Ok(found.map(|found| {
+        let units = dataset.field_info(&found.field).ok().and_then(units);
+        Probe::new(found, units, at, shown)
+    }))
 }

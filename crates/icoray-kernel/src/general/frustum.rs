@@ -1,6 +1,7 @@
 //! Volumes and surfaces along a ray between two layers of a column, in order.
 
 use super::blend::{Blend, BlendBuffers, MediumPiece, largest};
+use super::passage::{PARTS, Passage, PassageKind, shares};
 use super::surfaces::{Material, SurfaceHeight};
 use super::wedge::{Facet, FacetSide, FrustumPoint, Wedge};
 use super::{KernelScene, RayState};
@@ -149,7 +150,7 @@ impl<'r> RayState<'r, '_> {
         {
             single.pass_void();
         }
-        if self.scratch.media.is_empty() && !meets_isosurface && !has_radii {
+        if self.scratch.media.is_empty() && !meets_isosurface && !has_radii && self.passages.is_none() {
             self.counts.void_frusta += u64::from(ranges.iter().all(Option::is_none));
             return Flow::On;
         }
@@ -199,7 +200,11 @@ impl<'r> RayState<'r, '_> {
         let mut flow = Flow::On;
         for Break { u, meets } in &breaks {
             if *u > done {
+                let before = self.light.transmittance();
                 flow = self.piece(wedge, gap, &way, [done, *u]);
+                self.record(before, |ray, alpha| {
+                    ray.passage(wedge, [lerp(a, b, done), lerp(a, b, *u)], 0.5 * (done + u), alpha)
+                });
                 done = *u;
             }
             if let (Flow::On, Some(meets)) = (flow, meets) {
@@ -211,6 +216,22 @@ impl<'r> RayState<'r, '_> {
         }
         self.scratch.breaks = breaks;
         flow
+    }
+
+    /// The passage through a part of the frustum between two places of the column; `middle` is the place between them
+    /// along the fields' interpolants.
+    fn passage(&self, wedge: &Wedge, ends: [f64; 2], middle: f64, alpha: f64) -> Passage {
+        let values = self.values_at(middle);
+        let kind = PassageKind::Frustum(shares(&self.scene.media, &values));
+        let rho = wedge.alpha(0.5 * (ends[0] + ends[1])).iter().sum();
+        let t = ends.map_inline(|u| wedge.distance(u));
+        Passage { kind, cells: Some(wedge.cells), t, rho, alpha, values }
+    }
+
+    /// The value of each field at a place of the shown part of the frustum.
+    fn values_at(&self, u: f64) -> Vec<f64> {
+        let value = |segment: &Option<Segment<f64>>| segment.map_or(f64::NAN, |segment| segment.value(u));
+        self.scratch.segments.iter().map(value).collect()
     }
 
     /// The interpolant of each field along the path where the field may be visible, without gradients.
@@ -232,6 +253,9 @@ impl<'r> RayState<'r, '_> {
         let Scratch { segments, breaks, ranges, .. } = &mut self.scratch;
         breaks.clear();
         breaks.push(Break { u: 1.0, meets: None });
+        if self.passages.is_some() {
+            breaks.extend((1..PARTS).map(|part| Break { u: part as f64 / PARTS as f64, meets: None }));
+        }
         // A single volume is cut at its knots by itself.
         if self.single.is_some() && scene.isosurfaces.is_empty() && scene.surface_layers.is_empty() {
             return;
@@ -364,13 +388,15 @@ impl<'r> RayState<'r, '_> {
                     off = surface.opacity * shading.deviation_of(size_of(&vertices), largest(&gradient));
                 }
                 self.cross_boundary(Boundary::Isosurface(k), t);
+                let before = self.light.transmittance();
                 self.light.over(&Radiance { variance: off * off, ..Radiance::plain(color, surface.opacity) });
+                self.record_at(before, PassageKind::Isosurface(k), (wedge, at), |ray| ray.values_at(u));
             }
             SurfaceKind::Sheet(k) => {
                 let hit = SurfaceHit::round(self.line.position(t));
                 let over = (scene.grid, wedge.triangle);
                 let met = scene.surface_layers[k].light(self.solid(hit.normal), (&hit, over), color);
-                self.surface_layer(k, met, t);
+                self.surface_layer(k, met, (wedge, at), |ray| ray.values_at(u));
             }
         }
         self.passed()

@@ -12,6 +12,7 @@ mod cross;
 mod frustum;
 mod levels;
 mod mean_color;
+mod passage;
 mod single;
 mod source;
 mod step;
@@ -22,6 +23,7 @@ pub use blend::Medium;
 pub use clips::Clips;
 pub(crate) use cross::{ColumnVisitor, cross};
 pub use levels::Levels;
+pub use passage::{Passage, PassageKind};
 pub use source::{FieldSource, TransferMap};
 pub(crate) use step::{GapWay, Met};
 pub use surfaces::{Isosurface, Material, SurfaceHeight, SurfaceLayer};
@@ -143,6 +145,8 @@ pub(crate) struct RayState<'r, 'f> {
     single: Option<SingleVolume<'r>>,
     counts: Counts,
     scratch: Scratch<'r>,
+    /// What the ray has passed, if that is recorded.
+    passages: Option<Vec<Passage>>,
 }
 
 impl<'r, 'f> RayState<'r, 'f> {
@@ -173,7 +177,47 @@ impl<'r, 'f> RayState<'r, 'f> {
             single: SingleVolume::new(tracer, dir),
             counts: Counts { rays: 1, ..Counts::default() },
             scratch: Scratch::default(),
+            passages: None,
         }
+    }
+
+    /// The same ray, whose passages are recorded.
+    pub fn recorded(self) -> Self {
+        RayState { passages: Some(Vec::new()), ..self }
+    }
+
+    /// What the ray has passed, in order.
+    pub fn into_passages(self) -> Vec<Passage> {
+        self.passages.unwrap_or_default()
+    }
+
+    /// Records what the ray has passed or met since its light had this transmittance, if that is recorded; `passage`
+    /// receives the absorbed fraction.
+    #[inline]
+    fn record(&mut self, before: f64, passage: impl FnOnce(&Self, f64) -> Passage) {
+        if self.passages.is_none() {
+            return;
+        }
+        let alpha = if before > 0.0 { 1.0 - self.light.transmittance() / before } else { 0.0 };
+        let passage = passage(self, alpha);
+        if let Some(passages) = &mut self.passages {
+            passages.push(passage);
+        }
+    }
+
+    /// Records a place of the column at which a field has these values.
+    #[inline]
+    fn record_at(
+        &mut self,
+        before: f64,
+        kind: PassageKind,
+        (wedge, u): (&Wedge, f64),
+        values: impl FnOnce(&Self) -> Vec<f64>,
+    ) {
+        self.record(before, |ray, alpha| {
+            let (t, rho) = (wedge.distance(u), wedge.alpha(u).iter().sum());
+            Passage { kind, cells: Some(wedge.cells), t: [t; 2], rho, alpha, values: values(ray) }
+        });
     }
 
     /// Passes a column in which only the core can be visible.
@@ -189,7 +233,14 @@ impl<'r, 'f> RayState<'r, 'f> {
         let t = wedge.distance(u);
         let position = self.line.position(t);
         let normal = self.normal(wedge, (0, lowest), u, position);
-        self.ground(t, &SurfaceHit { position, normal }, Some(wedge.triangle))
+        let before = self.light.transmittance();
+        let flow = self.ground(t, &SurfaceHit { position, normal }, Some(wedge.triangle));
+        if flow == Flow::Stop {
+            self.record_at(before, PassageKind::Core, (wedge, u), |ray| {
+                ray.scene.values_on_layer(wedge, (0, lowest), u)
+            });
+        }
+        flow
     }
 
     /// Records a boundary at `t`.
@@ -247,21 +298,29 @@ impl<'r, 'f> RayState<'r, 'f> {
                 let color =
                     |material: &Material| material.on_layer(&scene.sources, scene.grid, wedge, (layer, facet), u);
                 let met = surface.light(body, (&hit, (scene.grid, wedge.triangle)), color);
-                self.surface_layer(k, met, t);
+                self.surface_layer(k, met, (wedge, u), |ray| ray.scene.values_on_layer(wedge, (layer, facet), u));
             }
         }
         self.passed()
     }
 
-    /// Adds the light of surface layer `k` at distance `t`; `materials` are the bits of the materials that are painted
-    /// there.
+    /// Adds the light of surface layer `k` at `u`, where fields have `values`; `materials` are the bits of the materials
+    /// that are painted there.
     #[inline]
-    fn surface_layer(&mut self, k: usize, (light, materials): (Radiance<f64>, u32), t: f64) {
+    fn surface_layer(
+        &mut self,
+        k: usize,
+        (light, materials): (Radiance<f64>, u32),
+        (wedge, u): (&Wedge, f64),
+        values: impl FnOnce(&Self) -> Vec<f64>,
+    ) {
         // Lines are already smooth.
         if materials != 0 {
-            self.cross_boundary(Boundary::SurfaceLayer(k, materials), t);
+            self.cross_boundary(Boundary::SurfaceLayer(k, materials), wedge.distance(u));
         }
+        let before = self.light.transmittance();
         self.light.over(&light);
+        self.record_at(before, PassageKind::SurfaceLayer(k, materials), (wedge, u), values);
     }
 
     /// The ray passes where no volume is.
@@ -307,8 +366,17 @@ impl RayState<'_, '_> {
     #[inline]
     pub fn void_column(&mut self, column: &Column) -> Flow {
         self.counts.columns += 1;
-        let met = self.line.first_inside(self.scene.core_radius[0], [column.entry.t, column.exit.t]);
-        met.map_or(Flow::On, |t| self.ground(t, &SurfaceHit::round(self.line.position(t)), None))
+        let rho = self.scene.core_radius[0];
+        let Some(t) = self.line.first_inside(rho, [column.entry.t, column.exit.t]) else { return Flow::On };
+        let before = self.light.transmittance();
+        let flow = self.ground(t, &SurfaceHit::round(self.line.position(t)), None);
+        if flow == Flow::Stop {
+            self.record(before, |ray, alpha| {
+                let values = vec![f64::NAN; ray.scene.sources.len()];
+                Passage { kind: PassageKind::Core, cells: None, t: [t; 2], rho, alpha, values }
+            });
+        }
+        flow
     }
 
     /// The counts since the ray began.

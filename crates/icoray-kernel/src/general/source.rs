@@ -1,5 +1,6 @@
 //! A field as single rays read it: raw values in double precision, from any storage of the model.
 
+use super::wedge::{Facet, Wedge};
 use crate::transfer::{KernelKnot, Span, Spans};
 use icoray_grid::Field;
 use icoray_grid::array::{MapInline, partition_point};
@@ -83,6 +84,14 @@ impl<'f> FieldSource<'f> {
     #[inline]
     pub fn at(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
         self.values.bases(cells).map_inline(|base| self.values.value(base, layer).clamp(-self.most, self.most))
+    }
+
+    /// The value on the facet of a layer at `u`.
+    #[inline]
+    pub(super) fn on_layer(&self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64) -> f64 {
+        let g = self.at(wedge.cells, layer);
+        let [b, c] = facet.weights(wedge, u);
+        g[0] + (b * (g[1] - g[0]) + c * (g[2] - g[0]))
     }
 
     /// The gradients at `layer`, a row for each axis.

@@ -42,12 +42,10 @@ impl Material {
         match self {
             Material::Plain(color) => Some(*color),
             Material::By { map, by_cell } => {
-                let g = sources[map.source].at(wedge.cells, layer);
-                let value = if *by_cell {
-                    g[wedge.nearest(u, |cell| grid.direction(cell))]
-                } else {
-                    let [b, c] = facet.weights(wedge, u);
-                    g[0] + (b * (g[1] - g[0]) + c * (g[2] - g[0]))
+                let source = &sources[map.source];
+                let value = match *by_cell {
+                    true => source.at(wedge.cells, layer)[wedge.nearest(u, |cell| grid.direction(cell))],
+                    false => source.on_layer(wedge, (layer, facet), u),
                 };
                 Self::of_value(map, value)
             }

@@ -8,6 +8,7 @@ use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranks::Part;
 use icoray_grid::{Grid, Layers};
+use icoray_output::Sharing;
 use icoray_scene::Scene;
 use std::time::Instant;
 
@@ -31,11 +32,15 @@ pub(super) struct FrameContext<'f> {
     pub part: Option<&'f Part>,
     /// Whether every rank has the whole grid and all values, even if it draws only a part.
     pub has_whole: bool,
+    /// The distribution of the picture over ranks.
+    pub sharing: Sharing,
     pub layers: &'f Layers,
     /// Heights of each column's layers, if the scene has native ones.
     pub heights: Option<&'f PreparedField<'f>>,
     /// The fields that the scene shows, at least one.
     pub fields: &'f [PreparedField<'f>],
+    /// Bytes of averages, of moved layers and of derived fields.
+    pub bytes_derived: usize,
     /// Start of the frame.
     pub start: Instant,
 }
@@ -60,6 +65,16 @@ impl FrameContext<'_> {
             None => self.renderer.run(|| self.grid.lowest_facet()),
         };
         self.scene.antialias.then(|| [radius * lowest(), radius])
+    }
+
+    /// The number of a field; `None` if the scene does not show it.
+    pub fn number_of(&self, name: &str) -> Option<usize> {
+        self.fields.iter().position(|field| field.name() == name)
+    }
+
+    /// The height in metres at a radius in planet radii, without exaggeration.
+    pub fn height_m(&self, radius: f64) -> f64 {
+        (radius - 1.0) / self.scene.exaggeration * self.layers.planet_radius_m()
     }
 
     /// The radius at a height in metres, in planet radii, exaggerated.

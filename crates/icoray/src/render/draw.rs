@@ -22,8 +22,12 @@ use icoray_scene::{Heights, Lights, Quality};
 use scene_builder::{BuiltScene, SceneBuilder};
 use terrain::Terrain;
 
+mod recorded_ray;
 mod scene_builder;
 mod terrain;
+
+pub use recorded_ray::ScenePart;
+pub(super) use recorded_ray::{ProbedScene, RayPart};
 
 /// Rays through a scene.
 struct SceneRays<'p, 'f> {
@@ -112,7 +116,7 @@ fn complete(context: &FrameContext, ranks: &mut Ranks, built: &mut Lazy<BuiltSce
 /// Checks that all ranks have the same further fields and heights: otherwise their tiles would not fit each other.
 /// Collective.
 fn compare(context: &FrameContext, ranks: &mut Ranks, terrain: &Terrain) -> Result<()> {
-    let FrameContext { renderer, scene, has_whole, layers, heights, fields, .. } = *context;
+    let FrameContext { renderer, has_whole, heights, fields, .. } = *context;
     if ranks.is_alone() || !has_whole {
         return Ok(());
     }
@@ -124,9 +128,8 @@ fn compare(context: &FrameContext, ranks: &mut Ranks, terrain: &Terrain) -> Resu
         let told = |(name, (range, missing)): &(&str, frame_cache::Range)| {
             ("has", format!("{name:?} of range and missing values {range:?} and {missing}"))
         };
-        let metres = |radius: f64| (radius - 1.0) / scene.exaggeration * layers.planet_radius_m();
-        let [low, high] = terrain.core_radius.map(metres);
-        let extent = format!("{low} to {high} m, at most {} m", metres(terrain.outer));
+        let [low, high] = terrain.core_radius.map(|radius| context.height_m(radius));
+        let extent = format!("{low} to {high} m, at most {} m", context.height_m(terrain.outer));
         let extent = ("has heights of the lowest and highest layers", extent);
         found.iter().map(told).chain([extent]).chain(heights.map(PreparedField::values_fact)).collect()
     };

@@ -1,47 +1,63 @@
-//! Probes: the values along the ray through a point of a picture, and the origin of its light.
+//! Probes: what a pixel of a picture shows, and the values along its ray.
+//!
+//! The ray is traced as those of pictures in double precision, unlit and with nothing left out, and each part of a
+//! frustum, surface and core that it passes is recorded (`icoray_kernel::passages`). Where ranks have parts of the grid,
+//! each records the ray in its own columns.
 
-use super::context::RenderInputs;
+use super::context::{FrameContext, RenderInputs};
+use super::draw::{ProbedScene, RayPart};
 use super::renderer::Renderer;
 use super::work::ray;
-use crate::derive;
 use crate::fields::Fields;
-use crate::plan::Plan;
-use crate::ranges::FieldValues;
-use crate::ranks::{Decomposition, GatherInputs, Ranks};
+use crate::ranks::{Decomposition, GatherInputs, Part, Ranks};
 use glam::DVec3;
-use icoray_grid::array::MapInline;
-use icoray_grid::real::lerp;
-use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
-use icoray_kernel::transfer::KernelKnot;
-use icoray_kernel::{Frustum, Stretch, Traversal};
-use icoray_scene::Scene;
-use std::ops::ControlFlow;
+use icoray_grid::{Grid, Layers, Result};
+use icoray_scene::{Backend, Method, Paint, Precision, Scene};
+use std::time::Instant;
 
-/// Points reported of each frustum, and parts around each over which the light is summed.
-const POINTS: usize = 4;
-const PARTS: usize = 4;
-/// Fraction of the light below which the probe stops.
-const DARK: f64 = 1e-6;
+pub use super::draw::ScenePart;
 
-/// The result of a ray through the first volume. Other volumes, surfaces, isosurfaces and cuts are ignored, and layers
-/// lie at their mean heights.
+/// What a pixel shows, and the values along its ray.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
-    /// Longitude and latitude, degrees, of the place before which the ray loses half of the light that the volume
-    /// absorbs; or of the intersection with the core, if that absorbs more than the volume.
+    /// The part of the scene that absorbs most of the ray's light: the pixel's own light comes from it. `None` if
+    /// nothing absorbs any.
+    pub part: Option<ScenePart>,
+    /// The name of the field that `value`, `along` and `column` are of: that of the part's colours, or the scene's
+    /// first one.
+    pub field: String,
+    /// Longitude and latitude, degrees, of the place that is shown: of a volume, where half of the light that it
+    /// absorbs is lost; of nothing, where the ray enters the shell.
     pub lon_lat_deg: [f64; 2],
     /// Height there above the planet's surface, metres.
     pub height_m: f64,
     /// The field's value there; `None` where it is missing.
     pub value: Option<f64>,
-    /// Fraction of the light that the volume absorbs.
+    /// Fraction of the light that all parts but the core absorb.
     pub alpha: f64,
-    /// Whether the place is on the core.
-    pub is_core: bool,
-    /// The points of the ray through the shell, in order.
+    /// All parts that absorb light, the one that absorbs most first.
+    pub contributions: Vec<Contribution>,
+    /// The points of the ray through the shell, in order, up to the place where it ends.
     pub along: Vec<ProbePoint>,
     /// Heights, metres, and values of the nearest column, from the innermost layer outwards; NaN for a missing value.
     pub column: Vec<[f64; 2]>,
+}
+
+/// The light that a part of the scene absorbs of a ray.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contribution {
+    /// The part.
+    pub part: ScenePart,
+    /// The field of its colours; `None` if it has one colour.
+    pub field: Option<String>,
+    /// Fraction of the ray's light that it absorbs.
+    pub weight: f64,
+    /// Distance of the place that it shows from the eye, planet radii; see [`Probe::lon_lat_deg`].
+    pub distance: f64,
+    /// Height there above the planet's surface, metres.
+    pub height_m: f64,
+    /// The field's value there; `None` where it is missing, and without a field.
+    pub value: Option<f64>,
 }
 
 /// A point of a ray.
@@ -55,18 +71,8 @@ pub struct ProbePoint {
     pub value: f64,
     /// Length of the part of the ray around this point, planet radii.
     pub length: f64,
-    /// Fraction of the ray's light that is absorbed along that length.
+    /// Fraction of the ray's light that volumes in the field's colours absorb along that length.
     pub weight: f64,
-}
-
-/// The data that a ray is followed through.
-struct Shell<'s> {
-    field: Field<'s>,
-    radius: &'s [f64],
-    falling: bool,
-    knots: &'s [KernelKnot],
-    /// Metres of height per planet radius.
-    metres: f64,
 }
 
 impl Renderer {
@@ -83,41 +89,32 @@ impl Renderer {
         fields: impl Into<Fields<'f>>,
         at: [f64; 2],
     ) -> Result<Option<Probe>> {
-        let (fields, mut ranks) = (fields.into(), Ranks::alone());
-        let of = derive::DeriveInputs { scene, fields: &fields, grid, part: None, threads: &self.threads };
-        let made = derive::make(&mut ranks, &self.derived, &of)?;
-        let with_derived = made.as_ref().map(|made| made.fields(&fields));
-        let fields = with_derived.as_ref().unwrap_or(&fields);
-        let given = RenderInputs { grid, part: None, layers, fields };
-        let plan = Plan::new(scene, grid, layers, fields.first(scene.field())?)?;
-        let prepared = self.prepare_fields(&mut ranks, scene, &given, true)?;
-        let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
-        let values = |name: &str| {
-            let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);
-            Ok(FieldValues { threads: &self.threads, field, part: None })
-        };
-        let settled = self.ranges.resolve(&mut ranks, scene, &values)?;
-        let transfer = &settled.as_ref().unwrap_or(scene).volumes[0].transfer;
-        let shell = Shell {
-            field: prepared[0].field(),
-            radius: &plan.radius,
-            falling: plan.falling,
-            knots: &KernelKnot::of(transfer, plan.thickness()),
-            metres: layers.planet_radius_m() / scene.exaggeration,
-        };
-        let place = [at[0] * f64::from(scene.width), at[1] * f64::from(scene.height)];
-        let (eye, dir) = ray(scene, place);
-        shell.probe(grid, (eye, dir), scene.core.is_some())
+        self.probe_over(&mut Ranks::alone(), scene, (grid, None, layers), fields, at)
     }
-}
 
-impl Renderer {
+    /// As [`Self::probe`], together with the other ranks, each with its own `part` of the grid and the field's values
+    /// there, halo included; without a part all ranks have the same data. Collective; the result is on rank 0, others
+    /// have `None`.
+    ///
+    /// # Errors
+    /// As [`Self::render_over`].
+    pub fn probe_over<'f>(
+        &self,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        (grid, part, layers): (&Grid, Option<&Part>, &Layers),
+        fields: impl Into<Fields<'f>>,
+        at: [f64; 2],
+    ) -> Result<Option<Probe>> {
+        let given = RenderInputs { grid, part, layers, fields: &fields.into() };
+        self.probe_inputs(ranks, scene, &given, at)
+    }
+
     /// As [`Self::probe`], for the `grid` and layers of ranks with the decomposition `held`. Collective; the result is
     /// on rank 0, others have `None`. Ranks with columns or parts gather the fields as for a frame.
     ///
     /// # Errors
-    /// Those of [`Self::probe`] on rank 0; on all ranks as [`Self::render_columns`], and [`ErrorKind::Unsupported`] if
-    /// parts are on several nodes.
+    /// Those of [`Self::probe`]; on all ranks as [`Self::render_columns`].
     pub fn probe_held<'f>(
         &self,
         ranks: &mut Ranks,
@@ -126,149 +123,194 @@ impl Renderer {
         fields: impl Into<Fields<'f>>,
         at: [f64; 2],
     ) -> Result<Option<Probe>> {
-        let (fields, is_root) = (fields.into(), ranks.is_root());
-        let probe = |grid: &Grid, fields| if is_root { self.probe(scene, grid, layers, fields, at) } else { Ok(None) };
-        let Some(Decomposition::Columns(columns)) = held else { return probe(grid, fields) };
+        let fields = fields.into();
+        let Some(Decomposition::Columns(columns)) = held else {
+            return if ranks.is_root() { self.probe(scene, grid, layers, fields, at) } else { Ok(None) };
+        };
         let derivation_inputs = scene.derivation_inputs().collect();
         let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs };
         let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
-        let found = match gathered.part() {
-            Some(_) => {
-                let why = "a ray cannot be probed where nodes have their parts of the grid";
-                Err(Error::new(ErrorKind::Unsupported, why))
-            }
-            None => gathered.fields().and_then(|fields| probe(gathered.grid(grid), fields.needed_by(scene)?)),
-        };
+        let needed = gathered.fields().and_then(|fields| fields.needed_by(scene));
+        let found = ranks.collective(needed).and_then(|fields| {
+            let given = RenderInputs { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
+            self.probe_inputs(ranks, scene, &given, at)
+        });
         gathered.leave(ranks);
         found
     }
+
+    fn probe_inputs(
+        &self,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        given: &RenderInputs,
+        at: [f64; 2],
+    ) -> Result<Option<Probe>> {
+        let plain = Scene {
+            lighting: None,
+            precision: Precision::F64,
+            method: Method::Exact,
+            backend: Backend::Cpu,
+            time_budget_ms: None,
+            samples: 1,
+            ..scene.clone()
+        };
+        let place = [at[0] * f64::from(scene.width), at[1] * f64::from(scene.height)];
+        let (eye, dir) = ray(scene, place);
+        self.in_context(Instant::now(), ranks, &plain, given, |context, ranks| {
+            let probed = ProbedScene::new(context, ranks)?;
+            let parts = probed.record(ranks, eye, dir)?;
+            let Some((mut probe, shown)) = (ProbedRay { context, eye, dir, parts: &parts }).probe() else {
+                return Ok(None);
+            };
+            let field = context.number_of(&probe.field).unwrap_or(0);
+            let own = shown.cells.filter(|_| shown.rank == ranks.rank());
+            let place = eye + middle(shown) * dir;
+            let mine = own.map_or_else(Vec::new, |cells| probed.column(nearest(context.grid, cells, place), field));
+            let column = ranks.share_values(&mine)?.swap_remove(shown.rank);
+            probe.column = column.into_iter().map(|[radius, value]| [context.height_m(radius), value]).collect();
+            Ok(ranks.is_root().then_some(probe))
+        })
+    }
 }
 
-impl Shell<'_> {
-    fn probe(&self, grid: &Grid, (eye, dir): (DVec3, DVec3), is_solid: bool) -> Result<Option<Probe>> {
-        let traversal = Traversal::new(grid, self.radius)?;
-        let (mut along, mut left, mut core) = (Vec::new(), 1.0, None);
-        let mut last = None;
-        traversal.ray(eye, dir, &mut 0, |stretch| {
-            match stretch {
-                Stretch::Frustum(frustum) => {
-                    last = Some(*frustum);
-                    self.pass(frustum, &mut along, &mut left);
+/// A recorded ray.
+struct ProbedRay<'p, 'f> {
+    context: &'p FrameContext<'f>,
+    eye: DVec3,
+    dir: DVec3,
+    parts: &'p [RayPart],
+}
+
+/// What a part of the scene absorbs of the ray.
+struct Absorbed<'p> {
+    part: ScenePart,
+    weight: f64,
+    /// Number of its field.
+    field: Option<usize>,
+    /// Where it is shown.
+    at: &'p RayPart,
+}
+
+impl<'p> ProbedRay<'p, '_> {
+    /// The result without its column, and the part of the ray that is shown; `None` if the ray misses the shell.
+    fn probe(&self) -> Option<(Probe, &'p RayPart)> {
+        let weights = self.weights();
+        let mut absorbed = self.absorbed(&weights);
+        absorbed.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        let shown = absorbed.first();
+        let at = shown.map_or(self.parts.first()?, |shown| shown.at);
+        let field = shown.and_then(|shown| shown.field).unwrap_or(0);
+        let value_at = |field: usize, at: &RayPart| Some(at.values[field]).filter(|value| value.is_finite());
+        let contribution = |absorbed: &Absorbed| Contribution {
+            part: absorbed.part,
+            field: absorbed.field.map(|field| self.context.fields[field].name().to_owned()),
+            weight: absorbed.weight,
+            distance: middle(absorbed.at),
+            height_m: self.context.height_m(absorbed.at.rho),
+            value: absorbed.field.and_then(|field| value_at(field, absorbed.at)),
+        };
+        let place = self.eye + middle(at) * self.dir;
+        let probe = Probe {
+            part: shown.map(|shown| shown.part),
+            field: self.context.fields[field].name().to_owned(),
+            lon_lat_deg: [place.y.atan2(place.x), (place.z / place.length()).asin()].map(f64::to_degrees),
+            height_m: self.context.height_m(at.rho),
+            value: value_at(field, at),
+            alpha: absorbed.iter().filter(|one| one.part != ScenePart::Core).map(|one| one.weight).sum(),
+            contributions: absorbed.iter().map(contribution).collect(),
+            along: self.along(field, &weights),
+            column: Vec::new(),
+        };
+        Some((probe, at))
+    }
+
+    /// The fraction of the ray's light that each of its parts absorbs.
+    fn weights(&self) -> Vec<f64> {
+        let mut left = 1.0;
+        let absorbed = self.parts.iter().map(|part| {
+            let before = left;
+            left *= 1.0 - part.alpha;
+            before - left
+        });
+        absorbed.collect()
+    }
+
+    /// The parts of the scene that absorb light. A volume is shown where half of its weight is reached, another part
+    /// where it absorbs most.
+    fn absorbed(&self, weights: &[f64]) -> Vec<Absorbed<'p>> {
+        let mut all: Vec<(ScenePart, Vec<(f64, &RayPart)>)> = Vec::new();
+        for (part, weight) in self.parts.iter().zip(weights) {
+            for (number, share) in part.shares.iter().filter(|(_, share)| share * weight > 0.0) {
+                let entry = (share * weight, part);
+                match all.iter_mut().find(|(known, _)| known == number) {
+                    Some((_, entries)) => entries.push(entry),
+                    None => all.push((*number, vec![entry])),
                 }
-                Stretch::Core { t } if is_solid => core = Some(*t),
-                Stretch::Core { .. } => (),
             }
-            if core.is_some() || left < DARK { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        let alpha = 1.0 - left;
-        let is_core = core.is_some() && left > alpha;
-        let half = 0.5 * alpha;
-        let mut sum = 0.0;
-        let median = along.iter().find(|point: &&ProbePoint| {
-            sum += point.weight;
-            sum >= half && alpha > 0.0
-        });
-        let first = median.or(along.first()).copied();
-        let distance = match core.filter(|_| is_core) {
-            Some(distance) => distance,
-            None => match first {
-                Some(point) => point.distance,
-                None => return Ok(None),
+        }
+        all.into_iter()
+            .map(|(part, entries)| {
+                let weight = entries.iter().map(|(weight, _)| weight).sum();
+                let at = match part {
+                    ScenePart::Volume(_) => median(&entries, weight),
+                    _ => entries.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(entries[0].1, |(_, at)| at),
+                };
+                Absorbed { part, weight, field: self.field_of(part), at }
+            })
+            .collect()
+    }
+
+    /// The number of the field of a part's colours.
+    fn field_of(&self, part: ScenePart) -> Option<usize> {
+        let scene = self.context.scene;
+        let name = match part {
+            ScenePart::Core | ScenePart::Lines => None,
+            ScenePart::Volume(number) => Some(scene.volumes[number].field.as_str()),
+            ScenePart::Isosurface(number) => Some(scene.scenery.isosurfaces[number].field.as_str()),
+            ScenePart::Surface(number) => match &scene.scenery.surfaces[number].paint {
+                Paint::Plain(_) => None,
+                Paint::Field { field, .. } => Some(field.as_str()),
             },
         };
-        let place = eye + distance * dir;
-        let nearest = last.map(|_| nearest_cell(grid, &traversal, place));
-        let column = nearest.map_or_else(Vec::new, |cell| self.column(cell as usize));
-        let (value, height_m) = match core.filter(|_| is_core) {
-            Some(_) => (along.last().map_or(f64::NAN, |point| point.value), self.height_m(self.radius[0])),
-            None => first.map_or((f64::NAN, f64::NAN), |point| (point.value, point.height_m)),
-        };
-        Ok(Some(Probe {
-            lon_lat_deg: [place.y.atan2(place.x), (place.z / place.length()).asin()].map(f64::to_degrees),
-            height_m,
-            value: Some(value).filter(|value| value.is_finite()),
-            alpha,
-            is_core,
-            along,
-            column,
-        }))
+        self.context.number_of(name?)
     }
 
-    /// Adds the points and the light of a frustum.
-    fn pass(&self, frustum: &Frustum, along: &mut Vec<ProbePoint>, left: &mut f64) {
-        let [t0, t1] = frustum.t;
-        let step = (t1 - t0) / (POINTS * PARTS) as f64;
-        let at = |part: f64| {
-            let [from, to] = frustum.alpha;
-            self.value(frustum, [0, 1, 2].map_inline(|i| lerp(from[i], to[i], part)))
-        };
-        for point in 0..POINTS {
-            let before = *left;
-            for part in 0..PARTS {
-                let (_, value) = at(((PARTS * point + part) as f64 + 0.5) / (POINTS * PARTS) as f64);
-                let extinction = if value.is_finite() { extinction(self.knots, value) } else { 0.0 };
-                *left *= (-extinction * step).exp();
-            }
-            let middle = (point as f64 + 0.5) / POINTS as f64;
-            let (rho, value) = at(middle);
-            along.push(ProbePoint {
-                distance: lerp(t0, t1, middle),
-                height_m: self.height_m(rho),
-                value,
-                length: step * PARTS as f64,
-                weight: before - *left,
-            });
-        }
-    }
-
-    /// Height ρ and value at a point of a frustum.
-    fn value(&self, frustum: &Frustum, alpha: [f64; 3]) -> (f64, f64) {
-        let rho: f64 = alpha.iter().sum();
-        let [low, high] = [0, 1].map_inline(|k| self.radius[frustum.layer + k]);
-        let part = ((rho - low) / (high - low)).clamp(0.0, 1.0);
-        let of = |layer: usize, k: usize| self.at(frustum.cells[k] as usize, layer);
-        let values = [0, 1, 2].map_inline(|k| lerp(of(frustum.layer, k), of(frustum.layer + 1, k), part));
-        (rho, (0..3).map(|k| alpha[k] / rho * values[k]).sum())
-    }
-
-    /// The value of a cell at a layer, counted from the innermost.
-    fn at(&self, cell: usize, layer: usize) -> f64 {
-        let stored = if self.falling { self.radius.len() - 1 - layer } else { layer };
-        self.field.value(cell, stored)
-    }
-
-    fn column(&self, cell: usize) -> Vec<[f64; 2]> {
-        let layers = self.radius.iter().enumerate();
-        layers.map(|(layer, radius)| [self.height_m(*radius), self.at(cell, layer)]).collect()
-    }
-
-    fn height_m(&self, rho: f64) -> f64 {
-        (rho - 1.0) * self.metres
+    /// The stretches of the ray through frusta, with the values of a field.
+    fn along(&self, field: usize, weights: &[f64]) -> Vec<ProbePoint> {
+        let shows = |part: ScenePart| self.field_of(part) == Some(field);
+        let stretches = self.parts.iter().zip(weights).filter(|(part, _)| part.is_stretch());
+        stretches
+            .map(|(part, weight)| ProbePoint {
+                distance: middle(part),
+                height_m: self.context.height_m(part.rho),
+                value: part.values[field],
+                length: part.t[1] - part.t[0],
+                weight: weight
+                    * part.shares.iter().filter(|(part, _)| shows(*part)).map(|(_, share)| share).sum::<f64>(),
+            })
+            .collect()
     }
 }
 
-/// The cell whose centre is nearest to a place, among those of the triangle over it.
-fn nearest_cell(grid: &Grid, traversal: &Traversal, place: DVec3) -> u32 {
-    let up = place.normalize();
-    let mut cells = [0; 3];
-    traversal.ray(2.0 * traversal.outer() * up, -up, &mut 0, |stretch| match stretch {
-        Stretch::Frustum(frustum) => {
-            cells = frustum.cells;
-            ControlFlow::Break(())
-        }
-        Stretch::Core { .. } => ControlFlow::Continue(()),
+/// Distance from the eye of a part's middle.
+fn middle(part: &RayPart) -> f64 {
+    0.5 * (part.t[0] + part.t[1])
+}
+
+/// The entry at which half of the weight of all is reached.
+fn median<'p>(entries: &[(f64, &'p RayPart)], all: f64) -> &'p RayPart {
+    let mut sum = 0.0;
+    let found = entries.iter().find(|(weight, _)| {
+        sum += weight;
+        sum >= 0.5 * all
     });
-    let [a, b, c] = cells;
-    let nearer = |a: u32, b: u32| if grid.direction(b).dot(up) > grid.direction(a).dot(up) { b } else { a };
-    nearer(nearer(a, b), c)
+    found.unwrap_or(&entries[0]).1
 }
 
-/// The extinction at a value, per planet radius.
-fn extinction(knots: &[KernelKnot], value: f64) -> f64 {
-    let above = knots.partition_point(|knot| knot.value <= value);
-    let (Some(low), Some(high)) = (knots.get(above.wrapping_sub(1)), knots.get(above)) else {
-        let beyond = if above == 0 { knots.first() } else { knots.last() };
-        return beyond.map_or(0.0, |knot| knot.extinction);
-    };
-    lerp(low.extinction, high.extinction, (value - low.value) / (high.value - low.value))
+/// The cell whose centre is nearest to a place over their triangle.
+fn nearest(grid: &Grid, cells: [u32; 3], place: DVec3) -> u32 {
+    let [a, b, c] = cells;
+    let nearer = |a: u32, b: u32| if grid.direction(b).dot(place) > grid.direction(a).dot(place) { b } else { a };
+    nearer(nearer(a, b), c)
 }

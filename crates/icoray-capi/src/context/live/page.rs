@@ -166,22 +166,18 @@ impl Page {
         reply.send(text.and_then(|found| found.map(|found| found.text).ok_or_else(missing)));
     }
 
-    /// Answers the first probe, with the name of the field that was probed.
-    pub fn answer_probe(
-        &mut self,
-        found: Outcome<(Option<icoray_core::Probe>, String)>,
-        stamp: &Stamp,
-        inputs: &Inputs,
-    ) {
+    /// Answers the first probe.
+    pub fn answer_probe(&mut self, found: Outcome<Option<icoray_core::Probe>>, stamp: &Stamp, inputs: &Inputs) {
         if self.probes.is_empty() {
             return;
         }
         let (at, _, reply) = self.probes.remove(0);
-        let probe = found.map(|(found, field)| {
-            let (units, shown) = (units(inputs, &field), self.view.shown());
-            let probe = |found| Probe::new(found, (field, units), at, shown.as_deref());
-            found.map(|found| Probe { step: Some(stamp.step), ..probe(found) })
-        });
+        let shown = self.view.shown();
+        let answer = |found: icoray_core::Probe| {
+            let units = units(inputs, &found.field);
+            Probe { step: Some(stamp.step), ..Probe::new(found, units, at, shown.as_deref()) }
+        };
+        let probe = found.map(|found| found.map(answer));
         reply.send(probe.map_err(|failure| unanswered(&failure.message)));
     }
 

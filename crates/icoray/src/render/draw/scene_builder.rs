@@ -2,7 +2,7 @@
 
 use super::terrain::Terrain;
 use crate::device::GradientSource;
-use crate::plan::{OccupancyTest, clear_values};
+use crate::plan::{OccupancyTest, Savings, clear_values};
 use crate::ranks::{Part, Ranks};
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{FrameCache, GradientKey, NormalKey, OccupancyKey};
@@ -21,7 +21,7 @@ use icoray_kernel::general::{
 };
 use icoray_kernel::ground::{Core, Ground, Painter};
 use icoray_kernel::transfer::{KernelKnot, Spans};
-use icoray_scene::{Heights, Level, Method, Paint, Precision, TransferFunction, Volume};
+use icoray_scene::{Heights, Level, Method, Paint, Precision, Scene, Scenery, TransferFunction, Volume};
 
 /// The kernel's scene of a frame, with the keys of its cached parts.
 #[derive(Debug)]
@@ -89,16 +89,23 @@ pub(super) struct SceneBuilder<'p, 'f> {
     summary: &'p FieldSummary,
     /// Values at which a visible part of each field begins, ends or bends.
     cuts: Vec<Vec<f64>>,
+    savings: Savings,
 }
 
 impl<'p, 'f> SceneBuilder<'p, 'f> {
     pub fn new(context: &'p FrameContext<'f>, terrain: &'p Terrain<'f>, summary: &'p FieldSummary) -> Self {
-        SceneBuilder { context, terrain, summary, cuts: vec![Vec::new(); context.fields.len()] }
+        let (cuts, savings) = (vec![Vec::new(); context.fields.len()], context.renderer.savings);
+        SceneBuilder { context, terrain, summary, cuts, savings }
+    }
+
+    /// The same, for rays that pass all layers and blocks.
+    pub fn with_all_visible(self) -> Self {
+        SceneBuilder { savings: Savings { empty_space: false, layers: false, ..self.savings }, ..self }
     }
 
     /// The scene, over a core with this ground. Gradients and normals at halo cells are those of this rank's cells.
     pub fn build(mut self, ground: Option<&'f Ground>) -> Result<BuiltScene<'f>> {
-        let FrameContext { renderer, scene, plan, grid, .. } = *self.context;
+        let FrameContext { scene, plan, grid, .. } = *self.context;
         let (media, isosurfaces) = (self.media(), self.isosurfaces());
         let surface_layers = self.surface_layers();
         let (occupancy_keys, visible) = self.visible(&media, &isosurfaces);
@@ -114,7 +121,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         });
         let top = visible.iter().map(|visible| visible.top).chain(tops).max().unwrap_or(0);
         let seen = match levels {
-            Levels::Concentric(_) if renderer.savings.layers => plan.radius[top.clamp(1, plan.radius.len() - 1)],
+            Levels::Concentric(_) if self.savings.layers => plan.radius[top.clamp(1, plan.radius.len() - 1)],
             _ => *outer,
         };
         let scene = KernelScene {
@@ -160,8 +167,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     }
 
     fn number(&self, name: &str) -> usize {
-        let found = self.context.fields.iter().position(|field| field.name() == name);
-        found.expect("all fields that are shown were prepared")
+        self.context.number_of(name).expect("all fields that are shown were prepared")
     }
 
     /// The map of a transfer function, at whose knots rays are cut.
@@ -173,17 +179,10 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     }
 
     fn media(&mut self) -> Vec<Medium> {
-        let volumes = self.context.scene.volumes.iter().map(|volume| {
-            let Volume { field, transfer, opacity, .. } = volume;
-            let extinction = opacity.as_ref().map_or((field, transfer), |by| (&by.field, &by.transfer));
-            ((field, transfer), extinction)
-        });
-        let is_seen = |transfer: &TransferFunction| transfer.knots.iter().any(|knot| knot.extinction > 0.0);
-        volumes
-            .filter(|(_, (_, extinction))| is_seen(extinction))
-            .map(|((field, transfer), (by, extinction))| Medium {
-                color: self.map(field, transfer),
-                extinction: self.map(by, extinction),
+        seen_volumes(self.context.scene)
+            .map(|(_, Volume { field, transfer, opacity, .. })| {
+                let (by, extinction) = opacity.as_ref().map_or((field, transfer), |by| (&by.field, &by.transfer));
+                Medium { color: self.map(field, transfer), extinction: self.map(by, extinction) }
             })
             .collect()
     }
@@ -218,13 +217,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     fn surface_layers(&self) -> Vec<SurfaceLayer> {
         let FrameContext { scene, plan, .. } = *self.context;
         let scenery = &scene.scenery;
-        let mut all: Vec<Level> = Vec::new();
-        for level in scenery.lines.iter().map(|l| l.on).chain(scenery.surfaces.iter().map(|s| s.at)) {
-            if level != Level::Ground && !all.contains(&level) {
-                all.push(level);
-            }
-        }
-        all.into_iter()
+        surface_levels(scenery)
+            .into_iter()
             .map(|level| {
                 let place = match level {
                     Level::Layer(layer) => SurfaceHeight::Layer(layer),
@@ -257,9 +251,9 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
 
     /// Occupancy of each volume and isosurface, with its key; without a key, all or nothing.
     fn visible(&self, media: &[Medium], isosurfaces: &[Isosurface]) -> (Vec<OccupancyKey>, Vec<OccupancyMask>) {
-        let FrameContext { renderer, plan, grid, .. } = *self.context;
+        let FrameContext { plan, grid, .. } = *self.context;
         let layers = plan.radius.len();
-        if !renderer.savings.empty_space {
+        if !self.savings.empty_space {
             return (Vec::new(), vec![OccupancyMask::default().full(layers)]);
         }
         if media.is_empty() && isosurfaces.is_empty() {
@@ -356,7 +350,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     /// The key of the gradients of a field with these cuts. They are in visible blocks only and may be packed, unless
     /// other ranks need those of halo cells or a device reads them.
     fn gradient_key(&self, number: usize, cuts: &[f64], visible: &[OccupancyKey]) -> GradientKey {
-        let FrameContext { renderer, scene, plan, grid, .. } = *self.context;
+        let FrameContext { scene, plan, grid, .. } = *self.context;
         // Ranks exchange gradients, so all divide by the same range.
         let low = cuts.first().copied().unwrap_or(0.0);
         let width = cuts.last().map_or(0.0, |high| high - low);
@@ -368,9 +362,9 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             falling: plan.falling,
             range: [low, low + width],
             radius: plan.radius.clone(),
-            packed: is_own && renderer.savings.packing && single,
+            packed: is_own && self.savings.packing && single,
             single,
-            occupancy: if is_own && renderer.savings.gradients { visible.to_vec() } else { Vec::new() },
+            occupancy: if is_own && self.savings.gradients { visible.to_vec() } else { Vec::new() },
             heights: self.terrain.key.clone(),
         }
     }
@@ -393,13 +387,32 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             Levels::Concentric(_) => {
                 let GradientKey { packed, single, .. } = *key;
                 let visible = (!key.occupancy.is_empty()).then_some(visible);
-                let seen = (part.is_none() && renderer.savings.gradients).then(|| plan.visible_cells(scene, grid));
+                let seen = (part.is_none() && self.savings.gradients).then(|| plan.visible_cells(scene, grid));
                 let known = renderer.frame_cache.known_gradients(key);
                 let wanted = GradientOptions { visible, packed, single };
                 known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
             }
         }
     }
+}
+
+/// The volumes of which anything can be visible, with their numbers.
+pub(super) fn seen_volumes(scene: &Scene) -> impl Iterator<Item = (usize, &Volume)> {
+    scene.volumes.iter().enumerate().filter(|(_, volume)| {
+        let extinction = volume.opacity.as_ref().map_or(&volume.transfer, |by| &by.transfer);
+        extinction.knots.iter().any(|knot| knot.extinction > 0.0)
+    })
+}
+
+/// The levels above the ground with surfaces or lines, in the order in which the scene names them.
+pub(super) fn surface_levels(scenery: &Scenery) -> Vec<Level> {
+    let mut all: Vec<Level> = Vec::new();
+    for level in scenery.lines.iter().map(|lines| lines.on).chain(scenery.surfaces.iter().map(|surface| surface.at)) {
+        if level != Level::Ground && !all.contains(&level) {
+            all.push(level);
+        }
+    }
+    all
 }
 
 /// A transfer function that is clear except near `value`, for a field of this range.

@@ -5,7 +5,7 @@ use super::*;
 use crate::common::{picture, refusal};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Decomposition, ErrorKind, FrameReport};
+use icoray::{Decomposition, ErrorKind, FrameReport, Probe, ScenePart};
 use icoray_test_support::is_long;
 use std::f64::consts::TAU;
 
@@ -126,6 +126,106 @@ fn parts_of_several_nodes_are_within_errors_of_one_process() {
             }
         }
     }
+}
+
+/// Checks that the parts of a picture that both probes have seen are the same at the same places.
+fn assert_same_probe(found: &Option<Probe>, expected: &Option<Probe>, trying: &str) {
+    let (Some(found), Some(expected)) = (found, expected) else {
+        assert!(found.is_none() && expected.is_none(), "{trying}: {found:?} for {expected:?}");
+        return;
+    };
+    let is_near = |a: f64, b: f64, limit: f64| (a - b).abs() < limit || a.is_nan() && b.is_nan();
+    for one in expected.contributions.iter().filter(|one| one.weight > 1e-3 && one.part != ScenePart::Lines) {
+        let other = found.contributions.iter().find(|other| other.part == one.part);
+        let other = other.unwrap_or_else(|| panic!("{trying}: no {one:?}"));
+        assert!(is_near(other.weight, one.weight, 1e-3), "{trying}: {other:?} for {one:?}");
+        if !matches!(one.part, ScenePart::Volume(_)) {
+            let [value, expected] = [other, one].map(|one| one.value.unwrap_or(f64::NAN));
+            assert!(
+                is_near(value, expected, 1e-5) && is_near(other.height_m, one.height_m, 1.0),
+                "{trying}: {other:?}"
+            );
+        }
+    }
+    assert!(is_near(found.alpha, expected.alpha, 1e-3), "{trying}");
+    if found.part == expected.part {
+        let places = found.lon_lat_deg.iter().zip(&expected.lon_lat_deg);
+        assert!(places.clone().all(|(a, b)| is_near(*a, *b, 1.0)), "{trying}: {places:?}");
+        assert_eq!((&found.field, found.column.len()), (&expected.field, expected.column.len()), "{trying}");
+        let rows = found.column.iter().zip(&expected.column);
+        let is_same = rows.clone().all(|(a, b)| is_near(a[0], b[0], 1.0) && is_near(a[1], b[1], 1e-5));
+        assert!(is_same || found.lon_lat_deg != expected.lon_lat_deg, "{trying}: {rows:?}");
+    }
+}
+
+#[test]
+fn probes_over_nodes_are_those_of_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let places: Vec<[f64; 2]> = (0..20).map(|k| [0.05 + 0.05 * f64::from(k % 19), 0.1 + 0.04 * f64::from(k)]).collect();
+    let nodes: [&[usize]; 3] = [&[0, 0], &[0, 1, 0], &[0, 1, 2, 1]];
+    let (mut hits, mut columns) = (0, 0);
+    for location in [Location::Center, Location::Corner] {
+        let model = Model::whole(&mesh, 1, location);
+        for (i, (name, scene)) in scenes().into_iter().enumerate().filter(|(_, (name, _))| !name.contains("derived")) {
+            let renderer = Renderer::new(1).unwrap();
+            let probe = |at| renderer.probe(&scene, &grid, &layers(), model.fields(), at).unwrap();
+            let expected: Vec<Option<Probe>> = places.iter().map(|at| probe(*at)).collect();
+            for (k, node_of) in nodes.into_iter().enumerate() {
+                let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + k) % 4);
+                let spread = Spread::new(&mesh, node_of.len(), &owner);
+                let found = spread.on_nodes(node_of, |ranks, culled, grid, held| {
+                    let (rows, held) = ((&culled.cells[..], &culled.corners[..]), held.unwrap());
+                    let mut model = Model::new(&mesh, 1, rows, location);
+                    model.spoil(&mesh, rows, location, |cell| owner[cell], ranks.rank());
+                    let renderer = Renderer::new(1).unwrap();
+                    let data = (grid, Some(&held), &layers());
+                    let probe = |at: &[f64; 2]| renderer.probe_held(ranks, &scene, data, model.fields(), *at).unwrap();
+                    places.iter().map(probe).collect::<Vec<_>>()
+                });
+                assert!(found[1..].iter().flatten().all(Option::is_none));
+                for ((found, expected), at) in found[0].iter().zip(&expected).zip(&places) {
+                    let trying = format!("{name}, {location:?}, {partition} on {node_of:?}, {at:?}");
+                    assert_same_probe(found, expected, &trying);
+                    hits += usize::from(found.is_some());
+                    columns += usize::from(found.as_ref().is_some_and(|found| !found.column.is_empty()));
+                }
+            }
+        }
+    }
+    assert!(hits > 200 && columns > 9 * hits / 10, "{columns} of {hits}");
+}
+
+#[test]
+fn probes_find_the_core_below_holes_over_nodes() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let (_, scene) = scenes().swap_remove(0);
+    let places: Vec<[f64; 2]> =
+        (0..100).map(|k| [0.05 + 0.1 * f64::from(k % 10), 0.05 + 0.1 * f64::from(k / 10)]).collect();
+    let mut below = 0;
+    for (i, (hole, stays)) in holes(&mesh).iter().enumerate() {
+        let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
+        let whole = Model::new(&mesh, 1, (&culled.cells[..], &culled.corners[..]), Location::Center);
+        let renderer = Renderer::new(1).unwrap();
+        let probe = |at: &[f64; 2]| renderer.probe(&scene, &culled.grid(), &layers(), whole.fields(), *at).unwrap();
+        let expected: Vec<Option<Probe>> = places.iter().map(probe).collect();
+        let (partition, owner) = partitions(&mesh, 3).swap_remove(i % 4);
+        let owner = without_holes(owner, stays);
+        let found = Spread::new(&mesh, 3, &owner).on_nodes(&[0, 1, 1], |ranks, culled, grid, held| {
+            let held = held.unwrap();
+            let model = Model::new(&mesh, 1, (&culled.cells[..], &culled.corners[..]), Location::Center);
+            let renderer = Renderer::new(1).unwrap();
+            let data = (grid, Some(&held), &layers());
+            let probe = |at: &[f64; 2]| renderer.probe_held(ranks, &scene, data, model.fields(), *at).unwrap();
+            places.iter().map(probe).collect::<Vec<_>>()
+        });
+        for ((found, expected), at) in found[0].iter().zip(&expected).zip(&places) {
+            assert_same_probe(found, expected, &format!("{hole}, {partition}, {at:?}"));
+            let is_hole = expected.as_ref().is_some_and(|probe| probe.along.is_empty());
+            below += usize::from(is_hole);
+        }
+    }
+    assert!(below > 50, "{below}");
 }
 
 /// Rays that cross several nodes end where each of these says, and those of the whole grid where all of it says.
