@@ -17,12 +17,57 @@ pub struct KernelKnot {
 }
 
 impl KernelKnot {
-    /// The knots of a transfer function in a shell of the given thickness, in planet radii.
+    /// The knots of a transfer function in a shell of the given thickness, in planet radii, without those at which it
+    /// does not bend.
     pub fn of(transfer: &TransferFunction, thickness: f64) -> Vec<Self> {
         let unit = transfer.unit_length.unwrap_or(thickness);
         let knots = transfer.knots.iter();
-        knots.map(|k| KernelKnot { value: k.value, color: k.color, extinction: k.extinction / unit }).collect()
+        let knots = knots.map(|k| KernelKnot { value: k.value, color: k.color, extinction: k.extinction / unit });
+        without_straight(&knots.collect::<Vec<_>>())
     }
+
+    fn channels(&self) -> [f64; 4] {
+        let [r, g, b] = self.color;
+        [r, g, b, self.extinction]
+    }
+}
+
+/// The knots but for those that rounding alone distinguishes from points of the lines between the others.
+fn without_straight(knots: &[KernelKnot]) -> Vec<KernelKnot> {
+    /// Roundings of a knot's numbers.
+    const ROUNDING: f64 = 8.0 * f64::EPSILON;
+    const ANY: [[f64; 2]; 4] = [[f64::NEG_INFINITY, f64::INFINITY]; 4];
+    let largest = |k: usize| knots.iter().fold(0.0, |most: f64, knot| most.max(knot.channels()[k].abs()));
+    let largest = [0, 1, 2, 3].map_inline(largest);
+    let mut kept: Vec<KernelKnot> = knots.iter().take(1).copied().collect();
+    // The slopes of lines from the last kept knot that pass all knots since, the last of which is `passed`.
+    let (mut slopes, mut passed) = (ANY, None);
+    let mut i = 1;
+    while let (Some(&knot), Some(&from)) = (knots.get(i), kept.last()) {
+        let width = knot.value - from.value;
+        let (start, end) = (from.channels(), knot.channels());
+        let slope = [0, 1, 2, 3].map_inline(|k| (end[k] - start[k]) / width);
+        let is_straight = width > 0.0 && (0..4).all(|k| slopes[k][0] <= slope[k] && slope[k] <= slopes[k][1]);
+        match passed {
+            Some(last) if !is_straight => {
+                kept.push(last);
+                (slopes, passed) = (ANY, None);
+                // This knot is compared with the line that begins at the one before.
+                continue;
+            }
+            _ if !is_straight => kept.push(knot),
+            _ => {
+                for k in 0..4 {
+                    let off = ROUNDING * (largest[k] + slope[k].abs() * knot.value.abs()) / width;
+                    slopes[k] = [slopes[k][0].max(slope[k] - off), slopes[k][1].min(slope[k] + off)];
+                }
+                passed = Some(knot);
+            }
+        }
+        i += 1;
+    }
+    kept.extend(passed);
+    kept
 }
 
 /// A span between two neighbouring knots, or outside all, in which extinction and colour are linear in the value.
@@ -356,6 +401,7 @@ fn span<T: Real>(low: T, high: T, anchor: T, a: &KernelKnot, b: &KernelKnot, wid
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icoray_test_support::Random;
 
     fn knot(value: f64, gray: f64, extinction: f64) -> KernelKnot {
         KernelKnot { value, color: [gray; 3], extinction }
@@ -376,6 +422,42 @@ mod tests {
             assert!((e - extinction).abs() < 1e-12 && (g - gray).abs() < 1e-12, "{v}: {e} {g}");
         }
         assert!(spans.span(0).is_clear && spans.span(3).is_clear && !spans.span(1).is_clear);
+    }
+
+    #[test]
+    fn knots_on_straight_lines_are_left_out_and_no_others() {
+        let mut random = Random::new(11);
+        for round in 0..300 {
+            let within = |random: &mut Random, low: f64, high: f64| low + (high - low) * random.unit();
+            let mut at = within(&mut random, -500.0, 500.0);
+            let corners: Vec<KernelKnot> = (0..2 + random.below(6))
+                .map(|k| {
+                    // A step now and then.
+                    at += if k > 0 && random.below(5) == 0 { 0.0 } else { within(&mut random, 0.1, 30.0) };
+                    knot(at, within(&mut random, 0.0, 1.0), within(&mut random, 0.0, 1e4))
+                })
+                .collect();
+            let mut dense = vec![corners[0]];
+            for pair in corners.windows(2) {
+                let points = if pair[0].value < pair[1].value { random.below(200) } else { 0 };
+                for point in 1..=points {
+                    let part = point as f64 / (points + 1) as f64;
+                    let between = |a: f64, b: f64| a + part * (b - a);
+                    let [a, b] = [pair[0], pair[1]];
+                    let gray = between(a.color[0], b.color[0]);
+                    dense.push(knot(between(a.value, b.value), gray, between(a.extinction, b.extinction)));
+                }
+                dense.push(pair[1]);
+            }
+            assert_eq!(without_straight(&dense), corners, "round {round}");
+            // A bend that single precision would not show is kept.
+            let mut bent = corners.clone();
+            let (first, last) = (corners[0], corners[corners.len() - 1]);
+            bent.push(knot(last.value + 1.0, last.color[0], last.extinction));
+            bent.push(knot(last.value + 2.0, last.color[0] + 1e-9, last.extinction));
+            bent.insert(0, knot(first.value - 1.0, first.color[0] - 1e-9, first.extinction));
+            assert_eq!(without_straight(&bent).len(), bent.len(), "round {round}");
+        }
     }
 
     #[test]
