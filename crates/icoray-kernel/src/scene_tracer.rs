@@ -6,7 +6,7 @@ use crate::counts::Counts;
 use crate::fragment::{Fragment, FragmentBuilder, FragmentRules};
 use crate::general::{KernelScene, Passage, RaySettings, RayState};
 use crate::owned_region::OwnedRegion;
-use crate::packet::{self, PacketScene};
+use crate::packet::{self, PacketFrame, PacketScene};
 use crate::signature::BoundarySignature;
 use crate::trace::queue::{Clip, Queue};
 use crate::trace::{FragmentReport, PrimaryRay, Report, Target, Tracer};
@@ -40,8 +40,10 @@ impl<'w> SceneTracer<'w, '_> {
         counts: &mut Counts,
         mut target: Target,
     ) -> bool {
-        self.packets
-            .is_some_and(|packets| packet::trace(packets, (&self.rays, self.integrates), rays, counts, &mut target))
+        self.packets.is_some_and(|(level, packets)| {
+            let frame = PacketFrame::new(&self.rays, packets, self.integrates);
+            packet::trace(level, &frame, rays, counts, &mut target)
+        })
     }
 }
 

@@ -138,10 +138,10 @@ impl<V: FnMut(&Stretch) -> ControlFlow<()>> StretchVisitor<V> {
 
 impl<V: FnMut(&Stretch) -> ControlFlow<()>> ColumnVisitor for StretchVisitor<V> {
     #[inline]
-    fn gap(&mut self, wedge: &Wedge, (gap, _): (usize, [&Facet; 2]), ends: [(f64, FacetSide); 2]) -> Flow {
+    fn gap(&mut self, wedge: &Wedge, [lower, _]: [&Facet; 2], ends: [(f64, FacetSide); 2]) -> Flow {
         let (t, alpha) =
             (ends.map_inline(|(u, _)| wedge.distance(u) - self.along), ends.map_inline(|(u, _)| wedge.alpha(u)));
-        self.report(&Stretch::Frustum(Frustum { cells: wedge.cells, layer: gap - 1, t, alpha }))
+        self.report(&Stretch::Frustum(Frustum { cells: wedge.cells, layer: lower.layer, t, alpha }))
     }
 
     fn core(&mut self, wedge: &Wedge, _lowest: &Facet, u: f64) -> Flow {

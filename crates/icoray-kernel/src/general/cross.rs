@@ -10,10 +10,10 @@ use crate::column::Flow;
 /// The visitor of [`cross`].
 pub(crate) trait ColumnVisitor {
     /// Passes the gap between two layers from place to place of the column.
-    fn gap(&mut self, wedge: &Wedge, gap: (usize, [&Facet; 2]), ends: [(f64, FacetSide); 2]) -> Flow;
+    fn gap(&mut self, wedge: &Wedge, facets: [&Facet; 2], ends: [(f64, FacetSide); 2]) -> Flow;
 
     /// Passes a layer at the fraction `u` of the column, upwards or downwards.
-    fn layer(&mut self, _wedge: &Wedge, _layer: (usize, &Facet), _u: f64, _rises: bool) -> Flow {
+    fn layer(&mut self, _wedge: &Wedge, _facet: &Facet, _u: f64, _rises: bool) -> Flow {
         Flow::On
     }
 
@@ -25,7 +25,7 @@ pub(crate) trait ColumnVisitor {
 /// the layers k - 1 and k) is searched from `hint` on. Returns the gap at the ray's end in the column.
 #[inline(always)]
 pub(crate) fn cross(wedge: &Wedge, levels: &Levels, hint: usize, visitor: &mut impl ColumnVisitor) -> (usize, Flow) {
-    let facet = |layer: usize| Facet::new(wedge, levels.inverse(wedge.cells, layer));
+    let facet = |layer: usize| Facet::new(wedge, levels, layer);
     let top = levels.count();
     let mut gap = gap_at(hint, top, |layer| facet(layer).is_below_entry());
     let mut lower = gap.checked_sub(1).map(facet);
@@ -43,17 +43,15 @@ pub(crate) fn cross(wedge: &Wedge, levels: &Levels, hint: usize, visitor: &mut i
             None => FacetSide::Between,
         };
         let flow = match (&lower, &upper) {
-            (Some(lower), Some(upper)) => visitor.gap(wedge, (gap, [lower, upper]), [(a, from), (b, to)]),
+            (Some(lower), Some(upper)) => visitor.gap(wedge, [lower, upper], [(a, from), (b, to)]),
             (None, Some(lowest)) => visitor.core(wedge, lowest, a),
             (_, None) => Flow::On,
         };
         if flow == Flow::Stop || crossing.is_none() {
             return (gap, flow);
         }
-        let (layer, met) = if rises { (gap, upper) } else { (gap - 1, lower) };
-        if let Some(met) = met
-            && visitor.layer(wedge, (layer, &met), b, rises) == Flow::Stop
-        {
+        let met = if rises { upper } else { lower };
+        if met.is_some_and(|met| visitor.layer(wedge, &met, b, rises) == Flow::Stop) {
             return (gap, Flow::Stop);
         }
         if rises {

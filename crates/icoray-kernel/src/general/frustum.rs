@@ -2,6 +2,7 @@
 
 use super::blend::{Blend, BlendBuffers, MediumPiece, largest};
 use super::passage::{PARTS, Passage, PassageKind, shares};
+use super::single::VertexBounds;
 use super::surfaces::{Material, SurfaceHeight};
 use super::wedge::{Facet, FacetSide, FrustumPoint, Wedge};
 use super::{KernelScene, RayState};
@@ -125,14 +126,14 @@ impl<'r> RayState<'r, '_> {
     pub(super) fn gap(
         &mut self,
         wedge: &Wedge,
-        (gap, facets): (usize, [&Facet; 2]),
+        facets: [&Facet; 2],
         [(a, from), (b, to)]: [(f64, FacetSide); 2],
     ) -> Flow {
         if b <= a {
             return Flow::On;
         }
         self.counts.frusta += 1;
-        let scene = self.scene;
+        let (scene, gap) = (self.scene, facets[1].layer);
         self.scratch.read(scene, wedge, gap);
         let ranges = &self.scratch.ranges;
         self.scratch.media.clear();
@@ -156,7 +157,7 @@ impl<'r> RayState<'r, '_> {
         }
         if self.clips.is_empty() {
             let length = wedge.distance(b) - wedge.distance(a);
-            return self.part(wedge, (gap, facets), [(a, from), (b, to)], length);
+            return self.part(wedge, facets, [(a, from), (b, to)], length);
         }
         let (mut shown, ends) = (Vec::new(), [a, b].map_inline(|u| wedge.distance(u)));
         self.clips.parts([gap - 1, gap], ends, |part| {
@@ -173,7 +174,7 @@ impl<'r> RayState<'r, '_> {
                 if t == wedge.distance(u) { (u, on) } else { (wedge.fraction(t), FacetSide::Between) }
             };
             let ends = [end(t0, (a, from)), end(t1, (b, to))];
-            if self.part(wedge, (gap, facets), ends, t1 - t0) == Flow::Stop {
+            if self.part(wedge, facets, ends, t1 - t0) == Flow::Stop {
                 return Flow::Stop;
             }
         }
@@ -186,7 +187,7 @@ impl<'r> RayState<'r, '_> {
     fn part(
         &mut self,
         wedge: &Wedge,
-        (gap, facets): (usize, [&Facet; 2]),
+        facets: [&Facet; 2],
         [(a, from), (b, to)]: [(f64, FacetSide); 2],
         length: f64,
     ) -> Flow {
@@ -201,14 +202,14 @@ impl<'r> RayState<'r, '_> {
         for Break { u, meets } in &breaks {
             if *u > done {
                 let before = self.light.transmittance();
-                flow = self.piece(wedge, gap, &way, [done, *u]);
+                flow = self.piece(wedge, facets[1].layer, &way, [done, *u]);
                 self.record(before, |ray, alpha| {
                     ray.passage(wedge, [lerp(a, b, done), lerp(a, b, *u)], 0.5 * (done + u), alpha)
                 });
                 done = *u;
             }
             if let (Flow::On, Some(meets)) = (flow, meets) {
-                flow = self.cross_surface(wedge, (gap, facets), [a, b], (*u, *meets));
+                flow = self.cross_surface(wedge, facets, [a, b], (*u, *meets));
             }
             if flow == Flow::Stop {
                 break;
@@ -290,7 +291,7 @@ impl<'r> RayState<'r, '_> {
         }
         for (k, surface) in scene.surface_layers.iter().enumerate() {
             let SurfaceHeight::Radius(radius) = surface.place else { continue };
-            let facet = Facet::new(wedge, [1.0 / radius; 3]);
+            let facet = Facet::of_radii(wedge, 0, [1.0 / radius; 3]);
             if let Some(u) = facet.up().or_else(|| facet.down()).filter(|u| *u >= a && *u < b) {
                 breaks.push(Break { u: (u - a) / (b - a), meets: Some(SurfaceKind::Sheet(k)) });
             }
@@ -344,13 +345,13 @@ impl<'r> RayState<'r, '_> {
         let Some(single) = self.single.as_mut().filter(|_| !media.is_empty()) else { return Flow::On };
         let source = single.source();
         let (Some(value), Some(values)) = (segments[source], ranges[source]) else { return Flow::On };
-        let met = (self.light, self.min_transmittance);
+        single.go_on(self.light, self.min_transmittance);
         let (light, flow) = if self.shading.is_some() {
             let vertices @ [lower, upper] = &at_vertices(self.scene, wedge, gap, source);
             let [x, y, z] = [0, 1, 2].map_inline(|axis| way.interpolant([&lower[axis], &upper[axis]]));
-            single.light([&value, &x, &y, &z], (values, size_of(vertices)), range, met)
+            single.light([&value, &x, &y, &z], VertexBounds { values, gradient_size: size_of(vertices) }, range)
         } else {
-            single.light([&value], (values, 0.0), range, met)
+            single.light([&value], VertexBounds { values, gradient_size: 0.0 }, range)
         };
         self.light = light;
         flow
@@ -361,7 +362,7 @@ impl<'r> RayState<'r, '_> {
     fn cross_surface(
         &mut self,
         wedge: &Wedge,
-        (gap, facets): (usize, [&Facet; 2]),
+        facets: [&Facet; 2],
         [a, b]: [f64; 2],
         (u, meets): (f64, SurfaceKind),
     ) -> Flow {
@@ -381,7 +382,7 @@ impl<'r> RayState<'r, '_> {
                 let mut off = 0.0;
                 if let Some(shading) = &self.shading {
                     let place = FrustumPoint::new(wedge, facets, at, FacetSide::Between);
-                    let vertices = at_vertices(scene, wedge, gap, surface.source);
+                    let vertices = at_vertices(scene, wedge, facets[1].layer, surface.source);
                     let gradient = mixed(&vertices, &place);
                     let shade = shading.shade(gradient);
                     color = color.map_inline(|c| c * shade.body + shade.highlight);

@@ -232,13 +232,11 @@ impl<'r, 'f> RayState<'r, 'f> {
     fn core(&mut self, wedge: &Wedge, lowest: &Facet, u: f64) -> Flow {
         let t = wedge.distance(u);
         let position = self.line.position(t);
-        let normal = self.normal(wedge, (0, lowest), u, position);
+        let normal = self.normal(wedge, lowest, u, position);
         let before = self.light.transmittance();
         let flow = self.ground(t, &SurfaceHit { position, normal }, Some(wedge.triangle));
         if flow == Flow::Stop {
-            self.record_at(before, PassageKind::Core, (wedge, u), |ray| {
-                ray.scene.values_on_layer(wedge, (0, lowest), u)
-            });
+            self.record_at(before, PassageKind::Core, (wedge, u), |ray| ray.scene.values_on_layer(wedge, lowest, u));
         }
         flow
     }
@@ -264,8 +262,8 @@ impl<'r, 'f> RayState<'r, 'f> {
 
     /// The outward normal of a layer at `position`; that of a sphere if layers are concentric.
     #[inline]
-    fn normal(&self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64, position: DVec3) -> DVec3 {
-        let known = self.scene.normals.iter().find(|(known, _)| *known == layer);
+    fn normal(&self, wedge: &Wedge, facet: &Facet, u: f64, position: DVec3) -> DVec3 {
+        let known = self.scene.normals.iter().find(|(layer, _)| *layer == facet.layer);
         let Some((_, normals)) = known else { return position };
         let [b, c] = facet.weights(wedge, u);
         let [x, y, z] = wedge.cells.map_inline(|cell| Vec3::from_array(normals[cell as usize]).as_dvec3());
@@ -282,8 +280,8 @@ impl<'r, 'f> RayState<'r, 'f> {
 
     /// Adds the light of the surfaces on a layer that the ray crosses at `u`.
     #[inline]
-    fn layer(&mut self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64) -> Flow {
-        let scene = self.scene;
+    fn layer(&mut self, wedge: &Wedge, facet: &Facet, u: f64) -> Flow {
+        let (scene, layer) = (self.scene, facet.layer);
         let t = wedge.distance(u);
         if !scene.surface_layers.iter().any(|surface| surface.place == SurfaceHeight::Layer(layer))
             || !self.clips.shows([layer, layer], t)
@@ -291,14 +289,13 @@ impl<'r, 'f> RayState<'r, 'f> {
             return Flow::On;
         }
         let position = self.line.position(t);
-        let hit = SurfaceHit { position, normal: self.normal(wedge, (layer, facet), u, position) };
+        let hit = SurfaceHit { position, normal: self.normal(wedge, facet, u, position) };
         let body = self.solid(hit.normal);
         for (k, surface) in scene.surface_layers.iter().enumerate() {
             if surface.place == SurfaceHeight::Layer(layer) {
-                let color =
-                    |material: &Material| material.on_layer(&scene.sources, scene.grid, wedge, (layer, facet), u);
+                let color = |material: &Material| material.on_layer(&scene.sources, scene.grid, wedge, facet, u);
                 let met = surface.light(body, (&hit, (scene.grid, wedge.triangle)), color);
-                self.surface_layer(k, met, (wedge, u), |ray| ray.scene.values_on_layer(wedge, (layer, facet), u));
+                self.surface_layer(k, met, (wedge, u), |ray| ray.scene.values_on_layer(wedge, facet, u));
             }
         }
         self.passed()
@@ -353,7 +350,7 @@ impl RayState<'_, '_> {
         let wedge = Wedge::new(column, triangle);
         if blocks == 0 && scene.surface_layers.is_empty() {
             let levels = &scene.levels;
-            return self.clear_column(&wedge, &Facet::new(&wedge, levels.inverse(wedge.cells, 0)));
+            return self.clear_column(&wedge, &Facet::new(&wedge, levels, 0));
         }
         self.scratch.forget();
         let hint = self.gap;
@@ -408,17 +405,17 @@ struct VisibleParts<'c, 'r, 'f> {
 
 impl ColumnVisitor for VisibleParts<'_, '_, '_> {
     #[inline]
-    fn gap(&mut self, wedge: &Wedge, (gap, facets): (usize, [&Facet; 2]), ends: [(f64, FacetSide); 2]) -> Flow {
-        if self.ray.scene.is_occupied(self.blocks, gap) {
-            return self.ray.gap(wedge, (gap, facets), ends);
+    fn gap(&mut self, wedge: &Wedge, facets: [&Facet; 2], ends: [(f64, FacetSide); 2]) -> Flow {
+        if self.ray.scene.is_occupied(self.blocks, facets[1].layer) {
+            return self.ray.gap(wedge, facets, ends);
         }
         self.ray.pass_void();
         Flow::On
     }
 
     #[inline]
-    fn layer(&mut self, wedge: &Wedge, layer: (usize, &Facet), u: f64, rises: bool) -> Flow {
-        let flow = self.ray.layer(wedge, layer, u);
+    fn layer(&mut self, wedge: &Wedge, facet: &Facet, u: f64, rises: bool) -> Flow {
+        let flow = self.ray.layer(wedge, facet, u);
         self.ray.scratch.shift(rises);
         flow
     }

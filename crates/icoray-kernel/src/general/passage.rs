@@ -52,7 +52,7 @@ pub(super) fn shares(media: &[Medium], values: &[f64]) -> Vec<f64> {
 
 impl KernelScene<'_> {
     /// The value of each field on the facet of a layer at `u`.
-    pub(super) fn values_on_layer(&self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64) -> Vec<f64> {
-        self.sources.iter().map(|source| source.on_layer(wedge, (layer, facet), u)).collect()
+    pub(super) fn values_on_layer(&self, wedge: &Wedge, facet: &Facet, u: f64) -> Vec<f64> {
+        self.sources.iter().map(|source| source.on_layer(wedge, facet, u)).collect()
     }
 }

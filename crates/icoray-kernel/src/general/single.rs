@@ -17,6 +17,15 @@ pub(super) struct SingleVolume<'w> {
     ray: VolumeRay<'w, f64>,
 }
 
+/// Bounds of a field at the vertices of a frustum.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct VertexBounds {
+    /// The least and the greatest value.
+    pub values: [f64; 2],
+    /// The largest component of the gradients; 0 without light.
+    pub gradient_size: f64,
+}
+
 impl<'w> SingleVolume<'w> {
     /// The volume of a scene along `dir`; `None` where there are several, or its colours are those of another field or
     /// transfer function.
@@ -43,16 +52,20 @@ impl<'w> SingleVolume<'w> {
         self.ray.span = None;
     }
 
-    /// Adds the light of a part of a frustum to `light`. Value, and gradient where `N` is 4, run along the whole frustum,
-    /// with the range of the values and the largest component of the gradients at its vertices; the ray ends at
-    /// `min_transmittance`.
+    /// Continues with this light, to the transmittance at which the ray ends.
+    #[inline]
+    pub fn go_on(&mut self, light: Radiance<f64>, min_transmittance: f64) {
+        (self.ray.light, self.ray.min_transmittance) = (light, min_transmittance);
+    }
+
+    /// Adds the light of a part of a frustum. Value, and gradient where `N` is 4, run along the whole frustum, with the
+    /// range of the values and the largest component of the gradients at its vertices.
     #[inline]
     pub fn light<const N: usize>(
         &mut self,
         along: [&Segment<f64>; N],
-        (values, gradient_size): ([f64; 2], f64),
+        vertices: VertexBounds,
         [from, to]: [f64; 2],
-        (light, min_transmittance): (Radiance<f64>, f64),
     ) -> (Radiance<f64>, Flow) {
         let (map, ray, value) = (self.map, &mut self.ray, along[0]);
         let whole =
@@ -63,7 +76,7 @@ impl<'w> SingleVolume<'w> {
         }
         let interpolant = FrustumInterpolant { from: from_all, to: to_all, kappa, eps: whole.eps };
         if self.needs_sizes {
-            let [low, high] = values.map_inline(|value| map.normal(value).abs());
+            let [low, high] = vertices.values.map_inline(|value| map.normal(value).abs());
             ray.size = correlated(low.max(high));
         }
         let end = |u: f64, f: f64| if u == 0.0 || u == 1.0 { (u, f) } else { (u, whole.value(u)) };
@@ -71,7 +84,7 @@ impl<'w> SingleVolume<'w> {
             [0.0, 1.0] => whole,
             _ => whole.part(end(from, whole.f0), end(to, whole.f1)),
         };
-        (ray.light, ray.min_transmittance, ray.gradient_size) = (light, min_transmittance, gradient_size);
+        ray.gradient_size = vertices.gradient_size;
         let flow = ray.segment(&part, &interpolant, [from, to]);
         (ray.light, flow)
     }

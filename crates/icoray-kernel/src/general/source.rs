@@ -88,8 +88,8 @@ impl<'f> FieldSource<'f> {
 
     /// The value on the facet of a layer at `u`.
     #[inline]
-    pub(super) fn on_layer(&self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64) -> f64 {
-        let g = self.at(wedge.cells, layer);
+    pub(super) fn on_layer(&self, wedge: &Wedge, facet: &Facet, u: f64) -> f64 {
+        let g = self.at(wedge.cells, facet.layer);
         let [b, c] = facet.weights(wedge, u);
         g[0] + (b * (g[1] - g[0]) + c * (g[2] - g[0]))
     }

@@ -65,22 +65,22 @@ impl<'r, 'f> RayState<'r, 'f> {
     pub(crate) fn pass_gap(&mut self, column: &Column, triangle: u32, way: &GapWay) -> Flow {
         let wedge = Wedge::new(column, triangle);
         let levels = &self.scene.levels;
-        let [lower, upper] = [way.gap - 1, way.gap].map(|layer| Facet::new(&wedge, levels.inverse(wedge.cells, layer)));
+        let [lower, upper] = [way.gap - 1, way.gap].map(|layer| Facet::new(&wedge, levels, layer));
         self.scratch.forget();
-        self.gap(&wedge, (way.gap, [&lower, &upper]), way.ends)
+        self.gap(&wedge, [&lower, &upper], way.ends)
     }
 
     /// Passes a layer with surfaces at the fraction `u` of a column.
     pub(crate) fn pass_layer(&mut self, column: &Column, triangle: u32, layer: usize, u: f64) -> Flow {
         let wedge = Wedge::new(column, triangle);
-        let facet = Facet::new(&wedge, self.scene.levels.inverse(wedge.cells, layer));
-        self.layer(&wedge, (layer, &facet), u)
+        let facet = Facet::new(&wedge, &self.scene.levels, layer);
+        self.layer(&wedge, &facet, u)
     }
 
     /// Meets the core at the fraction `u` of a column.
     pub(crate) fn meet_core(&mut self, column: &Column, triangle: u32, u: f64) {
         let wedge = Wedge::new(column, triangle);
-        let lowest = Facet::new(&wedge, self.scene.levels.inverse(wedge.cells, 0));
+        let lowest = Facet::new(&wedge, &self.scene.levels, 0);
         self.core(&wedge, &lowest, u);
     }
 

@@ -36,7 +36,7 @@ impl Material {
         sources: &[FieldSource],
         grid: &Grid,
         wedge: &Wedge,
-        (layer, facet): (usize, &Facet),
+        facet: &Facet,
         u: f64,
     ) -> Option<[f64; 3]> {
         match self {
@@ -44,8 +44,8 @@ impl Material {
             Material::By { map, by_cell } => {
                 let source = &sources[map.source];
                 let value = match *by_cell {
-                    true => source.at(wedge.cells, layer)[wedge.nearest(u, |cell| grid.direction(cell))],
-                    false => source.on_layer(wedge, (layer, facet), u),
+                    true => source.at(wedge.cells, facet.layer)[wedge.nearest(u, |cell| grid.direction(cell))],
+                    false => source.on_layer(wedge, facet, u),
                 };
                 Self::of_value(map, value)
             }

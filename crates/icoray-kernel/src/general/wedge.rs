@@ -10,6 +10,7 @@
 //! `((1 - ψ')·N + (ψ - 1)·N')/(ψ - ψ')` with N linear: a quadratic over a linear function, as in Eq. 3 of the paper,
 //! which is the case of equal radii.
 
+use super::levels::Levels;
 use crate::walk::Column;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
@@ -70,6 +71,8 @@ impl Wedge {
 /// A layer in one column.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Facet {
+    /// The layer, counted from the innermost.
+    pub layer: usize,
     /// 1 / R at the vertices.
     inverse: [f64; 3],
     /// ψ at the column's ends.
@@ -78,9 +81,15 @@ pub(crate) struct Facet {
 
 impl Facet {
     #[inline]
-    pub fn new(wedge: &Wedge, inverse: [f64; 3]) -> Self {
+    pub fn new(wedge: &Wedge, levels: &Levels, layer: usize) -> Self {
+        Self::of_radii(wedge, layer, levels.inverse(wedge.cells, layer))
+    }
+
+    /// A facet with 1 / R at the vertices.
+    #[inline]
+    pub fn of_radii(wedge: &Wedge, layer: usize, inverse: [f64; 3]) -> Self {
         let psi = wedge.alpha.map_inline(|alpha| dot(&alpha, &inverse));
-        Facet { inverse, psi }
+        Facet { layer, inverse, psi }
     }
 
     /// Whether the ray enters the column on or above it.
@@ -191,7 +200,7 @@ mod tests {
     fn facets_are_the_planes_through_their_vertices() {
         let (wedge, vertices) = wedge();
         let radii = [1.1, 1.2, 1.25];
-        let facet = Facet::new(&wedge, radii.map(|r| 1.0 / r));
+        let facet = Facet::of_radii(&wedge, 0, radii.map(|r| 1.0 / r));
         let u = facet.up().expect("the ray rises from 1.02 to 1.35");
         assert!(facet.down().is_none() && !facet.is_below_entry());
         let [a, b, c] = [0, 1, 2].map(|k| radii[k] * vertices[k]);
@@ -206,7 +215,7 @@ mod tests {
     fn values_are_linear_along_the_radius_and_rational_along_the_ray() {
         let (wedge, vertices) = wedge();
         let (low, high) = ([1.0, 0.98, 1.01], [1.4, 1.5, 1.36]);
-        let facets = [low, high].map(|radii| Facet::new(&wedge, radii.map(|r| 1.0 / r)));
+        let facets = [low, high].map(|radii| Facet::of_radii(&wedge, 0, radii.map(|r| 1.0 / r)));
         let (g, h) = ([0.3, -0.8, 1.1], [2.0, 0.4, -0.6]);
         let place = |u| FrustumPoint::new(&wedge, [&facets[0], &facets[1]], u, FacetSide::Between);
         for u in [0.0, 0.21, 0.5, 0.83, 1.0] {
@@ -239,7 +248,7 @@ mod tests {
     #[test]
     fn a_constant_stays_what_it_is() {
         let (wedge, _) = wedge();
-        let facets = [[1.0; 3], [1.5, 1.4, 1.6]].map(|radii| Facet::new(&wedge, radii.map(|r: f64| 1.0 / r)));
+        let facets = [[1.0; 3], [1.5, 1.4, 1.6]].map(|radii| Facet::of_radii(&wedge, 0, radii.map(|r: f64| 1.0 / r)));
         for u in [0.0, 0.3, 0.77, 1.0] {
             let place = FrustumPoint::new(&wedge, [&facets[0], &facets[1]], u, FacetSide::Between);
             assert_eq!(place.value([&[0.1; 3], &[0.1; 3]]), 0.1);

@@ -18,6 +18,10 @@ use icoray_scene::Method;
 ///
 /// Rays interpolate `N` values: the field's value (`N = 1`), or value and gradient (`N = 4`) where there is lighting.
 pub(crate) struct PacketFrame<'f> {
+    /// The scene and the settings of its rays.
+    pub rays: &'f RaySettings<'f, 'f>,
+    /// The scene as packets read it.
+    pub packets: &'f PacketScene<'f>,
     /// Tables and directions of the grid.
     pub grid: &'f Grid<'f>,
     /// Radii of the layers, in planet radii.
@@ -48,10 +52,12 @@ pub(crate) struct PacketFrame<'f> {
 
 impl<'f> PacketFrame<'f> {
     /// The frame of a tracer.
-    pub fn new(tracer: &RaySettings<'f, 'f>, packets: &'f PacketScene<'f>, integrates: bool) -> Self {
-        let RaySettings { scene, shading, budget, is_coarse, .. } = *tracer;
+    pub fn new(rays: &'f RaySettings<'f, 'f>, packets: &'f PacketScene<'f>, integrates: bool) -> Self {
+        let RaySettings { scene, shading, budget, is_coarse, .. } = *rays;
         let source = &scene.sources[scene.media.first().map_or(0, |medium| medium.extinction.source)];
         PacketFrame {
+            rays,
+            packets,
             grid: scene.grid,
             shell: &packets.shell,
             spans: &packets.spans,

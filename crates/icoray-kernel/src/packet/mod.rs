@@ -12,7 +12,7 @@
 //! surface or a cut.
 
 use crate::counts::Counts;
-use crate::general::{Levels, RaySettings};
+use crate::general::Levels;
 use crate::leap::Leaps;
 use crate::shade::RayShading;
 use crate::trace::queue::RowHints;
@@ -81,16 +81,15 @@ pub fn packets() -> Option<Level> {
 /// Traces rays in packets; returns false, without tracing any, if the tables are too long for gathers.
 #[inline(never)]
 pub(crate) fn trace(
-    (level, packets): (Level, &PacketScene<'_>),
-    (tracer, integrates): (&RaySettings<'_, '_>, bool),
+    level: Level,
+    frame: &PacketFrame<'_>,
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,
 ) -> bool {
-    let frame = &PacketFrame::new(tracer, packets, integrates);
     match frame.shading {
-        Some(_) => trace_frame::<4>(level, frame, (tracer, packets), rays, counts, target),
-        None => trace_frame::<1>(level, frame, (tracer, packets), rays, counts, target),
+        Some(_) => trace_frame::<4>(level, frame, rays, counts, target),
+        None => trace_frame::<1>(level, frame, rays, counts, target),
     }
     .is_some()
 }
@@ -99,11 +98,11 @@ pub(crate) fn trace(
 fn trace_frame<const N: usize>(
     level: Level,
     frame: &PacketFrame<'_>,
-    (tracer, packets): (&RaySettings<'_, '_>, &PacketScene<'_>),
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,
 ) -> Option<()> {
+    let PacketFrame { rays: tracer, packets, .. } = *frame;
     let region = match target {
         Target::Light(_) => None,
         Target::Fragments(own, _) => Some(*own),
@@ -112,7 +111,7 @@ fn trace_frame<const N: usize>(
     let tables = Tables { leaps, ..Tables::new(frame, region)? };
     if tracer.scene.is_volume_alone() {
         let layers = Concentric::<false>::new(frame.shell)?;
-        trace_between::<_, N>(level, frame, (&tables, layers), rays, counts, target);
+        trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
         return Some(());
     }
     let volumes = match &packets.volumes {
@@ -123,11 +122,11 @@ fn trace_frame<const N: usize>(
     match &tracer.scene.levels {
         Levels::Concentric(_) => {
             let layers = Concentric::<true>::new(frame.shell)?;
-            trace_between::<_, N>(level, frame, (&tables, layers), rays, counts, target);
+            trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
         }
         Levels::Native(heights) => {
             let layers = Native::new(heights, tracer.scene.core_radius[0])?;
-            trace_between::<_, N>(level, frame, (&tables, layers), rays, counts, target);
+            trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
         }
     }
     Some(())
@@ -136,7 +135,8 @@ fn trace_frame<const N: usize>(
 fn trace_between<L: Layers, const N: usize>(
     level: Level,
     frame: &PacketFrame<'_>,
-    (tables, layers): (&Tables<'_>, L),
+    tables: &Tables<'_>,
+    layers: L,
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
     target: &mut Target,
