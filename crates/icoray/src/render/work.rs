@@ -130,8 +130,9 @@ pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
 }
 
 /// Number of standard deviations of rounding in the error of a pixel. The standard deviation of a rounding is replaced
-/// by its largest size, which is 1.7 times larger.
-const DEVIATIONS: f64 = 4.0;
+/// by its largest size, which is 1.7 times larger. With 4 of them, 3 of 830,000 pixels of random unlit scenes in single
+/// precision were farther off than their error, by at most 1.2 times.
+const DEVIATIONS: f64 = 5.0;
 
 /// Error bound of rounded positions for a ray that grazes an edge of the mesh; in single precision, in which a piece is
 /// a part of its frustum, half a last digit is added.
