@@ -4,9 +4,9 @@
 
 use glam::DVec3;
 use icoray::{Certainty, Frame, Lights, Precision, Renderer, Scene};
-use icoray_study::methods::Job;
-use icoray_study::oracle;
-use icoray_study::sphere::{Sphere, multi_scale};
+use icoray_reference::job::Job;
+use icoray_reference::oracle;
+use icoray_reference::sphere::{Sphere, multi_scale};
 use icoray_test_support::count;
 use icoray_tests::scene;
 

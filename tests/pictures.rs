@@ -5,10 +5,10 @@ use icoray::{
     CenterField, Field, Frame, Grid, IcosahedralMesh, Layers, Lighting, Location, Method, Precision, Renderer, Scene,
     Shape, Source,
 };
-use icoray_study::fig6;
-use icoray_study::methods::Job;
-use icoray_study::oracle;
-use icoray_study::sphere::{Sphere, multi_scale};
+use icoray_reference::job::Job;
+use icoray_reference::oracle;
+use icoray_reference::radial::Radial;
+use icoray_reference::sphere::{Sphere, multi_scale};
 use icoray_tests::{covered, difference, scene};
 
 const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.5\nfov = 40";
@@ -94,17 +94,16 @@ knots = [ { value = 0, color = "rgb(255 0 0)", extinction = 1 }, { value = 0.5, 
 /// (a): the paper's Figure 6. What is left against exact spheres is the grid's own error, which a bisection quarters.
 #[test]
 fn the_radial_field_converges_to_its_ground_truth() {
-    let out = std::path::PathBuf::new();
-    for (method, lit) in [(Method::Exact, true), (Method::Exact, false), (Method::Paper, true)] {
+    for (method, is_lit) in [(Method::Exact, true), (Method::Exact, false), (Method::Paper, true)] {
         let rmse = [3, 4, 5].map(|level| {
-            let options = fig6::Options { level, layers: 61, size: 64, steps: 1500, out: out.clone() };
-            let (frame, _, distance) = fig6::compare(&options, method, lit).unwrap();
-            assert!(covered(&frame) > 0.5);
-            distance.rmse
+            let radial = Radial { level, layers: 61, size: 64, steps: 1500, method, is_lit };
+            let compared = radial.compare().unwrap();
+            assert!(covered(&compared.frame) > 0.5);
+            compared.distance.rmse
         });
-        println!("{method:?}, lit {lit}: {rmse:?}");
-        assert!(rmse[2] < 1.6e-3, "{method:?}, lit {lit}: {rmse:?}");
-        assert!(rmse[0] > 3.2 * rmse[1] && rmse[1] > 3.2 * rmse[2], "order lost: {method:?}, lit {lit}: {rmse:?}");
+        println!("{method:?}, lit {is_lit}: {rmse:?}");
+        assert!(rmse[2] < 1.6e-3, "{method:?}, lit {is_lit}: {rmse:?}");
+        assert!(rmse[0] > 3.2 * rmse[1] && rmse[1] > 3.2 * rmse[2], "order lost: {method:?}, lit {is_lit}: {rmse:?}");
     }
 }
 

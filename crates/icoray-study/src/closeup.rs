@@ -1,9 +1,9 @@
 //! Close-up views for the paper's Figures 8 and 9.
 
-use crate::methods::Method;
 use crate::results::say;
 use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory};
 use icoray::{Camera, Error, ErrorKind, Renderer, Result};
+use icoray_reference::methods::Method;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -75,4 +75,10 @@ fn camera(scene: &StudyScene) -> Result<Camera> {
     };
     Camera::look_at(eye, target, [0.0, 0.0, 1.0], fov)
         .ok_or_else(|| Error::new(ErrorKind::Scene, "the close-up's camera is not one"))
+}
+
+/// Parses a step of the command line, in planet radii.
+pub(crate) fn parse_step(text: &str) -> std::result::Result<f64, String> {
+    let step = text.parse().ok().filter(|s| (1e-6..=1.0).contains(s));
+    step.ok_or_else(|| "expected a number of planet radii from 1e-6 to 1".to_owned())
 }

@@ -2,13 +2,14 @@
 //! default method and the oracle, with amplified differences from the oracle, at equal step and at equal time.
 
 use crate::closeup::{AtStep, METHODS, View};
-use crate::compare::Comparison;
-use crate::methods::{Job, Method, Picture};
 use crate::montage::{Montage, Tile, amplified};
-use crate::oracle;
 use crate::results::{Table, number, progress, say};
 use crate::scenes::{PreparedDataset, StudyScene};
 use icoray::{Renderer, Result};
+use icoray_reference::comparison::Comparison;
+use icoray_reference::job::Job;
+use icoray_reference::methods::{Method, Picture};
+use icoray_reference::oracle;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -19,7 +20,7 @@ pub struct Options {
     #[arg(long, value_delimiter = ',', default_values_t = ["low_thin".to_owned(), "jw_vorticity".to_owned()])]
     pub scenes: Vec<String>,
     /// The equal step in planet radii.
-    #[arg(long, default_value_t = 1e-3, value_parser = crate::methods::parse_step)]
+    #[arg(long, default_value_t = 1e-3, value_parser = crate::closeup::parse_step)]
     pub step: f64,
     /// Factor on differences.
     #[arg(long, default_value_t = 20.0)]

@@ -2,12 +2,13 @@
 //! value coordinates, in the views of Figure 8.
 
 use crate::closeup::{METHODS, View};
-use crate::compare::median;
-use crate::methods::{Job, Method};
 use crate::plot::{Chart, Line};
 use crate::results::{Table, progress, say};
 use crate::scenes::StudyScene;
 use icoray::{Renderer, Result};
+use icoray_reference::comparison::median;
+use icoray_reference::job::Job;
+use icoray_reference::methods::Method;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -18,7 +19,7 @@ pub struct Options {
     #[arg(long, value_delimiter = ',', default_values_t = ["high_lobes".to_owned(), "jw_vorticity".to_owned()])]
     pub scenes: Vec<String>,
     /// Steps in planet radii, with commas between.
-    #[arg(long, value_delimiter = ',', default_values_t = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4], value_parser = crate::methods::parse_step)]
+    #[arg(long, value_delimiter = ',', default_values_t = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4], value_parser = crate::closeup::parse_step)]
     pub steps: Vec<f64>,
     /// Size, threads and repeats.
     #[command(flatten)]

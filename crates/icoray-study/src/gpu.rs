@@ -6,11 +6,11 @@
 
 use crate::results::{Table, make_directory, progress, say, write_file};
 use crate::scenes::multi_scale;
-use crate::sphere::{self, Sphere};
 use benchmark::{Benchmark, Row, Setting};
 use icoray::device::Device;
 use icoray::{Error, ErrorKind, Field, Location, Renderer, Result, Shape};
 use icoray_gpu::Gpu;
+use icoray_reference::sphere::{self, Sphere};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;

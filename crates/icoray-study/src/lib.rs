@@ -1,22 +1,16 @@
-//! The studies of the program `icoray-study NAME`: errors, run times and comparisons of icoray.
-//!
-//! [`mod@oracle`] renders a scene to ten digits, [`methods`] are the methods that the paper compares with, and
-//! [`stability::truth`] is the exact integral in double-double.
+//! The studies of the program `icoray-study NAME`: errors, run times and comparisons of icoray with the references of
+//! [`icoray_reference`].
 
 mod closeup;
-mod compare;
 mod error;
-pub mod fig6;
+mod fig6;
 mod fig8;
 mod fig9;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod gradients;
-mod job;
 mod live;
-pub mod methods;
 mod montage;
-pub mod oracle;
 mod orders;
 mod peak;
 mod plan;
@@ -25,10 +19,8 @@ mod ranks;
 mod renumber;
 mod results;
 mod scenes;
-mod shading;
 mod speed;
-pub mod sphere;
-pub mod stability;
+mod stability;
 mod vtk;
 
 use std::io::Write;

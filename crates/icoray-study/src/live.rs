@@ -6,10 +6,10 @@
 use crate::results::{progress, replace_section, say};
 use crate::scenes::multi_scale::HEADLIGHT;
 use crate::speed::{self, Size};
-use crate::sphere::Sphere;
 use client::Client;
 use icoray::{Error, ErrorKind, Renderer, Result, Scene};
 use icoray_live::{Description, LiveView, NamedScene, Options as LiveOptions, PictureSize, Request};
+use icoray_reference::sphere::Sphere;
 use std::io::Write;
 use std::path::PathBuf;
 use std::thread;

@@ -1,13 +1,13 @@
 //! Orders of convergence, in the sense of Etiene et al. 2014 (doi:10.1109/TVCG.2013.90): the power of two by which the
 //! error falls when a step is halved or the mesh bisected. An error in a formula or in its code shows as a lost order.
 
-use crate::compare::Comparison;
-use crate::methods::Method;
-use crate::oracle;
 use crate::results::{progress, say};
-use crate::sphere::Sphere;
 use glam::DVec3;
 use icoray::{Precision, Renderer, Result, Scene};
+use icoray_reference::comparison::Comparison;
+use icoray_reference::methods::Method;
+use icoray_reference::oracle;
+use icoray_reference::sphere::Sphere;
 use std::io::Write;
 
 /// What to measure.
@@ -23,7 +23,7 @@ pub struct Options {
     #[arg(long, default_value_t = 48)]
     pub size: u32,
     /// The first step, planet radii.
-    #[arg(long, default_value_t = 0.04, value_parser = crate::methods::parse_step)]
+    #[arg(long, default_value_t = 0.04, value_parser = crate::closeup::parse_step)]
     pub step: f64,
     /// How often it is halved.
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=12))]

@@ -5,10 +5,11 @@
 
 use crate::results::{Table, number, progress, say};
 use crate::scenes::multi_scale;
-use crate::sphere::{self, Sphere};
 use icoray::ranks::local_nodes;
 use icoray::{Decomposition, Error, ErrorKind, FrameReport, Grid, Ranks, Rendered, Renderer, Result, Scene};
+use icoray_reference::sphere::{self, Sphere};
 use partition::MeshPart;
+pub use partition::Sharing;
 use rayon::prelude::*;
 use sequential::SequentialRank;
 use std::io::Write;
@@ -46,19 +47,6 @@ pub struct Options {
     /// Directory of ranks.csv.
     #[arg(long, default_value = "out/ranks")]
     pub out: PathBuf,
-}
-
-/// How a picture is shared out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Sharing {
-    /// By tiles, of data that all ranks have.
-    Tiles,
-    /// By data: compact patches of cells.
-    Patches,
-    /// By data: stretches of the cells in the order of the mesh.
-    Rows,
-    /// By data: each cell anywhere.
-    Random,
 }
 
 const COLUMNS: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,fragments_per_rank,\

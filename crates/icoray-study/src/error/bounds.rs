@@ -43,8 +43,8 @@ pub fn bounds_report(scene: &str, lit: bool, runs: &[Measured]) -> (bool, String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::{BoundCheck, Comparison};
     use crate::error::sweep::ladders;
+    use icoray_reference::comparison::{BoundCheck, Comparison};
 
     fn measured(rung: usize, max: f64, violations: usize) -> Measured {
         let bound = BoundCheck { max: 1.0, median: 1.0, violations, worst: 1.5, ratio: None };

@@ -1,10 +1,11 @@
 //! Runs all methods on one scene, in rounds, and compares them with the oracle.
 
 use super::sweep::Run;
-use crate::compare::{BoundCheck, Comparison, median};
-use crate::methods::{Job, Method, Picture};
 use icoray::{Renderer, Result, Scene};
 use icoray_progress::Bar;
+use icoray_reference::comparison::{BoundCheck, Comparison, median};
+use icoray_reference::job::Job;
+use icoray_reference::methods::{Method, Picture};
 use std::time::Instant;
 
 /// Time and error of a run.

@@ -1,7 +1,7 @@
 //! Which methods run, over which parameters.
 
-use crate::methods::Method;
 use icoray::Precision;
+use icoray_reference::methods::Method;
 
 /// The default method's name in tables and plots.
 pub const EXACT: &str = "exact";

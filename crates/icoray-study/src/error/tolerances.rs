@@ -1,11 +1,12 @@
 //! What a tolerance costs and gives: seconds, frusta, true and reported errors of the kinds of scenes.
 
-use crate::compare::{BoundCheck, Comparison, median};
-use crate::oracle::{Data, Oracle, PANEL};
 use crate::results::{replace_section, say};
-use crate::sphere::{Sphere, multi_scale};
 use glam::DVec3;
 use icoray::{Field, Fields, Layers, Location, Precision, Renderer, Result, Scene, Shape};
+use icoray_reference::comparison::{BoundCheck, Comparison, median};
+use icoray_reference::oracle::{Data, Oracle, PANEL};
+use icoray_reference::ray::Ray;
+use icoray_reference::sphere::{Sphere, multi_scale};
 use rayon::prelude::*;
 use std::fmt::Write as _;
 use std::io::Write;
@@ -82,10 +83,7 @@ fn table(renderer: &Renderer, all: &Renderer, [width, height]: [u32; 2]) -> Resu
         ))?;
         let data = Data { grid: &grid, layers: &layers, heights: &[], fields: &named };
         let oracle = Oracle::new(&scene, data, PANEL)?;
-        let pixel = |i: u32| {
-            let dir = crate::shading::pixel_direction(&scene, i);
-            oracle.pixel(DVec3::from_array(scene.camera.eye()), dir).unwrap_or([f64::NAN; 4])
-        };
+        let pixel = |i: u32| oracle.pixel(&Ray::of_pixel(&scene, i)).unwrap_or([f64::NAN; 4]);
         let truth: Vec<[f64; 4]> = all.run(|| (0..width * height).into_par_iter().map(pixel).collect());
         for digits in 1..=7 {
             scene.tolerance = 10f64.powi(-digits);

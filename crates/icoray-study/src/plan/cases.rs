@@ -1,9 +1,9 @@
 //! Scenes of all kinds: dense and clear, lit, clouds with nothing between, nothing transparent.
 
 use crate::scenes::multi_scale::{self, HEADLIGHT, TRANSFERS};
-use crate::sphere;
 use glam::DVec3;
 use icoray::{Error, ErrorKind, Result, Scene};
+use icoray_reference::sphere;
 
 /// A field and its scene.
 #[derive(Debug)]

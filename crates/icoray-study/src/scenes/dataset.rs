@@ -1,10 +1,10 @@
 //! Grids with fields, synthetic or from files.
 
-use crate::fig6;
-use crate::methods::Job;
-use crate::sphere::{Sphere, multi_scale};
 use icoray::{CenterField, Field, Grid, Layers, Location, Renderer, Result, Scene};
 use icoray_dataset::OwnedField;
+use icoray_reference::job::Job;
+use icoray_reference::radial;
+use icoray_reference::sphere::{Sphere, multi_scale};
 use std::path::{Path, PathBuf};
 
 /// The file that the real fields are read from, and the record of day 9.
@@ -44,7 +44,7 @@ impl Dataset {
             Sphere::new(level, layers, ends, f).map(|sphere| Some(LoadedDataset::Synthetic(sphere)))
         };
         match self {
-            Dataset::Radial => synthetic(5, 61, [fig6::INNER, fig6::OUTER], |p| p.length()),
+            Dataset::Radial => synthetic(5, 61, [radial::INNER, radial::OUTER], |p| p.length()),
             Dataset::MultiScaleLow => synthetic(5, 61, [1.0, 1.15], multi_scale),
             Dataset::MultiScaleHigh => synthetic(8, 99, [1.0, 1.15], multi_scale),
             Dataset::Stiff => synthetic(4, 20, [1.0, 1.15], multi_scale),

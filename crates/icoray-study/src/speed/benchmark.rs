@@ -6,8 +6,8 @@ use super::options::{Light, Options, Size, Terrain};
 use super::setup::Setup;
 use crate::peak::PeakMemory;
 use crate::results::io_error;
-use crate::sphere::Sphere;
 use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, Result, Savings, Scene, Shape};
+use icoray_reference::sphere::Sphere;
 use std::time::Instant;
 
 /// Seconds and reports of frames.

@@ -1,9 +1,8 @@
 //! Results as a Markdown page and as CSV.
 
-use super::cases::GROUPS;
-use super::measure::{RUNS, Row, Run};
 use crate::results::{Table, number};
 use icoray::Result;
+use icoray_reference::stability::{GROUPS, RUNS, Row, Run};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

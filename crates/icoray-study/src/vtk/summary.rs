@@ -135,8 +135,8 @@ fn fits(name: &str, line: &Line, options: &Options) -> String {
 mod tests {
     use super::super::row::Seconds;
     use super::*;
-    use crate::compare::Comparison;
     use clap::Parser;
+    use icoray_reference::comparison::Comparison;
 
     #[derive(Parser)]
     struct Asked {
