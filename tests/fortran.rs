@@ -3,7 +3,8 @@
 use icoray_test_support::{Need, has_tool, runs_long};
 use icoray_tests::interface::Interface;
 use icoray_tests::layout::{LAYOUT, rust_layout};
-use icoray_tests::native::{checked, command, library, root, succeeded, text};
+use icoray_tests::native::{checked, command, library, linked, root, succeeded, text};
+use icoray_tests::pictures::count_colors;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -44,10 +45,8 @@ fn gfortran(directory: &Path, options: &[&str]) -> Command {
 /// Compiles the module and a program that uses it.
 fn compile(sources: &[PathBuf], options: &[&str], directory: &Path) -> PathBuf {
     let program = directory.join("program");
-    let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-    rpath.push(library().parent().unwrap());
     let mut command = gfortran(directory, options);
-    command.arg(module()).args(sources).arg(library()).arg(rpath).arg("-o").arg(&program);
+    command.arg(module()).args(sources).args(linked(library())).arg("-o").arg(&program);
     succeeded(&mut command);
     program
 }
@@ -251,7 +250,7 @@ fn pictures_depend_on_values_and_nothing_else() {
         for (path, other) in &members[1..] {
             assert!(picture == other, "{} and {} differ", first.display(), path.display());
         }
-        let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
+        let colors = count_colors(picture);
         assert!(colors > 50 || group == "coarse", "{group}: {colors} colours");
         for (other, others) in groups.iter().filter(|(other, _)| *other != group) {
             assert!(*picture != others[0].1, "{group} and {other} are the same");

@@ -1,6 +1,7 @@
 //! Pictures of meshes with holes against brute force over all triangles in double-double, and a real ocean without
 //! land.
 
+use glam::DVec3;
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Stretch, Traversal};
 use icoray_reference::comparison::pixel_error;
 use icoray_reference::ray::Ray;

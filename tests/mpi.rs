@@ -1,7 +1,8 @@
 //! Several ranks under mpirun: C and Fortran programs against the library that was built with MPI.
 
 use icoray_test_support::{Need, has_tool};
-use icoray_tests::native::{checked, command, library, mpi_library, root, succeeded, text, with_small_disk};
+use icoray_tests::native::{checked, command, library, linked, mpi_library, root, succeeded, text, with_small_disk};
+use icoray_tests::pictures::column;
 use icoray_tests::ranks::{FIRST, MPICH, Mpi};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,17 +17,6 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     // Of a directory in it only the name.
     let read = |path: &Path| if path.is_dir() { Vec::new() } else { std::fs::read(path).unwrap() };
     kept.map(|(name, path)| (name, read(&path))).collect()
-}
-
-/// How many ranks each line of a report says, and whether any says that bytes were received.
-fn reported(directory: &Path) -> (Vec<String>, bool) {
-    let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
-    let rows: Vec<Vec<&str>> = report.lines().map(|line| line.split(',').collect()).collect();
-    let column = |name: &str| {
-        let at = rows[0].iter().position(|head| *head == name).unwrap();
-        rows[1..].iter().map(move |row| row[at].to_owned()).collect::<Vec<_>>()
-    };
-    (column("ranks"), column("bytes_received").iter().any(|bytes| bytes != "0"))
 }
 
 /// A program of `tests/c` with an MPI, and the directory of its pictures.
@@ -115,9 +105,9 @@ fn pictures(mpi: &Mpi, sizes: &[usize]) {
         let is_coarsest = |note: &String| !note.contains("short: ") || note.contains("one of 32 ");
         let is_same = alone.iter().chain(&notes).all(is_coarsest);
         let is_left_out = |name: &str| name.starts_with("short") && !is_same;
-        let (reported, is_received) = reported(&to);
-        assert!(reported.len() >= 6 && reported.iter().all(|said| *said == ranks.to_string()), "{reported:?}");
-        assert_eq!(is_received, ranks > 1);
+        let [reported, received] = ["ranks", "bytes_received"].map(|name| column(&to.join("report.csv"), name));
+        assert!(reported.len() >= 6 && reported.iter().all(|count| *count == ranks.to_string()), "{reported:?}");
+        assert_eq!(received.iter().any(|bytes| bytes != "0"), ranks > 1);
         let several = files(&to);
         assert_eq!(several.keys().collect::<Vec<_>>(), one.keys().collect::<Vec<_>>());
         for (name, bytes) in &one {
@@ -331,17 +321,12 @@ fn a_context_of_one_process_among_ranks_is_pointed_out() {
 /// With `mpi_f08` and with the integers of `mpi`: the world's ranks, and a part of them.
 #[test]
 fn fortran_hands_its_communicators_over() {
-    if !FIRST.is_there() || !has_tool(Need::Fortran, "mpifort") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = directory.path().join("mpi_model");
-    let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-    rpath.push(mpi_library().parent().unwrap());
     let mut compile = command("mpifort", directory.path());
     compile.args(["-std=f2018", "-Wall", "-Wextra", "-Werror", "-J"]).arg(directory.path());
     compile.arg(root().join("include/icoray.f90")).arg(root().join("tests/fortran/mpi_model.f90"));
-    succeeded(compile.arg(mpi_library()).arg(rpath).arg("-o").arg(&program));
+    succeeded(compile.args(linked(mpi_library())).arg("-o").arg(&program));
     for ranks in [1, 2, 3] {
         let to = directory.path().join(ranks.to_string());
         let output = succeeded(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to));

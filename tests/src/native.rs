@@ -2,7 +2,7 @@
 
 use crate::programs::Program;
 use icoray_test_support::{Need, runs, skip};
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
@@ -94,6 +94,16 @@ pub fn compile(compiler: &str, options: &[&str], sources: &[&str]) -> PathBuf {
 /// When it does not compile.
 pub fn compile_c(sources: &[&str]) -> PathBuf {
     compile("cc", &["-std=c99"], sources)
+}
+
+/// Arguments with which a compiler links a shared library, and programs find it where it is.
+///
+/// # Panics
+/// When the path has no directory.
+pub fn linked(library: &Path) -> [OsString; 2] {
+    let mut rpath = OsString::from("-Wl,-rpath,");
+    rpath.push(library.parent().unwrap());
+    [library.into(), rpath]
 }
 
 /// A command in `directory`, without the search path that Cargo gives to tests: it would come before the program's
