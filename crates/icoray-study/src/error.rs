@@ -1,28 +1,27 @@
 //! Error against run time: every method over its tolerances or steps, on every scene, against the oracle.
 //!
 //! All methods of a scene run in turn, and all again for each repeat. Steps, tolerances and scenes are fixed here, so
-//! that one command makes the table, the plots and the verdict on whether the default method's curve is the lowest.
+//! that one command makes the table, the plots and the verdict on whether the default method is the fastest.
 
-mod bounds;
+mod findings;
 mod measure;
 mod random;
 mod sweep;
 mod table;
 mod tolerances;
-mod verdict;
 
 use crate::montage::frame;
 use crate::plot::{Chart, Line};
 use crate::results::{Table, progress, say, write_file};
 use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory};
+use findings::Finding;
 use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
 use icoray_reference::oracle;
-use measure::{Effort, Measured};
+use measure::{Effort, MEASURES, Measured};
 use std::io::Write;
 use std::path::PathBuf;
-use verdict::Point;
 
 /// What to measure.
 #[derive(Debug, Clone, clap::Args)]
@@ -118,19 +117,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         all_threads: &all_threads,
         table,
         bar: progress(0, ""),
-        scenes: scenes.len(),
-        begun: 0,
-        verdicts: String::new(),
-        bounds: String::new(),
-        lower: (0, 0),
-        bounds_hold: (0, 0),
+        fastest: Vec::new(),
+        reported_errors: Vec::new(),
     };
     for group in scenes.chunk_by(|a, b| a.dataset == b.dataset) {
         match group[0].dataset.load(options.quick, &data)? {
             Some(dataset) => dataset
                 .with(&all_threads, |prepared| group.iter().try_for_each(|scene| study.scene(prepared, scene)))?,
             None => {
-                study.begun += group.len();
                 let names: Vec<&str> = group.iter().map(|s| s.name.as_str()).collect();
                 say!(study.out, "{} skipped: no file in {}", names.join(", "), data.display())?;
             }
@@ -147,20 +141,15 @@ struct Study<'a> {
     all_threads: &'a Renderer,
     table: Table,
     bar: Bar,
-    scenes: usize,
-    begun: usize,
-    verdicts: String,
-    bounds: String,
-    lower: (usize, usize),
-    bounds_hold: (usize, usize),
+    fastest: Vec<Finding>,
+    reported_errors: Vec<Finding>,
 }
 
 impl Study<'_> {
     fn scene(&mut self, prepared: &PreparedDataset, scene: &StudyScene) -> Result<()> {
         let job = prepared.job(&scene.scene);
         let lit = scene.scene.lighting.is_some();
-        self.begun += 1;
-        self.bar.set_prefix(format!("{} ({} of {})", scene.name, self.begun, self.scenes));
+        self.bar.set_prefix(scene.name.clone());
         self.bar.set_message("oracle");
         let truth = oracle::picture(&job, self.all_threads)?;
         self.picture(scene, &truth)?;
@@ -176,7 +165,8 @@ impl Study<'_> {
             self.bar.suspend(|| say!(self.out, "{line}"))?;
         }
         self.charts(scene, &measured)?;
-        self.judge(&scene.name, lit, &measured);
+        self.fastest.extend(findings::fastest(&scene.name, &measured));
+        self.reported_errors.push(findings::reported_errors(&scene.name, lit, &measured));
         // After each scene, so that an interrupted study has results.
         self.write_verdict()
     }
@@ -207,29 +197,17 @@ impl Study<'_> {
         Ok(())
     }
 
-    fn judge(&mut self, scene: &str, lit: bool, measured: &[Measured]) {
-        for (_, title, error) in MEASURES {
-            let point = |m: &Measured| Point { label: m.run.label(), seconds: m.median_s(), error: error(m) };
-            let of = |wanted: fn(&Measured) -> bool| -> Vec<Point> {
-                measured.iter().filter(|m| wanted(m)).map(point).collect()
-            };
-            let curve = of(|m| m.run.series == sweep::EXACT);
-            let others = of(|m| m.run.series != sweep::EXACT && m.run.series != sweep::EXACT_F64);
-            let (lower, text) = verdict::verdict_report(scene, title, &curve, &others);
-            self.verdicts += &text;
-            self.lower = (self.lower.0 + usize::from(lower), self.lower.1 + 1);
-        }
-        let (bounds_hold, text) = bounds::bounds_report(scene, lit, measured);
-        self.bounds += &text;
-        self.bounds_hold = (self.bounds_hold.0 + usize::from(bounds_hold), self.bounds_hold.1 + 1);
-    }
-
     fn verdict(&self) -> String {
+        let sum = |findings: &[Finding]| {
+            let texts: String = findings.iter().map(|finding| finding.text.as_str()).collect();
+            let holds = findings.iter().filter(|finding| finding.holds).count();
+            format!("On {holds} of {}.\n\n{texts}", findings.len())
+        };
         format!(
-            "Is the curve of error against time of \"exact\" lower or equal at every point of every other method?\n\
-             Yes on {} of {} curves.\n\n{}\n\
-             Is no pixel farther off than \"exact\" says?\nOn {} of {} scenes, at every tolerance.\n\n{}\n{NOTE}",
-            self.lower.0, self.lower.1, self.verdicts, self.bounds_hold.0, self.bounds_hold.1, self.bounds
+            "Is a run of \"exact\" neither slower nor worse than each run of the other methods, by scene and measure of \
+             error?\n{}\nIs each error of a pixel at most the one that \"exact\" reports, by scene?\n{}\n{NOTE}",
+            sum(&self.fastest),
+            sum(&self.reported_errors)
         )
     }
 
@@ -254,18 +232,8 @@ fn threads(renderer: &Renderer) -> String {
     }
 }
 
-/// A measure of error.
-type Measure = fn(&Measured) -> f64;
-
-/// File name, words and number of each measure of error.
-const MEASURES: [(&str, &str, Measure); 2] = [
-    ("rmse", "RMSE against the oracle", |m| m.distance.rmse),
-    ("max", "largest error against the oracle", |m| m.distance.max),
-];
-
 const NOTE: &str = "\
 The oracle integrates the wedge interpolant. \"tetrahedra\", \"mean value\" and \"constant\" interpolate otherwise between\n\
 the same values, so that their distance from it does not go to zero with the step; that difference says nothing of\n\
 which interpolant is nearer to the field. Seconds are those in the rays, without set-up such as gradients and tables.\n\
-In single precision and under light the error of \"exact\" is told as an estimate; unlit in double precision it is a\n\
-bound.\n";
+In single precision and under light \"exact\" reports an estimate of its error; unlit in double precision a bound.\n";

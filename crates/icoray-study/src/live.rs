@@ -9,7 +9,7 @@ use crate::speed::{self, Size};
 use client::Client;
 use icoray::{Error, ErrorKind, Renderer, Result, Scene};
 use icoray_live::{Description, LiveView, NamedScene, Options as LiveOptions, PictureSize, Request};
-use icoray_reference::sphere::Sphere;
+use icoray_reference::sphere::{Sphere, multi_scale};
 use std::io::Write;
 use std::path::PathBuf;
 use std::thread;
@@ -68,7 +68,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         renderer.threads()
     );
     for size in &options.sizes {
-        let sphere = Sphere::multi_scale(size.level, size.layers, [1.0, 1.15])?;
+        let sphere = Sphere::new(size.level, size.layers, [1.0, 1.15], multi_scale)?;
         for (name, light) in [("unlit", ""), ("lit", HEADLIGHT)] {
             let seen = watched(&sphere, options, light)?;
             let of = |part: f64| 1e3 * seen.waits_s[(part * (seen.waits_s.len() - 1) as f64) as usize];

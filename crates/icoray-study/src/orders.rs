@@ -32,17 +32,11 @@ pub struct Options {
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=9))]
     pub levels: u32,
     /// Values along a side of pre-integrated tables.
-    #[arg(long, default_value_t = 1024, value_parser = table)]
-    pub table: usize,
+    #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(4..=8192))]
+    pub table: u32,
     /// Threads; 0 is all.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-}
-
-/// Values along a side of a table from the command line.
-fn table(text: &str) -> std::result::Result<usize, String> {
-    let side = text.parse().ok().filter(|s| (4..=8192).contains(s));
-    side.ok_or_else(|| "expected a whole number from 4 to 8192".to_owned())
 }
 
 /// How smooth a transfer function is over the field's range.
@@ -144,7 +138,7 @@ pub fn in_step(options: &Options, kind: Kind) -> Result<Vec<Series>> {
             let from_oracle = own.as_ref().map(|own| Comparison::new(own, &truth).rmse);
             Ok(Series { method, kind, sizes: sizes.clone(), rmse: errors, from_oracle })
         };
-        stepped(options.table).into_iter().map(of).collect()
+        stepped(options.table as usize).into_iter().map(of).collect()
     })
 }
 
@@ -220,16 +214,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
 mod tests {
     use super::*;
 
-    #[derive(clap::Parser)]
-    struct Line {
-        #[command(flatten)]
-        options: Options,
-    }
-
-    fn small() -> Options {
-        let words = "orders --level 2 --layers 5 --size 24 --halvings 3 --levels 4 --table 512";
-        <Line as clap::Parser>::parse_from(words.split(' ')).options
-    }
+    const SMALL: Options =
+        Options { level: 2, layers: 5, size: 24, step: 0.04, halvings: 3, levels: 4, table: 512, threads: 0 };
 
     /// The least and greatest order of the series.
     fn range(series: &Series) -> [f64; 2] {
@@ -240,7 +226,7 @@ mod tests {
     #[test]
     fn no_order_in_the_step_is_lost() {
         for (kind, second) in [(Kind::Smooth, 2.0), (Kind::Kinks, 2.0), (Kind::Steps, 1.0)] {
-            for series in in_step(&small(), kind).unwrap() {
+            for series in in_step(&SMALL, kind).unwrap() {
                 let expected =
                     if ["constant", "pre-integrated, unattenuated"].contains(&series.method) { 1.0 } else { second };
                 let [low, high] = range(&series);
@@ -253,7 +239,7 @@ mod tests {
 
     #[test]
     fn no_order_in_the_mesh_is_lost() {
-        for series in in_mesh(&small(), Kind::Smooth).unwrap() {
+        for series in in_mesh(&SMALL, Kind::Smooth).unwrap() {
             let expected = if series.method == "constant" { 1.0 } else { 2.0 };
             let last = *series.orders().last().unwrap();
             println!("{}: {:?}", series.method, series.orders());

@@ -34,6 +34,12 @@ impl Measured {
     }
 }
 
+/// File name, words and number of each measure of error.
+pub const MEASURES: [(&str, &str, fn(&Measured) -> f64); 2] = [
+    ("rmse", "RMSE against the oracle", |m| m.distance.rmse),
+    ("max", "largest error against the oracle", |m| m.distance.max),
+];
+
 /// Limits of repeats and times.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {

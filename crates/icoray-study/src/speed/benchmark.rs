@@ -2,12 +2,12 @@
 
 use super::case::{Case, Setting};
 use super::cost;
-use super::options::{Light, Options, Size, Terrain};
+use super::options::{Light, Options, Size};
 use super::setup::Setup;
 use crate::peak::PeakMemory;
 use crate::results::io_error;
 use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, Result, Savings, Scene, Shape};
-use icoray_reference::sphere::Sphere;
+use icoray_reference::sphere::{Sphere, multi_scale};
 use std::time::Instant;
 
 /// Seconds and reports of frames.
@@ -79,13 +79,13 @@ impl<'o> Benchmark<'o> {
     pub fn new(size: Size, options: &'o Options) -> Result<Self> {
         let max = options.threads.iter().copied().max().unwrap_or(0);
         let reader = Renderer::new(max)?.with_savings(Savings { empty_space: false, ..Savings::ALL });
-        let sphere = reader.run(|| Sphere::multi_scale(size.level, size.layers, [1.0, 1.15]))?;
+        let sphere = reader.run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], multi_scale))?;
         let renderers = options.renderers()?;
         let times = if options.bare { 1 } else { options.frames };
         let setup = Setup::of(size.level, &sphere.mesh, &renderers, times)?;
         let walkers = options.renderers()?.into_iter().map(Renderer::without_integrals).collect();
         let memory = Vec::new();
-        let heights = if options.heights == Terrain::Native { sphere.terrain() } else { Vec::new() };
+        let heights = if options.is_native() { sphere.terrain() } else { Vec::new() };
         let mut benchmark = Benchmark { options, size, sphere, heights, setup, renderers, walkers, reader, memory };
         if !options.bare {
             let of = |light: &Light| Ok((*light, benchmark.memory_of(*light)?));
@@ -149,7 +149,7 @@ impl<'o> Benchmark<'o> {
         let field = self.sphere.field()?;
         let start = Instant::now();
         let mut fields = Fields::from(&field);
-        if let Terrain::Native = self.options.heights {
+        if self.options.is_native() {
             fields = fields.with_heights(self.heights()?);
         }
         let frame = renderer.render(scene, grid, &self.sphere.layers, fields)?;

@@ -96,7 +96,7 @@ impl Tool {
         command.args(["speed", "--bare", "--pixels", "192", "--threads", "1", "--sizes", &size]);
         command.args(["--transfers", setting.case.name, "--lights", &light, "--tolerance", &tolerance]);
         command.args(["--method", &options.method, "--precision", &options.precision, "--frames", &frames]);
-        command.args(["--heights", &options.heights.to_string()]);
+        command.args(["--heights", &options.heights]);
         let output = command.output();
         let failed = |what: String| Error::new(ErrorKind::Io, format!("{command:?}: {what}"));
         let Output { stdout, stderr, status } = output.map_err(|e| failed(e.to_string()))?;

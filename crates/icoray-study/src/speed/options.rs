@@ -36,9 +36,9 @@ pub struct Options {
     /// Precision: f32 or f64.
     #[arg(long, default_value = "f32")]
     pub precision: String,
-    /// Where layers lie: at mean heights, or at native ones over mountains.
-    #[arg(long, value_enum, default_value_t = Terrain::Mean)]
-    pub heights: Terrain,
+    /// The layers' heights: mean, or native over mountains.
+    #[arg(long, default_value = "mean")]
+    pub heights: String,
     /// Bisections of grids whose tables are checked beside those that are drawn.
     #[arg(long, value_delimiter = ',')]
     pub tables: Vec<u32>,
@@ -101,23 +101,12 @@ impl Options {
         self.pixels.unwrap_or(if self.quick { 128 } else { 512 })
     }
 
+    pub(super) fn is_native(&self) -> bool {
+        self.heights == "native"
+    }
+
     pub(super) fn renderers(&self) -> Result<Vec<Renderer>> {
         self.threads.iter().map(|threads| Renderer::new(*threads)).collect()
-    }
-}
-
-/// Where layers lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Terrain {
-    /// At one radius each.
-    Mean,
-    /// At heights of their own over each cell.
-    Native,
-}
-
-impl std::fmt::Display for Terrain {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(if *self == Terrain::Native { "native" } else { "mean" })
     }
 }
 
