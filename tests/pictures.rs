@@ -82,7 +82,7 @@ fn the_radial_field_converges_to_its_ground_truth() {
             let radial = Radial { level, layers: 61, size: 64, steps: 1500, method, is_lit };
             let compared = radial.compare().unwrap();
             assert!(covered(&compared.frame) > 0.5);
-            compared.distance.rmse
+            compared.rmse
         });
         println!("{method:?}, lit {is_lit}: {rmse:?}");
         assert!(rmse[2] < 1.6e-3, "{method:?}, lit {is_lit}: {rmse:?}");

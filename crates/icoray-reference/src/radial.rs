@@ -18,17 +18,6 @@ pub const INNER: f64 = 1.0;
 /// Radius of the outermost layer.
 pub const OUTER: f64 = 1.15;
 
-/// Error of a picture against the ground truth.
-#[derive(Debug, Clone, Copy)]
-pub struct Distance {
-    /// Root-mean-square difference over all channels.
-    pub rmse: f64,
-    /// Largest difference of a channel.
-    pub max: f64,
-    /// The same without rays between the core's sphere and its flat triangles, which hit the core in one picture only.
-    pub max_off_limb: f64,
-}
-
 /// The scene, in pictures of `size` × `size` pixels; `lit` by a sun.
 ///
 /// # Errors
@@ -92,19 +81,6 @@ fn ground_truth(scene: &Scene, steps: usize, like: &Frame) -> Frame {
     Frame { pixels, ..like.clone() }
 }
 
-fn distance(case: &Radial, scene: &Scene, a: &Frame, b: &Frame) -> Distance {
-    // Neighbouring cells are up to 1.2 times the mean of 63.4°/2ⁿ apart, and flat triangles h²/6 inside the sphere.
-    let spacing = 1.2 * 1.107 / f64::from(1u32 << case.level);
-    let inside = spacing * spacing / 6.0;
-    let off_limb = |(i, _): &(u32, f64)| {
-        let ray = Ray::of_pixel(scene, *i);
-        !(INNER - inside..=INNER).contains(&ray.eye.cross(ray.dir).length())
-    };
-    let Comparison { rmse, max, pixel_errors } = Comparison::new(&a.pixels, &b.pixels);
-    let max_off_limb = (0..).zip(pixel_errors).filter(off_limb).fold(0.0, |max: f64, (_, d)| max.max(d));
-    Distance { rmse, max, max_off_limb }
-}
-
 /// The mesh and picture of a comparison.
 #[derive(Debug, Clone, Copy)]
 pub struct Radial {
@@ -129,8 +105,12 @@ pub struct Compared {
     pub frame: Frame,
     /// The ground truth.
     pub truth: Frame,
-    /// Their difference.
-    pub distance: Distance,
+    /// Root-mean-square difference over all channels.
+    pub rmse: f64,
+    /// Largest difference of a channel.
+    pub max: f64,
+    /// The same without rays between the core's sphere and its flat triangles, which hit the core in one picture only.
+    pub max_off_limb: f64,
 }
 
 impl Radial {
@@ -143,7 +123,16 @@ impl Radial {
         let scene = Scene { method: self.method, ..scene(self.size, self.is_lit)? };
         let frame = Renderer::new(0)?.render(&scene, &sphere.grid()?, &sphere.layers, &sphere.field()?)?;
         let truth = ground_truth(&scene, self.steps, &frame);
-        let distance = distance(self, &scene, &frame, &truth);
-        Ok(Compared { frame, truth, distance })
+        // Neighbouring cells are up to 1.2 times the mean of 63.4°/2ⁿ apart, and flat triangles h²/6 inside the sphere.
+        let spacing = 1.2 * 1.107 / f64::from(1u32 << self.level);
+        let limb = INNER - spacing * spacing / 6.0..=INNER;
+        let Comparison { rmse, max, pixel_errors } = Comparison::new(&frame.pixels, &truth.pixels);
+        let is_off_limb = |i: u32| {
+            let ray = Ray::of_pixel(&scene, i);
+            !limb.contains(&ray.eye.cross(ray.dir).length())
+        };
+        let off_limb = (0..).zip(pixel_errors).filter(|(i, _)| is_off_limb(*i));
+        let max_off_limb = off_limb.map(|(_, error)| error).fold(0.0, f64::max);
+        Ok(Compared { frame, truth, rmse, max, max_off_limb })
     }
 }

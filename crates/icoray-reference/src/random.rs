@@ -2,6 +2,8 @@
 
 mod check;
 mod draw;
+mod scene_text;
 
 pub use check::{Checked, check};
-pub use draw::{KINDS, RandomScene};
+pub use draw::RandomScene;
+pub use scene_text::KINDS;

@@ -1,7 +1,7 @@
 //! Close-up views for the paper's Figures 8 and 9.
 
 use crate::results::say;
-use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory};
+use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory, select};
 use icoray::{Camera, Error, ErrorKind, Renderer, Result};
 use icoray_reference::methods::Method;
 use std::io::Write;
@@ -41,7 +41,7 @@ impl View {
     /// The scenes of these names with close-up cameras.
     pub(crate) fn scenes(&self, names: &[String], width: u32) -> Result<Vec<StudyScene>> {
         let width = self.size.unwrap_or(if self.quick { 32 } else { width });
-        let mut scenes = scenes::select(scenes::all(width)?, names)?;
+        let mut scenes = select(scenes::all(width)?, names, |scene| &scene.name)?;
         for scene in &mut scenes {
             scene.scene.camera = camera(scene)?;
         }
@@ -58,9 +58,9 @@ impl View {
     ) -> Result<()> {
         let data = data_directory(self.data.as_deref());
         for scene in scenes {
-            match scene.dataset.load(self.quick, &data)? {
-                Some(dataset) => dataset.with(renderer, |prepared| draw(scene, prepared, out))?,
-                None => say!(out, "{} skipped: no file in {}", scene.name, data.display())?,
+            let drawn = scene.dataset.with(self.quick, &data, renderer, |prepared| draw(scene, prepared, out))?;
+            if drawn.is_none() {
+                say!(out, "{} skipped: no file in {}", scene.name, data.display())?;
             }
         }
         Ok(())

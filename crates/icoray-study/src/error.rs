@@ -12,8 +12,8 @@ mod tolerances;
 
 use crate::montage::frame;
 use crate::plot::{Chart, Line};
-use crate::results::{Table, progress, say, write_file};
-use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory};
+use crate::results::{Table, progress, say, threads, write_file};
+use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory, select};
 use findings::Finding;
 use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
@@ -80,7 +80,7 @@ impl Options {
         }
         let quick = QUICK_SCENES.map(str::to_owned);
         let names = if self.quick && self.scenes.is_empty() { &quick[..] } else { &self.scenes };
-        let mut scenes = scenes::select(scenes::all(width)?, names)?;
+        let mut scenes = select(scenes::all(width)?, names, |scene| &scene.name)?;
         if self.size.is_none() && !self.quick {
             let large = scenes.iter_mut().filter(|scene| scene.dataset == Dataset::MultiScaleHigh);
             large.for_each(|scene| scene.resize(HIGH_WIDTH));
@@ -107,7 +107,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         out,
         "median of {} repeats on {}; errors are of premultiplied linear channels, 0 to 1\n{}",
         options.repeats,
-        threads(&renderer),
+        threads(renderer.threads()),
         table.heading()
     )?;
     let mut study = Study {
@@ -121,13 +121,12 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         reported_errors: Vec::new(),
     };
     for group in scenes.chunk_by(|a, b| a.dataset == b.dataset) {
-        match group[0].dataset.load(options.quick, &data)? {
-            Some(dataset) => dataset
-                .with(&all_threads, |prepared| group.iter().try_for_each(|scene| study.scene(prepared, scene)))?,
-            None => {
-                let names: Vec<&str> = group.iter().map(|s| s.name.as_str()).collect();
-                say!(study.out, "{} skipped: no file in {}", names.join(", "), data.display())?;
-            }
+        let measured = group[0].dataset.with(options.quick, &data, &all_threads, |prepared| {
+            group.iter().try_for_each(|scene| study.scene(prepared, scene))
+        })?;
+        if measured.is_none() {
+            let names: Vec<&str> = group.iter().map(|s| s.name.as_str()).collect();
+            say!(study.out, "{} skipped: no file in {}", names.join(", "), data.display())?;
         }
     }
     study.finish()
@@ -187,7 +186,7 @@ impl Study<'_> {
             };
             let size = format!("{} × {} pixels", scene.scene.width, scene.scene.height);
             let chart = Chart {
-                title: format!("{}, {size}, {}", scene.name, threads(&self.renderer)),
+                title: format!("{}, {size}, {}", scene.name, threads(self.renderer.threads())),
                 x: "seconds per frame (median)".to_owned(),
                 y: title.to_owned(),
                 lines: sweep::SERIES.iter().enumerate().filter_map(line).collect(),
@@ -221,14 +220,6 @@ impl Study<'_> {
         let verdict = self.verdict();
         say!(self.out, "\n{verdict}")?;
         say!(self.out, "table, plots and verdict in {}", self.options.out.display())
-    }
-}
-
-/// The renderer's threads in words.
-fn threads(renderer: &Renderer) -> String {
-    match renderer.threads() {
-        1 => "one thread".to_owned(),
-        n => format!("{n} threads"),
     }
 }
 

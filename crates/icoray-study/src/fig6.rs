@@ -5,7 +5,7 @@ use crate::montage::amplified;
 use crate::results::{make_directory, progress, say};
 use icoray::output::{Stamp, write_picture};
 use icoray::{Frame, Method, Result};
-use icoray_reference::radial::{Compared, Distance, Radial};
+use icoray_reference::radial::{Compared, Radial};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -47,13 +47,12 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     ] {
         bar.set_message(name);
         let radial = Radial { level, layers, size, steps, method, is_lit };
-        let Compared { mut frame, truth, distance } = radial.compare()?;
+        let Compared { mut frame, truth, rmse, max, max_off_limb } = radial.compare()?;
         frame.stamp = Stamp::default();
         save(format!("fig6_{name}.png"), &frame)?;
         save(format!("fig6_{name}_truth.png"), &truth)?;
         let difference = Frame { pixels: amplified(&frame.pixels, &truth.pixels, 20.0), ..frame.clone() };
         save(format!("fig6_{name}_difference_x20.png"), &difference)?;
-        let Distance { rmse, max, max_off_limb } = distance;
         let seconds = frame.report.timing.render_s;
         bar.suspend(|| {
             say!(

@@ -4,7 +4,7 @@
 //! Peak rates of the device are measured in the same run ([`icoray_gpu::Peaks`]); `cost` counts bytes and operations of
 //! frames.
 
-use crate::results::{Table, make_directory, progress, say, write_file};
+use crate::results::{Table, make_directory, progress, say, threads, write_file};
 use crate::scenes::multi_scale;
 use benchmark::{Benchmark, Row, Setting};
 use icoray::device::Device;
@@ -100,9 +100,9 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let grid = cpu.run(|| sphere.grid())?;
     say!(
         out,
-        "{} cells x {layers} layers, 16 knots, f32; CPU: {} thread(s); mesh and field in {:.1} s",
+        "{} cells x {layers} layers, 16 knots, f32; CPU: {}; mesh and field in {:.1} s",
         grid.cells(),
-        cpu.threads(),
+        threads(cpu.threads()),
         start.elapsed().as_secs_f64()
     )?;
     let mut values = sphere.values.clone();

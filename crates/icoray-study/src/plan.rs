@@ -5,8 +5,9 @@
 
 mod cases;
 
-use crate::results::{Table, progress, say};
-use cases::Case;
+use crate::results::{Table, progress, say, threads};
+use crate::scenes::select;
+use cases::{CASES, Case};
 use icoray::{FrameReport, Grid, Renderer, Result, Savings, Scene};
 use icoray_reference::sphere::Sphere;
 use std::io::Write;
@@ -60,18 +61,22 @@ const WITHOUT: [Switch; 8] = [
 struct Cost {
     /// Minimum seconds of a frame, with preparation.
     seconds: f64,
-    /// Bytes that rays read, and bytes of derived data.
+    /// Bytes that rays read.
     read: u64,
-    made: u64,
+    /// Bytes of derived data.
+    derived: u64,
 }
 
 impl Cost {
-    const UNKNOWN: Self = Cost { seconds: f64::INFINITY, read: 0, made: 0 };
-
-    /// Includes one more frame.
-    fn with(self, report: &FrameReport, is_packed: bool) -> Self {
-        let seconds = self.seconds.min(report.timing.prepare_s + report.timing.render_s);
-        Cost { seconds, read: bytes_read(report, is_packed), made: report.bytes_derived as u64 }
+    /// Of frames with the same data.
+    fn of(reports: &[FrameReport], is_packed: bool) -> Self {
+        let seconds = reports.iter().map(|report| report.timing.prepare_s + report.timing.render_s);
+        let last = &reports[reports.len() - 1];
+        Cost {
+            seconds: seconds.fold(f64::INFINITY, f64::min),
+            read: bytes_read(last, is_packed),
+            derived: last.bytes_derived as u64,
+        }
     }
 }
 
@@ -107,24 +112,24 @@ impl Row<'_> {
         let mut cells = vec![(*scene).to_owned(), (*saving).to_owned()];
         cells.extend([with.seconds, without.seconds].map(|s| format!("{s:.6}")));
         cells.push(format!("{:.2}", self.spared()));
-        cells.extend([with.read, without.read, with.made, without.made].map(|n| n.to_string()));
+        cells.extend([with.read, without.read, with.derived, without.derived].map(|n| n.to_string()));
         cells
     }
 }
 
 /// Renders, prints a line for each scene and saving, and writes them to `plan.csv`.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
-    let cases = cases::named(&options.scenes)?;
+    let cases = select(CASES.into(), &options.scenes, |case| case.name)?;
     let mut csv = Table::create(options.out.join("plan.csv"), Row::HEAD, Row::HEAD)?;
     let renderers = Renderers::new(options.threads)?;
     say!(
         out,
-        "level {} x {} layers, {} x {} pixels, {} thread(s), least of {} frames\n{}",
+        "level {} x {} layers, {} x {} pixels, {}, least of {} frames\n{}",
         options.level,
         options.layers,
         options.size,
         options.size,
-        renderers.all.threads(),
+        threads(renderers.all.threads()),
         options.frames.max(1),
         csv.heading()
     )?;
@@ -169,7 +174,7 @@ impl Renderers {
     ) -> Result<Vec<Row<'r>>> {
         let mut rows: Vec<Row> = Vec::new();
         for (saving, renderer) in &self.without {
-            let (mut with, mut without) = (Cost::UNKNOWN, Cost::UNKNOWN);
+            let (mut with, mut without) = (Vec::new(), Vec::new());
             // The first frames allocate memory.
             for frame in 0..=frames {
                 let field = sphere.field()?;
@@ -181,10 +186,11 @@ impl Renderers {
                 };
                 let reduced = renderer.render(scene, grid, &sphere.layers, &sphere.field()?)?;
                 if frame > 0 {
-                    with = with.with(&all.report, true);
-                    without = without.with(&reduced.report, *saving != "packing");
+                    with.push(all.report);
+                    without.push(reduced.report);
                 }
             }
+            let (with, without) = (Cost::of(&with, true), Cost::of(&without, *saving != "packing"));
             rows.push(Row { scene: case.name, saving, with, without });
         }
         Ok(rows)
@@ -228,11 +234,5 @@ mod tests {
         assert_eq!(spares("dense, lit", "leaps", "bytes_read"), 0.0, "nothing is clear");
         assert_eq!(spares("dense, lit", "packing", "bytes_made"), (4 * 2562 * 12) as f64);
         assert!(rows.iter().all(|row| row[2].parse::<f64>().unwrap() > 0.0));
-    }
-
-    #[test]
-    fn unknown_scenes_are_told() {
-        let error = cases::named(&["thin".into(), "thick".into()]).unwrap_err().to_string();
-        assert!(error.contains("thick") && error.contains("lobes"), "{error}");
     }
 }

@@ -16,7 +16,7 @@ const JW_THETA: &str = include_str!("../../../examples/scenes/jw_theta.toml");
 /// A named scene and its dataset.
 #[derive(Debug, Clone)]
 pub struct StudyScene {
-    /// The name by which it is asked for and stands in tables.
+    /// Its name in options and tables.
     pub name: String,
     pub dataset: Dataset,
     /// Camera, transfer function and light, in the default precision; one ray per pixel, as others draw.
@@ -63,22 +63,23 @@ pub fn all(width: u32) -> Result<Vec<StudyScene>> {
     Ok(scenes)
 }
 
-/// The scenes with the given names, in the order of [`all`]; a name that ends in `*` stands for all that begin so.
+/// Those of `all` with the given names, in the order of `all`, or all without names; a name that ends in `*` stands for
+/// all that begin so.
 ///
 /// # Errors
-/// [`ErrorKind::Argument`] names what there is when a name is unknown.
-pub fn select(scenes: Vec<StudyScene>, names: &[String]) -> Result<Vec<StudyScene>> {
-    let matches = |scene: &StudyScene, name: &str| match name.strip_suffix('*') {
-        Some(start) => scene.name.starts_with(start),
-        None => scene.name == name,
+/// [`ErrorKind::Argument`] lists the names of all when one is unknown.
+pub fn select<T>(all: Vec<T>, names: &[String], name: impl Fn(&T) -> &str) -> Result<Vec<T>> {
+    let matches = |item: &T, wanted: &String| match wanted.strip_suffix('*') {
+        Some(start) => name(item).starts_with(start),
+        None => name(item) == *wanted,
     };
-    if let Some(unknown) = names.iter().find(|name| !scenes.iter().any(|s| matches(s, name))) {
-        let there: Vec<&str> = scenes.iter().map(|s| s.name.as_str()).collect();
-        let context = format!("there is no scene {unknown}; expected of {}", there.join(", "));
+    if let Some(unknown) = names.iter().find(|wanted| !all.iter().any(|item| matches(item, wanted))) {
+        let known: Vec<&str> = all.iter().map(&name).collect();
+        let context = format!("there is no {unknown:?}; expected of {}", known.join(", "));
         return Err(Error::new(ErrorKind::Argument, context));
     }
-    let wanted = |scene: &StudyScene| names.is_empty() || names.iter().any(|name| matches(scene, name));
-    Ok(scenes.into_iter().filter(wanted).collect())
+    let is_wanted = |item: &T| names.is_empty() || names.iter().any(|wanted| matches(item, wanted));
+    Ok(all.into_iter().filter(is_wanted).collect())
 }
 
 #[cfg(test)]
@@ -89,18 +90,18 @@ mod tests {
     fn scenes_are_found_by_name_and_beginning() {
         let names = |wanted: &[&str]| -> Vec<String> {
             let wanted: Vec<String> = wanted.iter().map(|s| (*s).to_owned()).collect();
-            select(all(64).unwrap(), &wanted).unwrap().into_iter().map(|s| s.name).collect()
+            select(all(64).unwrap(), &wanted, |s| &s.name).unwrap().into_iter().map(|s| s.name).collect()
         };
         assert_eq!(names(&[]).len(), 18);
         assert_eq!(names(&["stiff_step", "radial"]), ["radial", "stiff_step"]);
         assert_eq!(names(&["jw_theta*"]), ["jw_theta", "jw_theta_lit"]);
-        let error = select(all(64).unwrap(), &["nothing".to_owned()]).unwrap_err();
-        assert!(error.to_string().contains("no scene nothing") && error.to_string().contains("low_dense"));
+        let error = select(all(64).unwrap(), &["nothing".to_owned()], |s| &s.name).unwrap_err();
+        assert!(error.to_string().contains("no \"nothing\"") && error.to_string().contains("low_dense"));
     }
 
     #[test]
     fn pictures_keep_their_shape() {
-        let scenes = select(all(96).unwrap(), &["jw_theta".to_owned()]).unwrap();
+        let scenes = select(all(96).unwrap(), &["jw_theta".to_owned()], |s| &s.name).unwrap();
         assert_eq!((scenes[0].scene.width, scenes[0].scene.height), (96, 72));
     }
 }

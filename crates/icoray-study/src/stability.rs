@@ -2,7 +2,7 @@
 
 mod table;
 
-use crate::results::{progress, say, write_file};
+use crate::results::{make_directory, progress, say, write_file};
 use icoray::{Renderer, Result};
 use icoray_reference::stability::{LARGE_LEVELS, LEVELS, measure_level};
 use std::io::Write;
@@ -20,7 +20,7 @@ pub struct Options {
     /// Threads, or as many as there are processors when 0.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// Directory for STABILITY.md and stability.csv, if they are wanted.
+    /// Directory for STABILITY.md; the page is only printed without it.
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -44,7 +44,7 @@ pub(crate) fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let page = table::page(&rows);
     say!(out, "\n{page}")?;
     let Some(directory) = &options.out else { return Ok(()) };
-    table::write_csv(directory.join("stability.csv"), &rows)?;
+    make_directory(directory)?;
     write_file(&directory.join("STABILITY.md"), &page)?;
-    say!(out, "STABILITY.md and stability.csv in {}", directory.display())
+    say!(out, "STABILITY.md in {}", directory.display())
 }

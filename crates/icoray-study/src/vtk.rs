@@ -15,7 +15,7 @@ pub use options::Options;
 use crate::montage::{self, Montage, Tile};
 use crate::peak::PeakMemory;
 use crate::results::{Table, make_directory, progress, replace_section, say, write_file};
-use crate::scenes::multi_scale;
+use crate::scenes::{multi_scale, select};
 use icoray::{Field, Renderer, Result, Scene};
 use icoray_reference::comparison::Comparison;
 use icoray_reference::oracle;
@@ -34,12 +34,10 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     HEAD.iter().try_for_each(|line| say!(out, "{line}"))?;
     let runs = options.levels.len() * options.transfers.len() * (1 + options.renderers.len());
     let bar = progress(runs, "vtk");
+    let transfers = select(multi_scale::TRANSFERS.into(), &options.transfers, |transfer| transfer.0)?;
     let (mut rows, mut failures) = (Vec::new(), Vec::new());
     for level in &options.levels {
-        for (name, opacity) in multi_scale::TRANSFERS {
-            if !options.transfers.iter().any(|asked| asked == name) {
-                continue;
-            }
+        for &(name, opacity) in &transfers {
             let rest = "background = \"black\"\ncore = \"transparent\"";
             let scene = multi_scale::scene(options.size, opacity, rest, "")?;
             let scene = Scene { tolerance: options.tolerance, ..scene };

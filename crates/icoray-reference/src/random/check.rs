@@ -160,7 +160,7 @@ impl Pixel {
 
 #[cfg(test)]
 mod tests {
-    use super::super::draw::KINDS;
+    use super::super::scene_text::KINDS;
     use super::*;
 
     /// Scenes of all kinds, whose pixels are right but for those that are changed.

@@ -1,6 +1,7 @@
 //! Measurements as rows of a table, and as tables in Markdown.
 
 use super::benchmark::{Benchmark, OnGpu, Row};
+use crate::results::threads;
 use icoray_gpu::Peaks;
 use std::fmt::Write as _;
 
@@ -88,10 +89,10 @@ fn span(rows: &[&OnGpu], number: impl Fn(&OnGpu) -> f64, show: impl Fn(f64) -> S
 pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, benchmark: &Benchmark) -> String {
     let mut text = format!(
         "Milliseconds for a frame of {grid}, 16 knots, f32, on {name}: by the device's clock, from end to end with upload and \
-         readback in brackets, and on the CPU's {} thread(s):\n\n\
+         readback in brackets, and on the CPU's {}:\n\n\
          | `icoray-study gpu` | | | dense | lobes | thin shell | opaque |\n|---|---|---|---|---|---|---|\n\
          | the paper, one GTX 580, 512 × 512, its four fields | unlit | | 494 | 783 | 755 | 689 |\n",
-        benchmark.cpu.threads()
+        threads(benchmark.cpu.threads())
     );
     for rows in all {
         let setting = rows[0].setting;

@@ -2,7 +2,8 @@
 
 use super::options::{Light, Options};
 use crate::scenes::multi_scale::{self, Opacity};
-use icoray::{Error, ErrorKind, Result, Scene};
+use crate::scenes::select;
+use icoray::{Result, Scene};
 
 /// A transfer function, or none.
 #[derive(Debug, Clone, Copy)]
@@ -49,20 +50,9 @@ impl Setting {
 }
 
 impl Options {
-    fn cases(&self) -> Result<Vec<Case>> {
-        let find = |name: &String| {
-            Case::all().find(|case| case.name == name).ok_or_else(|| {
-                let there: Vec<_> = Case::all().map(|case| case.name).collect();
-                let context = format!("there is no transfer function {name}; expected of {}", there.join(", "));
-                Error::new(ErrorKind::Argument, context)
-            })
-        };
-        self.transfers.iter().map(find).collect()
-    }
-
     /// The settings of each grid. The traversal alone has one, as it depends on neither light nor tolerance.
     pub(super) fn settings(&self) -> Result<Vec<Setting>> {
-        let cases = self.cases()?;
+        let cases = select(Case::all().collect(), &self.transfers, |case| case.name)?;
         let mut settings = Vec::new();
         for &light in &self.lights {
             for &tolerance in &self.tolerance {

@@ -1,10 +1,7 @@
-//! Results as a Markdown page and as CSV.
+//! Results as a Markdown page.
 
-use crate::results::{Table, number};
-use icoray::Result;
 use icoray_reference::stability::{GROUPS, RUNS, Row, Run};
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 /// A number to one digit, which is reproducible across machines.
 fn short(value: f64) -> String {
@@ -80,23 +77,4 @@ pub fn page(all: &[Row]) -> String {
         total(|r| r.over_bound),
         rows(all)
     )
-}
-
-const COLUMNS: &str = "group,case,precision,tolerance,rays,seen,error,error_well_posed,ill_posed,bound,over_bound,\
-    not_finite,lost";
-
-/// Writes all numbers, a row per case and run.
-pub fn write_csv(path: PathBuf, all: &[Row]) -> Result<()> {
-    let mut table = Table::create(path, COLUMNS, "")?;
-    for row in all {
-        for ((precision, tolerance), run) in RUNS.iter().zip(&row.run) {
-            let mut cells = vec![row.group.to_owned(), row.name.clone(), format!("{precision:?}").to_lowercase()];
-            cells.extend([format!("{tolerance:e}"), row.rays.to_string(), row.seen.to_string()]);
-            cells.extend([run.error, run.well_posed_error].map(number));
-            cells.extend([run.ill_posed.to_string(), number(run.bound)]);
-            cells.extend([run.over_bound, run.not_finite, row.lost].map(|n| n.to_string()));
-            table.row(&cells)?;
-        }
-    }
-    Ok(())
 }
