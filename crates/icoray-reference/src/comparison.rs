@@ -85,8 +85,8 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 pub fn pixel_error(pixel: [f32; 4], exact: &[f64; 4]) -> f64 {
     let channel = |k: usize| {
         let half = 0.5 * f64::from(pixel[k].next_up() - pixel[k]).abs();
-        let off = (f64::from(pixel[k]) - exact[k]).abs() - half;
-        if off.is_nan() { f64::INFINITY } else { off }
+        let error = (f64::from(pixel[k]) - exact[k]).abs() - half;
+        if error.is_nan() { f64::INFINITY } else { error }
     };
     (0..4).map(channel).fold(0.0, f64::max)
 }

@@ -25,45 +25,43 @@ use tetrahedra::Tetrahedra;
 use transfer::Transfer;
 use wedge::Wedge;
 
-/// A rendering method. Steps are distances along the ray in planet radii, from where it enters the shell.
+/// A rendering method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
-    /// The renderer's `exact`, to the given tolerance.
+    /// The renderer's `exact`.
     Exact {
         /// Largest error of a channel.
         tolerance: f64,
     },
     /// The renderer's `paper`: piecewise linear between extrema and knots (§3.4).
     Paper,
-    /// Samples at equal distances of the wedge interpolant (§3.3), opacity `1 - exp(-κh)`: §3.4's conventional way, the
-    /// midpoint rule, of second order where the transfer function has no kinks. The only one here that knows light.
-    Uniform {
-        /// Length of a step.
+    /// Samples at equal distances.
+    Sampled {
+        /// The values and their integration.
+        sampling: Sampling,
+        /// Distance along the ray in planet radii, from where it enters the shell.
         step: f64,
     },
-    /// Each frustum as three tetrahedra, linear in each, sampled as [`Method::Uniform`] (Weiler et al. 2003; §4.2). Its
+}
+
+/// Interpolation and integration of samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sampling {
+    /// The wedge interpolant (§3.3), opacity `1 - exp(-κh)`: §3.4's conventional way, the midpoint rule, of second order
+    /// where the transfer function has no kinks. The only one here that knows light.
+    Uniform,
+    /// Each frustum as three tetrahedra, linear in each, sampled as [`Sampling::Uniform`] (Weiler et al. 2003; §4.2). Its
     /// limit for small steps is another picture than the wedge's.
-    Tetrahedra {
-        /// Length of a step.
-        step: f64,
-    },
+    Tetrahedra,
     /// Mean value coordinates over each frustum's eight triangles (Ju, Schaefer and Warren 2005; §4.2), sampled as
-    /// [`Method::Uniform`]. Its limit for small steps is another picture than the wedge's.
-    MeanValue {
-        /// Length of a step.
-        step: f64,
-    },
+    /// [`Sampling::Uniform`]. Its limit for small steps is another picture than the wedge's.
+    MeanValue,
     /// The value of the nearest cell centre on the nearest layer (§3.3's piecewise-constant sampling), sampled as
-    /// [`Method::Uniform`]: first order in the mesh.
-    Constant {
-        /// Length of a step.
-        step: f64,
-    },
+    /// [`Sampling::Uniform`]: first order in the mesh.
+    Constant,
     /// Steps of the wedge interpolant through a pre-integrated table (Röttger et al. 2000, Engel et al. 2001): second
     /// order in the step with attenuation inside a step, first order without.
     PreIntegrated {
-        /// Length of a step.
-        step: f64,
         /// Values along each side of the table, at least 4.
         table: usize,
         /// Whether a step absorbs its own light.
@@ -71,8 +69,35 @@ pub enum Method {
     },
 }
 
+impl Sampling {
+    /// All, with tables of `table` values along each side.
+    pub fn all(table: usize) -> [Self; 6] {
+        let [pre_integrated, unattenuated] =
+            [true, false].map(|attenuated| Sampling::PreIntegrated { table, attenuated });
+        use Sampling::{Constant, MeanValue, Tetrahedra, Uniform};
+        [Uniform, pre_integrated, unattenuated, Constant, Tetrahedra, MeanValue]
+    }
+
+    /// The name in tables and plots.
+    pub fn name(self) -> &'static str {
+        match self {
+            Sampling::Uniform => "uniform",
+            Sampling::Tetrahedra => "tetrahedra",
+            Sampling::MeanValue => "mean value",
+            Sampling::Constant => "constant",
+            Sampling::PreIntegrated { attenuated: true, .. } => "pre-integrated",
+            Sampling::PreIntegrated { attenuated: false, .. } => "pre-integrated, no attenuation",
+        }
+    }
+
+    /// The method at a step.
+    pub fn at(self, step: f64) -> Method {
+        Method::Sampled { sampling: self, step }
+    }
+}
+
 impl Method {
-    /// Renders on the renderer's threads. Of the methods that sample, only [`Method::Uniform`] heeds the scene's light.
+    /// Renders on the renderer's threads. Of the methods that sample, only [`Sampling::Uniform`] lights the scene.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -80,7 +105,7 @@ impl Method {
         match *self {
             Method::Exact { tolerance } => shipped(job, renderer, icoray::Method::Exact, tolerance),
             Method::Paper => shipped(job, renderer, icoray::Method::Paper, job.scene.tolerance),
-            _ => self.sampled(job, renderer),
+            Method::Sampled { sampling, step } => sampled(job, renderer, sampling, step),
         }
     }
 
@@ -94,27 +119,26 @@ impl Method {
         let seconds = again.chain([Ok(picture.seconds)]).collect::<Result<_>>()?;
         Ok(Picture { seconds: median(seconds), ..picture })
     }
+}
 
-    fn sampled(&self, job: &Job, renderer: &Renderer) -> Result<Picture> {
-        let unlit = Scene { lighting: None, ..job.scene.clone() };
-        let is_uniform = matches!(self, Method::Uniform { .. });
-        let prepared = PreparedJob::new(&Job { scene: if is_uniform { job.scene } else { &unlit }, ..*job })?;
-        Ok(match *self {
-            Method::Tetrahedra { step } => midpoints(&prepared, renderer, step, &Tetrahedra(&prepared)),
-            Method::MeanValue { step } => midpoints(&prepared, renderer, step, &MeanValue(&prepared)),
-            Method::Constant { step } => midpoints(&prepared, renderer, step, &Nearest(&prepared)),
-            Method::PreIntegrated { step, table, attenuated } => {
-                let transfer = Transfer::new(prepared.scene, prepared.thickness());
-                let table = renderer.run(|| Table::new(&prepared, step, table, attenuated));
-                march::render(&prepared, renderer, step, &Wedge::new(&prepared), &transfer, &table)
-            }
-            Method::Uniform { step } => {
-                let wedge = renderer.run(|| Wedge::new(&prepared));
-                midpoints(&prepared, renderer, step, &wedge)
-            }
-            Method::Exact { .. } | Method::Paper => unreachable!("the renderer's own"),
-        })
-    }
+fn sampled(job: &Job, renderer: &Renderer, sampling: Sampling, step: f64) -> Result<Picture> {
+    let unlit = Scene { lighting: None, ..job.scene.clone() };
+    let scene = if sampling == Sampling::Uniform { job.scene } else { &unlit };
+    let prepared = PreparedJob::new(&Job { scene, ..*job })?;
+    Ok(match sampling {
+        Sampling::Tetrahedra => midpoints(&prepared, renderer, step, &Tetrahedra(&prepared)),
+        Sampling::MeanValue => midpoints(&prepared, renderer, step, &MeanValue(&prepared)),
+        Sampling::Constant => midpoints(&prepared, renderer, step, &Nearest(&prepared)),
+        Sampling::PreIntegrated { table, attenuated } => {
+            let transfer = Transfer::new(prepared.scene, prepared.thickness());
+            let table = renderer.run(|| Table::new(&prepared, step, table, attenuated));
+            march::render(&prepared, renderer, step, &Wedge::new(&prepared), &transfer, &table)
+        }
+        Sampling::Uniform => {
+            let wedge = renderer.run(|| Wedge::new(&prepared));
+            midpoints(&prepared, renderer, step, &wedge)
+        }
+    })
 }
 
 /// A picture by the renderer itself.

@@ -22,6 +22,6 @@ pub fn measure_level(renderer: &Renderer, level: u32, only: &str) -> Result<Vec<
     let mesh = IcosahedralMesh::new(level)?;
     let grid = renderer.run(|| Grid::new(mesh.tables()))?;
     let cases = cases::on(&CaseMesh { level, grid: &grid })?;
-    let asked = cases.iter().filter(|case| case.group.contains(only) || case.name.contains(only));
-    asked.map(|case| measure::measure(renderer, &grid, case)).collect()
+    let selected = cases.iter().filter(|case| case.group.contains(only) || case.name.contains(only));
+    selected.map(|case| measure::measure(renderer, &grid, case)).collect()
 }

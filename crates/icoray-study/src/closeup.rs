@@ -3,19 +3,13 @@
 use crate::results::say;
 use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory, select};
 use icoray::{Camera, Error, ErrorKind, Renderer, Result};
-use icoray_reference::methods::Method;
+use icoray_reference::methods::Sampling;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Makes a method from its step.
-pub(crate) type AtStep = fn(f64) -> Method;
-
-/// The interpolations: name, style in charts, and method at a step.
-pub(crate) const METHODS: [(&str, usize, AtStep); 3] = [
-    ("wedges", 3, |step| Method::Uniform { step }),
-    ("tetrahedra", 7, |step| Method::Tetrahedra { step }),
-    ("mean value", 8, |step| Method::MeanValue { step }),
-];
+/// The interpolations: name, style in charts, and sampling.
+pub(crate) const METHODS: [(&str, usize, Sampling); 3] =
+    [("wedges", 3, Sampling::Uniform), ("tetrahedra", 7, Sampling::Tetrahedra), ("mean value", 8, Sampling::MeanValue)];
 
 /// Which close-up views, how large, and by how many threads.
 #[derive(Debug, Clone, clap::Args)]

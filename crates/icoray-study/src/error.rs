@@ -69,7 +69,7 @@ pub struct Options {
 /// The scenes of `--quick`.
 const QUICK_SCENES: [&str; 3] = ["radial", "low_lobes", "stiff_step"];
 
-/// Width of the pictures of the high-resolution grid, unless another is asked for: each ray meets hundreds of columns.
+/// Width of the pictures of the high-resolution grid without `--size`: each ray meets hundreds of columns.
 const HIGH_WIDTH: u32 = 112;
 
 impl Options {
@@ -179,17 +179,17 @@ impl Study<'_> {
 
     fn charts(&self, scene: &StudyScene, measured: &[Measured]) -> Result<()> {
         for (file, title, error) in MEASURES {
-            let line = |(style, series): (usize, &&str)| {
-                let points = measured.iter().filter(|m| m.run.series == *series);
-                let points: Vec<_> = points.map(|m| (m.median_s(), error(m))).collect();
-                (!points.is_empty()).then(|| Line { name: (*series).to_owned(), style, points })
+            let line = |(style, runs): (usize, &[Measured])| {
+                let points = runs.iter().map(|m| (m.median_s(), error(m))).collect();
+                Line { name: runs[0].run.series.to_owned(), style, points }
             };
+            let series = measured.chunk_by(|a, b| a.run.series == b.run.series);
             let size = format!("{} × {} pixels", scene.scene.width, scene.scene.height);
             let chart = Chart {
                 title: format!("{}, {size}, {}", scene.name, threads(self.renderer.threads())),
                 x: "seconds per frame (median)".to_owned(),
                 y: title.to_owned(),
-                lines: sweep::SERIES.iter().enumerate().filter_map(line).collect(),
+                lines: series.enumerate().map(line).collect(),
             };
             chart.write(&self.options.out.join(format!("{}_{file}.svg", scene.name)))?;
         }
@@ -199,8 +199,8 @@ impl Study<'_> {
     fn verdict(&self) -> String {
         let sum = |findings: &[Finding]| {
             let texts: String = findings.iter().map(|finding| finding.text.as_str()).collect();
-            let holds = findings.iter().filter(|finding| finding.holds).count();
-            format!("On {holds} of {}.\n\n{texts}", findings.len())
+            let count = findings.iter().filter(|finding| finding.is_true).count();
+            format!("On {count} of {}.\n\n{texts}", findings.len())
         };
         format!(
             "Is a run of \"exact\" neither slower nor worse than each run of the other methods, by scene and measure of \
@@ -225,6 +225,6 @@ impl Study<'_> {
 
 const NOTE: &str = "\
 The oracle integrates the wedge interpolant. \"tetrahedra\", \"mean value\" and \"constant\" interpolate otherwise between\n\
-the same values, so that their distance from it does not go to zero with the step; that difference says nothing of\n\
+the same values, so that their distance from it does not go to zero with the step; that difference does not tell\n\
 which interpolant is nearer to the field. Seconds are those in the rays, without set-up such as gradients and tables.\n\
 In single precision and under light \"exact\" reports an estimate of its error; unlit in double precision a bound.\n";

@@ -1,14 +1,14 @@
 //! The paper's Figure 8: close-ups by interpolation in wedges, in tetrahedra, and by mean value coordinates, the
 //! default method and the oracle, with amplified differences from the oracle, at equal step and at equal time.
 
-use crate::closeup::{AtStep, METHODS, View};
+use crate::closeup::{METHODS, View};
 use crate::montage::{Montage, Tile, amplified};
 use crate::results::{Table, number, progress, say};
 use crate::scenes::{PreparedDataset, StudyScene};
 use icoray::{Renderer, Result};
 use icoray_reference::comparison::Comparison;
 use icoray_reference::job::Job;
-use icoray_reference::methods::{Method, Picture};
+use icoray_reference::methods::{Method, Picture, Sampling};
 use icoray_reference::oracle;
 use std::io::Write;
 use std::path::PathBuf;
@@ -104,14 +104,14 @@ fn montage(
     bar.inc(1);
     let (mut step_row, mut time_row) = (Vec::new(), Vec::new());
     let coarsest = prepared.thickness(&scene.scene)?;
-    for (name, _, method) in METHODS {
+    for (name, _, sampling) in METHODS {
         bar.set_message(format!("{name}, equal step"));
         let parameter = |step: f64| format!("step {step:.2e}");
-        step_row.push(timer.picture(name, method(options.step), parameter(options.step), &truth)?);
+        step_row.push(timer.picture(name, sampling.at(options.step), parameter(options.step), &truth)?);
         bar.inc(1);
         bar.set_message(format!("{name}, equal time"));
-        let step = timer.step_of_time(method, exact.seconds, [options.step, coarsest])?;
-        time_row.push(timer.picture(name, method(step), parameter(step), &truth)?);
+        let step = timer.step_of_time(sampling, exact.seconds, [options.step, coarsest])?;
+        time_row.push(timer.picture(name, sampling.at(step), parameter(step), &truth)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -172,11 +172,11 @@ impl PictureTimer<'_> {
         Ok(TimedPicture { method: name, parameter, seconds, pixels, distance })
     }
 
-    /// The step at which `method` takes about `goal` seconds; `steps` are the initial and the coarsest one.
-    fn step_of_time(&self, method: AtStep, goal: f64, steps: [f64; 2]) -> Result<f64> {
+    /// The step at which `sampling` takes about `goal` seconds; `steps` are the initial and the coarsest one.
+    fn step_of_time(&self, sampling: Sampling, goal: f64, steps: [f64; 2]) -> Result<f64> {
         let [mut step, coarsest] = steps;
         for _ in 0..SEARCH {
-            let seconds = method(step).render(&self.job, self.renderer)?.seconds;
+            let seconds = sampling.at(step).render(&self.job, self.renderer)?.seconds;
             let ratio = seconds / goal;
             if (ratio - 1.0).abs() <= NEAR {
                 break;

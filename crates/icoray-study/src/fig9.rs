@@ -90,9 +90,9 @@ fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Resul
     let bar = progress(rates.len() * repeats, name);
     for _ in 0..repeats {
         for rate in &mut rates {
-            let (word, _, method) = METHODS[rate.method];
-            bar.set_message(format!("{word} {:e}", rate.step));
-            let picture = method(rate.step).render(job, renderer)?;
+            let (name, _, sampling) = METHODS[rate.method];
+            bar.set_message(format!("{name} {:e}", rate.step));
+            let picture = sampling.at(rate.step).render(job, renderer)?;
             rate.seconds.push(picture.seconds);
             rate.samples = picture.samples;
             bar.inc(1);

@@ -55,7 +55,7 @@ struct Seen {
 /// Measures and prints a row per size and light.
 ///
 /// # Errors
-/// Whatever the library says; [`ErrorKind::Io`] when the page's server does not answer.
+/// Those of the library; [`ErrorKind::Io`] when the page's server does not answer.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let bar = progress(2 * options.sizes.len(), "live");

@@ -99,11 +99,11 @@ struct Row<'r> {
 }
 
 impl Row<'_> {
-    const HEAD: &'static str = "scene,saving,seconds_with,seconds_without,spared_percent,bytes_read_with,bytes_read_without,\
-        bytes_made_with,bytes_made_without";
+    const HEAD: &'static str = "scene,saving,seconds_with,seconds_without,saved_percent,bytes_read_with,bytes_read_without,\
+        bytes_derived_with,bytes_derived_without";
 
     /// Percents of the seconds without the saving.
-    fn spared(&self) -> f64 {
+    fn saved_percent(&self) -> f64 {
         100.0 * (1.0 - self.with.seconds / self.without.seconds)
     }
 
@@ -111,7 +111,7 @@ impl Row<'_> {
         let Row { scene, saving, with, without } = self;
         let mut cells = vec![(*scene).to_owned(), (*saving).to_owned()];
         cells.extend([with.seconds, without.seconds].map(|s| format!("{s:.6}")));
-        cells.push(format!("{:.2}", self.spared()));
+        cells.push(format!("{:.2}", self.saved_percent()));
         cells.extend([with.read, without.read, with.derived, without.derived].map(|n| n.to_string()));
         cells
     }
@@ -225,14 +225,14 @@ mod tests {
             let row = rows.iter().find(|row| row[0] == *scene && row[1] == *saving).unwrap();
             row[at].parse().unwrap()
         };
-        let spares = |scene: &str, saving: &str, what: &str| {
+        let saved = |scene: &str, saving: &str, what: &str| {
             number(scene, saving, &format!("{what}_without")) - number(scene, saving, &format!("{what}_with"))
         };
-        assert!(spares("thin", "leaps", "bytes_read") > 0.0);
-        assert!(spares("low cloud", "layers", "bytes_read") > 0.0);
-        assert!(spares("low cloud", "leaps", "bytes_read") > spares("low cloud", "layers", "bytes_read"));
-        assert_eq!(spares("dense, lit", "leaps", "bytes_read"), 0.0, "nothing is clear");
-        assert_eq!(spares("dense, lit", "packing", "bytes_made"), (4 * 2562 * 12) as f64);
+        assert!(saved("thin", "leaps", "bytes_read") > 0.0);
+        assert!(saved("low cloud", "layers", "bytes_read") > 0.0);
+        assert!(saved("low cloud", "leaps", "bytes_read") > saved("low cloud", "layers", "bytes_read"));
+        assert_eq!(saved("dense, lit", "leaps", "bytes_read"), 0.0, "nothing is clear");
+        assert_eq!(saved("dense, lit", "packing", "bytes_derived"), (4 * 2562 * 12) as f64);
         assert!(rows.iter().all(|row| row[2].parse::<f64>().unwrap() > 0.0));
     }
 }

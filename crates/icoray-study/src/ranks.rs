@@ -68,7 +68,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         out,
         "{cells} cells x {} layers, {size} x {size} pixels, f32; ranks are threads of one process that compute one after the\n\
              other, on {processors} processors: seconds are of a rank's own work, range of the field included, without a network. Of {}\n\
-             frames after the first, the one whose busiest rank took least. Balance: mean over most of the seconds that ranks drew.\n\
+             frames after the first, the one whose busiest rank took least. Balance: mean over maximum of the ranks' seconds.\n\
              tiles: all ranks have all data; patches, rows, random: each has its cells and a halo, in Morton order, in the mesh's or\n\
              anywhere. Ranks of a node put their parts together: bytes that each writes for it, and the seconds of the slowest.",
         options.layers,
@@ -185,12 +185,12 @@ impl<'w> Simulation<'w> {
         let local = self.parts.map(|parts| &parts[ranks.rank()]);
         let grid = &self.grids[if local.is_some() { ranks.rank() } else { 0 }];
         let field = local.map_or(self.sphere, |part| &part.sphere).field()?;
-        let held = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
+        let decomposition = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
         let mut results = Vec::new();
         for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {
             let layers = &self.sphere.layers;
             results.push(on_frame(
-                match renderer.render_held(&mut ranks, scene, grid, held.as_ref(), layers, &field)? {
+                match renderer.render_held(&mut ranks, scene, grid, decomposition.as_ref(), layers, &field)? {
                     Rendered::Here(frame) => frame.report,
                     Rendered::AtRoot(report) => report,
                 },

@@ -2,7 +2,7 @@
 //!
 //! Step i reaches from `start + i h` to `start + (i + 1) h`, where the ray enters the shell at `start`; the last one is
 //! cut where the shell ends, at its surface or at the core. Beyond a hollow core the count begins anew. Each point is
-//! looked up in the frustum that holds it, which is found by going on through the traversal's frusta in order.
+//! looked up in its frustum: the traversal's frusta follow in order.
 
 use super::transfer::Transfer;
 use crate::job::PreparedJob;
@@ -29,7 +29,7 @@ pub struct Picture {
     pub seconds: f64,
     /// Samples taken; frusta passed for the renderer's own methods.
     pub samples: u64,
-    /// For the renderer's own methods, how far it says each pixel may be from the exact integral.
+    /// For the renderer's own methods, the reported error of each pixel.
     pub bound: Option<Vec<f32>>,
 }
 
@@ -77,17 +77,23 @@ impl Accumulated {
 pub(crate) struct FrustumWindow<'w, I: Interpolant> {
     interpolant: &'w I,
     transfer: &'w Transfer,
-    frusta: VecDeque<(Frustum, Option<Option<I::Cell>>)>,
+    frusta: VecDeque<Passed<I::Cell>>,
+}
+
+/// A frustum on the ray, and its values once they are read; `None` within where one is missing.
+struct Passed<C> {
+    frustum: Frustum,
+    cell: Option<Option<C>>,
 }
 
 impl<I: Interpolant> FrustumWindow<'_, I> {
     /// The frustum and cell at `t`, which rises from call to call; `None` in a void.
     #[inline]
     pub fn at(&mut self, t: f64) -> Option<(&Frustum, &I::Cell)> {
-        while self.frusta.len() > 1 && self.frusta[0].0.t[1] < t {
+        while self.frusta.len() > 1 && self.frusta[0].frustum.t[1] < t {
             self.frusta.pop_front();
         }
-        let (frustum, cell) = self.frusta.front_mut()?;
+        let Passed { frustum, cell } = self.frusta.front_mut()?;
         let cell = cell.get_or_insert_with(|| self.interpolant.cell(self.transfer, frustum));
         Some((frustum, cell.as_ref()?))
     }
@@ -224,7 +230,7 @@ impl<I: Interpolant, R: StepRule<I>> RayMarch<'_, I, R> {
         if self.run.is_some_and(|run| frustum.t[0] > run[1] + GAP) {
             self.finish();
         }
-        self.window.frusta.push_back((*frustum, None));
+        self.window.frusta.push_back(Passed { frustum: *frustum, cell: None });
         let start = match &mut self.run {
             Some(run) => {
                 run[1] = frustum.t[1];

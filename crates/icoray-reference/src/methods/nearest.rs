@@ -10,7 +10,7 @@ use icoray::Frustum;
 #[derive(Debug)]
 pub(crate) struct Nearest<'s, 'a>(pub &'s PreparedJob<'a>);
 
-/// A frustum's values on both layers, what tells which vertex is nearest, and the height midway.
+/// A frustum's values on both layers, products that give the nearest vertex, and the height midway.
 #[derive(Debug)]
 pub(crate) struct Values {
     on: [[f32; 3]; 2],

@@ -20,16 +20,8 @@ fn compared<T: Copy + Into<f64>>(picture: &Picture, truth: &[[T; 4]]) -> Compari
     Comparison::new(&picture.pixels, truth)
 }
 
-fn all(step: f64) -> [Method; 6] {
-    let pre = |attenuated| Method::PreIntegrated { step, table: 256, attenuated };
-    [
-        Method::Uniform { step },
-        Method::Tetrahedra { step },
-        Method::MeanValue { step },
-        Method::Constant { step },
-        pre(true),
-        pre(false),
-    ]
+fn all(step: f64) -> Vec<Method> {
+    Sampling::all(256).map(|sampling| sampling.at(step)).to_vec()
 }
 
 /// The pictures of the methods, and the oracle's.
@@ -46,7 +38,9 @@ fn pictures(sphere: &Sphere, scene: &Scene, methods: &[Method]) -> (Vec<Picture>
 #[test]
 fn all_agree_on_a_constant_field() {
     let sphere = Sphere::new(2, 5, [1.0, 1.3], |_| 0.3).unwrap();
-    let mut methods = all(0.013)[..5].to_vec();
+    let mut methods = all(0.013);
+    let unattenuated = methods.remove(2);
+    assert_eq!(unattenuated, Sampling::PreIntegrated { table: 256, attenuated: false }.at(0.013));
     methods.extend([Method::Exact { tolerance: 1e-3 }, Method::Paper]);
     let (pictures, truth) = pictures(&sphere, &scene(""), &methods);
     for (method, picture) in methods.into_iter().zip(pictures) {
@@ -61,7 +55,7 @@ fn wedge_tetrahedra_and_mean_values_reproduce_linear_fields() {
     let linear = |p: DVec3| 0.4 * p.x - 0.3 * p.y + 0.2 * p.z;
     let bent = |p: DVec3| p.x * p.y * p.z;
     let step = 0.01;
-    let methods = [Method::Uniform { step }, Method::Tetrahedra { step }, Method::MeanValue { step }];
+    let methods = [Sampling::Uniform, Sampling::Tetrahedra, Sampling::MeanValue].map(|sampling| sampling.at(step));
     let apart = |field: &(dyn Fn(DVec3) -> f64 + Sync)| {
         let sphere = Sphere::new(1, 3, [1.0, 1.3], field).unwrap();
         let (pictures, _) = pictures(&sphere, &scene(""), &methods);
@@ -77,8 +71,8 @@ fn wedge_tetrahedra_and_mean_values_reproduce_linear_fields() {
 #[test]
 fn small_steps_come_to_the_oracle() {
     let sphere = Sphere::new(3, 8, [1.0, 1.3], multi_scale).unwrap();
-    let [uniform, ..] = all(1e-3);
-    let unlit = all(1e-3).into_iter().zip([1e-5, 4e-3, 4e-3, 2e-2, 1e-5, 4e-3]).collect();
+    let uniform = Sampling::Uniform.at(1e-3);
+    let unlit = all(1e-3).into_iter().zip([1e-5, 1e-5, 4e-3, 2e-2, 4e-3, 4e-3]).collect();
     for (light, bounds) in [("", unlit), ("[light]\nkind = \"sun\"\nlon = 70\nlat = 20", vec![(uniform, 1e-3)])] {
         let methods: Vec<Method> = bounds.iter().map(|(method, _)| *method).collect();
         let (pictures, truth) = pictures(&sphere, &scene(light), &methods);

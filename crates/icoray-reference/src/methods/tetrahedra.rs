@@ -4,7 +4,7 @@
 //! With the cells in the order of their numbers, L the lower and U the upper layer's vertices, the three are
 //! L0 L1 L2 U2, L0 L1 U1 U2 and L0 U0 U1 U2: each side face has its diagonal from the lower vertex of the smaller
 //! number, so that neighbours agree. The point is `Σ α_k V_k`, and a linear map takes it to α: in α the six vertices
-//! lie on the axes, and the planes between the tetrahedra are read off.
+//! lie on the axes, and the planes between the tetrahedra follow from these.
 
 use super::march::Interpolant;
 use super::transfer::Transfer;

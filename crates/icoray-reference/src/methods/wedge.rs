@@ -33,7 +33,7 @@ impl<'s, 'a> Wedge<'s, 'a> {
             partial: false,
         };
         let gradients = prepared.scene.lighting.map_or(Vec::new(), |_| input.gradients());
-        // Directions are all that is wanted: a gradient of 1e30 stays an f32.
+        // Only directions count: relative to the largest, a gradient of 1e30 is an f32.
         let largest = gradients.iter().fold(0.0f64, |m, g| m.max(g.abs().max_element()));
         let narrow = |g: &DVec3| (*g / largest).as_vec3();
         Wedge { prepared, gradients: gradients.iter().map(narrow).collect() }

@@ -24,7 +24,7 @@ fn scene(size: u32, transfer: &str, rest: &str) -> Scene {
 }
 
 /// Largest difference of a channel.
-fn apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
+fn max_difference(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
     assert!(a.iter().any(|pixel| pixel[3] > 0.2), "nothing is seen");
     Comparison::new(a, b).max
 }
@@ -80,7 +80,7 @@ fn halved_panels_change_nothing() {
     for (transfer, bound) in cases {
         let scene = scene(48, &transfer, "core = \"transparent\"\nbackground = \"transparent\"");
         let [coarse, fine] = [PANEL, 0.5 * PANEL].map(|panel| drawn(&sphere, &scene, panel));
-        let d = apart(&coarse, &fine);
+        let d = max_difference(&coarse, &fine);
         println!("{:?}: {d:.1e}", transfer.lines().last());
         assert!(d < bound, "{transfer}: {d:e}");
         assert!(coarse.iter().filter(|p| p[3] > 0.1).count() > 500);
@@ -143,7 +143,7 @@ fn redundant_knots_and_layers_change_nothing() {
             }
         }
         let many = wide(&sphere, radius, &values, &knotted);
-        let d = [apart(&layered, &expected), apart(&many, &expected)];
+        let d = [max_difference(&layered, &expected), max_difference(&many, &expected)];
         println!("{} knots: layers {:.1e}, knots {:.1e}", knotted.volumes[0].transfer.knots.len(), d[0], d[1]);
         // Other layers round the ray's points otherwise, and where a value turns inside the spike that shows.
         let bound = if transfer == HARSH { 1e-9 } else { 1e-12 };
@@ -210,8 +210,8 @@ fn the_traversal_finds_the_frusta_of_brute_force() {
                 (model.sphere.grid().unwrap(), model.sphere.field().unwrap(), Renderer::new(1).unwrap());
             let job = Job { scene: &scene, grid: &grid, layers: &model.sphere.layers, field: &field };
             let [walked, brute] = [picture(&job, &renderer), brute_force(&job, &renderer)].map(Result::unwrap);
-            let off = apart(&walked, &brute);
-            assert!(off < if light.is_empty() { 1e-12 } else { 1e-9 }, "{light} {off:e}");
+            let difference = max_difference(&walked, &brute);
+            assert!(difference < if light.is_empty() { 1e-12 } else { 1e-9 }, "{light} {difference:e}");
         }
     }
 }
@@ -221,8 +221,11 @@ fn parts_of_a_volume_add_up_to_it() {
     let model = Model::new();
     for light in LIGHTS {
         let parts = [0.25, 0.6, 0.15].map(volume).concat();
-        let off = apart(&model.picture(&format!("{}{light}", volume(1.0)), &[]), &model.picture(&(parts + light), &[]));
-        assert!(off < 1e-9, "{light} {off:e}");
+        let difference = max_difference(
+            &model.picture(&format!("{}{light}", volume(1.0)), &[]),
+            &model.picture(&(parts + light), &[]),
+        );
+        assert!(difference < 1e-9, "{light} {difference:e}");
     }
 }
 
@@ -235,14 +238,14 @@ fn what_is_written_in_two_ways_is_seen_alike() {
         // A round core has other normals than one of facets.
         let text = format!("core = \"transparent\"\n{}{light}", volume(1.0));
         let native = format!("heights = \"native\"\n{text}");
-        let off = apart(&model.picture(&text, &heights), &model.picture(&native, &heights));
-        assert!(off < if light.is_empty() { 1e-12 } else { 1e-9 }, "{light} {off:e}");
+        let difference = max_difference(&model.picture(&text, &heights), &model.picture(&native, &heights));
+        assert!(difference < if light.is_empty() { 1e-12 } else { 1e-9 }, "{light} {difference:e}");
     }
     let paint = "color = \"orange\"\nopacity = 0.4\n";
     let iso = format!("{}[[isosurfaces]]\nfield = \"r\"\nvalue = 1.1\n{paint}", volume(1.0));
     let sheet = format!("{}[[surfaces]]\nheight_m = 0.1\n{paint}", volume(1.0));
-    let off = apart(&model.picture(&iso, &[]), &model.picture(&sheet, &[]));
-    assert!(off < 1e-12, "{off:e}");
+    let difference = max_difference(&model.picture(&iso, &[]), &model.picture(&sheet, &[]));
+    assert!(difference < 1e-12, "{difference:e}");
     // All that is outside of one cut is inside one of two others.
     let cut = |cut: &str, ends: &str| format!("[[clip]]\ncut = \"{cut}\"\n{ends}\n");
     let half = |lon: f64, lat: f64| format!("half_space = {{ towards = [{lon}, {lat}] }}");
@@ -255,6 +258,6 @@ fn what_is_written_in_two_ways_is_seen_alike() {
     ];
     for (one, other) in pairs {
         let [a, b] = [&one, &other].map(|cuts| model.picture(&format!("{}{cuts}", volume(3.0)), &[]));
-        assert!(apart(&a, &b) < 1e-12, "{one}{other}{:e}", apart(&a, &b));
+        assert!(max_difference(&a, &b) < 1e-12, "{one}{other}{:e}", max_difference(&a, &b));
     }
 }

@@ -29,7 +29,7 @@ pub struct Checked {
     pub pixels: usize,
     /// Pixels whose error is above the reported one.
     pub beyond: usize,
-    /// Pixels of which the oracle cannot tell whether they are beyond.
+    /// Pixels whose error the oracle does not know well enough to compare it with the reported one.
     pub undecided: usize,
     /// Largest error relative to the reported one.
     pub worst: f64,
@@ -175,8 +175,7 @@ mod tests {
             let fields = drawn.model_fields().unwrap();
             let mut frame = renderer.render(&drawn.scene, &grid, &drawn.layers, fields).unwrap();
             for i in [0, 7 * 25 + 11] {
-                let off = 3.0 * frame.error[i].max(1e-3);
-                frame.pixels[i][1] += off;
+                frame.pixels[i][1] += 3.0 * frame.error[i].max(1e-3);
                 let moved = Pixel::new(&frame, i, &drawn, &oracle);
                 let is_sure = !moved.is_undecided && !moved.is_unsure(&oracle, &[]);
                 found += u32::from(moved.is_beyond() && is_sure && moved.ratio() > 1.9);

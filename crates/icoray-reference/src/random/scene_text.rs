@@ -67,7 +67,7 @@ impl SceneText<'_> {
         if low < high { [low, high] } else { [low, low + low.abs().max(1e-3)] }
     }
 
-    /// An extinction per planet radius: optical depths of the shell from 1e-3 to 1e6, most of them seen through.
+    /// An extinction per planet radius: optical depths of the shell from 1e-3 to 1e6, usually transparent ones.
     fn extinction(&mut self, shell: f64) -> f64 {
         let depth = if self.chance(0.1) { self.uniform(2.0, 6.0) } else { self.uniform(-3.0, 1.5) };
         if self.chance(0.35) { 0.0 } else { (10f64.powf(depth) / shell).min(1e12) }

@@ -78,7 +78,7 @@ fn stability_of_layers_one_ulp_apart() {
 /// The largest error in f64, and in f32 where the tolerance is next to nothing.
 const LIMIT: [f64; 2] = [1e-9, 1e-5];
 
-/// The case in which f32 may be farther off: the two knots of a spike, 1e-6 of the range apart, are rounded to f32.
+/// The case in which errors in f32 may be larger: the two knots of a spike, 1e-6 of the range apart, are rounded to f32.
 const LOOSE: [(&str, f64); 1] = [("spike 1e-6 wide among wide knots", 0.3)];
 
 fn check(row: &Row) {
@@ -106,7 +106,7 @@ fn stability_suite_holds_its_limits() {
     earth(&rows);
 }
 
-/// f32 with 100 m layers on the Earth, true to scale, is at most 10 times as far off as with a shell of a tenth.
+/// f32 with 100 m layers on the Earth, true to scale, has at most 10 times the error of a shell of a tenth.
 fn earth(rows: &[Row]) {
     for view in ["globe", "limb"] {
         let of = |scale: &str| {

@@ -109,7 +109,7 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, benchmark: &Ben
     }
     let _ = write!(
         text,
-        "\nLeast and most over the four transfer functions; percents are of what was measured in the same run ({}). A frustum \
+        "\nMinimum and maximum over the four transfer functions; percents are of what was measured in the same run ({}). A frustum \
          counts as 12 bytes and 224 operations, a column as 64 and 1087, a pixel as 44 bytes; light as 36 bytes more in each \
          frustum and column. Caches give a part of the bytes again. Differences are from the CPU's picture:\n\n\
          | | | | frusta/s | of memory | of f32 | upload, GB/s | of host to device | RMSE | largest |\n\

@@ -73,13 +73,13 @@ impl Tool {
     /// Counts for each transfer function and light, at the first tolerance.
     pub fn count_all(&self, options: &Options, settings: &[Setting]) -> Result<Counted> {
         let first = options.tolerance.first();
-        let asked = |setting: &&Setting| !setting.case.integrates || Some(&setting.tolerance) == first;
-        let asked: Vec<_> = settings.iter().filter(asked).collect();
+        let is_counted = |setting: &&Setting| !setting.case.integrates || Some(&setting.tolerance) == first;
+        let settings: Vec<_> = settings.iter().filter(is_counted).collect();
         let mut counted = Counted { tool: self.name, size: options.counted, per_frustum: Vec::new() };
-        let Some(any) = asked.first() else { return Ok(counted) };
+        let Some(any) = settings.first() else { return Ok(counted) };
         let [none, _] = self.run(options, any, 0)?;
         // Counts are not affected by runs in parallel.
-        let per_frustum = asked.par_iter().map(|setting| {
+        let per_frustum = settings.par_iter().map(|setting| {
             let [one, frusta] = self.run(options, setting, 1)?;
             let per_frustum = one.saturating_sub(none) as f64 / frusta.max(1) as f64;
             Ok((setting.light, setting.case.name, per_frustum))
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_are_found_in_what_tools_say() {
+    fn counts_are_found_in_the_output_of_tools() {
         let perf = "a warning\n123456,,instructions:u,99,100.00,,\n";
         assert_eq!(PERF.count(perf), Some(123_456));
         assert_eq!(PERF.count("<not supported>,,instructions:u,0,100.00,,\n"), None);

@@ -61,7 +61,7 @@ impl Measured<'_> {
         text
     }
 
-    /// Names of transfer functions, in the order in which they were asked for.
+    /// Names of transfer functions.
     fn names(&self, with_walk: bool) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = Vec::new();
         for case in self.rows.iter().map(|row| row.setting.case) {
@@ -195,8 +195,8 @@ impl Measured<'_> {
     /// Seconds and memory of grids.
     fn tables(&self) -> String {
         let mut text = format!(
-            "\nSeconds in which tables are checked and derived on {}, what is kept of them beside the model's own, and the most memory that a \
-             frame takes beyond the model's arrays, its picture included, with what that is of the field and what the plan says \
+            "\nSeconds in which tables are checked and derived on {}, bytes of derived tables, and the peak memory of a frame \
+             beyond the model's arrays, its picture included, with its share of the field and the figure of the plan \
              (`icoray plan`) before it is drawn:\n\n",
             cores(&self.options.threads)
         );

@@ -58,8 +58,8 @@ triangle is asked for its part of the ray, and Gauss quadrature goes in steps of
 pixels are f32; half a unit in their last place is taken off each error, so 0 means that all pixels are rounded from a
 number that is right to some 1e-10.
 
-*Bound* is the largest error that the frames themselves admit, *over bound* the pixels of the three pictures whose error
-is larger than their own bound. A ray is *ill-posed* when its exact answer moves by half the error or more as soon as the eye
+*Bound* is the largest error that the frames report, *over bound* the pixels of the three pictures whose error is
+above their own reported error. A ray is *ill-posed* when its exact answer moves by half the error or more as soon as the eye
 moves by four units in the last place of f64 or, for f32, the values by one of f32, relative to the transfer function's
 range. *Lost* are rays that miss a part of their way through the shell.
 ";

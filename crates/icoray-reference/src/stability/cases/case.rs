@@ -117,10 +117,13 @@ impl Case {
     }
 
     /// Sets the transfer function; extinction is per `unit` planet radii.
-    pub(super) fn transfer(mut self, unit: f64, knots: &[(f64, [f64; 3], f64)]) -> Self {
-        let knot = |&(value, color, extinction): &(f64, [f64; 3], f64)| Knot { value, color, extinction };
-        self.scene.volumes[0].transfer.knots = knots.iter().map(knot).collect();
+    pub(super) fn transfer(mut self, unit: f64, knots: &[Knot]) -> Self {
+        self.scene.volumes[0].transfer.knots = knots.to_vec();
         self.scene.volumes[0].transfer.unit_length = Some(unit);
         self
     }
+}
+
+pub(super) const fn knot(value: f64, color: [f64; 3], extinction: f64) -> Knot {
+    Knot { value, color, extinction }
 }

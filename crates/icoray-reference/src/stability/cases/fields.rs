@@ -1,7 +1,7 @@
 //! Fields of any size and offset, constant ones, rough ones, and missing values.
 
-use super::case::{Case, CaseMesh, wave};
-use icoray::{OwnedReals, Result};
+use super::case::{Case, CaseMesh, knot, wave};
+use icoray::{Knot, OwnedReals, Result};
 
 const RED: [f64; 3] = [0.9, 0.1, 0.05];
 const BLUE: [f64; 3] = [0.1, 0.2, 1.0];
@@ -27,14 +27,14 @@ pub fn fields(mesh: &CaseMesh) -> Result<Vec<Case>> {
         (1.0, 1e6 + 1.0, "offset 1e6 + 1"),
         (1.0, -1e6, "offset -1e6"),
     ] {
-        cases.push(scaled(mesh, scale, offset, false, format!("{text}, held in f32"))?);
-        cases.push(scaled(mesh, scale, offset, true, format!("{text}, held in f64"))?);
+        cases.push(scaled(mesh, scale, offset, false, format!("{text}, in f32"))?);
+        cases.push(scaled(mesh, scale, offset, true, format!("{text}, in f64"))?);
     }
-    cases.push(scaled(mesh, 1e280, -1e281, true, "scale 1e280, offset -1e281, held in f64".into())?);
-    let step = [(0.0, RED, 0.2), (0.3, RED, 0.2), (0.3, BLUE, 0.9), (1.0, RED, 0.0)];
-    // 0.3 is no binary number: what the field holds must be what the knot holds.
+    cases.push(scaled(mesh, 1e280, -1e281, true, "scale 1e280, offset -1e281, in f64".into())?);
+    let step = [knot(0.0, RED, 0.2), knot(0.3, RED, 0.2), knot(0.3, BLUE, 0.9), knot(1.0, RED, 0.0)];
+    // 0.3 is no binary number: the values of field and knot must be equal.
     let single = f64::from(0.3f32);
-    let exact = step.map(|(v, c, e)| (if v == 0.3 { single } else { v }, c, e));
+    let exact = step.map(|k| Knot { value: if k.value == 0.3 { single } else { k.value }, ..k });
     let of = |name: &str, f: &dyn Fn(glam::DVec3, f64) -> f64| {
         let mut case = mesh.case("field", name)?.transfer(0.02, &exact);
         mesh.field(&mut case, f);
