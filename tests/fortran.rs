@@ -2,8 +2,8 @@
 
 use icoray_test_support::{Need, has_tool, runs_long};
 use icoray_tests::interface::Interface;
-use icoray_tests::layout::{LAYOUT, rust_layout};
-use icoray_tests::native::{checked, command, library, linked, root, succeeded, text};
+use icoray_tests::layout::{LAYOUT, assert_layout_is_of_rust};
+use icoray_tests::native::{checked, command, library, linked, root, succeeded, text, valgrind};
 use icoray_tests::pictures::count_colors;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -201,12 +201,7 @@ fn fortran_sees_the_structs_as_rust_does() {
     std::fs::write(&source, layout_program()).unwrap();
     let program = compile(&[source], &["-O0"], directory.path());
     let output = succeeded(&mut command(program, directory.path()));
-    let printed = text(&output.stdout);
-    let (version, layout) = printed.split_once('\n').unwrap();
-    assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
-    let rust = rust_layout();
-    let first = layout.lines().zip(rust.lines()).find(|(a, b)| a != b);
-    assert!(layout == rust, "Fortran and Rust differ: {first:?}");
+    assert_layout_is_of_rust(&text(&output.stdout));
 }
 
 /// Pictures and their pixels, by the directory's and the file's name.
@@ -286,8 +281,6 @@ fn no_memory_is_misused_or_lost() {
     let directory = TempDir::new().unwrap();
     // As models are built whose integers have 64 bits.
     let program = compile_pictures(&["-O1", "-g", "-fdefault-integer-8"], directory.path());
-    let mut valgrind = command("valgrind", directory.path());
-    valgrind.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
-    valgrind.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
+    let mut valgrind = valgrind(directory.path());
     checked(valgrind.arg(program).arg("out").args(["1", "16"]), "pictures", 400);
 }

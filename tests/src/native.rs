@@ -114,6 +114,14 @@ pub fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
     command
 }
 
+/// A command that runs a program in `directory` under valgrind, and fails for each misuse and loss of memory.
+pub fn valgrind(directory: &Path) -> Command {
+    let mut command = command("valgrind", directory);
+    command.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
+    command.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
+    command
+}
+
 /// A command that runs `inner` with a small file system at `place`, of so many bytes as mount has them, which nobody else
 /// sees and which goes with the command. Skips the test where the user may mount none.
 pub fn with_small_disk(inner: &Command, bytes: &str, place: &str) -> Option<Command> {

@@ -32,6 +32,21 @@ pub fn assert_same(drawn: &Pictures, expected: &Pictures, what: impl Display) {
     }
 }
 
+/// Largest and root-mean-square difference of the channels of two files.
+///
+/// # Panics
+/// When a file cannot be read or the sizes differ.
+pub fn difference(one: &Path, other: &Path) -> [f64; 2] {
+    let [one, other] = [one, other].map(|path| {
+        let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        picture.into_rgba32f()
+    });
+    assert_eq!(one.dimensions(), other.dimensions());
+    let channels = || one.as_raw().iter().zip(other.as_raw()).map(|(a, b)| f64::from((a - b).abs()));
+    let squares: f64 = channels().map(|d| d * d).sum();
+    [channels().fold(0.0, f64::max), (squares / one.as_raw().len() as f64).sqrt()]
+}
+
 /// Fails unless each picture has more than `colors` colours, and none is another one.
 ///
 /// # Panics

@@ -7,9 +7,19 @@ use icoray_reference::methods::Sampling;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// The interpolations: name, style in charts, and sampling.
-pub(crate) const METHODS: [(&str, usize, Sampling); 3] =
-    [("wedges", 3, Sampling::Uniform), ("tetrahedra", 7, Sampling::Tetrahedra), ("mean value", 8, Sampling::MeanValue)];
+/// An interpolation of the figures.
+pub(crate) struct Interpolation {
+    pub name: &'static str,
+    /// Colour and marker in charts.
+    pub style: usize,
+    pub sampling: Sampling,
+}
+
+pub(crate) const INTERPOLATIONS: [Interpolation; 3] = [
+    Interpolation { name: "wedges", style: 3, sampling: Sampling::Uniform },
+    Interpolation { name: "tetrahedra", style: 7, sampling: Sampling::Tetrahedra },
+    Interpolation { name: "mean value", style: 8, sampling: Sampling::MeanValue },
+];
 
 /// Which close-up views, how large, and by how many threads.
 #[derive(Debug, Clone, clap::Args)]

@@ -19,7 +19,7 @@ use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
 use icoray_reference::oracle;
-use measure::{Effort, MEASURES, Measured};
+use measure::{Effort, MEASURES, Measure, Measured};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -178,7 +178,7 @@ impl Study<'_> {
     }
 
     fn charts(&self, scene: &StudyScene, measured: &[Measured]) -> Result<()> {
-        for (file, title, error) in MEASURES {
+        for Measure { name, title, error } in MEASURES {
             let line = |(style, runs): (usize, &[Measured])| {
                 let points = runs.iter().map(|m| (m.median_s(), error(m))).collect();
                 Line { name: runs[0].run.series.to_owned(), style, points }
@@ -191,7 +191,7 @@ impl Study<'_> {
                 y: title.to_owned(),
                 lines: series.enumerate().map(line).collect(),
             };
-            chart.write(&self.options.out.join(format!("{}_{file}.svg", scene.name)))?;
+            chart.write(&self.options.out.join(format!("{}_{name}.svg", scene.name)))?;
         }
         Ok(())
     }

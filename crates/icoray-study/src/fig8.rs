@@ -1,7 +1,7 @@
 //! The paper's Figure 8: close-ups by interpolation in wedges, in tetrahedra, and by mean value coordinates, the
 //! default method and the oracle, with amplified differences from the oracle, at equal step and at equal time.
 
-use crate::closeup::{METHODS, View};
+use crate::closeup::{INTERPOLATIONS, Interpolation, View};
 use crate::montage::{Montage, Tile, amplified};
 use crate::results::{Table, number, progress, say};
 use crate::scenes::{PreparedDataset, StudyScene};
@@ -94,7 +94,7 @@ fn montage(
     let job = prepared.job(&scene.scene);
     let renderer = Renderer::new(options.view.threads)?;
     let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats };
-    let bar = progress(2 + 2 * METHODS.len(), &scene.name);
+    let bar = progress(2 + 2 * INTERPOLATIONS.len(), &scene.name);
     bar.set_message("oracle");
     let truth = oracle::picture(&job, all_threads)?;
     bar.inc(1);
@@ -104,7 +104,7 @@ fn montage(
     bar.inc(1);
     let (mut step_row, mut time_row) = (Vec::new(), Vec::new());
     let coarsest = prepared.thickness(&scene.scene)?;
-    for (name, _, sampling) in METHODS {
+    for Interpolation { name, sampling, .. } in INTERPOLATIONS {
         bar.set_message(format!("{name}, equal step"));
         let parameter = |step: f64| format!("step {step:.2e}");
         step_row.push(timer.picture(name, sampling.at(options.step), parameter(options.step), &truth)?);

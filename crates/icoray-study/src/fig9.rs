@@ -1,7 +1,7 @@
 //! The paper's Figure 9: frame rate against the sampling step for interpolation in wedges, in tetrahedra and by mean
 //! value coordinates, in the views of Figure 8.
 
-use crate::closeup::{METHODS, View};
+use crate::closeup::{INTERPOLATIONS, Interpolation, View};
 use crate::plot::{Chart, Line};
 use crate::results::{Table, progress, say};
 use crate::scenes::StudyScene;
@@ -51,7 +51,7 @@ impl Rate {
     fn row(&self, scene: &str) -> [String; 7] {
         [
             scene.to_owned(),
-            METHODS[self.method].0.to_owned(),
+            INTERPOLATIONS[self.method].name.to_owned(),
             format!("{:e}", self.step),
             format!("{:.6e}", self.median_s()),
             format!("{:.6e}", self.frames_per_s()),
@@ -82,7 +82,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
 
 /// Measures every method at every step, in rounds, so that noise affects all alike.
 fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Result<Vec<Rate>> {
-    let mut rates: Vec<Rate> = (0..METHODS.len())
+    let mut rates: Vec<Rate> = (0..INTERPOLATIONS.len())
         .flat_map(|method| options.steps.iter().map(move |step| (method, *step)))
         .map(|(method, step)| Rate { method, step, seconds: Vec::new(), samples: 0 })
         .collect();
@@ -90,7 +90,7 @@ fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Resul
     let bar = progress(rates.len() * repeats, name);
     for _ in 0..repeats {
         for rate in &mut rates {
-            let (name, _, sampling) = METHODS[rate.method];
+            let Interpolation { name, sampling, .. } = INTERPOLATIONS[rate.method];
             bar.set_message(format!("{name} {:e}", rate.step));
             let picture = sampling.at(rate.step).render(job, renderer)?;
             rate.seconds.push(picture.seconds);
@@ -110,7 +110,7 @@ fn chart(scene: &StudyScene, rates: &[Rate], exact_s: f64) -> Chart {
         style: 0,
         points: ends.map(|step| (step, 1.0 / exact_s)).to_vec(),
     }];
-    for (number, (name, style, _)) in METHODS.iter().enumerate() {
+    for (number, Interpolation { name, style, .. }) in INTERPOLATIONS.iter().enumerate() {
         let of = rates.iter().filter(|r| r.method == number);
         let points = of.map(|r| (r.step, r.frames_per_s())).collect();
         lines.push(Line { name: (*name).to_owned(), style: *style, points });
@@ -128,7 +128,7 @@ fn print(scene: &StudyScene, rates: &[Rate], exact_s: f64, out: &mut dyn Write) 
     let of = |method: usize| rates.iter().filter(move |r| r.method == method);
     let heads: Vec<String> = of(0).map(|r| format!("{:>9.0e}", r.step)).collect();
     say!(out, "{:>12} {}", "", heads.join(" "))?;
-    for (number, (name, _, _)) in METHODS.iter().enumerate() {
+    for (number, Interpolation { name, .. }) in INTERPOLATIONS.iter().enumerate() {
         let cells: Vec<String> = of(number).map(|r| format!("{:>9.3}", r.frames_per_s())).collect();
         let gains: Vec<f64> = of(0).zip(of(number)).map(|(w, r)| w.frames_per_s() / r.frames_per_s() - 1.0).collect();
         let gain = 100.0 * gains.iter().sum::<f64>() / gains.len().max(1) as f64;

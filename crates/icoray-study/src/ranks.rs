@@ -84,7 +84,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
             let parts = (sharing != Sharing::Tiles).then(|| MeshPart::all(&sphere, sharing, ranks));
-            let simulation = Simulation::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
+            let simulation = Simulation::new(&sphere, parts.as_deref(), &scenes, options)?;
             for (scene, frame) in simulation.frames(ranks)?.into_iter().enumerate() {
                 bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;
             }
@@ -92,7 +92,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         }
     }
     bar.set_message("2 ranks at once");
-    let simulation = Simulation::new(&sphere, None, &scenes, (options.frames, 0))?;
+    let simulation = Simulation { node_ranks: 0, ..Simulation::new(&sphere, None, &scenes, options)? };
     let (one, two) = (simulation.wall_s(1)?, simulation.wall_s(2)?);
     bar.finish_and_clear();
     for ((name, _), (one, two)) in multi_scale::TRANSFERS.iter().zip(one.into_iter().zip(two)) {
@@ -130,17 +130,13 @@ struct Simulation<'w> {
 }
 
 impl<'w> Simulation<'w> {
-    fn new(
-        sphere: &'w Sphere,
-        parts: Option<&'w [MeshPart]>,
-        scenes: &'w [Scene],
-        (frames, node_ranks): (usize, usize),
-    ) -> Result<Self> {
+    fn new(sphere: &'w Sphere, parts: Option<&'w [MeshPart]>, scenes: &'w [Scene], options: &Options) -> Result<Self> {
         let grids = match parts {
             None => vec![sphere.grid()?],
             Some(parts) => parts.par_iter().map(|part| part.sphere.grid()).collect::<Result<_>>()?,
         };
-        Ok(Simulation { sphere, parts, grids, scenes, frames: 1 + frames.max(1), node_ranks })
+        let (frames, node_ranks) = (1 + options.frames.max(1), options.node_ranks);
+        Ok(Simulation { sphere, parts, grids, scenes, frames, node_ranks })
     }
 
     /// The node of each rank.

@@ -45,7 +45,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     for size in options.sizes() {
         let benchmark = Benchmark::new(size, options)?;
         setups.push(benchmark.setup.clone());
-        memory.extend(benchmark.memory.iter().map(|(light, memory)| (size, *light, *memory)));
+        memory.extend_from_slice(&benchmark.memory);
         let grid = benchmark.sphere.grid()?;
         bar.suspend(|| say!(out, "{}\n{}", benchmark.setup.line(), csv.heading()))?;
         for setting in &settings {

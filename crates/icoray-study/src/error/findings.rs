@@ -1,6 +1,6 @@
 //! What the runs on a scene show: whether errors are at most the reported ones, and whether a method is faster than the default one.
 
-use super::measure::{MEASURES, Measured};
+use super::measure::{MEASURES, Measure, Measured};
 use super::sweep::{EXACT, EXACT_F64};
 use std::fmt::Write as _;
 
@@ -51,7 +51,7 @@ pub fn reported_errors(scene: &str, is_lit: bool, runs: &[Measured]) -> Finding 
 pub fn fastest(scene: &str, runs: &[Measured]) -> Vec<Finding> {
     let exact = || runs.iter().filter(|m| m.run.series == EXACT);
     let others = || runs.iter().filter(|m| ![EXACT, EXACT_F64].contains(&m.run.series));
-    let of_measure = |(_, title, error): &(&str, &str, fn(&Measured) -> f64)| {
+    let of_measure = |Measure { title, error, .. }: &Measure| {
         let best = |m: &Measured| {
             let as_good = exact().filter(|run| error(run) <= error(m));
             as_good.map(Measured::median_s).min_by(f64::total_cmp)

@@ -34,10 +34,17 @@ impl Measured {
     }
 }
 
-/// File name, words and number of each measure of error.
-pub const MEASURES: [(&str, &str, fn(&Measured) -> f64); 2] = [
-    ("rmse", "RMSE against the oracle", |m| m.distance.rmse),
-    ("max", "largest error against the oracle", |m| m.distance.max),
+/// A measure of error.
+pub struct Measure {
+    /// In the names of files.
+    pub name: &'static str,
+    pub title: &'static str,
+    pub error: fn(&Measured) -> f64,
+}
+
+pub const MEASURES: [Measure; 2] = [
+    Measure { name: "rmse", title: "RMSE against the oracle", error: |m| m.distance.rmse },
+    Measure { name: "max", title: "largest error against the oracle", error: |m| m.distance.max },
 ];
 
 /// Limits of repeats and times.

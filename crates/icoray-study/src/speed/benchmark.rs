@@ -16,6 +16,8 @@ type TimedFrames = Vec<(f64, FrameReport)>;
 /// Bytes that a frame takes beyond the model's arrays and the checked grid, its picture included.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Memory {
+    pub size: Size,
+    pub light: Light,
     /// At the peak.
     pub measured: u64,
     /// By the plan.
@@ -35,7 +37,7 @@ pub(super) struct Benchmark<'o> {
     /// A renderer without empty-space skipping.
     reader: Renderer,
     /// Memory of first frames.
-    pub memory: Vec<(Light, Memory)>,
+    pub memory: Vec<Memory>,
 }
 
 /// Frames of one scene on one number of threads.
@@ -88,8 +90,8 @@ impl<'o> Benchmark<'o> {
         let heights = if options.is_native() { sphere.terrain() } else { Vec::new() };
         let mut benchmark = Benchmark { options, size, sphere, heights, setup, renderers, walkers, reader, memory };
         if !options.bare {
-            let of = |light: &Light| Ok((*light, benchmark.memory_of(*light)?));
-            benchmark.memory = options.lights.iter().map(of).collect::<Result<_>>()?;
+            let memory = options.lights.iter().map(|light| benchmark.memory_of(*light));
+            benchmark.memory = memory.collect::<Result<_>>()?;
         }
         Ok(benchmark)
     }
@@ -104,7 +106,8 @@ impl<'o> Benchmark<'o> {
         let planned = renderer.run(|| plan.memory(&scene, &grid));
         let peak = PeakMemory::start()?;
         self.draw(&renderer, &scene, &grid)?;
-        Ok(Memory { measured: peak.bytes()?, planned: planned.total() - planned.grid })
+        let (size, planned) = (self.size, planned.total() - planned.grid);
+        Ok(Memory { size, light, measured: peak.bytes()?, planned })
     }
 
     /// A row for each number of threads, with alternating frames.

@@ -38,8 +38,15 @@ pub(super) struct Counted {
     /// The tool's name.
     pub tool: &'static str,
     pub size: Size,
-    /// By light and transfer function.
-    pub per_frustum: Vec<(Light, &'static str, f64)>,
+    pub per_frustum: Vec<PerFrustum>,
+}
+
+/// Instructions per frustum of a scene.
+#[derive(Debug, Clone)]
+pub(super) struct PerFrustum {
+    pub light: Light,
+    pub transfer: &'static str,
+    pub instructions: f64,
 }
 
 impl Tool {
@@ -81,8 +88,8 @@ impl Tool {
         // Counts are not affected by runs in parallel.
         let per_frustum = settings.par_iter().map(|setting| {
             let [one, frusta] = self.run(options, setting, 1)?;
-            let per_frustum = one.saturating_sub(none) as f64 / frusta.max(1) as f64;
-            Ok((setting.light, setting.case.name, per_frustum))
+            let instructions = one.saturating_sub(none) as f64 / frusta.max(1) as f64;
+            Ok(PerFrustum { light: setting.light, transfer: setting.case.name, instructions })
         });
         counted.per_frustum = per_frustum.collect::<Result<_>>()?;
         Ok(counted)

@@ -15,7 +15,7 @@ pub(super) struct Measured<'m> {
     pub rows: &'m [Row],
     pub setups: &'m [Setup],
     /// Memory of a frame, by grid and light.
-    pub memory: &'m [(Size, Light, Memory)],
+    pub memory: &'m [Memory],
     pub bandwidths: &'m [Bandwidth],
     /// `None` if not requested.
     pub counted: Option<Result<Counted>>,
@@ -178,8 +178,8 @@ impl Measured<'_> {
         let mut text = String::new();
         for light in &self.options.lights {
             let cells = names.iter().map(|name| {
-                let found = counted.per_frustum.iter().find(|of| of.0 == *light && of.1 == *name);
-                found.map_or_else(String::new, |of| format!("{:.0}", of.2))
+                let found = counted.per_frustum.iter().find(|of| of.light == *light && of.transfer == *name);
+                found.map_or_else(String::new, |of| format!("{:.0}", of.instructions))
             });
             text += &line(&format!("{light}: instructions per frustum that is read"), cells);
         }
@@ -214,9 +214,9 @@ impl Measured<'_> {
                 setup.per_triangle()
             );
             let frames = lights.iter().map(|light| {
-                let of = self.memory.iter().find(|of| of.0.level == setup.level && of.1 == *light);
-                of.map_or_else(String::new, |(size, _, memory)| {
-                    let field = 4.0 * (setup.cells * size.layers) as f64;
+                let memory = self.memory.iter().find(|of| of.size.level == setup.level && of.light == *light);
+                memory.map_or_else(String::new, |memory| {
+                    let field = 4.0 * (setup.cells * memory.size.layers) as f64;
                     let [measured, planned] = [memory.measured, memory.planned].map(|bytes| bytes as f64);
                     let [mebi, planned] = [measured, planned].map(|bytes| bytes / f64::from(1 << 20));
                     format!("{mebi:.1} ({:.0} %; {planned:.1})", 100.0 * measured / field)
