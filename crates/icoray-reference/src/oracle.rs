@@ -44,12 +44,7 @@ pub const PANEL: f64 = 0.25;
 /// # Errors
 /// As [`icoray::Plan::new`].
 pub fn picture(job: &Job, renderer: &Renderer) -> Result<Vec<[f64; 4]>> {
-    walk(job, renderer, PANEL)
-}
-
-/// As [`picture`], with panels of the given optical depth.
-fn walk(job: &Job, renderer: &Renderer, panel: f64) -> Result<Vec<[f64; 4]>> {
-    with(job, panel, |oracle, prepared| prepared.pixels(renderer, |ray, hint| oracle.walked(prepared, ray, hint)))
+    with(job, |oracle, prepared| prepared.pixels(renderer, |ray, hint| oracle.walked(prepared, ray, hint)))
 }
 
 /// The same as [`picture`] by intersection with all triangles, in place of the traversal; NaN where the mesh has a gap.
@@ -57,11 +52,11 @@ fn walk(job: &Job, renderer: &Renderer, panel: f64) -> Result<Vec<[f64; 4]>> {
 /// # Errors
 /// As [`icoray::Plan::new`].
 pub fn brute_force(job: &Job, renderer: &Renderer) -> Result<Vec<[f64; 4]>> {
-    with(job, PANEL, |oracle, prepared| prepared.pixels(renderer, |ray, _| oracle.pixel(ray).unwrap_or([f64::NAN; 4])))
+    with(job, |oracle, prepared| prepared.pixels(renderer, |ray, _| oracle.pixel(ray).unwrap_or([f64::NAN; 4])))
 }
 
-/// Prepares a job for `work`, with panels of the given optical depth.
-fn with<R>(job: &Job, panel: f64, work: impl FnOnce(&Oracle, &PreparedJob) -> R) -> Result<R> {
+/// Prepares a job for `work`.
+fn with<R>(job: &Job, work: impl FnOnce(&Oracle, &PreparedJob) -> R) -> Result<R> {
     let prepared = PreparedJob::new(job)?;
     let (field, layers) = (prepared.field(), prepared.radius.len());
     let places = (0..job.grid.cells() as u32).flat_map(|cell| (0..layers).map(move |layer| (cell, layer)));
@@ -69,7 +64,7 @@ fn with<R>(job: &Job, panel: f64, work: impl FnOnce(&Oracle, &PreparedJob) -> R)
     let layers = job.layers.for_field(layers)?;
     let fields = [(job.scene.volumes[0].field.as_str(), values)];
     let data = Data { grid: job.grid, layers: &layers, heights: &[], fields: &fields };
-    Ok(work(&Oracle::new(job.scene, data, panel)?, &prepared))
+    Ok(work(&Oracle::new(job.scene, data, PANEL)?, &prepared))
 }
 
 impl Oracle<'_> {

@@ -11,7 +11,7 @@ use icoray_reference::sphere::{self, Sphere};
 use partition::MeshPart;
 pub use partition::Sharing;
 use rayon::prelude::*;
-use sequential::SequentialRank;
+use sequential::{SequentialRank, seconds};
 use std::io::Write;
 use std::path::PathBuf;
 use std::thread;
@@ -151,7 +151,7 @@ impl<'w> Simulation<'w> {
             let busy = team.begin();
             let mut before = 0.0;
             self.rank(Ranks::new(Box::new(team)), |report| {
-                let busy_s = busy.seconds() - std::mem::replace(&mut before, busy.seconds());
+                let busy_s = seconds(&busy) - std::mem::replace(&mut before, seconds(&busy));
                 RankFrame { busy_s, report }
             })
         })?;

@@ -1,7 +1,9 @@
 use super::*;
 use crate::comparison::Comparison;
 use crate::sphere::{Sphere, multi_scale};
-use icoray::{Field, Knot, Layers, Location, Scene, Shape};
+use glam::DVec3;
+use icoray::{Knot, Layers, Scene};
+use rayon::prelude::*;
 
 const KNOTS: &str = r##"unit_length = 0.1
 knots = [ { value = -0.6, color = "#2040ff", opacity = 0.7 }, { value = -0.2, color = "#20c0ff", opacity = 0.1 },
@@ -29,10 +31,29 @@ fn max_difference(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
     Comparison::new(a, b).max
 }
 
-/// The picture with panels of a depth.
-fn drawn(sphere: &Sphere, scene: &Scene, panel: f64) -> Vec<[f64; 4]> {
-    let renderer = Renderer::new(2).unwrap();
-    sphere.with_job(scene, |job| walk(job, &renderer, panel)).unwrap()
+/// A mesh and layers with fields.
+struct Model {
+    sphere: Sphere,
+    layers: Layers,
+    fields: Vec<(&'static str, Vec<f64>)>,
+}
+
+impl Model {
+    /// The field `f` of position.
+    fn new(level: u32, layers: usize, f: fn(DVec3) -> f64) -> Self {
+        let sphere = Sphere::new(level, layers, [1.0, 1.3], f).unwrap();
+        let values = sphere.values.iter().map(|value| f64::from(*value)).collect();
+        Model { layers: sphere.layers.clone(), fields: vec![("f", values)], sphere }
+    }
+
+    /// The picture by intersection with all triangles; `heights` are those of native layers.
+    fn picture(&self, scene: &Scene, heights: &[f64], panel: f64) -> Vec<[f64; 4]> {
+        let grid = self.sphere.grid().unwrap();
+        let data = Data { grid: &grid, layers: &self.layers, heights, fields: &self.fields };
+        let oracle = Oracle::new(scene, data, panel).unwrap();
+        let pixels = (0..scene.width * scene.height).into_par_iter();
+        pixels.map(|i| oracle.pixel(&Ray::of_pixel(scene, i)).unwrap()).collect()
+    }
 }
 
 /// One piece with a linear value and extinction: `∫ cσ e^{-τ}` with τ quadratic, by fine sums.
@@ -70,7 +91,7 @@ fn a_linear_ramp_is_integrated_whatever_its_depth() {
 
 #[test]
 fn halved_panels_change_nothing() {
-    let sphere = Sphere::new(3, 12, [1.0, 1.3], multi_scale).unwrap();
+    let model = Model::new(3, 12, multi_scale);
     let cases = [
         (KNOTS.to_string(), 1e-12),
         (HARSH.to_string(), 1e-12),
@@ -79,7 +100,7 @@ fn halved_panels_change_nothing() {
     ];
     for (transfer, bound) in cases {
         let scene = scene(48, &transfer, "core = \"transparent\"\nbackground = \"transparent\"");
-        let [coarse, fine] = [PANEL, 0.5 * PANEL].map(|panel| drawn(&sphere, &scene, panel));
+        let [coarse, fine] = [PANEL, 0.5 * PANEL].map(|panel| model.picture(&scene, &[], panel));
         let d = max_difference(&coarse, &fine);
         println!("{:?}: {d:.1e}", transfer.lines().last());
         assert!(d < bound, "{transfer}: {d:e}");
@@ -90,45 +111,36 @@ fn halved_panels_change_nothing() {
 /// Values that jump by orders from layer to layer, constant on each: a knot exactly on a layer is met exactly.
 #[test]
 fn a_step_on_a_layer_is_where_the_layer_is() {
-    let sphere = Sphere::new(2, 4, [1.0, 1.3], |p| if p.length() < 1.05 { 0.1 } else { 7.3 }).unwrap();
-    let value = f64::from(sphere.values[1]);
+    let model = Model::new(2, 4, |p| if p.length() < 1.05 { 0.1 } else { 7.3 });
+    let value = model.fields[0].1[1];
     let transfer = format!(
         "unit_length = 0.1\nknots = [ {{ value = 0, color = \"black\", extinction = 0 }}, {{ value = {value}, color = \"black\", extinction = 0 }},\n\
          {{ value = {value}, color = \"white\", extinction = 1e9 }} ]"
     );
     let scene = scene(32, &transfer, "core = \"transparent\"\nbackground = \"transparent\"");
-    let picture = drawn(&sphere, &scene, PANEL);
+    let picture = model.picture(&scene, &[], PANEL);
     // Above the second layer the value is the knot's: opaque, down to the shell's surface.
     assert!(picture.iter().all(|p| p[3] == 0.0 || p[3] > 1.0 - 1e-9));
-}
-
-/// The oracle's picture of an f64 field with the given layers.
-fn wide(sphere: &Sphere, radius: &[f64], values: &[f64], scene: &Scene) -> Vec<[f64; 4]> {
-    let grid = sphere.grid().unwrap();
-    let shape = Shape::level_fastest(grid.cells(), radius.len());
-    let field = Field::new(values.into(), shape, Location::Center, None).unwrap();
-    let layers = Layers::new(radius.to_vec(), 1.0).unwrap();
-    let job = Job { scene, grid: &grid, layers: &layers, field: &field };
-    picture(&job, &Renderer::new(2).unwrap()).unwrap()
 }
 
 /// What changes nothing in the integral changes nothing in the picture: a thousand knots on the lines between knots,
 /// and layers midway between layers with the values midway.
 #[test]
 fn redundant_knots_and_layers_change_nothing() {
-    let sphere = Sphere::new(3, 9, [1.0, 1.3], multi_scale).unwrap();
-    let (radius, values) = (sphere.layers.radius_m(), sphere.values.iter().map(|v| f64::from(*v)));
-    let values: Vec<f64> = values.collect();
+    let model = Model::new(3, 9, multi_scale);
+    let radius = model.layers.radius_m();
     let midway = |row: &[f64]| -> Vec<f64> {
         let pairs = row.windows(2).flat_map(|w| [w[0], 0.5 * (w[0] + w[1])]);
         pairs.chain(row.last().copied()).collect()
     };
-    let between: Vec<f64> = values.chunks_exact(radius.len()).flat_map(midway).collect();
+    let between = model.fields[0].1.chunks_exact(radius.len()).flat_map(midway).collect();
+    let layers = Layers::new(midway(radius), 1.0).unwrap();
+    let finer = Model { layers, fields: vec![("f", between)], ..Model::new(3, 9, multi_scale) };
     let hollow = "core = \"transparent\"\nbackground = \"transparent\"";
     for transfer in [KNOTS, HARSH] {
         let plain = scene(48, transfer, hollow);
-        let expected = wide(&sphere, radius, &values, &plain);
-        let layered = wide(&sphere, &midway(radius), &between, &plain);
+        let expected = model.picture(&plain, &[], PANEL);
+        let layered = finer.picture(&plain, &[], PANEL);
         let mut knotted = plain.clone();
         let knots = &mut knotted.volumes[0].transfer.knots;
         for i in 0..1024 {
@@ -142,7 +154,7 @@ fn redundant_knots_and_layers_change_nothing() {
                     .insert(above, Knot { value, color, extinction: a.extinction + w * (b.extinction - a.extinction) });
             }
         }
-        let many = wide(&sphere, radius, &values, &knotted);
+        let many = model.picture(&knotted, &[], PANEL);
         let d = [max_difference(&layered, &expected), max_difference(&many, &expected)];
         println!("{} knots: layers {:.1e}, knots {:.1e}", knotted.volumes[0].transfer.knots.len(), d[0], d[1]);
         // Other layers round the ray's points otherwise, and where a value turns inside the spike that shows.
@@ -151,30 +163,12 @@ fn redundant_knots_and_layers_change_nothing() {
     }
 }
 
-const LAYERS: usize = 6;
-
 /// A mesh with the field `f`, and `r`, the radius.
-struct Model {
-    sphere: Sphere,
-    fields: [(&'static str, Vec<f64>); 2],
-}
-
-impl Model {
-    fn new() -> Self {
-        let sphere = Sphere::new(2, LAYERS, [1.0, 1.3], multi_scale).unwrap();
-        let values = sphere.values.iter().map(|value| f64::from(*value)).collect();
-        let radius = sphere.layers.radius_m().iter().copied().cycle().take(sphere.values.len()).collect();
-        Model { sphere, fields: [("f", values), ("r", radius)] }
-    }
-
-    /// Colours of the rays of a picture.
-    fn picture(&self, text: &str, heights: &[f64]) -> Vec<[f64; 4]> {
-        let scene = small(text);
-        let grid = self.sphere.grid().unwrap();
-        let data = Data { grid: &grid, layers: &self.sphere.layers, heights, fields: &self.fields };
-        let whole = Oracle::new(&scene, data, PANEL).unwrap();
-        (0..16 * 12).map(|i| whole.pixel(&Ray::of_pixel(&scene, i)).unwrap()).collect()
-    }
+fn with_radius() -> Model {
+    let mut model = Model::new(2, 6, multi_scale);
+    let radius = model.layers.radius_m().iter().copied().cycle().take(model.sphere.values.len()).collect();
+    model.fields.push(("r", radius));
+    model
 }
 
 fn small(text: &str) -> Scene {
@@ -202,7 +196,7 @@ const LIGHTS: [&str; 3] = ["", "[light]\n", "[light]\nkind = \"sun\"\nlon = 80\n
 /// The renderer's traversal, and intersection with all triangles.
 #[test]
 fn the_traversal_finds_the_frusta_of_brute_force() {
-    let model = Model::new();
+    let model = with_radius();
     for core in ["", "core = \"transparent\"\n"] {
         for light in LIGHTS {
             let scene = small(&format!("{core}{}{light}", volume(1.0)));
@@ -218,12 +212,12 @@ fn the_traversal_finds_the_frusta_of_brute_force() {
 
 #[test]
 fn parts_of_a_volume_add_up_to_it() {
-    let model = Model::new();
+    let model = with_radius();
     for light in LIGHTS {
         let parts = [0.25, 0.6, 0.15].map(volume).concat();
         let difference = max_difference(
-            &model.picture(&format!("{}{light}", volume(1.0)), &[]),
-            &model.picture(&(parts + light), &[]),
+            &model.picture(&small(&format!("{}{light}", volume(1.0))), &[], PANEL),
+            &model.picture(&small(&(parts + light)), &[], PANEL),
         );
         assert!(difference < 1e-9, "{light} {difference:e}");
     }
@@ -232,19 +226,23 @@ fn parts_of_a_volume_add_up_to_it() {
 /// Columns that all have the mean heights, and a surface of constant radius, which is flat over a triangle.
 #[test]
 fn what_is_written_in_two_ways_is_seen_alike() {
-    let model = Model::new();
+    let model = with_radius();
     let heights: Vec<f64> = model.fields[1].1.iter().map(|radius| radius - 1.0).collect();
     for light in LIGHTS {
         // A round core has other normals than one of facets.
         let text = format!("core = \"transparent\"\n{}{light}", volume(1.0));
         let native = format!("heights = \"native\"\n{text}");
-        let difference = max_difference(&model.picture(&text, &heights), &model.picture(&native, &heights));
+        let difference = max_difference(
+            &model.picture(&small(&text), &heights, PANEL),
+            &model.picture(&small(&native), &heights, PANEL),
+        );
         assert!(difference < if light.is_empty() { 1e-12 } else { 1e-9 }, "{light} {difference:e}");
     }
     let paint = "color = \"orange\"\nopacity = 0.4\n";
     let iso = format!("{}[[isosurfaces]]\nfield = \"r\"\nvalue = 1.1\n{paint}", volume(1.0));
     let sheet = format!("{}[[surfaces]]\nheight_m = 0.1\n{paint}", volume(1.0));
-    let difference = max_difference(&model.picture(&iso, &[]), &model.picture(&sheet, &[]));
+    let difference =
+        max_difference(&model.picture(&small(&iso), &[], PANEL), &model.picture(&small(&sheet), &[], PANEL));
     assert!(difference < 1e-12, "{difference:e}");
     // All that is outside of one cut is inside one of two others.
     let cut = |cut: &str, ends: &str| format!("[[clip]]\ncut = \"{cut}\"\n{ends}\n");
@@ -257,7 +255,7 @@ fn what_is_written_in_two_ways_is_seen_alike() {
         (cut("inside", "lon = [20, 200]"), cut("inside", &half(110.0, 0.0))),
     ];
     for (one, other) in pairs {
-        let [a, b] = [&one, &other].map(|cuts| model.picture(&format!("{}{cuts}", volume(3.0)), &[]));
+        let [a, b] = [&one, &other].map(|cuts| model.picture(&small(&format!("{}{cuts}", volume(3.0))), &[], PANEL));
         assert!(max_difference(&a, &b) < 1e-12, "{one}{other}{:e}", max_difference(&a, &b));
     }
 }
