@@ -21,7 +21,7 @@ pub(crate) use blend::{Blend, FieldInSpan, Radiance, VolumePiece};
 pub(crate) use gauss::Gauss;
 pub(crate) use gradients::GradientInput;
 pub(crate) use interpolant::FrustumInterpolant;
-pub use prepared::{Data, Oracle};
+pub use prepared::{Data, NamedField, Oracle};
 pub(crate) use spans::{Span, Spans};
 
 use crate::columns::columns;
@@ -62,7 +62,7 @@ fn with<R>(job: &Job, work: impl FnOnce(&Oracle, &PreparedJob) -> R) -> Result<R
     let places = (0..job.grid.cells() as u32).flat_map(|cell| (0..layers).map(move |layer| (cell, layer)));
     let values = places.map(|(cell, layer)| prepared.value(&field, cell, layer)).collect();
     let layers = job.layers.for_field(layers)?;
-    let fields = [(job.scene.volumes[0].field.as_str(), values)];
+    let fields = [NamedField { name: &job.scene.volumes[0].field, values }];
     let data = Data { grid: job.grid, layers: &layers, heights: &[], fields: &fields };
     Ok(work(&Oracle::new(job.scene, data, PANEL)?, &prepared))
 }

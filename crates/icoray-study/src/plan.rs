@@ -39,21 +39,23 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// Name of a saving, and all savings but this.
-type Switch = (&'static str, Savings);
+/// All savings but one.
+struct Without {
+    saving: &'static str,
+    savings: Savings,
+}
 
 const ALL: Savings = Savings::ALL;
 
-/// Each saving switched off.
-const WITHOUT: [Switch; 8] = [
-    ("leaps", Savings { empty_space: false, ..ALL }),
-    ("layers", Savings { layers: false, ..ALL }),
-    ("ends", Savings { ends: false, ..ALL }),
-    ("gradients", Savings { gradients: false, ..ALL }),
-    ("packing", Savings { packing: false, ..ALL }),
-    ("lanes", Savings { lanes: false, ..ALL }),
-    ("tiles", Savings { tiles: false, ..ALL }),
-    ("reuse", Savings { reuse: false, ..ALL }),
+const WITHOUT: [Without; 8] = [
+    Without { saving: "leaps", savings: Savings { empty_space: false, ..ALL } },
+    Without { saving: "layers", savings: Savings { layers: false, ..ALL } },
+    Without { saving: "ends", savings: Savings { ends: false, ..ALL } },
+    Without { saving: "gradients", savings: Savings { gradients: false, ..ALL } },
+    Without { saving: "packing", savings: Savings { packing: false, ..ALL } },
+    Without { saving: "lanes", savings: Savings { lanes: false, ..ALL } },
+    Without { saving: "tiles", savings: Savings { tiles: false, ..ALL } },
+    Without { saving: "reuse", savings: Savings { reuse: false, ..ALL } },
 ];
 
 /// Cost of frames.
@@ -150,16 +152,16 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     Ok(())
 }
 
-/// A renderer with all savings, and one without each.
+/// A renderer with all savings, and one without each, in the order of [`WITHOUT`].
 struct Renderers {
     all: Renderer,
-    without: Vec<(&'static str, Renderer)>,
+    without: Vec<Renderer>,
 }
 
 impl Renderers {
     fn new(threads: usize) -> Result<Self> {
         let renderer = |savings| Ok(Renderer::new(threads)?.with_savings(savings));
-        let without = WITHOUT.into_iter().map(|(name, savings)| Ok((name, renderer(savings)?)));
+        let without = WITHOUT.iter().map(|without| renderer(without.savings));
         Ok(Renderers { all: renderer(ALL)?, without: without.collect::<Result<_>>()? })
     }
 
@@ -173,7 +175,7 @@ impl Renderers {
         frames: usize,
     ) -> Result<Vec<Row<'r>>> {
         let mut rows: Vec<Row> = Vec::new();
-        for (saving, renderer) in &self.without {
+        for (Without { saving, .. }, renderer) in WITHOUT.iter().zip(&self.without) {
             let (mut with, mut without) = (Vec::new(), Vec::new());
             // The first frames allocate memory.
             for frame in 0..=frames {

@@ -17,8 +17,17 @@ pub struct Data<'a> {
     pub layers: &'a Layers,
     /// Heights of each column's layers in metres, level-fastest; for scenes with native heights.
     pub heights: &'a [f64],
-    /// Names and values, level-fastest; NaN where a value is missing.
-    pub fields: &'a [(&'a str, Vec<f64>)],
+    /// The fields.
+    pub fields: &'a [NamedField<'a>],
+}
+
+/// A field at cells.
+#[derive(Debug, Clone)]
+pub struct NamedField<'a> {
+    /// Its name in scenes.
+    pub name: &'a str,
+    /// Values, level-fastest; NaN where one is missing.
+    pub values: Vec<f64>,
 }
 
 /// The transfer function of a field.
@@ -79,7 +88,7 @@ impl<'a> Oracle<'a> {
             Ok(Medium { color: map(own.0, own.1)?, extinction: map(by, extinction)? })
         };
         let media = scene.volumes.iter().map(medium).collect::<Result<_>>()?;
-        let gradients = |(_, values): &(&str, Vec<f64>)| {
+        let gradients = |NamedField { values, .. }: &NamedField| {
             let at = |cell: u32, layer: usize| cell as usize * layers + layer;
             let radius = |cell, layer| if is_native { radius[at(cell, layer)] } else { radius[layer] };
             let value = |cell, layer| values[at(cell, layer)];
@@ -166,7 +175,7 @@ fn lon_lat([lon, lat]: [f64; 2]) -> DVec3 {
 impl Data<'_> {
     /// The number of a field.
     pub(super) fn find(&self, name: &str) -> Result<usize> {
-        let found = self.fields.iter().position(|field| field.0 == name);
+        let found = self.fields.iter().position(|field| field.name == name);
         let context = || format!("the scene shows {name:?}, expected a field of the data");
         found.ok_or_else(|| Error::new(ErrorKind::Scene, context()))
     }

@@ -35,7 +35,7 @@ fn max_difference(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
 struct Model {
     sphere: Sphere,
     layers: Layers,
-    fields: Vec<(&'static str, Vec<f64>)>,
+    fields: Vec<NamedField<'static>>,
 }
 
 impl Model {
@@ -43,7 +43,7 @@ impl Model {
     fn new(level: u32, layers: usize, f: fn(DVec3) -> f64) -> Self {
         let sphere = Sphere::new(level, layers, [1.0, 1.3], f).unwrap();
         let values = sphere.values.iter().map(|value| f64::from(*value)).collect();
-        Model { layers: sphere.layers.clone(), fields: vec![("f", values)], sphere }
+        Model { layers: sphere.layers.clone(), fields: vec![NamedField { name: "f", values }], sphere }
     }
 
     /// The picture by intersection with all triangles; `heights` are those of native layers.
@@ -112,7 +112,7 @@ fn halved_panels_change_nothing() {
 #[test]
 fn a_step_on_a_layer_is_where_the_layer_is() {
     let model = Model::new(2, 4, |p| if p.length() < 1.05 { 0.1 } else { 7.3 });
-    let value = model.fields[0].1[1];
+    let value = model.fields[0].values[1];
     let transfer = format!(
         "unit_length = 0.1\nknots = [ {{ value = 0, color = \"black\", extinction = 0 }}, {{ value = {value}, color = \"black\", extinction = 0 }},\n\
          {{ value = {value}, color = \"white\", extinction = 1e9 }} ]"
@@ -133,9 +133,9 @@ fn redundant_knots_and_layers_change_nothing() {
         let pairs = row.windows(2).flat_map(|w| [w[0], 0.5 * (w[0] + w[1])]);
         pairs.chain(row.last().copied()).collect()
     };
-    let between = model.fields[0].1.chunks_exact(radius.len()).flat_map(midway).collect();
+    let values = model.fields[0].values.chunks_exact(radius.len()).flat_map(midway).collect();
     let layers = Layers::new(midway(radius), 1.0).unwrap();
-    let finer = Model { layers, fields: vec![("f", between)], ..Model::new(3, 9, multi_scale) };
+    let finer = Model { layers, fields: vec![NamedField { name: "f", values }], ..Model::new(3, 9, multi_scale) };
     let hollow = "core = \"transparent\"\nbackground = \"transparent\"";
     for transfer in [KNOTS, HARSH] {
         let plain = scene(48, transfer, hollow);
@@ -166,8 +166,8 @@ fn redundant_knots_and_layers_change_nothing() {
 /// A mesh with the field `f`, and `r`, the radius.
 fn with_radius() -> Model {
     let mut model = Model::new(2, 6, multi_scale);
-    let radius = model.layers.radius_m().iter().copied().cycle().take(model.sphere.values.len()).collect();
-    model.fields.push(("r", radius));
+    let values = model.layers.radius_m().iter().copied().cycle().take(model.sphere.values.len()).collect();
+    model.fields.push(NamedField { name: "r", values });
     model
 }
 
@@ -227,7 +227,7 @@ fn parts_of_a_volume_add_up_to_it() {
 #[test]
 fn what_is_written_in_two_ways_is_seen_alike() {
     let model = with_radius();
-    let heights: Vec<f64> = model.fields[1].1.iter().map(|radius| radius - 1.0).collect();
+    let heights: Vec<f64> = model.fields[1].values.iter().map(|radius| radius - 1.0).collect();
     for light in LIGHTS {
         // A round core has other normals than one of facets.
         let text = format!("core = \"transparent\"\n{}{light}", volume(1.0));

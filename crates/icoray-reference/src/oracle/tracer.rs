@@ -145,7 +145,7 @@ impl<'o, 'a> Tracer<'o, 'a> {
             if number == layer && oracle.shows([layer, layer], at) {
                 let weight = layered.on_layer(layer, t);
                 let color = paint(&surface.paint, |name| {
-                    let values = &oracle.data.fields[oracle.data.find(name).ok()?].1;
+                    let values = &oracle.data.fields[oracle.data.find(name).ok()?].values;
                     let value = cells.map(|cell| values[cell as usize * oracle.layers + layer]);
                     let rest = weight[1] * (value[1] - value[0]) + weight[2] * (value[2] - value[0]);
                     Some(value[0] + rest).filter(|value| value.is_finite())
@@ -161,7 +161,7 @@ impl<'o, 'a> Tracer<'o, 'a> {
         let (oracle, cells) = (self.oracle, layered.column.cells);
         let weights = layered.frustum(layer, ends);
         let interpolant = |values: &[f64]| FrustumInterpolant::new(&weights, oracle.six(cells, layer, |i| values[i]));
-        let fields = oracle.data.fields.iter().map(|(_, values)| interpolant(values)).collect();
+        let fields = oracle.data.fields.iter().map(|field| interpolant(&field.values)).collect();
         let (start, length) = (ends[0].to_f64(), (ends[1] - ends[0]).to_f64());
         let frustum = FrustumFields { cells, layer, weights, fields, start, length };
         let mut done = 0.0;
@@ -227,7 +227,7 @@ impl<'o, 'a> Tracer<'o, 'a> {
             }
             for (k, surface) in oracle.scene.scenery.isosurfaces.iter().enumerate() {
                 let value = surface.value - base;
-                if oracle.data.fields[number].0 == surface.field && (start >= value) != (end >= value) {
+                if oracle.data.fields[number].name == surface.field && (start >= value) != (end >= value) {
                     breaks.push(Break { u: field.meets(value, from, to), met: Some(Met::Isosurface(k)) });
                 }
             }

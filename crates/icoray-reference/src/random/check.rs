@@ -2,7 +2,7 @@
 
 use super::draw::RandomScene;
 use crate::comparison::pixel_error;
-use crate::oracle::{Data, Oracle, PANEL};
+use crate::oracle::{Data, NamedField, Oracle, PANEL};
 use crate::ray::Ray;
 use glam::DVec3;
 use icoray::{Frame, Renderer, Result};
@@ -117,9 +117,10 @@ struct Pixel {
 }
 
 /// A field with values a few units in the last place of f64 away.
-fn moved<'n>((name, values): &(&'n str, Vec<f64>), number: usize) -> (&'n str, Vec<f64>) {
+fn moved<'n>(field: &NamedField<'n>, number: usize) -> NamedField<'n> {
     let by = |i: usize| 8.0 * f64::EPSILON * (Random::at(MOVED * i + number).unit() - 0.5);
-    (name, values.iter().enumerate().map(|(i, value)| value * (1.0 + by(i))).collect())
+    let values = field.values.iter().enumerate().map(|(i, value)| value * (1.0 + by(i))).collect();
+    NamedField { values, ..*field }
 }
 
 impl Pixel {

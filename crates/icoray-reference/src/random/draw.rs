@@ -2,7 +2,7 @@
 
 use super::scene_text::{KINDS, SceneText, chance, uniform};
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::oracle::Data;
+use crate::oracle::{Data, NamedField};
 use crate::shading::direction;
 use glam::{DQuat, DVec3};
 use icoray::{Error, ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, Result, Scene, Shape};
@@ -23,7 +23,7 @@ pub struct RandomScene {
     pub(super) layers: Layers,
     /// Heights of each column's layers, metres, level-fastest.
     heights: Vec<f64>,
-    pub(super) fields: Vec<(&'static str, Vec<f64>)>,
+    pub(super) fields: Vec<NamedField<'static>>,
     /// The fields rounded to single precision, where the model has that.
     single: Option<Vec<Vec<f32>>>,
     /// Mesh and fields in words.
@@ -55,9 +55,10 @@ impl RandomScene {
         let kind = if log { KINDS[1] } else { KINDS[[0, 2, 3, 4, 5, 6, 7, 8][random.below(8)]] };
         let mut fields = Vec::new();
         for name in ["f", "g"] {
-            let (style, values) = values(random, &grid, layers, is_single, log);
-            let _ = write!(recipe, "; {name} {style}, {}", if is_single { "f32" } else { "f64" });
-            fields.push((name, values));
+            let style = if log { STYLES.len() - 1 } else { [0, 1, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4][random.below(12)] };
+            let values = values(random, &grid, layers, is_single, style);
+            let _ = write!(recipe, "; {name} {}, {}", STYLES[style], if is_single { "f32" } else { "f64" });
+            fields.push(NamedField { name, values });
         }
         let radii: Vec<f64> = up.iter().map(|up| top * up).collect();
         let mut writer = SceneText { random, fields: &fields, top, layers, text: String::new() };
@@ -66,7 +67,7 @@ impl RandomScene {
         let mut scene =
             Scene::parse(&text).map_err(|e| Error::new(ErrorKind::Scene, format!("seed {seed}: {e}\n{text}")))?;
         scene.name_first_field("f");
-        let rounded = |(_, values): &(&str, Vec<f64>)| values.iter().map(|value| *value as f32).collect();
+        let rounded = |field: &NamedField| field.values.iter().map(|value| *value as f32).collect();
         let single = is_single.then(|| fields.iter().map(rounded).collect());
         drop(grid);
         let layers = Layers::from_heights(&radii, 1.0)?;
@@ -87,7 +88,7 @@ impl RandomScene {
         let shape = Shape::level_fastest(self.heights.len() / self.layers.count(), self.layers.count());
         let field = |k: usize| match &self.single {
             Some(single) => Field::new(single[k].as_slice().into(), shape, Location::Center, None),
-            None => Field::new(self.fields[k].1.as_slice().into(), shape, Location::Center, None),
+            None => Field::new(self.fields[k].values.as_slice().into(), shape, Location::Center, None),
         };
         let heights = Field::new(self.heights.as_slice().into(), shape, Location::Center, None)?;
         Ok(Fields::new([("f", field(0)?), ("g", field(1)?)]).with_heights(heights))
@@ -118,10 +119,10 @@ fn mesh(random: &mut Random) -> Result<(Culled, String)> {
     Ok((Culled::new(&mesh, &stays, style, Mark::MinusOne, 0), recipe))
 }
 
-/// A field and its style.
-fn values(random: &mut Random, grid: &Grid, layers: usize, single: bool, decades: bool) -> (&'static str, Vec<f64>) {
-    let styles = ["constant but for rounding", "smooth", "noise", "spikes", "decades"];
-    let style = if decades { 4 } else { [0, 1, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4][random.below(12)] };
+const STYLES: [&str; 5] = ["constant but for rounding", "smooth", "noise", "spikes", "decades"];
+
+/// The values of a field in one of the [`STYLES`].
+fn values(random: &mut Random, grid: &Grid, layers: usize, single: bool, style: usize) -> Vec<f64> {
     let scale = 10f64.powf(uniform(random, -6.0, 4.0));
     let offset = scale * [0.0, 0.0, 1.0, 300.0][random.below(4)];
     let [a, b] = [0; 2].map(|_| uniform(random, 1.0, 6.0) * DVec3::from_array(random.direction()));
@@ -148,5 +149,5 @@ fn values(random: &mut Random, grid: &Grid, layers: usize, single: bool, decades
             values.push(if is_missing { f64::NAN } else { value });
         }
     }
-    (styles[style], values)
+    values
 }

@@ -1,5 +1,6 @@
 //! The text of random scenes.
 
+use crate::oracle::NamedField;
 use glam::DVec3;
 use icoray::Grid;
 use icoray_test_support::Random;
@@ -24,7 +25,7 @@ const SIZE: [u32; 2] = [25, 19];
 /// The text of a scene that is written.
 pub(super) struct SceneText<'w> {
     pub random: &'w mut Random,
-    pub fields: &'w [(&'static str, Vec<f64>)],
+    pub fields: &'w [NamedField<'static>],
     /// Height of the highest layer.
     pub top: f64,
     pub layers: usize,
@@ -51,7 +52,7 @@ impl SceneText<'_> {
 
     /// A value about the field's, from the sorted ones, or near the one that it is everywhere.
     fn value(&mut self, field: usize) -> f64 {
-        let mut sorted: Vec<f64> = self.fields[field].1.iter().copied().filter(|v| v.is_finite()).collect();
+        let mut sorted: Vec<f64> = self.fields[field].values.iter().copied().filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
         let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
         if high - low <= 1e-5 * high.abs() {
@@ -190,7 +191,7 @@ impl SceneText<'_> {
         let by_other = kind == "by another field" || kind == "mixed" && self.chance(0.3);
         let colors = self.colors(field);
         let transfer = if by_other { colors } else { transfer };
-        let _ = write!(self.text, "[[volumes]]\nfield = \"{}\"\ntransfer = {transfer}\n", self.fields[field].0);
+        let _ = write!(self.text, "[[volumes]]\nfield = \"{}\"\ntransfer = {transfer}\n", self.fields[field].name);
         if by_other {
             let other = self.field();
             let mut values: Vec<f64> = (0..4).map(|_| self.value(other)).collect();
@@ -200,7 +201,7 @@ impl SceneText<'_> {
             let _ = writeln!(
                 self.text,
                 "opacity = {{ field = \"{}\", values = [{}], unit_length = {shell:e} }}",
-                self.fields[other].0,
+                self.fields[other].name,
                 pairs.join(", ")
             );
         }
@@ -208,7 +209,7 @@ impl SceneText<'_> {
 
     fn paint(&mut self, key: &str) -> String {
         let field = self.field();
-        let map = format!("{key} = \"{}\"\ntransfer = {}", self.fields[field].0, self.colors(field));
+        let map = format!("{key} = \"{}\"\ntransfer = {}", self.fields[field].name, self.colors(field));
         let color = self.color();
         if self.chance(0.5) { format!("color = {color}") } else { map }
     }
@@ -224,7 +225,7 @@ impl SceneText<'_> {
             let _ = write!(
                 self.text,
                 "[[isosurfaces]]\nfield = \"{}\"\nvalue = {value:e}\nopacity = {opacity:e}\n{paint}\n",
-                self.fields[field].0
+                self.fields[field].name
             );
         }
     }

@@ -3,7 +3,7 @@
 use super::cases::{self, CaseMesh};
 use super::measure::{RUNS, Row};
 use super::measure_level;
-use crate::oracle::{Data, Oracle, PANEL};
+use crate::oracle::{Data, NamedField, Oracle, PANEL};
 use crate::ray::Ray;
 use crate::sphere::{Sphere, multi_scale};
 use crate::truth::Truth;
@@ -56,7 +56,8 @@ fn stability_reference_agrees_with_the_oracle() {
     );
     let radius = sphere.layers.radius_m();
     let truth = Truth::new(&grid, &field, radius, false, &scene);
-    let fields = [("f", sphere.values.iter().map(|value| f64::from(*value)).collect())];
+    let values = sphere.values.iter().map(|value| f64::from(*value)).collect();
+    let fields = [NamedField { name: "f", values }];
     let data = Data { grid: &grid, layers: &sphere.layers, heights: &[], fields: &fields };
     let oracle = Oracle::new(&scene, data, PANEL).unwrap();
     for ray in rays() {

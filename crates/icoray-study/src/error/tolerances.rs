@@ -4,7 +4,7 @@ use crate::results::{replace_section, say};
 use glam::DVec3;
 use icoray::{Field, Fields, Layers, Location, Precision, Renderer, Result, Scene, Shape};
 use icoray_reference::comparison::{BoundCheck, Comparison, median};
-use icoray_reference::oracle::{Data, Oracle, PANEL};
+use icoray_reference::oracle::{Data, NamedField, Oracle, PANEL};
 use icoray_reference::ray::Ray;
 use icoray_reference::sphere::{Sphere, multi_scale};
 use rayon::prelude::*;
@@ -61,7 +61,7 @@ fn table(renderer: &Renderer, all: &Renderer, [width, height]: [u32; 2]) -> Resu
     let shape = Shape::level_fastest(grid.cells(), LAYERS);
     let field = |k: usize| Field::new(values[k].as_slice().into(), shape, Location::Center, None);
     let [ours, others] = [field(0)?, field(1)?];
-    let named = [("f", values[0].clone()), ("g", values[1].clone())];
+    let named = [(0, "f"), (1, "g")].map(|(k, name)| NamedField { name, values: values[k].clone() });
     let mut text = String::from(
         "| scene | tolerance | f32: s | frusta | error | reported | f64: s | frusta | error | reported |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",

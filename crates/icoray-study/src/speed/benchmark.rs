@@ -10,8 +10,11 @@ use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, 
 use icoray_reference::sphere::{Sphere, multi_scale};
 use std::time::Instant;
 
-/// Seconds and reports of frames.
-type TimedFrames = Vec<(f64, FrameReport)>;
+/// A frame's report, and its seconds from end to end.
+struct TimedFrame {
+    seconds: f64,
+    report: FrameReport,
+}
 
 /// Bytes that a frame takes beyond the model's arrays and the checked grid, its picture included.
 #[derive(Debug, Clone, Copy)]
@@ -114,12 +117,12 @@ impl<'o> Benchmark<'o> {
     pub fn rows(&self, grid: &Grid, setting: &Setting) -> Result<Vec<Row>> {
         let renderers = self.of(setting);
         let scene = setting.scene(self.options)?;
-        let mut drawn: Vec<TimedFrames> = renderers.iter().map(|_| Vec::new()).collect();
+        let mut drawn: Vec<Vec<TimedFrame>> = renderers.iter().map(|_| Vec::new()).collect();
         let mut last = None;
         for _ in 0..self.options.frames.max(1) {
             for (renderer, drawn) in renderers.iter().zip(&mut drawn) {
                 let (seconds, frame) = self.draw(renderer, &scene, grid)?;
-                drawn.push((seconds, frame.report.clone()));
+                drawn.push(TimedFrame { seconds, report: frame.report.clone() });
                 last = Some(frame);
             }
         }
@@ -170,10 +173,10 @@ impl<'o> Benchmark<'o> {
         Ok(self.draw(&self.reader, &scene, grid)?.1.report.counts.frusta)
     }
 
-    fn row(&self, setting: &Setting, grid: &Grid, crossed: u64, mut drawn: TimedFrames) -> Row {
-        drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let seconds = drawn.iter().map(|drawn| drawn.0).collect();
-        let report = drawn.swap_remove(0).1;
+    fn row(&self, setting: &Setting, grid: &Grid, crossed: u64, mut drawn: Vec<TimedFrame>) -> Row {
+        drawn.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        let seconds = drawn.iter().map(|drawn| drawn.seconds).collect();
+        let report = drawn.swap_remove(0).report;
         let counts = &report.counts;
         Row {
             size: self.size,
