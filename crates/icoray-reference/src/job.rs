@@ -1,5 +1,5 @@
-//! The input of oracle and methods, and what both derive from it: the shell, the traversal, and the values at a
-//! frustum's six vertices.
+//! The input of oracle and methods, and the data that both derive from it: the shell, the traversal, and the values at
+//! a frustum's six vertices.
 
 use crate::ray::Ray;
 use icoray::{CenterField, Field, Frustum, Grid, Layers, Location, Plan, Renderer, Result, Scene, Traversal};

@@ -34,7 +34,7 @@ impl RayLighting {
         Some(RayLighting { lighting, towards, halfway: (towards - dir).normalize_or_zero() })
     }
 
-    /// Distance of two unit normals over which a shade may have changed beyond what is between.
+    /// Distance of two unit normals between which the shade may have an extremum.
     pub fn sharpness(&self) -> f64 {
         self.lighting.shininess.max(8.0).sqrt().recip()
     }

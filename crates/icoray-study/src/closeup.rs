@@ -33,10 +33,10 @@ pub struct View {
     /// Times that each run is repeated; the median counts.
     #[arg(long, default_value_t = 3)]
     pub repeats: usize,
-    /// Small pictures of small grids, to see whether all goes well.
+    /// Small pictures of small grids, for a trial run.
     #[arg(long)]
     pub quick: bool,
-    /// Directory of the data files; else what ICORAY_TEST_DATA names, else ../shared/data.
+    /// Directory of the data files; else that of ICORAY_TEST_DATA, else ../shared/data.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
 }

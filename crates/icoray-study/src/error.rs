@@ -42,23 +42,23 @@ pub struct Options {
     /// scene's first run of exact.
     #[arg(long, default_value_t = 1.0)]
     pub longest: f64,
-    /// A few small scenes and runs, to see whether all goes well.
+    /// A few small scenes and runs, for a trial run.
     #[arg(long)]
     pub quick: bool,
-    /// Measures what tolerances from 1e-1 to 1e-7 cost and give in the kinds of scenes instead.
+    /// Measures cost and error of tolerances from 1e-1 to 1e-7 in the kinds of scenes instead.
     #[arg(long)]
     pub tolerances: bool,
     /// With `--tolerances`: a file in which the table takes the place of that between its lines `<!-- icoray-study
     /// error -->` and `<!-- end -->`.
     #[arg(long, requires = "tolerances")]
     pub readme: Option<PathBuf>,
-    /// Checks every pixel of so many random scenes of all kinds on small meshes instead.
+    /// Checks every pixel of this number of random scenes of all kinds on small meshes instead.
     #[arg(long, value_name = "N")]
     pub random: Option<u64>,
     /// Seed of the first random scene; each of the others has the next.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Directory of the data files; else what ICORAY_TEST_DATA names, else ../shared/data.
+    /// Directory of the data files; else that of ICORAY_TEST_DATA, else ../shared/data.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
     /// Directory of table, plots and verdict.
@@ -89,8 +89,8 @@ impl Options {
     }
 }
 
-/// Measures, writes `error.csv`, the oracle's picture and two charts per scene, and `verdict.txt`, and prints what it
-/// finds.
+/// Measures, writes `error.csv`, the oracle's picture and two charts per scene, and `verdict.txt`, and prints the
+/// results.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let all_threads = Renderer::new(0)?;
     let renderer = Renderer::new(options.threads)?;

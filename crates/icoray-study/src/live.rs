@@ -1,7 +1,7 @@
 //! Frames per second of the live view, and the time from a movement to its picture, as a page on this machine sees them.
 //!
 //! The page's server and the renderer run as in `icoray view`; a client turns the globe, waits for the picture of each
-//! turn and sends the next, as a page does while a hand drags. Then it lets go and waits for the picture at rest.
+//! turn and sends the next, as a page does during a drag. At its end it waits for the picture at rest.
 
 use crate::results::{progress, replace_section, say};
 use crate::scenes::multi_scale::HEADLIGHT;

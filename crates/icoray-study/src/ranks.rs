@@ -35,13 +35,14 @@ pub struct Options {
     /// Numbers of ranks.
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16, 32, 64])]
     pub ranks: Vec<usize>,
-    /// How they share it out.
+    /// The distribution of the work over ranks.
     #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Sharing::Tiles, Sharing::Patches, Sharing::Rows, Sharing::Random])]
     pub sharing: Vec<Sharing>,
     /// Ranks of a node, which put their parts together; 0 for all of them.
     #[arg(long, default_value_t = 0)]
     pub node_ranks: usize,
-    /// Frames behind the first, whose costs the second is dealt by; the one whose busiest rank took least is reported.
+    /// Frames after the first, which gives the costs for the assignment of tiles; the frame with the fastest busiest
+    /// rank is reported.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
     /// Directory of ranks.csv.
@@ -68,7 +69,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         out,
         "{cells} cells x {} layers, {size} x {size} pixels, f32; ranks are threads of one process that compute one after the\n\
              other, on {processors} processors: seconds are of a rank's own work, range of the field included, without a network. Of {}\n\
-             frames after the first, the one whose busiest rank took least. Balance: mean over maximum of the ranks' seconds.\n\
+             frames after the first, the one with the fastest busiest rank. Balance: mean over maximum of the ranks' seconds.\n\
              tiles: all ranks have all data; patches, rows, random: each has its cells and a halo, in Morton order, in the mesh's or\n\
              anywhere. Ranks of a node put their parts together: bytes that each writes for it, and the seconds of the slowest.",
         options.layers,
@@ -145,7 +146,7 @@ impl<'w> Simulation<'w> {
         (0..ranks).map(|rank| rank / max).collect()
     }
 
-    /// For each scene the frame (of all but the first) whose busiest rank took least.
+    /// For each scene the frame (of all but the first) with the least seconds of its busiest rank.
     fn frames(&self, ranks: usize) -> Result<Vec<Vec<RankFrame>>> {
         let of_ranks = on_threads(SequentialRank::team(&self.node_of(ranks)), |mut team| {
             let busy = team.begin();

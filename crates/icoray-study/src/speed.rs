@@ -10,7 +10,7 @@ pub(crate) use options::{count, size};
 use crate::results::{Table, make_directory, progress, replace_section, say, write_file};
 use benchmark::Benchmark;
 use case::Setting;
-use icoray::{IcosahedralMesh, Result};
+use icoray::Result;
 use instructions::Tool;
 use markdown::Measured;
 use std::io::Write;
@@ -59,12 +59,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         }
     }
     bar.finish_and_clear();
-    for &level in &options.tables {
-        let mesh = IcosahedralMesh::new(level)?;
-        let setup = setup::Setup::of(level, &mesh, &options.renderers()?, options.frames)?;
-        say!(out, "{}", setup.line())?;
-        setups.push(setup);
-    }
     let counted = counter.map(|counter| counter.and_then(|counter| counter.count_all(options, &settings)));
     let (rows, setups, memory, bandwidths) = (&rows, &setups, &memory, &bandwidths);
     let text = Measured { options, rows, setups, memory, bandwidths, counted }.markdown();

@@ -26,7 +26,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Compares, and prints a Markdown table and what it comes to.
+/// Compares; prints a Markdown table and its summary.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     make_directory(&options.out)?;
     let environment = Environment::new(&options.python, &options.out.join("environment"), out)?;

@@ -20,7 +20,7 @@ const MIN_TRANSMITTANCE: f32 = 1e-6;
 /// Frusta farther apart than this along the ray do not join, planet radii.
 const GAP: f64 = 1e-9;
 
-/// A picture and what it cost.
+/// A picture and its cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     /// Premultiplied linear RGBA over the background, rows from the top.

@@ -77,7 +77,7 @@ impl<'o, 'a> Tracer<'o, 'a> {
         self.radiance.transmittance *= 1.0 - opacity;
     }
 
-    /// The colour of a surface on a layer or at a height, whose side that is seen a headlight lights.
+    /// The colour of a surface on a layer or at a height; a headlight lights its visible side.
     fn lit(&self, color: DVec3, normal: DVec3) -> DVec3 {
         let light = self.oracle.scene.lighting;
         let is_turned = light.is_some_and(|light| light.source == Source::Headlight) && normal.dot(self.ray.dir) > 0.0;

@@ -6,7 +6,7 @@ use icoray_reference::sphere::Sphere;
 use icoray_test_support::Random;
 use rayon::prelude::*;
 
-/// How a picture is shared out.
+/// The distribution of a picture's work over ranks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Sharing {
     /// By tiles, of data that all ranks have.

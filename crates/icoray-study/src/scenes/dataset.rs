@@ -70,7 +70,7 @@ fn with_file<R>(
     work(&PreparedDataset { grid: &grid, layers: &layers, field: &field.field()? }).map(Some)
 }
 
-/// The directory of data files: `given`, or what `ICORAY_TEST_DATA` names, or `../shared/data`.
+/// The directory of data files: `given`, else that of `ICORAY_TEST_DATA`, else `../shared/data`.
 pub(crate) fn data_directory(given: Option<&Path>) -> PathBuf {
     let named = || std::env::var_os("ICORAY_TEST_DATA").map(PathBuf::from);
     given.map(Path::to_owned).or_else(named).unwrap_or_else(|| PathBuf::from("../shared/data"))

@@ -39,16 +39,13 @@ pub struct Options {
     /// The layers' heights: mean, or native over mountains.
     #[arg(long, default_value = "mean")]
     pub heights: String,
-    /// Bisections of grids whose tables are checked beside those that are drawn.
-    #[arg(long, value_delimiter = ',')]
-    pub tables: Vec<u32>,
     /// Grid on which instructions are counted, by perf or valgrind.
     #[arg(long, value_parser = size, default_value = "4x31")]
     pub counted: Size,
     /// Do not count instructions.
     #[arg(long)]
     pub uncounted: bool,
-    /// Draw and do nothing else: what is run under a counter of instructions.
+    /// Draw and do nothing else, for a counter of instructions.
     #[arg(long, hide = true)]
     pub bare: bool,
     /// Directory of speed.csv, speed.md and pictures.
