@@ -1,5 +1,5 @@
-//! The implementation of Catalyst, loaded by a double of libcatalyst, and by the real one where ICORAY_CATALYST names its
-//! prefix.
+//! The implementation of Catalyst, loaded by a double of libcatalyst, and by the real one where ICORAY_CATALYST names
+//! its prefix.
 
 mod faults;
 mod hosts;

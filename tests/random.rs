@@ -21,10 +21,10 @@ fn no_pixel_of_random_scenes_is_beyond_its_error() {
 
 /// Scenes that were wrong once: frames that did not end; a surface on the outermost layer along the axis; a smaller
 /// tolerance that made a picture worse; a core with two shades; fields that reach far beyond their transfer functions,
-/// unlit and lit; values over decades; last digits of lit isosurfaces; dense volumes that begin clear; highlights beside a
-/// fast turn; dense pieces where normals cancel; a frustum that was integrated twice; a missing value beside an opaque
-/// volume; gradients whose rounding many parts share; light that passes an opaque piece; a ray through a vertex; a step
-/// where the field is flatter than in the mean.
+/// unlit and lit; values over decades; last digits of lit isosurfaces; dense volumes that begin clear; highlights
+/// beside a fast turn; dense pieces where normals cancel; a frustum that was integrated twice; a missing value beside
+/// an opaque volume; gradients whose rounding many parts share; light that passes an opaque piece; a ray through a
+/// vertex; a step where the field is flatter than in the mean.
 #[test]
 fn random_scenes_that_were_wrong_are_right() {
     let seeds = [

@@ -75,7 +75,8 @@ fn watch(run: impl Fn(&Path, &Path) -> Command) {
     assert!(log.contains("step 1: a viewer has set camera.lon, transfer.map"), "{log}");
     assert!(!to.join("live.url").exists());
 
-    // The scene that was kept draws the same without anybody who watches; one that nobody watches does as without [live].
+    // The scene that was kept draws the same without anybody who watches; one that nobody watches does as without
+    // [live].
     for (name, scene, step) in [("kept", kept.replace(LIVE, ""), last), ("plain", SCENE.to_owned(), 0)] {
         assert!(drawn_alone(&run, folder, name, &scene, step) == drawn(&to, step), "{name}");
     }

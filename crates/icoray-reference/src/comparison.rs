@@ -81,7 +81,8 @@ pub fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
-/// Error of `pixel` against `exact`, less half a unit in the last place of f32; infinite where a channel is not a number.
+/// Error of `pixel` against `exact`, less half a unit in the last place of f32; infinite where a channel is not a
+/// number.
 pub fn pixel_error(pixel: [f32; 4], exact: &[f64; 4]) -> f64 {
     let channel = |k: usize| {
         let half = 0.5 * f64::from(pixel[k].next_up() - pixel[k]).abs();

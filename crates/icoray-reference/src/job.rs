@@ -75,8 +75,8 @@ impl<'a> PreparedJob<'a> {
         (!values.iter().flatten().any(|v| v.is_nan())).then_some(values)
     }
 
-    /// Calls `pixel` with the ray of each pixel and a traversal hint, rows in parallel on the renderer's threads; results
-    /// are in the order of pixels.
+    /// Calls `pixel` with the ray of each pixel and a traversal hint, rows in parallel on the renderer's threads;
+    /// results are in the order of pixels.
     pub fn pixels<P: Send>(&self, renderer: &Renderer, pixel: impl Fn(&Ray, &mut u32) -> P + Sync) -> Vec<P> {
         let Scene { width, height, .. } = *self.scene;
         let row = |y: u32| {

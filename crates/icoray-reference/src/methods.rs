@@ -47,11 +47,11 @@ pub enum Method {
 /// Interpolation and integration of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sampling {
-    /// The wedge interpolant (§3.3), opacity `1 - exp(-κh)`: §3.4's conventional way, the midpoint rule, of second order
-    /// where the transfer function has no kinks. The only one here that knows light.
+    /// The wedge interpolant (§3.3), opacity `1 - exp(-κh)`: §3.4's conventional way, the midpoint rule, of second
+    /// order where the transfer function has no kinks. The only one here with light.
     Uniform,
-    /// Each frustum as three tetrahedra, linear in each, sampled as [`Sampling::Uniform`] (Weiler et al. 2003; §4.2). Its
-    /// limit for small steps is another picture than the wedge's.
+    /// Each frustum as three tetrahedra, linear in each, sampled as [`Sampling::Uniform`] (Weiler et al. 2003; §4.2).
+    /// Its limit for small steps is another picture than the wedge's.
     Tetrahedra,
     /// Mean value coordinates over each frustum's eight triangles (Ju, Schaefer and Warren 2005; §4.2), sampled as
     /// [`Sampling::Uniform`]. Its limit for small steps is another picture than the wedge's.

@@ -2,10 +2,10 @@
 //! methods than the renderer's.
 //!
 //! A ray's columns and layers are found in double-double, over all triangles of a small mesh; [`picture`] takes the
-//! columns of [`icoray::Traversal`] instead, which any mesh affords. Each frustum is cut at the extremum of every field,
-//! at knots, bounds of cuts and surfaces; the smooth pieces between are integrated by panels of order 16. Values are
-//! taken relative to a vertex of the frustum, so that errors are measured by the field's variation in a frustum, not by
-//! its size.
+//! columns of [`icoray::Traversal`] instead, which any mesh affords. Each frustum is cut at the extremum of every
+//! field, at knots, bounds of cuts and surfaces; the smooth pieces between are integrated by panels of order 16. Values
+//! are taken relative to a vertex of the frustum, so that errors are measured by the field's variation in a frustum,
+//! not by its size.
 
 mod blend;
 mod gauss;
@@ -34,8 +34,8 @@ use tracer::Tracer;
 /// Optical depth of a panel.
 pub const PANEL: f64 = 0.25;
 
-/// All pixels of a job, row by row from the top: premultiplied linear RGBA over the background. The renderer's traversal
-/// finds the frusta; the core is round, and volumes alone are shown.
+/// All pixels of a job, row by row from the top: premultiplied linear RGBA over the background. The renderer's
+/// traversal finds the frusta; the core is round, and volumes alone are shown.
 ///
 /// Unlit pixels are right to 1e-10 whatever the transfer function, lit ones to 1e-8, as far as f64 defines the picture:
 /// a step met by a value that is constant along the ray to rounding, or a value that turns inside a spike a millionth

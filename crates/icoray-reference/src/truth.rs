@@ -48,8 +48,8 @@ impl<'a> Truth<'a> {
         Truth { shift: Dd::from(by), ..self.clone() }
     }
 
-    /// All parts of a ray between layers and in the core, in order, until an opaque core ends it; or the distance at which
-    /// the mesh has a gap.
+    /// All parts of a ray between layers and in the core, in order, until an opaque core ends it; or the distance at
+    /// which the mesh has a gap.
     pub(crate) fn stretches(&self, ray: &Ray) -> Result<Vec<Stretch>, f64> {
         let outer = self.radius[self.radius.len() - 1];
         let mut path = Vec::new();

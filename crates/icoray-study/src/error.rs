@@ -203,7 +203,7 @@ impl Study<'_> {
             format!("On {count} of {}.\n\n{texts}", findings.len())
         };
         format!(
-            "Is a run of \"exact\" neither slower nor worse than each run of the other methods, by scene and measure of \
+            "Is a run of \"exact\" neither slower nor worse than each run of other methods, by scene and measure of \
              error?\n{}\nIs each error of a pixel at most the one that \"exact\" reports, by scene?\n{}\n{NOTE}",
             sum(&self.fastest),
             sum(&self.reported_errors)

@@ -1,8 +1,8 @@
 //! Speed of the gradients at all vertices of a field, beside a plain copy of as many bytes.
 //!
 //! The pass reads a field in single precision once and writes 8 bytes per vertex; the copy reads and writes 6 bytes per
-//! vertex, each thread a part of its own. Runs alternate, and memory is in use before the first one that counts. Cells are
-//! numbered along a space-filling curve, as models do it, or with `--generated` in the order of the generator.
+//! vertex, each thread a part of its own. Runs alternate, and memory is in use before the first one that counts. Cells
+//! are numbered along a space-filling curve, as models do it, or with `--generated` in the order of the generator.
 
 use crate::renumber::along_curve;
 use crate::results::say;

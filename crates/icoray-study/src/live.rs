@@ -1,4 +1,5 @@
-//! Frames per second of the live view, and the time from a movement to its picture, as a page on this machine sees them.
+//! Frames per second of the live view, and the time from a movement to its picture, as a page on this machine sees
+//! them.
 //!
 //! The page's server and the renderer run as in `icoray view`; a client turns the globe, waits for the picture of each
 //! turn and sends the next, as a page does during a drag. At its end it waits for the picture at rest.

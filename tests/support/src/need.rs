@@ -66,7 +66,8 @@ needs! {
     Memory "memory", "less than 6 GB of free memory";
     /// A pseudo-terminal, and `script`, which runs a program on it.
     Terminal "terminal", "no pseudo-terminal";
-    /// The library of ICON's ComIn, with its program `comin_replay`, in the prefix that ICORAY_COMIN names, and libnetcdf.
+    /// The library of ICON's ComIn, with its program `comin_replay`, in the prefix that ICORAY_COMIN names, and
+    /// libnetcdf.
     Comin "comin", "no ComIn";
     /// Kitware's libcatalyst with MPI and its headers, in the prefix that ICORAY_CATALYST names.
     Catalyst "catalyst", "no libcatalyst";

@@ -49,7 +49,8 @@ fn all_agree_on_a_constant_field() {
     }
 }
 
-/// All three interpolants reproduce a field linear in space, so their pictures are equal; those of another field differ.
+/// All three interpolants reproduce a field linear in space, so their pictures are equal; those of another field
+/// differ.
 #[test]
 fn wedge_tetrahedra_and_mean_values_reproduce_linear_fields() {
     let linear = |p: DVec3| 0.4 * p.x - 0.3 * p.y + 0.2 * p.z;

@@ -63,7 +63,8 @@ pub struct Oracle<'a> {
 }
 
 impl<'a> Oracle<'a> {
-    /// Prepares gradients and transfer functions; `panel` is the largest optical depth of a panel, such as [`super::PANEL`].
+    /// Prepares gradients and transfer functions; `panel` is the largest optical depth of a panel, such as
+    /// [`super::PANEL`].
     ///
     /// # Errors
     /// As [`Layers::shell`]; [`ErrorKind::Scene`] where a field is unknown.

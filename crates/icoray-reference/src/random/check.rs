@@ -16,8 +16,8 @@ const ROUNDING: f64 = 1e-7;
 /// Number of times that a doubtful pixel's values are moved.
 const MOVED: usize = 32;
 
-/// Number of directions in which the eye of a doubtful pixel is moved: a ray through a vertex meets each of the triangles
-/// around it.
+/// Number of directions in which the eye of a doubtful pixel is moved: a ray through a vertex meets each of the
+/// triangles around it.
 const STEPS: usize = 16;
 
 /// The pixels of a scene, or of several.
@@ -98,7 +98,7 @@ fn failure(drawn: &RandomScene, frame: &Frame, beyond: usize, pixel: &Pixel) -> 
     let RandomScene { seed, kind, recipe, text, scene, .. } = drawn;
     let (x, y) = (number as u32 % scene.width, number as u32 / scene.width);
     format!(
-        "seed {seed}, {kind}: {beyond} pixels beyond their error; pixel {x}, {y} has {error:.2e}, reported {reported:.2e}\n\
+        "seed {seed}, {kind}: {beyond} pixels beyond their error; pixel {x}, {y}: {error:.2e}, reported {reported:.2e}\n\
          # shown {:?}, true {truth:?}\n# icoray-study error --random 1 --seed {seed}\n# {recipe}\n{text}",
         frame.pixels[number]
     )

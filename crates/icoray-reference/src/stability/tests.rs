@@ -79,7 +79,8 @@ fn stability_of_layers_one_ulp_apart() {
 /// The largest error in f64, and in f32 where the tolerance is next to nothing.
 const LIMIT: [f64; 2] = [1e-9, 1e-5];
 
-/// The case in which errors in f32 may be larger: the two knots of a spike, 1e-6 of the range apart, are rounded to f32.
+/// The case in which errors in f32 may be larger: the two knots of a spike, 1e-6 of the range apart, are rounded to
+/// f32.
 const LOOSE: [(&str, f64); 1] = [("spike 1e-6 wide among wide knots", 0.3)];
 
 fn check(row: &Row) {

@@ -1,4 +1,5 @@
-//! What the runs on a scene show: whether errors are at most the reported ones, and whether a method is faster than the default one.
+//! What the runs on a scene show: whether errors are at most the reported ones, and whether a method is faster than the
+//! default one.
 
 use super::measure::{MEASURES, Measure, Measured};
 use super::sweep::{EXACT, EXACT_F64};

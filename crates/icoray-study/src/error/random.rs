@@ -6,8 +6,8 @@ use icoray_reference::comparison::median;
 use icoray_reference::random::{Checked, KINDS, RandomScene, check};
 use std::io::Write;
 
-/// Checks the scenes of the seeds from `seed` on; prints those with pixels beyond their error, and a line for each kind,
-/// light and precision.
+/// Checks the scenes of the seeds from `seed` on; prints those with pixels beyond their error, and a line for each
+/// kind, light and precision.
 ///
 /// # Errors
 /// [`ErrorKind::Internal`] where the error of a pixel is above the reported one.

@@ -29,8 +29,8 @@ pub enum Dataset {
 }
 
 impl Dataset {
-    /// Generates or reads grid and field and hands them to `work`; `None` if the file is not in `data`. Where it is `quick`,
-    /// synthetic grids have 642 cells and 8 layers.
+    /// Generates or reads grid and field and hands them to `work`; `None` if the file is not in `data`. Where it is
+    /// `quick`, synthetic grids have 642 cells and 8 layers.
     pub fn with<R>(
         self,
         quick: bool,
