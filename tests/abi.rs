@@ -3,8 +3,8 @@
 mod pictures;
 
 use icoray_test_support::{Need, has_tool, runs, runs_long, skip_because};
-use icoray_tests::layout::{LAYOUT, rust_layout};
-use icoray_tests::native::{checked, command, compile, compile_c, library, root, succeeded, text};
+use icoray_tests::layout::{LAYOUT, assert_is_rust, assert_layout_is_of_rust};
+use icoray_tests::native::{checked, command, compile, compile_c, library, root, succeeded, text, valgrind};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
@@ -61,23 +61,14 @@ fn compile_cpp(sources: &[&str]) -> PathBuf {
 fn sees_the_structs_as_rust_does(program: &Path) {
     let directory = TempDir::new().unwrap();
     let output = succeeded(&mut command(program, directory.path()));
-    let printed = text(&output.stdout);
-    let (version, layout) = printed.split_once('\n').unwrap();
-    assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
     assert_eq!(text(&output.stderr), "");
-    is_layout_of_rust(layout);
-}
-
-fn is_layout_of_rust(layout: &str) {
-    let rust = rust_layout();
-    let first = rust.lines().zip(layout.lines()).find(|(a, b)| a != b);
-    assert!(rust == layout, "they differ from Rust: {first:?}");
+    assert_layout_is_of_rust(&text(&output.stdout));
 }
 
 #[test]
 #[cfg(target_pointer_width = "64")]
 fn the_structs_are_those_of_earlier_versions() {
-    is_layout_of_rust(LAYOUT);
+    assert_is_rust(LAYOUT);
 }
 
 #[test]
@@ -146,10 +137,8 @@ fn no_memory_is_misused_or_lost() {
     let known = directory.path().join("loader.supp");
     std::fs::write(&known, "{\n  loader\n  Memcheck:Addr8\n  fun:strncmp\n  fun:is_dst\n}\n").unwrap();
     let valgrind = |directory: &Path| {
-        let mut command = command("valgrind", directory);
+        let mut command = valgrind(directory);
         command.arg(format!("--suppressions={}", known.display()));
-        command.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
-        command.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
         command
     };
     let probe = compile_c(&[&LAYOUT_PROGRAM]);

@@ -1,5 +1,5 @@
-//! The implementation of Catalyst, loaded by a double of libcatalyst, and by the real one where ICORAY_CATALYST names its
-//! prefix.
+//! The implementation of Catalyst, loaded by a double of libcatalyst, and by the real one where ICORAY_CATALYST names
+//! its prefix.
 
 mod faults;
 mod hosts;
@@ -7,33 +7,21 @@ mod hosts;
 use hosts::{Host, compiled, ended_well, prepared, sources, temporary, with_icoray};
 use icoray_test_support::{Need, runs_long, skip, skip_because};
 use icoray_tests::native::{command, root, succeeded, text};
+use icoray_tests::pictures::{Pictures, assert_distinct, assert_same, pictures};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 const STEPS: usize = 3;
 
-type Pictures = Vec<(String, image::RgbaImage)>;
-
-/// Names and pixels of the pictures of a run.
-fn pictures(run: &Path) -> Pictures {
-    let Ok(entries) = std::fs::read_dir(run.join("pictures")) else { return Vec::new() };
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|e| e == "png"));
-    paths.sort();
-    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
-    paths.iter().map(|path| (name(path), image::open(path).unwrap().into_rgba8())).collect()
+/// The pictures of a run.
+fn drawn(run: &Path) -> Pictures {
+    pictures(&run.join("pictures"))
 }
 
 /// Fails where a run drew other pictures.
-fn assert_same(run: &Path, expected: &Pictures) {
-    let drawn = pictures(run);
-    let names = |pictures: &Pictures| pictures.iter().map(|p| p.0.clone()).collect::<Vec<_>>();
-    assert_eq!(names(&drawn), names(expected), "{}", run.display());
-    for ((name, picture), (_, expected)) in drawn.iter().zip(expected) {
-        let off = picture.iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-        assert!(off <= 1, "{}: {name}: {off} of 255", run.display());
-    }
+fn assert_drew(run: &Path, expected: &Pictures) {
+    assert_same(&drawn(run), expected, run.display());
 }
 
 /// What whole arrays in one process show, in a scene on native heights where there are hills.
@@ -49,13 +37,9 @@ fn direct_in(directory: &Path, shape: &str, heights: &str, scene: &str) -> Pictu
     }
     let run = prepared(directory, &format!("direct {shape} {heights} {scene}"), scene);
     succeeded(command(&program, &run).args(["scene.toml", shape, heights, &STEPS.to_string()]));
-    let expected = pictures(&run);
+    let expected = drawn(&run);
     assert_eq!(expected.len(), 5);
-    for (i, (name, picture)) in expected.iter().enumerate() {
-        let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
-        assert!(colors > 500, "{name}: {colors} colours");
-        assert!(expected[..i].iter().all(|(_, other)| other != picture), "{name}");
-    }
+    assert_distinct(&expected, 500);
     expected
 }
 
@@ -77,23 +61,18 @@ fn draws_the_same(directory: &Path, host: &Host, ranks: &[usize]) {
                 assert_eq!(told.matches("are copied for each picture").count(), said, "{told}");
                 assert!(ranks > 1 || is_copied || told.contains("\n0 bytes copied"), "{told}");
                 assert!(!is_copied || !told.contains("\n0 bytes copied"), "{told}");
-                assert_same(&run, &expected);
+                assert_drew(&run, &expected);
             }
         }
-        for (name, _) in std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap()).map(|e| (e.path(), ())) {
-            if name.is_dir() && name.to_string_lossy().contains(&format!("/{shape} {heights}")) {
-                std::fs::remove_dir_all(name).unwrap();
-            }
-        }
+        let runs = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
+        let is_of_case = |path: &PathBuf| path.to_string_lossy().contains(&format!("/{shape} {heights}"));
+        runs.filter(|path| path.is_dir() && is_of_case(path)).for_each(|run| std::fs::remove_dir_all(run).unwrap());
     }
 }
 
 #[test]
 fn hosts_draw_what_whole_arrays_show() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     draws_the_same(directory, &Host::of_double(directory, true), &[1, 2, 3]);
 }
@@ -101,10 +80,7 @@ fn hosts_draw_what_whole_arrays_show() {
 /// A host without MPI, and one whose Conduit is a library of its own.
 #[test]
 fn hosts_on_one_process_draw_too() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let expected = direct(directory, "wedges", "flat");
     for kind in ["", "EXTERNAL_CONDUIT"] {
@@ -112,7 +88,7 @@ fn hosts_on_one_process_draw_too() {
         let run = prepared(directory, &format!("run {kind}"), "flat");
         let told = host.run(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
         assert!(!told.contains("icoray:"), "{told}");
-        assert_same(&run, &expected);
+        assert_drew(&run, &expected);
     }
     // A host that is a module, with a libcatalyst that is loaded for it alone.
     let alone = Host::of_double(&temporary(directory, "module"), false);
@@ -129,14 +105,14 @@ fn hosts_on_one_process_draw_too() {
     command.env("CATALYST_IMPLEMENTATION_NAME", "icoray").env("CATALYST_IMPLEMENTATION_PATHS", &alone.implementation);
     let told = ended_well(1, command);
     assert!(!told.contains("icoray:"), "{told}");
-    assert_same(&run, &expected);
+    assert_drew(&run, &expected);
     // Without a planet's radius the innermost layer is its surface, as it is here; the environment may name the scene.
     let host = Host::of_double(directory, true);
     for (fault, ranks) in [("no radius", 1), ("list", 2), ("count", 2)] {
         let run = prepared(directory, fault, "flat");
         let told = host.run(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault]);
         assert!(!told.contains("icoray:"), "{told}");
-        assert_same(&run, &expected);
+        assert_drew(&run, &expected);
     }
     let run = prepared(directory, "environment", "flat");
     let arguments = ["-", "wedges", "flat", &STEPS.to_string(), "column", "no scene"];
@@ -145,16 +121,13 @@ fn hosts_on_one_process_draw_too() {
         command.env("ICORAY_SCENE", "scene.toml");
         command
     });
-    assert_same(&run, &expected);
+    assert_drew(&run, &expected);
 }
 
 /// Ranks without elements give arrays of none, an empty node, or no channel and so no step and time.
 #[test]
 fn ranks_without_elements_draw_with_the_others() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let host = Host::of_double(directory, true);
     let expected = direct(directory, "wedges", "flat");
@@ -162,24 +135,20 @@ fn ranks_without_elements_draw_with_the_others() {
         let run = prepared(directory, kind, "flat");
         let told = host.run(3, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", kind]);
         assert!(!told.contains("icoray:"), "{kind}: {told}");
-        assert_same(&run, &expected);
+        assert_drew(&run, &expected);
     }
 }
 
 /// A mesh may change at each step: its heights alone, or all of it. Channels with the same field are told apart.
 #[test]
 fn meshes_of_each_step_are_drawn() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let host = Host::of_double(directory, true);
     for shape in ["wedges", "prisms"] {
         let [flat, hills] = ["flat", "hills"].map(|heights| direct_in(directory, shape, heights, "hills"));
-        let odd = |picture: &(String, image::RgbaImage)| picture.0.ends_with("1.png");
-        let moving: Pictures =
-            flat.iter().zip(&hills).map(|(f, h)| if odd(f) { h.clone() } else { f.clone() }).collect();
+        let mut moving = flat;
+        moving.extend(hills.into_iter().filter(|(name, _)| name.ends_with("1.png")));
         let flat = direct(directory, shape, "flat");
         for ranks in [1, 3] {
             for (change, heights, expected) in [("moving", "hills", &moving), ("renumbered", "flat", &flat)] {
@@ -187,7 +156,7 @@ fn meshes_of_each_step_are_drawn() {
                 let arguments = ["scene.toml", shape, heights, &STEPS.to_string(), "column", change];
                 let told = host.run(ranks, &run, &arguments);
                 assert!(!told.contains("icoray:"), "{told}");
-                assert_same(&run, expected);
+                assert_drew(&run, expected);
             }
         }
         let run = prepared(directory, &format!("{shape} two"), "flat");
@@ -195,8 +164,8 @@ fn meshes_of_each_step_are_drawn() {
         let told = host.run(2, &run, &two);
         assert!(told.contains("several channels have theta, name one of grid.theta, other.theta"), "{told}");
         // The other view is drawn, until too many pictures of this one have failed.
-        let drawn = pictures(&run);
-        assert!(drawn.iter().all(|(name, _)| name.starts_with("q_")) && !drawn.is_empty(), "{told}");
+        let others = drawn(&run);
+        assert!(others.keys().all(|name| name.starts_with("q_")) && !others.is_empty(), "{told}");
         let scene = std::fs::read_to_string(run.join("scene.toml")).unwrap();
         std::fs::write(run.join("scene.toml"), scene.replace("field = \"theta\"", "field = \"grid.theta\"")).unwrap();
         // That name is also good where there is one channel.
@@ -204,13 +173,8 @@ fn meshes_of_each_step_are_drawn() {
             std::fs::remove_dir_all(run.join("pictures")).unwrap();
             let told = host.run(2, &run, arguments);
             assert!(!told.contains("icoray:"), "{told}");
-            let drawn: Pictures =
-                pictures(&run).into_iter().map(|(name, picture)| (name.replace("grid.", ""), picture)).collect();
-            assert_eq!(drawn.len(), flat.len());
-            for (one, other) in drawn.iter().zip(&flat) {
-                assert_eq!(one.0, other.0);
-                assert!(one.1.iter().zip(other.1.iter()).all(|(a, b)| a.abs_diff(*b) <= 1), "{}", one.0);
-            }
+            let named = drawn(&run).into_iter().map(|(name, picture)| (name.replace("grid.", ""), picture));
+            assert_same(&named.collect(), &flat, run.display());
         }
     }
 }
@@ -236,7 +200,7 @@ fn the_real_libcatalyst_draws_the_same() {
     if !replay.is_file() {
         return skip_because(Need::Catalyst, "no bin/catalyst_replay");
     }
-    let expected = pictures(&directory.join("direct wedges hills hills"));
+    let expected = drawn(&directory.join("direct wedges hills hills"));
     for ranks in [1, 2, 3] {
         let [first, again] =
             ["dumped", "replayed"].map(|name| prepared(directory, &format!("{name} {ranks}"), "hills"));
@@ -253,7 +217,7 @@ fn the_real_libcatalyst_draws_the_same() {
         // Files are packed, so that numbers may lie at odd addresses.
         let copies = told.matches("are not at multiples of their size in memory, and are copied").count();
         assert_eq!(told.matches("icoray:").count(), copies, "{told}");
-        assert_same(&first, &expected);
-        assert_same(&again, &expected);
+        assert_drew(&first, &expected);
+        assert_drew(&again, &expected);
     }
 }

@@ -2,9 +2,9 @@
 //! ICORAY_COMIN names its prefix.
 
 use icoray_test_support::{Need, runs_long, skip, skip_because};
-use icoray_tests::native::{command, mpi_library, root, succeeded, text, with_small_disk};
+use icoray_tests::native::{command, linked, mpi_library, root, succeeded, text, with_small_disk};
+use icoray_tests::pictures::{Pictures, assert_distinct, assert_same, column, pictures};
 use icoray_tests::ranks::FIRST;
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -25,11 +25,9 @@ fn plugin_sources() -> [PathBuf; 4] {
 
 /// A compiler with the options of all; what it compiles links icoray behind `libraries`.
 fn compiler(name: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
-    let mut rpath = OsString::from("-Wl,-rpath,");
-    rpath.push(mpi_library().parent().unwrap());
     let mut compile = command(name, to.parent().unwrap());
     compile.args(WARNINGS).arg("-I").arg(root().join("include")).args(options).arg("-o").arg(to).args(sources);
-    succeeded(compile.args(libraries).arg(mpi_library()).arg(rpath).args(["-lm", "-ldl"]));
+    succeeded(compile.args(libraries).args(linked(mpi_library())).args(["-lm", "-ldl"]));
 }
 
 /// The plugin against the `comin.h` of a folder and the libcomin of another.
@@ -99,68 +97,35 @@ fn prepared(directory: &Path, name: &str, change: impl FnOnce(String) -> String)
     to
 }
 
-/// Names and pixels of the pictures of a run.
-fn pictures(run: &Path) -> Vec<(String, image::RgbaImage)> {
-    let entries = std::fs::read_dir(run.join("pictures")).unwrap().map(|entry| entry.unwrap().path());
-    let mut paths: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "png")).collect();
-    paths.sort();
-    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
-    paths.iter().map(|path| (name(path), image::open(path).unwrap().into_rgba8())).collect()
-}
-
 /// Fails where a run drew other pictures.
-fn assert_same(run: &Path, expected: &[(String, image::RgbaImage)], most: u8) {
-    assert_same_pictures(&run.display().to_string(), &pictures(run), expected, most);
-}
-
-fn assert_same_pictures(
-    trying: &str,
-    drawn: &[(String, image::RgbaImage)],
-    expected: &[(String, image::RgbaImage)],
-    most: u8,
-) {
-    let names = |pictures: &[(String, image::RgbaImage)]| pictures.iter().map(|p| p.0.clone()).collect::<Vec<_>>();
-    assert_eq!(names(drawn), names(expected), "{trying}");
-    for ((name, picture), (_, expected)) in drawn.iter().zip(expected) {
-        let off = picture.iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-        assert!(off <= most, "{trying}: {name}: {off} of 255");
-    }
+fn assert_drew(run: &Path, expected: &Pictures) {
+    assert_same(&pictures(&run.join("pictures")), expected, run.display());
 }
 
 /// What whole arrays in one process show, over the steps 0 to 3.
-fn direct(directory: &Path) -> Vec<(String, image::RgbaImage)> {
+fn direct(directory: &Path) -> Pictures {
     let expected = direct_with(directory, |scene| scene);
     assert_eq!(expected.len(), 8);
-    for (i, (name, picture)) in expected.iter().enumerate() {
-        let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
-        assert!(colors > 500, "{name}: {colors} colours");
-        assert!(expected[..i].iter().all(|(_, other)| other != picture), "{name}");
-    }
+    assert_distinct(&expected, 500);
     expected
 }
 
 /// As [`direct`], with another scene.
-fn direct_with(directory: &Path, change: impl FnOnce(String) -> String) -> Vec<(String, image::RgbaImage)> {
+fn direct_with(directory: &Path, change: impl FnOnce(String) -> String) -> Pictures {
     let (program, run) = (directory.join("direct"), prepared(directory, "whole", change));
     compiler("cc", &program, &[], &sources(["direct.c", "icon.c"]), &[]);
     succeeded(command(&program, &run).args(["scene.toml", "0", "3"]));
-    pictures(&run)
+    pictures(&run.join("pictures"))
 }
 
-/// The values of a column of report.csv.
-fn reported(run: &Path, column: &str) -> Vec<String> {
-    let text = std::fs::read_to_string(run.join("pictures/report.csv")).unwrap();
-    let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
-    let place = rows.next().unwrap().iter().position(|name| name == column).unwrap();
-    rows.map(|row| row[place].clone()).collect()
+/// The bytes that were copied for each picture.
+fn bytes_copied(run: &Path) -> Vec<String> {
+    column(&run.join("pictures/report.csv"), "bytes_copied")
 }
 
 #[test]
 fn icon_draws_what_whole_arrays_show() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let expected = direct(directory);
     for version in [2, 3] {
@@ -169,8 +134,8 @@ fn icon_draws_what_whole_arrays_show() {
             let run = prepared(directory, &format!("{version}_{ranks}"), |scene| scene);
             let told = double.run(ranks, &run, &["scene.toml", "1", "0", "3"]);
             assert!(!told.contains("icoray:"), "{told}");
-            assert_same(&run, &expected, 1);
-            assert_eq!(reported(&run, "bytes_copied"), ["0"; 8], "{ranks} ranks");
+            assert_drew(&run, &expected);
+            assert_eq!(bytes_copied(&run), ["0"; 8], "{ranks} ranks");
         }
         // Ranks that are alone on their nodes exchange fragments.
         let run = prepared(directory, &format!("{version}_nodes"), |scene| scene);
@@ -179,15 +144,15 @@ fn icon_draws_what_whole_arrays_show() {
             host.env("ICORAY_NODE_RANKS", "1");
             host
         });
-        assert_same(&run, &expected, 1);
+        assert_drew(&run, &expected);
         // Rendered while the host goes on.
         for ranks in [1, 3] {
             let name = format!("{version}_{ranks}_async");
             let run = prepared(directory, &name, |scene| format!("async_render = true\n{scene}"));
             double.run(ranks, &run, &["scene.toml", "1", "0", "3"]);
-            assert_same(&run, &expected, 1);
+            assert_drew(&run, &expected);
             // The first picture of a step has the copies of all; over ranks averages are assembled, which are none.
-            assert!(ranks > 1 || reported(&run, "bytes_copied").iter().any(|bytes| bytes != "0"));
+            assert!(ranks > 1 || bytes_copied(&run).iter().any(|bytes| bytes != "0"));
         }
         // A restart goes on with steps and names, and only what the scene reads is requested.
         let run = prepared(directory, &format!("{version}_again"), |scene| {
@@ -200,18 +165,15 @@ fn icon_draws_what_whole_arrays_show() {
             ["temp_temp", "w_w"].iter().any(|view| name.starts_with(view))
                 && (name.contains("_000002") || name.contains("_000003"))
         };
-        let late: Vec<_> = expected.iter().filter(|(name, _)| is_of_it(name)).cloned().collect();
+        let late: Pictures = expected.clone().into_iter().filter(|(name, _)| is_of_it(name)).collect();
         assert_eq!(late.len(), 3);
-        assert_same(&run, &late, 1);
+        assert_drew(&run, &late);
     }
 }
 
 #[test]
 fn a_nest_is_a_grid_of_its_own() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let double = Double::new(directory, 3);
     let of_nest = |scene: String| {
@@ -227,38 +189,32 @@ fn a_nest_is_a_grid_of_its_own() {
         assert!(logged.all(|line| line.contains("holes are drawn as nothing")), "{told}");
         run
     });
-    let expected = pictures(&one);
+    let expected = pictures(&one.join("pictures"));
     assert_eq!(expected.len(), 4);
-    assert!(expected[0].1 != expected[2].1, "the nest is no sphere");
-    assert_same(&three, &expected, 1);
+    assert!(expected.values().next() != expected.values().nth(2), "the nest is no sphere");
+    assert_drew(&three, &expected);
 }
 
 /// Vertices are icoray's cells; over several processes they are refused, as what one draws may be another's.
 #[test]
 fn one_process_draws_values_at_vertices() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let of_vertices = |scene: String| scene.replace("field = \"w\"", "field = \"omega_z\"");
     let expected = direct_with(directory, of_vertices);
-    assert_eq!(expected.iter().filter(|(name, _)| name.starts_with("w_omega_z")).count(), 2, "{expected:?}");
+    assert_eq!(expected.keys().filter(|name| name.starts_with("w_omega_z")).count(), 2, "{expected:?}");
     for version in [2, 3] {
         let run = prepared(directory, &version.to_string(), of_vertices);
         let told = Double::new(directory, version).run(1, &run, &["scene.toml", "1", "0", "3"]);
         assert!(!told.contains("icoray:"), "{told}");
-        assert_same(&run, &expected, 1);
+        assert_drew(&run, &expected);
     }
 }
 
 /// What goes wrong is a line in ICON's log, and ICON ends well.
 #[test]
 fn no_failure_ends_icon() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let [old, new] = [2, 3].map(|version| Double::new(directory, version));
     let cases: [(&str, &[&str], &str); 9] = [
@@ -286,8 +242,9 @@ fn no_failure_ends_icon() {
             // Once, not once per rank.
             assert!(["rank", "few", "many"].contains(&name) || told.matches(said).count() == 1, "{name}: {told}");
             // Other views are drawn.
-            let count = if ["field", "nest", "vn", "omega_z", "few", "many"].contains(&name) { 1 } else { 0 };
-            assert_eq!(pictures_of(&run, "temp_").min(1), count, "{name}: {told}");
+            let has_others = ["field", "nest", "vn", "omega_z", "few", "many"].contains(&name);
+            let others = pictures(&run.join("pictures")).into_keys().filter(|name| name.starts_with("temp_")).count();
+            assert_eq!(others > 0, has_others, "{name}: {told}");
         }
     }
     // A plugin of another release than the library that is loaded.
@@ -307,10 +264,7 @@ fn no_failure_ends_icon() {
 /// In a small file system of its own, which nobody else sees and which goes with the host.
 #[test]
 fn a_full_disk_does_not_end_icon() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let double = Double::new(directory.path(), 2);
     let run = prepared(directory.path(), "full", |scene| scene);
     std::fs::create_dir(run.join("pictures")).unwrap();
@@ -320,14 +274,6 @@ fn a_full_disk_does_not_end_icon() {
     assert!(told.contains("No space left on device"), "{told}");
     // After three failed frames in a row icoray switches itself off.
     assert!(told.matches("icoray: warning").count() < 12, "{told}");
-}
-
-/// How many pictures whose names begin so a run drew, if any.
-fn pictures_of(run: &Path, start: &str) -> usize {
-    if !run.join("pictures").is_dir() {
-        return 0;
-    }
-    pictures(run).iter().filter(|(name, _)| name.starts_with(start)).count()
 }
 
 /// The real library, with values that ComIn's own replay plugin sets.
@@ -364,7 +310,7 @@ fn the_real_comin_draws_the_same() {
         let output = succeeded(host.env("LD_LIBRARY_PATH", prefix.join("lib")));
         let told = text(&output.stdout) + &text(&output.stderr);
         assert!(!told.contains("icoray: "), "{told}");
-        assert_same(&run, &expected, 1);
-        assert_eq!(reported(&run, "bytes_copied"), ["0"; 8], "{ranks} ranks");
+        assert_drew(&run, &expected);
+        assert_eq!(bytes_copied(&run), ["0"; 8], "{ranks} ranks");
     }
 }

@@ -2,8 +2,9 @@
 
 use icoray_test_support::{Need, has_tool, runs_long};
 use icoray_tests::interface::Interface;
-use icoray_tests::layout::{LAYOUT, rust_layout};
-use icoray_tests::native::{checked, command, library, root, succeeded, text};
+use icoray_tests::layout::{LAYOUT, assert_layout_is_of_rust};
+use icoray_tests::native::{checked, command, library, linked, root, succeeded, text, valgrind};
+use icoray_tests::pictures::count_colors;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -44,10 +45,8 @@ fn gfortran(directory: &Path, options: &[&str]) -> Command {
 /// Compiles the module and a program that uses it.
 fn compile(sources: &[PathBuf], options: &[&str], directory: &Path) -> PathBuf {
     let program = directory.join("program");
-    let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-    rpath.push(library().parent().unwrap());
     let mut command = gfortran(directory, options);
-    command.arg(module()).args(sources).arg(library()).arg(rpath).arg("-o").arg(&program);
+    command.arg(module()).args(sources).args(linked(library())).arg("-o").arg(&program);
     succeeded(&mut command);
     program
 }
@@ -202,12 +201,7 @@ fn fortran_sees_the_structs_as_rust_does() {
     std::fs::write(&source, layout_program()).unwrap();
     let program = compile(&[source], &["-O0"], directory.path());
     let output = succeeded(&mut command(program, directory.path()));
-    let printed = text(&output.stdout);
-    let (version, layout) = printed.split_once('\n').unwrap();
-    assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
-    let rust = rust_layout();
-    let first = layout.lines().zip(rust.lines()).find(|(a, b)| a != b);
-    assert!(layout == rust, "Fortran and Rust differ: {first:?}");
+    assert_layout_is_of_rust(&text(&output.stdout));
 }
 
 /// Pictures and their pixels, by the directory's and the file's name.
@@ -251,7 +245,7 @@ fn pictures_depend_on_values_and_nothing_else() {
         for (path, other) in &members[1..] {
             assert!(picture == other, "{} and {} differ", first.display(), path.display());
         }
-        let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
+        let colors = count_colors(picture);
         assert!(colors > 50 || group == "coarse", "{group}: {colors} colours");
         for (other, others) in groups.iter().filter(|(other, _)| *other != group) {
             assert!(*picture != others[0].1, "{group} and {other} are the same");
@@ -287,8 +281,6 @@ fn no_memory_is_misused_or_lost() {
     let directory = TempDir::new().unwrap();
     // As models are built whose integers have 64 bits.
     let program = compile_pictures(&["-O1", "-g", "-fdefault-integer-8"], directory.path());
-    let mut valgrind = command("valgrind", directory.path());
-    valgrind.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
-    valgrind.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
+    let mut valgrind = valgrind(directory.path());
     checked(valgrind.arg(program).arg("out").args(["1", "16"]), "pictures", 400);
 }

@@ -3,13 +3,14 @@
 
 use icoray_test_support::{Need, skip, skip_because};
 use icoray_tests::native::{checked, command, compile_c};
+use icoray_tests::pictures::difference;
 use icoray_tests::ranks::FIRST;
 use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
 
 /// Largest difference of a channel and root of the mean square, as for the renderer's own pictures.
-const MAX: f32 = 1e-3;
+const MAX: f64 = 1e-3;
 const RMSE: f64 = 2e-5;
 
 /// Whether an adapter is here. If none is, skips the test.
@@ -36,17 +37,12 @@ fn pictures(directory: &Path) -> Vec<String> {
 }
 
 /// Compares the pictures of two directories.
-fn compare(one: &Path, other: &Path, max: f32) {
+fn compare(one: &Path, other: &Path, max: f64) {
     let names = pictures(one);
     assert!(!names.is_empty() && names == pictures(other), "{names:?}");
     for name in names {
-        let [a, b] = [one, other].map(|directory| image::open(directory.join(&name)).unwrap().into_rgba32f());
-        assert_eq!(a.dimensions(), b.dimensions());
-        let apart: Vec<f32> = a.as_raw().iter().zip(b.as_raw()).map(|(a, b)| (a - b).abs()).collect();
-        let most = apart.iter().copied().fold(0.0, f32::max);
-        let squares: f64 = apart.iter().map(|d| f64::from(*d).powi(2)).sum();
-        let rmse = (squares / apart.len() as f64).sqrt();
-        assert!(most <= max && rmse <= RMSE.max(f64::from(max) / 10.0), "{name}: {most:e}, rmse {rmse:e}");
+        let [largest, rmse] = difference(&one.join(&name), &other.join(&name));
+        assert!(largest <= max && rmse <= RMSE.max(max / 10.0), "{name}: {largest:e}, rmse {rmse:e}");
     }
 }
 

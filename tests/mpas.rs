@@ -1,7 +1,8 @@
 //! The hooks for MPAS-Atmosphere and MPAS-Ocean, compiled against a double of the MPAS modules that they use.
 
 use icoray_test_support::{Need, has_tool};
-use icoray_tests::native::{command, mpi_library, root, succeeded, text};
+use icoray_tests::native::{command, linked, mpi_library, root, succeeded, text};
+use icoray_tests::pictures::{assert_distinct, assert_same, column, pictures};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -28,8 +29,6 @@ impl Hook {
     /// preprocessor.
     fn compile(&self, options: &[&str], directory: &Path) -> PathBuf {
         let program = directory.join(self.run);
-        let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-        rpath.push(mpi_library().parent().unwrap());
         let mut compile = command("mpifort", directory);
         let options_of_all = "-std=f2018 -Wall -Wextra -Werror -O1 -fcheck=all,no-array-temps -cpp -ffree-form";
         compile.args(options_of_all.split(' ')).args(self.options).args(options);
@@ -39,7 +38,7 @@ impl Hook {
         let of_test = |name: &str| root().join("tests/fortran/mpas").join(name).with_extension("f90");
         compile.args(["mpas_double", "mpas_parts"].map(of_test));
         compile.arg(self.file(self.source).with_extension("F")).arg(of_test(self.run));
-        succeeded(compile.arg(mpi_library()).arg(rpath).arg("-o").arg(&program));
+        succeeded(compile.args(linked(mpi_library())).arg("-o").arg(&program));
         program
     }
 
@@ -62,49 +61,21 @@ impl Hook {
         let directory = directory.path();
         let direct = self.prepared(directory, "direct");
         succeeded(command(program, &direct).arg("direct").args(case));
-        let expected = pictures(&direct);
-        assert_eq!(expected.iter().map(|(name, _)| name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
+        let expected = pictures(&direct.join("pictures"));
+        assert_eq!(expected.keys().collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
         for ranks in [1, 2] {
             let run = self.prepared(directory, &ranks.to_string());
             let output = succeeded(FIRST.on_ranks(ranks, program, &run).arg("hook").args(case));
             let told = text(&output.stdout);
             assert!(told.lines().all(|line| line.contains("holes are drawn as nothing")), "MPAS's log: {told}");
-            let drawn = pictures(&run);
-            assert_eq!(drawn.iter().map(|(name, _)| name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
-            for ((name, picture), (_, expected)) in drawn.iter().zip(&expected) {
-                let channels = picture.iter().zip(expected.iter());
-                let off = channels.map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-                assert!(off <= 1, "{name} of {ranks} ranks {case:?}: {off} of 255");
-            }
-            let copied = bytes_copied(&run);
+            assert_same(&pictures(&run.join("pictures")), &expected, format!("{ranks} ranks {case:?}"));
+            let copied = column(&run.join("pictures/report.csv"), "bytes_copied");
             assert_eq!(copied.len(), names.len());
             assert!(ranks > 1 || copied.iter().all(|bytes| bytes == "0"), "{copied:?}");
         }
         // Each step and each field shows something else.
-        for (i, (name, picture)) in expected.iter().enumerate() {
-            let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
-            assert!(colors > 100, "{name}: {colors} colours");
-            assert!(expected[..i].iter().all(|(_, other)| other != picture), "{name}");
-        }
+        assert_distinct(&expected, 100);
     }
-}
-
-/// Names and pixels of the pictures of a run.
-fn pictures(run: &Path) -> Vec<(String, image::RgbaImage)> {
-    let entries = std::fs::read_dir(run.join("pictures")).unwrap().map(|entry| entry.unwrap().path());
-    let mut paths: Vec<PathBuf> =
-        entries.filter(|path| path.extension().is_some_and(|extension| extension == "png")).collect();
-    paths.sort();
-    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
-    paths.iter().map(|path| (name(path), image::open(path).unwrap().into_rgba8())).collect()
-}
-
-/// What `report.csv` says of each picture. No column before it has a comma.
-fn bytes_copied(run: &Path) -> Vec<String> {
-    let report = std::fs::read_to_string(run.join("pictures/report.csv")).unwrap();
-    let mut lines = report.lines();
-    let column = lines.next().unwrap().split(',').position(|name| name == "bytes_copied").unwrap();
-    lines.map(|line| line.split(',').nth(column).unwrap().to_owned()).collect()
 }
 
 /// Names of the pictures of a view at times of January 2000.
@@ -114,10 +85,7 @@ fn at(view: &str, times: &[&str]) -> Vec<String> {
 
 #[test]
 fn the_hook_draws_what_whole_arrays_show() {
-    if !FIRST.is_there() || !has_tool(Need::Fortran, "mpifort") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = ATMOSPHERE.compile(&[], directory.path());
     let all = ["01_00", "01_12", "02_00", "02_12"];
     let names = [at("theta", &all), at("vorticity", &["02_00"]), at("w", &all)].concat();
@@ -127,10 +95,7 @@ fn the_hook_draws_what_whole_arrays_show() {
 /// With levels that are missing above, under ice, the mesh has `minLevelCell`; without, it has not.
 #[test]
 fn the_hook_of_the_ocean_draws_what_whole_arrays_show() {
-    if !FIRST.is_there() || !has_tool(Need::Fortran, "mpifort") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = OCEAN.compile(&[], directory.path());
     let temperature = at("temperature", &["01_00", "01_12", "02_00", "02_12"]);
     let names = [at("salinity", &["01_00", "02_00"]), temperature, at("vorticity", &["02_00"])].concat();
@@ -145,10 +110,7 @@ type Change = fn(String) -> Option<String>;
 /// What is wrong is a line in MPAS's log, short enough for it, and the run ends well.
 #[test]
 fn a_scene_that_is_missing_or_wrong_is_a_line_in_the_log() {
-    if !FIRST.is_there() || !has_tool(Need::Fortran, "mpifort") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let directory = directory.path();
     // As MPAS's makefile says for a library with the module mpi_f08.
     let program = ATMOSPHERE.compile(&["-DMPAS_USE_MPI_F08"], directory);

@@ -1,7 +1,8 @@
 //! Several ranks under mpirun: C and Fortran programs against the library that was built with MPI.
 
 use icoray_test_support::{Need, has_tool};
-use icoray_tests::native::{checked, command, library, mpi_library, root, succeeded, text, with_small_disk};
+use icoray_tests::native::{checked, command, library, linked, mpi_library, root, succeeded, text, with_small_disk};
+use icoray_tests::pictures::{column, difference};
 use icoray_tests::ranks::{FIRST, MPICH, Mpi};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,17 +17,6 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     // Of a directory in it only the name.
     let read = |path: &Path| if path.is_dir() { Vec::new() } else { std::fs::read(path).unwrap() };
     kept.map(|(name, path)| (name, read(&path))).collect()
-}
-
-/// How many ranks each line of a report says, and whether any says that bytes were received.
-fn reported(directory: &Path) -> (Vec<String>, bool) {
-    let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
-    let rows: Vec<Vec<&str>> = report.lines().map(|line| line.split(',').collect()).collect();
-    let column = |name: &str| {
-        let at = rows[0].iter().position(|head| *head == name).unwrap();
-        rows[1..].iter().map(move |row| row[at].to_owned()).collect::<Vec<_>>()
-    };
-    (column("ranks"), column("bytes_received").iter().any(|bytes| bytes != "0"))
 }
 
 /// A program of `tests/c` with an MPI, and the directory of its pictures.
@@ -115,27 +105,15 @@ fn pictures(mpi: &Mpi, sizes: &[usize]) {
         let is_coarsest = |note: &String| !note.contains("short: ") || note.contains("one of 32 ");
         let is_same = alone.iter().chain(&notes).all(is_coarsest);
         let is_left_out = |name: &str| name.starts_with("short") && !is_same;
-        let (reported, is_received) = reported(&to);
-        assert!(reported.len() >= 6 && reported.iter().all(|said| *said == ranks.to_string()), "{reported:?}");
-        assert_eq!(is_received, ranks > 1);
+        let [reported, received] = ["ranks", "bytes_received"].map(|name| column(&to.join("report.csv"), name));
+        assert!(reported.len() >= 6 && reported.iter().all(|count| *count == ranks.to_string()), "{reported:?}");
+        assert_eq!(received.iter().any(|bytes| bytes != "0"), ranks > 1);
         let several = files(&to);
         assert_eq!(several.keys().collect::<Vec<_>>(), one.keys().collect::<Vec<_>>());
         for (name, bytes) in &one {
             assert!(is_left_out(name) || several[name] == *bytes, "{name} of {ranks} ranks is another picture");
         }
     }
-}
-
-/// The largest difference of a channel of two pictures.
-fn difference(one: &Path, other: &Path) -> f32 {
-    let read = |path: &Path| {
-        let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        picture.into_rgba32f()
-    };
-    let (one, other) = (read(one), read(other));
-    assert_eq!(one.dimensions(), other.dimensions());
-    let channels = one.as_raw().iter().zip(other.as_raw());
-    channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
 /// On so many ranks, each with how many of them make a node; none is said where all do: then pictures are the same to
@@ -151,14 +129,14 @@ fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
         let kinds = if ranks == 1 { 1 } else { 4 };
         run.checks(ranks, node, &name, &[], 50 * kinds);
         let to = run.at(&name);
-        let mut worst = [0.0f32; 2];
+        let mut worst = [0.0f64; 2];
         for kind in KINDS.into_iter().take(kinds as usize) {
             for name in whole.keys() {
-                let off = difference(&to.join(kind).join(name), &run.at("one/whole").join(name));
+                let [max, _] = difference(&to.join(kind).join(name), &run.at("one/whole").join(name));
                 let (limit, of) = if name.starts_with("f64") { (1e-6, 0) } else { (1e-5, 1) };
                 let is_same = node.is_empty() && name != "f32_inside.exr";
-                assert!(off <= if is_same { 0.0 } else { limit }, "{ranks} ranks, {node}, {kind}, {name}: {off:e}");
-                worst[of] = worst[of].max(off);
+                assert!(max <= if is_same { 0.0 } else { limit }, "{ranks} ranks, {node}, {kind}, {name}: {max:e}");
+                worst[of] = worst[of].max(max);
             }
         }
         println!("{ranks} ranks, {node} on a node, largest differences: f64 {:.1e}, f32 {:.1e}", worst[0], worst[1]);
@@ -166,7 +144,7 @@ fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
     // Other pictures do differ.
     let names: Vec<&String> = whole.keys().collect();
     let [one, other] = [0, 2].map(|i| run.at("one/whole").join(names[i]));
-    assert!(difference(&one, &other) > 0.01);
+    assert!(difference(&one, &other)[0] > 0.01);
 }
 
 /// On so many ranks, each with how many of them make a node; none is said where all do.
@@ -331,17 +309,12 @@ fn a_context_of_one_process_among_ranks_is_pointed_out() {
 /// With `mpi_f08` and with the integers of `mpi`: the world's ranks, and a part of them.
 #[test]
 fn fortran_hands_its_communicators_over() {
-    if !FIRST.is_there() || !has_tool(Need::Fortran, "mpifort") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = directory.path().join("mpi_model");
-    let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-    rpath.push(mpi_library().parent().unwrap());
     let mut compile = command("mpifort", directory.path());
     compile.args(["-std=f2018", "-Wall", "-Wextra", "-Werror", "-J"]).arg(directory.path());
     compile.arg(root().join("include/icoray.f90")).arg(root().join("tests/fortran/mpi_model.f90"));
-    succeeded(compile.arg(mpi_library()).arg(rpath).arg("-o").arg(&program));
+    succeeded(compile.args(linked(mpi_library())).arg("-o").arg(&program));
     for ranks in [1, 2, 3] {
         let to = directory.path().join(ranks.to_string());
         let output = succeeded(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to));
@@ -355,7 +328,7 @@ fn fortran_hands_its_communicators_over() {
         assert!(picture("world/f_1.png") == picture("columns/f_1.png"));
         for name in ["first/f_1.png", "last/f_1.png"] {
             // One step of eight bits.
-            assert!(difference(&to.join(name), &to.join("world/f_1.png")) < 1.1 / 255.0, "{name} of {ranks} ranks");
+            assert!(difference(&to.join(name), &to.join("world/f_1.png"))[0] < 1.1 / 255.0, "{name} of {ranks} ranks");
         }
     }
 }

@@ -1,15 +1,15 @@
-//! Pictures against what they must be: closed forms, the same interpolant over all triangles, themselves.
+//! Pictures against closed forms, the exact integral over all triangles, and each other. Random and hard scenes are
+//! compared with the references in `random.rs` and in icoray-reference.
 
 use glam::DVec3;
-use icoray::{
-    CenterField, Field, Frame, Grid, IcosahedralMesh, Layers, Lighting, Location, Method, Precision, Renderer, Scene,
-    Shape, Source,
-};
-use icoray_study::fig6;
-use icoray_study::methods::Job;
-use icoray_study::oracle;
-use icoray_study::sphere::{Sphere, multi_scale};
-use icoray_tests::{covered, difference, scene};
+use icoray::{CenterField, Field, Frame, Grid, Layers, Location, Method, Precision, Renderer, Scene, Shape};
+use icoray_reference::comparison::Comparison;
+use icoray_reference::job::Job;
+use icoray_reference::oracle;
+use icoray_reference::radial::Radial;
+use icoray_reference::ray::Ray;
+use icoray_reference::sphere::{Sphere, multi_scale};
+use icoray_tests::{covered, scene};
 
 const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.5\nfov = 40";
 const KNOTS: &str = r##"unit_length = 0.1
@@ -19,13 +19,6 @@ knots = [ { value = -0.6, color = "#2040ff", opacity = 0.7 }, { value = -0.2, co
 
 fn render(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
     Renderer::new(2).unwrap().render(scene, grid, layers, field).unwrap()
-}
-
-/// The exact picture, found by intersection with all triangles.
-fn brute_force(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Vec<[f32; 4]> {
-    let job = Job { scene, grid, layers, field };
-    let pixels = oracle::brute_force(&job, &Renderer::new(2).unwrap()).unwrap();
-    pixels.into_iter().map(|pixel| pixel.map(|c| c as f32)).collect()
 }
 
 /// Chord of a ray inside the convex polyhedron of the mesh's facets at radius `r`, by its planes alone.
@@ -52,40 +45,30 @@ fn a_constant_field_is_the_closed_form() {
     let grid = sphere.grid().unwrap();
     let transfer = r#"unit_length = 1
 knots = [ { value = 0, color = "rgb(255 0 0)", extinction = 1 }, { value = 0.5, color = "rgb(0 0 255)", extinction = 3 } ]"#;
-    for (camera, core, lighted) in [
-        (FAR, "core = \"rgb(0 255 0)\"", true),
-        (FAR, "core = \"transparent\"", false),
-        ("eye = [1.2, 0.1, 0.05]\ntarget = [0.3, 0.2, 0.9]\nfov = 100", "core = \"rgb(0 255 0)\"", false),
-        ("eye = [0.1, 0.2, -0.3]\ntarget = [1, 0.2, 0.4]\nfov = 120", "core = \"transparent\"", false),
+    for (camera, core) in [
+        (FAR, "core = \"rgb(0 255 0)\""),
+        (FAR, "core = \"transparent\""),
+        ("eye = [1.2, 0.1, 0.05]\ntarget = [0.3, 0.2, 0.9]\nfov = 100", "core = \"rgb(0 255 0)\""),
+        ("eye = [0.1, 0.2, -0.3]\ntarget = [1, 0.2, 0.4]\nfov = 120", "core = \"transparent\""),
     ] {
-        for precision in ["f64", "f32"] {
-            let rest = format!("{core}\nprecision = \"{precision}\"");
-            let mut scene = scene(48, camera, transfer, &rest);
-            if lighted && precision == "f64" {
-                // Light on a constant field: no gradient, ambient light alone; the core has its own normal.
-                scene.lighting = None;
-            }
+        for (precision, bound) in [("f64", 2e-7), ("f32", 3e-6)] {
+            let scene = scene(48, camera, transfer, &format!("{core}\nprecision = \"{precision}\""));
             let frame = render(&scene, &grid, &sphere.layers, &sphere.field().unwrap());
-            let mut expected = Vec::new();
-            for (y, x) in (0..48).flat_map(|y| (0..48).map(move |x| (y, x))) {
-                let eye = DVec3::from_array(scene.camera.eye());
-                let dir = DVec3::from_array(scene.camera.direction(x, y, 48, 48));
+            let pixel = |i: u32| {
+                let Ray { eye, dir } = Ray::of_pixel(&scene, i);
                 let outer = chord(&grid, 1.4, eye, dir);
-                let inner = chord(&grid, 1.0, eye, dir);
                 let length = outer.map_or(0.0, |[a, b]| b - a);
-                let (length, core) = match (inner, scene.core) {
+                let (length, core) = match (chord(&grid, 1.0, eye, dir), scene.core) {
                     (Some([a, _]), Some(_)) => (a - outer.unwrap()[0], 1.0),
                     (Some([a, b]), None) => (length - (b - a), 0.0),
                     _ => (length, 0.0),
                 };
-                let through = (-2.0 * length).exp();
-                let glow = 0.5 * (1.0 - through);
-                expected.push([glow, through * core, glow, 1.0 - through + through * core].map(|c| c as f32));
-            }
-            let d = difference(&frame.pixels, &expected);
-            let bound = if precision == "f64" { 2e-7 } else { 3e-6 };
-            println!("{precision} {camera:?}: {d:?}");
-            assert!(d.max < bound && d.not_finite == 0, "{camera} {rest}: {d:?}");
+                let transmittance = (-2.0 * length).exp();
+                let emission = 0.5 * (1.0 - transmittance);
+                [emission, transmittance * core, emission, 1.0 - transmittance + transmittance * core]
+            };
+            let max = Comparison::new(&frame.pixels, &(0..48 * 48).map(pixel).collect::<Vec<[f64; 4]>>()).max;
+            assert!(max < bound, "{camera} {core} {precision}: {max:e}");
             assert!(covered(&frame) > 0.4);
         }
     }
@@ -94,76 +77,20 @@ knots = [ { value = 0, color = "rgb(255 0 0)", extinction = 1 }, { value = 0.5, 
 /// (a): the paper's Figure 6. What is left against exact spheres is the grid's own error, which a bisection quarters.
 #[test]
 fn the_radial_field_converges_to_its_ground_truth() {
-    let out = std::path::PathBuf::new();
-    for (method, lit) in [(Method::Exact, true), (Method::Exact, false), (Method::Paper, true)] {
+    for (method, is_lit) in [(Method::Exact, true), (Method::Exact, false), (Method::Paper, true)] {
         let rmse = [3, 4, 5].map(|level| {
-            let options = fig6::Options { level, layers: 61, size: 64, steps: 1500, out: out.clone() };
-            let (frame, _, distance) = fig6::compare(&options, method, lit).unwrap();
-            assert!(covered(&frame) > 0.5);
-            distance.rmse
+            let radial = Radial { level, layers: 61, size: 64, steps: 1500, method, is_lit };
+            let compared = radial.compare().unwrap();
+            assert!(covered(&compared.frame) > 0.5);
+            compared.rmse
         });
-        println!("{method:?}, lit {lit}: {rmse:?}");
-        assert!(rmse[2] < 1.6e-3, "{method:?}, lit {lit}: {rmse:?}");
-        assert!(rmse[0] > 3.2 * rmse[1] && rmse[1] > 3.2 * rmse[2], "order lost: {method:?}, lit {lit}: {rmse:?}");
+        println!("{method:?}, lit {is_lit}: {rmse:?}");
+        assert!(rmse[2] < 1.6e-3, "{method:?}, lit {is_lit}: {rmse:?}");
+        assert!(rmse[0] > 3.2 * rmse[1] && rmse[1] > 3.2 * rmse[2], "order lost: {method:?}, lit {is_lit}: {rmse:?}");
     }
 }
 
-/// (c): every method against the exact integral of the same interpolant.
-#[test]
-fn pictures_match_brute_force() {
-    let sphere = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
-    let grid = sphere.grid().unwrap();
-    let field = sphere.field().unwrap();
-    let cases = [
-        (FAR, "core = \"#203040\""),
-        (FAR, "core = \"transparent\""),
-        ("eye = [1.1, 0.3, 0.2]\ntarget = [0, 1.4, 0.3]\nfov = 90", "core = \"#203040\""),
-        ("eye = [0.2, -0.1, 0.4]\ntarget = [0, 1.4, 0.3]\nfov = 110", "core = \"transparent\""),
-        ("eye = [1.5, 0, 0]\ntarget = [0, 0, 0.2]\nup = [0, 1, 0]\nfov = 100", "core = \"#203040\""),
-    ];
-    for (camera, core) in cases {
-        let mut scene = scene(40, camera, KNOTS, &format!("{core}\nprecision = \"f64\""));
-        let expected = brute_force(&scene, &grid, &sphere.layers, &field);
-        let exact = difference(&render(&scene, &grid, &sphere.layers, &field).pixels, &expected);
-        scene.precision = Precision::F32;
-        let single = difference(&render(&scene, &grid, &sphere.layers, &field).pixels, &expected);
-        scene.precision = Precision::F64;
-        scene.method = Method::Paper;
-        let paper = difference(&render(&scene, &grid, &sphere.layers, &field).pixels, &expected);
-        println!("{camera:?} {core}: exact {exact:?}, f32 {single:?}, paper {paper:?}");
-        assert!(exact.max < 1e-6 && exact.rmse < 1e-7 && exact.not_finite == 0, "{camera} {core}: {exact:?}");
-        assert!(single.max < 3e-5 && single.not_finite == 0, "{camera} {core}: {single:?}");
-        assert!(paper.max < 0.15 && paper.rmse < 0.03, "{camera} {core}: {paper:?}");
-        assert!(paper.rmse > exact.rmse, "the comparison cannot tell the methods apart: {paper:?} {exact:?}");
-    }
-}
-
-/// Lighting: the gradient is the mean over the incident frusta and interpolated like the value; the renderer takes it
-/// once per piece, the oracle at each node.
-#[test]
-fn lit_pictures_match_brute_force() {
-    let sphere = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
-    let grid = sphere.grid().unwrap();
-    let field = sphere.field().unwrap();
-    for light in [
-        "kind = \"headlight\"",
-        "kind = \"sun\"\nlon = 80\nlat = 10",
-        "kind = \"headlight\"\nambient = 0\nspecular = 0",
-    ] {
-        let lit = scene(40, FAR, &format!("{KNOTS}\n[light]\n{light}"), "core = \"transparent\"\nprecision = \"f64\"");
-        let expected = brute_force(&lit, &grid, &sphere.layers, &field);
-        let picture = render(&lit, &grid, &sphere.layers, &field);
-        let d = difference(&picture.pixels, &expected);
-        println!("{light:?}: {d:?}");
-        assert!(d.rmse < 5e-4 && d.max < 0.01 && d.not_finite == 0, "{light}: {d:?}");
-        // A wrong normal would be far off: unlit is.
-        let unlit = Scene { lighting: None, ..lit.clone() };
-        let flat = difference(&render(&unlit, &grid, &sphere.layers, &field).pixels, &expected);
-        assert!(flat.rmse > 10.0 * d.rmse, "{light}: the comparison cannot tell light from none: {flat:?} {d:?}");
-    }
-}
-
-/// NaN, infinities and fill values make the frusta around them void, and nothing else.
+/// NaN, infinities and fill values make the frusta around them void, and are counted.
 #[test]
 fn missing_values_are_void_frusta() {
     let mut sphere = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
@@ -177,74 +104,23 @@ fn missing_values_are_void_frusta() {
     let shape = Shape::level_fastest(cells, 6);
     let fill = Some(f64::from(-9e33f32));
     let field = Field::new(sphere.values.as_slice().into(), shape, Location::Center, fill).unwrap();
-    let mut scene = scene(40, FAR, KNOTS, "core = \"#203040\"\nprecision = \"f64\"");
-    let expected = brute_force(&scene, &grid, &sphere.layers, &field);
+    let mut scene = scene(40, FAR, KNOTS, "core = \"#203040\"");
+    let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
+    let expected = oracle::brute_force(&job, &Renderer::new(2).unwrap()).unwrap();
     for precision in [Precision::F64, Precision::F32] {
         scene.precision = precision;
         let frame = render(&scene, &grid, &sphere.layers, &field);
-        let d = difference(&frame.pixels, &expected);
-        assert!(d.max < 3e-5 && d.rmse < 1e-6 && d.not_finite == 0, "{d:?}");
+        let difference = Comparison::new(&frame.pixels, &expected);
+        assert!(difference.max < 3e-5 && difference.rmse < 1e-6, "{precision:?}: {:e}", difference.max);
         assert!(frame.report.counts.void_frusta > 1000);
         assert_eq!(frame.report.missing_values, 2 * cells.div_ceil(7) as u64);
     }
-    // Under light the void frusta are left out of the vertices' mean gradients too.
-    let mut lit = scene.clone();
-    lit.lighting =
-        Some(Lighting { source: Source::Headlight, ambient: 0.1, diffuse: 0.9, specular: 0.0, shininess: 8.0 });
-    let expected = brute_force(&lit, &grid, &sphere.layers, &field);
-    let d = difference(&render(&lit, &grid, &sphere.layers, &field).pixels, &expected);
-    assert!(d.rmse < 1e-3 && d.not_finite == 0, "lit: {d:?}");
     // All missing: an empty shell, and no error.
     let nothing = vec![f64::NAN; cells * 6];
     let field = Field::new(nothing.as_slice().into(), shape, Location::Center, None).unwrap();
     let frame = render(&scene, &grid, &sphere.layers, &field);
     assert_eq!(frame.report.value_range, None);
     assert!(frame.pixels.iter().all(|p| p[3] == 0.0 || p[3] == 1.0));
-}
-
-/// The same values in every layout of one type give the same picture, bit for bit.
-#[test]
-fn layouts_do_not_change_the_picture() {
-    const ROUNDED: f64 = 3e-6;
-    let sphere = Sphere::new(3, 8, [1.0, 1.3], multi_scale).unwrap();
-    let grid = sphere.grid().unwrap();
-    let cells = grid.cells();
-    let scene = scene(64, FAR, &format!("{KNOTS}\n[light]\nkind = \"headlight\""), "");
-    let plain = render(&scene, &grid, &sphere.layers, &sphere.field().unwrap());
-    let value = |cell: usize, layer: usize| sphere.values[cell * 8 + layer];
-    let (padded, turned, columns): (Vec<f32>, Vec<f64>, Vec<f32>) = (
-        (0..(cells + 1) * 11)
-            .map(|i| if i % 11 < 8 && i / 11 < cells { value(i / 11, i % 11) } else { f32::NAN })
-            .collect(),
-        (0..cells * 8).map(|i| f64::from(value(i / 8, 7 - i % 8))).collect(),
-        (0..cells * 8).map(|i| value(i % cells, i / cells)).collect(),
-    );
-    let fields = [
-        Field::new(
-            padded.as_slice().into(),
-            Shape { column_stride: 11, ..Shape::level_fastest(cells, 8) },
-            Location::Center,
-            None,
-        ),
-        Field::new(columns.as_slice().into(), Shape::cell_fastest(cells, 8), Location::Center, None),
-        Field::new(
-            turned.as_slice().into(),
-            Shape { offset: 7, layer_stride: -1, ..Shape::level_fastest(cells, 8) },
-            Location::Center,
-            None,
-        ),
-    ];
-    // Values in f64 are normalised one by one, others in vectors: these differ in their last digits.
-    for (field, most) in fields.into_iter().zip([0.0, 0.0, ROUNDED]) {
-        let frame = render(&scene, &grid, &sphere.layers, &field.unwrap());
-        assert!(difference(&frame.pixels, &plain.pixels).max <= most);
-    }
-    // Top first: falling radii with the first value at the top.
-    let falling = Layers::new(sphere.layers.radius_m().iter().rev().copied().collect(), 1.0).unwrap();
-    let top_first =
-        Field::new(turned.as_slice().into(), Shape::level_fastest(cells, 8), Location::Center, None).unwrap();
-    assert!(difference(&render(&scene, &grid, &falling, &top_first).pixels, &plain.pixels).max <= ROUNDED);
-    assert!(covered(&plain) > 0.3);
 }
 
 /// A field at corners is averaged; full levels lie midway between interfaces.
@@ -263,7 +139,7 @@ fn corner_fields_and_full_levels_are_placed() {
     let center = CenterField::average(&grid, &corner).unwrap();
     let a = render(&scene, &grid, &sphere.layers, &corner);
     let b = render(&scene, &grid, &sphere.layers.midpoints().unwrap(), &center.field());
-    assert_eq!(difference(&a.pixels, &b.pixels).max, 0.0);
+    assert!(a.pixels == b.pixels);
     assert_eq!(a.report.bytes_derived, grid.cells() * 7 * 8);
     assert!(covered(&a) > 0.3);
 }
@@ -309,41 +185,10 @@ fn scales_and_steps_hold_in_f32() {
         let double = render(&scene, &grid, &base.layers, &field);
         scene.precision = Precision::F32;
         let single = render(&scene, &grid, &base.layers, &field);
-        let d = difference(&double.pixels, &single.pixels);
         // A pixel that grazes the opaque body may see it in one precision and not in the other.
-        let apart = double
-            .pixels
-            .iter()
-            .zip(&single.pixels)
-            .filter(|(a, b)| (0..4).any(|k| (a[k] - b[k]).abs() > 1e-4))
-            .count();
-        assert!(apart <= 4 && d.not_finite == 0, "{scale:e} {offset:e}: {apart} pixels apart, {d:?}");
+        let differences = Comparison::new(&double.pixels, &single.pixels).pixel_errors;
+        let apart = differences.into_iter().filter(|difference| *difference > 1e-4).count();
+        assert!(apart <= 4, "{scale:e} {offset:e}: {apart} pixels apart");
         assert!(double.pixels.iter().any(|p| p[0] > 0.9), "the opaque body is not to be seen");
-    }
-}
-
-/// A real Earth, true to scale: 100 m layers on 6371 km, looked at along the limb, in f32 as in f64.
-#[test]
-fn thin_layers_on_a_real_earth_hold_in_f32() {
-    let mesh = IcosahedralMesh::new(5).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let heights: Vec<f64> = (0..=100).map(|l| 100.0 * f64::from(l)).collect();
-    let layers = Layers::from_heights(&heights, 6.371e6).unwrap();
-    let wave = |cell: usize, h: f64| (3.0 * mesh.lon_center_rad[cell]).sin() * (h / 1300.0).cos();
-    let values: Vec<f32> =
-        (0..grid.cells()).flat_map(|c| heights.iter().map(move |h| (c, *h))).map(|(c, h)| wave(c, h) as f32).collect();
-    let field =
-        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 101), Location::Center, None).unwrap();
-    let limb = "eye = [1.02, 0, 0]\ntarget = [0.9804, 0, 0.1971]\nup = [1, 0, 0]\nfov = 1";
-    for camera in [FAR, limb] {
-        let mut scene = scene(96, camera, KNOTS, "precision = \"f64\"");
-        scene.volumes[0].transfer.unit_length = None;
-        let double = render(&scene, &grid, &layers, &field);
-        scene.precision = Precision::F32;
-        let single = render(&scene, &grid, &layers, &field);
-        let d = difference(&double.pixels, &single.pixels);
-        println!("{camera:?}: {d:?}, {} frusta", double.report.counts.frusta);
-        assert!(d.max < 1e-5 && d.rmse < 1e-6 && d.not_finite == 0, "{camera}: {d:?}");
-        assert!(covered(&double) > 0.2);
     }
 }

@@ -1,7 +1,8 @@
 //! The recipes of the book: each draws what plain arrays show.
 
 use icoray_test_support::{Need, has_tool, skip_because};
-use icoray_tests::native::{command, library, root, succeeded, text};
+use icoray_tests::native::{command, library, linked, root, succeeded, text};
+use icoray_tests::pictures::{count_colors, pictures};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -9,9 +10,8 @@ use tempfile::TempDir;
 const WARNINGS: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-missing-field-initializers", "-O1"];
 
 /// Links icoray's library.
-fn linked(command: &mut Command, to: &Path) -> PathBuf {
-    let rpath = format!("-Wl,-rpath,{}", library().parent().unwrap().display());
-    succeeded(command.arg(library()).arg(rpath).args(["-lm", "-o"]).arg(to));
+fn with_icoray(command: &mut Command, to: &Path) -> PathBuf {
+    succeeded(command.args(linked(library())).args(["-lm", "-o"]).arg(to));
     to.to_owned()
 }
 
@@ -19,23 +19,16 @@ fn of_c(directory: &Path, source: &str, options: &[&str]) -> PathBuf {
     let include = format!("-I{}", root().join("include").display());
     let mut cc = command("cc", directory);
     cc.args(WARNINGS).args(options).arg(include).arg(root().join(source).with_extension("c"));
-    linked(&mut cc, &directory.join(Path::new(source).file_name().unwrap()))
+    with_icoray(&mut cc, &directory.join(Path::new(source).file_name().unwrap()))
 }
 
 fn of_fortran(directory: &Path, name: &str) -> PathBuf {
     let mut gfortran = command("gfortran", directory);
     // gfortran 12 warns of every array that an assignment allocates.
-    gfortran.args([
-        "-std=f2018",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-Wno-uninitialized",
-        "-Wno-maybe-uninitialized",
-        "-O1",
-    ]);
+    let options = "-std=f2018 -Wall -Wextra -Werror -Wno-uninitialized -Wno-maybe-uninitialized -O1";
+    gfortran.args(options.split(' '));
     let recipe = root().join("examples/recipes").join(name).with_extension("f90");
-    linked(gfortran.arg(root().join("include/icoray.f90")).arg(recipe), &directory.join(name))
+    with_icoray(gfortran.arg(root().join("include/icoray.f90")).arg(recipe), &directory.join(name))
 }
 
 /// The pictures of a run in a directory of its own, and what it printed.
@@ -55,11 +48,7 @@ fn drawn(
     let output = succeeded(&mut command);
     let told = text(&output.stdout) + &text(&output.stderr);
     assert!(!told.contains("icoray:"), "{told}");
-    let mut paths: Vec<_> =
-        std::fs::read_dir(run.join("pictures")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|extension| extension == "png"));
-    paths.sort();
-    (paths.iter().map(|path| image::open(path).unwrap().into_rgba8()).collect(), told)
+    (pictures(&run.join("pictures")).into_values().collect(), told)
 }
 
 /// What plain arrays show, in so many steps.
@@ -68,7 +57,7 @@ fn plain(directory: &Path, steps: usize) -> Vec<image::RgbaImage> {
     let (pictures, _) = drawn(directory, "plain", &program, "", |command| {
         command.arg(steps.to_string());
     });
-    let colors = pictures[0].pixels().collect::<std::collections::HashSet<_>>().len();
+    let colors = count_colors(&pictures[0]);
     assert!(colors > 500 && pictures[0] != pictures[1], "{colors} colours");
     pictures
 }

@@ -2,8 +2,8 @@
 
 use icoray_test_support::{Need, has_tool};
 use icoray_tests::native::{command, library, mpi_library, root, succeeded, text};
+use icoray_tests::pictures::{assert_same, pictures};
 use icoray_tests::ranks::FIRST;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -78,12 +78,9 @@ fn it_draws_the_same_pictures(alone: &Path, together: &Path, directory: &Path) {
     let scene = format!("tolerance = 1e-5\n{scene}");
     std::fs::write(directory.join("scene.toml"), scene).unwrap();
     let options = [&SIZE[..], &["--days", "0.25", "--scene", "scene.toml", "--threads", "1", "--out"]].concat();
-    let drawn = |run: &mut Command, to: &str| -> BTreeMap<String, image::RgbaImage> {
+    let drawn = |run: &mut Command, to: &str| {
         succeeded(run.args(&options).arg(to));
-        let entries = std::fs::read_dir(directory.join(to)).unwrap().map(|entry| entry.unwrap().path());
-        let pictures = entries.filter(|path| path.extension().is_some_and(|extension| extension == "png"));
-        let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
-        pictures.map(|path| (name(&path), image::open(&path).unwrap().into_rgba8())).collect()
+        pictures(&directory.join(to))
     };
     let expected = drawn(&mut command(alone, directory), "alone");
     assert_eq!(expected.len(), 2, "one at the start and one at the end");
@@ -93,13 +90,7 @@ fn it_draws_the_same_pictures(alone: &Path, together: &Path, directory: &Path) {
             run.args(["--partition", file]);
         }
         let several = drawn(&mut run, &format!("{ranks}{}", partition.unwrap_or_default()));
-        assert_eq!(several.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
-        for (name, expected) in &expected {
-            let picture = &several[name];
-            let channels = picture.iter().zip(expected.iter());
-            let off = channels.map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-            assert!(off <= 1, "{name} of {ranks} ranks, {partition:?}: {off} of 255");
-        }
+        assert_same(&several, &expected, format!("{ranks} ranks, {partition:?}"));
     }
 }
 

@@ -1,11 +1,10 @@
 //! The C model over ranks: each computes all of it, and together they draw the pictures of one process.
 
-use icoray_tests::native::{command, library, mpi_library, root, succeeded, text};
+use icoray_tests::native::{command, library, linked, mpi_library, root, succeeded, text};
 use icoray_tests::ranks::FIRST;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use tempfile::TempDir;
 
 /// Builds the model in `directory`, as the head of `tracer.c` says.
 fn build(with_mpi: bool, directory: &Path) -> PathBuf {
@@ -16,7 +15,7 @@ fn build(with_mpi: bool, directory: &Path) -> PathBuf {
     build.args(with_mpi.then_some("-DTRACER_MPI")).arg("-I").arg(root().join("include"));
     let sources = ["tracer", "mesh", "options", "ranks", "transport", "winds"];
     build.args(sources.map(|source| root().join("examples/c").join(source).with_extension("c")));
-    build.arg(library).arg(format!("-Wl,-rpath,{}", library.parent().unwrap().display()));
+    build.args(linked(library));
     succeeded(build.args(["-lm", "-o"]).arg(&to));
     to
 }
@@ -37,10 +36,7 @@ fn drawn(run: &mut Command, scene: &Path, to: &Path) -> BTreeMap<String, Vec<u8>
 
 #[test]
 fn the_model_draws_the_same_bytes_on_any_number_of_ranks() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let (one, ranks) = (build(false, directory), build(true, directory));
     let scene = std::fs::read_to_string(root().join("examples/scenes/tracer.toml")).unwrap();

@@ -4,39 +4,22 @@ use super::{VIEWS, compile_all};
 use icoray::output::write_picture;
 use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape};
 use icoray_tests::native::{checked, command, compile_c};
+use icoray_tests::pictures::count_colors;
+use image::RgbaImage;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// The pixels of a picture, and its size.
-#[derive(PartialEq)]
-struct Picture {
-    size: (u32, u32),
-    pixels: Vec<u8>,
+fn read(path: &Path) -> RgbaImage {
+    image::open(path).unwrap().into_rgba8()
 }
 
-impl Picture {
-    fn read(path: &Path) -> Self {
-        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
-        let mut reader = png::Decoder::new(file).read_info().unwrap();
-        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-        let info = reader.next_frame(&mut pixels).unwrap();
-        assert_eq!(info.color_type, png::ColorType::Rgba);
-        Picture { size: (info.width, info.height), pixels }
-    }
-
-    /// Number of different colours.
-    fn colors(&self) -> usize {
-        self.pixels.chunks_exact(4).collect::<std::collections::BTreeSet<_>>().len()
-    }
-
-    /// Mean difference of the bytes.
-    fn distance(&self, other: &Self) -> f64 {
-        assert_eq!(self.size, other.size);
-        let sum: u64 = self.pixels.iter().zip(&other.pixels).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-        sum as f64 / self.pixels.len() as f64
-    }
+/// Mean difference of the channels.
+fn distance(one: &RgbaImage, other: &RgbaImage) -> f64 {
+    assert_eq!(one.dimensions(), other.dimensions());
+    let sum: u64 = one.iter().zip(other.iter()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / one.len() as f64
 }
 
 /// The cells of a line of CSV, of which one may be quoted.
@@ -98,7 +81,7 @@ fn field(values: &[f32], location: Location) -> Field<'_> {
 }
 
 /// The picture of `pictures_fields.c`, drawn without the ABI.
-fn two_fields_in_rust(to: &Path) -> Picture {
+fn two_fields_in_rust(to: &Path) -> RgbaImage {
     const RADIUS: [f64; 4] = [6_371_220.0, 6_375_220.0, 6_380_220.0, 6_391_220.0];
     let mesh = IcosahedralMesh::new(3).unwrap();
     let tables = mesh.tables();
@@ -131,7 +114,7 @@ fn two_fields_in_rust(to: &Path) -> Picture {
     let fields = Fields::new([("f", field(&f, Location::Center)), ("v", field(&v, Location::Corner))]);
     let frame = Renderer::new(1).unwrap().render(&scene.unwrap(), &grid, &layers, fields).unwrap();
     write_picture(to, &frame).unwrap();
-    Picture::read(to)
+    read(to)
 }
 
 /// Layouts, types, numberings, contexts and threads make no difference to a picture; values do.
@@ -142,10 +125,10 @@ fn pictures_depend_on_values_and_nothing_else() {
     checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 3000);
     let mut paths = Vec::new();
     reported(&directory.path().join("out"), &mut paths);
-    let mut groups: BTreeMap<String, Vec<(PathBuf, Picture)>> = BTreeMap::new();
+    let mut groups: BTreeMap<String, Vec<(PathBuf, RgbaImage)>> = BTreeMap::new();
     for path in paths {
-        let picture = Picture::read(&path);
-        assert_eq!(picture.size, (64, 64));
+        let picture = read(&path);
+        assert_eq!(picture.dimensions(), (64, 64));
         let name = path.file_stem().unwrap().to_str().unwrap();
         let (group, _) = name.rsplit_once('_').unwrap();
         groups.entry(group.to_string()).or_default().push((path, picture));
@@ -174,23 +157,24 @@ fn pictures_depend_on_values_and_nothing_else() {
     for members in groups.values() {
         let (first, picture) = &members[0];
         for (path, other) in &members[1..] {
-            let distance = picture.distance(other);
+            let distance = distance(picture, other);
             assert!(picture == other, "{} and {}: {distance}", first.display(), path.display());
         }
     }
     let rust = two_fields_in_rust(&directory.path().join("rust.png"));
-    assert!(groups["two"][0].1 == rust, "two fields: {}", groups["two"][0].1.distance(&rust));
+    assert!(groups["two"][0].1 == rust, "two fields: {}", distance(&groups["two"][0].1, &rust));
     for (near, members) in &groups {
         let Some(group) = near.strip_prefix("near ") else { continue };
-        let distance = members[0].1.distance(&groups[group][0].1);
+        let distance = distance(&members[0].1, &groups[group][0].1);
         assert!(distance < 0.05, "{near}: {distance}");
     }
     let mut different = groups.iter().filter(|(group, _)| !group.starts_with("near "));
     while let Some((group, members)) = different.next() {
         let picture = &members[0].1;
-        assert!(group == "nothing" || picture.colors() > 50, "{group}: {} colours", picture.colors());
+        let colors = count_colors(picture);
+        assert!(group == "nothing" || colors > 50, "{group}: {colors} colours");
         for (other, others) in different.clone() {
-            let distance = picture.distance(&others[0].1);
+            let distance = distance(picture, &others[0].1);
             assert!(distance > 0.5, "{group} and {other}: {distance}");
         }
     }
@@ -244,21 +228,21 @@ fn all_views_of_a_scene_file_are_drawn() {
         let list = std::fs::read_to_string(at(run).join("two.ffconcat")).unwrap();
         assert_eq!(list.matches("file ").count(), 4, "{list}");
     }
-    let read = |name: &str| Picture::read(&at("call").join(name));
+    let picture = |name: &str| read(&at("call").join(name));
     for name in expected.iter().filter(|name| name.ends_with(".png")) {
-        let (drawn, copied) = (read(name), Picture::read(&at("background").join(name)));
-        assert!(drawn == copied, "{name}: {}", drawn.distance(&copied));
-        assert!(drawn.colors() > 50, "{name}");
+        let (drawn, copied) = (picture(name), read(&at("background").join(name)));
+        assert!(drawn == copied, "{name}: {}", distance(&drawn, &copied));
+        assert!(count_colors(&drawn) > 50, "{name}");
     }
     // The camera that stands still, and the one that goes about.
-    assert!(read("two_0.png") == read("two_4.png") && read("two_0.png") == read("around_0.png"));
+    assert!(picture("two_0.png") == picture("two_4.png") && picture("two_0.png") == picture("around_0.png"));
     for (one, other) in [
         ("around_0.png", "around_3.png"),
         ("around_3.png", "around_6.png"),
         ("sides.cdb/5_20_70.png", "sides.cdb/5_70_70.png"),
         ("sides.cdb/5_20_70.png", "sides.cdb/5_20_160.png"),
     ] {
-        let distance = read(one).distance(&read(other));
+        let distance = distance(&picture(one), &picture(other));
         assert!(distance > 0.5, "{one} and {other}: {distance}");
     }
     for run in ["bad_call", "bad_background"] {

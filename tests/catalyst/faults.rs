@@ -1,18 +1,14 @@
 //! Each fault gives a message, and the host continues.
 
+use super::drawn as pictures_of;
 use super::hosts::{Host, ended_well, prepared};
-use super::pictures;
 use icoray_tests::native::{succeeded, text, with_small_disk};
 use icoray_tests::ranks::FIRST;
-use tempfile::TempDir;
 
 /// What goes wrong is a line of the host's standard error, and the host ends well.
 #[test]
 fn no_failure_ends_the_host() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let host = Host::of_double(directory, true);
     let cases = [
@@ -35,7 +31,7 @@ fn no_failure_ends_the_host() {
         assert!(told.lines().all(|line| line.len() < 480), "{told}");
         // No picture is said to lack what a host of Catalyst has never heard of.
         assert!(!told.contains("was called before"), "{told}");
-        assert_eq!(pictures(&run).len(), drawn, "{fault}: {told}");
+        assert_eq!(pictures_of(&run).len(), drawn, "{fault}: {told}");
     }
     // Another Conduit than is known.
     let other = Host::of_kind(directory, "OTHER_CONDUIT", true);
@@ -44,7 +40,7 @@ fn no_failure_ends_the_host() {
     let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(stdout.matches("the host ended well").count(), 2, "{stdout}");
     assert!(stderr.contains("icoray: warning: the process has no functions of Conduit"), "{stderr}");
-    assert!(!stdout.contains("returned") && pictures(&run).is_empty(), "{stdout}");
+    assert!(!stdout.contains("returned") && pictures_of(&run).is_empty(), "{stdout}");
     let run = prepared(directory, "in the way", "flat");
     std::fs::write(run.join("pictures"), "").unwrap();
     let told = host.run(2, &run, &["scene.toml", "wedges", "flat", "1", "column"]);
@@ -54,10 +50,7 @@ fn no_failure_ends_the_host() {
 /// Files for `catalyst_replay`: where they cannot be made, the double ends the process, as the real one does.
 #[test]
 fn files_of_calls_that_cannot_be_made_do_not_end_the_host() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     for (is_on_ranks, ranks) in [(true, 2), (false, 1)] {
         let host = Host::of_double(directory, is_on_ranks);
@@ -68,7 +61,7 @@ fn files_of_calls_that_cannot_be_made_do_not_end_the_host() {
             let told = ended_well(ranks, command);
             assert_eq!(told.matches("no files for catalyst_replay are written: ").count(), warnings, "{told}");
             assert_eq!(std::fs::read_dir(run.join(name)).map_or(0, Iterator::count), files, "{told}");
-            assert_eq!(pictures(&run).len(), 3, "{told}");
+            assert_eq!(pictures_of(&run).len(), 3, "{told}");
         }
     }
 }
@@ -76,10 +69,7 @@ fn files_of_calls_that_cannot_be_made_do_not_end_the_host() {
 /// In a small file system of its own, which goes with the host.
 #[test]
 fn a_full_disk_does_not_end_the_host() {
-    if !FIRST.is_there() {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = FIRST.directory() else { return };
     let host = Host::of_double(directory.path(), true);
     let run = prepared(directory.path(), "full", "flat");
     std::fs::create_dir(run.join("pictures")).unwrap();

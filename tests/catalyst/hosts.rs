@@ -1,6 +1,6 @@
 //! Hosts in C, each with the libcatalyst that it was built against.
 
-use icoray_tests::native::{catalyst_library, command, mpi_library, root, succeeded, text};
+use icoray_tests::native::{catalyst_library, command, linked, mpi_library, root, succeeded, text};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -21,10 +21,9 @@ pub(super) fn compiled(compiler: &str, to: &Path, options: &[&str], sources: &[P
 /// A program that makes its mesh with icoray's library.
 pub(super) fn with_icoray(compiler: &str, to: &Path, options: &[&str], names: &[&str], libraries: &[&str]) {
     let include = format!("-I{}", root().join("include").display());
-    let library = mpi_library();
-    let rpath = format!("-Wl,-rpath,{}", library.parent().unwrap().display());
+    let linked = linked(mpi_library()).map(|argument| argument.into_string().unwrap());
     let options = [&[include.as_str()], options].concat();
-    let libraries = [libraries, &[library.to_str().unwrap(), &rpath]].concat();
+    let libraries = [libraries, &linked.each_ref().map(String::as_str)].concat();
     let paths: Vec<_> = names.iter().flat_map(|name| sources([name])).collect();
     compiled(compiler, to, &options, &paths, &libraries);
 }

@@ -1,14 +1,14 @@
 //! The pictures of a file with ICON's output: those that the plugin draws while ICON runs.
 
-use super::{assert_same_pictures, compiler, direct_with, sources};
+use super::{compiler, direct_with, sources};
 use icoray::output::rgba8;
 use icoray::{Ranks, Renderer, Script};
 use icoray_dataset::{Drawing, FieldInfo, LayerSelection, NativeHeightCache, SceneFields, Series};
 use icoray_tests::native::{command, root, succeeded, text};
+use icoray_tests::pictures::{Pictures, assert_same};
 use icoray_tests::ranks::FIRST;
 use std::path::Path;
 use std::process::Command;
-use tempfile::TempDir;
 
 /// The compiler's options for the NetCDF library.
 pub fn netcdf() -> Option<Vec<String>> {
@@ -18,7 +18,7 @@ pub fn netcdf() -> Option<Vec<String>> {
 }
 
 /// As the command `icoray render` draws all times of the file.
-fn rendered(path: &Path, mut script: Script) -> Vec<(String, image::RgbaImage)> {
+fn rendered(path: &Path, mut script: Script) -> Pictures {
     let (dataset, renderer) = (icoray_netcdf::open(path).unwrap(), Renderer::new(1).unwrap());
     script.show_as_surfaces(|name| dataset.field_info(name).is_ok_and(FieldInfo::is_2d));
     let script = &script;
@@ -28,7 +28,7 @@ fn rendered(path: &Path, mut script: Script) -> Vec<(String, image::RgbaImage)> 
     let series = Series { script, dates, times, is_scheduled: true, seconds };
     let drawing = Drawing { scene_fields, grid: &grid, renderer: &renderer };
     let mut heights = NativeHeightCache::default();
-    let mut pictures = Vec::new();
+    let mut pictures = Pictures::new();
     for time in series.times.iter().copied() {
         let stamp = series.stamp(time);
         let (views, read) = series.views_of(&dataset, time, &renderer, scene_fields).unwrap();
@@ -39,20 +39,16 @@ fn rendered(path: &Path, mut script: Script) -> Vec<(String, image::RgbaImage)> 
             let frame = drawing.frame(&scene, &fields, &heights, &mut Ranks::alone()).unwrap().unwrap();
             let name = scene.output.names(&stamp, scene.field()).unwrap().file;
             let pixels = image::RgbaImage::from_raw(frame.width, frame.height, rgba8(&frame)).unwrap();
-            pictures.push((name, pixels));
+            pictures.insert(name, pixels);
         }
     }
-    pictures.sort_by(|a, b| a.0.cmp(&b.0));
     pictures
 }
 
 #[test]
 fn the_pictures_of_the_file_are_those_of_the_running_model() {
-    if !FIRST.is_there() {
-        return;
-    }
+    let Some(directory) = FIRST.directory() else { return };
     let netcdf = netcdf().expect("the library that icoray-netcdf links");
-    let directory = TempDir::new().unwrap();
     let directory = directory.path();
     let (writer, path) = (directory.join("file"), directory.join("icon.nc"));
     let netcdf: Vec<&str> = netcdf.iter().map(String::as_str).collect();
@@ -67,7 +63,7 @@ fn the_pictures_of_the_file_are_those_of_the_running_model() {
     };
     // The pixels alone are compared, without labels.
     let expected = direct_with(directory, |scene| scene.replace("[labels]\ntitle = \"{name} ({units})\"\n", ""));
-    let expected: Vec<_> = expected.into_iter().map(|(name, picture)| (without_date(name), picture)).collect();
+    let expected: Pictures = expected.into_iter().map(|(name, picture)| (without_date(name), picture)).collect();
     assert_eq!(expected.len(), 8);
-    assert_same_pictures("the file", &drawn, &expected, 1);
+    assert_same(&drawn, &expected, "the file");
 }

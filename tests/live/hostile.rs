@@ -1,10 +1,10 @@
 //! Random and hostile requests, which leave a model as it is.
 
-use super::model::{Model, Watched};
+use super::model::{Watched, drawn_alone, one_process};
 use super::viewer::Viewer;
-use super::{LIVE, SCENE, drawn, written};
+use super::{LIVE, SCENE, drawn};
 use icoray_test_support::{Random, count};
-use icoray_tests::native::{command, compile_c, text};
+use icoray_tests::native::text;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,7 +12,6 @@ use std::io::Write;
 use std::net::TcpStream;
 use std::path::Path;
 use std::thread;
-use tempfile::TempDir;
 
 /// Keys that random requests set, and values of which each key takes some.
 const PATHS: &str = "field camera.lon camera.distance transfer.map transfer.range surfaces.0 surfaces.0.layer \
@@ -69,17 +68,8 @@ fn random_requests_leave_a_model_as_it_is() {
 
 #[test]
 fn two_viewers_and_hostile_ones_leave_the_model_as_it_is() {
-    let folder = TempDir::new().unwrap();
-    let folder = folder.path();
-    let program = compile_c(&["live", "host_common", "check"]);
-    let start = |to: &Path, scene: &str| {
-        let scene = written(folder, "scene.toml", scene);
-        Model::start(command(&program, folder).arg(to).arg(&scene))
-    };
-    let to = folder.join("watched");
-    let mut model = start(&to, &format!("{SCENE}{LIVE}"));
-    model.draw();
-    let viewer = Viewer::of(&to);
+    let run = one_process("");
+    let Watched { folder, to, mut model, viewer } = Watched::run(&format!("{SCENE}{LIVE}"), &run);
     let stalled: Vec<TcpStream> = (0..20)
         .map(|_| {
             let mut stream = TcpStream::connect(&viewer.host).unwrap();
@@ -113,9 +103,6 @@ fn two_viewers_and_hostile_ones_leave_the_model_as_it_is() {
     let last = model.draw();
     drop(stalled);
     model.end();
-    let alone = folder.join("alone");
-    let mut model = start(&alone, SCENE);
-    while model.draw() < last {}
-    model.end();
-    assert!(drawn(&alone, last) == drawn(&to, last) && drawn(&alone, 0) == drawn(&to, 0));
+    let alone = |step: u32| drawn_alone(&run, folder.path(), &format!("alone {step}"), SCENE, step);
+    assert!(alone(last) == drawn(&to, last) && alone(0) == drawn(&to, 0));
 }

@@ -1,8 +1,9 @@
 //! A model that draws a step when it is told to.
 
 use super::viewer::Viewer;
-use super::written;
-use icoray_tests::native::{command, compile_c};
+use super::{drawn, written};
+use icoray_tests::native::{command, compile_c, mpi_library};
+use icoray_tests::ranks::FIRST;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -90,11 +91,40 @@ impl Watched {
 
     /// A model of a way of `live.c`.
     pub fn start(way: &str, scene: &str) -> Self {
-        let program = compile_c(&["live", "host_common", "check"]);
-        Self::run(scene, |to, scene| {
-            let mut command = command(&program, to.parent().unwrap());
-            command.arg(to).arg(scene).arg(way);
-            command
-        })
+        Self::run(scene, one_process(way))
     }
+}
+
+/// Makes commands that run a way of `live.c`, from a directory and the scene's file.
+pub fn one_process(way: &str) -> impl Fn(&Path, &Path) -> Command {
+    let program = compile_c(&["live", "host_common", "check"]);
+    move |to, scene| with_arguments(command(&program, to.parent().unwrap()), to, scene, way)
+}
+
+/// The same over ranks.
+pub fn over_ranks(ranks: usize, way: &str) -> impl Fn(&Path, &Path) -> Command {
+    let program = FIRST.compile(mpi_library(), "mpi_live");
+    move |to, scene| with_arguments(FIRST.on_ranks(ranks, &program, to.parent().unwrap()), to, scene, way)
+}
+
+fn with_arguments(mut command: Command, to: &Path, scene: &Path, way: &str) -> Command {
+    command.arg(to).arg(scene).arg(way);
+    command
+}
+
+/// The picture of a step of a model that nobody watches.
+pub fn drawn_alone(
+    run: impl Fn(&Path, &Path) -> Command,
+    folder: &Path,
+    name: &str,
+    scene: &str,
+    step: u32,
+) -> Vec<u8> {
+    let scene = written(folder, &format!("{name}.toml"), scene);
+    let to = folder.join(name);
+    let mut model = Model::start(&mut run(&to, &scene));
+    while model.draw() < step {}
+    assert!(!to.join("live.url").exists());
+    model.end();
+    drawn(&to, step)
 }

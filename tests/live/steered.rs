@@ -1,8 +1,8 @@
 //! What viewers set and ask, on one process and over ranks.
 
-use super::model::{Model, Watched};
-use super::{LIVE, SCENE, drawn, written};
-use icoray_tests::native::{command, compile_c, mpi_library, text};
+use super::model::{Model, Watched, drawn_alone, one_process, over_ranks};
+use super::{LIVE, SCENE, drawn};
+use icoray_tests::native::text;
 use icoray_tests::ranks::FIRST;
 use serde_json::Value;
 use std::fs;
@@ -75,29 +75,17 @@ fn watch(run: impl Fn(&Path, &Path) -> Command) {
     assert!(log.contains("step 1: a viewer has set camera.lon, transfer.map"), "{log}");
     assert!(!to.join("live.url").exists());
 
-    // The scene that was kept draws the same without anybody who watches; one that nobody watches does as without [live].
+    // The scene that was kept draws the same without anybody who watches; one that nobody watches does as without
+    // [live].
     for (name, scene, step) in [("kept", kept.replace(LIVE, ""), last), ("plain", SCENE.to_owned(), 0)] {
-        let scene = written(folder, &format!("{name}.toml"), &scene);
-        let alone = folder.join(name);
-        let mut model = Model::start(&mut run(&alone, &scene));
-        while model.draw() < step {}
-        assert!(!alone.join("live.url").exists());
-        model.end();
-        assert!(drawn(&alone, step) == drawn(&to, step), "{name}");
+        assert!(drawn_alone(&run, folder, name, &scene, step) == drawn(&to, step), "{name}");
     }
 }
 
 #[test]
 fn a_model_alone_is_watched_and_steered() {
-    let program = compile_c(&["live", "host_common", "check"]);
-    for way in ["", "async"] {
-        let run = |to: &Path, scene: &Path| {
-            let mut run = command(&program, to.parent().unwrap());
-            run.arg(to).arg(scene).arg(way);
-            run
-        };
-        watch(run);
-    }
+    watch(one_process(""));
+    watch(one_process("async"));
 }
 
 #[test]
@@ -105,23 +93,12 @@ fn a_model_over_ranks_is_watched_and_steered() {
     if !FIRST.is_there() {
         return;
     }
-    let program = FIRST.compile(mpi_library(), "mpi_live");
     for (ranks, way) in [(1, ""), (3, ""), (3, "async"), (3, "parts"), (1, "parts")] {
-        let run = |to: &Path, scene: &Path| {
-            let mut run = FIRST.on_ranks(ranks, &program, to.parent().unwrap());
-            run.arg(to).arg(scene).arg(way);
-            run
-        };
-        watch(run);
+        watch(over_ranks(ranks, way));
     }
-    let run = |to: &Path, scene: &Path| {
-        let mut run = FIRST.on_ranks(3, &program, to.parent().unwrap());
-        run.arg(to).arg(scene).arg("wants");
-        run
-    };
     // The other ranks hear of another field in the call after which it is wanted.
-    choose_fields(run, 1);
-    choose_looks(run);
+    choose_fields(over_ranks(3, "wants"), 1);
+    choose_looks(over_ranks(3, "wants"));
 }
 
 /// Viewers of a model that computes the fields that are wanted choose another one and go back; either is drawn `late`
@@ -152,24 +129,13 @@ fn choose_fields(run: impl Fn(&Path, &Path) -> Command, late: u32) {
         ("turned", SCENE.replace("\"f\"", "\"g\"").replace("lon = 20", "lon = 50"), turned),
         ("f", SCENE.to_owned(), shown[1]),
     ] {
-        let scene = written(folder, &format!("{name}.toml"), &scene);
-        let alone = folder.join(name);
-        let mut model = Model::start(&mut run(&alone, &scene));
-        while model.draw() < step {}
-        model.end();
-        assert!(drawn(&alone, step) == drawn(&to, step), "{name}");
+        assert!(drawn_alone(&run, folder, name, &scene, step) == drawn(&to, step), "{name}");
     }
 }
 
 #[test]
 fn fields_that_viewers_choose_are_wanted_before_they_are_drawn() {
-    let program = compile_c(&["live", "host_common", "check"]);
-    let run = |to: &Path, scene: &Path| {
-        let mut run = command(&program, to.parent().unwrap());
-        run.arg(to).arg(scene).arg("wants");
-        run
-    };
-    choose_fields(run, 0);
+    choose_fields(one_process("wants"), 0);
 }
 
 /// A scene that names a field alone is steered in the look that it has got; another field has its own, from values that
@@ -197,20 +163,10 @@ fn choose_looks(run: impl Fn(&Path, &Path) -> Command) {
     assert!(!log.contains("cannot be drawn"), "{log}");
     assert!(drawn(&to, step) != drawn_first);
     let scene = second["text"].as_str().unwrap().replace("[live]\ntime_budget_ms = 1000000000.0\n", "");
-    let scene = written(folder.path(), "g.toml", &scene);
-    let alone = folder.path().join("g");
-    let mut model = Model::start(&mut run(&alone, &scene));
-    while model.draw() < step {}
-    model.end();
-    assert!(drawn(&alone, step) == drawn(&to, step));
+    assert!(drawn_alone(run, folder.path(), "g", &scene, step) == drawn(&to, step));
 }
 
 #[test]
 fn viewers_choose_fields_that_have_looks_of_their_own() {
-    let program = compile_c(&["live", "host_common", "check"]);
-    choose_looks(|to, scene| {
-        let mut run = command(&program, to.parent().unwrap());
-        run.arg(to).arg(scene).arg("wants");
-        run
-    });
+    choose_looks(one_process("wants"));
 }

@@ -11,7 +11,7 @@ mod types;
 pub const LAYOUT: &str = include_str!("../c/layout.txt");
 
 /// Sizes, offsets and numbers as Rust has them, in the form of `c/layout.txt`.
-pub fn rust_layout() -> String {
+fn rust_layout() -> String {
     let mut lines = String::new();
     macro_rules! layout {
         ($($name:ident: $($member:ident)*;)*) => {$(
@@ -64,4 +64,24 @@ pub fn rust_layout() -> String {
         types::ICORAY_LOG_DEBUG, types::ICORAY_MAX_RANK,
     }
     lines
+}
+
+/// Fails unless a program printed the version and the layout of Rust.
+///
+/// # Panics
+/// When it printed another one.
+pub fn assert_layout_is_of_rust(printed: &str) {
+    let (version, layout) = printed.split_once('\n').unwrap();
+    assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
+    assert_is_rust(layout);
+}
+
+/// Fails unless a layout is that of Rust.
+///
+/// # Panics
+/// When it is another one.
+pub fn assert_is_rust(layout: &str) {
+    let rust = rust_layout();
+    let first = rust.lines().zip(layout.lines()).find(|(a, b)| a != b);
+    assert!(rust == layout, "they differ from Rust: {first:?}");
 }

@@ -2,7 +2,7 @@
 
 use crate::programs::Program;
 use icoray_test_support::{Need, runs, skip};
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
@@ -96,6 +96,16 @@ pub fn compile_c(sources: &[&str]) -> PathBuf {
     compile("cc", &["-std=c99"], sources)
 }
 
+/// Arguments with which a compiler links a shared library, and programs find it where it is.
+///
+/// # Panics
+/// When the path has no directory.
+pub fn linked(library: &Path) -> [OsString; 2] {
+    let mut rpath = OsString::from("-Wl,-rpath,");
+    rpath.push(library.parent().unwrap());
+    [library.into(), rpath]
+}
+
 /// A command in `directory`, without the search path that Cargo gives to tests: it would come before the program's
 /// own, and has other builds of the library.
 pub fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
@@ -104,8 +114,16 @@ pub fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
     command
 }
 
-/// A command that runs `inner` with a small file system at `place`, of so many bytes as mount has them, which nobody else
-/// sees and which goes with the command. Skips the test where the user may mount none.
+/// A command that runs a program in `directory` under valgrind, and fails for each misuse and loss of memory.
+pub fn valgrind(directory: &Path) -> Command {
+    let mut command = command("valgrind", directory);
+    command.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
+    command.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
+    command
+}
+
+/// A command that runs `inner` with a small file system at `place`, of so many bytes as mount has them, which nobody
+/// else sees and which goes with the command. Skips the test where the user may mount none.
 pub fn with_small_disk(inner: &Command, bytes: &str, place: &str) -> Option<Command> {
     let directory = inner.get_current_dir().unwrap_or(Path::new("."));
     let script = format!("mount -t tmpfs -o size={bytes} none {place} && exec \"$@\"");

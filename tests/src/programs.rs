@@ -1,8 +1,7 @@
 //! Programs in C of `tests/c`, each compiled once: again only when a source, a header or the library has changed.
 
-use crate::native::{root, succeeded};
+use crate::native::{linked, root, succeeded};
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::fmt::Write;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -59,15 +58,13 @@ impl Program<'_> {
 
     /// The compiler's command but for its output.
     fn command(&self) -> Command {
-        let mut rpath = OsString::from("-Wl,-rpath,");
-        rpath.push(self.library.parent().unwrap_or(Path::new(".")));
         let mut command = Command::new(self.compiler);
         // Struct initialisers name or begin with a few members; the others are zero.
         let warnings = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers"];
         command.args(self.options).arg("-O1").args(warnings);
         command.arg("-I").arg(root().join("include")).args(self.source_paths());
         // After the sources, so that -x does not make it a source too.
-        command.args(["-x", "none"]).arg(self.library).arg(rpath).args(["-lm", "-lpthread", "-ldl"]);
+        command.args(["-x", "none"]).args(linked(self.library)).args(["-lm", "-lpthread", "-ldl"]);
         command
     }
 

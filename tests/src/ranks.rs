@@ -5,6 +5,7 @@ use crate::programs::Program;
 use icoray_test_support::{Need, has_tool, runs_long, skip};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use tempfile::TempDir;
 
 /// An MPI: its compiler, how its programs are run, and the library that was built for it.
 pub struct Mpi {
@@ -30,6 +31,14 @@ impl Mpi {
         }
         let is_asked_for = self.need != Need::Mpich || runs_long();
         is_asked_for && has_tool(self.need, self.run) && has_tool(self.need, self.compiler)
+    }
+
+    /// A directory for a test with this MPI. If [it is not there](Self::is_there), skips the test.
+    ///
+    /// # Panics
+    /// When the directory cannot be made.
+    pub fn directory(&self) -> Option<TempDir> {
+        self.is_there().then(|| TempDir::new().unwrap())
     }
 
     /// A program of `tests/c` with what the others share, compiled against `library`.

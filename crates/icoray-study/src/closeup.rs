@@ -1,20 +1,24 @@
 //! Close-up views for the paper's Figures 8 and 9.
 
-use crate::methods::Method;
 use crate::results::say;
-use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory};
+use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory, select};
 use icoray::{Camera, Error, ErrorKind, Renderer, Result};
+use icoray_reference::methods::Sampling;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Makes a method from its step.
-pub(crate) type AtStep = fn(f64) -> Method;
+/// An interpolation of the figures.
+pub(crate) struct Interpolation {
+    pub name: &'static str,
+    /// Colour and marker in charts.
+    pub style: usize,
+    pub sampling: Sampling,
+}
 
-/// The interpolations: name, style in charts, and method at a step.
-pub(crate) const METHODS: [(&str, usize, AtStep); 3] = [
-    ("wedges", 3, |step| Method::Uniform { step }),
-    ("tetrahedra", 7, |step| Method::Tetrahedra { step }),
-    ("mean value", 8, |step| Method::MeanValue { step }),
+pub(crate) const INTERPOLATIONS: [Interpolation; 3] = [
+    Interpolation { name: "wedges", style: 3, sampling: Sampling::Uniform },
+    Interpolation { name: "tetrahedra", style: 7, sampling: Sampling::Tetrahedra },
+    Interpolation { name: "mean value", style: 8, sampling: Sampling::MeanValue },
 ];
 
 /// Which close-up views, how large, and by how many threads.
@@ -29,10 +33,10 @@ pub struct View {
     /// Times that each run is repeated; the median counts.
     #[arg(long, default_value_t = 3)]
     pub repeats: usize,
-    /// Small pictures of small grids, to see whether all goes well.
+    /// Small pictures of small grids, for a trial run.
     #[arg(long)]
     pub quick: bool,
-    /// Directory of the data files; else what ICORAY_TEST_DATA names, else ../shared/data.
+    /// Directory of the data files; else that of ICORAY_TEST_DATA, else ../shared/data.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
 }
@@ -41,7 +45,7 @@ impl View {
     /// The scenes of these names with close-up cameras.
     pub(crate) fn scenes(&self, names: &[String], width: u32) -> Result<Vec<StudyScene>> {
         let width = self.size.unwrap_or(if self.quick { 32 } else { width });
-        let mut scenes = scenes::select(scenes::all(width)?, names)?;
+        let mut scenes = select(scenes::all(width)?, names, |scene| &scene.name)?;
         for scene in &mut scenes {
             scene.scene.camera = camera(scene)?;
         }
@@ -58,9 +62,9 @@ impl View {
     ) -> Result<()> {
         let data = data_directory(self.data.as_deref());
         for scene in scenes {
-            match scene.dataset.load(self.quick, &data)? {
-                Some(dataset) => dataset.with(renderer, |prepared| draw(scene, prepared, out))?,
-                None => say!(out, "{} skipped: no file in {}", scene.name, data.display())?,
+            let drawn = scene.dataset.with(self.quick, &data, renderer, |prepared| draw(scene, prepared, out))?;
+            if drawn.is_none() {
+                say!(out, "{} skipped: no file in {}", scene.name, data.display())?;
             }
         }
         Ok(())
@@ -75,4 +79,10 @@ fn camera(scene: &StudyScene) -> Result<Camera> {
     };
     Camera::look_at(eye, target, [0.0, 0.0, 1.0], fov)
         .ok_or_else(|| Error::new(ErrorKind::Scene, "the close-up's camera is not one"))
+}
+
+/// Parses a step of the command line, in planet radii.
+pub(crate) fn parse_step(text: &str) -> std::result::Result<f64, String> {
+    let step = text.parse().ok().filter(|s| (1e-6..=1.0).contains(s));
+    step.ok_or_else(|| "expected a number of planet radii from 1e-6 to 1".to_owned())
 }

@@ -1,14 +1,15 @@
 //! The paper's Figure 8: close-ups by interpolation in wedges, in tetrahedra, and by mean value coordinates, the
 //! default method and the oracle, with amplified differences from the oracle, at equal step and at equal time.
 
-use crate::closeup::{AtStep, METHODS, View};
-use crate::compare::Comparison;
-use crate::methods::{Job, Method, Picture};
+use crate::closeup::{INTERPOLATIONS, Interpolation, View};
 use crate::montage::{Montage, Tile, amplified};
-use crate::oracle;
 use crate::results::{Table, number, progress, say};
 use crate::scenes::{PreparedDataset, StudyScene};
 use icoray::{Renderer, Result};
+use icoray_reference::comparison::Comparison;
+use icoray_reference::job::Job;
+use icoray_reference::methods::{Method, Picture, Sampling};
+use icoray_reference::oracle;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -19,7 +20,7 @@ pub struct Options {
     #[arg(long, value_delimiter = ',', default_values_t = ["low_thin".to_owned(), "jw_vorticity".to_owned()])]
     pub scenes: Vec<String>,
     /// The equal step in planet radii.
-    #[arg(long, default_value_t = 1e-3, value_parser = crate::methods::parse_step)]
+    #[arg(long, default_value_t = 1e-3, value_parser = crate::closeup::parse_step)]
     pub step: f64,
     /// Factor on differences.
     #[arg(long, default_value_t = 20.0)]
@@ -41,6 +42,8 @@ const PRINTED: &str = "equal,method,parameter,seconds,rmse,max_error";
 
 /// A picture with its time and error.
 struct TimedPicture {
+    /// What is equal to that of others: "step", or "time".
+    equal: &'static str,
     method: &'static str,
     parameter: String,
     seconds: f64,
@@ -49,16 +52,15 @@ struct TimedPicture {
 }
 
 impl TimedPicture {
-    fn row(&self, scene: &str, equal: &str) -> [String; 7] {
+    fn row(&self, scene: &str) -> [String; 7] {
         let [seconds, rmse, max] = [self.seconds, self.distance.rmse, self.distance.max].map(number);
-        [scene, equal, self.method, &self.parameter, &seconds, &rmse, &max].map(str::to_owned)
+        [scene, self.equal, self.method, &self.parameter, &seconds, &rmse, &max].map(str::to_owned)
     }
 
     fn tiles(&self, truth: &[[f64; 4]], amplify: f64) -> [Tile; 2] {
-        let label = format!(
-            "{}\n{}, {:.3} s\nRMSE {:.1e}, max {:.1e}",
-            self.method, self.parameter, self.seconds, self.distance.rmse, self.distance.max
-        );
+        let Comparison { rmse, max, .. } = self.distance;
+        let label =
+            format!("{}\n{}, {:.3} s\nRMSE {rmse:.1e}, max {max:.1e}", self.method, self.parameter, self.seconds);
         let difference = amplified(&self.pixels, truth, amplify);
         [
             Tile { pixels: self.pixels.clone(), label },
@@ -73,68 +75,59 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let all_threads = Renderer::new(0)?;
     let mut table = Table::create(options.out.join("fig8.csv"), COLUMNS, PRINTED)?;
     options.view.each(&scenes, &all_threads, out, |scene, prepared, out| {
-        let pictures = montage(options, prepared, scene, &all_threads)?;
+        let truth = oracle::picture(&prepared.job(&scene.scene), &all_threads)?;
+        let pictures = pictures(options, prepared, scene, &truth)?;
+        montage(options, scene, &truth, &pictures)?;
         say!(out, "{}\n{}", scene.name, table.heading())?;
-        for (equal, picture) in pictures {
-            say!(out, "{}", table.row(&picture.row(&scene.name, equal))?)?;
-        }
-        Ok(())
+        pictures.iter().try_for_each(|picture| say!(out, "{}", table.row(&picture.row(&scene.name))?))
     })?;
     say!(out, "montages and table in {}", options.out.display())
 }
 
-/// Renders all pictures of a scene and writes the montage; returns them with what is equal.
-fn montage(
+/// Renders a scene by the default method, and by the others at the same step and in the same time.
+fn pictures(
     options: &Options,
     prepared: &PreparedDataset,
     scene: &StudyScene,
-    all_threads: &Renderer,
-) -> Result<Vec<(&'static str, TimedPicture)>> {
-    let job = prepared.job(&scene.scene);
+    truth: &[[f64; 4]],
+) -> Result<Vec<TimedPicture>> {
     let renderer = Renderer::new(options.view.threads)?;
-    let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats };
-    let bar = progress(2 + 2 * METHODS.len(), &scene.name);
-    bar.set_message("oracle");
-    let truth = oracle::picture(&job, all_threads)?;
-    bar.inc(1);
+    let job = prepared.job(&scene.scene);
+    let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats, truth };
+    let bar = progress(1 + 2 * INTERPOLATIONS.len(), &scene.name);
     let tolerance = scene.scene.tolerance;
     bar.set_message("exact");
-    let exact = timer.picture("exact", Method::Exact { tolerance }, format!("tol. {tolerance:e}"), &truth)?;
+    let exact = timer.picture("time", "exact", Method::Exact { tolerance }, format!("tol. {tolerance:e}"))?;
     bar.inc(1);
-    let (mut step_row, mut time_row) = (Vec::new(), Vec::new());
+    let exact_s = exact.seconds;
+    let mut pictures = vec![exact];
     let coarsest = prepared.thickness(&scene.scene)?;
-    for (name, _, method) in METHODS {
-        bar.set_message(format!("{name}, equal step"));
-        let parameter = |step: f64| format!("step {step:.2e}");
-        step_row.push(timer.picture(name, method(options.step), parameter(options.step), &truth)?);
-        bar.inc(1);
-        bar.set_message(format!("{name}, equal time"));
-        let step = timer.step_of_time(method, exact.seconds, [options.step, coarsest])?;
-        time_row.push(timer.picture(name, method(step), parameter(step), &truth)?);
-        bar.inc(1);
+    for equal in ["step", "time"] {
+        for Interpolation { name, sampling, .. } in INTERPOLATIONS {
+            bar.set_message(format!("{name}, equal {equal}"));
+            let step = match equal {
+                "step" => options.step,
+                _ => timer.step_of_time(sampling, exact_s, [options.step, coarsest])?,
+            };
+            pictures.push(timer.picture(equal, name, sampling.at(step), format!("step {step:.2e}"))?);
+            bar.inc(1);
+        }
     }
     bar.finish_and_clear();
-    lay_out(options, scene, &truth, &exact, [("step", &step_row), ("time", &time_row)])?;
-    let rows = step_row.into_iter().map(|s| ("step", s)).chain(time_row.into_iter().map(|s| ("time", s)));
-    Ok(std::iter::once(("time", exact)).chain(rows).collect())
+    Ok(pictures)
 }
 
 /// Writes the montage: rows of oracle, default method and other methods, with the differences below.
-fn lay_out(
-    options: &Options,
-    scene: &StudyScene,
-    truth: &[[f64; 4]],
-    exact: &TimedPicture,
-    rows: [(&str, &Vec<TimedPicture>); 2],
-) -> Result<()> {
+fn montage(options: &Options, scene: &StudyScene, truth: &[[f64; 4]], pictures: &[TimedPicture]) -> Result<()> {
     let mut montage = Montage::new(scene.scene.width, scene.scene.height);
-    for (equal, row) in rows {
+    for equal in ["step", "time"] {
         let oracle = Tile {
             pixels: truth.iter().map(|p| p.map(|c| c as f32)).collect(),
             label: format!("oracle\n{}\nat equal {equal}", scene.name),
         };
-        let (mut above, mut below) = (vec![oracle], vec![blank(scene)]);
-        for picture in std::iter::once(exact).chain(row) {
+        let blank = Tile { pixels: vec![[1.0; 4]; truth.len()], label: String::new() };
+        let (mut above, mut below) = (vec![oracle], vec![blank]);
+        for picture in pictures.iter().filter(|picture| picture.equal == equal || picture.method == "exact") {
             let [picture, difference] = picture.tiles(truth, options.amplify);
             above.push(picture);
             below.push(difference);
@@ -145,37 +138,32 @@ fn lay_out(
     montage.write(&options.out.join(format!("fig8_{}.png", scene.name)))
 }
 
-/// An empty tile below the oracle.
-fn blank(scene: &StudyScene) -> Tile {
-    let pixels = vec![[1.0; 4]; (scene.scene.width * scene.scene.height) as usize];
-    Tile { pixels, label: String::new() }
-}
-
 /// Renders and times pictures.
 struct PictureTimer<'a> {
     job: Job<'a>,
     renderer: &'a Renderer,
     repeats: usize,
+    truth: &'a [[f64; 4]],
 }
 
 impl PictureTimer<'_> {
     fn picture(
         &self,
+        equal: &'static str,
         name: &'static str,
         method: Method,
         parameter: String,
-        truth: &[[f64; 4]],
     ) -> Result<TimedPicture> {
         let Picture { pixels, seconds, .. } = method.timed(&self.job, self.renderer, self.repeats)?;
-        let distance = Comparison::new(&pixels, truth);
-        Ok(TimedPicture { method: name, parameter, seconds, pixels, distance })
+        let distance = Comparison::new(&pixels, self.truth);
+        Ok(TimedPicture { equal, method: name, parameter, seconds, pixels, distance })
     }
 
-    /// The step at which `method` takes about `goal` seconds; `steps` are the initial and the coarsest one.
-    fn step_of_time(&self, method: AtStep, goal: f64, steps: [f64; 2]) -> Result<f64> {
+    /// The step at which `sampling` takes about `goal` seconds; `steps` are the initial and the coarsest one.
+    fn step_of_time(&self, sampling: Sampling, goal: f64, steps: [f64; 2]) -> Result<f64> {
         let [mut step, coarsest] = steps;
         for _ in 0..SEARCH {
-            let seconds = method(step).render(&self.job, self.renderer)?.seconds;
+            let seconds = sampling.at(step).render(&self.job, self.renderer)?.seconds;
             let ratio = seconds / goal;
             if (ratio - 1.0).abs() <= NEAR {
                 break;

@@ -1,13 +1,14 @@
 //! The paper's Figure 9: frame rate against the sampling step for interpolation in wedges, in tetrahedra and by mean
 //! value coordinates, in the views of Figure 8.
 
-use crate::closeup::{METHODS, View};
-use crate::compare::median;
-use crate::methods::{Job, Method};
+use crate::closeup::{INTERPOLATIONS, Interpolation, View};
 use crate::plot::{Chart, Line};
 use crate::results::{Table, progress, say};
 use crate::scenes::StudyScene;
 use icoray::{Renderer, Result};
+use icoray_reference::comparison::median;
+use icoray_reference::job::Job;
+use icoray_reference::methods::Method;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -18,7 +19,7 @@ pub struct Options {
     #[arg(long, value_delimiter = ',', default_values_t = ["high_lobes".to_owned(), "jw_vorticity".to_owned()])]
     pub scenes: Vec<String>,
     /// Steps in planet radii, with commas between.
-    #[arg(long, value_delimiter = ',', default_values_t = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4], value_parser = crate::methods::parse_step)]
+    #[arg(long, value_delimiter = ',', default_values_t = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4], value_parser = crate::closeup::parse_step)]
     pub steps: Vec<f64>,
     /// Size, threads and repeats.
     #[command(flatten)]
@@ -50,7 +51,7 @@ impl Rate {
     fn row(&self, scene: &str) -> [String; 7] {
         [
             scene.to_owned(),
-            METHODS[self.method].0.to_owned(),
+            INTERPOLATIONS[self.method].name.to_owned(),
             format!("{:e}", self.step),
             format!("{:.6e}", self.median_s()),
             format!("{:.6e}", self.frames_per_s()),
@@ -81,7 +82,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
 
 /// Measures every method at every step, in rounds, so that noise affects all alike.
 fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Result<Vec<Rate>> {
-    let mut rates: Vec<Rate> = (0..METHODS.len())
+    let mut rates: Vec<Rate> = (0..INTERPOLATIONS.len())
         .flat_map(|method| options.steps.iter().map(move |step| (method, *step)))
         .map(|(method, step)| Rate { method, step, seconds: Vec::new(), samples: 0 })
         .collect();
@@ -89,9 +90,9 @@ fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Resul
     let bar = progress(rates.len() * repeats, name);
     for _ in 0..repeats {
         for rate in &mut rates {
-            let (word, _, method) = METHODS[rate.method];
-            bar.set_message(format!("{word} {:e}", rate.step));
-            let picture = method(rate.step).render(job, renderer)?;
+            let Interpolation { name, sampling, .. } = INTERPOLATIONS[rate.method];
+            bar.set_message(format!("{name} {:e}", rate.step));
+            let picture = sampling.at(rate.step).render(job, renderer)?;
             rate.seconds.push(picture.seconds);
             rate.samples = picture.samples;
             bar.inc(1);
@@ -109,7 +110,7 @@ fn chart(scene: &StudyScene, rates: &[Rate], exact_s: f64) -> Chart {
         style: 0,
         points: ends.map(|step| (step, 1.0 / exact_s)).to_vec(),
     }];
-    for (number, (name, style, _)) in METHODS.iter().enumerate() {
+    for (number, Interpolation { name, style, .. }) in INTERPOLATIONS.iter().enumerate() {
         let of = rates.iter().filter(|r| r.method == number);
         let points = of.map(|r| (r.step, r.frames_per_s())).collect();
         lines.push(Line { name: (*name).to_owned(), style: *style, points });
@@ -127,7 +128,7 @@ fn print(scene: &StudyScene, rates: &[Rate], exact_s: f64, out: &mut dyn Write) 
     let of = |method: usize| rates.iter().filter(move |r| r.method == method);
     let heads: Vec<String> = of(0).map(|r| format!("{:>9.0e}", r.step)).collect();
     say!(out, "{:>12} {}", "", heads.join(" "))?;
-    for (number, (name, _, _)) in METHODS.iter().enumerate() {
+    for (number, Interpolation { name, .. }) in INTERPOLATIONS.iter().enumerate() {
         let cells: Vec<String> = of(number).map(|r| format!("{:>9.3}", r.frames_per_s())).collect();
         let gains: Vec<f64> = of(0).zip(of(number)).map(|(w, r)| w.frames_per_s() / r.frames_per_s() - 1.0).collect();
         let gain = 100.0 * gains.iter().sum::<f64>() / gains.len().max(1) as f64;

@@ -4,13 +4,13 @@
 //! Peak rates of the device are measured in the same run ([`icoray_gpu::Peaks`]); `cost` counts bytes and operations of
 //! frames.
 
-use crate::results::{Table, make_directory, progress, say, write_file};
+use crate::results::{Table, make_directory, progress, say, threads, write_file};
 use crate::scenes::multi_scale;
-use crate::sphere::{self, Sphere};
 use benchmark::{Benchmark, Row, Setting};
 use icoray::device::Device;
 use icoray::{Error, ErrorKind, Field, Location, Renderer, Result, Shape};
 use icoray_gpu::Gpu;
+use icoray_reference::sphere::{self, Sphere};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -83,7 +83,7 @@ impl Options {
 /// Measures, prints a line per picture, and writes `gpu.csv` and `gpu.md`.
 ///
 /// # Errors
-/// [`ErrorKind::Unsupported`] where there is no such device; whatever the library says, and [`ErrorKind::Io`] when a
+/// [`ErrorKind::Unsupported`] where there is no such device; those of the library, and [`ErrorKind::Io`] when a
 /// result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let unsupported = |reason: &dyn std::fmt::Display| Error::new(ErrorKind::Unsupported, reason.to_string());
@@ -100,9 +100,9 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let grid = cpu.run(|| sphere.grid())?;
     say!(
         out,
-        "{} cells x {layers} layers, 16 knots, f32; CPU: {} thread(s); mesh and field in {:.1} s",
+        "{} cells x {layers} layers, 16 knots, f32; CPU: {}; mesh and field in {:.1} s",
         grid.cells(),
-        cpu.threads(),
+        threads(cpu.threads()),
         start.elapsed().as_secs_f64()
     )?;
     let mut values = sphere.values.clone();

@@ -1,17 +1,17 @@
 //! Speed of the gradients at all vertices of a field, beside a plain copy of as many bytes.
 //!
 //! The pass reads a field in single precision once and writes 8 bytes per vertex; the copy reads and writes 6 bytes per
-//! vertex, each thread a part of its own. Runs alternate, and memory is in use before the first one that counts. Cells are
-//! numbered along a space-filling curve, as models do it, unless the generated order is asked for.
+//! vertex, each thread a part of its own. Runs alternate, and memory is in use before the first one that counts. Cells
+//! are numbered along a space-filling curve, as models do it, or with `--generated` in the order of the generator.
 
 use crate::renumber::along_curve;
 use crate::results::say;
 use crate::scenes::multi_scale;
 use crate::speed::{self, Size};
-use crate::sphere::{self, Sphere};
 use icoray::{Grid, IcosahedralMesh, Reals, Renderer, Result};
 use icoray_grid::gradient::{GradientOptions, Gradients, gradients};
 use icoray_grid::samples::Samples;
+use icoray_reference::sphere::{self, Sphere};
 use rayon::prelude::*;
 use std::hint::black_box;
 use std::io::Write;
@@ -40,7 +40,7 @@ const VERTEX_BYTES: usize = size_of::<f32>() + size_of::<u64>();
 /// Measures and prints a line per number of threads.
 ///
 /// # Errors
-/// Whatever the library says; [`icoray::ErrorKind::Io`] when `out` fails.
+/// Those of the library; [`icoray::ErrorKind::Io`] when `out` fails.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let Size { level, layers } = options.size;
     let mut mesh = IcosahedralMesh::new(level)?;
@@ -80,9 +80,9 @@ fn measure(renderer: &Renderer, sphere: &Sphere, grid: &Grid, runs: usize) -> Re
     let mut memory = Gradients::none();
     let mut pass = |single: bool| -> Result<f64> {
         let start = Instant::now();
-        let wanted = GradientOptions { visible: None, packed: true, single };
+        let options = GradientOptions { visible: None, packed: true, single };
         let old = std::mem::replace(&mut memory, Gradients::none());
-        memory = gradients(grid, sphere.layers.radius_m(), &samples, 0..grid.cells(), wanted, old)?;
+        memory = gradients(grid, sphere.layers.radius_m(), &samples, 0..grid.cells(), options, old)?;
         black_box(&memory);
         Ok(start.elapsed().as_secs_f64())
     };

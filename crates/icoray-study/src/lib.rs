@@ -1,22 +1,16 @@
-//! The studies of the program `icoray-study NAME`: errors, run times and comparisons of icoray.
-//!
-//! [`mod@oracle`] renders a scene to ten digits, [`methods`] are the methods that the paper compares with, and
-//! [`stability::truth`] is the exact integral in double-double.
+//! The studies of the program `icoray-study NAME`: errors, run times and comparisons of icoray with the references of
+//! [`icoray_reference`].
 
 mod closeup;
-mod compare;
 mod error;
-pub mod fig6;
+mod fig6;
 mod fig8;
 mod fig9;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod gradients;
-mod job;
 mod live;
-pub mod methods;
 mod montage;
-pub mod oracle;
 mod orders;
 mod peak;
 mod plan;
@@ -25,19 +19,17 @@ mod ranks;
 mod renumber;
 mod results;
 mod scenes;
-mod shading;
 mod speed;
-pub mod sphere;
-pub mod stability;
+mod stability;
 mod vtk;
 
 use std::io::Write;
 
-/// Measures what icoray claims.
+/// Measures errors and speed of icoray.
 #[derive(Debug, clap::Parser)]
 #[command(name = "icoray-study", version)]
 pub struct CommandLine {
-    /// What to measure.
+    /// The study.
     #[command(subcommand)]
     pub study: Study,
 }
@@ -57,14 +49,14 @@ pub enum Study {
     Gradients(gradients::Options),
     /// Frames per second of the live view, and the time from a movement to its picture.
     Live(live::Options),
-    /// Milliseconds of frames on a GPU, beside the CPU's and the paper's, and what they take of what the device has.
+    /// Milliseconds of frames on a GPU, beside the CPU's and the paper's, and their share of the device's peak rates.
     #[cfg(feature = "gpu")]
     Gpu(gpu::Options),
     /// Orders of convergence of all methods, in the step and in the mesh.
     Orders(orders::Options),
-    /// What each saving of the plan spares in time and bytes, and what it costs where it spares nothing.
+    /// Time and bytes that each saving of the plan saves, and its cost where it saves nothing.
     Plan(plan::Options),
-    /// How evenly 1 to 64 ranks share a picture out, and what they send, simulated in one process.
+    /// Load balance and communication of 1 to 64 ranks, simulated in one process.
     Ranks(ranks::Options),
     /// Seconds per frame and frusta per second for four transfer functions.
     Speed(speed::Options),
@@ -75,10 +67,10 @@ pub enum Study {
 }
 
 impl Study {
-    /// Runs the study and writes what it finds to `out`, line by line.
+    /// Runs the study and writes its results to `out`, line by line.
     ///
     /// # Errors
-    /// Whatever the library says, and [`icoray::ErrorKind::Io`] when `out` fails.
+    /// Those of the library, and [`icoray::ErrorKind::Io`] when `out` fails.
     pub fn run(&self, out: &mut dyn Write) -> icoray::Result<()> {
         match self {
             Study::Fig6(options) => fig6::run(options, out),

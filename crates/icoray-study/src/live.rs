@@ -1,15 +1,16 @@
-//! Frames per second of the live view, and the time from a movement to its picture, as a page on this machine sees them.
+//! Frames per second of the live view, and the time from a movement to its picture, as a page on this machine sees
+//! them.
 //!
 //! The page's server and the renderer run as in `icoray view`; a client turns the globe, waits for the picture of each
-//! turn and sends the next, as a page does while a hand drags. Then it lets go and waits for the picture at rest.
+//! turn and sends the next, as a page does during a drag. At its end it waits for the picture at rest.
 
 use crate::results::{progress, replace_section, say};
 use crate::scenes::multi_scale::HEADLIGHT;
 use crate::speed::{self, Size};
-use crate::sphere::Sphere;
 use client::Client;
 use icoray::{Error, ErrorKind, Renderer, Result, Scene};
 use icoray_live::{Description, LiveView, NamedScene, Options as LiveOptions, PictureSize, Request};
+use icoray_reference::sphere::{Sphere, multi_scale};
 use std::io::Write;
 use std::path::PathBuf;
 use std::thread;
@@ -55,7 +56,7 @@ struct Seen {
 /// Measures and prints a row per size and light.
 ///
 /// # Errors
-/// Whatever the library says; [`ErrorKind::Io`] when the page's server does not answer.
+/// Those of the library; [`ErrorKind::Io`] when the page's server does not answer.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let bar = progress(2 * options.sizes.len(), "live");
@@ -68,7 +69,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         renderer.threads()
     );
     for size in &options.sizes {
-        let sphere = Sphere::multi_scale(size.level, size.layers, [1.0, 1.15])?;
+        let sphere = Sphere::new(size.level, size.layers, [1.0, 1.15], multi_scale)?;
         for (name, light) in [("unlit", ""), ("lit", HEADLIGHT)] {
             let seen = watched(&sphere, options, light)?;
             let of = |part: f64| 1e3 * seen.waits_s[(part * (seen.waits_s.len() - 1) as f64) as usize];

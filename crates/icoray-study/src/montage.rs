@@ -98,12 +98,12 @@ impl Sheet {
         }
     }
 
-    /// A line of black text, cut off at `most` pixels.
-    fn write(&mut self, words: &str, x: usize, y: usize, most: usize) {
-        let mask = Mask::of_text(words, EM, most as i64);
+    /// A line of black text, cut at `width` pixels.
+    fn write(&mut self, words: &str, x: usize, y: usize, width: usize) {
+        let mask = Mask::of_text(words, EM, width as i64);
         for (row, inks) in mask.ink.chunks_exact(mask.width.max(1) as usize).enumerate() {
             let start = (y + row) * self.width + x;
-            for (pixel, ink) in self.pixels[start..].iter_mut().zip(inks).take(most) {
+            for (pixel, ink) in self.pixels[start..].iter_mut().zip(inks).take(width) {
                 // Mixed in about sRGB, as labels are.
                 let light = (1.0 - ink).powf(2.2);
                 *pixel = [light, light, light, 1.0];

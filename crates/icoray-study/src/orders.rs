@@ -1,53 +1,44 @@
 //! Orders of convergence, in the sense of Etiene et al. 2014 (doi:10.1109/TVCG.2013.90): the power of two by which the
 //! error falls when a step is halved or the mesh bisected. An error in a formula or in its code shows as a lost order.
 
-use crate::compare::Comparison;
-use crate::methods::Method;
-use crate::oracle;
 use crate::results::{progress, say};
-use crate::sphere::Sphere;
 use glam::DVec3;
-use icoray::{Precision, Renderer, Result, Scene};
+use icoray::{Renderer, Result, Scene};
+use icoray_reference::comparison::Comparison;
+use icoray_reference::methods::{Method, Sampling};
+use icoray_reference::oracle;
+use icoray_reference::sphere::Sphere;
 use std::io::Write;
 
 /// What to measure.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
-    /// Bisections of the icosahedron while steps are halved.
-    #[arg(long, default_value_t = 3)]
-    pub level: u32,
-    /// Layers while steps are halved.
-    #[arg(long, default_value_t = 7)]
-    pub layers: usize,
-    /// Width and height of the pictures.
-    #[arg(long, default_value_t = 48)]
-    pub size: u32,
-    /// The first step, planet radii.
-    #[arg(long, default_value_t = 0.04, value_parser = crate::methods::parse_step)]
-    pub step: f64,
-    /// How often it is halved.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=12))]
-    pub halvings: u32,
-    /// Most bisections while the mesh is refined, from 1 on.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=9))]
-    pub levels: u32,
-    /// Values along a side of pre-integrated tables.
-    #[arg(long, default_value_t = 1024, value_parser = table)]
-    pub table: usize,
     /// Threads; 0 is all.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
 }
 
-/// Values along a side of a table from the command line.
-fn table(text: &str) -> std::result::Result<usize, String> {
-    let side = text.parse().ok().filter(|s| (4..=8192).contains(s));
-    side.ok_or_else(|| "expected a whole number from 4 to 8192".to_owned())
+/// Meshes, pictures and steps.
+struct Sizes {
+    /// Bisections of the icosahedron and layers while steps are halved.
+    level: u32,
+    layers: usize,
+    /// Width and height of the pictures.
+    pixels: u32,
+    /// The first step, planet radii, and how often it is halved.
+    step: f64,
+    halvings: u32,
+    /// Largest number of bisections while the mesh is refined, from 1 on.
+    levels: u32,
+    /// Values along a side of pre-integrated tables.
+    table: usize,
 }
+
+const SIZES: Sizes = Sizes { level: 3, layers: 7, pixels: 48, step: 0.04, halvings: 4, levels: 4, table: 1024 };
 
 /// How smooth a transfer function is over the field's range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+enum Kind {
     /// No knot inside: extinction and colour linear in the value.
     Smooth,
     /// Knots inside.
@@ -57,7 +48,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub const ALL: [Kind; 3] = [Kind::Smooth, Kind::Kinks, Kind::Steps];
+    const ALL: [Kind; 3] = [Kind::Smooth, Kind::Kinks, Kind::Steps];
 
     fn knots(self) -> &'static str {
         match self {
@@ -78,7 +69,7 @@ impl Kind {
 
 /// Errors of a method over halved steps or mesh sizes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+struct Series {
     /// The method's name, without its step.
     pub method: &'static str,
     pub kind: Kind,
@@ -92,7 +83,7 @@ pub struct Series {
 
 impl Series {
     /// Order from each size to the next.
-    pub fn orders(&self) -> Vec<f64> {
+    fn orders(&self) -> Vec<f64> {
         let pairs = self.rmse.windows(2).zip(self.sizes.windows(2));
         pairs.map(|(e, h)| (e[0] / e[1]).ln() / (h[0] / h[1]).ln()).collect()
     }
@@ -111,64 +102,45 @@ fn scene(kind: Kind, size: u32) -> Result<Scene> {
     ))
 }
 
-/// Name of a method, the method by step, and whether it converges to the oracle's picture.
-type Stepped = (&'static str, Box<dyn Fn(f64) -> Method>, bool);
-
-fn stepped(table: usize) -> [Stepped; 6] {
-    let pre = |attenuated| move |step| Method::PreIntegrated { step, table, attenuated };
-    [
-        ("uniform", Box::new(|step| Method::Uniform { step }), true),
-        ("pre-integrated", Box::new(pre(true)), true),
-        ("pre-integrated, unattenuated", Box::new(pre(false)), true),
-        ("tetrahedra", Box::new(|step| Method::Tetrahedra { step }), false),
-        ("mean value", Box::new(|step| Method::MeanValue { step }), false),
-        ("constant", Box::new(|step| Method::Constant { step }), false),
-    ]
-}
-
 /// Halves the step of each method.
-pub fn in_step(options: &Options, kind: Kind) -> Result<Vec<Series>> {
-    let renderer = Renderer::new(options.threads)?;
-    let sphere = Sphere::new(options.level, options.layers, [1.0, 1.3], field)?;
-    let sizes: Vec<f64> = (0..=options.halvings).map(|i| options.step / f64::from(1u32 << i)).collect();
-    sphere.with_job(&scene(kind, options.size)?, |job| {
-        let truth = oracle::picture(job, &renderer)?;
-        let of = |(method, with, to_oracle): Stepped| {
-            let picture = |step: f64| Ok(with(step).render(job, &renderer)?.pixels);
-            let own = if to_oracle { None } else { Some(picture(sizes[sizes.len() - 1] / 8.0)?) };
+fn in_step(sizes: &Sizes, renderer: &Renderer, kind: Kind) -> Result<Vec<Series>> {
+    let sphere = Sphere::new(sizes.level, sizes.layers, [1.0, 1.3], field)?;
+    let steps: Vec<f64> = (0..=sizes.halvings).map(|i| sizes.step / f64::from(1u32 << i)).collect();
+    sphere.with_job(&scene(kind, sizes.pixels)?, |job| {
+        let truth = oracle::picture(job, renderer)?;
+        let of = |sampling: Sampling| {
+            let picture = |step: f64| Ok(sampling.at(step).render(job, renderer)?.pixels);
+            // Other interpolants than the wedge's have limits of their own.
+            let is_wedge = matches!(sampling, Sampling::Uniform | Sampling::PreIntegrated { .. });
+            let own = if is_wedge { None } else { Some(picture(steps[steps.len() - 1] / 8.0)?) };
             let error = |pixels: &[[f32; 4]]| match &own {
                 Some(own) => Comparison::new(pixels, own).rmse,
                 None => Comparison::new(pixels, &truth).rmse,
             };
-            let errors = sizes.iter().map(|h| Ok(error(&picture(*h)?))).collect::<Result<_>>()?;
+            let errors = steps.iter().map(|h| Ok(error(&picture(*h)?))).collect::<Result<_>>()?;
             let from_oracle = own.as_ref().map(|own| Comparison::new(own, &truth).rmse);
-            Ok(Series { method, kind, sizes: sizes.clone(), rmse: errors, from_oracle })
+            Ok(Series { method: sampling.name(), kind, sizes: steps.clone(), rmse: errors, from_oracle })
         };
-        stepped(options.table).into_iter().map(of).collect()
+        Sampling::all(sizes.table).into_iter().map(of).collect()
     })
 }
 
 /// Bisects mesh and layers: the error of each method, with small steps, against the oracle on the same mesh.
-pub fn in_mesh(options: &Options, kind: Kind) -> Result<Vec<Series>> {
-    let renderer = Renderer::new(options.threads)?;
-    let step = options.step / f64::from(1u32 << (options.halvings + 1));
-    let methods = [
-        ("paper", Method::Paper),
-        ("tetrahedra", Method::Tetrahedra { step }),
-        ("mean value", Method::MeanValue { step }),
-        ("constant", Method::Constant { step }),
-    ];
-    let empty = |(method, _)| Series { method, kind, sizes: vec![], rmse: vec![], from_oracle: None };
-    let mut list: Vec<Series> = methods.into_iter().map(empty).collect();
-    let mut scene = scene(kind, options.size)?;
-    scene.precision = Precision::F64;
-    for level in 1..=options.levels {
+fn in_mesh(sizes: &Sizes, renderer: &Renderer, kind: Kind) -> Result<Vec<Series>> {
+    let step = sizes.step / f64::from(1u32 << (sizes.halvings + 1));
+    let sampled = [Sampling::Tetrahedra, Sampling::MeanValue, Sampling::Constant].map(|s| (s.name(), s.at(step)));
+    let methods = [&[("paper", Method::Paper)], &sampled[..]].concat();
+    let empty =
+        |&(method, _): &(&'static str, Method)| Series { method, kind, sizes: vec![], rmse: vec![], from_oracle: None };
+    let mut list: Vec<Series> = methods.iter().map(empty).collect();
+    let scene = scene(kind, sizes.pixels)?;
+    for level in 1..=sizes.levels {
         let sphere = Sphere::new(level, 1 + (1 << level), [1.0, 1.3], field)?;
         sphere.with_job(&scene, |job| {
-            let truth = oracle::picture(job, &renderer)?;
-            for (series, (_, method)) in list.iter_mut().zip(methods) {
+            let truth = oracle::picture(job, renderer)?;
+            for (series, (_, method)) in list.iter_mut().zip(&methods) {
                 series.sizes.push(1.107 / f64::from(1u32 << level));
-                series.rmse.push(Comparison::new(&method.render(job, &renderer)?.pixels, &truth).rmse);
+                series.rmse.push(Comparison::new(&method.render(job, renderer)?.pixels, &truth).rmse);
             }
             Ok(())
         })?;
@@ -182,33 +154,34 @@ fn print(out: &mut dyn Write, list: &[Series]) -> Result<()> {
         let orders = s.orders().iter().map(|o| format!("{o:5.2}")).collect::<Vec<_>>().join(" ");
         let limit = s.from_oracle.map_or(String::new(), |d| format!(", limit {d:.1e} from the oracle"));
         let kind = format!("{:?}", s.kind).to_lowercase();
-        say!(out, "{kind:>6} {:>28}: {}  order {orders}{limit}", s.method, numbers(&s.rmse))?;
+        say!(out, "{kind:>6} {:>30}: {}  order {orders}{limit}", s.method, numbers(&s.rmse))?;
     }
     Ok(())
 }
 
 /// Measures and prints a line per method and transfer function.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let renderer = Renderer::new(options.threads)?;
     say!(
         out,
         "RMSE over premultiplied channels; {} bisections, {} layers, steps from {} planet radii on, halved",
-        options.level,
-        options.layers,
-        options.step
+        SIZES.level,
+        SIZES.layers,
+        SIZES.step
     )?;
     const IN_MESH: [Kind; 2] = [Kind::Smooth, Kind::Kinks];
     let bar = progress(Kind::ALL.len() + IN_MESH.len(), "orders");
     bar.set_message("steps");
     for kind in Kind::ALL {
-        let list = in_step(options, kind)?;
+        let list = in_step(&SIZES, &renderer, kind)?;
         bar.suspend(|| print(out, &list))?;
         bar.inc(1);
     }
     bar.set_message("meshes");
-    let levels = options.levels;
+    let levels = SIZES.levels;
     bar.suspend(|| say!(out, "against the oracle on the same mesh, 1 to {levels} bisections"))?;
     for kind in IN_MESH {
-        let list = in_mesh(options, kind)?;
+        let list = in_mesh(&SIZES, &renderer, kind)?;
         bar.suspend(|| print(out, &list))?;
         bar.inc(1);
     }
@@ -220,16 +193,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
 mod tests {
     use super::*;
 
-    #[derive(clap::Parser)]
-    struct Line {
-        #[command(flatten)]
-        options: Options,
-    }
-
-    fn small() -> Options {
-        let words = "orders --level 2 --layers 5 --size 24 --halvings 3 --levels 4 --table 512";
-        <Line as clap::Parser>::parse_from(words.split(' ')).options
-    }
+    const SMALL: Sizes = Sizes { level: 2, layers: 5, pixels: 24, halvings: 3, table: 512, ..SIZES };
 
     /// The least and greatest order of the series.
     fn range(series: &Series) -> [f64; 2] {
@@ -240,9 +204,9 @@ mod tests {
     #[test]
     fn no_order_in_the_step_is_lost() {
         for (kind, second) in [(Kind::Smooth, 2.0), (Kind::Kinks, 2.0), (Kind::Steps, 1.0)] {
-            for series in in_step(&small(), kind).unwrap() {
+            for series in in_step(&SMALL, &Renderer::new(0).unwrap(), kind).unwrap() {
                 let expected =
-                    if ["constant", "pre-integrated, unattenuated"].contains(&series.method) { 1.0 } else { second };
+                    if ["constant", "pre-integrated, no attenuation"].contains(&series.method) { 1.0 } else { second };
                 let [low, high] = range(&series);
                 println!("{kind:?} {}: {low:.2} to {high:.2}", series.method);
                 let slack = if expected > 1.5 { 0.25 } else { 0.35 };
@@ -253,7 +217,7 @@ mod tests {
 
     #[test]
     fn no_order_in_the_mesh_is_lost() {
-        for series in in_mesh(&small(), Kind::Smooth).unwrap() {
+        for series in in_mesh(&SMALL, &Renderer::new(0).unwrap(), Kind::Smooth).unwrap() {
             let expected = if series.method == "constant" { 1.0 } else { 2.0 };
             let last = *series.orders().last().unwrap();
             println!("{}: {:?}", series.method, series.orders());

@@ -5,12 +5,13 @@
 
 use crate::results::{Table, number, progress, say};
 use crate::scenes::multi_scale;
-use crate::sphere::{self, Sphere};
 use icoray::ranks::local_nodes;
 use icoray::{Decomposition, Error, ErrorKind, FrameReport, Grid, Ranks, Rendered, Renderer, Result, Scene};
+use icoray_reference::sphere::{self, Sphere};
 use partition::MeshPart;
+pub use partition::Sharing;
 use rayon::prelude::*;
-use sequential::SequentialRank;
+use sequential::{SequentialRank, seconds};
 use std::io::Write;
 use std::path::PathBuf;
 use std::thread;
@@ -34,31 +35,19 @@ pub struct Options {
     /// Numbers of ranks.
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16, 32, 64])]
     pub ranks: Vec<usize>,
-    /// How they share it out.
+    /// The distribution of the work over ranks.
     #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Sharing::Tiles, Sharing::Patches, Sharing::Rows, Sharing::Random])]
     pub sharing: Vec<Sharing>,
     /// Ranks of a node, which put their parts together; 0 for all of them.
     #[arg(long, default_value_t = 0)]
     pub node_ranks: usize,
-    /// Frames behind the first, whose costs the second is dealt by; the one whose busiest rank took least is reported.
+    /// Frames after the first, which gives the costs for the assignment of tiles; the frame with the fastest busiest
+    /// rank is reported.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
     /// Directory of ranks.csv.
     #[arg(long, default_value = "out/ranks")]
     pub out: PathBuf,
-}
-
-/// How a picture is shared out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Sharing {
-    /// By tiles, of data that all ranks have.
-    Tiles,
-    /// By data: compact patches of cells.
-    Patches,
-    /// By data: stretches of the cells in the order of the mesh.
-    Rows,
-    /// By data: each cell anywhere.
-    Random,
 }
 
 const COLUMNS: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,fragments_per_rank,\
@@ -80,7 +69,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         out,
         "{cells} cells x {} layers, {size} x {size} pixels, f32; ranks are threads of one process that compute one after the\n\
              other, on {processors} processors: seconds are of a rank's own work, range of the field included, without a network. Of {}\n\
-             frames after the first, the one whose busiest rank took least. Balance: mean over most of the seconds that ranks drew.\n\
+             frames after the first, the one with the fastest busiest rank. Balance: mean over maximum of the ranks' seconds.\n\
              tiles: all ranks have all data; patches, rows, random: each has its cells and a halo, in Morton order, in the mesh's or\n\
              anywhere. Ranks of a node put their parts together: bytes that each writes for it, and the seconds of the slowest.",
         options.layers,
@@ -96,7 +85,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
             let parts = (sharing != Sharing::Tiles).then(|| MeshPart::all(&sphere, sharing, ranks));
-            let simulation = Simulation::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
+            let simulation = Simulation::new(&sphere, parts.as_deref(), &scenes, options)?;
             for (scene, frame) in simulation.frames(ranks)?.into_iter().enumerate() {
                 bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;
             }
@@ -104,7 +93,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         }
     }
     bar.set_message("2 ranks at once");
-    let simulation = Simulation::new(&sphere, None, &scenes, (options.frames, 0))?;
+    let simulation = Simulation { node_ranks: 0, ..Simulation::new(&sphere, None, &scenes, options)? };
     let (one, two) = (simulation.wall_s(1)?, simulation.wall_s(2)?);
     bar.finish_and_clear();
     for ((name, _), (one, two)) in multi_scale::TRANSFERS.iter().zip(one.into_iter().zip(two)) {
@@ -142,17 +131,13 @@ struct Simulation<'w> {
 }
 
 impl<'w> Simulation<'w> {
-    fn new(
-        sphere: &'w Sphere,
-        parts: Option<&'w [MeshPart]>,
-        scenes: &'w [Scene],
-        (frames, node_ranks): (usize, usize),
-    ) -> Result<Self> {
+    fn new(sphere: &'w Sphere, parts: Option<&'w [MeshPart]>, scenes: &'w [Scene], options: &Options) -> Result<Self> {
         let grids = match parts {
             None => vec![sphere.grid()?],
             Some(parts) => parts.par_iter().map(|part| part.sphere.grid()).collect::<Result<_>>()?,
         };
-        Ok(Simulation { sphere, parts, grids, scenes, frames: 1 + frames.max(1), node_ranks })
+        let (frames, node_ranks) = (1 + options.frames.max(1), options.node_ranks);
+        Ok(Simulation { sphere, parts, grids, scenes, frames, node_ranks })
     }
 
     /// The node of each rank.
@@ -161,13 +146,13 @@ impl<'w> Simulation<'w> {
         (0..ranks).map(|rank| rank / max).collect()
     }
 
-    /// For each scene the frame (of all but the first) whose busiest rank took least.
+    /// For each scene the frame (of all but the first) with the least seconds of its busiest rank.
     fn frames(&self, ranks: usize) -> Result<Vec<Vec<RankFrame>>> {
         let of_ranks = on_threads(SequentialRank::team(&self.node_of(ranks)), |mut team| {
             let busy = team.begin();
             let mut before = 0.0;
             self.rank(Ranks::new(Box::new(team)), |report| {
-                let busy_s = busy.seconds() - std::mem::replace(&mut before, busy.seconds());
+                let busy_s = seconds(&busy) - std::mem::replace(&mut before, seconds(&busy));
                 RankFrame { busy_s, report }
             })
         })?;
@@ -197,12 +182,12 @@ impl<'w> Simulation<'w> {
         let local = self.parts.map(|parts| &parts[ranks.rank()]);
         let grid = &self.grids[if local.is_some() { ranks.rank() } else { 0 }];
         let field = local.map_or(self.sphere, |part| &part.sphere).field()?;
-        let held = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
+        let decomposition = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
         let mut results = Vec::new();
         for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {
             let layers = &self.sphere.layers;
             results.push(on_frame(
-                match renderer.render_held(&mut ranks, scene, grid, held.as_ref(), layers, &field)? {
+                match renderer.render_held(&mut ranks, scene, grid, decomposition.as_ref(), layers, &field)? {
                     Rendered::Here(frame) => frame.report,
                     Rendered::AtRoot(report) => report,
                 },

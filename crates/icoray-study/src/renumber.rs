@@ -1,8 +1,8 @@
 //! New numbers for a mesh's cells and corners: along a space-filling curve, as models do for their caches, or those of
 //! a part.
 
-use crate::shading::direction;
 use icoray::IcosahedralMesh;
+use icoray_reference::shading::direction;
 
 /// Marks rows that are left out.
 pub(crate) const MISSING: i32 = -1;

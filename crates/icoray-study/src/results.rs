@@ -38,6 +38,11 @@ pub(crate) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
     std::fs::write(path, content).map_err(|e| io_error(path, e))
 }
 
+/// A number of threads in words.
+pub(crate) fn threads(count: usize) -> String {
+    if count == 1 { "one thread".to_owned() } else { format!("{count} threads") }
+}
+
 /// A number of a table.
 pub(crate) fn number(value: f64) -> String {
     format!("{value:.6e}")

@@ -16,9 +16,9 @@ fn a_frame_takes_what_its_plan_says() {
     study.args(["speed", "--sizes", "8x26", "--pixels", "64", "--frames", "1", "--uncounted", "--threads", "2"]);
     study.args(["--transfers", "lobes", "--tolerance", "1e-3"]);
     let output = study.arg("--out").arg(directory.path()).output().unwrap();
-    let [said, errors] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    let [printed, errors] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     assert!(output.status.success(), "{errors}");
-    let row = said.lines().find(|line| line.starts_with("| 8 | 655,362 |")).unwrap_or_else(|| panic!("{said}"));
+    let row = printed.lines().find(|line| line.starts_with("| 8 | 655,362 |")).unwrap_or_else(|| panic!("{printed}"));
     let cells: Vec<&str> = row.trim_matches('|').split('|').collect();
     let [unlit, lit] = [cells[cells.len() - 2], cells[cells.len() - 1]].map(measured_and_planned);
     for [measured, planned] in [unlit, lit] {

@@ -10,13 +10,13 @@ fn instructions_are_counted_or_it_is_said_that_they_are_not() {
     study.args(["speed", "--sizes", "2x5", "--counted", "2x5", "--pixels", "16", "--frames", "1"]);
     study.args(["--threads", "1", "--transfers", "dense,walk", "--lights", "unlit", "--tolerance", "1e-3"]);
     let output = study.arg("--out").arg(directory.path()).output().unwrap();
-    let [said, errors] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    let [printed, errors] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     assert!(output.status.success(), "{errors}");
-    if said.contains("instructions are not counted: neither") {
+    if printed.contains("instructions are not counted: neither") {
         return skip(Need::Counters);
     }
-    let row = said.lines().find_map(|line| line.strip_prefix("| unlit: instructions per frustum that is read | "));
-    let row = row.unwrap_or_else(|| panic!("{said}"));
+    let row = printed.lines().find_map(|line| line.strip_prefix("| unlit: instructions per frustum that is read | "));
+    let row = row.unwrap_or_else(|| panic!("{printed}"));
     let counts: Vec<f64> = row.trim_end_matches(" |").split(" | ").map(|cell| cell.parse().unwrap()).collect();
     let [dense, walk] = counts[..] else { panic!("{row}") };
     // A few for each number that a frustum has.

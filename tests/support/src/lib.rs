@@ -81,8 +81,8 @@ pub fn runs(command: &mut Command) -> bool {
     command.output().is_ok_and(|output| output.status.success())
 }
 
-/// A command that runs a program on so many ranks by the launcher `mpirun`, and that stops it where it hangs. The program
-/// and its arguments are to be added.
+/// A command that runs a program on so many ranks by the launcher `mpirun`, and that stops it where it hangs. The
+/// program and its arguments are to be added.
 pub fn on_ranks(mpirun: &str, ranks: usize) -> Command {
     let mut run = Command::new("timeout");
     run.args(["--kill-after=5", &PATIENCE.as_secs().to_string(), mpirun, "-n", &ranks.to_string()]);

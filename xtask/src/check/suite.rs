@@ -15,7 +15,7 @@ use crate::step::Step;
 use crate::system::output;
 use crate::workspace::Workspace;
 
-/// The packages of the default run: everything but GPU, MPI and the study.
+/// The packages of the default run: everything but GPU, MPI, references and the study.
 const DEFAULT: [&str; 14] = [
     "icoray-grid",
     "icoray-scene",

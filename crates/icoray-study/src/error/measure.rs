@@ -1,10 +1,11 @@
 //! Runs all methods on one scene, in rounds, and compares them with the oracle.
 
 use super::sweep::Run;
-use crate::compare::{BoundCheck, Comparison, median};
-use crate::methods::{Job, Method, Picture};
 use icoray::{Renderer, Result, Scene};
 use icoray_progress::Bar;
+use icoray_reference::comparison::{BoundCheck, Comparison, median};
+use icoray_reference::job::Job;
+use icoray_reference::methods::{Method, Picture};
 use std::time::Instant;
 
 /// Time and error of a run.
@@ -32,6 +33,19 @@ impl Measured {
         self.seconds.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
+
+/// A measure of error.
+pub struct Measure {
+    /// In the names of files.
+    pub name: &'static str,
+    pub title: &'static str,
+    pub error: fn(&Measured) -> f64,
+}
+
+pub const MEASURES: [Measure; 2] = [
+    Measure { name: "rmse", title: "RMSE against the oracle", error: |m| m.distance.rmse },
+    Measure { name: "max", title: "largest error against the oracle", error: |m| m.distance.max },
+];
 
 /// Limits of repeats and times.
 #[derive(Debug, Clone, Copy)]

@@ -1,25 +1,12 @@
 //! Which methods run, over which parameters.
 
-use crate::methods::Method;
 use icoray::Precision;
+use icoray_reference::methods::{Method, Sampling};
 
 /// The default method's name in tables and plots.
 pub const EXACT: &str = "exact";
 /// The same in double precision.
 pub const EXACT_F64: &str = "exact f64";
-
-/// All series, in the order of their colours.
-pub const SERIES: [&str; 9] = [
-    EXACT,
-    EXACT_F64,
-    "paper",
-    "uniform",
-    "pre-integrated",
-    "pre-integrated, no attenuation",
-    "constant",
-    "tetrahedra",
-    "mean value",
-];
 
 /// One method at one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +29,7 @@ impl Run {
 }
 
 /// The runs on a scene, a ladder for each series, from coarse to fine: steps from a 16th of the shell's `thickness` on
-/// halved, tolerances divided by 10. Only three methods can light a scene.
+/// halved, tolerances divided by 10. Those of a lit scene are the first of all.
 pub fn ladders(thickness: f64, lit: bool, quick: bool) -> Vec<Vec<Run>> {
     let rungs = if quick { 3 } else { 7 };
     let exact = |series, precision| -> Vec<Run> {
@@ -52,32 +39,18 @@ pub fn ladders(thickness: f64, lit: bool, quick: bool) -> Vec<Vec<Run>> {
         };
         (0..rungs).map(run).collect()
     };
-    let steps = |series, method: &dyn Fn(f64) -> Method| -> Vec<Run> {
+    let steps = |sampling: Sampling| -> Vec<Run> {
         let run = |i: i32| {
             let step = thickness / 16.0 * 0.5f64.powi(i);
-            Run { series, method: method(step), precision: Precision::default(), parameter: Some(step) }
+            let (method, precision) = (sampling.at(step), Precision::default());
+            Run { series: sampling.name(), method, precision, parameter: Some(step) }
         };
         (0..rungs).map(run).collect()
     };
     let paper = Run { series: "paper", method: Method::Paper, precision: Precision::default(), parameter: None };
-    let mut ladders = vec![
-        exact(EXACT, Precision::F32),
-        exact(EXACT_F64, Precision::F64),
-        vec![paper],
-        steps("uniform", &|step| Method::Uniform { step }),
-    ];
-    if !lit {
-        // Values along each side of the table.
-        let table = if quick { 64 } else { 256 };
-        let pre_integrated = |attenuated| move |step| Method::PreIntegrated { step, table, attenuated };
-        ladders.extend([
-            steps("pre-integrated", &pre_integrated(true)),
-            steps("pre-integrated, no attenuation", &pre_integrated(false)),
-            steps("constant", &|step| Method::Constant { step }),
-            steps("tetrahedra", &|step| Method::Tetrahedra { step }),
-            steps("mean value", &|step| Method::MeanValue { step }),
-        ]);
-    }
+    let mut ladders = vec![exact(EXACT, Precision::F32), exact(EXACT_F64, Precision::F64), vec![paper]];
+    let all = Sampling::all(if quick { 64 } else { 256 });
+    ladders.extend(all.into_iter().filter(|sampling| !lit || *sampling == Sampling::Uniform).map(steps));
     ladders
 }
 
@@ -88,8 +61,8 @@ mod tests {
     #[test]
     fn every_series_has_a_ladder_and_lit_scenes_have_four() {
         let names = |lit| ladders(0.16, lit, false).iter().map(|ladder| ladder[0].series).collect::<Vec<_>>();
-        assert_eq!(names(false), SERIES);
-        assert_eq!(names(true), SERIES[..4]);
+        assert_eq!(names(true), [EXACT, EXACT_F64, "paper", "uniform"]);
+        assert_eq!((names(false).len(), &names(false)[..4]), (9, &names(true)[..]));
         let exact = &ladders(0.16, false, false)[0];
         assert!((exact[6].parameter.unwrap() - 1e-7).abs() < 1e-20);
         let uniform = &ladders(0.16, false, false)[3];

@@ -1,10 +1,10 @@
 //! Renders one picture on GPU and CPU.
 
 use super::cost::Cost;
-use crate::compare::Comparison;
 use crate::scenes::multi_scale::{self, Opacity};
 use icoray::{Field, Frame, FrameReport, Grid, Layers, Renderer, Result, Scene};
 use icoray_gpu::Peaks;
+use icoray_reference::comparison::Comparison;
 use std::time::Instant;
 
 /// The pictures of one size, light and tolerance, one for each transfer function.

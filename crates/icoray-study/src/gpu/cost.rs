@@ -7,7 +7,7 @@
 use icoray::FrameReport;
 
 /// `seats`, `corner_edge`, `edge_corner`, `corner_cell` of the next triangle, its new vertex' direction; values of
-/// three cells at the layer where the ray comes in.
+/// three cells at the ray's first layer.
 const COLUMN_BYTES: u64 = 4 + 4 + 8 + 12 + 24 + 12;
 /// Values of three cells at the next layer.
 const FRUSTUM_BYTES: u64 = 12;

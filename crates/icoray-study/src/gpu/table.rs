@@ -1,6 +1,7 @@
 //! Measurements as rows of a table, and as tables in Markdown.
 
 use super::benchmark::{Benchmark, OnGpu, Row};
+use crate::results::threads;
 use icoray_gpu::Peaks;
 use std::fmt::Write as _;
 
@@ -88,10 +89,10 @@ fn span(rows: &[&OnGpu], number: impl Fn(&OnGpu) -> f64, show: impl Fn(f64) -> S
 pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, benchmark: &Benchmark) -> String {
     let mut text = format!(
         "Milliseconds for a frame of {grid}, 16 knots, f32, on {name}: by the device's clock, from end to end with upload and \
-         readback in brackets, and on the CPU's {} thread(s):\n\n\
+         readback in brackets, and on the CPU's {}:\n\n\
          | `icoray-study gpu` | | | dense | lobes | thin shell | opaque |\n|---|---|---|---|---|---|---|\n\
          | the paper, one GTX 580, 512 × 512, its four fields | unlit | | 494 | 783 | 755 | 689 |\n",
-        benchmark.cpu.threads()
+        threads(benchmark.cpu.threads())
     );
     for rows in all {
         let setting = rows[0].setting;
@@ -108,7 +109,7 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, benchmark: &Ben
     }
     let _ = write!(
         text,
-        "\nLeast and most over the four transfer functions; percents are of what was measured in the same run ({}). A frustum \
+        "\nMinimum and maximum over the four transfer functions; percents are of what was measured in the same run ({}). A frustum \
          counts as 12 bytes and 224 operations, a column as 64 and 1087, a pixel as 44 bytes; light as 36 bytes more in each \
          frustum and column. Caches give a part of the bytes again. Differences are from the CPU's picture:\n\n\
          | | | | frusta/s | of memory | of f32 | upload, GB/s | of host to device | RMSE | largest |\n\

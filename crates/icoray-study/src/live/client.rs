@@ -70,7 +70,7 @@ impl Client {
     }
 }
 
-/// The first number in what follows the light: "one of 4 x 4 pixels traced".
+/// The first number in the part on pixels: "one of 4 x 4 pixels traced".
 fn pixel_step(quality: &str) -> f64 {
     let pixels = quality.rsplit(", ").next().unwrap_or_default();
     pixels.split(' ').find_map(|word| word.parse().ok()).unwrap_or(1.0)

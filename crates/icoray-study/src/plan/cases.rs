@@ -1,9 +1,9 @@
 //! Scenes of all kinds: dense and clear, lit, clouds with nothing between, nothing transparent.
 
 use crate::scenes::multi_scale::{self, HEADLIGHT, TRANSFERS};
-use crate::sphere;
 use glam::DVec3;
-use icoray::{Error, ErrorKind, Result, Scene};
+use icoray::{Result, Scene};
+use icoray_reference::sphere;
 
 /// A field and its scene.
 #[derive(Debug)]
@@ -13,8 +13,8 @@ pub(super) struct Case {
     pub scene: fn(u32) -> Result<Scene>,
 }
 
-/// All of them.
-const CASES: [Case; 9] = [
+/// All cases.
+pub(super) const CASES: [Case; 9] = [
     case("dense", sphere::multi_scale, |size| of_speed(size, 0, "")),
     case("lobes", sphere::multi_scale, |size| of_speed(size, 1, "")),
     case("thin", sphere::multi_scale, |size| of_speed(size, 2, "")),
@@ -28,16 +28,6 @@ const CASES: [Case; 9] = [
 
 const fn case(name: &'static str, field: fn(DVec3) -> f64, scene: fn(u32) -> Result<Scene>) -> Case {
     Case { name, field, scene }
-}
-
-/// The cases of these names; all if none is given.
-pub(super) fn named(names: &[String]) -> Result<Vec<Case>> {
-    if let Some(name) = names.iter().find(|name| CASES.iter().all(|case| case.name != **name)) {
-        let known = CASES.map(|case| format!("{:?}", case.name)).join(", ");
-        return Err(Error::new(ErrorKind::Scene, format!("scene {name:?}, expected one of {known}")));
-    }
-    let is_named = |case: &Case| names.is_empty() || names.iter().any(|name| name == case.name);
-    Ok(CASES.into_iter().filter(is_named).collect())
 }
 
 /// One of the scenes of `icoray-study speed`.

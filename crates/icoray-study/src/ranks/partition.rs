@@ -1,11 +1,23 @@
 //! Domain decomposition as in a model: own cells, a halo one cell wide, local numbers.
 
-use super::Sharing;
 use crate::renumber::{MISSING, morton, numbers, rows};
-use crate::sphere::Sphere;
 use icoray::{IcosahedralMesh, Owned, PartCells};
+use icoray_reference::sphere::Sphere;
 use icoray_test_support::Random;
 use rayon::prelude::*;
+
+/// The distribution of a picture's work over ranks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Sharing {
+    /// By tiles, of data that all ranks have.
+    Tiles,
+    /// By data: compact patches of cells.
+    Patches,
+    /// By data: stretches of the cells in the order of the mesh.
+    Rows,
+    /// By data: each cell anywhere.
+    Random,
+}
 
 /// The rank of each cell; ranks have equal numbers of cells, or one more.
 fn owners(mesh: &IcosahedralMesh, sharing: Sharing, ranks: usize) -> Vec<usize> {

@@ -17,13 +17,11 @@ struct Schedule {
 }
 
 /// Time that a rank has computed so far.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Busy(Arc<Mutex<Duration>>);
+pub(super) type Busy = Arc<Mutex<Duration>>;
 
-impl Busy {
-    pub fn seconds(&self) -> f64 {
-        lock(&self.0).as_secs_f64()
-    }
+/// The seconds of a rank so far.
+pub(super) fn seconds(busy: &Busy) -> f64 {
+    lock(busy).as_secs_f64()
 }
 
 /// A rank of a local team that computes in its turn only.
@@ -84,7 +82,7 @@ impl Turns {
 
     /// Makes a collective call, outside of the rank's turn.
     fn outside_turn<R>(&mut self, call: impl FnOnce() -> R) -> R {
-        *lock(&self.busy.0) += self.since.elapsed();
+        *lock(&self.busy) += self.since.elapsed();
         self.pass(self.turn + 1);
         let result = call();
         self.turn += self.size;
@@ -196,7 +194,7 @@ mod tests {
                         let shared = rank.share(&[rank.rank() as u8]).unwrap();
                         assert_eq!(shared.concat(), [0, 1, 2, 3]);
                     }
-                    assert!(busy.seconds() >= 0.006, "{}", busy.seconds());
+                    assert!(seconds(&busy) >= 0.006, "{busy:?}");
                 });
             }
         });

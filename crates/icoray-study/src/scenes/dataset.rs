@@ -1,10 +1,10 @@
 //! Grids with fields, synthetic or from files.
 
-use crate::fig6;
-use crate::methods::Job;
-use crate::sphere::{Sphere, multi_scale};
-use icoray::{CenterField, Field, Grid, Layers, Location, Renderer, Result, Scene};
-use icoray_dataset::OwnedField;
+use glam::DVec3;
+use icoray::{Field, Grid, Layers, Renderer, Result, Scene};
+use icoray_reference::job::Job;
+use icoray_reference::radial;
+use icoray_reference::sphere::{Sphere, multi_scale};
 use std::path::{Path, PathBuf};
 
 /// The file that the real fields are read from, and the record of day 9.
@@ -28,68 +28,55 @@ pub enum Dataset {
     Stiff,
 }
 
-/// A dataset in memory.
-#[derive(Debug)]
-pub enum LoadedDataset {
-    Synthetic(Sphere),
-    File { file: Box<icoray_dataset::Dataset>, layers: Layers, field: OwnedField },
-}
-
 impl Dataset {
-    /// Generates or reads grid and field; `None` if the file is not in `data`. Where it is `quick`, synthetic grids have 642
-    /// cells and 8 layers.
-    pub fn load(self, quick: bool, data: &Path) -> Result<Option<LoadedDataset>> {
-        let synthetic = |level, layers, ends, f: fn(glam::DVec3) -> f64| {
-            let (level, layers) = if quick { (3, 8) } else { (level, layers) };
-            Sphere::new(level, layers, ends, f).map(|sphere| Some(LoadedDataset::Synthetic(sphere)))
+    /// Generates or reads grid and field and hands them to `work`; `None` if the file is not in `data`. Where it is
+    /// `quick`, synthetic grids have 642 cells and 8 layers.
+    pub fn with<R>(
+        self,
+        quick: bool,
+        data: &Path,
+        renderer: &Renderer,
+        work: impl FnOnce(&PreparedDataset) -> Result<R>,
+    ) -> Result<Option<R>> {
+        const SHELL: [f64; 2] = [1.0, 1.15];
+        let (level, layers, shell, f): (_, _, _, fn(DVec3) -> f64) = match self {
+            Dataset::Radial => (5, 61, [radial::INNER, radial::OUTER], |p| p.length()),
+            Dataset::MultiScaleLow => (5, 61, SHELL, multi_scale),
+            Dataset::MultiScaleHigh => (8, 99, SHELL, multi_scale),
+            Dataset::Stiff => (4, 20, SHELL, multi_scale),
+            Dataset::Vorticity => return with_file(data, "vorticity", renderer, work),
+            Dataset::Theta => return with_file(data, "theta", renderer, work),
         };
-        match self {
-            Dataset::Radial => synthetic(5, 61, [fig6::INNER, fig6::OUTER], |p| p.length()),
-            Dataset::MultiScaleLow => synthetic(5, 61, [1.0, 1.15], multi_scale),
-            Dataset::MultiScaleHigh => synthetic(8, 99, [1.0, 1.15], multi_scale),
-            Dataset::Stiff => synthetic(4, 20, [1.0, 1.15], multi_scale),
-            Dataset::Vorticity => read(data, "vorticity"),
-            Dataset::Theta => read(data, "theta"),
-        }
+        let (level, layers) = if quick { (3, 8) } else { (level, layers) };
+        let sphere = Sphere::new(level, layers, shell, f)?;
+        let grid = renderer.run(|| sphere.grid())?;
+        work(&PreparedDataset { grid: &grid, layers: &sphere.layers, field: &sphere.field()? }).map(Some)
     }
 }
 
-fn read(data: &Path, name: &str) -> Result<Option<LoadedDataset>> {
+fn with_file<R>(
+    data: &Path,
+    name: &str,
+    renderer: &Renderer,
+    work: impl FnOnce(&PreparedDataset) -> Result<R>,
+) -> Result<Option<R>> {
     let path = data.join(MPAS_FILE);
     if !path.exists() {
         return Ok(None);
     }
     let file = icoray_netcdf::open(path)?;
-    let layers = file.layers(name)?;
-    let field = file.read_field(name, MPAS_TIME)?;
-    Ok(Some(LoadedDataset::File { file: Box::new(file), layers, field }))
+    let (layers, field) = (file.layers(name)?, file.read_field(name, MPAS_TIME)?);
+    let grid = renderer.run(|| file.mesh().grid())?;
+    work(&PreparedDataset { grid: &grid, layers: &layers, field: &field.field()? }).map(Some)
 }
 
-/// The directory of data files: `given`, or what `ICORAY_TEST_DATA` names, or `../shared/data`.
+/// The directory of data files: `given`, else that of `ICORAY_TEST_DATA`, else `../shared/data`.
 pub(crate) fn data_directory(given: Option<&Path>) -> PathBuf {
     let named = || std::env::var_os("ICORAY_TEST_DATA").map(PathBuf::from);
     given.map(Path::to_owned).or_else(named).unwrap_or_else(|| PathBuf::from("../shared/data"))
 }
 
-impl LoadedDataset {
-    /// Checks the grid, averages a field at corners to cells, and hands both to `work`.
-    pub fn with<R>(&self, renderer: &Renderer, work: impl FnOnce(&PreparedDataset) -> Result<R>) -> Result<R> {
-        let (grid, layers, field) = match self {
-            LoadedDataset::Synthetic(sphere) => (renderer.run(|| sphere.grid())?, &sphere.layers, sphere.field()?),
-            LoadedDataset::File { file, layers, field } => {
-                (renderer.run(|| file.mesh().grid())?, layers, field.field()?)
-            }
-        };
-        let center = match field.location() {
-            Location::Center => None,
-            Location::Corner => Some(renderer.run(|| CenterField::average(&grid, &field))?),
-        };
-        let field = center.as_ref().map_or(field, CenterField::field);
-        work(&PreparedDataset { grid: &grid, layers, field: &field })
-    }
-}
-
-/// A checked grid with its layers and its field at cells.
+/// A checked grid with its layers and its field.
 #[derive(Debug, Clone, Copy)]
 pub struct PreparedDataset<'a> {
     grid: &'a Grid<'a>,
@@ -105,7 +92,7 @@ impl PreparedDataset<'_> {
 
     /// Thickness of the shell that `scene` makes of the layers, planet radii.
     pub fn thickness(&self, scene: &Scene) -> Result<f64> {
-        let radius = self.layers.shell(scene.exaggeration)?;
+        let radius = self.layers.for_field(self.field.shape().layers)?.shell(scene.exaggeration)?;
         Ok(radius[radius.len() - 1] - radius[0])
     }
 }

@@ -36,7 +36,8 @@ pub(crate) fn scene(size: u32, opacity: Opacity, rest: &str, light: &str) -> Res
 /// The table of a light from the eye.
 pub(crate) const HEADLIGHT: &str = "[light]\nkind = \"headlight\"";
 
-/// A scene of the whole globe: `rest` are lines before the tables, `transfer` is the last table and what follows it.
+/// A scene of the whole globe: `rest` are lines before the tables, `transfer` is the text behind the header of the last
+/// table.
 pub(crate) fn globe(field: &str, size: u32, rest: &str, transfer: &str) -> Result<Scene> {
     Scene::parse(&format!(
         "field = \"{field}\"\nantialias = false\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n\

@@ -2,20 +2,25 @@
 
 use super::case::{Case, Setting};
 use super::cost;
-use super::options::{Light, Options, Size, Terrain};
+use super::options::{Light, Options, Size};
 use super::setup::Setup;
 use crate::peak::PeakMemory;
 use crate::results::io_error;
-use crate::sphere::Sphere;
 use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, Result, Savings, Scene, Shape};
+use icoray_reference::sphere::{Sphere, multi_scale};
 use std::time::Instant;
 
-/// Seconds and reports of frames.
-type TimedFrames = Vec<(f64, FrameReport)>;
+/// A frame's report, and its seconds from end to end.
+struct TimedFrame {
+    seconds: f64,
+    report: FrameReport,
+}
 
 /// Bytes that a frame takes beyond the model's arrays and the checked grid, its picture included.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Memory {
+    pub size: Size,
+    pub light: Light,
     /// At the peak.
     pub measured: u64,
     /// By the plan.
@@ -35,7 +40,7 @@ pub(super) struct Benchmark<'o> {
     /// A renderer without empty-space skipping.
     reader: Renderer,
     /// Memory of first frames.
-    pub memory: Vec<(Light, Memory)>,
+    pub memory: Vec<Memory>,
 }
 
 /// Frames of one scene on one number of threads.
@@ -79,17 +84,17 @@ impl<'o> Benchmark<'o> {
     pub fn new(size: Size, options: &'o Options) -> Result<Self> {
         let max = options.threads.iter().copied().max().unwrap_or(0);
         let reader = Renderer::new(max)?.with_savings(Savings { empty_space: false, ..Savings::ALL });
-        let sphere = reader.run(|| Sphere::multi_scale(size.level, size.layers, [1.0, 1.15]))?;
+        let sphere = reader.run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], multi_scale))?;
         let renderers = options.renderers()?;
         let times = if options.bare { 1 } else { options.frames };
         let setup = Setup::of(size.level, &sphere.mesh, &renderers, times)?;
         let walkers = options.renderers()?.into_iter().map(Renderer::without_integrals).collect();
         let memory = Vec::new();
-        let heights = if options.heights == Terrain::Native { sphere.terrain() } else { Vec::new() };
+        let heights = if options.is_native() { sphere.terrain() } else { Vec::new() };
         let mut benchmark = Benchmark { options, size, sphere, heights, setup, renderers, walkers, reader, memory };
         if !options.bare {
-            let of = |light: &Light| Ok((*light, benchmark.memory_of(*light)?));
-            benchmark.memory = options.lights.iter().map(of).collect::<Result<_>>()?;
+            let memory = options.lights.iter().map(|light| benchmark.memory_of(*light));
+            benchmark.memory = memory.collect::<Result<_>>()?;
         }
         Ok(benchmark)
     }
@@ -104,19 +109,20 @@ impl<'o> Benchmark<'o> {
         let planned = renderer.run(|| plan.memory(&scene, &grid));
         let peak = PeakMemory::start()?;
         self.draw(&renderer, &scene, &grid)?;
-        Ok(Memory { measured: peak.bytes()?, planned: planned.total() - planned.grid })
+        let (size, planned) = (self.size, planned.total() - planned.grid);
+        Ok(Memory { size, light, measured: peak.bytes()?, planned })
     }
 
     /// A row for each number of threads, with alternating frames.
     pub fn rows(&self, grid: &Grid, setting: &Setting) -> Result<Vec<Row>> {
         let renderers = self.of(setting);
         let scene = setting.scene(self.options)?;
-        let mut drawn: Vec<TimedFrames> = renderers.iter().map(|_| Vec::new()).collect();
+        let mut drawn: Vec<Vec<TimedFrame>> = renderers.iter().map(|_| Vec::new()).collect();
         let mut last = None;
         for _ in 0..self.options.frames.max(1) {
             for (renderer, drawn) in renderers.iter().zip(&mut drawn) {
                 let (seconds, frame) = self.draw(renderer, &scene, grid)?;
-                drawn.push((seconds, frame.report.clone()));
+                drawn.push(TimedFrame { seconds, report: frame.report.clone() });
                 last = Some(frame);
             }
         }
@@ -149,7 +155,7 @@ impl<'o> Benchmark<'o> {
         let field = self.sphere.field()?;
         let start = Instant::now();
         let mut fields = Fields::from(&field);
-        if let Terrain::Native = self.options.heights {
+        if self.options.is_native() {
             fields = fields.with_heights(self.heights()?);
         }
         let frame = renderer.render(scene, grid, &self.sphere.layers, fields)?;
@@ -167,10 +173,10 @@ impl<'o> Benchmark<'o> {
         Ok(self.draw(&self.reader, &scene, grid)?.1.report.counts.frusta)
     }
 
-    fn row(&self, setting: &Setting, grid: &Grid, crossed: u64, mut drawn: TimedFrames) -> Row {
-        drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let seconds = drawn.iter().map(|drawn| drawn.0).collect();
-        let report = drawn.swap_remove(0).1;
+    fn row(&self, setting: &Setting, grid: &Grid, crossed: u64, mut drawn: Vec<TimedFrame>) -> Row {
+        drawn.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        let seconds = drawn.iter().map(|drawn| drawn.seconds).collect();
+        let report = drawn.swap_remove(0).report;
         let counts = &report.counts;
         Row {
             size: self.size,

@@ -1,22 +1,23 @@
 //! The scenes of each grid.
 
-use super::options::{Light, Options, Terrain};
+use super::options::{Light, Options};
 use crate::scenes::multi_scale::{self, Opacity};
-use icoray::{Error, ErrorKind, Result, Scene};
+use crate::scenes::select;
+use icoray::{Result, Scene};
 
 /// A transfer function, or none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Case {
     pub name: &'static str,
-    opacity: Option<Opacity>,
+    opacity: Opacity,
     /// Whether frusta are integrated; else rays only traverse and interpolate.
     pub integrates: bool,
 }
 
 impl Case {
     pub fn all() -> impl Iterator<Item = Case> {
-        let transfer = |(name, opacity)| Case { name, opacity: Some(opacity), integrates: true };
-        let walk = Case { name: "walk", opacity: None, integrates: false };
+        let transfer = |(name, opacity)| Case { name, opacity, integrates: true };
+        let walk = Case { name: "walk", opacity: |_| 0.5, integrates: false };
         multi_scale::TRANSFERS.into_iter().map(transfer).chain([walk])
     }
 }
@@ -31,44 +32,27 @@ pub(super) struct Setting {
 
 impl Setting {
     pub fn scene(&self, options: &Options) -> Result<Scene> {
-        let (tolerance, precision) = (self.tolerance, &options.precision);
-        let rest =
-            |method: &str| format!("method = \"{method}\"\nprecision = \"{precision}\"\ntolerance = {tolerance:e}");
-        let mut scene = match self.case.opacity {
-            Some(opacity) => {
-                let light = if self.light == Light::Lit { multi_scale::HEADLIGHT } else { "" };
-                multi_scale::scene(options.pixels(), opacity, &rest(&options.method), light)?
-            }
-            None => {
-                let mut scene = multi_scale::scene(options.pixels(), |_| 0.5, &rest("exact"), "")?;
-                // One span, which contains all values.
-                let knots = &mut scene.volumes[0].transfer.knots;
-                *knots = vec![knots[0], knots[knots.len() - 1]];
-                scene
-            }
-        };
-        if options.heights == Terrain::Native {
-            scene.scenery.heights = icoray::Heights::Native;
+        let Options { method, precision, heights, .. } = options;
+        let method = if self.case.integrates { method } else { "exact" };
+        let rest = format!(
+            "method = \"{method}\"\nprecision = \"{precision}\"\nheights = \"{heights}\"\ntolerance = {:e}",
+            self.tolerance
+        );
+        let light = if self.light == Light::Lit { multi_scale::HEADLIGHT } else { "" };
+        let mut scene = multi_scale::scene(options.pixels(), self.case.opacity, &rest, light)?;
+        if !self.case.integrates {
+            // One span, which contains all values.
+            let knots = &mut scene.volumes[0].transfer.knots;
+            *knots = vec![knots[0], knots[knots.len() - 1]];
         }
         Ok(scene)
     }
 }
 
 impl Options {
-    fn cases(&self) -> Result<Vec<Case>> {
-        let find = |name: &String| {
-            Case::all().find(|case| case.name == name).ok_or_else(|| {
-                let there: Vec<_> = Case::all().map(|case| case.name).collect();
-                let context = format!("there is no transfer function {name}; expected of {}", there.join(", "));
-                Error::new(ErrorKind::Argument, context)
-            })
-        };
-        self.transfers.iter().map(find).collect()
-    }
-
     /// The settings of each grid. The traversal alone has one, as it depends on neither light nor tolerance.
     pub(super) fn settings(&self) -> Result<Vec<Setting>> {
-        let cases = self.cases()?;
+        let cases = select(Case::all().collect(), &self.transfers, |case| case.name)?;
         let mut settings = Vec::new();
         for &light in &self.lights {
             for &tolerance in &self.tolerance {

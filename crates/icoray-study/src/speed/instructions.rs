@@ -38,8 +38,15 @@ pub(super) struct Counted {
     /// The tool's name.
     pub tool: &'static str,
     pub size: Size,
-    /// By light and transfer function.
-    pub per_frustum: Vec<(Light, &'static str, f64)>,
+    pub per_frustum: Vec<PerFrustum>,
+}
+
+/// Instructions per frustum of a scene.
+#[derive(Debug, Clone)]
+pub(super) struct PerFrustum {
+    pub light: Light,
+    pub transfer: &'static str,
+    pub instructions: f64,
 }
 
 impl Tool {
@@ -73,16 +80,16 @@ impl Tool {
     /// Counts for each transfer function and light, at the first tolerance.
     pub fn count_all(&self, options: &Options, settings: &[Setting]) -> Result<Counted> {
         let first = options.tolerance.first();
-        let asked = |setting: &&Setting| !setting.case.integrates || Some(&setting.tolerance) == first;
-        let asked: Vec<_> = settings.iter().filter(asked).collect();
+        let is_counted = |setting: &&Setting| !setting.case.integrates || Some(&setting.tolerance) == first;
+        let settings: Vec<_> = settings.iter().filter(is_counted).collect();
         let mut counted = Counted { tool: self.name, size: options.counted, per_frustum: Vec::new() };
-        let Some(any) = asked.first() else { return Ok(counted) };
+        let Some(any) = settings.first() else { return Ok(counted) };
         let [none, _] = self.run(options, any, 0)?;
         // Counts are not affected by runs in parallel.
-        let per_frustum = asked.par_iter().map(|setting| {
+        let per_frustum = settings.par_iter().map(|setting| {
             let [one, frusta] = self.run(options, setting, 1)?;
-            let per_frustum = one.saturating_sub(none) as f64 / frusta.max(1) as f64;
-            Ok((setting.light, setting.case.name, per_frustum))
+            let instructions = one.saturating_sub(none) as f64 / frusta.max(1) as f64;
+            Ok(PerFrustum { light: setting.light, transfer: setting.case.name, instructions })
         });
         counted.per_frustum = per_frustum.collect::<Result<_>>()?;
         Ok(counted)
@@ -96,7 +103,7 @@ impl Tool {
         command.args(["speed", "--bare", "--pixels", "192", "--threads", "1", "--sizes", &size]);
         command.args(["--transfers", setting.case.name, "--lights", &light, "--tolerance", &tolerance]);
         command.args(["--method", &options.method, "--precision", &options.precision, "--frames", &frames]);
-        command.args(["--heights", &options.heights.to_string()]);
+        command.args(["--heights", &options.heights]);
         let output = command.output();
         let failed = |what: String| Error::new(ErrorKind::Io, format!("{command:?}: {what}"));
         let Output { stdout, stderr, status } = output.map_err(|e| failed(e.to_string()))?;
@@ -118,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_are_found_in_what_tools_say() {
+    fn counts_are_found_in_the_output_of_tools() {
         let perf = "a warning\n123456,,instructions:u,99,100.00,,\n";
         assert_eq!(PERF.count(perf), Some(123_456));
         assert_eq!(PERF.count("<not supported>,,instructions:u,0,100.00,,\n"), None);

@@ -15,7 +15,7 @@ pub(super) struct Measured<'m> {
     pub rows: &'m [Row],
     pub setups: &'m [Setup],
     /// Memory of a frame, by grid and light.
-    pub memory: &'m [(Size, Light, Memory)],
+    pub memory: &'m [Memory],
     pub bandwidths: &'m [Bandwidth],
     /// `None` if not requested.
     pub counted: Option<Result<Counted>>,
@@ -61,7 +61,7 @@ impl Measured<'_> {
         text
     }
 
-    /// Names of transfer functions, in the order in which they were asked for.
+    /// Names of transfer functions.
     fn names(&self, with_walk: bool) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = Vec::new();
         for case in self.rows.iter().map(|row| row.setting.case) {
@@ -178,8 +178,8 @@ impl Measured<'_> {
         let mut text = String::new();
         for light in &self.options.lights {
             let cells = names.iter().map(|name| {
-                let found = counted.per_frustum.iter().find(|of| of.0 == *light && of.1 == *name);
-                found.map_or_else(String::new, |of| format!("{:.0}", of.2))
+                let found = counted.per_frustum.iter().find(|of| of.light == *light && of.transfer == *name);
+                found.map_or_else(String::new, |of| format!("{:.0}", of.instructions))
             });
             text += &line(&format!("{light}: instructions per frustum that is read"), cells);
         }
@@ -195,8 +195,8 @@ impl Measured<'_> {
     /// Seconds and memory of grids.
     fn tables(&self) -> String {
         let mut text = format!(
-            "\nSeconds in which tables are checked and derived on {}, what is kept of them beside the model's own, and the most memory that a \
-             frame takes beyond the model's arrays, its picture included, with what that is of the field and what the plan says \
+            "\nSeconds in which tables are checked and derived on {}, bytes of derived tables, and the peak memory of a frame \
+             beyond the model's arrays, its picture included, with its share of the field and the figure of the plan \
              (`icoray plan`) before it is drawn:\n\n",
             cores(&self.options.threads)
         );
@@ -214,9 +214,9 @@ impl Measured<'_> {
                 setup.per_triangle()
             );
             let frames = lights.iter().map(|light| {
-                let of = self.memory.iter().find(|of| of.0.level == setup.level && of.1 == *light);
-                of.map_or_else(String::new, |(size, _, memory)| {
-                    let field = 4.0 * (setup.cells * size.layers) as f64;
+                let memory = self.memory.iter().find(|of| of.size.level == setup.level && of.light == *light);
+                memory.map_or_else(String::new, |memory| {
+                    let field = 4.0 * (setup.cells * memory.size.layers) as f64;
                     let [measured, planned] = [memory.measured, memory.planned].map(|bytes| bytes as f64);
                     let [mebi, planned] = [measured, planned].map(|bytes| bytes / f64::from(1 << 20));
                     format!("{mebi:.1} ({:.0} %; {planned:.1})", 100.0 * measured / field)

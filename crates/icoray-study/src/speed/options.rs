@@ -36,19 +36,16 @@ pub struct Options {
     /// Precision: f32 or f64.
     #[arg(long, default_value = "f32")]
     pub precision: String,
-    /// Where layers lie: at mean heights, or at native ones over mountains.
-    #[arg(long, value_enum, default_value_t = Terrain::Mean)]
-    pub heights: Terrain,
-    /// Bisections of grids whose tables are checked beside those that are drawn.
-    #[arg(long, value_delimiter = ',')]
-    pub tables: Vec<u32>,
+    /// The layers' heights: mean, or native over mountains.
+    #[arg(long, default_value = "mean")]
+    pub heights: String,
     /// Grid on which instructions are counted, by perf or valgrind.
     #[arg(long, value_parser = size, default_value = "4x31")]
     pub counted: Size,
     /// Do not count instructions.
     #[arg(long)]
     pub uncounted: bool,
-    /// Draw and do nothing else: what is run under a counter of instructions.
+    /// Draw and do nothing else, for a counter of instructions.
     #[arg(long, hide = true)]
     pub bare: bool,
     /// Directory of speed.csv, speed.md and pictures.
@@ -101,23 +98,12 @@ impl Options {
         self.pixels.unwrap_or(if self.quick { 128 } else { 512 })
     }
 
+    pub(super) fn is_native(&self) -> bool {
+        self.heights == "native"
+    }
+
     pub(super) fn renderers(&self) -> Result<Vec<Renderer>> {
         self.threads.iter().map(|threads| Renderer::new(*threads)).collect()
-    }
-}
-
-/// Where layers lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Terrain {
-    /// At one radius each.
-    Mean,
-    /// At heights of their own over each cell.
-    Native,
-}
-
-impl std::fmt::Display for Terrain {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(if *self == Terrain::Native { "native" } else { "mean" })
     }
 }
 

@@ -11,8 +11,9 @@ pub(super) struct Setup {
     pub level: u32,
     pub cells: usize,
     pub triangles: usize,
-    /// Least seconds by number of threads.
-    pub seconds: Vec<(usize, f64)>,
+    /// Numbers of threads, and the minimum seconds of each.
+    pub threads: Vec<usize>,
+    pub seconds: Vec<f64>,
     /// Memory of the grid beside the model's tables, as it reports.
     pub derived_bytes: usize,
     /// Peak memory of the process beyond those tables during the check.
@@ -21,11 +22,12 @@ pub(super) struct Setup {
 
 impl Setup {
     pub fn of(level: u32, mesh: &IcosahedralMesh, renderers: &[Renderer], times: usize) -> Result<Self> {
-        let mut seconds: Vec<_> = renderers.iter().map(|r| (r.threads(), f64::INFINITY)).collect();
+        let threads = renderers.iter().map(Renderer::threads).collect();
+        let mut seconds = vec![f64::INFINITY; renderers.len()];
         let mut derived_bytes = 0;
         let peak = PeakMemory::start()?;
         for _ in 0..times.max(1) {
-            for (renderer, (_, min)) in renderers.iter().zip(&mut seconds) {
+            for (renderer, min) in renderers.iter().zip(&mut seconds) {
                 let start = Instant::now();
                 let grid = renderer.run(|| Grid::new(mesh.tables()))?;
                 *min = min.min(start.elapsed().as_secs_f64());
@@ -33,17 +35,16 @@ impl Setup {
             }
         }
         let (cells, triangles) = (mesh.cells(), mesh.tables().corners());
-        Ok(Setup { level, cells, triangles, seconds, derived_bytes, peak_bytes: peak.bytes()? })
+        Ok(Setup { level, cells, triangles, threads, seconds, derived_bytes, peak_bytes: peak.bytes()? })
     }
 
     /// Seconds, one number of threads after the other.
     pub fn times(&self) -> String {
-        let times: Vec<_> = self.seconds.iter().map(|(_, min)| format!("{min:.3}")).collect();
+        let times: Vec<_> = self.seconds.iter().map(|min| format!("{min:.3}")).collect();
         times.join(", ")
     }
 
     pub fn line(&self) -> String {
-        let threads: Vec<_> = self.seconds.iter().map(|(threads, _)| *threads).collect();
         format!(
             "\nn = {}: {} cells, {} triangles; tables checked and derived in {} s on {}; {} bytes derived, {:.1} per cell, {:.1} \
              per triangle; at most {:.1} MiB more than the tables meanwhile",
@@ -51,7 +52,7 @@ impl Setup {
             self.cells,
             self.triangles,
             self.times(),
-            cores(&threads),
+            cores(&self.threads),
             self.derived_bytes,
             self.per_cell(),
             self.per_triangle(),

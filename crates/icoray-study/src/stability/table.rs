@@ -1,11 +1,7 @@
-//! Results as a Markdown page and as CSV.
+//! Results as a Markdown page.
 
-use super::cases::GROUPS;
-use super::measure::{RUNS, Row, Run};
-use crate::results::{Table, number};
-use icoray::Result;
+use icoray_reference::stability::{GROUPS, RUNS, Row, Run};
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 /// A number to one digit, which is reproducible across machines.
 fn short(value: f64) -> String {
@@ -62,8 +58,8 @@ triangle is asked for its part of the ray, and Gauss quadrature goes in steps of
 pixels are f32; half a unit in their last place is taken off each error, so 0 means that all pixels are rounded from a
 number that is right to some 1e-10.
 
-*Bound* is the largest error that the frames themselves admit, *over bound* the pixels of the three pictures whose error
-is larger than their own bound. A ray is *ill-posed* when its exact answer moves by half the error or more as soon as the eye
+*Bound* is the largest error that the frames report, *over bound* the pixels of the three pictures whose error is
+above their own reported error. A ray is *ill-posed* when its exact answer moves by half the error or more as soon as the eye
 moves by four units in the last place of f64 or, for f32, the values by one of f32, relative to the transfer function's
 range. *Lost* are rays that miss a part of their way through the shell.
 ";
@@ -81,23 +77,4 @@ pub fn page(all: &[Row]) -> String {
         total(|r| r.over_bound),
         rows(all)
     )
-}
-
-const COLUMNS: &str = "group,case,precision,tolerance,rays,seen,error,error_well_posed,ill_posed,bound,over_bound,\
-    not_finite,lost";
-
-/// Writes all numbers, a row per case and run.
-pub fn write_csv(path: PathBuf, all: &[Row]) -> Result<()> {
-    let mut table = Table::create(path, COLUMNS, "")?;
-    for row in all {
-        for ((precision, tolerance), run) in RUNS.iter().zip(&row.run) {
-            let mut cells = vec![row.group.to_owned(), row.name.clone(), format!("{precision:?}").to_lowercase()];
-            cells.extend([format!("{tolerance:e}"), row.rays.to_string(), row.seen.to_string()]);
-            cells.extend([run.error, run.well_posed_error].map(number));
-            cells.extend([run.ill_posed.to_string(), number(run.bound)]);
-            cells.extend([run.over_bound, run.not_finite, row.lost].map(|n| n.to_string()));
-            table.row(&cells)?;
-        }
-    }
-    Ok(())
 }

@@ -1,8 +1,8 @@
 //! The model and the scene as files that the script reads.
 
 use crate::results::write_file;
-use crate::sphere::Sphere;
 use icoray::{Result, Scene};
+use icoray_reference::sphere::Sphere;
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -6,11 +6,13 @@ use icoray::{Error, ErrorKind, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 /// Packages from PyPI.
 const PACKAGES: [&str; 2] = ["vtk==9.7.2", "numpy"];
 const SCRIPT: &str = include_str!("draw.py");
+
+/// Exit code of `timeout` where it has ended the process.
+const TIMED_OUT: i32 = 124;
 
 fn failed(what: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Io, what.to_string())
@@ -31,7 +33,7 @@ pub(super) struct ProcessOutput(String);
 impl ProcessOutput {
     pub fn number(&self, name: &str) -> Result<f64> {
         let of_line = |line: &str| line.strip_prefix(name)?.trim().parse().ok();
-        self.0.lines().find_map(of_line).ok_or_else(|| failed(format!("VTK's process told no {name}")))
+        self.0.lines().find_map(of_line).ok_or_else(|| failed(format!("VTK's process printed no {name}")))
     }
 }
 
@@ -56,30 +58,21 @@ impl Environment {
         let log = directory.join(format!("{renderer}.log"));
         let output = std::fs::File::create(&log).map_err(|e| io_error(&log, e))?;
         let errors = output.try_clone().map_err(|e| io_error(&log, e))?;
-        let mut command = Command::new(&self.python);
-        command.arg(&self.script).arg(directory).arg(renderer);
+        let mut command = Command::new("timeout");
+        command.arg(options.patience.to_string()).arg(&self.python).arg(&self.script).arg(directory).arg(renderer);
         command.args([options.threads as u64, options.frames.max(1) as u64, bytes].map(|n| n.to_string()));
         // Off screen: VTK would look for a display first.
         command.arg(picture).env("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow");
-        command.stdin(Stdio::null()).stdout(output).stderr(errors);
-        let mut child = command.spawn().map_err(|e| io_error(&self.python, e))?;
-        let start = Instant::now();
-        let status = loop {
-            if let Some(status) = child.try_wait().map_err(|e| io_error(&self.python, e))? {
-                break status;
-            }
-            if start.elapsed() > Duration::from_secs(options.patience) {
-                let _ = child.kill();
-                let _ = child.wait();
-                return Ok(Err(format!("not done after {} s", options.patience)));
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        };
+        let status = command.stdin(Stdio::null()).stdout(output).stderr(errors).status();
+        let status = status.map_err(|e| failed(format!("{command:?}: {e}")))?;
+        if status.code() == Some(TIMED_OUT) {
+            return Ok(Err(format!("not done after {} s", options.patience)));
+        }
         let text = read_text(&log)?;
         if status.success() {
             return Ok(Ok(ProcessOutput(text)));
         }
-        let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("nothing was said");
+        let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("no output");
         let memory = options.memory;
         Ok(Err(format!("{status} with at most {memory} GiB of memory: {last}")))
     }

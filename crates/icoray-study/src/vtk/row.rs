@@ -1,7 +1,7 @@
 //! A renderer's row of the table.
 
 use super::options::Options;
-use crate::compare::Comparison;
+use icoray_reference::comparison::Comparison;
 
 pub(super) const OURS: &str = "icoray";
 

@@ -29,7 +29,7 @@ enum LineSource {
 }
 
 impl Line {
-    /// Through the smallest and the largest grid of a renderer, whose memory is the mean over transfer functions.
+    /// Through the smallest and the largest grid of a renderer; memory is the mean over transfer functions.
     fn of(rows: &[Row], renderer: &str) -> Option<Self> {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.renderer == renderer).collect();
         let wedges = || rows.iter().map(|row| row.wedges);
@@ -135,8 +135,8 @@ fn fits(name: &str, line: &Line, options: &Options) -> String {
 mod tests {
     use super::super::row::Seconds;
     use super::*;
-    use crate::compare::Comparison;
     use clap::Parser;
+    use icoray_reference::comparison::Comparison;
 
     #[derive(Parser)]
     struct Asked {

@@ -1,20 +1,13 @@
 //! The tests of the studies, in one program.
 
-#[path = "../../../icoray/tests/suite/culled/mod.rs"]
-mod culled;
 #[cfg(feature = "gpu")]
 mod gpu;
-mod holes;
-mod random;
 mod studies;
 
 use clap::Parser;
 use icoray_study::CommandLine;
 use std::collections::HashMap;
 use std::path::Path;
-
-// For `culled`.
-use icoray::{Grid, GridTables, IcosahedralMesh, LonLat};
 
 /// Runs a study; returns what it printed.
 fn study<'w>(words: impl Iterator<Item = &'w str>) -> icoray::Result<String> {

@@ -1,0 +1,199 @@
+//! Renders one case in f64 and f32 and compares each pixel with the exact integral.
+
+use super::cases::Case;
+use crate::comparison::pixel_error;
+use crate::ray::Ray;
+use crate::truth::{self, Truth};
+use icoray::{Error, ErrorKind, Frame, Grid, Precision, Renderer, Result, Scene, Stretch, Traversal};
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// Precision and tolerance of each picture.
+pub const RUNS: [(Precision, f64); 3] = [(Precision::F64, 1e-9), (Precision::F32, 1e-6), (Precision::F32, 1e-3)];
+
+/// Errors above which a ray is tested for ill-posedness, per run.
+const SUSPECT: [f64; 3] = [1e-9, 1e-5, 1e-3];
+
+/// Result of one of the [`RUNS`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Run {
+    /// Largest error of a channel, beyond the rounding of the picture's f32.
+    pub error: f64,
+    /// The same without the ill-posed rays.
+    pub well_posed_error: f64,
+    /// Ill-posed rays with larger errors than all others: their exact colour moves by half the error or more when the
+    /// inputs move by the run's rounding.
+    pub ill_posed: usize,
+    /// Largest error that the frame reports.
+    pub bound: f64,
+    /// Pixels with a larger error than the frame reports.
+    pub over_bound: usize,
+    /// Pixels with a channel that is not finite.
+    pub not_finite: usize,
+}
+
+/// Result of a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// One of [`GROUPS`](super::cases::GROUPS).
+    pub group: &'static str,
+    /// The case, unique in its group.
+    pub name: String,
+    /// Number of rays.
+    pub rays: usize,
+    /// Rays among these that meet something: their exact opacity is not 0.
+    pub seen: usize,
+    /// One for each of [`RUNS`].
+    pub run: [Run; 3],
+    /// Rays whose traversal misses a part of the shell.
+    pub lost: usize,
+}
+
+/// The largest difference of a channel.
+fn max_difference(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+}
+
+/// Data for checking the rays of one case.
+struct CaseCheck<'c> {
+    case: &'c Case,
+    truth: Truth<'c>,
+    shell: Vec<f64>,
+    traversal: Traversal<'c>,
+}
+
+/// Draws a case and checks every ray.
+pub(super) fn measure(renderer: &Renderer, grid: &Grid, case: &Case) -> Result<Row> {
+    let field = case.field(grid)?;
+    let frame = |(precision, tolerance)| {
+        let scene = Scene { precision, tolerance, ..case.scene.clone() };
+        renderer.render(&scene, grid, &case.layers, &field)
+    };
+    let frames = [frame(RUNS[0])?, frame(RUNS[1])?, frame(RUNS[2])?];
+    let shell = case.layers.shell(case.scene.exaggeration)?;
+    let truth = Truth::new(grid, &field, &shell, case.layers.is_falling(), &case.scene);
+    let traversal = Traversal::new(grid, &shell)?;
+    let checker = CaseCheck { case, truth, shell: shell.clone(), traversal };
+    let pixels = (0..case.scene.width * case.scene.height).into_par_iter();
+    renderer.run(|| {
+        let checks = pixels.map(|i| checker.ray(&frames, i)).collect::<Result<Vec<_>>>()?;
+        let run = |k: usize| checker.summary(&frames[k], &checks, k);
+        Ok(Row {
+            group: case.group,
+            name: case.name.clone(),
+            rays: checks.len(),
+            seen: checks.iter().filter(|check| check.exact[3] > 0.0).count(),
+            run: [run(0)?, run(1)?, run(2)?],
+            lost: checks.iter().filter(|check| check.lost).count(),
+        })
+    })
+}
+
+/// Result of one ray: the exact colour, the error in each run, whether the traversal loses it.
+struct RayCheck {
+    ray: Ray,
+    exact: [f64; 4],
+    error: [f64; 3],
+    lost: bool,
+}
+
+/// Converts the reference's failure to an error.
+fn found<T>(ray: &Ray, result: std::result::Result<T, f64>) -> Result<T> {
+    result.map_err(|t| Error::new(ErrorKind::Internal, format!("the reference loses {ray:?} at {t}")))
+}
+
+impl CaseCheck<'_> {
+    fn ray(&self, frames: &[Frame; 3], i: u32) -> Result<RayCheck> {
+        let (scene, index) = (&self.case.scene, i as usize);
+        let ray = Ray::of_pixel(scene, i);
+        let path = found(&ray, self.truth.stretches(&ray))?;
+        let exact = self.truth.light(&path);
+        let error = [0, 1, 2].map(|k: usize| pixel_error(frames[k].pixels[index], &exact));
+        Ok(RayCheck { ray, exact, error, lost: self.is_lost(&ray, &path) })
+    }
+
+    /// Largest errors of a run, of all rays and of well-posed ones.
+    fn summary(&self, frame: &Frame, checks: &[RayCheck], k: usize) -> Result<Run> {
+        let mut worst: Vec<&RayCheck> = checks.iter().collect();
+        worst.sort_by(|a, b| b.error[k].total_cmp(&a.error[k]));
+        let mut run = Run {
+            error: worst[0].error[k],
+            well_posed_error: 0.0,
+            ill_posed: 0,
+            bound: frame.error.iter().copied().fold(0.0, f32::max).into(),
+            over_bound: checks.iter().zip(&frame.error).filter(|(l, e)| l.error[k] > f64::from(**e)).count(),
+            not_finite: frame.pixels.iter().filter(|p| p.iter().any(|c| !c.is_finite())).count(),
+        };
+        for check in worst {
+            let error = check.error[k];
+            if error > SUSPECT[k] && self.sensitivity(&check.ray, &check.exact, RUNS[k].0)? > 0.5 * error {
+                run.ill_posed += 1;
+            } else {
+                run.well_posed_error = error;
+                break;
+            }
+        }
+        Ok(run)
+    }
+
+    /// Change of the exact colour if the eye moves by four units in the last place and, in f32, if values change by
+    /// one, relative to the range of the transfer function.
+    fn sensitivity(&self, ray: &Ray, exact: &[f64; 4], precision: Precision) -> Result<f64> {
+        let step = 4.0 * f64::EPSILON * ray.eye.length().max(1.0);
+        let (x, y) = ray.dir.any_orthonormal_pair();
+        let mut max = 0.0f64;
+        for aside in [x, -x, y, -y, x + y, x - y, y - x, -x - y] {
+            let near = Ray { eye: ray.eye + step * aside, dir: ray.dir };
+            max = max.max(max_difference(&found(&near, self.truth.trace(&near))?, exact));
+        }
+        if precision == Precision::F32 {
+            for by in [-f64::from(f32::EPSILON), f64::from(f32::EPSILON)] {
+                max = max.max(max_difference(&found(ray, self.truth.shifted(by).trace(ray))?, exact));
+            }
+        }
+        Ok(max)
+    }
+
+    /// Whether the traversal misses a part of the ray between outermost and innermost layer. Parts within rounding of
+    /// the shell's surfaces do not count.
+    fn is_lost(&self, ray: &Ray, path: &[truth::Stretch]) -> bool {
+        let walked = self.walked(ray);
+        let size = 1.0 + ray.eye.length();
+        let (low, high) = (self.shell[0], self.shell[self.shell.len() - 1]);
+        for stretch in path.iter().filter(|s| s.layer.is_some()) {
+            let [from, to] = stretch.t.map(|t| t.to_f64());
+            let mut at = from;
+            for [start, end] in walked.iter().filter(|w| w[1] > from && w[0] < to) {
+                if *start > at + 1e-12 * size && self.is_inside(stretch, 0.5 * (at + start), [low, high]) {
+                    return true;
+                }
+                at = at.max(*end);
+            }
+            if to > at + 1e-12 * size && self.is_inside(stretch, 0.5 * (at + to), [low, high]) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether the ray's point at `t` lies clearly inside the shell.
+    fn is_inside(&self, stretch: &truth::Stretch, t: f64, [low, high]: [f64; 2]) -> bool {
+        let height = stretch.column.height(t.into()).to_f64();
+        (height - low).min(high - height) > 1e-11
+    }
+
+    /// The parts of the ray in the traversal's frusta.
+    fn walked(&self, ray: &Ray) -> Vec<[f64; 2]> {
+        let (mut parts, mut hint) = (Vec::new(), 0);
+        let solid = self.case.scene.core.is_some();
+        self.traversal.ray(ray.eye, ray.dir, &mut hint, |stretch| match stretch {
+            Stretch::Frustum(f) => {
+                parts.push(f.t);
+                ControlFlow::Continue(())
+            }
+            Stretch::Core { .. } if solid => ControlFlow::Break(()),
+            Stretch::Core { .. } => ControlFlow::Continue(()),
+        });
+        parts
+    }
+}

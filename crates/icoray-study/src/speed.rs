@@ -1,0 +1,82 @@
+//! Seconds per frame and memory bandwidth: the paper's Table 2 scene, a multi-scale field under four transfer functions
+//! of 16 knots, on grids of several sizes, with and without light.
+//!
+//! Each frame has a new field, as in a running model, so nothing derived from values is reused. Frames on one and on
+//! several cores alternate, so that noise affects both.
+
+pub use options::{Options, Size};
+pub(crate) use options::{count, size};
+
+use crate::results::{Table, make_directory, progress, replace_section, say, write_file};
+use benchmark::Benchmark;
+use case::Setting;
+use icoray::Result;
+use instructions::Tool;
+use markdown::Measured;
+use std::io::Write;
+
+mod benchmark;
+mod case;
+mod cost;
+mod instructions;
+mod machine;
+mod markdown;
+mod options;
+mod setup;
+mod table;
+
+/// Measures, prints a line per scene and number of threads, and writes `speed.csv`, `speed.md` and pictures.
+///
+/// # Errors
+/// [`icoray::ErrorKind::Argument`] for an unknown transfer function; those of the library;
+/// [`icoray::ErrorKind::Io`] when a result cannot be written.
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let settings = options.settings()?;
+    if options.bare {
+        return draw(options, &settings, out);
+    }
+    make_directory(&options.out)?;
+    let bandwidths = machine::read_bandwidths(&options.threads)?;
+    say!(out, "{}", table::bandwidths(&bandwidths))?;
+    let counter = if options.uncounted { None } else { Some(Tool::find()) };
+    let mut csv = Table::create(options.out.join("speed.csv"), table::COLUMNS, table::PRINTED)?;
+    let (mut setups, mut memory, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+    let bar = progress(options.sizes().len() * settings.len(), "speed");
+    for size in options.sizes() {
+        let benchmark = Benchmark::new(size, options)?;
+        setups.push(benchmark.setup.clone());
+        memory.extend_from_slice(&benchmark.memory);
+        let grid = benchmark.sphere.grid()?;
+        bar.suspend(|| say!(out, "{}\n{}", benchmark.setup.line(), csv.heading()))?;
+        for setting in &settings {
+            bar.set_message(format!("{size} {} {}", setting.light, setting.case.name));
+            for row in benchmark.rows(&grid, setting)? {
+                let line = csv.row(&table::cells(&row, options, &bandwidths))?;
+                bar.suspend(|| say!(out, "{line}"))?;
+                rows.push(row);
+            }
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    let counted = counter.map(|counter| counter.and_then(|counter| counter.count_all(options, &settings)));
+    let (rows, setups, memory, bandwidths) = (&rows, &setups, &memory, &bandwidths);
+    let text = Measured { options, rows, setups, memory, bandwidths, counted }.markdown();
+    write_file(&options.out.join("speed.md"), &text)?;
+    if let Some(path) = &options.readme {
+        replace_section(path, "speed", &text)?;
+    }
+    say!(out, "\n{text}\ntables in {}", options.out.display())
+}
+
+/// Renders all frames and prints the number of frusta of the last one.
+fn draw(options: &Options, settings: &[Setting], out: &mut dyn Write) -> Result<()> {
+    for size in options.sizes() {
+        let benchmark = Benchmark::new(size, options)?;
+        for setting in settings {
+            let frusta = benchmark.frusta(setting, options.frames)?;
+            say!(out, "frusta {frusta}")?;
+        }
+    }
+    Ok(())
+}

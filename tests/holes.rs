@@ -1,0 +1,148 @@
+//! Pictures of meshes with holes against brute force over all triangles in double-double, and a real ocean without
+//! land.
+
+use glam::DVec3;
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Stretch, Traversal};
+use icoray_reference::comparison::pixel_error;
+use icoray_reference::ray::Ray;
+use icoray_reference::truth::Truth;
+use icoray_test_support::data_file;
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+use crate::culled::{Culled, Mark, Style, holes, towards};
+
+const RADIUS: [f64; 5] = [1.0, 1.02, 1.05, 1.09, 1.15];
+
+/// An analytic field: waves over the sphere whose phase turns with height.
+fn values(grid: &Grid) -> Vec<f64> {
+    let value = |p: DVec3, layer: usize| {
+        let turn = 0.4 * layer as f64;
+        (3.0 * p.x + turn).sin() * (4.0 * p.y).cos() + (2.0 * p.z - turn).sin()
+    };
+    let at = (0..grid.cells() as u32).map(|cell| grid.direction(cell));
+    at.flat_map(|p| (0..RADIUS.len()).map(move |layer| value(p, layer))).collect()
+}
+
+fn scene(camera: &str, core: &str, precision: &str, size: [u32; 2]) -> Scene {
+    let tolerance = if precision == "f64" { 1e-9 } else { 1e-6 };
+    let [width, height] = size;
+    let scene = Scene::parse(&format!(
+        "field = \"f\"\nantialias = false\nbackground = \"transparent\"\ncore = \"{core}\"\nprecision = \"{precision}\"\n\
+         [image]\nwidth = {width}\nheight = {height}\n[camera]\n{camera}\n\
+         [transfer]\nmap = \"viridis\"\nrange = [-2, 2]\nopacity = [[-2, 0.6], [0, 0.05], [0.5, 0.9], [2, 0.4]]\n"
+    ));
+    Scene { tolerance, ..scene.unwrap() }
+}
+
+/// Draws the grid and gives the largest error of a channel and how many pixels show something.
+fn measure(renderer: &Renderer, grid: &Grid, scene: &Scene) -> (f64, usize) {
+    let layers = Layers::new(RADIUS.to_vec(), 1.0).unwrap();
+    let values = values(grid);
+    let shape = Shape::level_fastest(grid.cells(), RADIUS.len());
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let frame = renderer.render(scene, grid, &layers, &field).unwrap();
+    let truth = Truth::new(grid, &field, &RADIUS, false, scene);
+    let pixel = |i: usize| {
+        let ray = Ray::of_pixel(scene, i as u32);
+        // A gap would be a place that no triangle covers, data or void.
+        let exact = truth.trace(&ray).unwrap_or_else(|t| panic!("a gap at {t} of {ray:?}"));
+        (pixel_error(frame.pixels[i], &exact), usize::from(exact[3] > 0.0))
+    };
+    let pixels = (0..frame.pixels.len()).into_par_iter().map(pixel);
+    pixels.reduce(|| (0.0, 0), |a, b| (a.0.max(b.0), a.1 + b.1))
+}
+
+const LIMITS: [(&str, f64); 2] = [("f64", 1e-9), ("f32", 1e-5)];
+
+#[test]
+fn meshes_with_holes_are_drawn_exactly() {
+    let renderer = Renderer::new(0).unwrap();
+    let views = [
+        "lon = 21\nlat = 33\ndistance = 3.1\nfov = 45",
+        "lon = -75\nlat = -71\ndistance = 1.6\nfov = 80",
+        // Inside the shell, above data and above void by turns.
+        "lon = 24\nlat = 32\ndistance = 1.07\nfov = 120",
+    ];
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let (mut worst, mut seen) = ([0.0f64; 2], 0);
+    for (i, (name, stays)) in holes(&mesh).iter().enumerate() {
+        let style = [Style::Corners, Style::Triangles][i % 2];
+        let culled = Culled::new(&mesh, stays, style, Mark::BeforeFirst, 1);
+        let grid = culled.grid();
+        for (k, view) in views.iter().enumerate() {
+            let core = ["transparent", "#804020"][(i + k) % 2];
+            for (j, (precision, limit)) in LIMITS.into_iter().enumerate() {
+                let (error, pixels) = measure(&renderer, &grid, &scene(view, core, precision, [24, 20]));
+                assert!(error <= limit, "{name}, view {k}, {precision}: {error:e}");
+                worst[j] = worst[j].max(error);
+                seen += pixels;
+            }
+        }
+    }
+    println!("largest errors: f64 {:.1e}, f32 {:.1e}; {seen} pixels see something", worst[0], worst[1]);
+    assert!(seen > 15_000, "{seen}");
+}
+
+#[test]
+fn an_ocean_without_land_is_drawn_exactly() {
+    let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
+    let file = icoray_netcdf::open(path).unwrap();
+    let grid = file.mesh().grid().unwrap();
+    let there = (0..grid.triangles() as u32).filter(|&t| grid.is_triangle(t)).count();
+    // 933 of its corners lack a cell.
+    assert_eq!((grid.cells(), grid.triangles() - there), (1735, 933));
+    println!("{there} triangles, {} void ones", grid.void_triangles());
+    // Straight down: whether there are data is whether there is water.
+    let traversal = Traversal::new(&grid, &RADIUS).unwrap();
+    let is_water = |lon: f64, lat: f64| {
+        let up = towards(lon, lat);
+        let mut frusta = 0;
+        traversal.ray(up * 2.0, -up, &mut 0, |stretch| match stretch {
+            Stretch::Frustum(_) => {
+                frusta += 1;
+                ControlFlow::Continue(())
+            }
+            Stretch::Core { .. } => ControlFlow::Break(()),
+        });
+        assert!(frusta == 0 || frusta == RADIUS.len() - 1, "{frusta} frusta at {lon}, {lat}");
+        frusta > 0
+    };
+    let water =
+        [(-150.0, 0.0), (-30.0, 0.0), (80.0, -20.0), (-140.0, 40.0), (100.0, -50.0), (170.0, -30.0), (-20.0, -40.0)];
+    let land = [
+        (22.0, 3.0),
+        (20.0, 22.0),
+        (95.0, 55.0),
+        (80.0, 45.0),
+        (-58.0, -10.0),
+        (-100.0, 45.0),
+        (134.0, -25.0),
+        (60.0, -82.0),
+    ];
+    for (lon, lat) in water {
+        assert!(is_water(lon, lat), "no water at {lon}, {lat}");
+    }
+    for (lon, lat) in land {
+        assert!(!is_water(lon, lat), "no land at {lon}, {lat}");
+    }
+    let renderer = Renderer::new(0).unwrap();
+    let views = [
+        "lon = -20\nlat = 10\ndistance = 3.2\nfov = 40",
+        "lon = 130\nlat = -20\ndistance = 3.2\nfov = 40",
+        // Inside the shell, over a coast.
+        "lon = -70\nlat = -30\ndistance = 1.1\nfov = 110",
+    ];
+    let (mut worst, mut seen) = ([0.0f64; 2], 0);
+    for (i, view) in views.iter().enumerate() {
+        for (j, (precision, limit)) in LIMITS.into_iter().enumerate() {
+            let core = ["transparent", "#804020"][(i + j) % 2];
+            let (error, pixels) = measure(&renderer, &grid, &scene(view, core, precision, [48, 36]));
+            assert!(error <= limit, "view {i}, {precision}: {error:e}");
+            worst[j] = worst[j].max(error);
+            seen += pixels;
+        }
+    }
+    println!("largest errors: f64 {:.1e}, f32 {:.1e}; {seen} pixels see something", worst[0], worst[1]);
+    assert!(seen > 3000, "{seen}");
+}

@@ -1,0 +1,77 @@
+//! Pictures and reports that programs leave in a directory.
+
+use image::RgbaImage;
+use std::collections::{BTreeMap, HashSet};
+use std::fmt::Display;
+use std::path::Path;
+
+/// Pictures by their files' names.
+pub type Pictures = BTreeMap<String, RgbaImage>;
+
+/// The PNG files of a directory, which need not exist.
+///
+/// # Panics
+/// When a file cannot be read.
+pub fn pictures(directory: &Path) -> Pictures {
+    let Ok(entries) = std::fs::read_dir(directory) else { return Pictures::new() };
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let pictures = paths.filter(|path| path.extension().is_some_and(|extension| extension == "png"));
+    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+    pictures.map(|path| (name(&path), image::open(&path).unwrap().into_rgba8())).collect()
+}
+
+/// Fails unless the pictures have the same names, and channels that differ by no more than 1 of 255.
+///
+/// # Panics
+/// When they differ.
+pub fn assert_same(drawn: &Pictures, expected: &Pictures, what: impl Display) {
+    assert_eq!(drawn.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>(), "{what}");
+    for (name, expected) in expected {
+        let difference = drawn[name].iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+        assert!(difference <= 1, "{what}: {name}: {difference} of 255");
+    }
+}
+
+/// Largest and root-mean-square difference of the channels of two files.
+///
+/// # Panics
+/// When a file cannot be read or the sizes differ.
+pub fn difference(one: &Path, other: &Path) -> [f64; 2] {
+    let [one, other] = [one, other].map(|path| {
+        let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        picture.into_rgba32f()
+    });
+    assert_eq!(one.dimensions(), other.dimensions());
+    let channels = || one.as_raw().iter().zip(other.as_raw()).map(|(a, b)| f64::from((a - b).abs()));
+    let squares: f64 = channels().map(|d| d * d).sum();
+    [channels().fold(0.0, f64::max), (squares / one.as_raw().len() as f64).sqrt()]
+}
+
+/// Fails unless each picture has more than `colors` colours, and none is another one.
+///
+/// # Panics
+/// When one has not, or two are the same.
+pub fn assert_distinct(pictures: &Pictures, colors: usize) {
+    for (name, picture) in pictures {
+        let count = count_colors(picture);
+        assert!(count > colors, "{name}: {count} colours");
+        let same = pictures.iter().find(|(other, pixels)| *other != name && *pixels == picture);
+        assert!(same.is_none(), "{name}: {same:?}");
+    }
+}
+
+/// Number of different colours.
+pub fn count_colors(picture: &RgbaImage) -> usize {
+    picture.pixels().collect::<HashSet<_>>().len()
+}
+
+/// The cells of a column of a CSV file in which no cell before it has a comma.
+///
+/// # Panics
+/// When the file or the column is missing.
+pub fn column(file: &Path, name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let place = rows.next().unwrap().iter().position(|head| *head == name).unwrap();
+    rows.map(|row| row[place].to_owned()).collect()
+}
