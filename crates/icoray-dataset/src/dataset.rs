@@ -14,6 +14,7 @@ use crate::sea::Sea;
 use crate::source::Source;
 use crate::sources::Sources;
 use crate::times::Times;
+use crate::values::AssumedMark;
 use icoray::{ErrorKind, Grid, Layers, Location, Result, did_you_mean};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -36,8 +37,8 @@ pub struct Dataset {
     edges: OnceLock<Edges>,
     /// Heights that were read, by the field's name.
     heights: Mutex<HashMap<String, LayerHeights>>,
-    /// Values of fields that were taken for marks of missing values, by the field's name, and the number of each.
-    unsaid_marks: Mutex<BTreeMap<String, Vec<(f64, usize)>>>,
+    /// Values of fields that were taken for marks of missing values, by the field's name.
+    assumed_marks: Mutex<BTreeMap<String, Vec<AssumedMark>>>,
     pub(crate) joined: Vec<Joined>,
     /// The dataset whose values are subtracted.
     pub(crate) minus: Option<Box<Joined>>,
@@ -80,7 +81,7 @@ impl Dataset {
         let mut fields = fields_of(sources.fields(), &sources, &mesh)?;
         // With one variable per file, those that the file with the mesh lacks are in others of the same times.
         for other in sources.all().skip(1) {
-            let is_its = |name: &str| sources.find(name).is_some_and(|(source, _)| std::ptr::addr_eq(source, other));
+            let is_its = |name: &str| sources.find(name).is_some_and(|found| std::ptr::addr_eq(found.source, other));
             let is_new = |info: &FieldInfo| info.time_dependent && is_its(&info.variable);
             let lacking: Vec<_> = fields_of(other, &sources, &mesh)?.into_iter().filter(is_new).collect();
             if !lacking.is_empty() && Times::read(other)?.dates == times.dates {
@@ -96,7 +97,7 @@ impl Dataset {
             sea: OnceLock::new(),
             edges: OnceLock::new(),
             heights: Mutex::default(),
-            unsaid_marks: Mutex::default(),
+            assumed_marks: Mutex::default(),
             joined: Vec::new(),
             minus: None,
             sources,
@@ -216,8 +217,8 @@ impl Dataset {
             }
             None => {
                 let names = self.fields.iter().map(|f| f.name.as_str());
-                let elsewhere = self.sources.find(name).map_or_else(String::new, |(other, _)| {
-                    let path = other.path().display();
+                let elsewhere = self.sources.find(name).map_or_else(String::new, |found| {
+                    let path = found.source.path().display();
                     format!(", but {path} has {name}: give that file among those with fields, not as `mesh`")
                 });
                 format!("there is no field {name}{}{elsewhere}", did_you_mean(name, names))
@@ -267,10 +268,10 @@ impl Dataset {
             return Err(bad(format!("layers {layers:?}, expected some of 0..{}", info.layers)));
         }
         let sea = self.sea()?;
-        let mut field = OwnedField::read(self.source_of(info), info, time, layers.clone(), &self.sources.options)?;
-        let mut unsaid_marks = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
-        unsaid_marks.insert(name.to_owned(), field.unsaid_marks.clone());
-        drop(unsaid_marks);
+        let found = self.sources.find(&info.variable).ok_or_else(|| bad("its variable is missing".to_owned()))?;
+        let mut field = OwnedField::read(found, info, time, layers.clone(), &self.sources.options)?;
+        let assumed_marks = field.assumed_marks.clone();
+        self.assumed_marks.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), assumed_marks);
         if let Some(part) = info.part {
             let edges = match self.edges.get() {
                 Some(edges) => edges,
@@ -279,7 +280,8 @@ impl Dataset {
                     self.edges.get_or_init(|| edges)
                 }
             };
-            field.values = edges.at_centers(&field.values, field.fill, part).map_err(|e| bad(e.to_string()))?;
+            let values = edges.at_centers(&self.mesh, &field.values, field.fill, part);
+            field.values = values.map_err(|e| bad(e.to_string()))?;
         }
         if info.location == Location::Corner {
             field.spread(self.mesh.corner_rows());
@@ -294,12 +296,12 @@ impl Dataset {
     }
 
     /// Values of a field, at its last reading, that were taken for marks of missing values, as they look like marks and
-    /// neither an attribute nor the user specifies one; with the number of places.
-    pub fn unsaid_marks(&self, field: &str) -> Vec<(f64, usize)> {
+    /// neither an attribute nor the user specifies one.
+    pub fn assumed_marks(&self, field: &str) -> Vec<AssumedMark> {
         if let Some(joined) = self.joined_with(field) {
-            return joined.file.unsaid_marks(field);
+            return joined.file.assumed_marks(field);
         }
-        let found = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = self.assumed_marks.lock().unwrap_or_else(PoisonError::into_inner);
         found.get(field).cloned().unwrap_or_default()
     }
 
@@ -326,8 +328,9 @@ impl Dataset {
         if let Some(heights) = known.get(field) {
             return Ok(heights.clone());
         }
-        let (sources, mesh, radius_m, info) =
-            (&self.sources, &self.mesh, self.sphere_radius_m, self.field_info(field)?);
+        let Dataset { sources, mesh, .. } = self;
+        let radius_m = self.sphere_radius_m;
+        let info = self.field_info(field)?;
         match LayerHeights::read(sources, mesh, info, radius_m)? {
             Some(heights) => Ok(known.entry(field.to_owned()).or_insert(heights).clone()),
             None if is_flat => LayerHeights::of_layers(sources, mesh, info, radius_m),
@@ -343,48 +346,45 @@ impl Dataset {
         self.layer_heights(field)?.layers.for_field(self.field_info(field)?.all_layers().len())
     }
 
-    /// A description of the native heights of a field's columns; `None` if all columns share the layers' heights, or no
+    /// Properties of the native heights of a field's columns; `None` if all columns share the layers' heights, or no
     /// file has native ones. Does not read the heights.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable of the heights has
     /// other dimensions.
-    pub fn native_heights_in_words(&self, field: &str) -> Result<Option<String>> {
+    pub fn find_native_info(&self, field: &str) -> Result<Option<NativeInfo>> {
         if let Some(joined) = self.joined_with(field) {
-            return joined.file.native_heights_in_words(field);
+            return joined.file.find_native_info(field);
         }
-        native::describe(&self.sources, &self.mesh, self.field_info(field)?)
+        NativeInfo::find(&self.sources, &self.mesh, self.field_info(field)?)
     }
 
-    /// Properties of the native heights of a field's columns. Does not read the heights.
+    /// As [`Dataset::find_native_info`], for a field that must have native heights.
     ///
     /// # Errors
-    /// As [`Dataset::native_heights_in_words`]; [`ErrorKind::Layers`] if there are none, with the variables that were
+    /// As [`Dataset::find_native_info`]; [`ErrorKind::Layers`] if there are none, with the variables that were
     /// searched.
     pub fn native_info(&self, field: &str) -> Result<NativeInfo> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.native_info(field);
         }
-        native::info(&self.sources, &self.mesh, self.field_info(field)?)
+        let info = self.field_info(field)?;
+        let found = NativeInfo::find(&self.sources, &self.mesh, info)?;
+        found.ok_or_else(|| native::missing(&self.sources, &self.mesh, info))
     }
 
     /// Reads the native heights of a field's columns, at record `time` if they change; from a file without the fields,
-    /// at its first record. `grid` is the mesh's. `None` as in [`Dataset::native_heights_in_words`].
+    /// at its first record. `grid` is the mesh's. `None` as in [`Dataset::find_native_info`].
     ///
     /// # Errors
-    /// As [`Dataset::native_heights_in_words`]; [`ErrorKind::Layers`] when there is no such record or a thickness is
+    /// As [`Dataset::find_native_info`]; [`ErrorKind::Layers`] when there is no such record or a thickness is
     /// invalid; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn native_heights(&self, grid: &Grid, field: &str, time: usize) -> Result<Option<NativeHeights>> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.native_heights(grid, field, joined.record(field, time)?);
         }
         let info = self.field_info(field)?;
-        NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.sea()?.and_then(Sea::floor), time)
-    }
-
-    /// The file that has a field.
-    fn source_of(&self, info: &FieldInfo) -> &dyn Source {
-        self.sources.find(&info.variable).map_or(self.sources.fields(), |(source, _)| source)
+        NativeHeights::read(&self.sources, &self.mesh, grid, info, self.sea()?.and_then(Sea::floor), time)
     }
 
     /// Whether a field is in the files of this dataset, not in joined ones.
@@ -404,11 +404,12 @@ impl Dataset {
 
 /// The fields of a file. NetCDF forbids control characters in names, so a name is printed unchanged.
 fn fields_of(source: &dyn Source, sources: &Sources, mesh: &Mesh) -> Result<Vec<FieldInfo>> {
-    let (has_edges, mut fields) = (edges::are_in(sources, mesh), Vec::new());
-    for variable in source.variables().iter().filter(|variable| !variable.name.contains(char::is_control)) {
-        fields.extend(FieldInfo::of(source, variable, mesh, &sources.options)?);
+    let has_edges = edges::are_in(sources, mesh);
+    let mut fields = Vec::new();
+    for found in source.each_variable().filter(|found| !found.name().contains(char::is_control)) {
+        fields.extend(FieldInfo::of(found, mesh, &sources.options)?);
         if has_edges {
-            fields.extend(FieldInfo::at_edges(source, variable, mesh, &sources.options)?);
+            fields.extend(FieldInfo::at_edges(found, mesh, &sources.options)?);
         }
     }
     Ok(fields)

@@ -72,4 +72,4 @@ pub use series::{FieldCache, Series};
 pub use source::{Attribute, Dimension, Kind, Source, Variable};
 pub use time_selection::TimeSelection;
 pub use times::Times;
-pub use values::{Memory, Values};
+pub use values::{AssumedMark, Memory, Values};

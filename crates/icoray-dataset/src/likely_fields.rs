@@ -42,6 +42,7 @@ fn is_physical(info: &FieldInfo) -> bool {
 mod tests {
     use super::*;
     use crate::field::{Axes, Precision};
+    use crate::source::Dimension;
     use icoray::{Description, Location};
 
     fn info(name: &str, layers: usize, time_dependent: bool, words: [&str; 2]) -> FieldInfo {
@@ -55,7 +56,7 @@ mod tests {
             time_dependent,
             description: Description { long_name, units },
             layer_dimension: "nVertLevels".into(),
-            axes: Axes::default(),
+            axes: Axes::of(&[Dimension::new("nCells".into(), 42)], &[], |_| Some(Location::Center)).unwrap(),
             variable: name.into(),
             part: None,
         }

@@ -38,6 +38,15 @@ impl From<OwnedReals> for Values {
     }
 }
 
+/// Values that were taken for a mark of missing values without an attribute or option that specifies it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AssumedMark {
+    /// The value.
+    pub value: f64,
+    /// Number of samples that had it.
+    pub count: usize,
+}
+
 /// Numbers in memory, with their layout.
 #[derive(Debug, Clone)]
 pub(crate) struct ShapedValues {
@@ -118,8 +127,8 @@ impl ShapedValues {
 
     /// These values minus others of the same columns and layers; NaN where either is its mark for missing values.
     pub(crate) fn less(&self, own_fill: f64, other: &Self, fill: f64) -> Self {
-        self.made(self.shape.columns, |column, layer| {
-            self.value(column, layer, own_fill) - other.value(column, layer, fill)
+        self.made(self.shape.columns, |column| {
+            move |layer| self.value(column, layer, own_fill) - other.value(column, layer, fill)
         })
     }
 
@@ -131,14 +140,14 @@ impl ShapedValues {
 
     /// The values of some columns.
     pub(crate) fn of_columns(&self, rows: &[u32]) -> Self {
-        self.made(rows.len(), |column, layer| self.as_reals().get(self.element(rows[column] as usize, layer)))
+        self.made(rows.len(), |column| move |layer| self.as_reals().get(self.element(rows[column] as usize, layer)))
     }
 
-    /// Values over this number of columns and the same layers, in the same precision.
-    pub(crate) fn made(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Self {
+    /// Values over this number of columns and the same layers, in the same precision; `column` returns the function
+    /// of a column from layer to value.
+    pub(crate) fn made<V: Fn(usize) -> f64>(&self, columns: usize, column: impl Fn(usize) -> V) -> Self {
         let layers = self.stored_layers();
-        let values = (0..columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
-        let values = values.map(|(column, layer)| value(column, layer));
+        let values = (0..columns).map(column).flat_map(|value| (0..layers).map(value));
         let reals = match self.as_reals() {
             Reals::F32(_) => OwnedReals::F32(values.map(|value| value as f32).collect()),
             Reals::F64(_) => OwnedReals::F64(values.collect()),
@@ -159,9 +168,9 @@ impl ShapedValues {
         places.map(move |(column, layer)| reals.get(self.element(column, layer)))
     }
 
-    /// A value in several places that looks like a mark, and the number of places: a huge one, if all others are at
+    /// A value of several samples that looks like a mark: a huge one, if all others are at
     /// most a millionth of it, or a usual mark below all others, at least as far from them as these are apart.
-    pub(crate) fn outlier(&self) -> Option<(f64, usize)> {
+    pub(crate) fn outlier(&self) -> Option<AssumedMark> {
         let [lowest, highest] = ends(self.all());
         let is_usual = USUAL_MARKS.contains(&lowest);
         let mark = if is_usual || lowest.abs() > highest.abs() { lowest } else { highest };
@@ -170,8 +179,8 @@ impl ShapedValues {
         }
         let [low, high] = ends(self.all().filter(|value| *value != mark));
         let is_far = if is_usual { low - mark >= high - low } else { low.abs().max(high.abs()) <= 1e-6 * mark.abs() };
-        let places = self.all().filter(|value| *value == mark).count();
-        (is_far && places > 1).then_some((mark, places))
+        let count = self.all().filter(|value| *value == mark).count();
+        (is_far && count > 1).then_some(AssumedMark { value: mark, count })
     }
 
     /// Number of layers that have values of their own.

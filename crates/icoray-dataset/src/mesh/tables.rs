@@ -2,7 +2,7 @@
 
 use super::angles::direction;
 use super::polygons::Polygons;
-use crate::source::{Kind, Source, Variable};
+use crate::source::{Kind, Source, SourceVariable};
 use crate::sources::IN_ANOTHER_FILE;
 use icoray::{Connectivity, Error, ErrorKind, Grid, GridTables, Location, LonLat, OwnedReals, Result};
 use std::fmt;
@@ -136,9 +136,8 @@ impl Mesh {
         polygons: Polygons,
         [corner_cell, corner_edge, edge_corner]: [Vec<i32>; 3],
     ) -> Self {
-        let (path, file_corners, is_of_points) = (path.to_owned(), None, false);
         Mesh {
-            path,
+            path: path.to_owned(),
             convention,
             center,
             corner,
@@ -146,8 +145,8 @@ impl Mesh {
             corner_cell,
             corner_edge,
             edge_corner,
-            file_corners,
-            is_of_points,
+            file_corners: None,
+            is_of_points: false,
         }
     }
 
@@ -288,24 +287,20 @@ impl Mesh {
 }
 
 /// The variable of that name, with numbers of that kind over those dimensions.
-pub(super) fn find<'a>(source: &'a dyn Source, name: &str, dimensions: &[&str], integer: bool) -> Result<&'a Variable> {
-    let variable = source.variable(name).ok_or_else(|| missing(source, name))?;
-    let fine = match variable.kind {
-        Kind::F32 | Kind::F64 => !integer,
-        Kind::Integer => integer,
-        Kind::Text | Kind::Other => false,
-    };
-    if !fine || !variable.lies_at_times_over(dimensions) {
-        return Err(source.error(
-            ErrorKind::Grid,
-            format_args!(
-                "variable {variable}, expected {name}({}) of {}",
-                dimensions.join(", "),
-                if integer { "integer" } else { "float or double" }
-            ),
-        ));
+pub(super) fn find<'a>(
+    source: &'a dyn Source,
+    name: &str,
+    dimensions: &[&str],
+    is_integer: bool,
+) -> Result<SourceVariable<'a>> {
+    let found = source.find(name).ok_or_else(|| missing(source, name))?;
+    let kind = found.variable.kind;
+    let has_kind = if is_integer { kind == Kind::Integer } else { kind.is_real() };
+    if has_kind && found.variable.lies_at_times_over(dimensions) {
+        return Ok(found);
     }
-    Ok(variable)
+    let kind = if is_integer { "integer" } else { "float or double" };
+    Err(found.unexpected(ErrorKind::Grid, format_args!("{name}({}) of {kind}", dimensions.join(", "))))
 }
 
 pub(super) fn missing(source: &dyn Source, name: &str) -> Error {

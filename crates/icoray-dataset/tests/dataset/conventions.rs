@@ -35,7 +35,7 @@ fn columns_of_cam_are_the_cells_of_mpas() {
     let heights = file.layer_heights("T").unwrap();
     assert!(heights.is_of_pressure && heights.variable == "lev" && heights.layers.is_falling(), "{heights:?}");
     // zgrid is of MPAS's levels, and begins at the ground.
-    assert_eq!(file.native_heights_in_words("T").unwrap(), None);
+    assert_eq!(file.find_native_info("T").unwrap(), None);
 }
 
 #[test]

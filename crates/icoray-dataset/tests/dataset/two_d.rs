@@ -38,7 +38,7 @@ fn a_2d_field_lies_on_the_sphere() {
     let heights = file.layer_heights("surface_pressure").unwrap();
     assert_eq!((heights.variable.as_str(), heights.height_m[0]), ("sphere", 0.0));
     assert_eq!(heights.layers.radius_m()[0], RADIUS_M);
-    assert_eq!(file.native_heights_in_words("surface_pressure").unwrap(), None);
+    assert_eq!(file.find_native_info("surface_pressure").unwrap(), None);
     let error = file.native_info("surface_pressure").unwrap_err();
     expect(&error, ErrorKind::Layers, &["surface_pressure has no native heights", "2D field"]);
     // A mesh on the unit sphere, and a file without heights.
