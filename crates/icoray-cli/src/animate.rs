@@ -46,7 +46,7 @@ pub fn run(mut args: Args, out: &mut impl Write) -> CommandResult {
     let existing = Existing::from(args.existing);
     existing.prepare(&args.output)?;
     if args.input().is_none() {
-        return write(&args.output, &args.selection.input.files, (args.fps, existing), out);
+        return write(&args.output, &args.selection.input.files, args.fps, existing, out);
     }
     let failed = |e: io::Error| Error::new(ErrorKind::Io, format!("cannot keep pictures for the animation: {e}"));
     let folder = tempfile::tempdir().map_err(failed)?;
@@ -58,10 +58,10 @@ pub fn run(mut args: Args, out: &mut impl Write) -> CommandResult {
     let mut pictures = entries.collect::<io::Result<Vec<_>>>().map_err(failed)?;
     pictures.retain(|path| path.extension().is_some_and(|ending| ending == "png"));
     pictures.sort();
-    write(&args.output, &pictures, (args.fps, existing), out)
+    write(&args.output, &pictures, args.fps, existing, out)
 }
 
-fn write(output: &Path, pictures: &[PathBuf], (fps, existing): (f64, Existing), out: &mut impl Write) -> CommandResult {
+fn write(output: &Path, pictures: &[PathBuf], fps: f64, existing: Existing, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
     progress.stage(format!("encoding {} pictures", pictures.len()));
     let Animated { size: [width, height], frames, bytes } = write_animation(output, pictures, fps, existing)?;

@@ -112,8 +112,8 @@ fn layers(file: &Dataset, out: &mut impl Write) -> CommandResult {
             Err(e) => format!("layers     {e}"),
         };
         writeln!(out, "{text}")?;
-        match file.native_heights_in_words(&info.name) {
-            Ok(Some(own)) => writeln!(out, "           heights = \"native\" in a scene shows {own}")?,
+        match file.find_native_info(&info.name) {
+            Ok(Some(own)) => writeln!(out, "           heights = \"native\" in a scene shows {}", own.description)?,
             Ok(None) => {}
             Err(e) => writeln!(out, "           {e}")?,
         }

@@ -215,8 +215,8 @@ impl Watch<'_> {
                 let context = error.context();
                 self.say_once(&format!("skipped   {context}; it is looked at again when it changes"), out)?;
             }
-            let settle = self.args.settle;
-            let (open, lacking) = plan::open_times(&self.folder, &self.needed, &mut self.history, (now, settle));
+            let (folder, settle) = (&self.folder, self.args.settle);
+            let (open, lacking) = plan::open_times(folder, &self.needed, &mut self.history, now, settle);
             let moments = self.undrawn(open, out)?;
             if !moments.is_empty() {
                 self.last_event = now;

@@ -84,6 +84,8 @@ pub struct FieldInfo {
     pub(crate) variable: String,
     /// The part of a variable at edges.
     pub(crate) part: Option<Part>,
+    /// Whether the values are amounts or rates of precipitation.
+    pub(crate) is_precipitation: bool,
 }
 
 impl FieldInfo {
@@ -132,6 +134,8 @@ impl FieldInfo {
             Kind::Integer if is_field(found, &axes)? => Precision::F64,
             _ => return Ok(None),
         };
+        let description = Description { long_name: found.text("long_name")?, units: found.text("units")? };
+        let is_precipitation = description.is_precipitation(found.text("standard_name")?.as_deref());
         Ok(Some(FieldInfo {
             name: variable.name.clone(),
             location: axes.location,
@@ -139,17 +143,23 @@ impl FieldInfo {
             layers: layer.map_or(1, |layer| layer.len),
             precision,
             time_dependent: axes.time.is_some(),
-            description: Description { long_name: found.text("long_name")?, units: found.text("units")? },
+            description,
             layer_dimension: layer.map_or_else(String::new, |layer| layer.name.clone()),
             axes,
             variable: variable.name.clone(),
             part: None,
+            is_precipitation,
         }))
     }
 
     /// Whether the values are made of those at edges.
     pub fn is_from_edges(&self) -> bool {
         self.part.is_some()
+    }
+
+    /// Whether the values are heights, depths or other lengths, not amounts of precipitation, which span decades.
+    pub(crate) fn is_length(&self) -> bool {
+        self.description.is_length() && !self.is_precipitation
     }
 
     /// Whether the field has one value in each column, such as surface pressure and sea surface height. Such a field is

@@ -59,6 +59,7 @@ mod tests {
             axes: Axes::of(&[Dimension::new("nCells".into(), 42)], &[], |_| Some(Location::Center)).unwrap(),
             variable: name.into(),
             part: None,
+            is_precipitation: false,
         }
     }
 

@@ -14,7 +14,7 @@ use std::ops::Range;
 
 /// Layers and notes of the scenes of a script.
 pub struct SceneFields<'a> {
-    dataset: &'a Dataset,
+    pub(crate) dataset: &'a Dataset,
     layers_wanted: &'a LayerSelection,
     cells: usize,
     /// The layers and heights by [`Layering::key`].

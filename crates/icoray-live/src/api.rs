@@ -1,6 +1,6 @@
 //! Answers the requests of the page.
 
-use crate::describe::{DescribeAnswer, Description, hex};
+use crate::describe::{Description, hex};
 use crate::guard;
 use crate::hub::{Hub, Look, Question, Reply};
 use crate::page;
@@ -92,7 +92,7 @@ impl Api {
         let path = request.uri().path().to_owned();
         let Some(call) = path.strip_prefix("/api/") else {
             return match (page::file(&path), request.method()) {
-                (Some(file), &Method::GET) => Ok(typed(file.media_type, Bytes::from_static(file.bytes))),
+                (Some(file), &Method::GET) => Ok(typed(file.media_type(), Bytes::from_static(file.bytes))),
                 (Some(_), _) => Err(wrong_method()),
                 (None, _) => Err(nothing_here()),
             };
@@ -103,7 +103,7 @@ impl Api {
         }
         let query = request.uri().query().unwrap_or_default().to_owned();
         match (call, request.method()) {
-            ("describe", &Method::GET) => Ok(json_answer(&DescribeAnswer::new(&self.description()))),
+            ("describe", &Method::GET) => Ok(json_answer(&self.description().answer())),
             ("scene", &Method::GET) => Ok(json_answer(&self.hub.look(|session| self.scene(session)))),
             ("coast", &Method::GET) => Ok(typed("application/octet-stream", Bytes::from_static(coast_runs()))),
             ("frame", &Method::GET) => self.frame(&query).await,
@@ -131,7 +131,7 @@ impl Api {
     }
 
     fn changed(&self, change: impl FnOnce(&mut Session) -> Result<(), String>) -> Outcome {
-        let revision = self.hub.change(change).map_err(|error| Refusal(StatusCode::BAD_REQUEST, error))?;
+        let revision = self.hub.change(change).map_err(bad)?;
         Ok(json_answer(&json!({ "revision": revision })))
     }
 
@@ -198,7 +198,7 @@ impl Api {
     async fn probe(&self, query: &str) -> Outcome {
         let at = [number(query, "x")?, number(query, "y")?];
         if !at.iter().all(|place: &f64| (0.0..=1.0).contains(place)) {
-            return Err(Refusal(StatusCode::BAD_REQUEST, format!("x = {}, y = {}, expected 0 to 1", at[0], at[1])));
+            return Err(bad(format!("x = {}, y = {}, expected 0 to 1", at[0], at[1])));
         }
         let probe = self.ask(|reply| Question::Probe { at, reply }).await?;
         Ok(json_answer(&probe.map_or_else(|| json!({ "hit": false }), |probe| probe.answer())))
@@ -210,7 +210,7 @@ impl Api {
         let names: Vec<String> = self.description().fields.iter().map(|field| field.name.clone()).collect();
         if !names.contains(&field) {
             let hint = did_you_mean(&field, names.iter().map(String::as_str));
-            return Err(Refusal(StatusCode::BAD_REQUEST, format!("there is no field {field:?}{hint}")));
+            return Err(bad(format!("there is no field {field:?}{hint}")));
         }
         loop {
             let (text, view) = self.hub.look(|session| (session.text().to_owned(), session.view().to_owned()));
@@ -233,12 +233,12 @@ impl Api {
         let media_type = match format.as_str() {
             "png" => "image/png",
             "exr" => "image/x-exr",
-            _ => return Err(Refusal(StatusCode::BAD_REQUEST, format!("format {format:?}, expected png or exr"))),
+            _ => return Err(bad(format!("format {format:?}, expected png or exr"))),
         };
         let time = parameter(query, "time").map(|_| number(query, "time")).transpose()?;
         let times = self.description().times.len();
         if let Some(time) = time.filter(|time| *time >= times) {
-            return Err(Refusal(StatusCode::BAD_REQUEST, format!("time {time}, expected less than {times}")));
+            return Err(bad(format!("time {time}, expected less than {times}")));
         }
         let shown = self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let other = time.filter(|time| *time != self.hub.look(Session::time));
@@ -322,12 +322,11 @@ fn parameter(query: &str, key: &str) -> Option<String> {
 
 fn number<T: std::str::FromStr>(query: &str, key: &str) -> Result<T, Refusal> {
     let text = parameter(query, key).ok_or_else(|| missing(key))?;
-    let why = || Refusal(StatusCode::BAD_REQUEST, format!("{key} = {text:?}, expected a number"));
-    text.parse().map_err(|_| why())
+    text.parse().map_err(|_| bad(format!("{key} = {text:?}, expected a number")))
 }
 
 fn missing(key: &str) -> Refusal {
-    Refusal(StatusCode::BAD_REQUEST, format!("expected {key} in the address"))
+    bad(format!("expected {key} in the address"))
 }
 
 fn bad(error: impl std::fmt::Display) -> Refusal {

@@ -314,10 +314,10 @@ impl Hub {
     }
 
     /// Waits until [`Self::take`] has something to return, at most for this time.
-    pub fn wait(&self, at_most: Duration) {
+    pub fn wait(&self, timeout: Duration) {
         let is_idle =
             |state: &mut State| state.questions.is_empty() && state.session.text() == state.taken && !state.has_ended;
-        drop(self.changed.wait_timeout_while(self.lock(), at_most, is_idle));
+        drop(self.changed.wait_timeout_while(self.lock(), timeout, is_idle));
     }
 
     /// Replaces the scene set by viewers by this one.
@@ -343,7 +343,8 @@ impl Hub {
         }
         state.drawn = request.revision;
         if request.is_final {
-            (state.at_rest, state.rest_s) = (request.revision, seconds);
+            state.at_rest = request.revision;
+            state.rest_s = seconds;
         }
         true
     }

@@ -143,10 +143,19 @@ impl Session {
         self.views.iter().map(|view| view.name.as_str()).filter(|name| !name.is_empty()).collect()
     }
 
-    /// Shows the views of a text: the view of the same name, or else the first.
+    /// Shows the views of a text in a new revision: the view of the same name, or else the first.
     fn show(&mut self, text: String, views: Vec<NamedScene>) {
-        let view = views.iter().position(|view| view.name == self.view()).unwrap_or(0);
-        (self.text, self.views, self.view) = (text, views, view);
+        self.view = views.iter().position(|view| view.name == self.view()).unwrap_or(0);
+        self.text = text;
+        self.views = views;
+        self.revision += 1;
+    }
+
+    /// As [`Self::show`], and ends a movement without a step of its own.
+    fn show_at_rest(&mut self, text: String, views: Vec<NamedScene>) {
+        self.show(text, views);
+        self.before = None;
+        self.is_moving = false;
     }
 
     pub fn text(&self) -> &str {
@@ -190,13 +199,13 @@ impl Session {
 
     /// The scene for a frame while a hand moves: small, within a time budget, one ray per pixel, without
     /// [`Self::lines_over`].
-    pub fn moving_scene(&self, budget_ms: f64, most: [u32; 2]) -> Scene {
+    pub fn moving_scene(&self, budget_ms: f64, max_size: [u32; 2]) -> Scene {
         let (scene, over) = (self.scene(), self.lines_over());
         let mut scenery = scene.scenery.clone();
         scenery.lines.retain(|lines| !over.contains(lines));
         let [width, height] = [scene.width, scene.height].map(f64::from);
-        let most = self.moving_size.unwrap_or(most).map(f64::from);
-        let part = (most[0] / width).min(most[1] / height).min(1.0);
+        let max_size = self.moving_size.unwrap_or(max_size).map(f64::from);
+        let part = (max_size[0] / width).min(max_size[1] / height).min(1.0);
         let side = |size: f64| ((part * size).round() as u32).max(1);
         Scene {
             width: side(width),
@@ -234,22 +243,19 @@ impl Session {
             text = document::changed(&text, &sides, self.number_of_view())?;
         }
         let views = if text == self.text { self.views.clone() } else { self.read(&text)? };
-        let number = match view {
-            Some(name) => Some(number_of(name, &views)?),
-            None => None,
-        };
+        let number = view.as_ref().map(|name| number_of(name, &views)).transpose()?;
         if text != self.text && !changes.is_empty() {
             self.before.get_or_insert_with(|| self.text.clone());
         }
         if !is_moving && let Some(before) = self.before.take() {
             self.push_undo(before);
         }
-        (self.sizes, self.moving_size) = (sizes, size.filter(|_| *is_moving));
+        self.sizes = sizes;
+        self.moving_size = size.filter(|_| *is_moving);
         self.show(text, views);
         self.view = number.unwrap_or(self.view);
         self.is_moving = *is_moving;
         self.time = time.unwrap_or(self.time);
-        self.revision += 1;
         Ok(())
     }
 
@@ -270,9 +276,7 @@ impl Session {
     pub fn replace(&mut self, text: &str) -> Result<(), String> {
         let views = self.read(text)?;
         self.push_undo(self.text.clone());
-        self.show(text.to_owned(), views);
-        (self.before, self.is_moving) = (None, false);
-        self.revision += 1;
+        self.show_at_rest(text.to_owned(), views);
         Ok(())
     }
 
@@ -287,9 +291,7 @@ impl Session {
         let (from, to) = if is_back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
         from.pop();
         to.push(self.text.clone());
-        self.show(text, views);
-        (self.before, self.is_moving) = (None, false);
-        self.revision += 1;
+        self.show_at_rest(text, views);
         Ok(())
     }
 
@@ -434,7 +436,7 @@ mod tests {
         assert_eq!(size_with(2, [400, 700]), [900, 600], "the picture of the first is not shrunk");
         assert_eq!(size_with(1, [300, 200]), [400, 700], "it has become the smaller one itself");
         assert_eq!(size_with(2, [0, 0]), [300, 200], "the larger one is closed");
-        assert_eq!(size_with(1, [0, 0]), [300, 200], "nobody looks");
+        assert_eq!(size_with(1, [0, 0]), [300, 200], "no page is open");
         for page in 0..200 {
             size_with(page, [100, 100]);
         }

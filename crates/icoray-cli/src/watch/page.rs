@@ -35,7 +35,7 @@ impl Page {
         let title = directory.display().to_string();
         let description = describe(&title, script.model_fields());
         let reader = steering_reader(None, steered.clone());
-        let view = Arc::new(LiveView::open(&options, description, (text, 0), reader)?);
+        let view = Arc::new(LiveView::open(&options, description, text, 0, reader)?);
         let revision = Arc::new(AtomicU64::new(1));
         Ok(Page { view, title, steered, revision, questions: Vec::new(), change: None, last: None })
     }

@@ -151,7 +151,8 @@ pub fn open_times(
     folder: &Folder,
     needed: &[String],
     history: &mut History,
-    (now, settle): (Instant, Duration),
+    now: Instant,
+    settle: Duration,
 ) -> (Vec<Moment>, Vec<Lacking>) {
     let mut by_time: BTreeMap<TimeId, Vec<(&Watched, usize)>> = BTreeMap::new();
     for file in folder.files() {

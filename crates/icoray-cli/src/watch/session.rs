@@ -185,7 +185,7 @@ impl Watch<'_> {
                 let path = target.path(&shot.scene.output, &stamp, shot.scene.field());
                 moment.is_replaced || args.redraw || path.is_ok_and(|path| !path.exists())
             };
-            match pictures.draw(&due, wants, (&mut queue, &mut *out), &mut ranks) {
+            match pictures.draw(&due, wants, &mut queue, out, &mut ranks) {
                 Ok(()) => {
                     self.history.is_drawn(moment);
                     if let Some(page) = &mut self.page {

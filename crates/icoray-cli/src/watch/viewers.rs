@@ -50,7 +50,7 @@ impl Watch<'_> {
             None => Ok(self.script.clone()),
         };
         let drawn = script.and_then(|script| {
-            let frame = self.redrawn(&script, session, grid, (&view, shown), &mut questions)?;
+            let frame = self.redrawn(&script, session, grid, &view, shown, &mut questions)?;
             Ok((script, frame))
         });
         let Some(page) = &mut self.page else { return Ok(()) };
@@ -84,7 +84,8 @@ impl Watch<'_> {
         script: &Script,
         session: &Session,
         grid: &Grid,
-        (view, shown): (&str, Option<Arc<Frame>>),
+        view: &str,
+        shown: Option<Arc<Frame>>,
         questions: &mut Vec<Question>,
     ) -> Result<Option<Frame>> {
         let (file, time) = (&session.file, session.moments()[0].sources[0].record);
@@ -102,7 +103,7 @@ impl Watch<'_> {
         let drawn = if shown.is_some() { None } else { pictures.frame(&due, &shot)? };
         if let Some(frame) = shown.as_deref().or(drawn.as_ref()) {
             for question in questions.drain(..) {
-                pictures.answer(question, &due, (&shot, frame), layers_wanted);
+                pictures.answer(question, &due, &shot, frame, layers_wanted);
             }
         }
         Ok(drawn)

@@ -4,7 +4,7 @@ use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
 use crate::made_ocean::levels;
 use crate::memory::{expect, open};
-use icoray::{Error, ErrorKind, Level, Location, Renderer, Script, suggest};
+use icoray::{Error, ErrorKind, Level, Location, Renderer, Scale, Script, suggest};
 use icoray_dataset::{LayerSelection, SceneFields};
 
 #[test]
@@ -95,6 +95,28 @@ fn one_layer_is_2d_too() {
     }
 }
 
+/// Values over decades, most of them small, such as those of ERA5's `tp`.
+#[test]
+fn precipitation_in_metres_has_the_scale_of_its_values_and_heights_a_linear_one() {
+    let mut made = Made::mesh(false);
+    made.add("tp", &["nCells"], Values::F64((0..42).map(|i| 0.02 * 10f64.powf(-0.1 * f64::from(i))).collect()));
+    for (attribute, name, scale) in [
+        ("long_name", "Snow depth", Scale::Linear),
+        ("long_name", "Roughness of the terrain", Scale::Linear),
+        ("long_name", "Total precipitation", Scale::Log),
+        ("long_name", "Convective rain", Scale::Log),
+        ("standard_name", "lwe_thickness_of_snowfall_amount", Scale::Log),
+    ] {
+        made.last().attributes = vec![("units", "m".into()), (attribute, name.into())];
+        let file = open(&made);
+        let (grid, renderer) = (file.mesh().grid().unwrap(), Renderer::new(1).unwrap());
+        let (info, all) = (file.field_info("tp").unwrap(), LayerSelection::default());
+        let text = file.suggest_scene(&grid, &renderer, info, 0, &all, suggest::Options::default()).unwrap();
+        let scene = Script::parse(&text).unwrap().views()[0].scenes().next().unwrap();
+        assert_eq!(scene.paintings().last().unwrap().coloring.unwrap().scale(), scale, "{name}");
+    }
+}
+
 /// Where there is no water at all there is no sea surface; elsewhere there is, however shallow.
 #[test]
 fn a_sea_surface_lies_on_water() {
@@ -178,7 +200,7 @@ fn layers_are_surfaces_without_heights() {
         let (grid, renderer) = (file.mesh().grid().unwrap(), Renderer::new(1).unwrap());
         let options = suggest::Options { surface: Some(Level::Ground), ..suggest::Options::default() };
         let info = file.field_info(field).unwrap();
-        let text = file.suggest_scene((&grid, &renderer), (info, 0), &all, options).unwrap();
+        let text = file.suggest_scene(&grid, &renderer, info, 0, &all, options).unwrap();
         assert_eq!(Script::parse(&text).unwrap().views()[0].scenes().next().unwrap().exaggeration, 1.0);
     }
 }

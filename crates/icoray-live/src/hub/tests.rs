@@ -91,7 +91,7 @@ fn questions_come_first_are_limited_and_end_with_the_program() {
     assert!(matches!(hub.next(), Some(Request::Answer { question: Question::Picture { .. }, .. })));
     hub.end();
     assert!(hub.next().is_none());
-    assert!(answers.iter_mut().all(|answer| answer.try_recv().is_err()), "nobody waits for ever");
+    assert!(answers.iter_mut().all(|answer| answer.try_recv().is_err()), "the requests end");
     assert!(!hub.ask(Question::Picture { time: None, reply: Reply(oneshot::channel().0) }));
 }
 
