@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:\n  icoray animate pictures/*.png -o film.mp4\n  \
                         icoray animate history.*.nc --field w --size 640x480 -o film.gif")]
 pub struct Args {
-    /// What is drawn, all times by default, where the files are no pictures; else pictures (.png) of one size, in their
-    /// order, for which the other options have no effect
+    /// Files of a model, of which all times are drawn by default; or pictures (.png) of one size, in their order, for which
+    /// the other options have no effect
     #[command(flatten)]
     selection: Selection,
     /// The animation: .png; or .mp4 or .gif, for which ffmpeg must be installed
@@ -33,7 +33,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The files to draw; `None` where they are pictures.
+    /// The files to draw; `None` if they are pictures.
     pub fn input(&self) -> Option<&Input> {
         let is_picture = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "png");
         let input = &self.selection.input;

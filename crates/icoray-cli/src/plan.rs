@@ -57,9 +57,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 /// Prints the variables that are read, with their sizes.
 fn read(file: &Dataset, view: &View, scene: &Scene, layering: &Layering, out: &mut impl Write) -> CommandResult {
     let drawn = scene.model_fields();
-    let asked = view.conditions().iter().map(Condition::field);
+    let conditions = view.conditions().iter().map(Condition::field);
     let mut known = HashSet::new();
-    for name in drawn.iter().copied().chain(asked).filter(|name| known.insert(*name)) {
+    for name in drawn.iter().copied().chain(conditions).filter(|name| known.insert(*name)) {
         let info = file.field_info(name)?;
         // A 2D field is read once for all layers.
         let layers = if info.is_2d() { 1 } else { layering.range(info)?.len() };

@@ -298,10 +298,7 @@ impl Dataset {
     /// Values of a field, at its last reading, that were taken for marks of missing values, as they look like marks and
     /// neither an attribute nor the user specifies one.
     pub fn assumed_marks(&self, field: &str) -> Vec<AssumedMark> {
-        if let Some(joined) = self.joined_with(field) {
-            return joined.file.assumed_marks(field);
-        }
-        let found = self.assumed_marks.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = self.owner(field).assumed_marks.lock().unwrap_or_else(PoisonError::into_inner);
         found.get(field).cloned().unwrap_or_default()
     }
 
@@ -321,16 +318,14 @@ impl Dataset {
     /// As [`Self::layer_heights`], or the layers of a thin shell if no variable gives heights and the layers are shown
     /// only as surfaces (`is_flat`).
     pub(crate) fn heights_of(&self, field: &str, is_flat: bool) -> Result<LayerHeights> {
-        if let Some(joined) = self.joined_with(field) {
-            return joined.file.heights_of(field, is_flat);
-        }
-        let mut known = self.heights.lock().unwrap_or_else(PoisonError::into_inner);
+        let owner = self.owner(field);
+        let Dataset { sources, mesh, .. } = owner;
+        let mut known = owner.heights.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(heights) = known.get(field) {
             return Ok(heights.clone());
         }
-        let Dataset { sources, mesh, .. } = self;
-        let radius_m = self.sphere_radius_m;
-        let info = self.field_info(field)?;
+        let radius_m = owner.sphere_radius_m;
+        let info = owner.field_info(field)?;
         match LayerHeights::read(sources, mesh, info, radius_m)? {
             Some(heights) => Ok(known.entry(field.to_owned()).or_insert(heights).clone()),
             None if is_flat => LayerHeights::of_layers(sources, mesh, info, radius_m),
@@ -353,10 +348,8 @@ impl Dataset {
     /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable of the heights has
     /// other dimensions.
     pub fn find_native_info(&self, field: &str) -> Result<Option<NativeInfo>> {
-        if let Some(joined) = self.joined_with(field) {
-            return joined.file.find_native_info(field);
-        }
-        NativeInfo::find(&self.sources, &self.mesh, self.field_info(field)?)
+        let owner = self.owner(field);
+        NativeInfo::find(&owner.sources, &owner.mesh, owner.field_info(field)?)
     }
 
     /// As [`Dataset::find_native_info`], for a field that must have native heights.
@@ -365,12 +358,9 @@ impl Dataset {
     /// As [`Dataset::find_native_info`]; [`ErrorKind::Layers`] if there are none, with the variables that were
     /// searched.
     pub fn native_info(&self, field: &str) -> Result<NativeInfo> {
-        if let Some(joined) = self.joined_with(field) {
-            return joined.file.native_info(field);
-        }
+        let Dataset { sources, mesh, .. } = self.owner(field);
         let info = self.field_info(field)?;
-        let found = NativeInfo::find(&self.sources, &self.mesh, info)?;
-        found.ok_or_else(|| native::missing(&self.sources, &self.mesh, info))
+        self.find_native_info(field)?.ok_or_else(|| native::missing(sources, mesh, info))
     }
 
     /// Reads the native heights of a field's columns, at record `time` if they change; from a file without the fields,

@@ -132,7 +132,8 @@ pub(crate) struct Edges {
 #[derive(Clone, Copy)]
 struct Side {
     edge: usize,
-    /// Zonal and meridional component, at the centre, of the edge's normal; `None` at the rim, where it is not known.
+    /// Zonal and meridional component, at the centre, of the edge's normal; `None` at the rim, where it is not known, and
+    /// for means.
     normal: Option<[f64; 2]>,
 }
 
@@ -180,13 +181,14 @@ impl Edges {
         Edges { location, centers, edges, starts }
     }
 
-    /// The edges of a centre.
-    fn sides(&self, mesh: &Mesh, center: usize) -> Vec<Side> {
+    /// The edges of a centre, with the normals that a part needs.
+    fn sides(&self, mesh: &Mesh, center: usize, part: Part) -> Vec<Side> {
         let side = |edge: &u32| {
             let [first, second] = self.centers[*edge as usize];
             let (other, sign) = if first as usize == center { (second, 1.0) } else { (first, -1.0) };
             let toward = |other: u32| mesh.direction_between(self.location, center, other as usize);
-            let normal = Some(other).filter(|other| *other != NONE).map(|other| toward(other).map(|part| sign * part));
+            let is_needed = other != NONE && part != Part::Mean;
+            let normal = is_needed.then(|| toward(other).map(|component| sign * component));
             Side { edge: *edge as usize, normal }
         };
         self.edges[self.starts[center]..self.starts[center + 1]].iter().map(side).collect()
@@ -203,7 +205,7 @@ impl Edges {
             return Err(Error::new(ErrorKind::Field, context));
         }
         Ok(values.made(self.starts.len() - 1, |center| {
-            let sides = self.sides(mesh, center);
+            let sides = self.sides(mesh, center, part);
             move |layer| {
                 let there = sides.iter().map(|side| (side.normal, values.value(side.edge, layer, fill)));
                 part.of(there.filter(|(_, value)| !value.is_nan()))

@@ -230,7 +230,7 @@ pub(crate) struct Entry<'a> {
 impl Axes {
     /// The axes; `location` is that of columns along a dimension. `None` if the dimensions are not columns of the mesh,
     /// with or without layers and times, and others with an entry in `at`.
-    pub(crate) fn of(
+    fn of(
         dimensions: &[Dimension],
         at: &[(String, usize)],
         location: impl Fn(&Dimension) -> Option<Location>,

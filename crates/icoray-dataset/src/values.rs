@@ -1,6 +1,6 @@
 //! Values of a block: owned, or borrowed in place.
 
-use crate::reals::ChangeReals;
+use crate::reals::change_each;
 use icoray::{OwnedReals, Reals, Shape};
 use std::fmt;
 use std::sync::Arc;
@@ -100,13 +100,13 @@ impl ShapedValues {
 
     /// Changes every value, in f64. Shared ones are copied first.
     pub(crate) fn each(&mut self, change: impl Fn(f64) -> f64) {
-        self.owned().each(change);
+        change_each(self.owned(), change);
     }
 
     /// Sets values to NaN. Shared ones are copied first if any are affected.
     pub(crate) fn mask(&mut self, is_missing: impl Fn(f64) -> bool) {
         if matches!(self.reals, Stored::Owned(_)) || self.any(&is_missing) {
-            self.owned().mask(is_missing);
+            self.each(|value| if is_missing(value) { f64::NAN } else { value });
         }
     }
 
@@ -116,7 +116,10 @@ impl ShapedValues {
         if !value.is_nan() && value != fill {
             self.owned();
             let element = self.element(column, layer);
-            self.owned().mask_element(element);
+            match self.owned() {
+                OwnedReals::F32(values) => values[element] = f32::NAN,
+                OwnedReals::F64(values) => values[element] = f64::NAN,
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use crate::page;
 use crate::picture::Picture;
 use crate::session::{ChangeRequest, Session};
 use http_body_util::{BodyExt, Full, Limited};
-use hyper::body::{Body, Bytes};
+use hyper::body::{Bytes, Incoming};
 use hyper::header::{self, HeaderValue};
 use hyper::{Method, Request, Response, StatusCode};
 use icoray::output::{exr_bytes, png_bytes};
@@ -60,11 +60,7 @@ type Outcome = Result<Answer, Refusal>;
 
 impl Api {
     /// Answers a request.
-    pub async fn answer<B>(&self, request: Request<B>) -> Answer
-    where
-        B: Body + Unpin,
-        B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
-    {
+    pub async fn answer(&self, request: Request<Incoming>) -> Answer {
         let mut answer = match self.dispatch(request).await {
             Ok(answer) => answer,
             Err(Refusal(status, error)) => with_status(status, json_answer(&json!({ "error": error }))),
@@ -80,11 +76,7 @@ impl Api {
         answer
     }
 
-    async fn dispatch<B>(&self, request: Request<B>) -> Outcome
-    where
-        B: Body + Unpin,
-        B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
-    {
+    async fn dispatch(&self, request: Request<Incoming>) -> Outcome {
         if !guard::is_local(request.headers()) {
             let why = "expected a request from this machine to localhost or 127.0.0.1";
             return Err(Refusal(StatusCode::FORBIDDEN, why.to_owned()));
@@ -304,11 +296,7 @@ fn transfer(scene: &Scene, range: Option<[f64; 2]>) -> serde_json::Value {
     }
 }
 
-async fn body<B>(request: Request<B>) -> Result<Bytes, Refusal>
-where
-    B: Body + Unpin,
-    B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
-{
+async fn body(request: Request<Incoming>) -> Result<Bytes, Refusal> {
     let whole = timeout(ARRIVES, Limited::new(request.into_body(), MAX_BODY).collect());
     let whole = whole.await.map_err(|_| Refusal(StatusCode::REQUEST_TIMEOUT, "the request stalled".to_owned()))?;
     let too_large = |e| Refusal(StatusCode::PAYLOAD_TOO_LARGE, format!("the request's body: {e}"));

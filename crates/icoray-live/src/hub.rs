@@ -355,7 +355,7 @@ impl State {
         let (session, time) = (&self.session, self.session.time());
         if let Some(question) = self.questions.pop_front() {
             let time = match question {
-                Question::Picture { time: Some(asked), .. } => asked,
+                Question::Picture { time: Some(time), .. } => time,
                 _ => time,
             };
             return Some(Request::Answer { question, scene: Box::new(session.scene().clone()), time });

@@ -68,7 +68,7 @@ pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<
     open_all(&[path], others, None, DatasetOptions::default())
 }
 
-/// As [`open_with`], for files of one run that are read as one ([`Combined::of`]), and with what they do not tell.
+/// As [`open_with`], for files of one run that are read as one ([`Combined::of`]), and with facts that the files lack.
 ///
 /// # Errors
 /// As [`open`], [`Combined::of`] and [`Dataset::with_options`].
@@ -90,8 +90,9 @@ pub fn contents(path: impl AsRef<Path>) -> Result<Vec<String>> {
     let source: &dyn Source = &file;
     let line = |variable: &Variable| -> Result<String> {
         let text = |attribute: &str| source.text_of(&variable.name, attribute);
-        let said = [text("long_name")?, text("units")?.map(|units| format!("[{units}]"))];
-        Ok(std::iter::once(variable.to_string()).chain(said.into_iter().flatten()).collect::<Vec<_>>().join("  "))
+        let units = text("units")?.map(|units| format!("[{units}]"));
+        let parts = [Some(variable.to_string()), text("long_name")?, units];
+        Ok(parts.into_iter().flatten().collect::<Vec<_>>().join("  "))
     };
     source.variables().iter().map(line).collect()
 }

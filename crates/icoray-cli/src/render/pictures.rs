@@ -23,7 +23,7 @@ pub struct Pictures<'a> {
     count: usize,
 }
 
-/// What is drawn at a time, read.
+/// The views that are drawn at a time, with their data.
 pub struct Due<'a> {
     pub time: usize,
     views: Vec<&'a View>,
@@ -89,8 +89,8 @@ impl<'a> Pictures<'a> {
         }
     }
 
-    /// Draws those of the pictures that `wants` names with the other ranks, and writes them and prints their summaries at
-    /// rank 0, which has the queue.
+    /// Draws the pictures for which `wants` is true with the other ranks; writes them and prints their summaries at rank 0,
+    /// which has the queue.
     pub fn draw(
         &mut self,
         due: &Due,

@@ -22,9 +22,9 @@ impl Watch<'_> {
     /// Opens the files of the last time again.
     pub fn for_viewers(&mut self, known: Option<&Arc<Mesh>>) -> Option<Session> {
         let page = self.page.as_ref()?;
-        let (last, asked) = (page.last.clone()?, page.asked_fields());
+        let last = page.last.clone()?;
         let opened = if last.is_valid() {
-            self.reopened(last, known, &asked)
+            self.reopened(last, known, &page.requested_fields())
         } else {
             Err(Error::new(ErrorKind::Io, format!("{}: its files have changed", last.id)))
         };
@@ -43,8 +43,8 @@ impl Watch<'_> {
         let Some(page) = &mut self.page else { return Ok(()) };
         let (change, mut questions) = (page.change.clone(), page.take_questions());
         // The picture that is shown does where the scene is the same.
-        let shown = page.shown().filter(|_| change.is_none());
-        let view = page.shown_view();
+        let shown = page.view.shown().filter(|_| change.is_none());
+        let view = page.view.view();
         let script = match &change {
             Some(change) => parsed(&change.text),
             None => Ok(self.script.clone()),
@@ -56,7 +56,8 @@ impl Watch<'_> {
         let Some(page) = &mut self.page else { return Ok(()) };
         let unanswered = match drawn {
             Ok((script, frame)) => {
-                (self.needed, self.script) = (script.model_fields(), script);
+                self.needed = script.model_fields();
+                self.script = script;
                 let accepted = page.accept();
                 if let Some(frame) = frame {
                     page.show(frame);

@@ -1,7 +1,7 @@
 //! Longitudes and latitudes in radians, converted from the unit in the file, and places on the unit sphere.
 
 use super::tables::{Positions, find};
-use crate::reals::ChangeReals;
+use crate::reals::change_each;
 use crate::source::{Source, SourceVariable};
 use icoray::{ErrorKind, OwnedReals, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -68,7 +68,7 @@ fn in_radians(source: &dyn Source, names: [&str; 2], mut values: [OwnedReals; 2]
         [None, None] => [is_beyond(&values[0], TAU) || is_beyond(&values[1], FRAC_PI_2); 2],
     };
     for (values, _) in values.iter_mut().zip(is_degrees).filter(|(_, is_degrees)| *is_degrees) {
-        values.each(f64::to_radians);
+        change_each(values, f64::to_radians);
     }
     let [lon, lat] = values;
     Ok(Positions { lon, lat })

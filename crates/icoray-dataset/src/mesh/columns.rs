@@ -5,7 +5,6 @@
 //! Format: CF conventions 1.11, §4.1, §4.2 and §5.2.
 
 use super::angles::positions;
-use super::polygons::Polygons;
 use super::tables::{Convention, Mesh, Positions};
 use crate::source::{Dimension, SourceVariable};
 use crate::sources::Sources;
@@ -100,11 +99,10 @@ pub(super) fn read(Columns { lon, lat }: &Columns) -> Result<Mesh> {
 /// The mesh whose cells are at places and whose corners are their Delaunay triangles; `name` is that of the places.
 pub(super) fn of_points(path: &Path, center: Positions, name: &str) -> Result<Mesh> {
     let of_points = OwnedTables::of_points(center.borrowed());
-    let OwnedTables { corner, corner_cell, connectivity: of, .. } =
+    let OwnedTables { corner, corner_cell, connectivity, .. } =
         of_points.map_err(|e| e.within(format_args!("{}: {name}", path.display())))?;
     let [lon, lat] = corner.map(OwnedReals::F64);
-    let polygons = Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count };
-    let (places, tables) = ([center, Positions { lon, lat }], [corner_cell, of.corner_edge, of.edge_corner]);
-    let mesh = Mesh::of_tables(path, Convention::Cf, places, polygons, tables);
+    let places = [center, Positions { lon, lat }];
+    let mesh = Mesh::of_tables(path, Convention::Cf, places, corner_cell, connectivity);
     Ok(Mesh { is_of_points: true, ..mesh })
 }

@@ -106,16 +106,16 @@ impl Tables {
     fn mesh(self, source: &dyn Source, places: [Positions; 2]) -> Result<Mesh> {
         match self {
             Tables {
-                cell_corner: Some((corners, row)),
-                cell_corner_count: Some(count),
+                cell_corner: Some((cell_corner, cell_corner_row)),
+                cell_corner_count: Some(cell_corner_count),
                 corner_cell: Some(corner_cell),
                 corner_edge: Some(corner_edge),
                 edge_corner: Some(edge_corner),
                 edge_cell: _,
             } => {
-                let polygons = Polygons { corners, row, count };
-                let tables = [corner_cell, corner_edge, edge_corner];
-                Ok(Mesh::of_tables(source.path(), Convention::Mpas, places, polygons, tables))
+                let connectivity =
+                    Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count };
+                Ok(Mesh::of_tables(source.path(), Convention::Mpas, places, corner_cell, connectivity))
             }
             lacking => {
                 let [cells, corners] = [0, 1].map(|k| places[k].lon.as_reals().len());

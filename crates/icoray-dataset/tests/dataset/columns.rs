@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::made_icon::Angles;
-use crate::memory::{open, open_error};
+use crate::memory::{open, open_error, values};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 
 /// A field over columns at the places of a mesh's cells, under names of the coordinates.
@@ -31,7 +31,7 @@ fn columns_are_cells_whatever_their_coordinates_are_called() {
         assert_eq!(file.mesh().grid().unwrap().void_triangles(), 0);
         let fields: Vec<_> = file.fields().iter().map(|info| (info.name.as_str(), info.location)).collect();
         assert_eq!(fields, [("PS", Location::Center)], "{names:?}");
-        assert_eq!(file.read_field("PS", 0).unwrap().field().unwrap().value(161, 0), 161.0);
+        assert_eq!(values(&file, "PS", 0)(161, 0), 161.0);
     }
 }
 

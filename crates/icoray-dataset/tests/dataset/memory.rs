@@ -132,6 +132,17 @@ pub fn open_error(made: &Made) -> Error {
     opened(made, &[]).unwrap_err()
 }
 
+/// The values of a field at a time, by column and layer.
+pub fn values(file: &Dataset, name: &str, time: usize) -> impl Fn(usize, usize) -> f64 + use<> {
+    let owned = file.read_field(name, time).unwrap();
+    move |column, layer| owned.field().unwrap().value(column, layer)
+}
+
+/// The names of the fields.
+pub fn names(file: &Dataset) -> Vec<&str> {
+    file.fields().iter().map(|info| info.name.as_str()).collect()
+}
+
 /// Asserts the kind and that the sentence holds all `parts`.
 pub fn expect(error: &Error, kind: ErrorKind, parts: &[&str]) {
     assert_eq!(error.kind(), kind, "{error}");

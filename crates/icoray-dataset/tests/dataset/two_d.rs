@@ -3,7 +3,7 @@
 use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
 use crate::made_ocean::levels;
-use crate::memory::{expect, open};
+use crate::memory::{expect, names, open, values};
 use icoray::{Error, ErrorKind, Level, Location, Renderer, Scale, Script, suggest};
 use icoray_dataset::{LayerSelection, SceneFields};
 
@@ -57,17 +57,30 @@ fn fields_with_layers_are_likelier() {
     };
     let mut made = Made::history();
     let cells = made.dimension("nCells");
-    for (name, dimensions) in [("ter", &["nCells"][..]), ("areaCell", &["nCells"]), ("xCell", &["nCells"])] {
-        made.add(name, dimensions, Values::F64(vec![1.0; cells]));
+    made.dimensions.push(("nSoilLevels", 2));
+    let levels = ["nCells", "nVertLevels"];
+    for (name, dimensions, long_name, units) in [
+        ("tslb", &["Time", "nCells", "nSoilLevels"][..], "Soil temperature", "K"),
+        ("rho_base", &levels, "Base state density", "kg m^{-3}"),
+        ("gh", &levels, "geopotential height", "m"),
+        ("layerThickness", &levels, "", "m"),
+        ("ter", &["nCells"], "terrain height", "m"),
+        ("ssh", &["Time", "nCells"], "sea surface height", "m"),
+        ("areaCell", &["nCells"], "", "m^2"),
+        ("xCell", &["nCells"], "", "m"),
+    ] {
+        let values = vec![1.0; RECORDS * LAYERS * cells];
+        let values = values[..dimensions.iter().map(|name| made.dimension(name)).product()].to_vec();
+        made.add(name, dimensions, Values::F64(values)).attributes =
+            vec![("long_name", long_name.into()), ("units", units.into())];
     }
-    assert_eq!(likely(&made), ["theta", "w", "vorticity", "rho", "surface_pressure", "ter"]);
-    for name in ["theta", "w", "vorticity", "rho", "zgrid"] {
+    assert_eq!(likely(&made), ["theta", "w", "vorticity", "tslb", "rho", "surface_pressure", "ssh", "ter"]);
+    for name in ["theta", "w", "vorticity", "rho", "zgrid", "tslb", "rho_base", "gh", "layerThickness", "ssh"] {
         made.remove(name);
     }
     assert_eq!(likely(&made), ["surface_pressure", "ter"]);
     let file = open(&made);
-    let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
-    assert_eq!(names, ["surface_pressure", "ter", "areaCell"], "positions are no fields");
+    assert_eq!(names(&file), ["surface_pressure", "ter", "areaCell"], "positions are no fields");
 }
 
 #[test]
@@ -137,9 +150,8 @@ fn integers_over_columns_are_fields_and_tables_are_none() {
     flags[1] = -2_147_483_647;
     made.add("flag", &["Time", "nCells"], Values::I32(flags));
     let file = open(&made);
-    let owned = file.read_field("ivgtyp", 0).unwrap();
-    let field = owned.field().unwrap();
-    assert!(kinds.iter().enumerate().all(|(cell, kind)| field.value(cell, 1) == f64::from(*kind)));
+    let field = values(&file, "ivgtyp", 0);
+    assert!(kinds.iter().enumerate().all(|(cell, kind)| field(cell, 1) == f64::from(*kind)));
     let flags = file.read_field("flag", 0).unwrap();
     let flags = flags.field().unwrap();
     assert!(flags.value(0, 0) == 3.0 && flags.value(1, 0).is_nan(), "nothing was written there");

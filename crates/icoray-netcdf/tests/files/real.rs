@@ -71,21 +71,6 @@ fn heights_of_the_jablonowski_williamson_wave() {
 }
 
 #[test]
-fn a_cut_off_history_is_an_error() {
-    let Some(path) = data_file("mpas_jw_10242.nc") else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let cut = folder.path().join("cut.nc");
-    let whole = std::fs::read(path).unwrap();
-    std::fs::write(&cut, &whole[..12_000_000]).unwrap();
-    let file = icoray_netcdf::open(&cut).unwrap();
-    file.read_field("theta", 0).unwrap();
-    expect(&file.read_field("theta", 2).unwrap_err(), ErrorKind::Io, &["cut.nc", "theta", "cut off"]);
-    assert_eq!(file.times()[2], None);
-    std::fs::write(&cut, &whole[..100_000]).unwrap();
-    expect(&icoray_netcdf::open(&cut).unwrap_err(), ErrorKind::Io, &["cut.nc", "cut off"]);
-}
-
-#[test]
 fn a_bare_mesh_on_the_unit_sphere() {
     let Some(path) = data_file("mesh.QU.1920km.151026.nc") else { return };
     let file = icoray_netcdf::open(path).unwrap();
