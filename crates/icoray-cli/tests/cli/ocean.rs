@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::real::data;
-use crate::run::{has, icoray, prints, shows_something};
+use crate::run::{Folder, has, icoray, prints, shows_something};
 use netcdf::Options;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ fn history(mesh: &Path) -> Made {
 #[test]
 fn the_ocean_ends_at_coasts_and_at_its_floor() {
     let Some(mesh) = data("spherical_grid_500km_landculled.nc") else { return };
-    let folder = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     // A place to look at the picture, and at the file, afterwards.
     let kept = std::env::var_os("ICORAY_TEST_KEEP").map(PathBuf::from);
     let at = kept.as_deref().unwrap_or(folder.path());

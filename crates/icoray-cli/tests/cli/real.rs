@@ -1,6 +1,6 @@
 //! Real files, where the test data are there.
 
-use crate::run::{fails, has, icoray, prints, says, scene, shows_something, software};
+use crate::run::{has, icoray, prints, says, scene, shows_something, software};
 use std::fs;
 use std::path::Path;
 
@@ -82,17 +82,4 @@ fn info_and_plan_of_the_baroclinic_wave() {
     fs::write(folder.path().join("scene.toml"), scene("theta", 250.0, 400.0)).unwrap();
     let mut plan = icoray(folder.path());
     has(&prints(plan.arg("plan").arg(&file).args(["--scene", "scene.toml"])), &["left out: table corner"]);
-}
-
-#[test]
-fn meshes_that_are_not_rendered_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.toml"), scene("theta", 0.0, 1.0)).unwrap();
-    for (name, part) in
-        [("favba_planar_mesh.nc", "on_a_sphere is NO"), ("mesh.QU.1920km.151026.nc", "fields in the file: areaCell")]
-    {
-        let Some(file) = data(name) else { continue };
-        let mut render = icoray(folder.path());
-        fails(render.arg("render").arg(&file).args(["--scene", "scene.toml"]), 1, &[name, part]);
-    }
 }

@@ -2,28 +2,16 @@
 
 use crate::made::{Made, RECORDS, Values};
 use crate::run::{fails, has, icoray, prints, scene};
+use crate::watch::model::records;
 use netcdf::Options;
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
-/// The records of a dataset, with variables that `keeps` takes.
-fn part(made: &Made, records: Range<usize>, keeps: impl Fn(&str) -> bool) -> Made {
-    let mut part = made.clone();
-    part.variables.retain(|v| keeps(v.name));
-    fn cut<T>(values: &mut Vec<T>, records: &Range<usize>) {
-        let row = values.len() / RECORDS;
-        values.truncate(records.end * row);
-        values.drain(..records.start * row);
-    }
-    for variable in part.variables.iter_mut().filter(|v| v.dimensions.first() == Some(&"Time")) {
-        match &mut variable.values {
-            Values::F32(values) => cut(values, &records),
-            Values::F64(values) => cut(values, &records),
-            Values::I32(values) => cut(values, &records),
-            Values::Text(values) => cut(values, &records),
-        }
-    }
+/// Some of the records of a dataset, with variables that `keeps` takes.
+fn part(made: &Made, range: Range<usize>, keeps: impl Fn(&str) -> bool) -> Made {
+    let mut part = records(made, range);
+    part.variables.retain(|variable| keeps(variable.name));
     part
 }
 
@@ -110,8 +98,7 @@ fn files_that_do_not_fit_each_other_are_named() {
     let packed = |scale: f64| {
         let mut packed = part(&made, 0..1, |name| name != "theta");
         let values = Values::I32(vec![7; packed.dimension("nCells")]);
-        packed.add("counts", &["Time", "nCells"], values);
-        packed.last().attributes.push(("scale_factor", scale.into()));
+        packed.add("counts", &["Time", "nCells"], values).attributes.push(("scale_factor", scale.into()));
         packed
     };
     write(path, "packed1.nc", &packed(1.0));

@@ -1,19 +1,16 @@
 //! `icoray view`: its server is asked as a page asks it, and as others should not.
 
 use crate::made::Made;
-use crate::run::{fails, icoray, prints, scene};
+use crate::run::{Folder, fails, icoray, scene};
 use crate::viewer::Viewer;
-use netcdf::Options;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use tempfile::TempDir;
 
 /// A folder with `made.nc`.
-fn folder() -> TempDir {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
-    folder
+fn folder() -> Folder {
+    Folder::of(&Made::history())
 }
 
 #[test]
@@ -29,18 +26,18 @@ fn what_is_seen_is_what_its_scene_renders() {
         (Some(120), Some(90), Some(1))
     );
     let scene = viewer.get("/api/scene").json();
-    fs::write(folder.path().join("scene.toml"), scene["text"].as_str().unwrap()).unwrap();
+    folder.write("scene.toml", scene["text"].as_str().unwrap());
     let command = scene["command"].as_str().unwrap();
     assert_eq!(command, "icoray render made.nc --scene scene.toml --time 1");
     for format in ["png", "exr"] {
         let name = format!("rendered.{format}");
         let words = command.split(' ').skip(1).chain(["-o", &name]);
-        prints(icoray(folder.path()).args(words));
+        folder.prints(words);
         let answer = viewer.get(&format!("/api/picture?format={format}"));
         assert!(answer.head.contains("content-disposition: attachment"), "{}", answer.head);
-        let seen = folder.path().join(format!("seen.{format}"));
+        let seen = folder.at(format!("seen.{format}"));
         fs::write(&seen, answer.body).unwrap();
-        let [seen, rendered] = [seen, folder.path().join(name)].map(|path| image::open(path).unwrap().to_rgba32f());
+        let [seen, rendered] = [seen, folder.at(name)].map(|path| image::open(path).unwrap().to_rgba32f());
         assert!(seen == rendered, "{format}: other pixels");
     }
 }
@@ -48,7 +45,7 @@ fn what_is_seen_is_what_its_scene_renders() {
 #[test]
 fn changes_are_taken_whole_and_undone() {
     let folder = folder();
-    fs::write(folder.path().join("s.toml"), scene("theta", 0.0, 42.0)).unwrap();
+    folder.write("s.toml", scene("theta", 0.0, 42.0));
     let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
     let text = || viewer.get("/api/scene").json()["text"].as_str().unwrap().to_owned();
     let first = text();
@@ -125,7 +122,7 @@ fn another_field_is_shown_in_its_own_look() {
 #[test]
 fn the_data_are_asked() {
     let folder = folder();
-    fs::write(folder.path().join("s.toml"), scene("theta", 0.0, 42.0)).unwrap();
+    folder.write("s.toml", scene("theta", 0.0, 42.0));
     let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
     let described = viewer.get("/api/describe").json();
     let names: Vec<&str> =
@@ -226,7 +223,7 @@ fn a_taken_port_is_another_port() {
 #[test]
 fn options_that_a_page_would_not_show_are_refused() {
     let folder = folder();
-    fs::write(folder.path().join("scene.toml"), scene("theta", 0.0, 2042.0)).unwrap();
+    folder.write("scene.toml", scene("theta", 0.0, 2042.0));
     for [option, value] in [["--lon", "3"], ["--backend", "cpu"]] {
         let mut command = icoray(folder.path());
         command.args(["view", "made.nc", "--scene", "scene.toml", option, value]);

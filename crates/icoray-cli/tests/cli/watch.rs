@@ -1,7 +1,7 @@
 //! `icoray watch`: files that are written step by step, cut off, replaced, renamed and shared out while it runs.
 
 mod live;
-mod model;
+pub mod model;
 
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::Angles;

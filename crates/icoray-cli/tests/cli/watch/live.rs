@@ -9,21 +9,8 @@ use netcdf::Options;
 use std::fs;
 use std::path::Path;
 
-/// Facts and pixels of the first picture of a revision.
-fn seen(viewer: &Viewer, revision: u64) -> (serde_json::Value, Vec<u8>) {
-    let mut after = 0;
-    loop {
-        let answer = viewer.get(&format!("/api/frame?after={after}"));
-        let (facts, png) = answer.picture();
-        if facts["revision"].as_u64() >= Some(revision) {
-            return (facts.clone(), image::load_from_memory(png).unwrap().into_rgba8().into_raw());
-        }
-        after = facts["number"].as_u64().unwrap();
-    }
-}
-
-fn pixels(path: &Path) -> Vec<u8> {
-    image::open(path).unwrap().into_rgba8().into_raw()
+fn pixels(path: &Path) -> image::RgbaImage {
+    image::open(path).unwrap().into_rgba8()
 }
 
 #[test]
@@ -45,14 +32,14 @@ fn a_page_follows_and_steers_what_is_drawn_next() {
     comes(0);
     watcher.wait_for("2013-10-25.png");
     let first = path.join("out/2013-10-25.png");
-    let (_, shown) = seen(&viewer, 1);
+    let (_, shown) = viewer.first(1, |_| true);
     assert!(shown == pixels(&first));
 
     // The time that is shown is drawn again for the page alone.
     let written = fs::read(&first).unwrap();
     let change = r#"{"changes":[{"path":["camera","lon"],"value":40}]}"#;
     let revision = viewer.post("/api/change", change).json()["revision"].as_u64().unwrap();
-    let (_, turned) = seen(&viewer, revision);
+    let (_, turned) = viewer.first(revision, |_| true);
     assert!(turned != shown && fs::read(&first).unwrap() == written);
     watcher.wait("the note", || watcher.text().contains("live      a viewer has set camera.lon"));
     let kept = fs::read_to_string(path.join("out/live.toml")).unwrap();

@@ -1,9 +1,8 @@
 //! Files as a model writes them: record by record, and in pieces.
 
-use crate::made::{Made, RECORDS, Values};
-use crate::written::Char;
+use crate::made::{Made, MadeVariable, RECORDS, Values};
 use icoray_test_support::PATIENCE;
-use netcdf::{Extents, FileMut, Options};
+use netcdf::{FileMut, Options};
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
@@ -53,14 +52,15 @@ impl Made {
     /// Writes what does not change.
     pub fn put_fixed(&self, file: &mut FileMut) {
         for variable in self.variables.iter().filter(|variable| variable.dimensions[0] != "Time") {
-            put(file, variable.name, &variable.values, None);
+            variable.put(file, 0);
         }
     }
 
     /// Writes the next record.
     pub fn put_record(&self, file: &mut FileMut, record: usize) {
         for variable in self.variables.iter().filter(|variable| variable.dimensions[0] == "Time") {
-            put(file, variable.name, &part(&variable.values, &(record..record + 1)), Some(record));
+            let values = part(&variable.values, &(record..record + 1));
+            MadeVariable { values, ..variable.clone() }.put(file, record);
         }
     }
 }
@@ -75,21 +75,4 @@ pub fn append(path: &Path) -> FileMut {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-}
-
-fn put(file: &mut FileMut, name: &str, values: &Values, record: Option<usize>) {
-    let mut variable = file.variable_mut(name).unwrap();
-    let mut count: Vec<usize> = variable.dimensions().iter().map(|dimension| dimension.len()).collect();
-    let mut start = vec![0; count.len()];
-    if let Some(record) = record {
-        (start[0], count[0]) = (record, 1);
-    }
-    let extents = Extents::try_from((start, count)).unwrap();
-    match values {
-        Values::F32(values) => variable.put_values(values, extents),
-        Values::F64(values) => variable.put_values(values, extents),
-        Values::I32(values) => variable.put_values(values, extents),
-        Values::Text(values) => variable.put_values(&values.iter().map(|c| Char(*c)).collect::<Vec<_>>(), extents),
-    }
-    .unwrap();
 }
