@@ -162,27 +162,28 @@ impl Dataset {
     /// [`ErrorKind::Field`] if there is none, with the list of all fields.
     pub fn first_field(&self) -> Result<&FieldInfo> {
         self.likely_fields().first().copied().ok_or_else(|| {
-            let names: Vec<&str> = self.fields.iter().map(|info| info.name.as_str()).collect();
             let source = self.sources.fields();
-            let what = match names[..] {
-                [] if self.mesh.path() == source.path() => {
-                    "a mesh without a field, expected a history or output file or dataset".to_owned()
-                }
-                [] => {
-                    format!(
-                        "no variable lies on the mesh of {}, which has {}: the file has {}; give the mesh of these data as \
-                         `mesh`",
-                        self.mesh.path().display(),
-                        self.sizes_in_words(),
-                        source.numbers_in_words()
-                    )
-                }
-                _ => {
-                    format!("no variable looks like a physical field, expected the name of one of {}", names.join(", "))
-                }
+            let what = if !self.fields.is_empty() {
+                let names = self.field_names();
+                format!("no variable looks like a physical field, expected the name of one of {names}")
+            } else if self.mesh.path() == source.path() {
+                "a mesh without a field, expected a history or output file or dataset".to_owned()
+            } else {
+                format!(
+                    "no variable lies on the mesh of {}, which has {}: the file has {}; give the mesh of these data as `mesh`",
+                    self.mesh.path().display(),
+                    self.sizes_in_words(),
+                    source.numbers_in_words()
+                )
             };
             source.error(ErrorKind::Field, what)
         })
+    }
+
+    /// The names of all fields, separated by commas.
+    fn field_names(&self) -> String {
+        let names: Vec<&str> = self.fields.iter().map(|info| info.name.as_str()).collect();
+        names.join(", ")
     }
 
     /// The locations of fields, with their sizes.
@@ -224,8 +225,7 @@ impl Dataset {
                 format!("there is no field {name}{}{elsewhere}", did_you_mean(name, names))
             }
         };
-        let names: Vec<&str> = self.fields.iter().map(|f| f.name.as_str()).collect();
-        let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let there = if self.fields.is_empty() { "none".to_owned() } else { self.field_names() };
         Err(source.error(ErrorKind::Field, format_args!("{reason}; fields in the file: {there}")))
     }
 
@@ -273,13 +273,7 @@ impl Dataset {
         let assumed_marks = field.assumed_marks.clone();
         self.assumed_marks.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), assumed_marks);
         if let Some(part) = info.part {
-            let edges = match self.edges.get() {
-                Some(edges) => edges,
-                None => {
-                    let edges = Edges::read(&self.sources, &self.mesh, info)?;
-                    self.edges.get_or_init(|| edges)
-                }
-            };
+            let edges = read_once(&self.edges, || Edges::read(&self.sources, &self.mesh, info))?;
             let values = edges.at_centers(&self.mesh, &field.values, field.fill, part);
             field.values = values.map_err(|e| bad(e.to_string()))?;
         }
@@ -384,11 +378,15 @@ impl Dataset {
 
     /// The water mask, read once.
     fn sea(&self) -> Result<Option<&Sea>> {
-        if let Some(known) = self.sea.get() {
-            return Ok(known.as_ref());
-        }
-        let sea = Sea::read(&self.sources, &self.mesh)?;
-        Ok(self.sea.get_or_init(|| sea).as_ref())
+        read_once(&self.sea, || Sea::read(&self.sources, &self.mesh)).map(Option::as_ref)
+    }
+}
+
+/// What `cell` has, read if it has nothing yet.
+fn read_once<T>(cell: &OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&T> {
+    match cell.get() {
+        Some(known) => Ok(known),
+        None => read().map(|value| cell.get_or_init(|| value)),
     }
 }
 

@@ -14,13 +14,14 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::{oneshot, watch};
 
-/// Time budget in milliseconds of a frame while a hand moves: ten frames a second, and the rest for other work.
+/// Time budget in milliseconds of a frame while the user moves the picture: ten frames a second, and the rest for other
+/// work.
 const MOVING_MS: f64 = 80.0;
-/// Maximum size of a picture while a hand moves, unless the page specifies another.
+/// Maximum size of a picture while the user moves it, unless the page specifies another.
 const MOVING_SIZE: [u32; 2] = [640, 480];
 /// Pictures that take no longer than this (seconds) are drawn at rest at once.
 const QUICK_S: f64 = 0.1;
-/// Time after which the picture is refined although the hand has not let go: it may hold still, or its page may be
+/// Time after which the picture is refined although the user has not let go: the mouse may rest, or its page may be
 /// closed.
 const STILL: Duration = Duration::from_secs(1);
 /// Maximum number of waiting questions.

@@ -15,7 +15,7 @@ fn who_watches_is_told_that_the_program_has_ended() {
     browser.until_text("#alert", "The program that serves this page has ended.");
     browser.until("a faint picture", "return document.body.classList.contains('is-gone');");
     browser.shot("ended");
-    // The last picture stays, and hands do no harm.
+    // The last picture stays, and the mouse and keys do no harm.
     let [from, goal] = [[0.5, 0.5], [0.6, 0.5]].map(|place| browser.place(place));
     browser.drag(from, goal);
     browser.click("#tab-scene");

@@ -26,7 +26,7 @@ fn history(mesh: &Path) -> Made {
         temperature.extend((0..layers).map(|layer| {
             let surface = 28.0 * lat.cos().powi(2) - 1.0;
             let below = (-DEPTH_M[layer] / (400.0 * bend)).exp();
-            // Below its floor MPAS-Ocean writes a large number, which no attribute need tell of.
+            // Below its floor MPAS-Ocean writes a large number, which no attribute need declare.
             if layer < last { (1.5 + (surface - 1.5) * below) as f32 } else { -1e34 }
         }));
     }

@@ -102,7 +102,7 @@ fn another_field_is_shown_in_its_own_look() {
         }
     }
     assert_eq!(values(), first);
-    // What a hand has changed stays.
+    // What the user has changed stays.
     viewer.post("/api/change", r#"{"changes":[{"path":["light"],"value":{"kind":"sun","lon":3,"lat":4}}]}"#);
     viewer.post("/api/look?field=w", "");
     assert_eq!((&values()["light"]["lon"], &values()["lines"]), (&3.into(), &first["lines"]));

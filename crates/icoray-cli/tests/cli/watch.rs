@@ -165,7 +165,7 @@ fn each_time_is_drawn_once_and_whole_as_a_file_grows() {
     assert!(!watcher.has("2013-10-25.png"), "half a record was drawn");
     write(1, header + record);
     watcher.wait_for("2013-10-25.png");
-    // The header may tell of a record before it is there, and of all in a copy that goes on.
+    // The header may count a record before it is there, and all of them while a copy is going on.
     write(3, header + record + part);
     mark(path, 2);
     watcher.wait_for("2014-01-02.png");
@@ -194,7 +194,7 @@ fn a_record_that_a_later_one_follows_need_not_settle() {
     watcher.wait_for("0.png");
     made.write_to(&path.join(".all.nc"), Options::_64BIT_OFFSET);
     let all = fs::read(path.join(".all.nc")).unwrap();
-    // The file never settles: it is written over and over, but where this process is held up.
+    // The file never settles: it is written over and over, unless this process is delayed.
     let (start, mut last, mut longest) = (Instant::now(), Instant::now(), Duration::ZERO);
     while !watcher.has("1.png") {
         assert!(start.elapsed() < PATIENCE, "{}", watcher.text());

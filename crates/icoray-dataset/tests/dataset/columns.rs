@@ -69,7 +69,7 @@ fn columns_that_make_no_mesh_are_named() {
     assert!(line.contains("the 162 points span no area"), "{line}");
 }
 
-/// A field of 7 rows of 12 whose values tell row, column and layer.
+/// A field of 7 rows of 12 whose values identify row, column and layer.
 fn rows(is_curvilinear: bool, is_level_last: bool) -> Made {
     let mut made = Made::of([("time", 1), ("lev", 3), ("y", 7), ("x", 12)], []);
     let [lon, lat] = [|i: usize| 30.0 * (i % 12) as f64, |i: usize| 25.0 * (i / 12) as f64 - 75.0];

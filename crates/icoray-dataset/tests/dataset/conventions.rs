@@ -167,15 +167,18 @@ fn degrees_and_radians_are_decided_for_both_coordinates() {
         }
     };
     let all = ["lonCell", "latCell"];
-    assert!(read_places(|made| degrees(made, &all)).iter().all(|off| off.abs() < 1e-12), "beyond 2 pi");
-    // A region near the meridian of Greenwich: its latitudes alone tell.
+    assert!(read_places(|made| degrees(made, &all)).iter().all(|difference| difference.abs() < 1e-12), "beyond 2 pi");
+    // A region near the meridian of Greenwich: only its latitudes exceed 2 pi.
     let region = |made: &mut Made| {
         made.f64s("lonCell").iter_mut().for_each(|lon| *lon *= 0.01);
         degrees(made, &all);
     };
-    let lons = |places: Vec<f64>| places.into_iter().step_by(2).fold(0.0, |most: f64, off| most.max(off.abs()));
+    let lons =
+        |places: Vec<f64>| places.into_iter().step_by(2).fold(0.0, |max: f64, difference| max.max(difference.abs()));
     assert!(lons(read_places(region)) > 5.0);
-    let lats = |places: Vec<f64>| places.into_iter().skip(1).step_by(2).fold(0.0, |most: f64, off| most.max(off.abs()));
+    let lats = |places: Vec<f64>| {
+        places.into_iter().skip(1).step_by(2).fold(0.0, |max: f64, difference| max.max(difference.abs()))
+    };
     assert!(lats(read_places(region)) < 1e-12);
     // One unit is that of both.
     let one_unit = |made: &mut Made| {
@@ -183,8 +186,8 @@ fn degrees_and_radians_are_decided_for_both_coordinates() {
         made.variable("latCell").attributes = vec![("units", "degrees_north".into())];
         made.f64s("lonCell").iter_mut().for_each(|lon| *lon *= 0.01);
     };
-    let most = lons(read_places(one_unit));
-    assert!((most - 0.99 * 341.7f64.to_radians()).abs() < 0.01, "{most}");
+    let largest = lons(read_places(one_unit));
+    assert!((largest - 0.99 * 341.7f64.to_radians()).abs() < 0.01, "{largest}");
 }
 
 #[test]

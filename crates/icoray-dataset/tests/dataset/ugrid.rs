@@ -175,7 +175,7 @@ fn squares_are_cells_or_their_nodes_are() {
     }
 }
 
-/// The same file in the other order, from 0 or 1, with the attributes that tell and without.
+/// The same file in the other order, from 0 or 1, with the attributes that declare both and without.
 #[test]
 fn tables_may_be_transposed_and_count_from_0_or_1() {
     let mesh = mesh();
@@ -183,20 +183,20 @@ fn tables_may_be_transposed_and_count_from_0_or_1() {
         let at = |i: usize| mesh.corner_cell[if is_transposed { 3 * (i % 80) + i / 80 } else { i }] + base;
         (0..240).map(at).collect()
     };
-    for (base, is_transposed, is_told) in
+    for (base, is_transposed, is_declared) in
         [(0, true, true), (1, true, false), (1, false, false), (0, false, false), (0, true, false)]
     {
         let mut made = Made::ugrid(80, mesh.cells(), 3, corner_cells(base, is_transposed));
         made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
         let table = made.variable("nodes_of_face");
-        table.attributes = if is_told { vec![("start_index", base.into())] } else { Vec::new() };
+        table.attributes = if is_declared { vec![("start_index", base.into())] } else { Vec::new() };
         table.dimensions = if is_transposed { vec!["row", "nf"] } else { vec!["nf", "row"] };
-        if is_told {
+        if is_declared {
             made.variable("Mesh2").attributes.push(("face_dimension", "nf".into()));
         }
         let file = open(&made);
         let read = file.mesh().tables().corner_cell.iter().map(|cell| cell as i32).collect::<Vec<_>>();
-        assert_eq!(read, mesh.corner_cell, "from {base}, transposed: {is_transposed}, told: {is_told}");
+        assert_eq!(read, mesh.corner_cell, "from {base}, transposed: {is_transposed}, declared: {is_declared}");
     }
 }
 

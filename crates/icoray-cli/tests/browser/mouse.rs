@@ -22,7 +22,7 @@ fn the_mouse_turns_zooms_and_centres() {
     let turned = browser.camera();
     assert!((turned[0] - start[0]).abs() < 1e-9, "{start:?} {turned:?}");
     assert_ne!(browser.canvas_hash(), picture);
-    // What was under the hand has followed it.
+    // What was under the mouse has followed it.
     let followed = probe([0.58, 0.44]);
     assert!(seen.iter().zip(followed).all(|(a, b)| (a - b).abs() < 6.0), "{seen:?} {followed:?}");
 
@@ -50,7 +50,7 @@ fn the_mouse_turns_zooms_and_centres() {
 }
 
 #[test]
-fn a_knot_follows_the_hand() {
+fn a_knot_follows_the_mouse() {
     let Some(shown) = Shown::start() else { return };
     let Shown { browser, .. } = &shown;
     let knots = || {
