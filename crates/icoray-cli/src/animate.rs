@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:\n  icoray animate pictures/*.png -o film.mp4\n  \
                         icoray animate history.*.nc --field w --size 640x480 -o film.gif")]
 pub struct Args {
-    /// Files of a model, of which all times are drawn by default; or pictures (.png) of one size, in their order, for which
-    /// the other options have no effect
+    /// Files of a model, of which all times are drawn by default; or pictures (.png) of one size, in their order, for
+    /// which the other options have no effect
     #[command(flatten)]
     selection: Selection,
     /// The animation: .png; or .mp4 or .gif, for which ffmpeg must be installed

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 pub struct Input {
     /// Files of MPAS, ICON or another model with the fields, mostly with the mesh too: several files of one run are one
-    /// series by their dates, whose variables may be in files of their own. Addresses (https://, s3://, NCZarr's file://)
-    /// are opened by the NetCDF library
+    /// series by their dates, whose variables may be in files of their own. Addresses (https://, s3://, NCZarr's
+    /// file://) are opened by the NetCDF library
     #[arg(value_name = "FILE.nc", required = true)]
     pub files: Vec<PathBuf>,
     /// Draw differences: the values less those of these files, of the same mesh and layers, at the same dates
@@ -31,8 +31,8 @@ pub struct DataOptions {
     /// given several times
     #[arg(long, value_name = "DIM=N", value_parser = entry)]
     at: Vec<(String, usize)>,
-    /// Heights of the first and of the last layer in metres, such as 0..20000 or 0..-5000, instead of those of the files;
-    /// those between are evenly spaced
+    /// Heights of the first and of the last layer in metres, such as 0..20000 or 0..-5000, instead of those of the
+    /// files; those between are evenly spaced
     #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = heights)]
     heights: Option<[f64; 2]>,
     /// Radius of the sphere in metres, instead of that of the files

@@ -3,10 +3,10 @@
 //! Damage of such a file may end or hang the process inside HDF5, so that commands that read one run in a child, and
 //! report how it ended. Files are read once, by the child.
 //!
-//! Watching a directory must go on when a file cannot be read, and reads files that a model may be writing. HDF5 locks a
-//! file that it reads, and a model that opens a locked file to write it fails. So the command runs with these locks
-//! switched off. Without them a file may be read while its structure is being changed; that has the same effect as damage.
-//! So such a file is read by a child first.
+//! Watching a directory must go on when a file cannot be read, and reads files that a model may be writing. HDF5 locks
+//! a file that it reads, and a model that opens a locked file to write it fails. So the command runs with these locks
+//! switched off. Without them a file may be read while its structure is being changed; that has the same effect as
+//! damage. So such a file is read by a child first.
 
 use crate::input::Input;
 use icoray::{Error, ErrorKind, Result};

@@ -1,11 +1,11 @@
 //! icoray on the command line: pictures of files of MPAS and ICON.
 //!
-//! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes them,
-//! `icoray animate` makes an animation, `icoray info` prints the contents of a file, `icoray plan` the data that a scene
-//! reads and leaves out, `icoray devices` the GPUs; `icoray colormaps` draws all colour maps, `icoray sample` writes a file
-//! to try these on, `icoray manual` writes manual pages and completions. Results go to stdout, progress to stderr
-//! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2. A command that
-//! reads NetCDF-4 files runs in a child process, as damage of such a file may end it.
+//! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes
+//! them, `icoray animate` makes an animation, `icoray info` prints the contents of a file, `icoray plan` the data that
+//! a scene reads and leaves out, `icoray devices` the GPUs; `icoray colormaps` draws all colour maps, `icoray sample`
+//! writes a file to try these on, `icoray manual` writes manual pages and completions. Results go to stdout, progress
+//! to stderr where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2. A
+//! command that reads NetCDF-4 files runs in a child process, as damage of such a file may end it.
 #![forbid(unsafe_code)]
 
 mod animate;

@@ -83,8 +83,8 @@ fn options(selection: &Selection, time: usize) -> suggest::Options {
     }
 }
 
-/// The command line that renders the saved scene, at this time unless others are selected; without one, with `{time}` in
-/// its place.
+/// The command line that renders the saved scene, at this time unless others are selected; without one, with `{time}`
+/// in its place.
 pub fn command(selection: &Selection, time: Option<usize>) -> String {
     let mut words = vec!["icoray".into(), "render".into()];
     words.extend(selection.input.words().iter().map(|text| word(text)));

@@ -59,8 +59,8 @@ impl Dataset {
         Self::with_options(fields, others, None, DatasetOptions::default())
     }
 
-    /// As [`Dataset::new`], with facts that the files lack, and on a `mesh` that is in memory already: no mesh tables are
-    /// read then. Only sizes, the name of ICON's grid and positions of columns of the files are compared with it.
+    /// As [`Dataset::new`], with facts that the files lack, and on a `mesh` that is in memory already: no mesh tables
+    /// are read then. Only sizes, the name of ICON's grid and positions of columns of the files are compared with it.
     ///
     /// # Errors
     /// As [`Dataset::new`]; [`ErrorKind::Argument`] if no file has a dimension or an entry of [`DatasetOptions::at`],
@@ -119,8 +119,8 @@ impl Dataset {
         Arc::clone(&self.mesh)
     }
 
-    /// The sphere's radius: that of [`DatasetOptions`], or `sphere_radius`, or the distance of MPAS's cells from the centre
-    /// (`xCell`, `yCell`, `zCell`), or that of ICON's Earth.
+    /// The sphere's radius: that of [`DatasetOptions`], or `sphere_radius`, or the distance of MPAS's cells from the
+    /// centre (`xCell`, `yCell`, `zCell`), or that of ICON's Earth.
     ///
     /// # Units
     /// Metres; 1 in a mesh on the unit sphere.
@@ -149,9 +149,9 @@ impl Dataset {
     }
 
     /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the
-    /// file's order (those of MPAS's soil and categories after those on its levels), then others with layers, then 2D fields
-    /// in the same way. Heights, thicknesses, base states, weights of the vertical grid, and areas and qualities of the mesh
-    /// are left out.
+    /// file's order (those of MPAS's soil and categories after those on its levels), then others with layers, then 2D
+    /// fields in the same way. Heights, thicknesses, base states, weights of the vertical grid, and areas and qualities
+    /// of the mesh are left out.
     pub fn likely_fields(&self) -> Vec<&FieldInfo> {
         likely_fields(&self.fields)
     }
@@ -170,7 +170,8 @@ impl Dataset {
                 "a mesh without a field, expected a history or output file or dataset".to_owned()
             } else {
                 format!(
-                    "no variable lies on the mesh of {}, which has {}: the file has {}; give the mesh of these data as `mesh`",
+                    "no variable lies on the mesh of {}, which has {}: the file has {}; give the mesh of these data as \
+                     `mesh`",
                     self.mesh.path().display(),
                     self.sizes_in_words(),
                     source.numbers_in_words()

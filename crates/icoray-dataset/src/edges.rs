@@ -23,8 +23,8 @@ pub(crate) enum Part {
     Meridional,
 }
 
-/// Names, or words of names such as `u_init`, of vectors' components normal to edges; others have "normal" in their name
-/// or long name, or are fluxes.
+/// Names, or words of names such as `u_init`, of vectors' components normal to edges; others have "normal" in their
+/// name or long name, or are fluxes.
 const NORMAL: [&str; 3] = ["u", "ru", "vn"];
 /// Names of components along edges, from which no vector follows; others have "tangential" in their long name.
 const TANGENTIAL: [&str; 2] = ["v", "vt"];
@@ -132,8 +132,8 @@ pub(crate) struct Edges {
 #[derive(Clone, Copy)]
 struct Side {
     edge: usize,
-    /// Zonal and meridional component, at the centre, of the edge's normal; `None` at the rim, where it is not known, and
-    /// for means.
+    /// Zonal and meridional component, at the centre, of the edge's normal; `None` at the rim, where it is not known,
+    /// and for means.
     normal: Option<[f64; 2]>,
 }
 

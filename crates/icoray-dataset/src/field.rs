@@ -22,8 +22,8 @@ const OF_MESH: &str = "\
     lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices nodes \
     numElementConn";
 
-/// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files, ends
-/// of an interval, and those of tables of MPAS, FESOM, FVCOM, ESMF and SCRIP; with blanks between.
+/// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files,
+/// ends of an interval, and those of tables of MPAS, FESOM, FVCOM, ESMF and SCRIP; with blanks between.
 const OF_TABLES: &str = "\
     nv ne nc no nvertex vertices bnds nb2 n2 n3 \
     maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen \

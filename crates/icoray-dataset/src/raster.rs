@@ -1,8 +1,8 @@
 //! Rows and columns of positions as one dimension: longitudes and latitudes over (y, x), as in tripolar, rotated and
 //! swath grids, or each over a separate dimension, as in lat-lon grids.
 //!
-//! A [`Raster`] shows two dimensions of a source as one, so that its fields are over columns like those of other models.
-//! Formats: CF conventions 1.11, §5.1 and §5.2.
+//! A [`Raster`] shows two dimensions of a source as one, so that its fields are over columns like those of other
+//! models. Formats: CF conventions 1.11, §5.1 and §5.2.
 
 use crate::mesh;
 use crate::source::{Attribute, Dimension, Source, Variable};

@@ -109,7 +109,8 @@ impl LiveView {
         format!("http://127.0.0.1:{}/#{}", self.server.port, self.token)
     }
 
-    /// Set while the picture that is being drawn is out of date, for [`Renderer::with_stop`](icoray::Renderer::with_stop).
+    /// Set while the picture that is being drawn is out of date, for
+    /// [`Renderer::with_stop`](icoray::Renderer::with_stop).
     pub fn stop(&self) -> Arc<AtomicBool> {
         self.hub.stop.clone()
     }

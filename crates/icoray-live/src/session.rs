@@ -63,7 +63,8 @@ pub(crate) struct ChangeRequest {
     /// The number of the page.
     #[serde(default)]
     page: u32,
-    /// Whether the user is still moving the picture: the picture may be coarse, and the step is undone together with the next.
+    /// Whether the user is still moving the picture: the picture may be coarse, and the step is undone together with
+    /// the next.
     #[serde(default)]
     is_moving: bool,
 }
@@ -189,8 +190,8 @@ impl Session {
         self.is_moving = false;
     }
 
-    /// The lines that the page draws over pictures that the user moves, which are too small for them: coasts and graticule
-    /// on the ground, if labels lie over the picture too.
+    /// The lines that the page draws over pictures that the user moves, which are too small for them: coasts and
+    /// graticule on the ground, if labels lie over the picture too.
     pub fn lines_over(&self) -> Vec<Lines> {
         let scene = self.scene();
         let has_labels = scene.labels.as_ref().is_some_and(|labels| labels.place != LabelPlace::Below);

@@ -261,8 +261,8 @@ mod tests {
         }
     }
 
-    /// Each name is a key, and the keys inside of those that viewers may change as a whole are listed here: a key that is
-    /// added to one of them must be added here too.
+    /// Each name is a key, and the keys inside of those that viewers may change as a whole are listed here: a key that
+    /// is added to one of them must be added here too.
     #[test]
     fn the_list_names_keys_of_the_schema() {
         fn collect_inner(path: &str, key: &Key, all: &mut Vec<String>) {

@@ -68,9 +68,9 @@ pub(crate) fn guarded<T>(path: &Path, what: impl fmt::Display, call: impl FnOnce
     Err(Error::new(ErrorKind::Io, format!("{}: {what}: {cause}", path.display())))
 }
 
-/// Watches all calls of the process from a thread of its own, on Linux. `on_hang` gets the error of a call that has used
-/// the processor time `min_time` and what the length of its file allows. It never returns, so that the process should end
-/// ([`end_process`]).
+/// Watches all calls of the process from a thread of its own, on Linux. `on_hang` gets the error of a call that has
+/// used the processor time `min_time` and what the length of its file allows. It never returns, so that the process
+/// should end ([`end_process`]).
 pub fn watch_calls(min_time: Duration, on_hang: impl Fn(Error) + Send + 'static) {
     std::thread::spawn(move || {
         loop {

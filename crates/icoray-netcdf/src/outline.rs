@@ -7,8 +7,8 @@ use icoray::{Error, ErrorKind, Result};
 use icoray_dataset::{Source, Times, Variable, variable_at_edges};
 use std::path::Path;
 
-/// Times and variables of a file, without its mesh: for a look at a file that a model may be writing. The file is closed
-/// again.
+/// Times and variables of a file, without its mesh: for a look at a file that a model may be writing. The file is
+/// closed again.
 #[derive(Debug, Clone)]
 pub struct Outline {
     /// The time records.
@@ -55,8 +55,8 @@ impl Outline {
         self.variable(field).is_some()
     }
 
-    /// Whether the file has the variable of a field, and by its header a record of it. A variable that does not depend on
-    /// time has all records.
+    /// Whether the file has the variable of a field, and by its header a record of it. A variable that does not depend
+    /// on time has all records.
     pub fn promises(&self, field: &str, record: usize) -> bool {
         let records =
             |variable: &Variable| if variable.changes() { self.times.records } else { self.times.dates.len() };
@@ -70,9 +70,9 @@ impl Outline {
         self.promises(field, record) && end.is_none_or(|end| end <= self.length)
     }
 
-    /// Whether the file is a classic one (CDF-1, CDF-2, CDF-5). Damaged ones are read safely; in NetCDF-4 files, and so in
-    /// those that are being written, damage may end or hang the process inside the HDF5 library. What an address names
-    /// is taken for NetCDF-4.
+    /// Whether the file is a classic one (CDF-1, CDF-2, CDF-5). Damaged ones are read safely; in NetCDF-4 files, and so
+    /// in those that are being written, damage may end or hang the process inside the HDF5 library. What an address
+    /// names is taken for NetCDF-4.
     ///
     /// # Errors
     /// [`ErrorKind::Io`]: the file cannot be opened.
@@ -84,8 +84,8 @@ impl Outline {
         classic::is_classic(path).map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display())))
     }
 
-    /// Opens a file and reads `record` of the variables of `fields`, and all variables that do not change, as far as they
-    /// are numbers; keeps nothing. For a process of its own, which may end by it.
+    /// Opens a file and reads `record` of the variables of `fields`, and all variables that do not change, as far as
+    /// they are numbers; keeps nothing. For a process of its own, which may end by it.
     ///
     /// # Errors
     /// As [`Outline::read`].

@@ -89,8 +89,8 @@ impl<'a> Pictures<'a> {
         }
     }
 
-    /// Draws the pictures for which `wants` is true with the other ranks; writes them and prints their summaries at rank 0,
-    /// which has the queue.
+    /// Draws the pictures for which `wants` is true with the other ranks; writes them and prints their summaries at
+    /// rank 0, which has the queue.
     pub fn draw(
         &mut self,
         due: &Due,

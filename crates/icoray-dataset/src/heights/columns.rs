@@ -8,8 +8,8 @@ use icoray::{ErrorKind, Result};
 /// Maximum number of values in memory at one time.
 const BLOCK: usize = 1 << 20;
 
-/// The mean of each layer over the columns at the first time, and the max distance from it. `info` describes the variable,
-/// whose values become heights by `to_height`.
+/// The mean of each layer over the columns at the first time, and the max distance from it. `info` describes the
+/// variable, whose values become heights by `to_height`.
 pub(super) fn mean(
     found: SourceVariable,
     info: &FieldInfo,

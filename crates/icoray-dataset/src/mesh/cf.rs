@@ -40,8 +40,8 @@ pub(super) struct PolygonVariables<'a> {
 }
 
 impl<'a> PolygonVariables<'a> {
-    /// Cells of 4 points or more, of SCRIP 3; those of SCRIP only if there are fields of as many columns, which the rows
-    /// and columns of a lat-lon grid become later.
+    /// Cells of 4 points or more, of SCRIP 3; those of SCRIP only if there are fields of as many columns, which the
+    /// rows and columns of a lat-lon grid become later.
     fn of(sources: &Sources, source: &'a dyn Source) -> Option<Self> {
         MIDDLES.into_iter().find_map(|middle| {
             let found = Self::named(source, middle, |points| points > if middle == SCRIP { 2 } else { 3 });

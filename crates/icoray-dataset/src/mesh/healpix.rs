@@ -1,11 +1,11 @@
 //! HEALPix without coordinates: the centres of pixels from their numbers.
 //!
-//! Ring i from the north pole, and place j in it from 0, have z = 1 - i²/(3 n²) in the polar cap, z = 4/3 - 2 i/(3 n) in
-//! the belt, and φ = π/2 (j + s/2)/r, where n is the number of pixels along a side of the 12 base pixels, r = min(i, n)
-//! the length of a quarter of the ring, and s is 1 in the cap and (i - n + 1) mod 2 in the belt. The south mirrors this.
-//! Equations 2 to 13 of K. M. Górski et al., 2005, HEALPix, ApJ 622, 759,
-//! [doi:10.1086/427976](https://doi.org/10.1086/427976). Format: CF conventions 1.13, appendix F; older
-//! attributes `healpix_nside` and `healpix_order`.
+//! Ring i from the north pole, and place j in it from 0, have z = 1 - i²/(3 n²) in the polar cap, z = 4/3 - 2 i/(3 n)
+//! in the belt, and φ = π/2 (j + s/2)/r, where n is the number of pixels along a side of the 12 base pixels, r = min(i,
+//! n) the length of a quarter of the ring, and s is 1 in the cap and (i - n + 1) mod 2 in the belt. The south mirrors
+//! this. Equations 2 to 13 of K. M. Górski et al., 2005, HEALPix, ApJ 622, 759,
+//! [doi:10.1086/427976](https://doi.org/10.1086/427976). Format: CF conventions 1.13, appendix F; older attributes
+//! `healpix_nside` and `healpix_order`.
 
 use super::columns::of_points;
 use super::tables::{Mesh, Positions};

@@ -95,8 +95,8 @@ impl Polygons {
         Ok(table)
     }
 
-    /// The tables of a mesh of these cells: the edges of each corner, 3 for each, and the two corners of each edge. Each
-    /// side of a cell is an edge.
+    /// The tables of a mesh of these cells: the edges of each corner, 3 for each, and the two corners of each edge.
+    /// Each side of a cell is an edge.
     pub fn connectivity(self, corners: usize) -> Result<Connectivity> {
         let (mut corner_edge, mut edge_corner) = (vec![NONE; 3 * corners], Vec::new());
         let mut known: HashMap<[i32; 2], i32> = HashMap::new();
@@ -151,7 +151,8 @@ impl Polygons {
     }
 }
 
-/// A cell at a corner, with the corners beside that one in the cell's row: the far ends of the two sides that meet there.
+/// A cell at a corner, with the corners beside that one in the cell's row: the far ends of the two sides that meet
+/// there.
 #[derive(Debug, Clone, Copy, Default)]
 struct Wedge {
     cell: i32,

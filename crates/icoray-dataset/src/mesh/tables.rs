@@ -219,11 +219,6 @@ impl Mesh {
         self.tables().edges()
     }
 
-    /// The maximum number of corners of a cell: row length of MPAS's `verticesOnCell`.
-    pub fn max_edges(&self) -> usize {
-        self.connectivity.cell_corner_row
-    }
-
     /// Bytes of the tables.
     pub fn bytes(&self) -> usize {
         let of_file = self.file_corners.as_ref().map_or(0, |corners| size_of_val(corners.row.as_slice()));

@@ -197,9 +197,9 @@ impl Mesh {
     }
 }
 
-/// The tables of a mesh of faces; `rows` has the nodes of each. If `given` has no middles of faces, triangles have the middles of their circles, and others the
-/// means of their nodes. Nodes are the middles of cells if `are_nodes_cells`, and if all faces are triangles: other
-/// faces are cut into such.
+/// The tables of a mesh of faces; `rows` has the nodes of each. If `given` has no middles of faces, triangles have the
+/// middles of their circles, and others the means of their nodes. Nodes are the middles of cells if `are_nodes_cells`,
+/// and if all faces are triangles: other faces are cut into such.
 fn of_faces(
     path: &Path,
     nodes: Positions,

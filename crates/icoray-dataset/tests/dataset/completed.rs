@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{expect, names, open, open_error, opened, values};
+use crate::memory::{direction_of, expect, names, open, open_error, opened, values};
 use icoray::{ErrorKind, Grid, IcosahedralMesh, Location};
 use icoray_dataset::Convention;
 
@@ -161,14 +161,10 @@ fn points_of_triangles_are_enough() {
     assert!(file.field_info("topography_c").unwrap().is_2d());
     // The middles are as far from each of their points.
     let tables = file.mesh().tables();
-    let direction = |at: icoray::LonLat, i: usize| {
-        let (lon, lat) = (at.lon_rad.get(i), at.lat_rad.get(i));
-        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
-    };
     for triangle in 0..80 {
-        let middle = direction(tables.corner, triangle);
+        let middle = direction_of(tables.corner, triangle);
         let cosines = grid.triangle(triangle as u32).map(|cell| {
-            let point = direction(tables.center, cell as usize);
+            let point = direction_of(tables.center, cell as usize);
             (0..3).map(|k| middle[k] * point[k]).sum::<f64>()
         });
         assert!(cosines.iter().all(|c| *c > 0.8 && (c - cosines[0]).abs() < 1e-7), "{cosines:?}");

@@ -2,7 +2,7 @@
 
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{expect, names, open, open_error, opened, values};
+use crate::memory::{direction_of, expect, names, open, open_error, opened, values};
 use icoray::{ErrorKind, Location};
 use icoray_dataset::{Convention, Dataset};
 
@@ -11,10 +11,7 @@ fn triangles(file: &Dataset) -> Vec<Vec<[i64; 3]>> {
     let grid = file.mesh().grid().unwrap();
     assert_eq!(grid.void_triangles(), 0);
     let tables = file.mesh().tables();
-    let place = |cell: u32| {
-        let (lon, lat) = (tables.center.lon_rad.get(cell as usize), tables.center.lat_rad.get(cell as usize));
-        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()].map(|x| (1e4 * x).round() as i64)
-    };
+    let place = |cell: u32| direction_of(tables.center, cell as usize).map(|x| (1e4 * x).round() as i64);
     let of = |t| {
         let mut points = grid.triangle(t).map(place).to_vec();
         points.sort_unstable();

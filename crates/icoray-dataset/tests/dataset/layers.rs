@@ -6,8 +6,8 @@ use crate::memory::{expect, open, opened_with, values};
 use icoray::ErrorKind;
 use icoray_dataset::{AssumedMark, Dataset, DatasetOptions, LayerSelection, SceneFields};
 
-/// `ta` over triangles with `members` of an ensemble between times and layers; those behind the first have values of time
-/// 0 less 1000.
+/// `ta` over triangles with `members` of an ensemble between times and layers; those behind the first have values of
+/// time 0 less 1000.
 fn ensemble(members: usize) -> Made {
     let mut made = Made::icon_data(Angles::Degrees);
     made.dimensions.push(("member", members));

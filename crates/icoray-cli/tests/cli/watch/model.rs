@@ -1,6 +1,7 @@
 //! Files as a model writes them: record by record, and in pieces.
 
 use crate::made::{Made, MadeVariable, RECORDS, Values};
+use crate::run::Folder;
 use icoray_test_support::PATIENCE;
 use netcdf::{FileMut, Options};
 use std::fs;
@@ -31,13 +32,13 @@ fn part(values: &Values, range: &Range<usize>) -> Values {
 }
 
 /// A file of one later time, whose picture shows that all files before were looked at.
-pub fn mark(folder: &Path, day: u32) {
+pub fn mark(folder: &Folder, day: u32) {
     let mut made = records(&Made::history(), 0..1);
     let Values::Text(text) = &mut made.variable("xtime").values else { panic!("xtime is text") };
     *text = format!("{:<64}", format!("2014-01-{day:02}_00:00:00")).into_bytes();
-    let unseen = folder.join(".mark.nc");
+    let unseen = folder.at(".mark.nc");
     made.write_to(&unseen, Options::_64BIT_OFFSET);
-    fs::rename(unseen, folder.join(format!("run/mark{day}.nc"))).unwrap();
+    fs::rename(unseen, folder.at(format!("run/mark{day}.nc"))).unwrap();
 }
 
 impl Made {
