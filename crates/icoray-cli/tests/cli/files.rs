@@ -1,7 +1,7 @@
 //! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
 
 use crate::made::{Made, RECORDS, Values};
-use crate::run::{Folder, fails, has, icoray, prints, says, scene, shows_something, software};
+use crate::run::{Folder, fails, has, icoray, says, scene, shows_something, software};
 use netcdf::Options;
 use std::fs;
 use std::process::Stdio;
@@ -21,7 +21,7 @@ fn a_named_picture_is_written_and_reported() {
     let brief = "picture   new/er/out.png (96 x 96)\n\
                  field     theta at cells, 4 layers, time 0 (2013-10-25_00:00:00)\n\
                  range     0 to 41.375 K, 0 missing\n";
-    assert_eq!(prints(icoray(folder.path()).args(["made.nc", "--scene", "scene.toml"]).args(draw)), brief);
+    assert_eq!(folder.prints([&["made.nc", "--scene", "scene.toml"], &draw[..]].concat()), brief);
     let text = folder.render(&draw);
     let expected = [
         brief,
@@ -185,8 +185,7 @@ fn info_lists_what_the_file_holds() {
     let mut made = Made::history();
     made.add("vn", &["Time", "nEdges"], Values::F64(vec![1.0; RECORDS * 120]));
     let folder = Folder::of_netcdf4(&made);
-    let mut info = icoray(folder.path());
-    let text = prints(info.args(["info", "made.nc"]));
+    let text = folder.prints(["info", "made.nc"]);
     has(
         &text,
         &[
@@ -210,7 +209,7 @@ fn info_lists_what_the_file_holds() {
     assert_eq!(row("vorticity "), ["vorticity", "corners", "4", "f64", "-", "-"]);
     assert_eq!(row("vn_zonal ")[..7], ["vn_zonal", "cells,", "from", "edges", "1", "f64", "-"]);
     // The last time is 2, and w has five layers.
-    has(&prints(info.arg("--ranges")), &["range at the last time", "2000 to 2041.5"]);
+    has(&folder.prints(["info", "made.nc", "--ranges"]), &["range at the last time", "2000 to 2041.5"]);
 }
 
 #[test]
@@ -276,11 +275,11 @@ fn options_say_what_the_file_does_not() {
     has(&scene, &["--at nCategories=2 --heights 0..-300 --radius 1000000 --missing -9.99e2 --scene ice.toml"]);
     let text = icoray(&[&["info", "made.nc", "--ranges"], &options[..]].concat());
     has(&text, &["radius     1000000 m", "4 on heights (heights): from 0.0 m to -300.0 m", "to 2041.38 (1 missing)"]);
-    let refuse = |words: &[&str], parts: &[&str]| fails(crate::run::icoray(folder.path()).args(words), 1, parts);
+    let refuse = |words: &[&str], parts: &[&str]| folder.fails(words, 1, parts);
     refuse(&["made.nc", "--field", "ice"], &["no heights for the 3 layers of ice", "`heights` says"]);
     refuse(&["made.nc", "--at", "nCategories=3"], &["at nCategories=3: nCategories has 3 entries"]);
     for wrong in [["--at", "nCategories"], ["--heights", "5..5"]] {
-        fails(crate::run::icoray(folder.path()).arg("made.nc").args(wrong), 2, &[wrong[0], "expected"]);
+        folder.fails([&["made.nc"], &wrong[..]].concat(), 2, &[wrong[0], "expected"]);
     }
 }
 

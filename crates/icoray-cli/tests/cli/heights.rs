@@ -3,7 +3,7 @@
 use crate::files::folder;
 use crate::made::{HEIGHT_M, LAYERS, Made, RECORDS, Values};
 use crate::real::data;
-use crate::run::{Folder, difference, fails, has, icoray, prints, says, scene, shows_something};
+use crate::run::{Folder, difference, has, icoray, prints, says, scene, shows_something};
 use std::ops::Range;
 
 /// The same scene with native heights.
@@ -94,10 +94,9 @@ fn heights_that_a_file_has_not_are_said_before_the_first_ray() {
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(vec![10.0, 20.0, 30.0, 40.0]));
     let folder = folder(&made, &native(&scene("theta", 0.0, 42.0)));
     for command in ["render", "plan"] {
-        let mut command_of = icoray(folder.path());
-        command_of.args([command, "made.nc", "--scene", "scene.toml"]);
         let looked_for = "looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), and layerThickness";
-        fails(&mut command_of, 1, &["made.nc: theta has no native heights", looked_for]);
+        let parts = ["made.nc: theta has no native heights", looked_for];
+        folder.fails([command, "made.nc", "--scene", "scene.toml"], 1, &parts);
     }
     assert!(!folder.at("theta_000000.png").exists());
 }
@@ -168,8 +167,8 @@ fn fields_are_moved_between_levels_and_interfaces() {
         let by_hand = two(first, &format!("{second}_moved"));
         folder.write("by_hand.toml", by_hand);
         folder.render(&["--layers", layers, "-o", "out.png"]);
-        let words = "render made.nc --scene by_hand.toml -o by_hand.png --layers";
-        let text = prints(icoray(folder.path()).args(words.split(' ')).arg(layers));
+        let words = "render made.nc --scene by_hand.toml -o by_hand.png --layers ".to_owned() + layers;
+        let text = folder.prints(words.split(' '));
         assert!(!text.contains("interpolated"), "{text}");
         let apart = difference(&folder.at("out.png"), &folder.at("by_hand.png"));
         assert!(apart.max <= 1 && apart.mean < 0.0075, "{first} {second} {layers}: {apart:?}");

@@ -3,7 +3,7 @@
 use crate::files::folder;
 use crate::made::Made;
 use crate::made_icon::{Angles, LAYERS};
-use crate::run::{Folder, difference, has, icoray, prints, scene, shows_something};
+use crate::run::{Folder, difference, has, scene, shows_something};
 use netcdf::Options;
 
 #[test]
@@ -26,8 +26,7 @@ fn pictures_with_tables_are_those_without() {
 #[test]
 fn info_says_what_is_known_of_layers_and_units() {
     let folder = Folder::of_netcdf4(&Made::icon_data(Angles::Radians));
-    let path = folder.at("made.nc");
-    let text = prints(icoray(folder.path()).arg("info").arg(&path));
+    let text = folder.prints(["info", "made.nc"]);
     has(
         &text,
         &[
@@ -41,6 +40,5 @@ fn info_says_what_is_known_of_layers_and_units() {
     let line = text.lines().find(|line| line.starts_with("ta ")).unwrap();
     assert_eq!(line.split_whitespace().collect::<Vec<_>>(), ["ta", "corners", "3", "f32", "K", "Temperature"]);
     folder.write("scene.toml", scene("ta", 0.0, 80.0));
-    let mut plan = icoray(folder.path());
-    has(&prints(plan.arg("plan").arg(path).args(["--scene", "scene.toml", "--layers", "0..2"])), &["left out"]);
+    has(&folder.prints(["plan", "made.nc", "--scene", "scene.toml", "--layers", "0..2"]), &["left out"]);
 }

@@ -2,7 +2,6 @@
 
 use crate::made::Made;
 use crate::run::{Folder, icoray};
-use crate::viewer::Viewer;
 use icoray_test_support::{PATIENCE, Random};
 use std::fs;
 use std::io::Read;
@@ -29,7 +28,7 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) {
 fn the_end_of_the_reading_process_is_an_error() {
     let folder = Folder::of_netcdf4(&Made::history());
     for signal in ["ABRT", "FPE"] {
-        let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+        let mut view = folder.view(&[]).into_child();
         let child = child_of(view.id());
         // The shell has this command itself: not every machine has it as a program.
         assert!(Command::new("sh").args(["-c", &format!("kill -s {signal} {child}")]).status().unwrap().success());
@@ -44,7 +43,7 @@ fn the_end_of_the_reading_process_is_an_error() {
 #[test]
 fn the_reading_process_ends_with_its_parent() {
     let folder = Folder::of_netcdf4(&Made::history());
-    let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+    let mut view = folder.view(&[]).into_child();
     let child = child_of(view.id());
     assert_ne!(child, "");
     let child = format!("/proc/{child}");
@@ -57,7 +56,7 @@ fn the_reading_process_ends_with_its_parent() {
 #[test]
 fn classic_files_need_no_other_process() {
     let folder = Folder::of(&Made::history());
-    let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+    let mut view = folder.view(&[]).into_child();
     let child = child_of(view.id());
     view.kill().unwrap();
     view.wait().unwrap();

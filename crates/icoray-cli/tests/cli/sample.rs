@@ -1,6 +1,6 @@
 //! The file that the command writes to try it on.
 
-use crate::run::{Folder, fails, has, icoray};
+use crate::run::{Folder, has};
 use std::fs;
 
 /// Values of a field at a time.
@@ -56,9 +56,8 @@ fn the_first_pictures_of_the_sample_show_its_fields() {
 fn a_file_of_the_same_name_is_kept_where_it_is_to_stay() {
     let folder = Folder::new();
     folder.write("mine.nc", "mine");
-    let mut command = icoray(folder.path());
-    command.args(["sample", "mine.nc", "--existing", "never-modify"]);
-    fails(&mut command, 1, &["mine.nc", "is there already"]);
+    let parts = ["mine.nc", "is there already"];
+    folder.fails(["sample", "mine.nc", "--existing", "never-modify"], 1, &parts);
     assert_eq!(folder.text("mine.nc"), "mine");
     folder.fails(["sample", "mine.nc/a.nc"], 1, &["mine.nc/a.nc: cannot write the file"]);
 }

@@ -16,7 +16,7 @@ fn folder() -> Folder {
 #[test]
 fn what_is_seen_is_what_its_scene_renders() {
     let folder = folder();
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let viewer = folder.view(&[]);
     let change = r#"{"changes":[{"path":["camera","lon"],"value":30},{"path":["transfer","map"],"value":"plasma"}],
                      "time":1,"size":[120,90]}"#;
     let changed = viewer.post("/api/change", change).json();
@@ -46,7 +46,7 @@ fn what_is_seen_is_what_its_scene_renders() {
 fn changes_are_taken_whole_and_undone() {
     let folder = folder();
     folder.write("s.toml", scene("theta", 0.0, 42.0));
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    let viewer = folder.view(&["--scene", "s.toml"]);
     let text = || viewer.get("/api/scene").json()["text"].as_str().unwrap().to_owned();
     let first = text();
     for (bad, wanted) in [
@@ -82,7 +82,7 @@ fn changes_are_taken_whole_and_undone() {
 #[test]
 fn another_field_is_shown_in_its_own_look() {
     let folder = folder();
-    let start = |field: &str| Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--field", field]));
+    let start = |field: &str| folder.view(&["--field", field]);
     let sized = |viewer: &Viewer, size: &str| {
         viewer.post("/api/change", &format!(r#"{{"size":{size}}}"#)).json()["revision"].as_u64().unwrap()
     };
@@ -123,7 +123,7 @@ fn another_field_is_shown_in_its_own_look() {
 fn the_data_are_asked() {
     let folder = folder();
     folder.write("s.toml", scene("theta", 0.0, 42.0));
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    let viewer = folder.view(&["--scene", "s.toml"]);
     let described = viewer.get("/api/describe").json();
     let names: Vec<&str> =
         described["fields"].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap()).collect();
@@ -159,7 +159,7 @@ fn the_data_are_asked() {
 #[test]
 fn hostile_clients_are_refused_and_harm_nobody() {
     let folder = folder();
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let viewer = folder.view(&[]);
     let page = viewer.ask_with("", "GET /", "");
     assert!(page.status == 200 && page.head.contains("content-security-policy: default-src 'none'"), "{}", page.head);
     for token in ["", "0123", &format!("{}0", viewer.token), &viewer.token[1..]] {
@@ -212,9 +212,9 @@ fn hostile_clients_are_refused_and_harm_nobody() {
 #[test]
 fn a_taken_port_is_another_port() {
     let folder = folder();
-    let first = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let first = folder.view(&[]);
     let port = first.host.rsplit_once(':').unwrap().1;
-    let second = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--port", port]));
+    let second = folder.view(&["--port", port]);
     assert_ne!(first.host, second.host);
     assert_ne!(first.token, second.token);
     assert_eq!(first.ask_with(&second.token, "GET /api/scene", "").status, 401);

@@ -1,5 +1,6 @@
 //! A running `icoray view`, asked as a page asks it.
 
+use crate::run::{Folder, icoray};
 use icoray_test_support::PATIENCE;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -29,6 +30,13 @@ impl Answer {
         let (length, rest) = self.body.split_first_chunk().unwrap();
         let (facts, png) = rest.split_at(u32::from_le_bytes(*length) as usize);
         (serde_json::from_slice(facts).unwrap(), png)
+    }
+}
+
+impl Folder {
+    /// The page of `made.nc`.
+    pub fn view(&self, more: &[&str]) -> Viewer {
+        Viewer::start(icoray(self.path()).args(["view", "made.nc"]).args(more))
     }
 }
 
