@@ -31,9 +31,9 @@ fn rendered(path: &Path, mut script: Script) -> Pictures {
     let mut pictures = Pictures::new();
     for time in series.times.iter().copied() {
         let stamp = series.stamp(time);
-        let (views, read) = series.views_of(&dataset, time, &renderer, scene_fields).unwrap();
+        let (views, read) = series.views_of(scene_fields, &renderer, time).unwrap();
         let scenes = || views.iter().flat_map(|view| view.shots(&stamp)).map(|shot| shot.scene);
-        heights.get_ready((&dataset, &grid, &renderer), scene_fields, scenes(), time).unwrap();
+        heights.get_ready(scene_fields, &grid, &renderer, scenes(), time).unwrap();
         let fields = read.borrowed().unwrap();
         for scene in scenes() {
             let frame = drawing.frame(&scene, &fields, &heights, &mut Ranks::alone()).unwrap().unwrap();

@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:\n  icoray animate pictures/*.png -o film.mp4\n  \
                         icoray animate history.*.nc --field w --size 640x480 -o film.gif")]
 pub struct Args {
-    /// What is drawn, all times by default, where the files are no pictures; else pictures (.png) of one size, in their
-    /// order, for which the other options have no effect
+    /// Files of a model, of which all times are drawn by default; or pictures (.png) of one size, in their order, for
+    /// which the other options have no effect
     #[command(flatten)]
     selection: Selection,
     /// The animation: .png; or .mp4 or .gif, for which ffmpeg must be installed
@@ -33,7 +33,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The files to draw; `None` where they are pictures.
+    /// The files to draw; `None` if they are pictures.
     pub fn input(&self) -> Option<&Input> {
         let is_picture = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "png");
         let input = &self.selection.input;
@@ -46,7 +46,7 @@ pub fn run(mut args: Args, out: &mut impl Write) -> CommandResult {
     let existing = Existing::from(args.existing);
     existing.prepare(&args.output)?;
     if args.input().is_none() {
-        return write(&args.output, &args.selection.input.files, (args.fps, existing), out);
+        return write(&args.output, &args.selection.input.files, args.fps, existing, out);
     }
     let failed = |e: io::Error| Error::new(ErrorKind::Io, format!("cannot keep pictures for the animation: {e}"));
     let folder = tempfile::tempdir().map_err(failed)?;
@@ -58,10 +58,10 @@ pub fn run(mut args: Args, out: &mut impl Write) -> CommandResult {
     let mut pictures = entries.collect::<io::Result<Vec<_>>>().map_err(failed)?;
     pictures.retain(|path| path.extension().is_some_and(|ending| ending == "png"));
     pictures.sort();
-    write(&args.output, &pictures, (args.fps, existing), out)
+    write(&args.output, &pictures, args.fps, existing, out)
 }
 
-fn write(output: &Path, pictures: &[PathBuf], (fps, existing): (f64, Existing), out: &mut impl Write) -> CommandResult {
+fn write(output: &Path, pictures: &[PathBuf], fps: f64, existing: Existing, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
     progress.stage(format!("encoding {} pictures", pictures.len()));
     let Animated { size: [width, height], frames, bytes } = write_animation(output, pictures, fps, existing)?;

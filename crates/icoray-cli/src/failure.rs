@@ -36,7 +36,7 @@ impl fmt::Display for Failure {
         match self {
             Failure::Icoray(e) => e.fmt(f),
             Failure::Stdout(e) => write!(f, "cannot write to stdout: {e}"),
-            Failure::ReportedByRoot => f.write_str("said by rank 0"),
+            Failure::ReportedByRoot => f.write_str("reported by rank 0"),
         }
     }
 }

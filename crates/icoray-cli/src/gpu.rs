@@ -3,13 +3,13 @@
 use icoray::device::FallbackReason;
 use icoray::{Adapter, Renderer, Result, Scene};
 
-/// Who draws, where the command says so.
+/// The processor that draws, if the command names one.
 #[derive(clap::Args)]
 pub struct DeviceOptions {
-    /// Who draws, instead of the scene's backend
-    #[arg(long, value_name = "WHO", value_enum)]
+    /// Processor that draws, instead of the scene's backend
+    #[arg(long, value_name = "BACKEND", value_enum)]
     backend: Option<Backend>,
-    /// Which of several GPUs, instead of the scene's device: a number that `icoray devices` says, or a part of a name
+    /// One of several GPUs, instead of the scene's device: its number in `icoray devices`, or a part of its name
     #[arg(long, value_name = "N|NAME")]
     device: Option<Adapter>,
 }
@@ -17,11 +17,11 @@ pub struct DeviceOptions {
 /// [`icoray::Backend`] as an option.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Backend {
-    /// A GPU where there is a real one, else the CPU
+    /// A GPU if there is a real one, else the CPU
     Auto,
     /// The CPU
     Cpu,
-    /// A GPU, or a processor that acts as one; the CPU for what that cannot, which is said
+    /// A GPU, or a processor that acts as one; the CPU for scenes that it does not support, with a note
     Gpu,
 }
 
@@ -64,7 +64,7 @@ pub fn renderer(threads: usize) -> Result<Renderer> {
     Ok(renderer)
 }
 
-/// Describes who rendered: `device`, or the CPU with the reason, or both.
+/// Describes the processor that rendered: `device`, or the CPU with the reason, or both.
 pub fn drawn_on(device: Option<&str>, left_to_cpu: Option<&str>) -> String {
     match (device, left_to_cpu) {
         (None, None) => "the CPU".into(),
@@ -74,7 +74,7 @@ pub fn drawn_on(device: Option<&str>, left_to_cpu: Option<&str>) -> String {
     }
 }
 
-/// Describes who would render a scene.
+/// Describes the processor that would render a scene.
 pub fn would_draw(renderer: &Renderer, scene: &Scene) -> String {
     match renderer.device_for(scene, 0) {
         Ok(device) => drawn_on(Some(&device.name()), None),

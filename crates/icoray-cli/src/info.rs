@@ -1,4 +1,4 @@
-//! `icoray info`: what a file holds.
+//! `icoray info`: the contents of a file.
 
 use crate::failure::CommandResult;
 use crate::input::{self, Input};
@@ -112,8 +112,8 @@ fn layers(file: &Dataset, out: &mut impl Write) -> CommandResult {
             Err(e) => format!("layers     {e}"),
         };
         writeln!(out, "{text}")?;
-        match file.native_heights_in_words(&info.name) {
-            Ok(Some(own)) => writeln!(out, "           heights = \"native\" in a scene shows {own}")?,
+        match file.find_native_info(&info.name) {
+            Ok(Some(own)) => writeln!(out, "           heights = \"native\" in a scene shows {}", own.description)?,
             Ok(None) => {}
             Err(e) => writeln!(out, "           {e}")?,
         }
@@ -148,7 +148,9 @@ fn heights_in_words(heights: &LayerHeights, layers: usize) -> String {
     );
     text += &match heights.deviation_m {
         Some(0.0) => String::new(),
-        Some(off) => format!("\n           columns deviate from these mean heights by up to {off:.1} m"),
+        Some(deviation_m) => {
+            format!("\n           columns deviate from these mean heights by up to {deviation_m:.1} m")
+        }
         None if heights.is_counted => String::new(),
         None => "\n           how far columns deviate from these heights is not known".into(),
     };

@@ -5,12 +5,12 @@ use icoray::{Error, ErrorKind, Location, Result, Script};
 use icoray_dataset::{Dataset, DatasetOptions, FieldInfo, LayerSelection};
 use std::path::{Path, PathBuf};
 
-/// Where fields and mesh are.
+/// The files with fields and mesh.
 #[derive(clap::Args)]
 pub struct Input {
     /// Files of MPAS, ICON or another model with the fields, mostly with the mesh too: several files of one run are one
-    /// series by their dates, whose variables may be in files of their own. Addresses (https://, s3://, NCZarr's file://)
-    /// are opened by the NetCDF library
+    /// series by their dates, whose variables may be in files of their own. Addresses (https://, s3://, NCZarr's
+    /// file://) are opened by the NetCDF library
     #[arg(value_name = "FILE.nc", required = true)]
     pub files: Vec<PathBuf>,
     /// Draw differences: the values less those of these files, of the same mesh and layers, at the same dates
@@ -24,15 +24,15 @@ pub struct Input {
     pub data_options: DataOptions,
 }
 
-/// What the files do not tell.
+/// Facts that the files lack.
 #[derive(clap::Args)]
 pub struct DataOptions {
     /// Entry, from 0, that is read along a dimension beside columns, layers and time, such as nCategories=2; may be
     /// given several times
     #[arg(long, value_name = "DIM=N", value_parser = entry)]
     at: Vec<(String, usize)>,
-    /// Heights of the first and of the last layer in metres, such as 0..20000 or 0..-5000, instead of those of the files;
-    /// those between are evenly spaced
+    /// Heights of the first and of the last layer in metres, such as 0..20000 or 0..-5000, instead of those of the
+    /// files; those between are evenly spaced
     #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = heights)]
     heights: Option<[f64; 2]>,
     /// Radius of the sphere in metres, instead of that of the files
@@ -44,7 +44,7 @@ pub struct DataOptions {
 }
 
 impl DataOptions {
-    /// The same for a dataset.
+    /// The options of a dataset.
     pub fn options(&self) -> DatasetOptions {
         let DataOptions { at, heights, radius, missing } = self;
         DatasetOptions { at: at.clone(), heights_m: *heights, radius_m: *radius, missing: missing.clone() }
@@ -98,7 +98,7 @@ impl Input {
     }
 }
 
-/// Which of the first field's layers are read and drawn.
+/// The layers of the first field that are read and drawn.
 #[derive(clap::Args)]
 pub struct LayerOption {
     /// Layers that are read and drawn, from 0 and without the last, instead of all; either end may be left out. Those
@@ -115,7 +115,7 @@ pub fn scene_text(path: &Path) -> Result<String> {
     })
 }
 
-/// Reads and checks a scene file; `None` where it has no keys and draws nothing.
+/// Reads and checks a scene file; `None` if it has no keys and draws nothing.
 pub fn script(path: &Path) -> Result<Option<Script>> {
     Script::parse_optional(&scene_text(path)?).map_err(|e| e.within(path.display()))
 }

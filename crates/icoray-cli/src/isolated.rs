@@ -3,10 +3,10 @@
 //! Damage of such a file may end or hang the process inside HDF5, so that commands that read one run in a child, and
 //! report how it ended. Files are read once, by the child.
 //!
-//! Watching a directory must go on when a file cannot be read, and reads files that a model may be writing. HDF5 locks a
-//! file that it reads, and a model that opens a locked file to write it fails. So the command runs with these locks
-//! switched off. Without them a file may be read while its structure is being changed; that has the same effect as damage.
-//! So such a file is read by a child first.
+//! Watching a directory must go on when a file cannot be read, and reads files that a model may be writing. HDF5 locks
+//! a file that it reads, and a model that opens a locked file to write it fails. So the command runs with these locks
+//! switched off. Without them a file may be read while its structure is being changed; that has the same effect as
+//! damage. So such a file is read by a child first.
 
 use crate::input::Input;
 use icoray::{Error, ErrorKind, Result};
@@ -56,7 +56,7 @@ pub fn begin() {
 
 /// Runs this command in a child, if one of its files is not classic; returns the child's exit code.
 pub fn run_apart(input: &Input) -> Result<Option<ExitCode>> {
-    // Files that cannot be opened are reported by whoever needs them.
+    // Files that cannot be opened are reported when they are needed.
     let files = input.paths().filter(|path| !Outline::is_classic(path).unwrap_or(true));
     let files: Vec<_> = files.map(|path| path.display().to_string()).collect();
     if files.is_empty() {
@@ -107,7 +107,7 @@ pub fn switch_locks_off() -> Result<()> {
     Err(Error::new(ErrorKind::Io, format!("cannot switch HDF5's locks off: {failed}")))
 }
 
-/// Other systems lock files by themselves.
+/// Other systems lock open files themselves.
 #[cfg(not(unix))]
 pub fn switch_locks_off() -> Result<()> {
     Ok(())
@@ -136,18 +136,18 @@ fn try_in_child(path: &Path, words: &[String]) -> Result<()> {
     if status.success() {
         return Ok(());
     }
-    let said = reason(&String::from_utf8_lossy(&stderr));
-    Err(said.map_or_else(|| error(ending(status)), |context| Error::new(ErrorKind::Io, context)))
+    let reason = reason(&String::from_utf8_lossy(&stderr));
+    Err(reason.map_or_else(|| error(ending(status)), |context| Error::new(ErrorKind::Io, context)))
 }
 
-/// The sentence of an error that a child printed, without the kind that it has here too.
-fn reason(said: &str) -> Option<String> {
-    let line = said.lines().find_map(|line| line.strip_prefix("icoray: error: "))?;
+/// The context of an error that a child printed, without its kind, which is added again here.
+fn reason(printed: &str) -> Option<String> {
+    let line = printed.lines().find_map(|line| line.strip_prefix("icoray: error: "))?;
     let kind = format!("{}: ", ErrorKind::Io);
     Some(line.strip_prefix(&kind).unwrap_or(line).to_owned())
 }
 
-/// What a child's end says, of which HDF5 is the probable reason.
+/// A description of a child's end, whose probable reason is HDF5.
 fn ending(status: ExitStatus) -> String {
     format!("the process that read it was ended, mostly by the HDF5 library ({status}): not whole, or damaged")
 }

@@ -1,11 +1,11 @@
 //! icoray on the command line: pictures of files of MPAS and ICON.
 //!
-//! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes them,
-//! `icoray animate` makes a picture that moves, `icoray info` says what a file holds, `icoray plan` what a scene reads and
-//! leaves out, `icoray devices` which GPUs can draw, `icoray colormaps` which colours there are, `icoray sample` writes a file
-//! to try these on, `icoray manual` what shells and `man` know of the command. Results go to stdout, progress to stderr
-//! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2. A command that
-//! reads NetCDF-4 files runs in a child process, as damage of such a file may end it.
+//! `icoray render` makes pictures, `icoray view` shows a file on a page, `icoray watch` draws files as a model writes
+//! them, `icoray animate` makes an animation, `icoray info` prints the contents of a file, `icoray plan` the data that
+//! a scene reads and leaves out, `icoray devices` the GPUs; `icoray colormaps` draws all colour maps, `icoray sample`
+//! writes a file to try these on, `icoray manual` writes manual pages and completions. Results go to stdout, progress
+//! to stderr where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2. A
+//! command that reads NetCDF-4 files runs in a child process, as damage of such a file may end it.
 #![forbid(unsafe_code)]
 
 mod animate;
@@ -49,7 +49,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a field of a file, as a scene says or as one that is suggested
+    /// Render a field of a file with a scene file or a suggested scene
     Render(render::Args),
     /// Make an animated PNG, MP4 or GIF of pictures, or of the times of files
     Animate(animate::Args),
@@ -57,9 +57,9 @@ enum Command {
     View(view::Args),
     /// Draw the files of a directory as a model writes them
     Watch(watch::Args),
-    /// Say what a file holds: mesh, times, layers, fields
+    /// Print the contents of a file: mesh, times, layers, fields
     Info(info::Args),
-    /// Say what a scene reads of a file and leaves out
+    /// Print which data of a file a scene reads and which it leaves out
     ///
     /// Takes the options of `icoray render` and draws nothing: -o names the planned picture, --save-scene writes
     /// the suggested scene, --error has no effect.
@@ -72,7 +72,7 @@ enum Command {
     Manual(manual::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,
-    /// Read a file that may end this process, and keep nothing
+    /// Read a file whose damage may end this process, and keep nothing
     #[command(hide = true)]
     TryReading(isolated::Args),
     /// A program of its own
@@ -151,7 +151,7 @@ fn complain(failure: &failure::Failure) -> ExitCode {
     ExitCode::FAILURE
 }
 
-/// Says which program has the studies.
+/// Prints the name of the program with the studies.
 fn no_study(words: &[String]) -> ExitCode {
     let words = words.join(" ");
     let program = format!("icoray-study {words}");

@@ -1,4 +1,4 @@
-//! `icoray manual`: what `man` and shells know of the command, made of its options.
+//! `icoray manual`: manual pages and completions for shells, generated from the options.
 
 use crate::failure::CommandResult;
 use clap_complete::Shell;
@@ -6,7 +6,7 @@ use icoray::{Error, ErrorKind};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where shells look for completions.
+/// The files in which shells look for completions.
 const COMPLETIONS: [(Shell, &str); 3] = [
     (Shell::Bash, "bash-completion/completions/icoray"),
     (Shell::Zsh, "zsh/site-functions/_icoray"),

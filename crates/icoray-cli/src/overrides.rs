@@ -3,7 +3,7 @@
 use crate::gpu::DeviceOptions;
 use icoray::{Error, ErrorKind, Lighting, Result, Scene, Script, Source};
 
-/// What of a scene is otherwise.
+/// Options that replace keys of a scene.
 #[derive(clap::Args)]
 pub struct Overrides {
     /// Longitude below the camera, degrees; also instead of the scene's. The camera then looks at the planet's centre
@@ -40,7 +40,7 @@ pub struct Overrides {
     pub samples: Option<u32>,
 }
 
-/// Where light comes from; without a source there is none.
+/// The source of light; none without one.
 #[derive(Clone, Copy)]
 pub struct Light(pub Option<Source>);
 
@@ -98,7 +98,7 @@ fn tolerance(text: &str) -> Parsed<f64> {
 }
 
 impl Overrides {
-    /// Fails if an option is given, where the scene's text alone says what is drawn.
+    /// Fails if an option is given, for a scene that only its text determines.
     ///
     /// # Errors
     /// [`ErrorKind::Argument`] names the option.

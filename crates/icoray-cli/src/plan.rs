@@ -43,7 +43,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
                 writeln!(text, "{}:", title.join(", "))?;
             }
             read(file, view, &scene, &layering, &mut text)?;
-            left_out(renderer, (file, &grid), &scene, (&layering, time), &mut text)?;
+            left_out(renderer, file, &grid, &scene, &layering, time, &mut text)?;
             writeln!(text, "drawn on {}", gpu::would_draw(renderer, &scene))?;
             writeln!(text, "several ranks would draw {}", Plan::sharing(&scene, None)?)?;
             let path = target.path(&scene.output, &stamp, scene.field())?;
@@ -57,9 +57,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 /// Prints the variables that are read, with their sizes.
 fn read(file: &Dataset, view: &View, scene: &Scene, layering: &Layering, out: &mut impl Write) -> CommandResult {
     let drawn = scene.model_fields();
-    let asked = view.conditions().iter().map(Condition::field);
+    let conditions = view.conditions().iter().map(Condition::field);
     let mut known = HashSet::new();
-    for name in drawn.iter().copied().chain(asked).filter(|name| known.insert(*name)) {
+    for name in drawn.iter().copied().chain(conditions).filter(|name| known.insert(*name)) {
         let info = file.field_info(name)?;
         // A 2D field is read once for all layers.
         let layers = if info.is_2d() { 1 } else { layering.range(info)?.len() };
@@ -79,9 +79,11 @@ fn read(file: &Dataset, view: &View, scene: &Scene, layering: &Layering, out: &m
 /// Prints what is left out and what a frame takes of memory, after checking that the fields fit the layers.
 fn left_out(
     renderer: &Renderer,
-    (file, grid): (&Dataset, &Grid),
+    file: &Dataset,
+    grid: &Grid,
     scene: &Scene,
-    (layering, time): (&Layering, usize),
+    layering: &Layering,
+    time: usize,
     out: &mut impl Write,
 ) -> CommandResult {
     let layers = layering.layers(&layering.heights(file)?)?;

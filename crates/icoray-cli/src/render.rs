@@ -148,7 +148,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     agree(ranks, outcome)?;
     for &time in &series.times {
         let due = ranks.collective(pictures.read(time))?;
-        pictures.draw(&due, |_| true, (&mut queue, &mut *out), ranks)?;
+        pictures.draw(&due, |_| true, &mut queue, out, ranks)?;
     }
     progress.stage("writing");
     let outcome = match queue {

@@ -3,7 +3,7 @@
 use icoray::{Level, suggest};
 use std::path::PathBuf;
 
-/// Which scene, and what of it is otherwise.
+/// The scene file, or settings of a suggested scene.
 #[derive(clap::Args)]
 pub struct SceneOptions {
     /// What to draw and how; without it a scene is suggested for one field of the file

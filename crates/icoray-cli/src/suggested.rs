@@ -33,8 +33,8 @@ impl Suggested {
         let time = opened.times[opened.times.len() - 1];
         progress.stage(format!("looking at {name}"));
         let options = options(selection, time);
-        let (with, of) = ((&grid, &opened.renderer), (info, time));
-        let text = file.suggest_scene(with, of, &selection.layer_option.layers, options)?;
+        let layers = &selection.layer_option.layers;
+        let text = file.suggest_scene(&grid, &opened.renderer, info, time, layers, options)?;
         let summary = summary(selection, info, &others);
         Ok((Suggested { text, summary }, grid))
     }
@@ -83,8 +83,8 @@ fn options(selection: &Selection, time: usize) -> suggest::Options {
     }
 }
 
-/// The command line that renders the saved scene, at this time unless others are selected; without one, with `{time}` in
-/// its place.
+/// The command line that renders the saved scene, at this time unless others are selected; without one, with `{time}`
+/// in its place.
 pub fn command(selection: &Selection, time: Option<usize>) -> String {
     let mut words = vec!["icoray".into(), "render".into()];
     words.extend(selection.input.words().iter().map(|text| word(text)));
@@ -157,8 +157,9 @@ impl Opened {
         let grid = self.renderer.run(|| self.file.mesh().grid())?;
         let field = selection.scene_options.field.as_deref();
         let wanted = suggest::Completion { text, field, ..Default::default() };
-        let (time, layers) = (self.times[self.times.len() - 1], &selection.layer_option.layers);
-        let text = self.file.completed_scene((&grid, &self.renderer), &wanted, time, layers)?;
+        let time = self.times[self.times.len() - 1];
+        let layers = &selection.layer_option.layers;
+        let text = self.file.completed_scene(&grid, &self.renderer, &wanted, time, layers)?;
         Ok((text, grid))
     }
 }

@@ -43,11 +43,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     };
     let description = view::describe(&opened.file, suggested::command(selection, None));
     let options = Options { port: args.port, size, is_framed: false };
-    let live = LiveView::open(&options, description, (text, time), reader)?;
+    let live = LiveView::open(&options, description, text, time, reader)?;
     opened.renderer = opened.renderer.with_stop(live.stop());
     writeln!(out, "view      {}\n          ends with Ctrl-C", live.address())?;
     out.flush()?;
-    Viewer::new((&opened.file, &grid), &opened.renderer, &selection.layer_option.layers, &live).run();
+    Viewer::new(&opened.file, &grid, &opened.renderer, &selection.layer_option.layers, &live).run();
     Ok(())
 }
 

@@ -1,7 +1,6 @@
 //! `icoray watch`: draws the files of a directory as a model writes them.
 //!
-//! A time is drawn once, as soon as it is whole. What was drawn is known by the pictures that are there, so that a watch
-//! that is started again goes on where the one before ended.
+//! A time is drawn once, as soon as it is whole, unless its pictures exist: a watch that is started again continues.
 
 mod folder;
 mod page;
@@ -56,19 +55,19 @@ pub struct Args {
     /// Directory for pictures, named by the scene or else by date and time's number, and for report.csv
     #[arg(short, long, value_name = "DIR", default_value = ".", hide_default_value = true)]
     output: PathBuf,
-    /// Draw also times whose pictures are there when the watch begins
+    /// Draw also times whose pictures exist when the watch begins
     #[arg(long)]
     redraw: bool,
     /// Time between two looks at the directory
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     poll: Duration,
-    /// How long a file must not have changed until its last time is taken to be whole
+    /// Time without a change of a file after which its last time is taken to be whole
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     settle: Duration,
-    /// End when no file has changed and nothing was drawn for so long
+    /// End when no file has changed and nothing was drawn for this time
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until_idle: Option<Duration>,
-    /// End when all files have settled and what is whole of them is drawn
+    /// End when all files have settled and their whole times are drawn
     #[arg(long)]
     once: bool,
     /// Serve a page on this machine's loopback address that shows each picture, and on which the scene is changed by
@@ -109,7 +108,7 @@ struct Watch<'a> {
     /// The time of each picture's name.
     names: HashMap<PathBuf, TimeId>,
     /// Sentences that were printed.
-    said: HashSet<String>,
+    printed: HashSet<String>,
     /// When a file changed or a time was drawn.
     last_event: Instant,
     page: Option<Page>,
@@ -140,7 +139,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         folder: Folder::new(&args.directory, args.files.clone(), args.settle),
         history: History::default(),
         names: HashMap::new(),
-        said: HashSet::new(),
+        printed: HashSet::new(),
         last_event: Instant::now(),
         page,
     };
@@ -148,7 +147,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let count = watch.folder.files().count();
     writeln!(out, "watch     {}: {count} files {}", args.directory.display(), args.files)?;
     if let Some(page) = &watch.page {
-        writeln!(out, "live      {}", page.address())?;
+        writeln!(out, "live      {}", page.view.address())?;
     }
     out.flush()?;
     let mut next = watch.next(None, out)?;
@@ -208,15 +207,15 @@ impl Watch<'_> {
             match self.folder.look(now) {
                 Ok(true) => self.last_event = now,
                 Ok(false) => (),
-                Err(error) => self.say_once(&format!("skipped   {}", error.context()), out)?,
+                Err(error) => self.print_once(&format!("skipped   {}", error.context()), out)?,
             }
             self.progress.wait(format!("watching {}", self.args.directory.display()));
             for error in self.folder.read_outlines(now) {
                 let context = error.context();
-                self.say_once(&format!("skipped   {context}; it is looked at again when it changes"), out)?;
+                self.print_once(&format!("skipped   {context}; it is looked at again when it changes"), out)?;
             }
-            let settle = self.args.settle;
-            let (open, lacking) = plan::open_times(&self.folder, &self.needed, &mut self.history, (now, settle));
+            let (folder, settle) = (&self.folder, self.args.settle);
+            let (open, lacking) = plan::open_times(folder, &self.needed, &mut self.history, now, settle);
             let moments = self.undrawn(open, out)?;
             if !moments.is_empty() {
                 self.last_event = now;
@@ -227,7 +226,7 @@ impl Watch<'_> {
             }
             let has_settled = self.folder.has_settled(now);
             if has_settled {
-                self.say_what_lacks(&lacking, out)?;
+                self.print_lacking(&lacking, out)?;
             }
             if self.hears_viewers() {
                 if let Some(session) = self.for_viewers(known) {
@@ -240,7 +239,7 @@ impl Watch<'_> {
                 return Ok(None);
             }
             match &self.page {
-                Some(page) => page.wait(self.args.poll),
+                Some(page) => page.view.wait(self.args.poll),
                 None => thread::sleep(self.args.poll),
             }
         }
@@ -276,7 +275,7 @@ impl Watch<'_> {
 
     fn skip(&mut self, moment: &Moment, error: &Error, out: &mut impl Write) -> CommandResult {
         self.history.has_failed(moment, error.context().to_owned());
-        self.say_once(&format!("skipped   {}: {}", moment.id, error.context()), out)
+        self.print_once(&format!("skipped   {}: {}", moment.id, error.context()), out)
     }
 
     /// The pictures of a time, as far as they are known before it is read.
@@ -285,7 +284,7 @@ impl Watch<'_> {
         let Some(outline) = self.folder.file(&first.path).and_then(|file| file.outline.as_ref()) else {
             return Ok(Vec::new());
         };
-        let (dates, seconds) = (&outline.times, outline.seconds.clone());
+        let (dates, seconds) = (&outline.times.dates, outline.times.seconds.clone());
         let series = Series { script: &self.script, dates, times: Vec::new(), is_scheduled: true, seconds };
         let stamp = series.stamp(first.record);
         let shots = series.scheduled(first.record).into_iter().flat_map(|view| view.shots(&stamp));
@@ -310,9 +309,9 @@ impl Watch<'_> {
     }
 
     /// Prints which fields no file has, each once.
-    fn say_what_lacks(&mut self, lacking: &[Lacking], out: &mut impl Write) -> CommandResult {
+    fn print_lacking(&mut self, lacking: &[Lacking], out: &mut impl Write) -> CommandResult {
         for Lacking { id, field, files } in lacking {
-            if self.said.insert(format!("lacks {field}")) {
+            if self.printed.insert(format!("lacks {field}")) {
                 let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
                 let text =
                     format!("waits     {id}: {field} is in none of the files that have it: {}", files.join(", "));
@@ -323,7 +322,7 @@ impl Watch<'_> {
         let absent = |field: &&String| !outlines.is_empty() && outlines.iter().all(|outline| !outline.has(field));
         let absent: Vec<String> = self.needed.iter().filter(absent).cloned().collect();
         for field in absent {
-            if self.said.insert(format!("lacks {field}")) {
+            if self.printed.insert(format!("lacks {field}")) {
                 let directory = self.args.directory.display();
                 let text = format!("waits     {field} is in none of the files of {directory} so far");
                 self.progress.suspend(|| writeln!(out, "{text}"))?;
@@ -332,8 +331,8 @@ impl Watch<'_> {
         Ok(())
     }
 
-    fn say_once(&mut self, sentence: &str, out: &mut impl Write) -> CommandResult {
-        if self.said.insert(sentence.to_owned()) {
+    fn print_once(&mut self, sentence: &str, out: &mut impl Write) -> CommandResult {
+        if self.printed.insert(sentence.to_owned()) {
             self.progress.suspend(|| writeln!(out, "{sentence}"))?;
         }
         Ok(())

@@ -17,8 +17,15 @@ const DATES: &str = "xtime";
 pub struct Combined {
     sources: Vec<Box<dyn Source>>,
     variables: Vec<Variable>,
-    /// The times in their order: the date, and sources with their record of it, in the order of the sources.
-    times: Vec<(Option<String>, Vec<Record>)>,
+    /// The times in their order.
+    times: Vec<Time>,
+}
+
+#[derive(Debug)]
+struct Time {
+    date: Option<String>,
+    /// The records of the time, in the order of the sources.
+    records: Vec<Record>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +67,7 @@ impl Combined {
             dimension.len = times.len();
             time = Some(dimension.clone());
         }
-        if let Some(time) = time.filter(|_| times.iter().any(|(date, _)| date.is_some())) {
+        if let Some(time) = time.filter(|_| times.iter().any(|time| time.date.is_some())) {
             let letters = Dimension::new("StrLen".into(), 64);
             variables.push(Variable { name: DATES.into(), kind: Kind::Text, dimensions: vec![time, letters] });
         }
@@ -76,14 +83,14 @@ impl Combined {
 
     /// The source of a variable at a time and the record there: `None` for all times.
     fn at(&self, variable: &Variable, time: usize) -> Result<(usize, Option<usize>)> {
-        let records = self.times.get(time).map_or(&[][..], |(_, records)| records);
+        let records = self.times.get(time).map_or(&[][..], |time| &time.records);
         let is_there = |of: &&Record| self.sources[of.source].variable(&variable.name).is_some_and(Variable::changes);
         if let Some(Record { source, record }) = records.iter().find(is_there) {
             return Ok((*source, Some(*record)));
         }
         // A source without dates has its one record at all times.
         let (source, its) = self.first_with(variable)?;
-        let is_timed = self.times.iter().flat_map(|(_, records)| records).any(|record| record.source == source);
+        let is_timed = self.times.iter().flat_map(|time| &time.records).any(|record| record.source == source);
         match (its.changes(), is_timed) {
             (false, _) => Ok((source, None)),
             (true, false) => Ok((source, Some(0))),
@@ -92,7 +99,7 @@ impl Combined {
     }
 
     fn lacks(&self, variable: &Variable, time: Option<usize>) -> Error {
-        let date = time.and_then(|time| self.times.get(time)?.0.as_deref());
+        let date = time.and_then(|time| self.times.get(time)?.date.as_deref());
         let of = time.map_or_else(String::new, |time| format!(" of time {time} ({})", date.unwrap_or("no date")));
         let own: &dyn Source = self;
         own.error(ErrorKind::Field, format_args!("none of the files has {}{of}", variable.name))
@@ -100,7 +107,7 @@ impl Combined {
 }
 
 /// The times of sources with values over time.
-fn times(sources: &[Box<dyn Source>]) -> Result<Vec<(Option<String>, Vec<Record>)>> {
+fn times(sources: &[Box<dyn Source>]) -> Result<Vec<Time>> {
     let has_values = |v: &Variable| v.kind.is_number() && v.dimensions.len() > 1 && v.changes();
     let mut dated: BTreeMap<(usize, String), Vec<Record>> = BTreeMap::new();
     let mut undated: Vec<Vec<Record>> = Vec::new();
@@ -125,13 +132,13 @@ fn times(sources: &[Box<dyn Source>]) -> Result<Vec<(Option<String>, Vec<Record>
         }
     }
     if dated.is_empty() {
-        return Ok(undated.into_iter().map(|records| (None, records)).collect());
+        return Ok(undated.into_iter().map(|records| Time { date: None, records }).collect());
     }
     if let Some(Record { source, .. }) = undated.iter().flatten().find(|of| of.record > 0) {
         let context = "its times have no dates, expected dates as in the other files";
         return Err(sources[*source].error(ErrorKind::Field, context));
     }
-    Ok(dated.into_iter().map(|((_, date), records)| (Some(date), records)).collect())
+    Ok(dated.into_iter().map(|((_, date), records)| Time { date: Some(date), records }).collect())
 }
 
 /// Checks that a variable in another source is like that in the previous ones.
@@ -209,7 +216,7 @@ impl Source for Combined {
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         if variable.name == DATES {
-            return self.times.iter().map(|(date, _)| date.clone()).take(rows).collect();
+            return self.times.iter().map(|time| time.date.clone()).take(rows).collect();
         }
         let rows_of = |(source, variable): (usize, &Variable)| self.sources[source].text_rows(variable, rows);
         self.first_with(variable).map_or_else(|_| Vec::new(), rows_of)

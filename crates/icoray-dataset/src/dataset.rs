@@ -14,6 +14,7 @@ use crate::sea::Sea;
 use crate::source::Source;
 use crate::sources::Sources;
 use crate::times::Times;
+use crate::values::AssumedMark;
 use icoray::{ErrorKind, Grid, Layers, Location, Result, did_you_mean};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -36,8 +37,8 @@ pub struct Dataset {
     edges: OnceLock<Edges>,
     /// Heights that were read, by the field's name.
     heights: Mutex<HashMap<String, LayerHeights>>,
-    /// Values of fields that were taken for marks of missing values, by the field's name, and the number of each.
-    unsaid_marks: Mutex<BTreeMap<String, Vec<(f64, usize)>>>,
+    /// Values of fields that were taken for marks of missing values, by the field's name.
+    assumed_marks: Mutex<BTreeMap<String, Vec<AssumedMark>>>,
     pub(crate) joined: Vec<Joined>,
     /// The dataset whose values are subtracted.
     pub(crate) minus: Option<Box<Joined>>,
@@ -58,8 +59,8 @@ impl Dataset {
         Self::with_options(fields, others, None, DatasetOptions::default())
     }
 
-    /// As [`Dataset::new`], with facts that the files lack, and on a `mesh` that is in memory already: no mesh tables are
-    /// read then. Only sizes, the name of ICON's grid and positions of columns of the files are compared with it.
+    /// As [`Dataset::new`], with facts that the files lack, and on a `mesh` that is in memory already: no mesh tables
+    /// are read then. Only sizes, the name of ICON's grid and positions of columns of the files are compared with it.
     ///
     /// # Errors
     /// As [`Dataset::new`]; [`ErrorKind::Argument`] if no file has a dimension or an entry of [`DatasetOptions::at`],
@@ -80,7 +81,7 @@ impl Dataset {
         let mut fields = fields_of(sources.fields(), &sources, &mesh)?;
         // With one variable per file, those that the file with the mesh lacks are in others of the same times.
         for other in sources.all().skip(1) {
-            let is_its = |name: &str| sources.find(name).is_some_and(|(source, _)| std::ptr::addr_eq(source, other));
+            let is_its = |name: &str| sources.find(name).is_some_and(|found| std::ptr::addr_eq(found.source, other));
             let is_new = |info: &FieldInfo| info.time_dependent && is_its(&info.variable);
             let lacking: Vec<_> = fields_of(other, &sources, &mesh)?.into_iter().filter(is_new).collect();
             if !lacking.is_empty() && Times::read(other)?.dates == times.dates {
@@ -96,7 +97,7 @@ impl Dataset {
             sea: OnceLock::new(),
             edges: OnceLock::new(),
             heights: Mutex::default(),
-            unsaid_marks: Mutex::default(),
+            assumed_marks: Mutex::default(),
             joined: Vec::new(),
             minus: None,
             sources,
@@ -118,8 +119,8 @@ impl Dataset {
         Arc::clone(&self.mesh)
     }
 
-    /// The sphere's radius: that of [`DatasetOptions`], or `sphere_radius`, or the distance of MPAS's cells from the centre
-    /// (`xCell`, `yCell`, `zCell`), or that of ICON's Earth.
+    /// The sphere's radius: that of [`DatasetOptions`], or `sphere_radius`, or the distance of MPAS's cells from the
+    /// centre (`xCell`, `yCell`, `zCell`), or that of ICON's Earth.
     ///
     /// # Units
     /// Metres; 1 in a mesh on the unit sphere.
@@ -148,9 +149,9 @@ impl Dataset {
     }
 
     /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the
-    /// file's order (those of MPAS's soil and categories after those on its levels), then others with layers, then 2D fields
-    /// in the same way. Heights, thicknesses, base states, weights of the vertical grid, and areas and qualities of the mesh
-    /// are left out.
+    /// file's order (those of MPAS's soil and categories after those on its levels), then others with layers, then 2D
+    /// fields in the same way. Heights, thicknesses, base states, weights of the vertical grid, and areas and qualities
+    /// of the mesh are left out.
     pub fn likely_fields(&self) -> Vec<&FieldInfo> {
         likely_fields(&self.fields)
     }
@@ -161,27 +162,29 @@ impl Dataset {
     /// [`ErrorKind::Field`] if there is none, with the list of all fields.
     pub fn first_field(&self) -> Result<&FieldInfo> {
         self.likely_fields().first().copied().ok_or_else(|| {
-            let names: Vec<&str> = self.fields.iter().map(|info| info.name.as_str()).collect();
             let source = self.sources.fields();
-            let what = match names[..] {
-                [] if self.mesh.path() == source.path() => {
-                    "a mesh without a field, expected a history or output file or dataset".to_owned()
-                }
-                [] => {
-                    format!(
-                        "no variable lies on the mesh of {}, which has {}: the file has {}; give the mesh of these data as \
-                         `mesh`",
-                        self.mesh.path().display(),
-                        self.sizes_in_words(),
-                        source.numbers_in_words()
-                    )
-                }
-                _ => {
-                    format!("no variable looks like a physical field, expected the name of one of {}", names.join(", "))
-                }
+            let what = if !self.fields.is_empty() {
+                let names = self.field_names();
+                format!("no variable looks like a physical field, expected the name of one of {names}")
+            } else if self.mesh.path() == source.path() {
+                "a mesh without a field, expected a history or output file or dataset".to_owned()
+            } else {
+                format!(
+                    "no variable lies on the mesh of {}, which has {}: the file has {}; give the mesh of these data as \
+                     `mesh`",
+                    self.mesh.path().display(),
+                    self.sizes_in_words(),
+                    source.numbers_in_words()
+                )
             };
             source.error(ErrorKind::Field, what)
         })
+    }
+
+    /// The names of all fields, separated by commas.
+    fn field_names(&self) -> String {
+        let names: Vec<&str> = self.fields.iter().map(|info| info.name.as_str()).collect();
+        names.join(", ")
     }
 
     /// The locations of fields, with their sizes.
@@ -216,15 +219,14 @@ impl Dataset {
             }
             None => {
                 let names = self.fields.iter().map(|f| f.name.as_str());
-                let elsewhere = self.sources.find(name).map_or_else(String::new, |(other, _)| {
-                    let path = other.path().display();
+                let elsewhere = self.sources.find(name).map_or_else(String::new, |found| {
+                    let path = found.source.path().display();
                     format!(", but {path} has {name}: give that file among those with fields, not as `mesh`")
                 });
                 format!("there is no field {name}{}{elsewhere}", did_you_mean(name, names))
             }
         };
-        let names: Vec<&str> = self.fields.iter().map(|f| f.name.as_str()).collect();
-        let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let there = if self.fields.is_empty() { "none".to_owned() } else { self.field_names() };
         Err(source.error(ErrorKind::Field, format_args!("{reason}; fields in the file: {there}")))
     }
 
@@ -267,19 +269,14 @@ impl Dataset {
             return Err(bad(format!("layers {layers:?}, expected some of 0..{}", info.layers)));
         }
         let sea = self.sea()?;
-        let mut field = OwnedField::read(self.source_of(info), info, time, layers.clone(), &self.sources.options)?;
-        let mut unsaid_marks = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
-        unsaid_marks.insert(name.to_owned(), field.unsaid_marks.clone());
-        drop(unsaid_marks);
+        let found = self.sources.find(&info.variable).ok_or_else(|| bad("its variable is missing".to_owned()))?;
+        let mut field = OwnedField::read(found, info, time, layers.clone(), &self.sources.options)?;
+        let assumed_marks = field.assumed_marks.clone();
+        self.assumed_marks.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), assumed_marks);
         if let Some(part) = info.part {
-            let edges = match self.edges.get() {
-                Some(edges) => edges,
-                None => {
-                    let edges = Edges::read(&self.sources, &self.mesh, info)?;
-                    self.edges.get_or_init(|| edges)
-                }
-            };
-            field.values = edges.at_centers(&field.values, field.fill, part).map_err(|e| bad(e.to_string()))?;
+            let edges = read_once(&self.edges, || Edges::read(&self.sources, &self.mesh, info))?;
+            let values = edges.at_centers(&self.mesh, &field.values, field.fill, part);
+            field.values = values.map_err(|e| bad(e.to_string()))?;
         }
         if info.location == Location::Corner {
             field.spread(self.mesh.corner_rows());
@@ -294,12 +291,9 @@ impl Dataset {
     }
 
     /// Values of a field, at its last reading, that were taken for marks of missing values, as they look like marks and
-    /// neither an attribute nor the user specifies one; with the number of places.
-    pub fn unsaid_marks(&self, field: &str) -> Vec<(f64, usize)> {
-        if let Some(joined) = self.joined_with(field) {
-            return joined.file.unsaid_marks(field);
-        }
-        let found = self.unsaid_marks.lock().unwrap_or_else(PoisonError::into_inner);
+    /// neither an attribute nor the user specifies one.
+    pub fn assumed_marks(&self, field: &str) -> Vec<AssumedMark> {
+        let found = self.owner(field).assumed_marks.lock().unwrap_or_else(PoisonError::into_inner);
         found.get(field).cloned().unwrap_or_default()
     }
 
@@ -319,15 +313,14 @@ impl Dataset {
     /// As [`Self::layer_heights`], or the layers of a thin shell if no variable gives heights and the layers are shown
     /// only as surfaces (`is_flat`).
     pub(crate) fn heights_of(&self, field: &str, is_flat: bool) -> Result<LayerHeights> {
-        if let Some(joined) = self.joined_with(field) {
-            return joined.file.heights_of(field, is_flat);
-        }
-        let mut known = self.heights.lock().unwrap_or_else(PoisonError::into_inner);
+        let owner = self.owner(field);
+        let Dataset { sources, mesh, .. } = owner;
+        let mut known = owner.heights.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(heights) = known.get(field) {
             return Ok(heights.clone());
         }
-        let (sources, mesh, radius_m, info) =
-            (&self.sources, &self.mesh, self.sphere_radius_m, self.field_info(field)?);
+        let radius_m = owner.sphere_radius_m;
+        let info = owner.field_info(field)?;
         match LayerHeights::read(sources, mesh, info, radius_m)? {
             Some(heights) => Ok(known.entry(field.to_owned()).or_insert(heights).clone()),
             None if is_flat => LayerHeights::of_layers(sources, mesh, info, radius_m),
@@ -343,48 +336,40 @@ impl Dataset {
         self.layer_heights(field)?.layers.for_field(self.field_info(field)?.all_layers().len())
     }
 
-    /// A description of the native heights of a field's columns; `None` if all columns share the layers' heights, or no
+    /// Properties of the native heights of a field's columns; `None` if all columns share the layers' heights, or no
     /// file has native ones. Does not read the heights.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable of the heights has
     /// other dimensions.
-    pub fn native_heights_in_words(&self, field: &str) -> Result<Option<String>> {
-        if let Some(joined) = self.joined_with(field) {
-            return joined.file.native_heights_in_words(field);
-        }
-        native::describe(&self.sources, &self.mesh, self.field_info(field)?)
+    pub fn find_native_info(&self, field: &str) -> Result<Option<NativeInfo>> {
+        let owner = self.owner(field);
+        NativeInfo::find(&owner.sources, &owner.mesh, owner.field_info(field)?)
     }
 
-    /// Properties of the native heights of a field's columns. Does not read the heights.
+    /// As [`Dataset::find_native_info`], for a field that must have native heights.
     ///
     /// # Errors
-    /// As [`Dataset::native_heights_in_words`]; [`ErrorKind::Layers`] if there are none, with the variables that were
+    /// As [`Dataset::find_native_info`]; [`ErrorKind::Layers`] if there are none, with the variables that were
     /// searched.
     pub fn native_info(&self, field: &str) -> Result<NativeInfo> {
-        if let Some(joined) = self.joined_with(field) {
-            return joined.file.native_info(field);
-        }
-        native::info(&self.sources, &self.mesh, self.field_info(field)?)
+        let Dataset { sources, mesh, .. } = self.owner(field);
+        let info = self.field_info(field)?;
+        self.find_native_info(field)?.ok_or_else(|| native::missing(sources, mesh, info))
     }
 
     /// Reads the native heights of a field's columns, at record `time` if they change; from a file without the fields,
-    /// at its first record. `grid` is the mesh's. `None` as in [`Dataset::native_heights_in_words`].
+    /// at its first record. `grid` is the mesh's. `None` as in [`Dataset::find_native_info`].
     ///
     /// # Errors
-    /// As [`Dataset::native_heights_in_words`]; [`ErrorKind::Layers`] when there is no such record or a thickness is
+    /// As [`Dataset::find_native_info`]; [`ErrorKind::Layers`] when there is no such record or a thickness is
     /// invalid; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn native_heights(&self, grid: &Grid, field: &str, time: usize) -> Result<Option<NativeHeights>> {
         if let Some(joined) = self.joined_with(field) {
             return joined.file.native_heights(grid, field, joined.record(field, time)?);
         }
         let info = self.field_info(field)?;
-        NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.sea()?.and_then(Sea::floor), time)
-    }
-
-    /// The file that has a field.
-    fn source_of(&self, info: &FieldInfo) -> &dyn Source {
-        self.sources.find(&info.variable).map_or(self.sources.fields(), |(source, _)| source)
+        NativeHeights::read(&self.sources, &self.mesh, grid, info, self.sea()?.and_then(Sea::floor), time)
     }
 
     /// Whether a field is in the files of this dataset, not in joined ones.
@@ -394,21 +379,26 @@ impl Dataset {
 
     /// The water mask, read once.
     fn sea(&self) -> Result<Option<&Sea>> {
-        if let Some(known) = self.sea.get() {
-            return Ok(known.as_ref());
-        }
-        let sea = Sea::read(&self.sources, &self.mesh)?;
-        Ok(self.sea.get_or_init(|| sea).as_ref())
+        read_once(&self.sea, || Sea::read(&self.sources, &self.mesh)).map(Option::as_ref)
+    }
+}
+
+/// What `cell` has, read if it has nothing yet.
+fn read_once<T>(cell: &OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&T> {
+    match cell.get() {
+        Some(known) => Ok(known),
+        None => read().map(|value| cell.get_or_init(|| value)),
     }
 }
 
 /// The fields of a file. NetCDF forbids control characters in names, so a name is printed unchanged.
 fn fields_of(source: &dyn Source, sources: &Sources, mesh: &Mesh) -> Result<Vec<FieldInfo>> {
-    let (has_edges, mut fields) = (edges::are_in(sources, mesh), Vec::new());
-    for variable in source.variables().iter().filter(|variable| !variable.name.contains(char::is_control)) {
-        fields.extend(FieldInfo::of(source, variable, mesh, &sources.options)?);
+    let has_edges = edges::are_in(sources, mesh);
+    let mut fields = Vec::new();
+    for found in source.each_variable().filter(|found| !found.name().contains(char::is_control)) {
+        fields.extend(FieldInfo::of(found, mesh, &sources.options)?);
         if has_edges {
-            fields.extend(FieldInfo::at_edges(source, variable, mesh, &sources.options)?);
+            fields.extend(FieldInfo::at_edges(found, mesh, &sources.options)?);
         }
     }
     Ok(fields)

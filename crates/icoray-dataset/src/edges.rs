@@ -23,8 +23,8 @@ pub(crate) enum Part {
     Meridional,
 }
 
-/// Names, or words of names such as `u_init`, of vectors' components normal to edges; others have "normal" in their name
-/// or long name, or are fluxes.
+/// Names, or words of names such as `u_init`, of vectors' components normal to edges; others have "normal" in their
+/// name or long name, or are fluxes.
 const NORMAL: [&str; 3] = ["u", "ru", "vn"];
 /// Names of components along edges, from which no vector follows; others have "tangential" in their long name.
 const TANGENTIAL: [&str; 2] = ["v", "vt"];
@@ -112,19 +112,28 @@ pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: 
     })
 }
 
-/// The edges of each centre.
+/// Marks a missing centre beside an edge.
+const NONE: u32 = u32::MAX;
+
+/// The edges of each centre: 16 bytes per edge and 8 bytes per centre.
 #[derive(Debug)]
 pub(crate) struct Edges {
-    of_centers: Vec<Vec<Side>>,
-    /// Number of edges.
-    count: usize,
+    /// The location of the centres.
+    location: Location,
+    /// The two centres beside each edge: the normal points from the first to the second.
+    centers: Vec<[u32; 2]>,
+    /// The edges of all centres behind each other.
+    edges: Vec<u32>,
+    /// The first of each centre's edges in `edges`, and the end of the last one's.
+    starts: Vec<usize>,
 }
 
 /// An edge of a centre.
-#[derive(Debug)]
+#[derive(Clone, Copy)]
 struct Side {
     edge: usize,
-    /// Zonal and meridional component, at the centre, of the edge's normal; `None` at the rim, where it is not known.
+    /// Zonal and meridional component, at the centre, of the edge's normal; `None` at the rim, where it is not known,
+    /// and for means.
     normal: Option<[f64; 2]>,
 }
 
@@ -133,68 +142,123 @@ impl Edges {
     pub(crate) fn read(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
         let (name, columns) = (table_name(mesh), info.columns);
         let found = sources.find(name);
-        let (source, variable) =
-            found.ok_or_else(|| sources.error(ErrorKind::Field, format_args!("variable {name} is missing")))?;
-        let (count, strides) = match variable.after_time() {
-            [edges, two] if two.len == 2 => (edges.len, [2, 1]),
-            [two, edges] if two.len == 2 => (edges.len, [1, edges.len]),
-            _ => {
-                let context = format!("variable {variable}, expected the two cells beside each edge");
-                return Err(source.error(ErrorKind::Grid, context));
-            }
+        let found = found.ok_or_else(|| sources.error(ErrorKind::Field, format_args!("variable {name} is missing")))?;
+        let is_transposed = match found.variable.after_time() {
+            [_, two] if two.len == 2 => false,
+            [two, _] if two.len == 2 => true,
+            _ => return Err(found.unexpected(ErrorKind::Grid, "the two cells beside each edge")),
         };
-        let table = source.all_integers(variable)?;
-        let mut of_centers: Vec<Vec<Side>> = (0..columns).map(|_| Vec::new()).collect();
+        let table = found.all_integers()?;
+        let count = table.len() / 2;
+        let mut centers = Vec::with_capacity(count);
         for edge in 0..count {
-            let beside = [0, 1].map(|k| table[edge * strides[0] + k * strides[1]]);
+            let beside = [0, 1].map(|k| table[if is_transposed { k * count + edge } else { 2 * edge + k }]);
             // One past the last marks a missing cell, as do numbers below 1.
             if let Some(number) = beside.iter().find(|number| **number > columns as i32 + 1) {
                 let context = format!("{name}: cell {number} beside edge {}, expected 1 to {columns}", edge + 1);
-                return Err(source.error(ErrorKind::Grid, context));
+                return Err(found.error(ErrorKind::Grid, context));
             }
-            let [first, second] =
-                beside.map(|number| usize::try_from(number.saturating_sub(1)).ok().filter(|cell| *cell < columns));
-            for (own, other, sign) in [(first, second, 1.0), (second, first, -1.0)] {
-                let Some(own) = own else { continue };
-                let toward = other.map(|other| mesh.direction_between(info.location, own, other));
-                of_centers[own].push(Side { edge, normal: toward.map(|toward| toward.map(|part| sign * part)) });
-            }
+            let is_there = |number: &i32| (1..=columns as i32).contains(number);
+            centers.push(beside.map(|number| Some(number).filter(is_there).map_or(NONE, |number| number as u32 - 1)));
         }
-        Ok(Edges { of_centers, count })
+        Ok(Self::new(info.location, centers, columns))
+    }
+
+    /// Sorts the edges by their centres, of which there are `columns`.
+    fn new(location: Location, centers: Vec<[u32; 2]>, columns: usize) -> Self {
+        let sides = || centers.iter().flatten().zip(0u32..).filter(|(center, _)| **center != NONE);
+        let mut starts = vec![0; columns + 1];
+        sides().for_each(|(center, _)| starts[*center as usize + 1] += 1);
+        for center in 0..columns {
+            starts[center + 1] += starts[center];
+        }
+        let (mut next, mut edges) = (starts.clone(), vec![0; starts[columns]]);
+        for (center, side) in sides() {
+            let place = &mut next[*center as usize];
+            edges[*place] = side / 2;
+            *place += 1;
+        }
+        Edges { location, centers, edges, starts }
+    }
+
+    /// The edges of a centre, with the normals that a part needs.
+    fn sides(&self, mesh: &Mesh, center: usize, part: Part) -> Vec<Side> {
+        let side = |edge: &u32| {
+            let [first, second] = self.centers[*edge as usize];
+            let (other, sign) = if first as usize == center { (second, 1.0) } else { (first, -1.0) };
+            let toward = |other: u32| mesh.direction_between(self.location, center, other as usize);
+            let is_needed = other != NONE && part != Part::Mean;
+            let normal = is_needed.then(|| toward(other).map(|component| sign * component));
+            Side { edge: *edge as usize, normal }
+        };
+        self.edges[self.starts[center]..self.starts[center + 1]].iter().map(side).collect()
     }
 
     /// The values of a part at centres from those at edges; NaN where these do not determine it.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] if there are more or fewer edges than in the table.
-    pub(crate) fn at_centers(&self, values: &ShapedValues, fill: f64, part: Part) -> Result<ShapedValues> {
-        if values.shape.columns != self.count {
-            let context =
-                format!("{} edges, expected {} as in the table of the mesh", values.shape.columns, self.count);
+    pub(crate) fn at_centers(&self, mesh: &Mesh, values: &ShapedValues, fill: f64, part: Part) -> Result<ShapedValues> {
+        let (found, count) = (values.shape.columns, self.centers.len());
+        if found != count {
+            let context = format!("{found} edges, expected {count} as in the table of the mesh");
             return Err(Error::new(ErrorKind::Field, context));
         }
-        Ok(values.made(self.of_centers.len(), |column, layer| {
-            let there = self.of_centers[column].iter().map(|side| (side.normal, values.value(side.edge, layer, fill)));
-            let there = there.filter(|(_, value)| !value.is_nan());
-            if part == Part::Mean {
-                let (count, sum) = there.fold((0.0, 0.0), |(count, sum), (_, value)| (count + 1.0, sum + value));
-                return sum / count;
+        Ok(values.made(self.starts.len() - 1, |center| {
+            let sides = self.sides(mesh, center, part);
+            move |layer| {
+                let there = sides.iter().map(|side| (side.normal, values.value(side.edge, layer, fill)));
+                part.of(there.filter(|(_, value)| !value.is_nan()))
             }
-            // The normal equations of the least squares.
-            let (mut of, mut with) = ([0.0; 3], [0.0; 2]);
-            for ([east, north], value) in there.filter_map(|(normal, value)| Some((normal?, value))) {
-                of = [of[0] + east * east, of[1] + east * north, of[2] + north * north];
-                with = [with[0] + east * value, with[1] + north * value];
-            }
-            let determinant = of[0] * of[2] - of[1] * of[1];
-            let numerator = match part {
-                Part::Zonal => with[0] * of[2] - with[1] * of[1],
-                _ => with[1] * of[0] - with[0] * of[1],
-            };
-            if determinant > LEAST_DETERMINANT { numerator / determinant } else { f64::NAN }
         }))
     }
 }
 
+impl Part {
+    /// The value at a centre from those of its edges, with their normals.
+    fn of(self, sides: impl Iterator<Item = (Option<[f64; 2]>, f64)>) -> f64 {
+        if self == Part::Mean {
+            let (count, sum) = sides.fold((0.0, 0.0), |(count, sum), (_, value)| (count + 1.0, sum + value));
+            return sum / count;
+        }
+        // The normal equations of the least squares.
+        let (mut of, mut with) = ([0.0; 3], [0.0; 2]);
+        for ([east, north], value) in sides.filter_map(|(normal, value)| Some((normal?, value))) {
+            of = [of[0] + east * east, of[1] + east * north, of[2] + north * north];
+            with = [with[0] + east * value, with[1] + north * value];
+        }
+        let determinant = of[0] * of[2] - of[1] * of[1];
+        let numerator = match self {
+            Part::Zonal => with[0] * of[2] - with[1] * of[1],
+            _ => with[1] * of[0] - with[0] * of[1],
+        };
+        if determinant > MIN_DETERMINANT { numerator / determinant } else { f64::NAN }
+    }
+}
+
 /// Minimum determinant of the normal equations: the square of the sine of the angle between two normals that differ.
-const LEAST_DETERMINANT: f64 = 1e-3;
+const MIN_DETERMINANT: f64 = 1e-3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray::IcosahedralMesh;
+
+    #[test]
+    fn edges_of_cells_take_two_tables_of_the_mesh() {
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let cells_of = |corner: i32| &mesh.corner_cell[3 * corner as usize..3 * corner as usize + 3];
+        let beside = mesh.edge_corner.as_chunks().0.iter().map(|[one, other]| {
+            let mut shared = cells_of(*one).iter().filter(|cell| cells_of(*other).contains(cell));
+            [shared.next(), shared.next()].map(|cell| *cell.unwrap() as u32)
+        });
+        let edges = Edges::new(Location::Center, beside.collect(), mesh.cells());
+        let of = |center: usize| &edges.edges[edges.starts[center]..edges.starts[center + 1]];
+        for center in 0..mesh.cells() {
+            assert!(of(center).iter().all(|edge| edges.centers[*edge as usize].contains(&(center as u32))));
+        }
+        assert_eq!((0..mesh.cells()).filter(|center| of(*center).len() == 5).count(), 12);
+        let bytes = size_of_val(&edges.centers[..]) + size_of_val(&edges.edges[..]) + size_of_val(&edges.starts[..]);
+        assert!(bytes <= 60 * mesh.cells(), "{bytes} bytes of {} cells", mesh.cells());
+    }
+}

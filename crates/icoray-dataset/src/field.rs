@@ -3,9 +3,9 @@
 use crate::edges::{Part, location_beside};
 use crate::mesh::{Convention, Mesh, is_coordinate};
 use crate::options::DatasetOptions;
-use crate::source::{Dimension, Kind, Source, Variable};
-use crate::stored::{Decoder, packing};
-use crate::values::ShapedValues;
+use crate::source::{Dimension, Kind, SourceVariable};
+use crate::stored::{Decoder, Packing};
+use crate::values::{AssumedMark, ShapedValues};
 use icoray::{Description, Error, ErrorKind, Field, Location, Reals, Result, Shape};
 use std::fmt;
 use std::ops::Range;
@@ -22,8 +22,8 @@ const OF_MESH: &str = "\
     lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices nodes \
     numElementConn";
 
-/// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files, ends
-/// of an interval, and those of tables of MPAS, FESOM, FVCOM, ESMF and SCRIP; with blanks between.
+/// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files,
+/// ends of an interval, and those of tables of MPAS, FESOM, FVCOM, ESMF and SCRIP; with blanks between.
 const OF_TABLES: &str = "\
     nv ne nc no nvertex vertices bnds nb2 n2 n3 \
     maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen \
@@ -84,39 +84,32 @@ pub struct FieldInfo {
     pub(crate) variable: String,
     /// The part of a variable at edges.
     pub(crate) part: Option<Part>,
+    /// Whether the values are amounts or rates of precipitation.
+    pub(crate) is_precipitation: bool,
 }
 
 impl FieldInfo {
-    /// Describes `variable`; `None` when it is not a field on the mesh.
-    pub(crate) fn of(
-        source: &dyn Source,
-        variable: &Variable,
-        mesh: &Mesh,
-        options: &DatasetOptions,
-    ) -> Result<Option<Self>> {
-        let Some((axes, location)) = Axes::of(&variable.dimensions, &options.at, |d| location(mesh, d)) else {
+    /// Describes a variable; `None` when it is not a field on the mesh.
+    pub(crate) fn of(found: SourceVariable, mesh: &Mesh, options: &DatasetOptions) -> Result<Option<Self>> {
+        let Some(axes) = Axes::of(&found.variable.dimensions, &options.at, |d| location(mesh, d)) else {
             return Ok(None);
         };
-        let columns = variable.dimensions[axes.column].len;
-        Self::described(source, variable, axes, (location, columns))
+        let columns = found.variable.dimensions[axes.column].len;
+        Self::described(found, axes, columns)
     }
 
-    /// Describes the fields at centres that are made of `variable`, if it is at edges; of one that does not change with
-    /// time only if it has layers, as others are tables of the mesh.
-    pub(crate) fn at_edges(
-        source: &dyn Source,
-        variable: &Variable,
-        mesh: &Mesh,
-        options: &DatasetOptions,
-    ) -> Result<Vec<Self>> {
-        let Some((axes, location)) = Axes::of(&variable.dimensions, &options.at, |d| location_beside(mesh, d)) else {
+    /// Describes the fields at centres that are made of a variable at edges; of one that does not change with time only
+    /// if it has layers, as others are tables of the mesh.
+    pub(crate) fn at_edges(found: SourceVariable, mesh: &Mesh, options: &DatasetOptions) -> Result<Vec<Self>> {
+        let Some(axes) = Axes::of(&found.variable.dimensions, &options.at, |d| location_beside(mesh, d)) else {
             return Ok(Vec::new());
         };
-        let columns = if location == Location::Center { mesh.cells() } else { mesh.corners_in_file() };
-        let info = Self::described(source, variable, axes, (location, columns))?;
+        let columns = if axes.location == Location::Center { mesh.cells() } else { mesh.corners_in_file() };
+        let info = Self::described(found, axes, columns)?;
         let Some(info) = info.filter(|info| info.time_dependent || !info.is_2d()) else { return Ok(Vec::new()) };
-        let parts = Part::all_of(&variable.name, &info.description).iter().map(|part| {
-            let (mut field, ending) = (FieldInfo { part: Some(*part), ..info.clone() }, part.ending());
+        let parts = Part::all_of(found.name(), &info.description).iter().map(|part| {
+            let mut field = FieldInfo { part: Some(*part), ..info.clone() };
+            let ending = part.ending();
             field.name += ending;
             if *part != Part::Mean {
                 let long_name = field.description.long_name.as_ref().unwrap_or(&info.name);
@@ -124,48 +117,49 @@ impl FieldInfo {
             }
             field
         });
-        Ok(parts.filter(|info| source.variable(&info.name).is_none() || info.part == Some(Part::Mean)).collect())
+        Ok(parts.filter(|info| found.source.variable(&info.name).is_none() || info.part == Some(Part::Mean)).collect())
     }
 
-    /// Describes `variable` with values at a number of places; `None` when it is not a field.
-    fn described(
-        source: &dyn Source,
-        variable: &Variable,
-        axes: Axes,
-        (location, columns): (Location, usize),
-    ) -> Result<Option<Self>> {
+    /// Describes a variable with values in `columns`; `None` when it is not a field.
+    fn described(found: SourceVariable, axes: Axes, columns: usize) -> Result<Option<Self>> {
+        let variable = found.variable;
         let is_axis = matches!(&variable.dimensions[..], [only] if only.name == variable.name);
-        if is_axis || OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(source, variable) {
+        if is_axis || OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(found) {
             return Ok(None);
         }
         let layer = axes.layer.map(|layer| &variable.dimensions[layer]);
         let precision = match variable.kind {
             Kind::F32 => Precision::F32,
             Kind::F64 => Precision::F64,
-            Kind::Integer if is_field(source, variable, &axes)? => Precision::F64,
+            Kind::Integer if is_field(found, &axes)? => Precision::F64,
             _ => return Ok(None),
         };
+        let description = Description { long_name: found.text("long_name")?, units: found.text("units")? };
+        let is_precipitation = description.is_precipitation(found.text("standard_name")?.as_deref());
         Ok(Some(FieldInfo {
             name: variable.name.clone(),
-            location,
+            location: axes.location,
             columns,
             layers: layer.map_or(1, |layer| layer.len),
             precision,
             time_dependent: axes.time.is_some(),
-            description: Description {
-                long_name: source.text_of(&variable.name, "long_name")?,
-                units: source.text_of(&variable.name, "units")?,
-            },
+            description,
             layer_dimension: layer.map_or_else(String::new, |layer| layer.name.clone()),
             axes,
             variable: variable.name.clone(),
             part: None,
+            is_precipitation,
         }))
     }
 
     /// Whether the values are made of those at edges.
     pub fn is_from_edges(&self) -> bool {
         self.part.is_some()
+    }
+
+    /// Whether the values are heights, depths or other lengths, not amounts of precipitation, which span decades.
+    pub(crate) fn is_length(&self) -> bool {
+        self.description.is_length() && !self.is_precipitation
     }
 
     /// Whether the field has one value in each column, such as surface pressure and sea surface height. Such a field is
@@ -180,10 +174,13 @@ impl FieldInfo {
         if self.is_2d() { 0..SHELL_LAYERS } else { 0..self.layers }
     }
 
-    /// A layer and the picked entries of dimensions: names and lengths of their dimensions, and their numbers.
-    pub(crate) fn entries(&self, layer: usize) -> impl Iterator<Item = (&str, usize, usize)> {
-        let picked = self.axes.picked.iter().map(|(dimension, entry)| (dimension.name.as_str(), dimension.len, *entry));
-        picked.chain([(self.layer_dimension.as_str(), self.layers, layer)])
+    /// The picked entries of dimensions, and a layer.
+    pub(crate) fn entries(&self, layer: usize) -> impl Iterator<Item = Entry<'_>> {
+        let picked = self.axes.picked.iter().map(|(dimension, number)| {
+            let Dimension { name, len, .. } = dimension;
+            Entry { dimension: name, len: *len, number: *number }
+        });
+        picked.chain([Entry { dimension: &self.layer_dimension, len: self.layers, number: layer }])
     }
 
     /// Bytes of one time record in memory.
@@ -209,9 +206,11 @@ impl FieldInfo {
 }
 
 /// The dimensions of a field among those of its variable. Others have one entry, or one entry that is read.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Axes {
     column: usize,
+    /// The location of the columns.
+    location: Location,
     layer: Option<usize>,
     time: Option<usize>,
     /// The entry that is read along each of the other dimensions.
@@ -220,39 +219,60 @@ pub(crate) struct Axes {
     picked: Vec<(Dimension, usize)>,
 }
 
+/// An entry along a dimension.
+pub(crate) struct Entry<'a> {
+    pub dimension: &'a str,
+    /// Length of the dimension.
+    pub len: usize,
+    pub number: usize,
+}
+
 impl Axes {
-    /// The axes, and the location of the columns, which `location` has of a dimension; `None` if the dimensions are not
-    /// columns of the mesh, with or without layers and times, and others with an entry in `at`.
+    /// The axes; `location` is that of columns along a dimension. `None` if the dimensions are not columns of the mesh,
+    /// with or without layers and times, and others with an entry in `at`.
     fn of(
         dimensions: &[Dimension],
         at: &[(String, usize)],
         location: impl Fn(&Dimension) -> Option<Location>,
-    ) -> Option<(Self, Location)> {
-        let (mut column, mut layer, mut time, mut start) = (None, None, None, vec![0; dimensions.len()]);
-        let mut picked = Vec::new();
+    ) -> Option<Self> {
+        let mut columns = None;
+        let mut axes = Axes {
+            column: 0,
+            location: Location::Center,
+            layer: None,
+            time: None,
+            start: vec![0; dimensions.len()],
+            picked: Vec::new(),
+        };
         for (i, dimension) in dimensions.iter().enumerate() {
             let is_table = OF_TABLES.split(' ').any(|name| name == dimension.name);
+            let can_be_layer = axes.layer.is_none() && dimension.len > 0 && !dimension.is_time && !is_table;
             match (at.iter().find(|(name, _)| *name == dimension.name), location(dimension)) {
                 (Some((_, entry)), _) => {
-                    start[i] = *entry;
-                    picked.push((dimension.clone(), *entry));
+                    axes.start[i] = *entry;
+                    axes.picked.push((dimension.clone(), *entry));
                 }
-                _ if dimension.is_time && time.is_none() => time = Some(i),
-                (_, Some(location)) if column.is_none() && dimension.len > 0 => column = Some((i, location)),
+                _ if dimension.is_time && axes.time.is_none() => axes.time = Some(i),
+                (_, Some(location)) if columns.is_none() && dimension.len > 0 => {
+                    axes.column = i;
+                    columns = Some(location);
+                }
                 (_, None) if dimension.len == 1 => {}
-                (_, None) if layer.is_none() && dimension.len > 0 && !dimension.is_time && !is_table => layer = Some(i),
+                (_, None) if can_be_layer => axes.layer = Some(i),
                 _ => return None,
             }
         }
-        column.map(|(column, location)| (Axes { column, layer, time, start, picked }, location))
+        columns.map(|location| Axes { location, ..axes })
     }
 
     /// Start and count of `columns` and `layers` of record `time` along each dimension.
     pub(crate) fn block(&self, time: usize, columns: Range<usize>, layers: Range<usize>) -> (Vec<usize>, Vec<usize>) {
         let (mut start, mut count) = (self.start.clone(), vec![1; self.start.len()]);
-        (start[self.column], count[self.column]) = (columns.start, columns.len());
-        if let Some(layer) = self.layer {
-            (start[layer], count[layer]) = (layers.start, layers.len());
+        for (axis, range) in [(Some(self.column), columns), (self.layer, layers)] {
+            if let Some(axis) = axis {
+                start[axis] = range.start;
+                count[axis] = range.len();
+            }
         }
         if let Some(record) = self.time {
             start[record] = time;
@@ -263,10 +283,9 @@ impl Axes {
 
 /// Whether integers over columns are values of a field, not a table of the mesh, which looks like layers that never
 /// change.
-fn is_field(source: &dyn Source, variable: &Variable, axes: &Axes) -> Result<bool> {
-    Ok(packing(source, &variable.name)?.is_some()
-        || (axes.time.is_some() || axes.layer.is_none())
-            && source.attribute(Some(&variable.name), "cf_role")?.is_none())
+fn is_field(found: SourceVariable, axes: &Axes) -> Result<bool> {
+    Ok(Packing::of(found)?.is_some()
+        || (axes.time.is_some() || axes.layer.is_none()) && found.text("cf_role")?.is_none())
 }
 
 /// Location of a dimension on the mesh: by name for MPAS's own dimensions (`nCells`), by length for others, which have
@@ -290,33 +309,29 @@ pub struct OwnedField {
     info: FieldInfo,
     pub(crate) values: ShapedValues,
     pub(crate) fill: f64,
-    /// Values that became NaN as they look like marks, without an attribute that specifies them, and the number of
-    /// each.
-    pub(crate) unsaid_marks: Vec<(f64, usize)>,
+    /// Values that became NaN as they look like marks, without an attribute that specifies them.
+    pub(crate) assumed_marks: Vec<AssumedMark>,
 }
 
 impl OwnedField {
     /// Reads `layers` of record `time` of the variable that `info` describes; for a 2D field its values, for as many
     /// layers.
     pub(crate) fn read(
-        source: &dyn Source,
+        found: SourceVariable,
         info: &FieldInfo,
         time: usize,
         layers: Range<usize>,
         options: &DatasetOptions,
     ) -> Result<Self> {
-        let name = &info.variable;
-        let variable =
-            source.variable(name).ok_or_else(|| source.error(ErrorKind::Field, format_args!("{name} is missing")))?;
-        let columns = variable.dimensions[info.axes.column].len;
+        let columns = found.variable.dimensions[info.axes.column].len;
         let (start, count) = info.axes.block(time, 0..columns, layers.clone());
         let shape = info.shape(columns, layers.len());
-        let values = source.values(variable, &start, &count)?;
+        let values = found.source.values(found.variable, &start, &count)?;
         let mut values = ShapedValues::new(values, shape, [Some(info.axes.column), info.axes.layer]);
-        let decoder = Decoder::of(source, variable, &options.missing)?;
-        let unsaid_marks = decoder.take_unsaid_marks(&mut values);
+        let decoder = Decoder::of(found, &options.missing)?;
+        let assumed_marks = decoder.take_assumed_marks(&mut values);
         let fill = decoder.decode(&mut values);
-        Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, values, fill, unsaid_marks })
+        Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, values, fill, assumed_marks })
     }
 
     /// Distributes the values of the file's corners to the mesh's, whose rows in the file are `rows`; without `rows`

@@ -66,9 +66,9 @@ impl Floor {
         // Interfaces are one more than layers. A 2D field lies on the water, beneath ice shelves too, and so do layers
         // that are not those of the water, such as categories of ice.
         let mut entries = info.entries(layer);
-        let is_wet = entries.all(|(dimension, _, entry)| match dimension {
-            "nVertLevels" | "nz1" => water.contains(&entry),
-            "nVertLevelsP1" | "nz" => (water.start..=water.end).contains(&entry),
+        let is_wet = entries.all(|entry| match entry.dimension {
+            "nVertLevels" | "nz1" => water.contains(&entry.number),
+            "nVertLevelsP1" | "nz" => (water.start..=water.end).contains(&entry.number),
             _ => true,
         });
         water.is_empty() || !is_wet
@@ -101,25 +101,24 @@ fn corners_of(mesh: &Mesh, cells: &[Range<usize>]) -> Vec<Range<usize>> {
 
 /// A level number for each column, from 0 (none).
 fn levels(sources: &Sources, name: &str, columns: usize) -> Result<Option<Vec<usize>>> {
-    let Some((source, variable)) = sources.find(name) else {
-        return Ok(None);
-    };
+    let Some(found) = sources.find(name) else { return Ok(None) };
+    let variable = found.variable;
     if variable.kind != Kind::Integer || !matches!(variable.after_time(), [only] if only.len == columns) {
-        let context = format!("variable {variable}, expected {name} of integer over the {columns} columns of the mesh");
-        return Err(source.error(ErrorKind::Field, context));
+        let expected = format_args!("{name} of integer over the {columns} columns of the mesh");
+        return Err(found.unexpected(ErrorKind::Field, expected));
     }
-    let max = most_levels(sources)?;
-    let checked = source.all_integers(variable)?.into_iter().enumerate().map(|(column, number)| {
+    let max = max_levels(sources)?;
+    let checked = found.all_integers()?.into_iter().enumerate().map(|(column, number)| {
         usize::try_from(number).ok().filter(|&level| level <= max).ok_or_else(|| {
             let context = format!("{name} of cell {} is {number}, expected 0 to {max}", column + 1);
-            source.error(ErrorKind::Field, context)
+            found.error(ErrorKind::Field, context)
         })
     });
     checked.collect::<Result<_>>().map(Some)
 }
 
 /// The maximum number of levels of a column.
-fn most_levels(sources: &Sources) -> Result<usize> {
+fn max_levels(sources: &Sources) -> Result<usize> {
     for name in ["nVertLevels", "nz"] {
         for source in sources.all() {
             if let Some(levels) = source.dimension_len(name)? {

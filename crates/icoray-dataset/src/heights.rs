@@ -9,7 +9,7 @@ mod thickness;
 use crate::field::FieldInfo;
 use crate::mesh::{Convention, Mesh};
 use crate::radius::EARTH_M;
-use crate::source::{Source, Variable};
+use crate::source::{SourceVariable, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use crate::standard_atmosphere;
 use icoray::{Error, ErrorKind, Layers, Location, Result};
@@ -60,20 +60,24 @@ pub struct LayerHeights {
     pub layers: Layers,
 }
 
-/// Heights of a variable, before they become radii.
-struct ReadHeights<'a> {
-    source: &'a dyn Source,
-    variable: &'a Variable,
-    is_of_pressure: bool,
-    is_counted: bool,
+/// Mean heights of layers or interfaces, and the largest deviation of columns from them, if known.
+struct MeanHeights {
     height_m: Vec<f64>,
     deviation_m: Option<f64>,
 }
 
+/// Heights of a variable, before they become radii.
+struct ReadHeights<'a> {
+    found: SourceVariable<'a>,
+    is_of_pressure: bool,
+    is_counted: bool,
+    means: MeanHeights,
+}
+
 impl<'a> ReadHeights<'a> {
     /// Heights in metres, from a variable that is not of pressures.
-    fn new((source, variable): (&'a dyn Source, &'a Variable), (height_m, deviation_m): columns::Means) -> Self {
-        ReadHeights { source, variable, is_of_pressure: false, is_counted: false, height_m, deviation_m }
+    fn new(found: SourceVariable<'a>, means: MeanHeights) -> Self {
+        ReadHeights { found, is_of_pressure: false, is_counted: false, means }
     }
 }
 
@@ -84,20 +88,21 @@ impl LayerHeights {
             return Self::of_shell(2, true, sphere_radius_m).map(Some);
         }
         if let Some(ends) = sources.options.heights_m {
-            return Self::plain(GIVEN, evenly_spaced(info.layers, ends), Some(0.0), sphere_radius_m).map(Some);
+            let means = MeanHeights { height_m: evenly_spaced(info.layers, ends), deviation_m: Some(0.0) };
+            return Self::plain(GIVEN, means, sphere_radius_m).map(Some);
         }
         let of_mpas = if is_over_mpas_levels(mesh, info) { of_mpas(sources, mesh)? } else { None };
         let found = match of_mpas {
             Some(found) => Some(found),
             None => of_others(sources, mesh, info, sphere_radius_m)?,
         };
-        let Some(found) = found else { return Ok(None) };
-        let (source, name, height_m) = (found.source, &found.variable.name, found.height_m);
+        let Some(ReadHeights { found, is_of_pressure, is_counted, means }) = found else { return Ok(None) };
+        let (name, height_m) = (found.name(), &means.height_m);
         // For a mesh on the unit sphere whose heights are in metres, from a mesh file and a file of heights.
         let is_in_metres = sphere_radius_m == 1.0 && height_m.iter().any(|height| height.abs() >= 1.0);
         let sphere_radius_m = if is_in_metres { EARTH_M } else { sphere_radius_m };
         if let Some(i) = height_m.iter().position(|h| !h.is_finite() || h.abs() >= sphere_radius_m) {
-            return Err(source.error(
+            return Err(found.error(
                 ErrorKind::Layers,
                 format_args!(
                     "{name}: layer {i} lies at {} m, but sphere_radius is {sphere_radius_m}; expected a radius in metres, \
@@ -106,14 +111,14 @@ impl LayerHeights {
                 ),
             ));
         }
-        let plain = Self::plain(name, height_m, found.deviation_m, sphere_radius_m);
-        let plain = plain.map_err(|e| e.within(source.path().display()))?;
-        let (is_of_pressure, is_counted) = (found.is_of_pressure, found.is_counted);
+        let plain = Self::plain(name, means, sphere_radius_m);
+        let plain = plain.map_err(|e| e.within(found.source.path().display()))?;
         Ok(Some(LayerHeights { is_of_pressure, is_counted, ..plain }))
     }
 
     /// Heights in metres with a name.
-    fn plain(name: &str, height_m: Vec<f64>, deviation_m: Option<f64>, sphere_radius_m: f64) -> Result<Self> {
+    fn plain(name: &str, means: MeanHeights, sphere_radius_m: f64) -> Result<Self> {
+        let MeanHeights { height_m, deviation_m } = means;
         let layers = Layers::from_heights(&height_m, sphere_radius_m).map_err(|e| e.within(name))?;
         let variable = name.to_owned();
         Ok(LayerHeights { variable, is_of_pressure: false, is_counted: false, height_m, deviation_m, layers })
@@ -128,7 +133,7 @@ impl LayerHeights {
     }
 
     fn of_shell(count: usize, is_rising: bool, sphere_radius_m: f64) -> Result<Self> {
-        Self::plain(SPHERE, evenly_spaced(count, shell(is_rising, sphere_radius_m)), None, sphere_radius_m)
+        Self::plain(SPHERE, MeanHeights::of_shell(count, is_rising, sphere_radius_m), sphere_radius_m)
     }
 
     /// Whether no file gives the heights.
@@ -174,10 +179,13 @@ fn evenly_spaced(count: usize, [first, last]: [f64; 2]) -> Vec<f64> {
     (0..count).map(|layer| first + (last - first) * (layer as f64 / (count - 1) as f64)).collect()
 }
 
-/// Heights of the first and the last layer of a thin shell.
-fn shell(is_rising: bool, sphere_radius_m: f64) -> [f64; 2] {
-    let top = SHELL * sphere_radius_m;
-    if is_rising { [0.0, top] } else { [top, 0.0] }
+impl MeanHeights {
+    /// Heights of the layers of a thin shell.
+    fn of_shell(count: usize, is_rising: bool, sphere_radius_m: f64) -> Self {
+        let top = SHELL * sphere_radius_m;
+        let ends = if is_rising { [0.0, top] } else { [top, 0.0] };
+        MeanHeights { height_m: evenly_spaced(count, ends), deviation_m: None }
+    }
 }
 
 /// Whether a field's layers are the levels of MPAS's models, or interfaces between them.
@@ -187,18 +195,18 @@ fn is_over_mpas_levels(mesh: &Mesh, info: &FieldInfo) -> bool {
 
 /// Interfaces of MPAS-Atmosphere, or of MPAS-Ocean: from the depths that all columns share, or else from thicknesses.
 fn of_mpas<'a>(sources: &'a Sources, mesh: &Mesh) -> Result<Option<ReadHeights<'a>>> {
-    if let Some((source, variable)) = sources.find("zgrid") {
-        expect(source, variable, &["nCells", "nVertLevelsP1"])?;
-        if let Some(info) = FieldInfo::of(source, variable, mesh, &sources.options)? {
-            let means = columns::mean((source, variable), &info, &sources.options.missing, |height| height)?;
-            return Ok(Some(ReadHeights::new((source, variable), means)));
+    if let Some(found) = sources.find("zgrid") {
+        expect(found, &["nCells", "nVertLevelsP1"])?;
+        if let Some(info) = FieldInfo::of(found, mesh, &sources.options)? {
+            let means = columns::mean(found, &info, &sources.options.missing, |height| height)?;
+            return Ok(Some(ReadHeights::new(found, means)));
         }
     }
-    if let Some((source, variable)) = sources.find("refBottomDepth") {
-        expect(source, variable, &["nVertLevels"])?;
-        let bottom = source.all_numbers(variable)?;
+    if let Some(found) = sources.find("refBottomDepth") {
+        expect(found, &["nVertLevels"])?;
+        let bottom = found.all_numbers()?;
         let height_m = std::iter::once(0.0).chain(bottom.iter().map(|depth| -depth)).collect();
-        return Ok(Some(ReadHeights::new((source, variable), (height_m, None))));
+        return Ok(Some(ReadHeights::new(found, MeanHeights { height_m, deviation_m: None })));
     }
     let Some(found) = thickness::of_any_time(sources) else { return Ok(None) };
     Ok(Some(ReadHeights::new(found, thickness::interfaces(sources, found)?)))
@@ -219,26 +227,26 @@ fn of_others<'a>(
         return Ok(Some(ReadHeights::new(found, sigma::means(sources, found)?)));
     }
     let names = [&ICON_COLUMNS[..], &[SOIL_DEPTHS], &PRESSURE_COLUMNS].concat();
-    if let Some(((source, variable), its)) = columns_of(&names, sources, mesh, info)? {
-        let name = variable.name.as_str();
+    if let Some(HeightColumns { found, info }) = HeightColumns::find(&names, sources, mesh, info)? {
+        let name = found.name();
         let is_of_pressure = PRESSURE_COLUMNS.contains(&name);
-        let scale = axis::unit_of(source, name)?.map_or(1.0, |(_, scale)| scale);
+        let scale = axis::Unit::of(found)?.map_or(1.0, |unit| unit.scale);
         let to_height = |value: f64| match name {
             SOIL_DEPTHS => -value,
             _ if is_of_pressure => standard_atmosphere::height_m(scale * value),
             _ => value,
         };
-        let means = columns::mean((source, variable), &its, &sources.options.missing, to_height)?;
-        return Ok(Some(ReadHeights { is_of_pressure, ..ReadHeights::new((source, variable), means) }));
+        let means = columns::mean(found, &info, &sources.options.missing, to_height)?;
+        return Ok(Some(ReadHeights { is_of_pressure, ..ReadHeights::new(found, means) }));
     }
     if let Some(found) = axis::hybrid(sources, info.layers)? {
         return Ok(Some(found));
     }
-    let Some((source, variable)) = sources.find(&info.layer_dimension) else { return Ok(None) };
-    let is_rising = axis::counted(source, variable, info.layers)?;
+    let Some(found) = sources.find(&info.layer_dimension) else { return Ok(None) };
+    let is_rising = axis::counted(found, info.layers)?;
     Ok(is_rising.map(|is_rising| {
-        let height_m = evenly_spaced(info.layers, shell(is_rising, sphere_radius_m));
-        ReadHeights { is_counted: true, ..ReadHeights::new((source, variable), (height_m, None)) }
+        let means = MeanHeights::of_shell(info.layers, is_rising, sphere_radius_m);
+        ReadHeights { is_counted: true, ..ReadHeights::new(found, means) }
     }))
 }
 
@@ -248,14 +256,13 @@ fn of_axis<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Op
     let is_mpas = mesh.convention() == Convention::Mpas;
     let is_over = |v: &Variable| v.lies_at_times_over(&[&info.layer_dimension]);
     for source in sources.all() {
-        let own = source.variable(&info.layer_dimension);
-        let others = source.variables().iter().filter(|v| is_mpas && is_over(v));
-        for variable in own.into_iter().chain(others) {
-            let is_own = variable.name == info.layer_dimension;
-            let found = axis::heights(source, variable, info.layers)?;
-            if let Some((height_m, is_of_pressure)) = found.filter(|(_, is_of_pressure)| is_own || *is_of_pressure) {
-                let found = ReadHeights::new((source, variable), (height_m, Some(0.0)));
-                return Ok(Some(ReadHeights { is_of_pressure, ..found }));
+        let own = source.find(&info.layer_dimension);
+        let others = source.each_variable().filter(|found| is_mpas && is_over(found.variable));
+        for found in own.into_iter().chain(others) {
+            let is_own = found.name() == info.layer_dimension;
+            let heights = axis::heights(found, info.layers)?;
+            if let Some(heights) = heights.filter(|heights| is_own || heights.is_of_pressure) {
+                return Ok(Some(heights));
             }
         }
     }
@@ -270,38 +277,33 @@ fn height_columns(mesh: &Mesh) -> (usize, Location) {
     }
 }
 
-/// A variable over columns, and its description.
-type FoundColumns<'a> = ((&'a dyn Source, &'a Variable), FieldInfo);
-
-/// The first variable of these names that lies over columns and a field's layers, or its interfaces.
-fn columns_of<'a>(
-    names: &[&str],
-    sources: &'a Sources,
-    mesh: &Mesh,
-    info: &FieldInfo,
-) -> Result<Option<FoundColumns<'a>>> {
-    for (source, variable) in names.iter().filter_map(|name| sources.find(name)) {
-        let its = FieldInfo::of(source, variable, mesh, &sources.options)?;
-        let is_theirs = |its: &FieldInfo| {
-            let is_same = its.layer_dimension == info.layer_dimension;
-            // Interfaces are a dimension of another name in ICON's files.
-            let is_alike =
-                mesh.convention() != Convention::Mpas && (0..=1).any(|more| its.layers == info.layers + more);
-            (is_same || is_alike) && (its.columns, its.location) == height_columns(mesh)
-        };
-        if let Some(its) = its.filter(|its| variable.kind.is_real() && is_theirs(its)) {
-            return Ok(Some(((source, variable), its)));
-        }
-    }
-    Ok(None)
+/// A variable with heights of columns, and its description.
+struct HeightColumns<'a> {
+    found: SourceVariable<'a>,
+    info: FieldInfo,
 }
 
-fn expect(source: &dyn Source, variable: &Variable, dimensions: &[&str]) -> Result<()> {
-    if variable.lies_at_times_over(dimensions) && variable.kind.is_real() {
+impl<'a> HeightColumns<'a> {
+    /// The first variable of these names that lies over columns and a field's layers, or its interfaces.
+    fn find(names: &[&str], sources: &'a Sources, mesh: &Mesh, of: &FieldInfo) -> Result<Option<Self>> {
+        for found in names.iter().filter_map(|name| sources.find(name)) {
+            let Some(info) = FieldInfo::of(found, mesh, &sources.options)? else { continue };
+            let is_same = info.layer_dimension == of.layer_dimension;
+            // Interfaces are a dimension of another name in ICON's files.
+            let is_alike = mesh.convention() != Convention::Mpas && (0..=1).any(|more| info.layers == of.layers + more);
+            let is_over_columns = (info.columns, info.location) == height_columns(mesh);
+            if found.variable.kind.is_real() && is_over_columns && (is_same || is_alike) {
+                return Ok(Some(HeightColumns { found, info }));
+            }
+        }
+        Ok(None)
+    }
+}
+
+fn expect(found: SourceVariable, dimensions: &[&str]) -> Result<()> {
+    if found.variable.lies_at_times_over(dimensions) && found.variable.kind.is_real() {
         return Ok(());
     }
-    Err(source.error(
-        ErrorKind::Layers,
-        format_args!("variable {variable}, expected {}({}) of float or double", variable.name, dimensions.join(", ")),
-    ))
+    let expected = format_args!("{}({}) of float or double", found.name(), dimensions.join(", "));
+    Err(found.unexpected(ErrorKind::Layers, expected))
 }

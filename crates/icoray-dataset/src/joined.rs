@@ -83,6 +83,11 @@ impl Dataset {
         Ok(())
     }
 
+    /// The dataset of the file that contains a field: this one or a joined one.
+    pub(crate) fn owner(&self, name: &str) -> &Dataset {
+        self.joined_with(name).map_or(self, |joined| &joined.file)
+    }
+
     /// The joined file that contains a field; `None` for the fields of this file.
     pub(crate) fn joined_with(&self, name: &str) -> Option<&Joined> {
         if self.joined.is_empty() || self.has_own(name) {

@@ -10,8 +10,8 @@
 //! (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>). ICON's triangles are corners of the hexagons
 //! around their points, so its fields are at corners; if a dataset has no tables they are rebuilt from the triangles'
 //! bounds. DYNAMICO's hexagons and SCRIP's polygons are rebuilt from theirs. Columns with only longitudes and latitudes
-//! are joined by Delaunay triangles, and corners of more than three polygons are cut into triangles. Tables of MPAS that
-//! a dataset lacks are derived from the others if these determine them. Fields at edges become fields at centres.
+//! are joined by Delaunay triangles, and corners of more than three polygons are cut into triangles. Tables of MPAS
+//! that a dataset lacks are derived from the others if these determine them. Fields at edges become fields at centres.
 //!
 //! [`SceneFields`] finds the data that a scene needs, [`Series`] reads them time by time, [`Drawing`] draws them, and
 //! with the feature `live` the module `view` answers the live page.
@@ -72,4 +72,4 @@ pub use series::{FieldCache, Series};
 pub use source::{Attribute, Dimension, Kind, Source, Variable};
 pub use time_selection::TimeSelection;
 pub use times::Times;
-pub use values::{Memory, Values};
+pub use values::{AssumedMark, Memory, Values};

@@ -1,6 +1,5 @@
 //! Native heights of columns, for scenes that show them.
 
-use crate::dataset::Dataset;
 use crate::heights::native::NativeHeights;
 use crate::scene_fields::SceneFields;
 use icoray::{Error, ErrorKind, Field, Grid, Renderer, Result, Scene};
@@ -18,11 +17,12 @@ impl NativeHeightCache {
     /// Reads the heights that `scenes` need at a time, if not cached; returns the seconds that this took.
     ///
     /// # Errors
-    /// As [`SceneFields::native`] and [`Dataset::native_heights`].
+    /// As [`SceneFields::native`] and [`Dataset::native_heights`](crate::Dataset::native_heights).
     pub fn get_ready(
         &mut self,
-        (dataset, grid, renderer): (&Dataset, &Grid, &Renderer),
         scene_fields: &SceneFields,
+        grid: &Grid,
+        renderer: &Renderer,
         scenes: impl Iterator<Item = Scene>,
         time: usize,
     ) -> Result<f64> {
@@ -34,7 +34,7 @@ impl NativeHeightCache {
                 continue;
             }
             let name = &scene_fields.layering(&scene)?.height_field().name;
-            let read = renderer.run(|| dataset.native_heights(grid, name, time))?;
+            let read = renderer.run(|| scene_fields.dataset.native_heights(grid, name, time))?;
             if let Some(read) = read {
                 let of = info.time_dependent.then_some(time);
                 self.read.insert(info.description.clone(), (of, read));

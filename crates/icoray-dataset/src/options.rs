@@ -5,8 +5,8 @@
 pub struct DatasetOptions {
     /// Name of a dimension, and the entry along it, from 0, that is read for every variable.
     pub at: Vec<(String, usize)>,
-    /// Heights above the sphere of the first and of the last layer of every field with layers, metres; those between are
-    /// evenly spaced. They replace the heights of files.
+    /// Heights above the sphere of the first and of the last layer of every field with layers, metres; those between
+    /// are evenly spaced. They replace the heights of files.
     pub heights_m: Option<[f64; 2]>,
     /// Radius of the sphere, metres; it replaces that of files.
     pub radius_m: Option<f64>,

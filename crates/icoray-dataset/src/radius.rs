@@ -1,5 +1,6 @@
 //! The radius of the sphere.
 
+use crate::source::SourceVariable;
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result};
 
@@ -25,7 +26,7 @@ pub(crate) fn of(sources: &Sources) -> Result<f64> {
 fn of_positions(sources: &Sources) -> Result<Option<f64>> {
     let mut square = 0.0;
     for name in ["xCell", "yCell", "zCell"] {
-        let Some((source, variable)) = sources.find(name) else { return Ok(None) };
+        let Some(SourceVariable { source, variable }) = sources.find(name) else { return Ok(None) };
         let (start, count) = (vec![0; variable.dimensions.len()], vec![1; variable.dimensions.len()]);
         if !variable.kind.is_real() || variable.dimensions.iter().any(|dimension| dimension.len == 0) {
             return Ok(None);

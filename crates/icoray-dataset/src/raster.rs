@@ -1,8 +1,8 @@
 //! Rows and columns of positions as one dimension: longitudes and latitudes over (y, x), as in tripolar, rotated and
 //! swath grids, or each over a separate dimension, as in lat-lon grids.
 //!
-//! A [`Raster`] shows two dimensions of a source as one, so that its fields are over columns like those of other models.
-//! Formats: CF conventions 1.11, §5.1 and §5.2.
+//! A [`Raster`] shows two dimensions of a source as one, so that its fields are over columns like those of other
+//! models. Formats: CF conventions 1.11, §5.1 and §5.2.
 
 use crate::mesh;
 use crate::source::{Attribute, Dimension, Source, Variable};
@@ -33,10 +33,13 @@ pub(crate) fn flattened(sources: Sources) -> Result<Sources> {
 
 /// The dimensions of rows and columns in a source.
 fn rows(source: &dyn Source) -> Option<[Dimension; 2]> {
-    let angles = |which: usize| source.variables().iter().filter(move |v| mesh::is_angle(source, v, which));
-    angles(0).find_map(|lon| match lon.after_time() {
-        [y, x] => angles(1).any(|lat| lat.after_time() == [y.clone(), x.clone()]).then(|| [y.clone(), x.clone()]),
-        [x] => angles(1).find_map(|lat| match lat.after_time() {
+    let angles = |which: usize| {
+        let found = source.each_variable().filter(move |found| mesh::is_angle(*found, which));
+        found.map(|found| found.variable.after_time())
+    };
+    angles(0).find_map(|lon| match lon {
+        [y, x] => angles(1).any(|lat| lat == [y.clone(), x.clone()]).then(|| [y.clone(), x.clone()]),
+        [x] => angles(1).find_map(|lat| match lat {
             [y] if y != x => Some([y.clone(), x.clone()]),
             _ => None,
         }),
@@ -72,7 +75,7 @@ fn place(rows: &[Dimension; 2], variable: &Variable) -> Option<usize> {
 
 /// The one of the two dimensions over which a longitude or latitude lies.
 fn side(rows: &[Dimension; 2], source: &dyn Source, variable: &Variable) -> Option<usize> {
-    let is_angle = (0..2).any(|which| mesh::is_angle(source, variable, which));
+    let is_angle = (0..2).any(|which| mesh::is_angle(source.with(variable), which));
     (0..2).find(|k| is_angle && variable.dimensions == rows[*k..=*k])
 }
 
@@ -138,7 +141,7 @@ fn picked(values: &OwnedReals, of: impl Iterator<Item = usize>) -> OwnedReals {
 mod tests {
     use super::*;
     use crate::options::DatasetOptions;
-    use crate::source::Kind;
+    use crate::source::{Kind, SourceVariable};
 
     /// Variables whose values are their places in memory.
     #[derive(Debug)]
@@ -190,7 +193,7 @@ mod tests {
         let field = variable("field", &[("lev", 2), ("y", 4), ("x", 5), ("n", 3)]);
         let sources = Sources::new(Box::new(Places(vec![lat, lon, field])), Vec::new(), DatasetOptions::default());
         let raster = flattened(sources).unwrap();
-        let (source, field) = raster.find("field").unwrap();
+        let SourceVariable { source, variable: field } = raster.find("field").unwrap();
         assert_eq!(field.to_string(), "field(lev = 2, y, x = 20, n = 3) of double");
         assert_eq!(source.dimension_len("y, x").unwrap(), Some(20));
         let read = |source: &dyn Source, variable: &Variable, start: &[usize], count: &[usize]| -> Vec<f64> {
@@ -202,7 +205,7 @@ mod tests {
             let expected = read(&Places(Vec::new()), field, &start, &count);
             assert_eq!(read(source, field, &start, &count), expected, "{start:?} {count:?}");
         }
-        let [lon, lat] = ["lon", "lat"].map(|name| source.all_numbers(source.variable(name).unwrap()).unwrap());
+        let [lon, lat] = ["lon", "lat"].map(|name| source.find(name).unwrap().all_numbers().unwrap());
         assert_eq!([lon[13], lat[13]], [3.0, 2.0]);
         assert_eq!(read(source, source.variable("lat").unwrap(), &[4], &[2]), [0.0, 1.0]);
     }

@@ -6,6 +6,7 @@ use crate::heights::LayerHeights;
 use crate::heights::native::NativeInfo;
 use crate::layer_selection::LayerSelection;
 use crate::layering::Layering;
+use crate::values::AssumedMark;
 use icoray::{Heights, Layers, Location, Result, Scene, Script, View};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -13,7 +14,7 @@ use std::ops::Range;
 
 /// Layers and notes of the scenes of a script.
 pub struct SceneFields<'a> {
-    dataset: &'a Dataset,
+    pub(crate) dataset: &'a Dataset,
     layers_wanted: &'a LayerSelection,
     cells: usize,
     /// The layers and heights by [`Layering::key`].
@@ -144,11 +145,11 @@ impl<'a> SceneFields<'a> {
             if let Some(part) = info.part {
                 notes.push(format!("{} lies at edges: {name} is {} (derived)", info.variable, part.in_words()));
             }
-            for (mark, count) in self.dataset.unsaid_marks(name) {
+            for AssumedMark { value, count } in self.dataset.assumed_marks(name) {
                 // In the field's precision, not as the nearest number of double precision.
                 let mark = match info.precision {
-                    Precision::F32 => format!("{:e}", mark as f32),
-                    Precision::F64 => format!("{mark:e}"),
+                    Precision::F32 => format!("{:e}", value as f32),
+                    Precision::F64 => format!("{value:e}"),
                 };
                 notes.push(format!(
                     "{count} values of {name} are {mark}, which no attribute explains: taken for missing (`missing` says what \
@@ -185,10 +186,7 @@ impl LayerInfo {
     fn read(dataset: &Dataset, layering: &Layering) -> Result<Self> {
         let name = &layering.height_field().name;
         let heights = layering.heights(dataset)?;
-        let native = match dataset.native_heights_in_words(name)? {
-            Some(_) => Some(dataset.native_info(name)?),
-            None => None,
-        };
+        let native = dataset.find_native_info(name)?;
         let mean = mean_note(&heights, native.is_some());
         let mut notes = Vec::new();
         if heights.is_of_pressure {

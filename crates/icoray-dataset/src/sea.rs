@@ -1,8 +1,9 @@
 //! Masks values of ocean models that are not water.
 
-use crate::field::{FieldInfo, OwnedField};
+use crate::field::{Entry, FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
+use crate::source::SourceVariable;
 use crate::sources::Sources;
 use icoray::{ErrorKind, Location, Result};
 use std::ops::Range;
@@ -66,19 +67,18 @@ impl Sea {
 impl Mask {
     /// Reads `wet_c` over layers and triangles, at the first time.
     fn read(sources: &Sources, mesh: &Mesh) -> Result<Option<Self>> {
-        let Some((source, variable)) = sources.find("wet_c") else { return Ok(None) };
+        let Some(found) = sources.find("wet_c") else { return Ok(None) };
+        let SourceVariable { source, variable } = found;
         let columns = mesh.corners();
         let layers = match variable.dimensions.as_slice() {
             [.., layers, cells] if variable.kind.is_number() && cells.len == columns && layers.len > 0 => layers.len,
             _ => {
-                let context = format!("variable {variable}, expected wet_c over layers and {columns} triangles");
-                return Err(source.error(ErrorKind::Field, context));
+                let expected = format_args!("wet_c over layers and {columns} triangles");
+                return Err(found.unexpected(ErrorKind::Field, expected));
             }
         };
-        let before = variable.dimensions.len() - 2;
-        let (mut start, mut count) = (vec![0; before], vec![1; before]);
-        start.extend([0, 0]);
-        count.extend([layers, columns]);
+        let (start, mut count) = variable.whole();
+        count[..variable.dimensions.len() - 2].fill(1);
         let wet = source.reals(variable, &start, &count)?;
         let is_wet = (0..layers * columns).map(|i| wet.as_reals().get(i) > 0.5).collect();
         Ok(Some(Mask { columns, layers, is_wet }))
@@ -87,9 +87,9 @@ impl Mask {
     /// An interface is water if a layer beside it is. Of a field with other layers, such as of ice, columns are dry if
     /// their first layer is. Fields at the triangles' points are not masked.
     fn is_dry(&self, info: &FieldInfo, column: usize, layer: usize) -> bool {
-        let beside = info.entries(layer).find_map(|(_, layers, layer)| match layers {
-            own if own == self.layers => Some(layer..=layer),
-            own if own == self.layers + 1 && own > 2 => Some(layer.saturating_sub(1)..=layer.min(self.layers - 1)),
+        let beside = info.entries(layer).find_map(|Entry { len, number, .. }| match len {
+            own if own == self.layers => Some(number..=number),
+            own if own == self.layers + 1 && own > 2 => Some(number.saturating_sub(1)..=number.min(self.layers - 1)),
             _ => None,
         });
         let mut beside = beside.unwrap_or(0..=0);

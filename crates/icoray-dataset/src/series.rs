@@ -69,11 +69,11 @@ impl Series<'_> {
     /// As [`SceneFields::of`] and [`Dataset::read_layers`].
     pub fn views_of(
         &self,
-        dataset: &Dataset,
-        time: usize,
-        renderer: &Renderer,
         scene_fields: &SceneFields,
+        renderer: &Renderer,
+        time: usize,
     ) -> Result<(Vec<&View>, FieldCache)> {
+        let dataset = scene_fields.dataset;
         let mut read = FieldCache { fields: BTreeMap::new(), seconds: 0.0 };
         let mut views = Vec::new();
         for view in self.scheduled(time) {

@@ -197,6 +197,21 @@ impl dyn Source + '_ {
         self.variables().iter().find(|v| v.name == name)
     }
 
+    /// The variable of that name, with its source.
+    pub(crate) fn find(&self, name: &str) -> Option<SourceVariable<'_>> {
+        self.variable(name).map(|variable| self.with(variable))
+    }
+
+    /// One of the variables, with its source.
+    pub(crate) fn with<'s>(&'s self, variable: &'s Variable) -> SourceVariable<'s> {
+        SourceVariable { source: self, variable }
+    }
+
+    /// All variables, with their source.
+    pub(crate) fn each_variable(&self) -> impl Iterator<Item = SourceVariable<'_>> {
+        self.variables().iter().map(|variable| self.with(variable))
+    }
+
     /// The variable of that name; an error if there is none.
     pub(crate) fn expect(&self, name: &str) -> Result<&Variable> {
         self.variable(name).ok_or_else(|| self.error(ErrorKind::Grid, format_args!("variable {name} is missing")))
@@ -219,23 +234,53 @@ impl dyn Source + '_ {
     pub fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
         self.attribute(Some(variable), attribute).map(text)
     }
+}
 
-    /// Whether an attribute of a variable is of `float` or `double`.
-    pub(crate) fn is_real_of(&self, variable: &str, attribute: &str) -> Result<bool> {
-        Ok(matches!(self.attribute(Some(variable), attribute)?, Some(Attribute::Numbers { is_real: true, .. })))
+/// A variable of a source.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SourceVariable<'a> {
+    pub source: &'a dyn Source,
+    pub variable: &'a Variable,
+}
+
+impl<'a> SourceVariable<'a> {
+    /// Its name.
+    pub fn name(self) -> &'a str {
+        &self.variable.name
     }
 
-    /// The numbers of an attribute of a variable; none when it is absent.
-    pub(crate) fn numbers_of(&self, variable: &str, attribute: &str) -> Result<Vec<f64>> {
-        self.attribute(Some(variable), attribute).map(numbers)
+    /// An error about the source.
+    pub fn error(self, kind: ErrorKind, context: impl fmt::Display) -> Error {
+        self.source.error(kind, context)
     }
 
-    /// Start and count of a whole variable, for one over time of its first record.
-    pub(crate) fn first_record(&self, variable: &Variable) -> Result<(Vec<usize>, Vec<usize>)> {
-        let (start, mut count) = variable.whole();
-        if variable.changes() {
+    /// The error that the variable is not as `expected`.
+    pub fn unexpected(self, kind: ErrorKind, expected: impl fmt::Display) -> Error {
+        self.error(kind, format_args!("variable {}, expected {expected}", self.variable))
+    }
+
+    /// The text of an attribute.
+    pub fn text(self, attribute: &str) -> Result<Option<String>> {
+        self.source.text_of(self.name(), attribute)
+    }
+
+    /// The numbers of an attribute; none when it is absent.
+    pub fn numbers(self, attribute: &str) -> Result<Vec<f64>> {
+        self.source.attribute(Some(self.name()), attribute).map(numbers)
+    }
+
+    /// Whether an attribute is of `float` or `double`.
+    pub fn is_real(self, attribute: &str) -> Result<bool> {
+        let value = self.source.attribute(Some(self.name()), attribute)?;
+        Ok(matches!(value, Some(Attribute::Numbers { is_real: true, .. })))
+    }
+
+    /// Start and count of the whole variable, for one over time of its first record.
+    pub fn first_record(self) -> Result<(Vec<usize>, Vec<usize>)> {
+        let (start, mut count) = self.variable.whole();
+        if self.variable.changes() {
             if count[0] == 0 {
-                let context = format!("variable {variable} has no record, expected one at least");
+                let context = format!("variable {} has no record, expected one at least", self.variable);
                 return Err(self.error(ErrorKind::Grid, context));
             }
             count[0] = 1;
@@ -245,12 +290,13 @@ impl dyn Source + '_ {
 
     /// Reads a whole table of numbers, `float` in single precision; for one over time, to which xarray's
     /// `open_mfdataset` converts all, its first record, which the last one must equal.
-    pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
-        let (mut start, count) = self.first_record(variable)?;
-        let first = self.reals(variable, &start, &count)?;
+    pub fn all_reals(self) -> Result<OwnedReals> {
+        let SourceVariable { source, variable } = self;
+        let (mut start, count) = self.first_record()?;
+        let first = source.reals(variable, &start, &count)?;
         if variable.changes() && variable.dimensions[0].len > 1 {
             start[0] = variable.dimensions[0].len - 1;
-            let last = self.reals(variable, &start, &count)?;
+            let last = source.reals(variable, &start, &count)?;
             let (first, last) = (first.as_reals(), last.as_reals());
             if (0..first.len()).any(|i| first.get(i).to_bits() != last.get(i).to_bits()) {
                 let context =
@@ -262,17 +308,18 @@ impl dyn Source + '_ {
     }
 
     /// As [`Self::all_reals`], in double precision.
-    pub(crate) fn all_numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
-        let reals = self.all_reals(variable)?;
+    pub fn all_numbers(self) -> Result<Vec<f64>> {
+        let reals = self.all_reals()?;
         Ok((0..reals.as_reals().len()).map(|i| reals.as_reals().get(i)).collect())
     }
 
     /// As [`Self::all_reals`], of integers.
-    pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        let (_, count) = self.first_record(variable)?;
-        let mut integers = self.integers(variable)?;
+    pub fn all_integers(self) -> Result<Vec<i32>> {
+        let (_, count) = self.first_record()?;
+        let mut integers = self.source.integers(self.variable)?;
         let entries = count.iter().product::<usize>();
         if let Some(record) = integers.chunks(entries.max(1)).position(|record| record != &integers[..entries]) {
+            let variable = self.variable;
             let context = format!("variable {variable}: record {record} differs from the first, expected one table");
             return Err(self.error(ErrorKind::Grid, context));
         }

@@ -1,7 +1,7 @@
 //! Files that are read together: the one with the fields, and others with mesh or heights.
 
 use crate::options::DatasetOptions;
-use crate::source::{Source, Variable};
+use crate::source::{Source, SourceVariable};
 use icoray::{Error, ErrorKind, Result};
 
 /// Advice for missing tables or heights; option and argument have this name.
@@ -69,8 +69,8 @@ impl Sources {
     }
 
     /// The first file that has the variable, and the variable.
-    pub(crate) fn find(&self, name: &str) -> Option<(&dyn Source, &Variable)> {
-        self.all().find_map(|source| source.variable(name).map(|variable| (source, variable)))
+    pub(crate) fn find(&self, name: &str) -> Option<SourceVariable<'_>> {
+        self.all().find_map(|source| source.find(name))
     }
 
     /// The first number of a global attribute in any file.
@@ -84,12 +84,13 @@ impl Sources {
     }
 
     /// Whether a variable has one record for each time of the fields.
-    pub(crate) fn changes(&self, source: &dyn Source, variable: &Variable) -> bool {
+    pub(crate) fn changes(&self, SourceVariable { source, variable }: SourceVariable) -> bool {
         std::ptr::addr_eq(source, self.fields()) && variable.changes()
     }
 
     /// The record of a variable for a field's `time`: the first in files without the fields.
-    pub(crate) fn record(&self, source: &dyn Source, variable: &Variable, time: usize) -> Result<usize> {
+    pub(crate) fn record(&self, found: SourceVariable, time: usize) -> Result<usize> {
+        let SourceVariable { source, variable } = found;
         let records = variable.dimensions.first().map_or(0, |dimension| dimension.len);
         let record = if std::ptr::addr_eq(source, self.fields()) { time } else { 0 };
         if record < records {

@@ -1,8 +1,8 @@
 //! Converts the stored numbers of a variable to values: unpacks packed numbers, and replaces marks of missing values,
 //! and values outside of the valid range, by NaN.
 
-use crate::source::{Kind, Source, Variable};
-use crate::values::ShapedValues;
+use crate::source::{Kind, SourceVariable};
+use crate::values::{AssumedMark, ShapedValues};
 use icoray::{Result, Shape};
 
 /// NetCDF's default fill value (`NC_FILL_FLOAT` and `NC_FILL_DOUBLE`, the same number).
@@ -11,11 +11,20 @@ const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
 const UNWRITTEN_INTEGERS: [f64; 2] = [-2_147_483_647.0, -9_223_372_036_854_775_806.0];
 
 /// Factor and offset of packed values, according to CF conventions 1.11, §8.1.
-pub(crate) fn packing(source: &dyn Source, name: &str) -> Result<Option<[f64; 2]>> {
-    let first = |attribute: &str| Ok(source.numbers_of(name, attribute)?.first().copied());
-    let (scale, offset) = (first("scale_factor")?, first("add_offset")?);
-    let is_packed = scale.is_some() || offset.is_some();
-    Ok(is_packed.then(|| [scale.unwrap_or(1.0), offset.unwrap_or(0.0)]))
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Packing {
+    scale: f64,
+    offset: f64,
+}
+
+impl Packing {
+    /// The packing of a variable; `None` if it is not packed.
+    pub(crate) fn of(found: SourceVariable) -> Result<Option<Self>> {
+        let first = |attribute: &str| Ok(found.numbers(attribute)?.first().copied());
+        let [scale, offset] = [first("scale_factor")?, first("add_offset")?];
+        let is_packed = scale.is_some() || offset.is_some();
+        Ok(is_packed.then(|| Packing { scale: scale.unwrap_or(1.0), offset: offset.unwrap_or(0.0) }))
+    }
 }
 
 /// The values that a variable's `valid_range`, `valid_min` and `valid_max` admit, according to CF conventions 1.11,
@@ -29,17 +38,16 @@ struct Valid {
 }
 
 impl Valid {
-    fn of(source: &dyn Source, variable: &Variable) -> Result<Self> {
-        let name = &variable.name;
+    fn of(found: SourceVariable) -> Result<Self> {
         let (mut ends, mut is_real) = ([f64::NEG_INFINITY, f64::INFINITY], false);
         for (attribute, which) in [("valid_range", [0, 1]), ("valid_min", [0, 0]), ("valid_max", [1, 1])] {
-            let numbers = source.numbers_of(name, attribute)?;
-            is_real |= !numbers.is_empty() && source.is_real_of(name, attribute)?;
+            let numbers = found.numbers(attribute)?;
+            is_real |= !numbers.is_empty() && found.is_real(attribute)?;
             for (end, number) in which.into_iter().zip(numbers) {
                 ends[end] = if end == 0 { ends[0].max(number) } else { ends[1].min(number) };
             }
         }
-        Ok(Valid { ends, is_of_stored: variable.kind != Kind::Integer || !is_real })
+        Ok(Valid { ends, is_of_stored: found.variable.kind != Kind::Integer || !is_real })
     }
 
     /// Sets values outside to NaN, if `applies`.
@@ -57,40 +65,34 @@ pub(crate) struct Decoder {
     /// Marks of missing values; at least one.
     marks: Vec<f64>,
     /// Whether attributes or the user specify a mark.
-    is_said: bool,
+    has_specified_mark: bool,
     valid: Valid,
-    packing: Option<[f64; 2]>,
+    packing: Option<Packing>,
 }
 
 impl Decoder {
     /// The decoder of a variable; `missing` are further marks.
-    pub(crate) fn of(source: &dyn Source, variable: &Variable, missing: &[f64]) -> Result<Self> {
-        let name = &variable.name;
-        let mut marks = source.numbers_of(name, "_FillValue")?;
-        let mut is_said = !marks.is_empty();
-        if marks.is_empty() {
-            let unwritten = if variable.kind == Kind::Integer { &UNWRITTEN_INTEGERS[..] } else { &[UNWRITTEN] };
-            marks.extend(unwritten);
-        }
-        let others = [&source.numbers_of(name, "missing_value")?, missing].concat();
-        is_said |= !others.is_empty();
-        marks.extend(others);
-        let (valid, packing) = (Valid::of(source, variable)?, packing(source, name)?);
-        Ok(Decoder { marks, is_said, valid, packing })
+    pub(crate) fn of(found: SourceVariable, missing: &[f64]) -> Result<Self> {
+        let fill = found.numbers("_FillValue")?;
+        let others = [&found.numbers("missing_value")?, missing].concat();
+        let has_specified_mark = !fill.is_empty() || !others.is_empty();
+        let unwritten = if found.variable.kind == Kind::Integer { &UNWRITTEN_INTEGERS[..] } else { &[UNWRITTEN] };
+        let marks = [if fill.is_empty() { unwritten } else { &fill }, &others].concat();
+        Ok(Decoder { marks, has_specified_mark, valid: Valid::of(found)?, packing: Packing::of(found)? })
     }
 
-    /// Sets values that look like marks to NaN if no mark is specified; returns these, and the number of each.
-    pub(crate) fn take_unsaid_marks(&self, values: &mut ShapedValues) -> Vec<(f64, usize)> {
+    /// Sets values that look like marks to NaN if no mark is specified; returns these.
+    pub(crate) fn take_assumed_marks(&self, values: &mut ShapedValues) -> Vec<AssumedMark> {
         let mut taken = Vec::new();
-        if self.is_said {
+        if self.has_specified_mark {
             return taken;
         }
-        while let Some((mark, count)) = values.outlier() {
-            if mark == values.rounded(UNWRITTEN) {
+        while let Some(mark) = values.outlier() {
+            if mark.value == values.rounded(UNWRITTEN) {
                 break;
             }
-            values.mask(|value| value == mark);
-            taken.push((mark, count));
+            values.mask(|value| value == mark.value);
+            taken.push(mark);
         }
         taken
     }
@@ -106,7 +108,7 @@ impl Decoder {
             }
         }
         self.valid.mask_outside(values, self.valid.is_of_stored);
-        let Some([scale, offset]) = self.packing else { return fill };
+        let Some(Packing { scale, offset }) = self.packing else { return fill };
         values.mask(|value| value == fill);
         values.each(|value| scale * value + offset);
         self.valid.mask_outside(values, !self.valid.is_of_stored);
@@ -114,19 +116,16 @@ impl Decoder {
     }
 }
 
-/// Reads a block of a variable as values, NaN where they are missing.
-pub(crate) fn decoded(
-    source: &dyn Source,
-    variable: &Variable,
-    (start, count): (&[usize], &[usize]),
-    missing: &[f64],
-) -> Result<ShapedValues> {
-    let read = source.reals(variable, start, count)?;
-    let shape = Shape::level_fastest(read.as_reals().len(), 1);
-    let mut values = ShapedValues::new(read.into(), shape, [None, None]);
-    let decoder = Decoder::of(source, variable, missing)?;
-    decoder.take_unsaid_marks(&mut values);
-    let fill = decoder.decode(&mut values);
-    values.mask(|value| value == fill);
-    Ok(values)
+impl SourceVariable<'_> {
+    /// Reads a block as values, NaN where they are missing.
+    pub(crate) fn decoded(self, start: &[usize], count: &[usize], missing: &[f64]) -> Result<ShapedValues> {
+        let read = self.source.reals(self.variable, start, count)?;
+        let shape = Shape::level_fastest(read.as_reals().len(), 1);
+        let mut values = ShapedValues::new(read.into(), shape, [None, None]);
+        let decoder = Decoder::of(self, missing)?;
+        decoder.take_assumed_marks(&mut values);
+        let fill = decoder.decode(&mut values);
+        values.mask(|value| value == fill);
+        Ok(values)
+    }
 }

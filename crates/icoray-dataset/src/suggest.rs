@@ -14,8 +14,10 @@ impl Dataset {
     /// [`ErrorKind::Argument`] if another surface than layer 0, or an isosurface, of a 2D field is requested.
     pub fn suggest_scene(
         &self,
-        (grid, renderer): (&Grid, &Renderer),
-        (info, time): (&FieldInfo, usize),
+        grid: &Grid,
+        renderer: &Renderer,
+        info: &FieldInfo,
+        time: usize,
         layers_wanted: &LayerSelection,
         options: suggest::Options,
     ) -> Result<String> {
@@ -33,7 +35,7 @@ impl Dataset {
             false => options,
         };
         let is_timeless = self.seconds().is_none() && self.times().get(time).is_none_or(Option::is_none);
-        let options = suggest::Options { is_timeless, is_length: info.description.is_length(), ..options };
+        let options = suggest::Options { is_timeless, is_length: info.is_length(), ..options };
         let field = read.field()?;
         renderer.run(|| suggest::scene(&info.name, grid, &layers, &field, &options))
     }
@@ -45,14 +47,15 @@ impl Dataset {
     /// As [`Dataset::suggest_scene`], [`Dataset::field_info`] and [`Dataset::first_field`].
     pub fn completed_scene(
         &self,
-        with: (&Grid, &Renderer),
+        grid: &Grid,
+        renderer: &Renderer,
         wanted: &suggest::Completion,
         time: usize,
         layers_wanted: &LayerSelection,
     ) -> Result<String> {
         let completed = suggest::completed(wanted, &mut |name, options| {
             let info = if name.is_empty() { self.first_field()? } else { self.field_info(name)? };
-            self.suggest_scene(with, (info, time), layers_wanted, options).map(Some)
+            self.suggest_scene(grid, renderer, info, time, layers_wanted, options).map(Some)
         });
         Ok(completed?.unwrap_or_else(|| wanted.text.to_owned()))
     }

@@ -1,7 +1,7 @@
 //! Dates of the time records of a dataset.
 
 use crate::calendar::{Clock, seconds_of};
-use crate::source::{Kind, Source, Variable};
+use crate::source::{Kind, Source, SourceVariable, Variable};
 use icoray::{ErrorKind, Result, printable};
 
 /// Limit of the number of time records; a century has fewer hours.
@@ -58,7 +58,7 @@ fn text(source: &dyn Source) -> Option<&Variable> {
 
 /// Whether a variable has the dates of records.
 fn has_dates(source: &dyn Source) -> bool {
-    text(source).is_some() || source.variables().iter().any(|v| clock(source, v).is_some())
+    text(source).is_some() || source.each_variable().any(|found| clock(found).is_some())
 }
 
 /// The date of each of `count` records; `None` if it cannot be read.
@@ -68,21 +68,15 @@ fn dates(source: &dyn Source, count: usize) -> Vec<Option<String>> {
         let date = |text: String| (!text.is_empty()).then(|| printable(&text).into_owned());
         return rows.into_iter().map(|text| text.and_then(date)).collect();
     }
-    let counted = source.variables().iter().find_map(|v| Some((v, clock(source, v)?)));
+    let counted = source.each_variable().find_map(|found| Some((found.variable, clock(found)?)));
+    let Some((variable, clock)) = counted else { return vec![None; count] };
+    let read = |first: usize, count: usize| -> Result<Vec<f64>> {
+        let numbers = source.reals(variable, &[first], &[count])?;
+        Ok((0..count).map(|record| numbers.as_reals().get(record)).collect())
+    };
     // In a file that is cut off, the numbers before its end.
-    let first_ones = |variable: &Variable| {
-        let number = |record| Some(source.reals(variable, &[record], &[1]).ok()?.as_reals().get(0));
-        (0..count).map_while(number).collect::<Vec<f64>>()
-    };
-    let numbers = counted.map(|(variable, clock)| {
-        let (start, records) = variable.whole();
-        let all = source.reals(variable, &start, &records);
-        let all = all.map(|all| (0..records[0]).map(|record| all.as_reals().get(record)).collect());
-        (all.unwrap_or_else(|_| first_ones(variable)), clock)
-    });
-    let Some((numbers, clock)) = numbers else {
-        return vec![None; count];
-    };
+    let before_end = || (0..count).map_while(|record| read(record, 1).ok()).flatten().collect();
+    let numbers = read(0, variable.dimensions[0].len).unwrap_or_else(|_| before_end());
     (0..count).map(|record| numbers.get(record).and_then(|number| clock.date(*number))).collect()
 }
 
@@ -99,11 +93,12 @@ fn seconds(source: &dyn Source, dates: &[Option<String>]) -> Option<Vec<f64>> {
 }
 
 /// The clock of a variable over time records only that has CF's units of time.
-fn clock(source: &dyn Source, variable: &Variable) -> Option<Clock> {
+fn clock(found: SourceVariable) -> Option<Clock> {
+    let variable = found.variable;
     if !(variable.changes() && variable.dimensions.len() == 1 && variable.kind.is_number()) {
         return None;
     }
-    let units = source.text_of(&variable.name, "units").ok()??;
-    let calendar = source.text_of(&variable.name, "calendar").ok()?;
+    let units = found.text("units").ok()??;
+    let calendar = found.text("calendar").ok()?;
     Clock::new(&units, calendar.as_deref())
 }

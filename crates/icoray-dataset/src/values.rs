@@ -1,6 +1,6 @@
 //! Values of a block: owned, or borrowed in place.
 
-use crate::reals::ChangeReals;
+use crate::reals::change_each;
 use icoray::{OwnedReals, Reals, Shape};
 use std::fmt;
 use std::sync::Arc;
@@ -36,6 +36,15 @@ impl From<OwnedReals> for Values {
     fn from(reals: OwnedReals) -> Self {
         Values::Owned(reals)
     }
+}
+
+/// Values that were taken for a mark of missing values without an attribute or option that specifies it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AssumedMark {
+    /// The value.
+    pub value: f64,
+    /// Number of samples that had it.
+    pub count: usize,
 }
 
 /// Numbers in memory, with their layout.
@@ -91,13 +100,13 @@ impl ShapedValues {
 
     /// Changes every value, in f64. Shared ones are copied first.
     pub(crate) fn each(&mut self, change: impl Fn(f64) -> f64) {
-        self.owned().each(change);
+        change_each(self.owned(), change);
     }
 
     /// Sets values to NaN. Shared ones are copied first if any are affected.
     pub(crate) fn mask(&mut self, is_missing: impl Fn(f64) -> bool) {
         if matches!(self.reals, Stored::Owned(_)) || self.any(&is_missing) {
-            self.owned().mask(is_missing);
+            self.each(|value| if is_missing(value) { f64::NAN } else { value });
         }
     }
 
@@ -107,7 +116,10 @@ impl ShapedValues {
         if !value.is_nan() && value != fill {
             self.owned();
             let element = self.element(column, layer);
-            self.owned().mask_element(element);
+            match self.owned() {
+                OwnedReals::F32(values) => values[element] = f32::NAN,
+                OwnedReals::F64(values) => values[element] = f64::NAN,
+            }
         }
     }
 
@@ -118,8 +130,8 @@ impl ShapedValues {
 
     /// These values minus others of the same columns and layers; NaN where either is its mark for missing values.
     pub(crate) fn less(&self, own_fill: f64, other: &Self, fill: f64) -> Self {
-        self.made(self.shape.columns, |column, layer| {
-            self.value(column, layer, own_fill) - other.value(column, layer, fill)
+        self.made(self.shape.columns, |column| {
+            move |layer| self.value(column, layer, own_fill) - other.value(column, layer, fill)
         })
     }
 
@@ -131,14 +143,14 @@ impl ShapedValues {
 
     /// The values of some columns.
     pub(crate) fn of_columns(&self, rows: &[u32]) -> Self {
-        self.made(rows.len(), |column, layer| self.as_reals().get(self.element(rows[column] as usize, layer)))
+        self.made(rows.len(), |column| move |layer| self.as_reals().get(self.element(rows[column] as usize, layer)))
     }
 
-    /// Values over this number of columns and the same layers, in the same precision.
-    pub(crate) fn made(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Self {
+    /// Values over this number of columns and the same layers, in the same precision; `column` returns the function
+    /// of a column from layer to value.
+    pub(crate) fn made<V: Fn(usize) -> f64>(&self, columns: usize, column: impl Fn(usize) -> V) -> Self {
         let layers = self.stored_layers();
-        let values = (0..columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
-        let values = values.map(|(column, layer)| value(column, layer));
+        let values = (0..columns).map(column).flat_map(|value| (0..layers).map(value));
         let reals = match self.as_reals() {
             Reals::F32(_) => OwnedReals::F32(values.map(|value| value as f32).collect()),
             Reals::F64(_) => OwnedReals::F64(values.collect()),
@@ -159,9 +171,9 @@ impl ShapedValues {
         places.map(move |(column, layer)| reals.get(self.element(column, layer)))
     }
 
-    /// A value in several places that looks like a mark, and the number of places: a huge one, if all others are at
+    /// A value of several samples that looks like a mark: a huge one, if all others are at
     /// most a millionth of it, or a usual mark below all others, at least as far from them as these are apart.
-    pub(crate) fn outlier(&self) -> Option<(f64, usize)> {
+    pub(crate) fn outlier(&self) -> Option<AssumedMark> {
         let [lowest, highest] = ends(self.all());
         let is_usual = USUAL_MARKS.contains(&lowest);
         let mark = if is_usual || lowest.abs() > highest.abs() { lowest } else { highest };
@@ -170,8 +182,8 @@ impl ShapedValues {
         }
         let [low, high] = ends(self.all().filter(|value| *value != mark));
         let is_far = if is_usual { low - mark >= high - low } else { low.abs().max(high.abs()) <= 1e-6 * mark.abs() };
-        let places = self.all().filter(|value| *value == mark).count();
-        (is_far && places > 1).then_some((mark, places))
+        let count = self.all().filter(|value| *value == mark).count();
+        (is_far && count > 1).then_some(AssumedMark { value: mark, count })
     }
 
     /// Number of layers that have values of their own.

@@ -8,7 +8,7 @@ use crate::drawing::Drawing;
 use crate::layer_selection::LayerSelection;
 use crate::native_height_cache::NativeHeightCache;
 use crate::scene_fields::{Key, SceneFields};
-use crate::series::{FieldCache, Series};
+use crate::series::Series;
 use answers::units;
 use icoray::output::Stamp;
 use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Renderer, Result, Scene, Script};
@@ -67,7 +67,8 @@ struct Data<'d> {
 impl<'v> Viewer<'v> {
     /// A viewer of the dataset with this grid. Drawing ends early if the renderer has the page's [`LiveView::stop`].
     pub fn new(
-        (dataset, grid): (&'v Dataset, &'v Grid<'v>),
+        dataset: &'v Dataset,
+        grid: &'v Grid<'v>,
         renderer: &'v Renderer,
         layers_wanted: &'v LayerSelection,
         live: &'v LiveView,
@@ -96,28 +97,30 @@ impl<'v> Viewer<'v> {
         first: Request,
         heights: &mut NativeHeightCache,
     ) -> std::result::Result<Option<Request>, (Request, Error)> {
-        let (scene, time) = first.scene();
-        let (scene, dataset, renderer) = (scene.clone(), self.dataset, self.renderer);
+        let Viewer { dataset, grid, renderer, layers_wanted, .. } = *self;
+        let time = first.scene().1;
+        let scene = first.scene().0.clone();
         let script = Script::from(scene.clone());
-        let mut read = || {
-            let scene_fields = SceneFields::new(dataset, &script, self.layers_wanted, self.grid.cells())?;
-            let (dates, seconds) = (dataset.times(), dataset.seconds());
-            let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
-            let (_, read) = series.views_of(dataset, time, renderer, &scene_fields)?;
-            let from = (dataset, self.grid, renderer);
-            heights.get_ready(from, &scene_fields, std::iter::once(scene.clone()), time)?;
-            Ok((series.stamp(time), scene_fields, read))
+        let scene_fields = match SceneFields::new(dataset, &script, layers_wanted, grid.cells()) {
+            Ok(scene_fields) => scene_fields,
+            Err(error) => return Err((first, error)),
         };
-        let (stamp, scene_fields, read) = match read() {
+        let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
+        let (dates, seconds) = (dataset.times(), dataset.seconds());
+        let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
+        let read = series.views_of(&scene_fields, renderer, time).and_then(|(_, read)| {
+            heights.get_ready(&scene_fields, grid, renderer, std::iter::once(scene.clone()), time)?;
+            Ok(read)
+        });
+        let read = match read {
             Ok(read) => read,
             Err(error) => return Err((first, error)),
         };
-        let fields = match FieldCache::borrowed(&read) {
+        let fields = match read.borrowed() {
             Ok(fields) => fields,
             Err(error) => return Err((first, error)),
         };
-        let drawing = Drawing { scene_fields: &scene_fields, grid: self.grid, renderer };
-        let data = Data { drawing, fields: &fields, heights, stamp };
+        let data = Data { drawing, fields: &fields, heights, stamp: series.stamp(time) };
         let needs = Needs::of(&scene, &scene_fields).ok();
         let mut request = first;
         loop {
@@ -156,8 +159,8 @@ impl<'v> Viewer<'v> {
                 reply.send(answers::probe((scene, at), self.dataset, &data.drawing, from, known));
             }
             Question::Look { look, reply } => {
-                let with = (self.grid, self.renderer);
-                reply.send(self.dataset.completed_scene(with, &look.completion(false), time, self.layers_wanted));
+                let Viewer { dataset, grid, renderer, layers_wanted, .. } = self;
+                reply.send(dataset.completed_scene(grid, renderer, &look.completion(false), time, layers_wanted));
             }
             Question::Picture { reply, .. } => {
                 reply.send(known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone())));
@@ -169,7 +172,8 @@ impl<'v> Viewer<'v> {
 impl Data<'_> {
     fn frame(&self, scene: &Scene) -> Result<Frame> {
         let frame = self.drawing.frame(scene, self.fields, self.heights, &mut Ranks::alone())?;
-        let mut frame = frame.ok_or_else(|| Error::new(ErrorKind::Internal, "who draws alone is rank 0"))?;
+        let mut frame =
+            frame.ok_or_else(|| Error::new(ErrorKind::Internal, "a picture without other ranks is at another rank"))?;
         frame.stamp = self.stamp.clone();
         Ok(frame)
     }

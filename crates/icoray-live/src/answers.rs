@@ -3,9 +3,12 @@
 use icoray::Frame;
 use serde::Serialize;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
 /// Number of bins in an answer.
 const BINS: usize = 128;
+/// The percentiles in an answer.
+const PERCENTILES: [u64; 5] = [1, 5, 50, 95, 99];
 
 /// The distribution of a field's values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -18,25 +21,10 @@ pub struct Histogram {
     pub range: Option<[f64; 2]>,
     /// Numbers of values in equal parts of the range.
     pub counts: Vec<u64>,
-    /// Percentiles 1, 5, 50, 95 and 99, to a part in 8192 of the range.
-    pub percentiles: Percentiles,
+    /// Percentiles 1, 5, 50, 95 and 99, to a part in 8192 of the range; 0 if all values are missing.
+    pub percentiles: BTreeMap<u64, f64>,
     /// Number of missing values.
     pub missing: u64,
-}
-
-/// Percentiles of a field's values.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Percentiles {
-    #[serde(rename = "1")]
-    p1: f64,
-    #[serde(rename = "5")]
-    p5: f64,
-    #[serde(rename = "50")]
-    p50: f64,
-    #[serde(rename = "95")]
-    p95: f64,
-    #[serde(rename = "99")]
-    p99: f64,
 }
 
 impl Histogram {
@@ -50,10 +38,8 @@ impl Histogram {
         for (bin, count) in fine.iter().enumerate() {
             counts[bin * BINS / fine.len()] += count;
         }
-        let percentiles = Percentiles::default();
-        let mut histogram = Histogram { field: field.to_owned(), units, range, counts, percentiles, missing };
-        let Some([low, high]) = range else { return histogram };
         let all: u64 = fine.iter().sum();
+        let [low, high] = range.unwrap_or_default();
         let percentile = |hundredths: u64| {
             let mut below = 0;
             let bin = fine.iter().position(|count| {
@@ -61,16 +47,10 @@ impl Histogram {
                 100 * below >= hundredths * all
             });
             let place = (bin.unwrap_or(0) as f64 + 0.5) / fine.len() as f64;
-            low + place * (high - low)
+            (hundredths, low + place * (high - low))
         };
-        histogram.percentiles = Percentiles {
-            p1: percentile(1),
-            p5: percentile(5),
-            p50: percentile(50),
-            p95: percentile(95),
-            p99: percentile(99),
-        };
-        histogram
+        let percentiles = PERCENTILES.map(percentile).into();
+        Histogram { field: field.to_owned(), units, range, percentiles, counts, missing }
     }
 }
 
@@ -156,8 +136,10 @@ mod tests {
         assert_eq!((histogram.range, histogram.missing), (Some([0.0, 999.0]), 1));
         assert_eq!(histogram.counts.iter().sum::<u64>(), 999);
         assert!(histogram.counts.iter().all(|count| (6..=9).contains(count)), "{:?}", histogram.counts);
-        let Percentiles { p1, p50, p99, .. } = histogram.percentiles;
-        assert!((p1 - 10.0).abs() < 2.0 && (p50 - 500.0).abs() < 2.0 && (p99 - 989.0).abs() < 2.0);
+        for (percent, expected) in [(1, 10.0), (50, 500.0), (99, 989.0)] {
+            assert!((histogram.percentiles[&percent] - expected).abs() < 2.0, "{:?}", histogram.percentiles);
+        }
+        assert_eq!(serde_json::to_value(&histogram).unwrap()["percentiles"].as_object().unwrap().len(), 5);
     }
 
     #[test]

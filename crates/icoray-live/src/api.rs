@@ -1,13 +1,13 @@
 //! Answers the requests of the page.
 
-use crate::describe::{DescribeAnswer, Description, hex};
+use crate::describe::{Description, hex};
 use crate::guard;
 use crate::hub::{Hub, Look, Question, Reply};
 use crate::page;
 use crate::picture::Picture;
 use crate::session::{ChangeRequest, Session};
 use http_body_util::{BodyExt, Full, Limited};
-use hyper::body::{Body, Bytes};
+use hyper::body::{Bytes, Incoming};
 use hyper::header::{self, HeaderValue};
 use hyper::{Method, Request, Response, StatusCode};
 use icoray::output::{exr_bytes, png_bytes};
@@ -60,11 +60,7 @@ type Outcome = Result<Answer, Refusal>;
 
 impl Api {
     /// Answers a request.
-    pub async fn answer<B>(&self, request: Request<B>) -> Answer
-    where
-        B: Body + Unpin,
-        B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
-    {
+    pub async fn answer(&self, request: Request<Incoming>) -> Answer {
         let mut answer = match self.dispatch(request).await {
             Ok(answer) => answer,
             Err(Refusal(status, error)) => with_status(status, json_answer(&json!({ "error": error }))),
@@ -80,11 +76,7 @@ impl Api {
         answer
     }
 
-    async fn dispatch<B>(&self, request: Request<B>) -> Outcome
-    where
-        B: Body + Unpin,
-        B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
-    {
+    async fn dispatch(&self, request: Request<Incoming>) -> Outcome {
         if !guard::is_local(request.headers()) {
             let why = "expected a request from this machine to localhost or 127.0.0.1";
             return Err(Refusal(StatusCode::FORBIDDEN, why.to_owned()));
@@ -92,7 +84,7 @@ impl Api {
         let path = request.uri().path().to_owned();
         let Some(call) = path.strip_prefix("/api/") else {
             return match (page::file(&path), request.method()) {
-                (Some(file), &Method::GET) => Ok(typed(file.media_type, Bytes::from_static(file.bytes))),
+                (Some(file), &Method::GET) => Ok(typed(file.media_type(), Bytes::from_static(file.bytes))),
                 (Some(_), _) => Err(wrong_method()),
                 (None, _) => Err(nothing_here()),
             };
@@ -103,7 +95,7 @@ impl Api {
         }
         let query = request.uri().query().unwrap_or_default().to_owned();
         match (call, request.method()) {
-            ("describe", &Method::GET) => Ok(json_answer(&DescribeAnswer::new(&self.description()))),
+            ("describe", &Method::GET) => Ok(json_answer(&self.description().answer())),
             ("scene", &Method::GET) => Ok(json_answer(&self.hub.look(|session| self.scene(session)))),
             ("coast", &Method::GET) => Ok(typed("application/octet-stream", Bytes::from_static(coast_runs()))),
             ("frame", &Method::GET) => self.frame(&query).await,
@@ -131,7 +123,7 @@ impl Api {
     }
 
     fn changed(&self, change: impl FnOnce(&mut Session) -> Result<(), String>) -> Outcome {
-        let revision = self.hub.change(change).map_err(|error| Refusal(StatusCode::BAD_REQUEST, error))?;
+        let revision = self.hub.change(change).map_err(bad)?;
         Ok(json_answer(&json!({ "revision": revision })))
     }
 
@@ -198,7 +190,7 @@ impl Api {
     async fn probe(&self, query: &str) -> Outcome {
         let at = [number(query, "x")?, number(query, "y")?];
         if !at.iter().all(|place: &f64| (0.0..=1.0).contains(place)) {
-            return Err(Refusal(StatusCode::BAD_REQUEST, format!("x = {}, y = {}, expected 0 to 1", at[0], at[1])));
+            return Err(bad(format!("x = {}, y = {}, expected 0 to 1", at[0], at[1])));
         }
         let probe = self.ask(|reply| Question::Probe { at, reply }).await?;
         Ok(json_answer(&probe.map_or_else(|| json!({ "hit": false }), |probe| probe.answer())))
@@ -210,7 +202,7 @@ impl Api {
         let names: Vec<String> = self.description().fields.iter().map(|field| field.name.clone()).collect();
         if !names.contains(&field) {
             let hint = did_you_mean(&field, names.iter().map(String::as_str));
-            return Err(Refusal(StatusCode::BAD_REQUEST, format!("there is no field {field:?}{hint}")));
+            return Err(bad(format!("there is no field {field:?}{hint}")));
         }
         loop {
             let (text, view) = self.hub.look(|session| (session.text().to_owned(), session.view().to_owned()));
@@ -233,12 +225,12 @@ impl Api {
         let media_type = match format.as_str() {
             "png" => "image/png",
             "exr" => "image/x-exr",
-            _ => return Err(Refusal(StatusCode::BAD_REQUEST, format!("format {format:?}, expected png or exr"))),
+            _ => return Err(bad(format!("format {format:?}, expected png or exr"))),
         };
         let time = parameter(query, "time").map(|_| number(query, "time")).transpose()?;
         let times = self.description().times.len();
         if let Some(time) = time.filter(|time| *time >= times) {
-            return Err(Refusal(StatusCode::BAD_REQUEST, format!("time {time}, expected less than {times}")));
+            return Err(bad(format!("time {time}, expected less than {times}")));
         }
         let shown = self.hub.shown.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let other = time.filter(|time| *time != self.hub.look(Session::time));
@@ -304,11 +296,7 @@ fn transfer(scene: &Scene, range: Option<[f64; 2]>) -> serde_json::Value {
     }
 }
 
-async fn body<B>(request: Request<B>) -> Result<Bytes, Refusal>
-where
-    B: Body + Unpin,
-    B::Error: Into<Box<dyn std::error::Error + Send + Sync>>,
-{
+async fn body(request: Request<Incoming>) -> Result<Bytes, Refusal> {
     let whole = timeout(ARRIVES, Limited::new(request.into_body(), MAX_BODY).collect());
     let whole = whole.await.map_err(|_| Refusal(StatusCode::REQUEST_TIMEOUT, "the request stalled".to_owned()))?;
     let too_large = |e| Refusal(StatusCode::PAYLOAD_TOO_LARGE, format!("the request's body: {e}"));
@@ -322,12 +310,11 @@ fn parameter(query: &str, key: &str) -> Option<String> {
 
 fn number<T: std::str::FromStr>(query: &str, key: &str) -> Result<T, Refusal> {
     let text = parameter(query, key).ok_or_else(|| missing(key))?;
-    let why = || Refusal(StatusCode::BAD_REQUEST, format!("{key} = {text:?}, expected a number"));
-    text.parse().map_err(|_| why())
+    text.parse().map_err(|_| bad(format!("{key} = {text:?}, expected a number")))
 }
 
 fn missing(key: &str) -> Refusal {
-    Refusal(StatusCode::BAD_REQUEST, format!("expected {key} in the address"))
+    bad(format!("expected {key} in the address"))
 }
 
 fn bad(error: impl std::fmt::Display) -> Refusal {
@@ -369,65 +356,4 @@ fn with_status(status: StatusCode, mut answer: Answer) -> Answer {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::session::{PictureSize, Start, plain_reader};
-    use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape};
-    use std::future::Future;
-    use std::task::{Context, Waker};
-
-    #[test]
-    fn parameters_are_unescaped() {
-        for (query, expected) in [
-            ("field=theta", Some("theta")),
-            ("a=1&field=t%20e%C3%A4+x", Some("t eä x")),
-            ("field=%zz%", Some("%zz%")),
-            ("fields=1", None),
-            ("", None),
-        ] {
-            assert_eq!(parameter(query, "field").as_deref(), expected, "{query}");
-        }
-        assert_eq!(number::<u64>("after=7", "after").ok(), Some(7));
-        assert!(number::<u64>("after=x", "after").is_err() && number::<u64>("", "after").is_err());
-    }
-
-    /// A picture of a colour.
-    fn frame(color: &str) -> Frame {
-        let mesh = IcosahedralMesh::new(1).unwrap();
-        let (grid, layers) = (Grid::new(mesh.tables()).unwrap(), Layers::from_heights(&[0.0, 1e4], 6.371e6).unwrap());
-        let values = vec![0.5f32; 2 * grid.cells()];
-        let shape = Shape::level_fastest(grid.cells(), 2);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
-        let text = format!("field = 'q'\nbackground = '{color}'\nimage = {{ width = 8, height = 6 }}\n");
-        Renderer::new(1).unwrap().render(&Scene::parse(&text).unwrap(), &grid, &layers, &field).unwrap()
-    }
-
-    /// A saved picture is the one at rest that is shown, or that is on its way: the program is not asked for another.
-    #[test]
-    fn a_picture_that_is_there_is_not_drawn_again() {
-        let start = Start { text: "field = 'q'".to_owned(), time: 1, times: 2, size: PictureSize::Scene };
-        let hub = Arc::new(Hub::new(Session::new(start, plain_reader()).unwrap()));
-        let (description, token) = (Arc::default(), String::new());
-        let api = Api { hub: hub.clone(), description, token, is_framed: false };
-        api.description().times = vec![String::new(); 2];
-        let draw = |color: &str| {
-            let Some(crate::hub::Request::Draw(request)) = hub.next() else { panic!("something else") };
-            assert!(hub.drawn(&request, 1.0));
-            hub.pictures.send_replace(Some(Arc::new(Picture::new(1, frame(color), &request, 1.0))));
-        };
-        draw("red");
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
-        let _entered = runtime.enter();
-        let mut saved = Box::pin(api.picture("format=png&time=1"));
-        let mut context = Context::from_waker(Waker::noop());
-        assert!(saved.as_mut().poll(&mut context).is_pending(), "the coarse picture is not saved");
-        assert!(hub.take().questions.is_empty());
-        draw("blue");
-        let answer = runtime.block_on(saved).unwrap_or_else(|Refusal(_, why)| panic!("{why}"));
-        let body = runtime.block_on(answer.into_body().collect()).unwrap().to_bytes();
-        assert_eq!(body, png_bytes(&frame("blue")).unwrap());
-        // That of another time is drawn for it.
-        assert!(Box::pin(api.picture("format=png&time=0")).as_mut().poll(&mut context).is_pending());
-        assert_eq!(hub.take().questions.len(), 1);
-    }
-}
+mod tests;

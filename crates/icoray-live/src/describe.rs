@@ -3,14 +3,14 @@
 use crate::steering::may_steer;
 use icoray::keys::{ListedKey, Section, sections};
 use icoray::{color_map_stops, color_maps};
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::ops::Bound;
 
 /// Colours of a swatch.
 const SWATCH: usize = 16;
 
 /// Description of a program's data.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default)]
 pub struct Description {
     /// The title, such as the file's name.
     pub title: String,
@@ -23,12 +23,11 @@ pub struct Description {
     /// Number of layers.
     pub layers: usize,
     /// The command that draws the scene once it is saved as `scene.toml`; `{time}` stands for the number of the time.
-    #[serde(skip)]
     pub command: String,
 }
 
 /// A field that can be shown.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default)]
 pub struct FieldDescription {
     /// Its name.
     pub name: String,
@@ -40,47 +39,11 @@ pub struct FieldDescription {
     pub layers: usize,
 }
 
-/// The data that the page receives once.
-#[derive(Serialize)]
-pub(crate) struct DescribeAnswer<'d> {
-    program: &'static str,
-    #[serde(flatten)]
-    description: &'d Description,
-    sections: Vec<SectionAnswer>,
-    maps: Vec<MapAnswer>,
-}
-
-#[derive(Serialize)]
-struct SectionAnswer {
-    name: String,
-    is_list: bool,
-    about: &'static str,
-    keys: Vec<KeyAnswer>,
-}
-
-#[derive(Serialize)]
-struct KeyAnswer {
-    name: String,
-    #[serde(rename = "type")]
-    kind: String,
-    choices: &'static [&'static str],
-    default: String,
-    range: String,
-    min: Option<f64>,
-    max: Option<f64>,
-    meaning: &'static str,
-}
-
-#[derive(Serialize)]
-struct MapAnswer {
-    name: &'static str,
-    colors: Vec<String>,
-}
-
-impl<'d> DescribeAnswer<'d> {
-    pub fn new(description: &'d Description) -> Self {
-        let mut sections: Vec<_> = sections().into_iter().map(SectionAnswer::from).collect();
-        if description.live {
+impl Description {
+    /// The data that the page receives once.
+    pub(crate) fn answer(&self) -> Value {
+        let mut sections = sections();
+        if self.live {
             // The page has controls for the described keys: none for keys of the model.
             for section in &mut sections {
                 let path = |key: &str| {
@@ -90,17 +53,25 @@ impl<'d> DescribeAnswer<'d> {
             }
             sections.retain(|section| !section.keys.is_empty());
         }
-        let names = color_maps().split(", ").map(str::trim);
-        let maps = names.filter_map(|name| {
-            let colors = color_map_stops(name, SWATCH)?;
-            Some(MapAnswer { name, colors: colors.into_iter().map(hex).collect() })
+        let maps = color_maps().split(", ").map(str::trim).filter_map(|name| {
+            let colors = color_map_stops(name, SWATCH)?.into_iter().map(hex).collect::<Vec<_>>();
+            Some(json!({ "name": name, "colors": colors }))
         });
-        DescribeAnswer {
-            program: concat!("icoray ", env!("CARGO_PKG_VERSION")),
-            description,
-            sections,
-            maps: maps.collect(),
-        }
+        let mut answer = json!({
+            "program": concat!("icoray ", env!("CARGO_PKG_VERSION")),
+            "sections": sections.iter().map(section_answer).collect::<Vec<_>>(),
+            "maps": maps.collect::<Vec<_>>(),
+            "title": self.title,
+            "live": self.live,
+            "times": self.times,
+            "layers": self.layers,
+        });
+        let fields = self.fields.iter().map(|field| {
+            let FieldDescription { name, long_name, units, layers } = field;
+            json!({ "name": name, "long_name": long_name, "units": units, "layers": layers })
+        });
+        answer["fields"] = fields.collect();
+        answer
     }
 }
 
@@ -109,21 +80,21 @@ pub(crate) fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-impl From<Section> for SectionAnswer {
-    fn from(section: Section) -> Self {
-        let keys = section.keys.into_iter().map(|ListedKey { name, key }| KeyAnswer {
-            name,
-            kind: key.kind.to_string().replace('`', ""),
-            choices: key.choices(),
-            default: key.default.to_string(),
-            range: key.range_text(),
-            min: number(key.bounds.0),
-            max: number(key.bounds.1),
-            meaning: key.meaning,
-        });
-        let keys = keys.collect();
-        SectionAnswer { name: section.name, is_list: section.is_list, about: section.about, keys }
-    }
+fn section_answer(section: &Section) -> Value {
+    let keys = section.keys.iter().map(|ListedKey { name, key }| {
+        json!({
+            "name": name,
+            "type": key.kind.to_string().replace('`', ""),
+            "choices": key.choices(),
+            "default": key.default.to_string(),
+            "range": key.range_text(),
+            "min": number(key.bounds.0),
+            "max": number(key.bounds.1),
+            "meaning": key.meaning,
+        })
+    });
+    let keys = keys.collect::<Vec<_>>();
+    json!({ "name": section.name, "is_list": section.is_list, "about": section.about, "keys": keys })
 }
 
 /// The number of a bound.
@@ -138,39 +109,37 @@ fn number(bound: Bound<f64>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn all_maps_have_swatches_and_sections_their_keys() {
-        let description = Description { title: "a.nc".to_owned(), ..Description::default() };
-        let answer = DescribeAnswer::new(&description);
-        assert_eq!(answer.maps.len(), 108);
-        assert!(answer.maps.iter().all(|map| map.colors.len() == SWATCH && map.colors[0].len() == 7));
-        let viridis = answer.maps.iter().find(|map| map.name == "viridis").unwrap();
-        assert_eq!((viridis.colors[0].as_str(), viridis.colors[15].as_str()), ("#440154", "#fee825"));
-        let text = serde_json::to_value(&answer).unwrap();
-        assert_eq!(text["title"], "a.nc");
-        assert_eq!(text["sections"][0]["keys"][0]["name"], "field");
-        assert!(sections_of(&answer).contains(&"output"));
-        let opacity = text["sections"][6]["keys"].as_array().unwrap().last().unwrap();
-        assert_eq!((&opacity["name"], &opacity["type"]), (&"opacity".into(), &"number".into()));
-        assert_eq!((opacity["min"].as_f64(), opacity["max"].as_f64()), (Some(0.0), Some(1.0)));
+    /// The entry of a list of tables that has a name.
+    fn named<'a>(list: &'a Value, name: &str) -> Option<&'a Value> {
+        list.as_array().unwrap().iter().find(|entry| entry["name"] == name)
     }
 
-    fn sections_of<'a>(answer: &'a DescribeAnswer) -> Vec<&'a str> {
-        answer.sections.iter().map(|section| section.name.as_str()).collect()
+    #[test]
+    fn all_maps_have_swatches_and_sections_their_keys() {
+        let answer = Description { title: "a.nc".to_owned(), ..Description::default() }.answer();
+        let maps = answer["maps"].as_array().unwrap();
+        assert_eq!(maps.len(), 108);
+        assert!(maps.iter().all(|map| map["colors"].as_array().unwrap().len() == SWATCH));
+        let viridis = &named(&answer["maps"], "viridis").unwrap()["colors"];
+        assert_eq!((&viridis[0], &viridis[15]), (&json!("#440154"), &json!("#fee825")));
+        assert_eq!(answer["title"], "a.nc");
+        assert_eq!(answer["sections"][0]["keys"][0]["name"], "field");
+        assert!(named(&answer["sections"], "output").is_some());
+        let opacity = answer["sections"][6]["keys"].as_array().unwrap().last().unwrap();
+        assert_eq!((&opacity["name"], &opacity["type"]), (&json!("opacity"), &json!("number")));
+        assert_eq!((&opacity["min"], &opacity["max"]), (&json!(0.0), &json!(1.0)));
     }
 
     #[test]
     fn keys_of_a_model_are_not_described() {
-        let description = Description { live: true, ..Description::default() };
-        let answer = DescribeAnswer::new(&description);
-        let names = sections_of(&answer);
-        assert!(["", "camera", "transfer", "isosurfaces", "clip"].iter().all(|name| names.contains(name)), "{names:?}");
-        assert!(["image", "output", "derive"].iter().all(|name| !names.contains(name)), "{names:?}");
-        let keys = |name: &str| {
-            let section = answer.sections.iter().find(|section| section.name == name).unwrap();
-            section.keys.iter().map(|key| key.name.as_str()).collect::<Vec<_>>()
-        };
-        assert_eq!(keys(""), ["field", "exaggeration", "background", "core"]);
-        assert!(keys("clip").contains(&"half_space.towards") && keys("transfer").contains(&"range.union"));
+        let answer = Description { live: true, ..Description::default() }.answer();
+        let section = |name: &str| named(&answer["sections"], name);
+        assert!(["", "camera", "transfer", "isosurfaces", "clip"].iter().all(|name| section(name).is_some()));
+        assert!(["image", "output", "derive"].iter().all(|name| section(name).is_none()));
+        let top = section("").unwrap()["keys"].as_array().unwrap().iter().map(|key| key["name"].as_str().unwrap());
+        assert_eq!(top.collect::<Vec<_>>(), ["field", "exaggeration", "background", "core"]);
+        for (section_name, key) in [("clip", "half_space.towards"), ("transfer", "range.union")] {
+            assert!(named(&section(section_name).unwrap()["keys"], key).is_some(), "{section_name}.{key}");
+        }
     }
 }

@@ -6,7 +6,7 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Val
 
 /// Depth of the deepest key that a change may name, in steps from the top: no scene has a deeper one. The new value is
 /// JSON, whose depth its parser bounds, as TOML's does for texts.
-const DEEPEST: usize = 16;
+const MAX_DEPTH: usize = 16;
 
 /// A change of one key.
 #[derive(Debug, Clone, Deserialize, PartialEq)]
@@ -40,8 +40,8 @@ enum Step {
 pub(crate) fn changed(text: &str, changes: &[Change], view: Option<usize>) -> Result<String, String> {
     let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| e.to_string())?;
     for Change { path, value } in changes {
-        if path.len() > DEEPEST {
-            return Err(format!("a key {} steps from the top, expected at most {DEEPEST}", path.len()));
+        if path.len() > MAX_DEPTH {
+            return Err(format!("a key {} steps from the top, expected at most {MAX_DEPTH}", path.len()));
         }
         let of_view = view.filter(|view| is_in_view(document.as_table(), *view, path));
         let place = of_view.map(|view| vec![Step::Key("views".to_owned()), Step::Entry(view)]);
@@ -63,7 +63,7 @@ fn is_in_view(document: &Table, view: usize, path: &[Step]) -> bool {
 
 /// The scene as JSON; in a script with views the keys of `view` replace those at the top.
 pub(crate) fn values(text: &str, view: Option<usize>) -> Json {
-    let document = text.parse().map_or(Json::Null, |document: DocumentMut| table_as_json(document.as_table()));
+    let document = toml::from_str(text).unwrap_or(Json::Null);
     let (Some(view), Json::Object(mut all)) = (view, document.clone()) else { return document };
     let Some(mut own) = all.remove("views").and_then(|mut views| Some(views.get_mut(view)?.take())) else {
         return document;
@@ -152,11 +152,13 @@ fn set_in_item(item: &mut Item, path: &[Step], value: &Json) -> Result<(), Strin
     }
 }
 
+fn expect_entry(number: usize, len: usize) -> Result<(), String> {
+    if number > len { Err(format!("entry {number}, expected 0 to {len}")) } else { Ok(()) }
+}
+
 fn set_in_list(list: &mut ArrayOfTables, number: usize, rest: &[Step], value: &Json) -> Result<(), String> {
     let len = list.len();
-    if number > len {
-        return Err(format!("entry {number}, expected 0 to {len}"));
-    }
+    expect_entry(number, len)?;
     if rest.is_empty() && value.is_null() {
         if number < len {
             list.remove(number);
@@ -199,9 +201,7 @@ fn set_in_value(its: &mut Value, path: &[Step], value: &Json) -> Result<(), Stri
         }
         (Value::Array(list), Step::Entry(number)) => {
             let len = list.len();
-            if *number > len {
-                return Err(format!("entry {number}, expected 0 to {len}"));
-            }
+            expect_entry(*number, len)?;
             if rest.is_empty() && value.is_null() {
                 if *number < len {
                     list.remove(*number);
@@ -267,33 +267,6 @@ fn new_value(value: &Json) -> Result<Value, String> {
             Value::InlineTable(table)
         }
     })
-}
-
-fn table_as_json(table: &Table) -> Json {
-    Json::Object(table.iter().map(|(key, item)| (key.to_owned(), item_as_json(item))).collect())
-}
-
-fn item_as_json(item: &Item) -> Json {
-    match item {
-        Item::None => Json::Null,
-        Item::Value(value) => value_as_json(value),
-        Item::Table(table) => table_as_json(table),
-        Item::ArrayOfTables(list) => Json::Array(list.iter().map(table_as_json).collect()),
-    }
-}
-
-fn value_as_json(value: &Value) -> Json {
-    match value {
-        Value::String(text) => Json::from(text.value().as_str()),
-        Value::Integer(number) => Json::from(*number.value()),
-        Value::Float(number) => Json::from(*number.value()),
-        Value::Boolean(flag) => Json::from(*flag.value()),
-        Value::Datetime(time) => Json::from(time.value().to_string()),
-        Value::Array(list) => Json::Array(list.iter().map(value_as_json).collect()),
-        Value::InlineTable(table) => {
-            Json::Object(table.iter().map(|(key, value)| (key.to_owned(), value_as_json(value))).collect())
-        }
-    }
 }
 
 #[cfg(test)]
@@ -372,7 +345,7 @@ mod tests {
     /// Input of any depth is processed only to a depth that fits on every stack.
     #[test]
     fn depth_has_a_bound() {
-        for (steps, is_taken) in [(DEEPEST, true), (DEEPEST + 1, false), (100_000, false)] {
+        for (steps, is_taken) in [(MAX_DEPTH, true), (MAX_DEPTH + 1, false), (100_000, false)] {
             let change = json!([{ "path": vec!["a"; steps], "value": 1 }]);
             assert_eq!(after("", change).is_ok(), is_taken, "{steps}");
         }

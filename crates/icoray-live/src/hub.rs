@@ -14,13 +14,14 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::{oneshot, watch};
 
-/// Time budget in milliseconds of a frame while a hand moves: ten frames a second, and the rest for other work.
+/// Time budget in milliseconds of a frame while the user moves the picture: ten frames a second, and the rest for other
+/// work.
 const MOVING_MS: f64 = 80.0;
-/// Maximum size of a picture while a hand moves, unless the page specifies another.
+/// Maximum size of a picture while the user moves it, unless the page specifies another.
 const MOVING_SIZE: [u32; 2] = [640, 480];
 /// Pictures that take no longer than this (seconds) are drawn at rest at once.
 const QUICK_S: f64 = 0.1;
-/// Time after which the picture is refined although the hand has not let go: it may hold still, or its page may be
+/// Time after which the picture is refined although the user has not let go: the mouse may rest, or its page may be
 /// closed.
 const STILL: Duration = Duration::from_secs(1);
 /// Maximum number of waiting questions.
@@ -314,10 +315,10 @@ impl Hub {
     }
 
     /// Waits until [`Self::take`] has something to return, at most for this time.
-    pub fn wait(&self, at_most: Duration) {
+    pub fn wait(&self, timeout: Duration) {
         let is_idle =
             |state: &mut State| state.questions.is_empty() && state.session.text() == state.taken && !state.has_ended;
-        drop(self.changed.wait_timeout_while(self.lock(), at_most, is_idle));
+        drop(self.changed.wait_timeout_while(self.lock(), timeout, is_idle));
     }
 
     /// Replaces the scene set by viewers by this one.
@@ -343,7 +344,8 @@ impl Hub {
         }
         state.drawn = request.revision;
         if request.is_final {
-            (state.at_rest, state.rest_s) = (request.revision, seconds);
+            state.at_rest = request.revision;
+            state.rest_s = seconds;
         }
         true
     }
@@ -354,7 +356,7 @@ impl State {
         let (session, time) = (&self.session, self.session.time());
         if let Some(question) = self.questions.pop_front() {
             let time = match question {
-                Question::Picture { time: Some(asked), .. } => asked,
+                Question::Picture { time: Some(time), .. } => time,
                 _ => time,
             };
             return Some(Request::Answer { question, scene: Box::new(session.scene().clone()), time });

@@ -13,7 +13,7 @@
 //! # fn draw(_: &Renderer, _: &Scene) -> icoray::Result<icoray::Frame> { unimplemented!() }
 //! let text = "field = 'theta'".to_owned();
 //! let read = |text: &str| Ok(vec![NamedScene { name: String::new(), scene: Scene::parse(text)? }]);
-//! let live = LiveView::open(&Options::default(), Description::default(), (text, 0), Box::new(read))?;
+//! let live = LiveView::open(&Options::default(), Description::default(), text, 0, Box::new(read))?;
 //! let renderer = Renderer::new(0)?.with_stop(live.stop());
 //! println!("{}", live.address());
 //! while let Some(request) = live.next() {
@@ -38,7 +38,7 @@ mod server;
 mod session;
 mod steering;
 
-pub use answers::{Histogram, Percentiles, Probe};
+pub use answers::{Histogram, Probe};
 pub use describe::{Description, FieldDescription};
 pub use hub::{Change, DrawRequest, Look, Question, Reply, Request, Taken};
 pub use session::{NamedScene, PictureSize, SceneReader};
@@ -75,14 +75,15 @@ pub struct LiveView {
 }
 
 impl LiveView {
-    /// Serves a page with a scene: its text, and the number of the displayed time. `read` parses texts into scenes.
+    /// Serves a page with the scene of `text` at the time of number `time`. `read` parses texts into scenes.
     ///
     /// # Errors
     /// Those of `read` for the text, and [`ErrorKind::Io`] if no port is free.
     pub fn open(
         options: &Options,
         description: Description,
-        (text, time): (String, usize),
+        text: String,
+        time: usize,
         read: Box<SceneReader>,
     ) -> Result<Self> {
         let start = Start { text, time, times: description.times.len(), size: options.size };
@@ -108,7 +109,8 @@ impl LiveView {
         format!("http://127.0.0.1:{}/#{}", self.server.port, self.token)
     }
 
-    /// Set while the picture that is being drawn is out of date, for [`Renderer::with_stop`](icoray::Renderer::with_stop).
+    /// Set while the picture that is being drawn is out of date, for
+    /// [`Renderer::with_stop`](icoray::Renderer::with_stop).
     pub fn stop(&self) -> Arc<AtomicBool> {
         self.hub.stop.clone()
     }
@@ -154,8 +156,8 @@ impl LiveView {
     }
 
     /// Waits until viewers have made changes or questions that [`Self::take`] has not returned, at most for this time.
-    pub fn wait(&self, at_most: Duration) {
-        self.hub.wait(at_most);
+    pub fn wait(&self, timeout: Duration) {
+        self.hub.wait(timeout);
     }
 
     /// Shows a picture that the program has drawn of the displayed view, from the scene of this revision; pictures of

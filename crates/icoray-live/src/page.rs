@@ -2,64 +2,39 @@
 
 /// A file of the page.
 pub(crate) struct PageFile {
-    pub path: &'static str,
-    pub media_type: &'static str,
+    name: &'static str,
     pub bytes: &'static [u8],
 }
 
 macro_rules! files {
-    ($($path:literal $name:literal $media_type:literal,)*) => {
-        [$(PageFile {
-            path: $path,
-            media_type: $media_type,
-            bytes: include_bytes!(concat!("../page/", $name)),
-        },)*]
+    ($($name:literal)*) => {
+        &[$(PageFile { name: $name, bytes: include_bytes!(concat!("../page/", $name)) },)*]
     };
 }
 
-const FILES: &[PageFile] = &files![
-    "/" "index.html" "text/html; charset=utf-8",
-    "/animate.js" "animate.js" "text/javascript; charset=utf-8",
-    "/api.js" "api.js" "text/javascript; charset=utf-8",
-    "/apng.js" "apng.js" "text/javascript; charset=utf-8",
-    "/app.js" "app.js" "text/javascript; charset=utf-8",
-    "/camera.js" "camera.js" "text/javascript; charset=utf-8",
-    "/colour.js" "colour.js" "text/javascript; charset=utf-8",
-    "/curve.js" "curve.js" "text/javascript; charset=utf-8",
-    "/dom.js" "dom.js" "text/javascript; charset=utf-8",
-    "/facts.js" "facts.js" "text/javascript; charset=utf-8",
-    "/files.js" "files.js" "text/javascript; charset=utf-8",
-    "/form.js" "form.js" "text/javascript; charset=utf-8",
-    "/format.js" "format.js" "text/javascript; charset=utf-8",
-    "/frames.js" "frames.js" "text/javascript; charset=utf-8",
-    "/hand.js" "hand.js" "text/javascript; charset=utf-8",
-    "/hints.js" "hints.js" "text/javascript; charset=utf-8",
-    "/hover.js" "hover.js" "text/javascript; charset=utf-8",
-    "/keys.js" "keys.js" "text/javascript; charset=utf-8",
-    "/maps.js" "maps.js" "text/javascript; charset=utf-8",
-    "/lines.js" "lines.js" "text/javascript; charset=utf-8",
-    "/markers.js" "markers.js" "text/javascript; charset=utf-8",
-    "/panel.js" "panel.js" "text/javascript; charset=utf-8",
-    "/plot.js" "plot.js" "text/javascript; charset=utf-8",
-    "/probe.js" "probe.js" "text/javascript; charset=utf-8",
-    "/sender.js" "sender.js" "text/javascript; charset=utf-8",
-    "/store.js" "store.js" "text/javascript; charset=utf-8",
-    "/style.css" "style.css" "text/css; charset=utf-8",
-    "/timeline.js" "timeline.js" "text/javascript; charset=utf-8",
-    "/toml.js" "toml.js" "text/javascript; charset=utf-8",
-    "/transfer-changes.js" "transfer-changes.js" "text/javascript; charset=utf-8",
-    "/transfer-model.js" "transfer-model.js" "text/javascript; charset=utf-8",
-    "/transfer-panel.js" "transfer-panel.js" "text/javascript; charset=utf-8",
-    "/transfer-rows.js" "transfer-rows.js" "text/javascript; charset=utf-8",
-    "/transfer.js" "transfer.js" "text/javascript; charset=utf-8",
-    "/view.js" "view.js" "text/javascript; charset=utf-8",
-    "/views.js" "views.js" "text/javascript; charset=utf-8",
-    "/widgets.js" "widgets.js" "text/javascript; charset=utf-8",
+const FILES: &[PageFile] = files![
+    "animate.js" "api.js" "apng.js" "app.js" "camera.js" "colour.js" "curve.js" "dom.js" "facts.js" "files.js"
+    "form.js" "format.js" "frames.js" "hand.js" "hints.js" "hover.js" "index.html" "keys.js" "lines.js" "maps.js"
+    "markers.js" "panel.js" "plot.js" "probe.js" "sender.js" "store.js" "style.css" "timeline.js" "toml.js"
+    "transfer-changes.js" "transfer-model.js" "transfer-panel.js" "transfer-rows.js" "transfer.js" "view.js" "views.js"
+    "widgets.js"
 ];
+
+impl PageFile {
+    /// The media type, by the ending of the name.
+    pub fn media_type(&self) -> &'static str {
+        match self.name.rsplit_once('.') {
+            Some((_, "html")) => "text/html; charset=utf-8",
+            Some((_, "css")) => "text/css; charset=utf-8",
+            _ => "text/javascript; charset=utf-8",
+        }
+    }
+}
 
 /// The file at a path.
 pub(crate) fn file(path: &str) -> Option<&'static PageFile> {
-    FILES.iter().find(|file| file.path == path)
+    let name = if path == "/" { "index.html" } else { path.strip_prefix('/')? };
+    FILES.iter().find(|file| file.name == name)
 }
 
 #[cfg(test)]
@@ -73,9 +48,10 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("page");
         let there = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
         let there: BTreeSet<String> = there.collect();
-        let served = FILES.iter().map(|file| if file.path == "/" { "index.html" } else { &file.path[1..] });
-        assert_eq!(served.map(str::to_owned).collect::<BTreeSet<_>>(), there);
-        assert!(file("/app.js").is_some_and(|file| file.media_type.starts_with("text/javascript")));
+        assert_eq!(FILES.iter().map(|file| file.name.to_owned()).collect::<BTreeSet<_>>(), there);
+        for (path, kind) in [("/", "text/html"), ("/app.js", "text/javascript"), ("/style.css", "text/css")] {
+            assert!(file(path).unwrap().media_type().starts_with(kind), "{path}");
+        }
         assert!(file("/../Cargo.toml").is_none() && file("").is_none());
     }
 }

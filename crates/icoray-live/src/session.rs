@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// Maximum number of steps that can be undone, and of bytes of their texts.
 const MAX_UNDO: usize = 200;
 const MAX_UNDO_BYTES: usize = 32 << 20;
-/// Maximum distance, in pixels of the picture at rest, of traced pixels while a hand moves.
+/// Maximum distance, in pixels of the picture at rest, of traced pixels while the user moves the picture.
 const COARSEST: f64 = 8.0;
 /// Maximum length of a scene's text, bytes: that of a request's body.
 const MAX_TEXT: usize = 1 << 20;
@@ -63,7 +63,8 @@ pub(crate) struct ChangeRequest {
     /// The number of the page.
     #[serde(default)]
     page: u32,
-    /// Whether a hand is still moving: the picture may be coarse, and the step is undone together with the next.
+    /// Whether the user is still moving the picture: the picture may be coarse, and the step is undone together with
+    /// the next.
     #[serde(default)]
     is_moving: bool,
 }
@@ -143,10 +144,19 @@ impl Session {
         self.views.iter().map(|view| view.name.as_str()).filter(|name| !name.is_empty()).collect()
     }
 
-    /// Shows the views of a text: the view of the same name, or else the first.
+    /// Shows the views of a text in a new revision: the view of the same name, or else the first.
     fn show(&mut self, text: String, views: Vec<NamedScene>) {
-        let view = views.iter().position(|view| view.name == self.view()).unwrap_or(0);
-        (self.text, self.views, self.view) = (text, views, view);
+        self.view = views.iter().position(|view| view.name == self.view()).unwrap_or(0);
+        self.text = text;
+        self.views = views;
+        self.revision += 1;
+    }
+
+    /// As [`Self::show`], and ends a movement without a step of its own.
+    fn show_at_rest(&mut self, text: String, views: Vec<NamedScene>) {
+        self.show(text, views);
+        self.before = None;
+        self.is_moving = false;
     }
 
     pub fn text(&self) -> &str {
@@ -175,28 +185,28 @@ impl Session {
         [&self.undo, &self.redo].map(|steps| !steps.is_empty())
     }
 
-    /// Permits refining the picture although the hand has not let go.
+    /// Permits refining the picture although the user has not let go.
     pub fn hold_still(&mut self) {
         self.is_moving = false;
     }
 
-    /// The lines that the page draws over pictures of a moving hand, which are too small for them: coasts and graticule
-    /// on the ground, if labels lie over the picture too.
+    /// The lines that the page draws over pictures that the user moves, which are too small for them: coasts and
+    /// graticule on the ground, if labels lie over the picture too.
     pub fn lines_over(&self) -> Vec<Lines> {
         let scene = self.scene();
         let has_labels = scene.labels.as_ref().is_some_and(|labels| labels.place != LabelPlace::Below);
         scene.scenery.lines.iter().filter(|lines| has_labels && is_over(lines)).cloned().collect()
     }
 
-    /// The scene for a frame while a hand moves: small, within a time budget, one ray per pixel, without
+    /// The scene for a frame while the user moves the picture: small, within a time budget, one ray per pixel, without
     /// [`Self::lines_over`].
-    pub fn moving_scene(&self, budget_ms: f64, most: [u32; 2]) -> Scene {
+    pub fn moving_scene(&self, budget_ms: f64, max_size: [u32; 2]) -> Scene {
         let (scene, over) = (self.scene(), self.lines_over());
         let mut scenery = scene.scenery.clone();
         scenery.lines.retain(|lines| !over.contains(lines));
         let [width, height] = [scene.width, scene.height].map(f64::from);
-        let most = self.moving_size.unwrap_or(most).map(f64::from);
-        let part = (most[0] / width).min(most[1] / height).min(1.0);
+        let max_size = self.moving_size.unwrap_or(max_size).map(f64::from);
+        let part = (max_size[0] / width).min(max_size[1] / height).min(1.0);
         let side = |size: f64| ((part * size).round() as u32).max(1);
         Scene {
             width: side(width),
@@ -234,22 +244,19 @@ impl Session {
             text = document::changed(&text, &sides, self.number_of_view())?;
         }
         let views = if text == self.text { self.views.clone() } else { self.read(&text)? };
-        let number = match view {
-            Some(name) => Some(number_of(name, &views)?),
-            None => None,
-        };
+        let number = view.as_ref().map(|name| number_of(name, &views)).transpose()?;
         if text != self.text && !changes.is_empty() {
             self.before.get_or_insert_with(|| self.text.clone());
         }
         if !is_moving && let Some(before) = self.before.take() {
             self.push_undo(before);
         }
-        (self.sizes, self.moving_size) = (sizes, size.filter(|_| *is_moving));
+        self.sizes = sizes;
+        self.moving_size = size.filter(|_| *is_moving);
         self.show(text, views);
         self.view = number.unwrap_or(self.view);
         self.is_moving = *is_moving;
         self.time = time.unwrap_or(self.time);
-        self.revision += 1;
         Ok(())
     }
 
@@ -270,9 +277,7 @@ impl Session {
     pub fn replace(&mut self, text: &str) -> Result<(), String> {
         let views = self.read(text)?;
         self.push_undo(self.text.clone());
-        self.show(text.to_owned(), views);
-        (self.before, self.is_moving) = (None, false);
-        self.revision += 1;
+        self.show_at_rest(text.to_owned(), views);
         Ok(())
     }
 
@@ -287,9 +292,7 @@ impl Session {
         let (from, to) = if is_back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
         from.pop();
         to.push(self.text.clone());
-        self.show(text, views);
-        (self.before, self.is_moving) = (None, false);
-        self.revision += 1;
+        self.show_at_rest(text, views);
         Ok(())
     }
 
@@ -336,145 +339,4 @@ pub(crate) fn plain_reader() -> Box<SceneReader> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    const TEXT: &str = "field = \"q\"\ncamera = { lon = 1 }\n";
-
-    fn session(text: &str) -> Session {
-        let start = Start { text: text.to_owned(), time: 0, times: 3, size: PictureSize::default() };
-        Session::new(start, plain_reader()).unwrap()
-    }
-
-    fn request(request: serde_json::Value) -> ChangeRequest {
-        serde_json::from_value(request).unwrap()
-    }
-
-    fn lon(lon: f64, is_moving: bool) -> ChangeRequest {
-        request(json!({ "changes": [{ "path": ["camera", "lon"], "value": lon }], "is_moving": is_moving }))
-    }
-
-    #[test]
-    fn a_movement_is_one_step_back() {
-        let mut session = session(TEXT);
-        for (degrees, is_moving) in [(5.0, true), (7.0, true), (9.0, false)] {
-            session.change(&lon(degrees, is_moving)).unwrap();
-        }
-        let moved = session.text().to_owned();
-        assert!(moved.contains("lon = 9"), "{moved}");
-        session.step(true).unwrap();
-        assert_eq!((session.text(), session.history()), (TEXT, [false, true]));
-        session.step(true).unwrap();
-        session.step(false).unwrap();
-        assert_eq!((session.text(), session.history()), (moved.as_str(), [true, false]));
-        let revision = session.revision();
-        // The end of a movement, without a change of its own.
-        session.change(&lon(11.0, true)).unwrap();
-        session.change(&request(json!({ "is_moving": false }))).unwrap();
-        assert_eq!(session.revision(), revision + 2);
-        session.step(true).unwrap();
-        assert_eq!(session.text(), moved);
-    }
-
-    #[test]
-    fn what_is_wrong_changes_nothing() {
-        let mut session = session(TEXT);
-        for (bad, wanted) in [
-            (
-                json!({ "changes": [{ "path": ["camera", "lat"], "value": 3 },
-                                 { "path": ["camera", "lon"], "value": 500 }], "time": 2 }),
-                "camera.lon",
-            ),
-            (json!({ "changes": [{ "path": ["zzz"], "value": 1 }] }), "zzz"),
-            (json!({ "time": 3 }), "time 3, expected 0 to 2"),
-        ] {
-            let error = session.change(&request(bad)).unwrap_err();
-            assert!(error.contains(wanted), "{error}");
-        }
-        assert!(session.load("nothing = 1").is_err());
-        assert_eq!((session.text(), session.time(), session.revision()), (TEXT, 0, 1));
-        assert_eq!(session.history(), [false, false]);
-    }
-
-    #[test]
-    fn sizes_follow_the_viewer_unless_the_scene_says_them() {
-        let mut session = session(TEXT);
-        let sized = |size: [u32; 2], is_moving: bool| request(json!({ "size": size, "is_moving": is_moving }));
-        session.change(&sized([900, 600], false)).unwrap();
-        assert!(Scene::parse(session.text()).is_ok_and(|scene| (scene.width, scene.height) == (900, 600)));
-        assert_eq!(session.history(), [false, false], "a size is no step");
-        session.change(&sized([640, 480], true)).unwrap();
-        assert_eq!((session.scene().width, session.scene().height), (900, 600));
-        let moving = session.moving_scene(80.0, [640, 480]);
-        assert_eq!((moving.width, moving.height, moving.time_budget_ms), (640, 427, Some(80.0)));
-        let lines = "[[lines]]\npattern = \"coast\"\n[[lines]]\npattern = \"cells\"\n";
-        for (labels, traced) in [("", 2), ("[labels]\n", 1), ("[labels]\nplace = \"below\"\n", 2)] {
-            let session = self::session(&format!("{TEXT}[transfer]\n{lines}{labels}"));
-            let found = session.moving_scene(80.0, [640, 480]).scenery.lines.len();
-            assert_eq!((found, session.lines_over().len()), (traced, 2 - traced), "{labels}");
-        }
-        // 5 of its pixels are 7 of those at rest.
-        assert_eq!(moving.largest_step, 5);
-        let own = "field = \"q\"\nimage = { width = 40, height = 30 }\n";
-        session.load(own).unwrap();
-        session.change(&sized([900, 600], false)).unwrap();
-        assert_eq!((session.scene().width, session.text()), (40, own));
-        assert!(session.change(&sized([0, 5], true)).is_ok());
-    }
-
-    #[test]
-    fn pictures_have_the_size_of_the_largest_page() {
-        let mut session = session(TEXT);
-        let mut size_with = |page: u32, size: [u32; 2]| {
-            session.change(&request(json!({ "size": size, "page": page }))).unwrap();
-            [session.scene().width, session.scene().height]
-        };
-        assert_eq!(size_with(1, [900, 600]), [900, 600]);
-        assert_eq!(size_with(2, [400, 700]), [900, 600], "the picture of the first is not shrunk");
-        assert_eq!(size_with(1, [300, 200]), [400, 700], "it has become the smaller one itself");
-        assert_eq!(size_with(2, [0, 0]), [300, 200], "the larger one is closed");
-        assert_eq!(size_with(1, [0, 0]), [300, 200], "nobody looks");
-        for page in 0..200 {
-            size_with(page, [100, 100]);
-        }
-        assert_eq!(session.sizes.len(), MAX_PAGES);
-    }
-
-    #[test]
-    fn texts_and_their_history_have_a_bound() {
-        let mut session = session(TEXT);
-        let long = |fill: &str| format!("{TEXT}# {}\n", fill.repeat(MAX_TEXT - TEXT.len() - 3));
-        let error = session.load(&format!("{}\n", long("x"))).unwrap_err();
-        assert_eq!(error, format!("a scene of {} bytes, expected at most {MAX_TEXT}", MAX_TEXT + 1));
-        for fill in ["a", "b"].into_iter().cycle().take(40) {
-            session.load(&long(fill)).unwrap();
-        }
-        assert_eq!(session.undo.len(), MAX_UNDO_BYTES / MAX_TEXT);
-        session.step(true).unwrap();
-        assert!(session.text() == long("a") && session.history() == [true, true]);
-        for number in 0..MAX_UNDO + 40 {
-            session.load(&format!("{TEXT}# {number}\n")).unwrap();
-        }
-        assert_eq!(session.undo.len(), MAX_UNDO);
-    }
-
-    #[test]
-    fn views_are_chosen_by_name_and_stay_chosen() {
-        let text = format!("{TEXT}[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\ncamera.lon = 9\n");
-        let mut session = session(&text);
-        assert_eq!((session.views(), session.view()), (vec!["a", "b"], "a"));
-        let error = session.change(&request(json!({ "view": "c" }))).unwrap_err();
-        assert_eq!(error, "view \"c\", expected one of \"a\", \"b\"");
-        session.change(&request(json!({ "view": "b" }))).unwrap();
-        session.change(&lon(12.0, false)).unwrap();
-        assert_eq!((session.view(), session.values()["camera"]["lon"].as_f64()), ("b", Some(12.0)));
-        assert!(session.text().contains("lon = 1 ") && session.text().contains("lon = 12"), "{}", session.text());
-        session.change(&request(json!({ "changes": [{ "path": ["views", 0], "value": null }] }))).unwrap();
-        assert_eq!((session.views(), session.view()), (vec!["b"], "b"));
-        session.step(true).unwrap();
-        assert_eq!((session.views(), session.view()), (vec!["a", "b"], "b"));
-        session.load(TEXT).unwrap();
-        assert!(session.views().is_empty());
-    }
-}
+mod tests;

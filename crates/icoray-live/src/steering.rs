@@ -33,9 +33,9 @@ const TRANSFER: [&str; 10] =
 
 /// Maximum number of volumes, surfaces, isosurfaces, lines and clips of each kind in a viewer's scene, if the model's
 /// has no more.
-const MOST: usize = 8;
+const MAX_ENTRIES: usize = 8;
 /// Maximum number of bytes by which a viewer's text may exceed the model's, which parses it too.
-const MOST_BYTES: usize = 1 << 16;
+const MAX_EXTRA_BYTES: usize = 1 << 16;
 
 /// The model's data for steering. They may change while the page is open.
 #[derive(Debug, Clone, Default)]
@@ -56,9 +56,9 @@ pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<Sce
         // A copy: the model waits for this lock, and the rest takes time.
         let steered = steered.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let refused = |what: String| Err(Error::new(ErrorKind::Scene, what));
-        let most = steered.text.len() + MOST_BYTES;
-        if text.len() > most {
-            return refused(format!("a scene of {} bytes, expected at most {most} of a viewer", text.len()));
+        let max_bytes = steered.text.len() + MAX_EXTRA_BYTES;
+        if text.len() > max_bytes {
+            return refused(format!("a scene of {} bytes, expected at most {max_bytes} of a viewer", text.len()));
         }
         let (own, given) = (document::values(&steered.text, None), document::values(text, None));
         // Parsing a scene reads its files.
@@ -150,7 +150,7 @@ fn is_section(path: &str) -> bool {
     STEERED.iter().any(|(name, _)| *name == path)
 }
 
-/// The kind of which a script has more than [`MOST`] and than the model's own.
+/// The kind of which a script has more than [`MAX_ENTRIES`] and than the model's own.
 fn too_many(own: &Script, given: &Script) -> Option<String> {
     let counts = |scene: &Scene| {
         let scenery = &scene.scenery;
@@ -166,8 +166,8 @@ fn too_many(own: &Script, given: &Script) -> Option<String> {
     given.views().iter().zip(own.views()).find_map(|(given, own)| {
         let own = of_first(own);
         of_first(given)?.into_iter().enumerate().find_map(|(i, (name, count))| {
-            let most = own.map_or(0, |own| own[i].1).max(MOST);
-            (count > most).then(|| format!("{count} {name}, expected at most {most} of a viewer"))
+            let max = own.map_or(0, |own| own[i].1).max(MAX_ENTRIES);
+            (count > max).then(|| format!("{count} {name}, expected at most {max} of a viewer"))
         })
     })
 }
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn all_else_is_the_models() {
         let read = reader(TEXT);
-        let many = |section: &str| format!("{TEXT}{}", section.repeat(MOST + 1));
+        let many = |section: &str| format!("{TEXT}{}", section.repeat(MAX_ENTRIES + 1));
         for (bad, wanted) in [
             (TEXT.replace("a_{step}", "../b_{step}"), "output.file is the model's"),
             (TEXT.replace("[camera]", "cinema = '/any/where/x.cdb'\n[camera]"), "output.cinema is the model's"),
@@ -233,7 +233,7 @@ mod tests {
                 "9 isosurfaces, expected at most 8",
             ),
             (many("[[clip]]\nlat = [0, 1]\n"), "9 clip, expected at most 8"),
-            (format!("{TEXT}# {}\n", "x".repeat(MOST_BYTES)), "expected at most 65643 of a viewer"),
+            (format!("{TEXT}# {}\n", "x".repeat(MAX_EXTRA_BYTES)), "expected at most 65643 of a viewer"),
             ("field = ".to_owned(), "line 1"),
         ] {
             let error = read(&bad).unwrap_err().to_string();
@@ -261,14 +261,14 @@ mod tests {
         }
     }
 
-    /// Each name is a key, and what keys hold that are here as a whole is known: a key that is added to one of them must
-    /// be thought of here.
+    /// Each name is a key, and the keys inside of those that viewers may change as a whole are listed here: a key that
+    /// is added to one of them must be added here too.
     #[test]
     fn the_list_names_keys_of_the_schema() {
-        fn held(path: &str, key: &Key, all: &mut Vec<String>) {
+        fn collect_inner(path: &str, key: &Key, all: &mut Vec<String>) {
             for inner in key.keys() {
                 let path = format!("{path}.{}", inner.name);
-                held(&path, inner, all);
+                collect_inner(&path, inner, all);
                 all.push(path);
             }
         }
@@ -276,7 +276,7 @@ mod tests {
         for (section, names) in STEERED.iter().filter(|(section, _)| !section.ends_with(".transfer")) {
             for name in *names {
                 let path = if section.is_empty() { (*name).to_owned() } else { format!("{section}.{name}") };
-                held(&path, keys::find(&path).unwrap_or_else(|| panic!("{path} is no key")), &mut all);
+                collect_inner(&path, keys::find(&path).unwrap_or_else(|| panic!("{path} is no key")), &mut all);
             }
         }
         all.sort();

@@ -1,9 +1,9 @@
 //! Where a classic NetCDF file (CDF-1, CDF-2, CDF-5) keeps each variable.
 //!
 //! The NetCDF library reads zeros, without an error, where a classic file is cut off. Only the offsets in the header
-//! tell a value from a hole, and the library does not give them away; so the header is read here, before the library
-//! sees it: some damaged headers would end the process there.
-//! Format: <https://docs.unidata.ucar.edu/nug/current/file_format_specifications.html>.
+//! distinguish a value from a hole, and the library does not return them; so the header is read here, before the
+//! library opens the file: some damaged headers would end the process there. Format:
+//! <https://docs.unidata.ucar.edu/nug/current/file_format_specifications.html>.
 
 use std::collections::HashMap;
 use std::fs::File;

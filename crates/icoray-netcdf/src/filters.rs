@@ -28,13 +28,13 @@ impl Drop for Id {
     }
 }
 
-/// The filter that the variable of a NetCDF-4 file needs and that HDF5 does not find, in words; `None` where it has all,
-/// or where the file is none of HDF5's.
+/// The filter that the variable of a NetCDF-4 file needs and that HDF5 does not find, in words; `None` where it has
+/// all, or where the file is none of HDF5's.
 pub(crate) fn missing(path: &Path, variable: &str) -> Option<String> {
     let (path, variable) = (CString::new(path.to_str()?).ok()?, CString::new(variable).ok()?);
     let _lock = LOCK.lock();
-    // SAFETY: the lock is held; names end with a zero and live until the calls return; negative identifiers, of calls that
-    // failed, make the next call fail; null pointers with no room for parameters and name are allowed.
+    // SAFETY: the lock is held; names end with a zero and live until the calls return; negative identifiers, of calls
+    // that failed, make the next call fail; null pointers with no room for parameters and name are allowed.
     let absent = unsafe {
         let file = Id(h5f::H5Fopen(path.as_ptr(), h5f::H5F_ACC_RDONLY, h5p::H5P_DEFAULT));
         let dataset = Id(h5d::H5Dopen2(file.0, variable.as_ptr(), h5p::H5P_DEFAULT));

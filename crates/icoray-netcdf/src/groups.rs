@@ -10,8 +10,8 @@ type Names = HashMap<String, String>;
 
 /// All variables: those of the root first, then those of each group as `group/name`.
 ///
-/// A dimension of a group has the group's path before its name where it has a coordinate there, and where one of that name
-/// is another: it is in a group around, or its length differs.
+/// A dimension of a group has the group's path before its name where it has a coordinate there, and where one of that
+/// name is another: it is in a group around, or its length differs.
 pub(crate) fn variables(file: &netcdf::File) -> Vec<Variable> {
     let mut found = Vec::new();
     match file.root() {

@@ -68,18 +68,18 @@ pub(crate) fn guarded<T>(path: &Path, what: impl fmt::Display, call: impl FnOnce
     Err(Error::new(ErrorKind::Io, format!("{}: {what}: {cause}", path.display())))
 }
 
-/// Watches all calls of the process from a thread of its own, on Linux. `on_hang` gets the error of a call that has used
-/// the processor time `least` and what the length of its file allows. It never returns, so that the process should end
-/// ([`end_process`]).
-pub fn watch_calls(least: Duration, on_hang: impl Fn(Error) + Send + 'static) {
+/// Watches all calls of the process from a thread of its own, on Linux. `on_hang` gets the error of a call that has
+/// used the processor time `min_time` and what the length of its file allows. It never returns, so that the process
+/// should end ([`end_process`]).
+pub fn watch_calls(min_time: Duration, on_hang: impl Fn(Error) + Send + 'static) {
     std::thread::spawn(move || {
         loop {
-            std::thread::sleep(least / 64);
+            std::thread::sleep(min_time / 64);
             for call in calls().values_mut() {
                 let Some(now) = processor_time(&call.thread) else { continue };
                 let length = std::fs::metadata(&call.path).map_or(0, |metadata| metadata.len());
                 let used = now.saturating_sub(*call.begin.get_or_insert(now));
-                if used > least + Duration::from_secs(length / BYTES_PER_SECOND) {
+                if used > min_time + Duration::from_secs(length / BYTES_PER_SECOND) {
                     let (path, what, used) = (call.path.display(), &call.what, used.as_secs());
                     let context =
                         format!("{path}: {what}: no end after {used} s of processor time: not whole, or damaged");

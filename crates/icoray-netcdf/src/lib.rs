@@ -1,11 +1,12 @@
 //! NetCDF files of models as [`Dataset`]s: classic ones (CDF-1, CDF-2, CDF-5) and NetCDF-4.
 //!
 //! The NetCDF library accepts one call at a time in the whole process; reading from several threads gains nothing.
-//! A path may be an address (`https://`, `s3://`, NCZarr's `file://`), which that library opens. Variables in groups are
-//! named by their paths, `group/name`.
+//! A path may be an address (`https://`, `s3://`, NCZarr's `file://`), which that library opens. Variables in groups
+//! are named by their paths, `group/name`.
 //!
 //! Damaged classic files give errors. A damaged NetCDF-4 file may end the process inside the HDF5 library, or keep it
-//! there for ever: [`watch_calls`] finds the latter. The command `icoray` therefore reads such files in a child process.
+//! there for ever: [`watch_calls`] finds the latter. The command `icoray` therefore reads such files in a child
+//! process.
 //!
 //! ```no_run
 //! # fn main() -> icoray::Result<()> {
@@ -68,7 +69,7 @@ pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<
     open_all(&[path], others, None, DatasetOptions::default())
 }
 
-/// As [`open_with`], for files of one run that are read as one ([`Combined::of`]), and with what they do not tell.
+/// As [`open_with`], for files of one run that are read as one ([`Combined::of`]), and with facts that the files lack.
 ///
 /// # Errors
 /// As [`open`], [`Combined::of`] and [`Dataset::with_options`].
@@ -81,7 +82,8 @@ pub fn open_all(
     Dataset::with_options(Combined::of(all_opened(paths)?)?, all_opened(others)?, mesh, options)
 }
 
-/// The variables of a file, whether or not it has a mesh: name, dimensions and type of each, with its long name and units.
+/// The variables of a file, whether or not it has a mesh: name, dimensions and type of each, with its long name and
+/// units.
 ///
 /// # Errors
 /// [`ErrorKind::Io`](icoray::ErrorKind::Io) when the file is absent, not NetCDF or damaged.
@@ -90,8 +92,9 @@ pub fn contents(path: impl AsRef<Path>) -> Result<Vec<String>> {
     let source: &dyn Source = &file;
     let line = |variable: &Variable| -> Result<String> {
         let text = |attribute: &str| source.text_of(&variable.name, attribute);
-        let said = [text("long_name")?, text("units")?.map(|units| format!("[{units}]"))];
-        Ok(std::iter::once(variable.to_string()).chain(said.into_iter().flatten()).collect::<Vec<_>>().join("  "))
+        let units = text("units")?.map(|units| format!("[{units}]"));
+        let parts = [Some(variable.to_string()), text("long_name")?, units];
+        Ok(parts.into_iter().flatten().collect::<Vec<_>>().join("  "))
     };
     source.variables().iter().map(line).collect()
 }

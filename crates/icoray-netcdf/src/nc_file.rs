@@ -12,7 +12,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Maximum bytes of values per byte of a file: deflate packs up to 1032, and numbers may be widened when read.
-const MOST_PER_BYTE: u64 = 8192;
+const MAX_RATIO: u64 = 8192;
 
 /// An open file.
 #[derive(Debug)]
@@ -64,11 +64,14 @@ impl NcFile {
         (self as &dyn Source).error(kind, context)
     }
 
-    /// Where a classic file keeps its variables, and the file's length.
-    pub(crate) fn classic(&self) -> Result<Option<(&ClassicLayout, u64)>> {
-        let Some(layout) = &self.classic else { return Ok(None) };
-        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
-        Ok(Some((layout, length)))
+    /// The places of the variables in a classic file.
+    pub(crate) fn classic(&self) -> Option<&ClassicLayout> {
+        self.classic.as_ref()
+    }
+
+    /// Length of the file, bytes.
+    pub(crate) fn length(&self) -> Result<u64> {
+        Ok(std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len())
     }
 
     fn block<T>(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Vec<T>>
@@ -100,15 +103,14 @@ impl NcFile {
         Ok(values)
     }
 
-    /// Fails where a NetCDF-4 file is too small for the bytes that a variable is to have, whatever the compression:
-    /// memory that the system promises and does not have would end the process. The length of what an address names is not
-    /// known.
+    /// Fails if a NetCDF-4 file is too small for the bytes of a variable at any compression: memory that the system
+    /// promises and does not have would end the process. The length at an address is not known.
     fn expect_plausible(&self, variable: &Variable, bytes: u64) -> Result<()> {
-        if names::is_address(&self.path) {
+        if names::is_address(&self.path) || self.classic.is_some() {
             return Ok(());
         }
-        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
-        if self.classic.is_some() || bytes / MOST_PER_BYTE <= length {
+        let length = self.length()?;
+        if bytes / MAX_RATIO <= length {
             return Ok(());
         }
         let context = format!("{variable}: {bytes} bytes, more than a file of {length} bytes can hold");
@@ -120,7 +122,7 @@ impl NcFile {
         let Some(end) = self.classic.as_ref().and_then(|layout| layout.end(name, records)) else {
             return Ok(());
         };
-        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
+        let length = self.length()?;
         if length < end {
             let context = format!("variable {name} ends at byte {end}, the file at byte {length}: the file is cut off");
             return Err(self.error(ErrorKind::Io, context));

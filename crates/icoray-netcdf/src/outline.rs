@@ -4,24 +4,20 @@ use crate::classic::{self, ClassicLayout};
 use crate::names;
 use crate::nc_file::NcFile;
 use icoray::{Error, ErrorKind, Result};
-use icoray_dataset::{Source, Times, variable_at_edges};
+use icoray_dataset::{Source, Times, Variable, variable_at_edges};
 use std::path::Path;
 
-/// Times and variables of a file, without its mesh: for a look at a file that a model may be writing. The file is closed
-/// again.
-#[derive(Debug, Clone, PartialEq)]
+/// Times and variables of a file, without its mesh: for a look at a file that a model may be writing. The file is
+/// closed again.
+#[derive(Debug, Clone)]
 pub struct Outline {
-    /// The dates of the records, as [`ModelFile::times`](icoray_dataset::Dataset::times).
-    pub times: Vec<Option<String>>,
-    /// Whether the file has a variable for the dates: then a record without a date is not written yet.
-    pub is_dated: bool,
-    /// Seconds from the first record to each, as [`ModelFile::seconds`](icoray_dataset::Dataset::seconds).
-    pub seconds: Option<Vec<f64>>,
-    /// Where a classic file keeps its variables, and its length.
-    classic: Option<(ClassicLayout, u64)>,
-    records: usize,
-    /// Names, and whether there is one array per record.
-    variables: Vec<(String, bool)>,
+    /// The time records.
+    pub times: Times,
+    /// The places of the variables in a classic file.
+    classic: Option<ClassicLayout>,
+    /// Length of a classic file, bytes.
+    length: u64,
+    variables: Vec<Variable>,
 }
 
 impl Outline {
@@ -31,26 +27,26 @@ impl Outline {
     /// [`ErrorKind::Io`]: the file is absent, not NetCDF, damaged or cut off.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let source = NcFile::open(path.as_ref())?;
-        let Times { records, dates: times, is_dated, seconds } = Times::read(&source)?;
-        let variables = source.variables().iter().map(|v| (v.name.clone(), v.changes())).collect();
-        let classic = source.classic()?.map(|(layout, length)| (layout.clone(), length));
-        Ok(Outline { times, is_dated, seconds, classic, records, variables })
+        let times = Times::read(&source)?;
+        let classic = source.classic().cloned();
+        let length = if classic.is_some() { source.length()? } else { 0 };
+        Ok(Outline { times, classic, length, variables: source.variables().to_vec() })
     }
 
     /// Number of records of which a classic file has any byte, or that any other file says it has.
     pub fn begun_records(&self) -> usize {
-        let begun = self.classic.as_ref().and_then(|(layout, length)| layout.begun_records(*length));
-        begun.unwrap_or(usize::MAX).min(self.times.len())
+        let begun = self.classic.as_ref().and_then(|layout| layout.begun_records(self.length));
+        begun.unwrap_or(usize::MAX).min(self.times.dates.len())
     }
 
     /// Names of the variables of which there is one array per record.
     pub fn fields(&self) -> impl Iterator<Item = &str> {
-        self.variables.iter().filter(|(_, has_records)| *has_records).map(|(name, _)| name.as_str())
+        self.variables.iter().filter(|variable| variable.changes()).map(|variable| variable.name.as_str())
     }
 
     /// The variable of a field: that of its name, or the one at edges of which it is a component.
-    fn variable(&self, field: &str) -> Option<&(String, bool)> {
-        let known = |name: &str| self.variables.iter().find(|(known, _)| known == name);
+    fn variable(&self, field: &str) -> Option<&Variable> {
+        let known = |name: &str| self.variables.iter().find(|variable| variable.name == name);
         known(field).or_else(|| known(variable_at_edges(field)?))
     }
 
@@ -59,22 +55,24 @@ impl Outline {
         self.variable(field).is_some()
     }
 
-    /// Whether the file has the variable of a field, and by its header a record of it. A variable that does not depend on
-    /// time has all records.
+    /// Whether the file has the variable of a field, and by its header a record of it. A variable that does not depend
+    /// on time has all records.
     pub fn promises(&self, field: &str, record: usize) -> bool {
-        self.variable(field).is_some_and(|(_, changes)| record < if *changes { self.records } else { self.times.len() })
+        let records =
+            |variable: &Variable| if variable.changes() { self.times.records } else { self.times.dates.len() };
+        self.variable(field).is_some_and(|variable| record < records(variable))
     }
 
     /// As [`Outline::promises`], of a record that a classic file does not end before.
     pub fn has_record(&self, field: &str, record: usize) -> bool {
-        let (classic, name) = (self.classic.as_ref(), self.variable(field).map_or(field, |(name, _)| name));
-        let end = classic.and_then(|(layout, length)| Some((layout.end(name, record + 1)?, *length)));
-        self.promises(field, record) && end.is_none_or(|(end, length)| end <= length)
+        let end = self.classic.as_ref().zip(self.variable(field));
+        let end = end.and_then(|(layout, variable)| layout.end(&variable.name, record + 1));
+        self.promises(field, record) && end.is_none_or(|end| end <= self.length)
     }
 
-    /// Whether the file is a classic one (CDF-1, CDF-2, CDF-5). Damaged ones are read safely; in NetCDF-4 files, and so in
-    /// those that are being written, damage may end or hang the process inside the HDF5 library. What an address names
-    /// is taken for NetCDF-4.
+    /// Whether the file is a classic one (CDF-1, CDF-2, CDF-5). Damaged ones are read safely; in NetCDF-4 files, and so
+    /// in those that are being written, damage may end or hang the process inside the HDF5 library. What an address
+    /// names is taken for NetCDF-4.
     ///
     /// # Errors
     /// [`ErrorKind::Io`]: the file cannot be opened.
@@ -86,8 +84,8 @@ impl Outline {
         classic::is_classic(path).map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display())))
     }
 
-    /// Opens a file and reads `record` of the variables of `fields`, and all variables that do not change, as far as they
-    /// are numbers; keeps nothing. For a process of its own, which may end by it.
+    /// Opens a file and reads `record` of the variables of `fields`, and all variables that do not change, as far as
+    /// they are numbers; keeps nothing. For a process of its own, which may end by it.
     ///
     /// # Errors
     /// As [`Outline::read`].
@@ -101,10 +99,10 @@ impl Outline {
             if !variable.kind.is_number() || changes && !fields.iter().any(is_of) {
                 continue;
             }
-            let (mut start, mut count) = (vec![0; variable.dimensions.len()], Vec::new());
-            count.extend(variable.dimensions.iter().map(|dimension| dimension.len));
+            let (mut start, mut count) = variable.whole();
             if changes {
-                (start[0], count[0]) = (record, 1);
+                start[0] = record;
+                count[0] = 1;
             }
             source.reals(variable, &start, &count)?;
         }

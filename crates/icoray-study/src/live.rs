@@ -108,7 +108,7 @@ fn watched(sphere: &Sphere, options: &Options, light: &str) -> Result<Seen> {
     let (grid, field) = (sphere.grid()?, sphere.field()?);
     let read = |text: &str| Ok(vec![NamedScene { name: String::new(), scene: Scene::parse(text)? }]);
     let live_options = LiveOptions { port: None, size: PictureSize::Viewer, is_framed: false };
-    let live = LiveView::open(&live_options, Description::default(), (scene(light), 0), Box::new(read))?;
+    let live = LiveView::open(&live_options, Description::default(), scene(light), 0, Box::new(read))?;
     let renderer = Renderer::new(options.threads)?.with_stop(live.stop());
     thread::scope(|scope| {
         let client = scope.spawn(|| {

@@ -131,7 +131,8 @@ impl Context {
         let no_field = || Error::new(ErrorKind::Internal, "a picture without a field");
         let field = given.fields.iter().next().ok_or_else(no_field)?;
         let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
-        let options = Options { is_length: given.description.is_length(), ..options };
+        let is_length = given.description.is_length() && !given.description.is_precipitation(None);
+        let options = Options { is_length, ..options };
         let data = (&*given.grid, given.held.as_deref(), &*given.layers);
         let found = self.drawing.renderer().suggest_held(&mut self.ranks, data, field, &options);
         found.map_err(|error| Failure::from(error).of_picture(view, stamp.step))

@@ -25,7 +25,8 @@ impl Job<'_> {
         &self,
         shot: &Shot,
         stamp: &Stamp,
-        (fields, heights): (&BTreeMap<Key, Field>, &NativeHeightCache),
+        fields: &BTreeMap<Key, Field>,
+        heights: &NativeHeightCache,
         read_s: f64,
         ranks: &mut Ranks,
     ) -> Result<Option<(Frame, PictureSummary)>> {

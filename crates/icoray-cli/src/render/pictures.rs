@@ -6,7 +6,7 @@ use super::{agree, print_blocks};
 use crate::failure::CommandResult;
 use icoray::{Frame, Ranks, Result, Shot, View};
 use icoray_dataset::view::answers;
-use icoray_dataset::{Dataset, FieldCache, LayerSelection, NativeHeightCache, Series};
+use icoray_dataset::{Dataset, Drawing, FieldCache, LayerSelection, NativeHeightCache, Series};
 use icoray_live::Question;
 use icoray_progress::Progress;
 use std::io::Write;
@@ -23,7 +23,7 @@ pub struct Pictures<'a> {
     count: usize,
 }
 
-/// What is drawn at a time, read.
+/// The views that are drawn at a time, with their data.
 pub struct Due<'a> {
     pub time: usize,
     views: Vec<&'a View>,
@@ -43,11 +43,10 @@ impl<'a> Pictures<'a> {
     /// Reads fields and heights of a time, and decides which views are drawn.
     pub fn read(&mut self, time: usize) -> Result<Due<'a>> {
         self.progress.stage(format!("reading time {time}"));
-        let drawing = &self.job.drawing;
-        let (views, read) = self.series.views_of(self.file, time, drawing.renderer, drawing.scene_fields)?;
+        let Drawing { scene_fields, grid, renderer } = self.job.drawing;
+        let (views, read) = self.series.views_of(scene_fields, renderer, time)?;
         let scenes = views.iter().flat_map(|view| view.scenes());
-        let from = (self.file, drawing.grid, drawing.renderer);
-        let seconds = read.seconds + self.heights.get_ready(from, drawing.scene_fields, scenes, time)?;
+        let seconds = read.seconds + self.heights.get_ready(scene_fields, grid, renderer, scenes, time)?;
         self.progress.fewer_pictures(self.series.skipped_pictures(time, &views));
         Ok(Due { time, views, read, seconds })
     }
@@ -60,19 +59,14 @@ impl<'a> Pictures<'a> {
 
     /// Draws a picture alone and writes nothing.
     pub fn frame(&self, due: &Due, shot: &Shot) -> Result<Option<Frame>> {
-        let (fields, stamp) = (due.read.borrowed()?, self.series.stamp(due.time));
-        let drawn = self.job.picture(shot, &stamp, (&fields, &self.heights), due.seconds, &mut Ranks::alone())?;
+        let fields = due.read.borrowed()?;
+        let stamp = self.series.stamp(due.time);
+        let drawn = self.job.picture(shot, &stamp, &fields, &self.heights, due.seconds, &mut Ranks::alone())?;
         Ok(drawn.map(|(frame, _)| Frame { stamp, ..frame }))
     }
 
     /// Answers a question about a time that was read, from a picture.
-    pub fn answer(
-        &self,
-        question: Question,
-        due: &Due,
-        (shot, shown): (&Shot, &Frame),
-        layers_wanted: &LayerSelection,
-    ) {
+    pub fn answer(&self, question: Question, due: &Due, shot: &Shot, shown: &Frame, layers_wanted: &LayerSelection) {
         let fields = match due.read.borrowed() {
             Ok(fields) => fields,
             Err(error) => return question.refuse(error),
@@ -88,20 +82,21 @@ impl<'a> Pictures<'a> {
                 reply.send(answers::probe((&shot.scene, at), self.file, drawing, from, Some(shown)));
             }
             Question::Look { look, reply } => {
-                let with = (drawing.grid, drawing.renderer);
-                reply.send(self.file.completed_scene(with, &look.completion(true), due.time, layers_wanted));
+                let (grid, renderer, look) = (drawing.grid, drawing.renderer, look.completion(true));
+                reply.send(self.file.completed_scene(grid, renderer, &look, due.time, layers_wanted));
             }
             Question::Picture { reply, .. } => reply.send(Ok(shown.clone())),
         }
     }
 
-    /// Draws those of the pictures that `wants` names with the other ranks, and writes them and prints their summaries at
+    /// Draws the pictures for which `wants` is true with the other ranks; writes them and prints their summaries at
     /// rank 0, which has the queue.
     pub fn draw(
         &mut self,
         due: &Due,
         wants: impl Fn(&Shot) -> bool,
-        (queue, out): (&mut Option<OutputQueue>, &mut impl Write),
+        queue: &mut Option<OutputQueue>,
+        out: &mut impl Write,
         ranks: &mut Ranks,
     ) -> CommandResult {
         let fields = ranks.collective(due.read.borrowed())?;
@@ -109,8 +104,8 @@ impl<'a> Pictures<'a> {
         for shot in due.views.iter().flat_map(|view| view.shots(&stamp)).filter(|shot| wants(shot)) {
             self.drawn += 1;
             self.progress.stage(format!("drawing picture {} of {}", self.drawn, self.count));
-            let from = (&fields, &self.heights);
-            let picture = self.job.picture(&shot, &stamp, from, std::mem::take(&mut read_s), ranks)?;
+            let read_s = std::mem::take(&mut read_s);
+            let picture = self.job.picture(&shot, &stamp, &fields, &self.heights, read_s, ranks)?;
             self.progress.drawn(self.drawn);
             let outcome = match (&mut *queue, picture) {
                 (Some(queue), Some((frame, summary))) => {

@@ -21,17 +21,22 @@ const MAX_BETWEEN: Duration = Duration::from_secs(60);
 /// The state of a file that shows whether it was replaced or changed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct State {
-    /// Device, inode and time of birth, where the file system gives them.
-    identity: (u64, u64, Option<SystemTime>),
+    identity: Identity,
     length: u64,
     modified: Option<SystemTime>,
 }
 
+/// Properties by which a file system distinguishes files, 0 or `None` where it has none.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Identity {
+    device: u64,
+    inode: u64,
+    created: Option<SystemTime>,
+}
+
 impl State {
     fn of(metadata: &Metadata) -> Self {
-        let (device, inode) = numbers(metadata);
-        let identity = (device, inode, metadata.created().ok());
-        State { identity, length: metadata.len(), modified: metadata.modified().ok() }
+        State { identity: Identity::of(metadata), length: metadata.len(), modified: metadata.modified().ok() }
     }
 
     /// The state of the file at `path` now; `None` where there is none.
@@ -51,15 +56,17 @@ impl State {
     }
 }
 
-#[cfg(unix)]
-fn numbers(metadata: &Metadata) -> (u64, u64) {
-    use std::os::unix::fs::MetadataExt;
-    (metadata.dev(), metadata.ino())
-}
+impl Identity {
+    #[cfg(unix)]
+    fn of(metadata: &Metadata) -> Self {
+        use std::os::unix::fs::MetadataExt;
+        Identity { device: metadata.dev(), inode: metadata.ino(), created: metadata.created().ok() }
+    }
 
-#[cfg(not(unix))]
-fn numbers(_: &Metadata) -> (u64, u64) {
-    (0, 0)
+    #[cfg(not(unix))]
+    fn of(metadata: &Metadata) -> Self {
+        Identity { device: 0, inode: 0, created: metadata.created().ok() }
+    }
 }
 
 /// The inode of a directory's entry, which costs no question.
@@ -96,15 +103,25 @@ pub struct Watched {
 
 impl Watched {
     fn new(path: PathBuf, state: State, now: Instant) -> Self {
-        let (outline, read_at, arrivals) = (None, None, Vec::new());
-        let (since, next_look) = (now, now);
-        let (version, is_there, entry_number) = (0, true, 0);
-        Watched { path, state, version, outline, is_there, entry_number, since, next_look, read_at, arrivals }
+        Watched {
+            path,
+            state,
+            version: 0,
+            outline: None,
+            is_there: true,
+            entry_number: 0,
+            since: now,
+            next_look: now,
+            read_at: None,
+            arrivals: Vec::new(),
+        }
     }
 
     fn forget(&mut self) {
         self.version += 1;
-        (self.outline, self.read_at, self.arrivals) = (None, None, Vec::new());
+        self.outline = None;
+        self.read_at = None;
+        self.arrivals.clear();
     }
 
     /// Takes the state of now; whether it is a new one.
@@ -114,7 +131,8 @@ impl Watched {
             if state.replaces(&self.state) {
                 self.forget();
             }
-            (self.state, self.since) = (state, now);
+            self.state = state;
+            self.since = now;
         }
         is_new
     }
@@ -160,8 +178,9 @@ impl Watched {
     /// Takes a new outline; where its dates do not go on from those before, the file was written anew.
     fn compare(&mut self, outline: Outline, now: Instant) {
         let goes_on = |before: &Outline| {
-            let both = before.times.iter().zip(&outline.times);
-            before.times.len() <= outline.times.len() && both.into_iter().all(|(old, new)| old.is_none() || old == new)
+            let [old, new] = [before, &outline].map(|outline| &outline.times.dates);
+            let both = old.iter().zip(new);
+            old.len() <= new.len() && both.into_iter().all(|(old, new)| old.is_none() || old == new)
         };
         if self.outline.as_ref().is_some_and(|before| !goes_on(before)) {
             self.forget();
@@ -204,7 +223,7 @@ impl Folder {
     pub fn look(&mut self, now: Instant) -> Result<bool> {
         let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the directory: {e}", self.path.display()));
         let entries = fs::read_dir(&self.path).map_err(failed)?;
-        let spares = self.files.len() > ALWAYS_ASKED;
+        let has_many = self.files.len() > ALWAYS_ASKED;
         let mut has_changed = false;
         let mut there = Vec::new();
         for entry in entries {
@@ -225,7 +244,7 @@ impl Folder {
             let file = self.files.entry(path.clone()).or_insert_with(|| Watched::new(path.clone(), state.clone(), now));
             has_changed |= file.take(state, now) || is_new;
             file.entry_number = entry_number;
-            let between = if spares { (now.duration_since(file.since) / 8).min(MAX_BETWEEN) } else { Duration::ZERO };
+            let between = if has_many { (now.duration_since(file.since) / 8).min(MAX_BETWEEN) } else { Duration::ZERO };
             file.next_look = now + between;
             there.push(path);
         }

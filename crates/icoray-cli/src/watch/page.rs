@@ -10,11 +10,10 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, PoisonError};
-use std::time::Duration;
 
 /// An open page.
 pub struct Page {
-    view: Arc<LiveView>,
+    pub view: Arc<LiveView>,
     title: String,
     steered: SharedSteered,
     /// The revision of the scene that is drawn.
@@ -35,32 +34,12 @@ impl Page {
         let title = directory.display().to_string();
         let description = describe(&title, script.model_fields());
         let reader = steering_reader(None, steered.clone());
-        let view = Arc::new(LiveView::open(&options, description, (text, 0), reader)?);
+        let view = Arc::new(LiveView::open(&options, description, text, 0, reader)?);
         let revision = Arc::new(AtomicU64::new(1));
         Ok(Page { view, title, steered, revision, questions: Vec::new(), change: None, last: None })
     }
 
-    /// Its address.
-    pub fn address(&self) -> String {
-        self.view.address()
-    }
-
-    /// The view that is looked at; empty for a scene without views.
-    pub fn shown_view(&self) -> String {
-        self.view.view()
-    }
-
-    /// The last picture.
-    pub fn shown(&self) -> Option<Arc<Frame>> {
-        self.view.shown()
-    }
-
-    /// Waits for viewers, at most so long.
-    pub fn wait(&self, at_most: Duration) {
-        self.view.wait(at_most);
-    }
-
-    /// Takes what viewers have set and asked; whether the last time is to be drawn for them again.
+    /// Takes the viewers' changes and questions; whether the last time is to be drawn for them again.
     pub fn hear(&mut self, fields: BTreeSet<String>) -> bool {
         let mut steered = self.steered.lock().unwrap_or_else(PoisonError::into_inner);
         if fields.iter().any(|name| !steered.fields.contains(name)) {
@@ -81,20 +60,20 @@ impl Page {
         self.last.is_some() && (self.change.is_some() || !self.questions.is_empty())
     }
 
-    /// What is asked, to be answered from the last time.
+    /// The questions, to be answered from the last time.
     pub fn take_questions(&mut self) -> Vec<Question> {
         std::mem::take(&mut self.questions)
     }
 
-    /// Names of the fields that viewers have set or asked about.
-    pub fn asked_fields(&self) -> Vec<String> {
-        let asked = self.questions.iter().filter_map(|question| match question {
+    /// Names of the fields of the viewers' scene and questions.
+    pub fn requested_fields(&self) -> Vec<String> {
+        let of_questions = self.questions.iter().filter_map(|question| match question {
             Question::Histogram { field, .. } => Some(field.clone()),
             Question::Look { look, .. } => Some(look.field.clone()),
             _ => None,
         });
         let set = self.change.iter().filter_map(|change| Script::parse(&change.text).ok());
-        asked.chain(set.flat_map(|script| script.model_fields())).collect()
+        of_questions.chain(set.flat_map(|script| script.model_fields())).collect()
     }
 
     /// The scene of the last change is drawn from now on.

@@ -1,4 +1,4 @@
-//! Which times are whole, from which files each is drawn, and which are drawn already.
+//! The times that are whole, the files from which each is drawn, and the times that are drawn already.
 
 use super::folder::{Folder, State, Watched};
 use icoray_netcdf::Outline;
@@ -44,7 +44,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// Whether the record is still what was chosen: a file that has only grown has it too.
+    /// Whether the file still has the chosen record: it is unchanged, or has only grown.
     pub fn is_valid(&self) -> bool {
         State::now(&self.path).is_some_and(|now| now == self.state || now.continues(&self.state, self.is_followed))
     }
@@ -71,7 +71,7 @@ impl Moment {
         self.sources.iter().map(|source| &source.path)
     }
 
-    /// Whether the time is still what was chosen in all of its files.
+    /// Whether all of its files still have the chosen records.
     pub fn is_valid(&self) -> bool {
         self.sources.iter().all(Source::is_valid)
     }
@@ -151,13 +151,14 @@ pub fn open_times(
     folder: &Folder,
     needed: &[String],
     history: &mut History,
-    (now, settle): (Instant, Duration),
+    now: Instant,
+    settle: Duration,
 ) -> (Vec<Moment>, Vec<Lacking>) {
     let mut by_time: BTreeMap<TimeId, Vec<(&Watched, usize)>> = BTreeMap::new();
     for file in folder.files() {
         let Some(outline) = &file.outline else { continue };
-        for (record, date) in outline.times.iter().enumerate() {
-            let is_written = date.is_some() || !outline.is_dated;
+        for (record, date) in outline.times.dates.iter().enumerate() {
+            let is_written = date.is_some() || !outline.times.is_dated;
             let has_any = needed.iter().any(|field| outline.has_record(field, record));
             if !(is_written && has_any && file.is_whole(record, now, settle)) {
                 continue;
@@ -202,7 +203,7 @@ pub fn open_times(
 pub fn cut_off<'f>(folder: &'f Folder, needed: &[String]) -> impl Iterator<Item = (TimeId, &'f Watched)> {
     folder.files().flat_map(|file| {
         let outline = file.outline.iter();
-        let times = outline.flat_map(|outline| outline.times.iter().enumerate().map(move |time| (outline, time)));
+        let times = outline.flat_map(|outline| outline.times.dates.iter().enumerate().map(move |time| (outline, time)));
         let is_cut = |outline: &Outline, record| {
             let is_cut = |field: &String| outline.promises(field, record) && !outline.has_record(field, record);
             needed.iter().any(is_cut)

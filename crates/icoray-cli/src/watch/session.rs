@@ -112,7 +112,7 @@ impl Watch<'_> {
             return Ok(());
         }
         self.history.has_failed(moment, error.context().to_owned());
-        self.say_once(&format!("skipped   {}; it is looked at again when it changes", error.context()), out)
+        self.print_once(&format!("skipped   {}; it is looked at again when it changes", error.context()), out)
     }
 
     /// Leaves a time whose files have changed to the next look.
@@ -143,7 +143,7 @@ impl Watch<'_> {
                 return moments.iter().try_for_each(|moment| self.fail(moment, error.clone(), out));
             }
         };
-        let unknown: Vec<String> = notes.into_iter().filter(|note| self.said.insert(note.clone())).collect();
+        let unknown: Vec<String> = notes.into_iter().filter(|note| self.printed.insert(note.clone())).collect();
         progress.suspend(|| print_notes(&unknown, out))?;
         let queue = OutputQueue::new(target, Existing::Overwrite, None)?;
         if let Some(page) = &self.page {
@@ -185,7 +185,7 @@ impl Watch<'_> {
                 let path = target.path(&shot.scene.output, &stamp, shot.scene.field());
                 moment.is_replaced || args.redraw || path.is_ok_and(|path| !path.exists())
             };
-            match pictures.draw(&due, wants, (&mut queue, &mut *out), &mut ranks) {
+            match pictures.draw(&due, wants, &mut queue, out, &mut ranks) {
                 Ok(()) => {
                     self.history.is_drawn(moment);
                     if let Some(page) = &mut self.page {

@@ -22,9 +22,9 @@ impl Watch<'_> {
     /// Opens the files of the last time again.
     pub fn for_viewers(&mut self, known: Option<&Arc<Mesh>>) -> Option<Session> {
         let page = self.page.as_ref()?;
-        let (last, asked) = (page.last.clone()?, page.asked_fields());
+        let last = page.last.clone()?;
         let opened = if last.is_valid() {
-            self.reopened(last, known, &asked)
+            self.reopened(last, known, &page.requested_fields())
         } else {
             Err(Error::new(ErrorKind::Io, format!("{}: its files have changed", last.id)))
         };
@@ -43,20 +43,21 @@ impl Watch<'_> {
         let Some(page) = &mut self.page else { return Ok(()) };
         let (change, mut questions) = (page.change.clone(), page.take_questions());
         // The picture that is shown does where the scene is the same.
-        let shown = page.shown().filter(|_| change.is_none());
-        let view = page.shown_view();
+        let shown = page.view.shown().filter(|_| change.is_none());
+        let view = page.view.view();
         let script = match &change {
             Some(change) => parsed(&change.text),
             None => Ok(self.script.clone()),
         };
         let drawn = script.and_then(|script| {
-            let frame = self.redrawn(&script, session, grid, (&view, shown), &mut questions)?;
+            let frame = self.redrawn(&script, session, grid, &view, shown, &mut questions)?;
             Ok((script, frame))
         });
         let Some(page) = &mut self.page else { return Ok(()) };
         let unanswered = match drawn {
             Ok((script, frame)) => {
-                (self.needed, self.script) = (script.model_fields(), script);
+                self.needed = script.model_fields();
+                self.script = script;
                 let accepted = page.accept();
                 if let Some(frame) = frame {
                     page.show(frame);
@@ -84,7 +85,8 @@ impl Watch<'_> {
         script: &Script,
         session: &Session,
         grid: &Grid,
-        (view, shown): (&str, Option<Arc<Frame>>),
+        view: &str,
+        shown: Option<Arc<Frame>>,
         questions: &mut Vec<Question>,
     ) -> Result<Option<Frame>> {
         let (file, time) = (&session.file, session.moments()[0].sources[0].record);
@@ -102,7 +104,7 @@ impl Watch<'_> {
         let drawn = if shown.is_some() { None } else { pictures.frame(&due, &shot)? };
         if let Some(frame) = shown.as_deref().or(drawn.as_ref()) {
             for question in questions.drain(..) {
-                pictures.answer(question, &due, (&shot, frame), layers_wanted);
+                pictures.answer(question, &due, &shot, frame, layers_wanted);
             }
         }
         Ok(drawn)

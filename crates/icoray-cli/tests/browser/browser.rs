@@ -189,7 +189,8 @@ impl Browser {
         self.cdp("Emulation.setTouchEmulationEnabled", json!({ "enabled": is_phone }));
     }
 
-    /// Errors and warnings of the pages since the last call: exceptions, refusals of the content policy, failed requests.
+    /// Errors and warnings of the pages since the last call: exceptions, refusals of the content policy, failed
+    /// requests.
     pub fn log(&self) -> Vec<String> {
         let body = json!({ "type": "browser" });
         let entries = self.wait(self.client().issue_cmd(Vendor { path: "se/log", body }));

@@ -1,12 +1,12 @@
 //! The program ends while a page is open.
 
-use crate::page::{Shown, folder};
-use crate::run::icoray;
-use crate::viewer::Viewer;
+use crate::made::Made;
+use crate::page::Shown;
+use crate::run::Folder;
 use std::net::TcpListener;
 
 #[test]
-fn who_watches_is_told_that_the_program_has_ended() {
+fn a_page_says_that_the_program_has_ended() {
     let Some(Shown { browser, viewer, folder: first }) = Shown::start() else { return };
     browser.is_quiet();
     let port = viewer.host.rsplit_once(':').unwrap().1.to_owned();
@@ -15,7 +15,7 @@ fn who_watches_is_told_that_the_program_has_ended() {
     browser.until_text("#alert", "The program that serves this page has ended.");
     browser.until("a faint picture", "return document.body.classList.contains('is-gone');");
     browser.shot("ended");
-    // The last picture stays, and hands do no harm.
+    // The last picture stays, and the mouse and keys do no harm.
     let [from, goal] = [[0.5, 0.5], [0.6, 0.5]].map(|place| browser.place(place));
     browser.drag(from, goal);
     browser.click("#tab-scene");
@@ -27,7 +27,7 @@ fn who_watches_is_told_that_the_program_has_ended() {
     // Another program at the same port has another token.
     let free = TcpListener::bind(format!("127.0.0.1:{port}"));
     drop(free.expect("nobody else takes the port within milliseconds"));
-    let viewer = Viewer::start(icoray(first.path()).args(["view", "made.nc", "--port", &port]));
+    let viewer = first.view(&["--port", &port]);
     browser.until_text("#alert", "Open the whole address that icoray printed");
     let log = browser.log();
     assert!(log.iter().all(is_network), "{log:?}");
@@ -41,8 +41,8 @@ fn who_watches_is_told_that_the_program_has_ended() {
 #[test]
 fn an_address_without_its_token_says_so() {
     let Some(browser) = crate::browser::Browser::start() else { return };
-    let folder = folder("made.nc");
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let folder = Folder::of(&Made::history());
+    let viewer = folder.view(&[]);
     browser.go(&format!("http://{}/#0123", viewer.host));
     browser.until_text("#alert", "This address lacks its token.");
     browser.shot("no-token");

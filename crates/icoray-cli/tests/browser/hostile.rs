@@ -2,8 +2,8 @@
 
 use crate::browser::Browser;
 use crate::made::Made;
-use crate::page::{Shown, folder};
-use crate::run::icoray;
+use crate::page::Shown;
+use crate::run::{Folder, icoray};
 use crate::viewer::Viewer;
 use netcdf::Options;
 
@@ -14,12 +14,12 @@ const UNITS: &str = "<img src=x onerror=alert()>";
 #[test]
 fn markup_in_a_file_is_text() {
     let Some(browser) = Browser::start() else { return };
-    let folder = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     let mut made = Made::history();
     let theta = made.variable("theta");
     theta.name = FIELD;
     theta.attributes = vec![("units", UNITS.into()), ("long_name", FIELD.into())];
-    made.write_to(&folder.path().join(FILE), Options::_64BIT_OFFSET);
+    made.write_to(&folder.at(FILE), Options::_64BIT_OFFSET);
     let viewer = Viewer::start(icoray(folder.path()).args(["view", FILE, "--field", FIELD]));
     browser.open(&viewer);
     browser.until_text("#title", FILE);
@@ -38,12 +38,11 @@ fn markup_in_a_file_is_text() {
 
 #[test]
 fn pages_of_others_get_nothing() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, .. } = &shown;
+    let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     let before = browser.text();
     // Another program's page, which even knows the token.
-    let other_folder = folder("made.nc");
-    let other = Viewer::start(icoray(other_folder.path()).args(["view", "made.nc"]));
+    let other_folder = Folder::of(&Made::history());
+    let other = other_folder.view(&[]);
     let asks = |address: &str| {
         browser.go(address);
         let call = |path: &str, options: &str| {

@@ -50,8 +50,7 @@ fn stops(browser: &Browser) -> (usize, Value, Value) {
 
 #[test]
 fn the_tab_key_reaches_all_controls() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start() else { return };
     browser.click_at(browser.place([0.5, 0.5]), 1);
     browser.until_text("#panel-probe .value", " K");
     for (key, tab, least) in [("1", "colours", 20), ("2", "scene", 30), ("3", "probe", 8), ("4", "files", 12)] {
@@ -69,8 +68,7 @@ fn the_tab_key_reaches_all_controls() {
 
 #[test]
 fn keys_alone_steer_the_page() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start() else { return };
     // Without a click: the keys of the picture work from the start.
     browser.changed_by(|| browser.press(&["Left"]));
     browser.until_text("#time-label", "2/3");

@@ -39,8 +39,7 @@ fn unfold(browser: &Browser) {
 
 #[test]
 fn everything_is_in_sight_on_a_screen() {
-    let Some(shown) = Shown::start_with(SCREEN, false) else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start_with(SCREEN, false) else { return };
     has_picture(browser, [800.0, 600.0]);
     browser.click_at(browser.place([0.5, 0.5]), 1);
     browser.until_text("#panel-probe .value", " K");
@@ -69,8 +68,7 @@ fn everything_is_in_sight_on_a_screen() {
 /// A stage that changed with the text below it would ask for pictures of other sizes for ever.
 #[test]
 fn the_picture_keeps_its_size_whatever_is_said_of_it() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start() else { return };
     for (size, is_phone) in [(PHONE, true), ([800, 560], false), (SCREEN, false)] {
         browser.resize(size, is_phone);
         let height = |text: &str| {
@@ -93,8 +91,7 @@ fn the_picture_keeps_its_size_whatever_is_said_of_it() {
 
 #[test]
 fn everything_is_in_reach_on_a_phone() {
-    let Some(shown) = Shown::start_with(PHONE, true) else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start_with(PHONE, true) else { return };
     assert_eq!(browser.js("return [innerWidth, innerHeight];"), serde_json::json!(PHONE));
     has_picture(browser, [390.0, 500.0]);
     looks_right(browser, "phone");

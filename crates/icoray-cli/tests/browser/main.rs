@@ -1,5 +1,5 @@
-//! The page of `icoray view` in Chromium without a window, which WebDriver steers as hands do. Screenshots are left in
-//! `target/browser`.
+//! The page of `icoray view` in Chromium without a window, which WebDriver controls with mouse and keys. Screenshots
+//! are left in `target/browser`.
 
 #[expect(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made.rs"]
@@ -12,15 +12,15 @@ mod run;
 mod viewer;
 
 mod browser;
+mod display;
 mod ends;
-mod hands;
 mod hostile;
 mod input;
 mod keyboard;
 mod looks;
+mod mouse;
 mod page;
 mod saving;
-mod stage;
 mod together;
 #[expect(dead_code, reason = "the tests of the command use the rest")]
 #[path = "../../../icoray-netcdf/tests/files/written.rs"]

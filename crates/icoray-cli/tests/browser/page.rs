@@ -2,11 +2,9 @@
 
 use crate::browser::Browser;
 use crate::made::Made;
-use crate::run::icoray;
+use crate::run::Folder;
 use crate::viewer::Viewer;
-use netcdf::Options;
 use serde_json::Value;
-use tempfile::TempDir;
 
 /// A window in which pictures take little time, a screen with a mouse, and a phone.
 const SMALL: [u32; 2] = [800, 560];
@@ -21,18 +19,11 @@ const RESTS: &str = "const { frame, scene } = store;
      if (!frame || !scene || store.isMoving || frame.pending || frame.is_moving) return false;
      const isThere = frame.revision === scene.revision && frame.time === scene.time;";
 
-/// A folder with the file `name`.
-pub fn folder(name: &str) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    Made::history().write_to(&folder.path().join(name), Options::_64BIT_OFFSET);
-    folder
-}
-
 /// A page that shows `made.nc`.
 pub struct Shown {
     pub browser: Browser,
     pub viewer: Viewer,
-    pub folder: TempDir,
+    pub folder: Folder,
 }
 
 impl Shown {
@@ -43,8 +34,8 @@ impl Shown {
 
     pub fn start_with(size: [u32; 2], is_phone: bool) -> Option<Self> {
         let browser = Browser::start()?;
-        let folder = folder("made.nc");
-        let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+        let folder = Folder::of(&Made::history());
+        let viewer = folder.view(&[]);
         browser.resize(size, is_phone);
         browser.open(&viewer);
         Some(Shown { browser, viewer, folder })

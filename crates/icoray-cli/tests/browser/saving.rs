@@ -31,8 +31,7 @@ fn picture(path: PathBuf) -> DynamicImage {
 
 #[test]
 fn a_saved_scene_renders_the_bits_that_are_seen() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, folder, .. } = &shown;
+    let Some(Shown { browser, folder, .. }) = &Shown::start() else { return };
     let [from, goal] = [[0.5, 0.5], [0.42, 0.6]].map(|place| browser.place(place));
     browser.changed_by(|| browser.drag(from, goal));
     browser.changed_by(|| browser.wheel(from, -100));
@@ -46,7 +45,7 @@ fn a_saved_scene_renders_the_bits_that_are_seen() {
     browser.until_text("#status", "saved as scene.toml");
     assert_eq!(std::fs::read_to_string(&scene).unwrap(), text);
     assert_eq!(browser.js("return document.getElementById('scene-text').textContent;"), *text);
-    std::fs::copy(&scene, folder.path().join("scene.toml")).unwrap();
+    std::fs::copy(&scene, folder.at("scene.toml")).unwrap();
     let command = browser.js("return document.getElementById('command').textContent;");
     let command = command.as_str().unwrap();
     assert_eq!(command, "icoray render made.nc --scene scene.toml --time 2");
@@ -55,7 +54,7 @@ fn a_saved_scene_renders_the_bits_that_are_seen() {
         let on_page = picture(saved(browser, &format!("picture.{format}"))).to_rgba32f();
         let name = format!("rendered.{format}");
         prints(icoray(folder.path()).args(command.split(' ').skip(1)).args(["-o", &name]));
-        let rendered = picture(folder.path().join(&name));
+        let rendered = picture(folder.at(&name));
         assert!(on_page == rendered.to_rgba32f(), "{format}: other pixels");
         if format == "png" {
             let rendered = rendered.to_rgb8();
@@ -76,11 +75,10 @@ fn a_saved_scene_renders_the_bits_that_are_seen() {
 
 #[test]
 fn an_animation_has_the_pictures_of_all_times() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, folder, .. } = &shown;
+    let Some(Shown { browser, folder, .. }) = &Shown::start() else { return };
     browser.click("#tab-files");
     browser.click("#save-scene");
-    std::fs::copy(saved(browser, "scene.toml"), folder.path().join("scene.toml")).unwrap();
+    std::fs::copy(saved(browser, "scene.toml"), folder.at("scene.toml")).unwrap();
     browser.click("#save-animation");
     let path = saved(browser, "animation.png");
     browser.until_text("#save-animation", "Save animation");
@@ -90,8 +88,8 @@ fn an_animation_has_the_pictures_of_all_times() {
     for (time, frame) in frames.into_iter().enumerate() {
         let (name, time) = (format!("{time}.png"), time.to_string());
         let render = ["render", "made.nc", "--scene", "scene.toml", "--time", &time, "-o", &name];
-        prints(icoray(folder.path()).args(render));
-        let rendered = picture(folder.path().join(&name)).to_rgba8();
+        folder.prints(render);
+        let rendered = picture(folder.at(&name)).to_rgba8();
         assert!(rendered == frame.into_buffer(), "time {time} has other pixels");
     }
     browser.is_quiet();

@@ -35,8 +35,7 @@ impl Two<'_> {
 
 #[test]
 fn two_viewers_steer_against_each_other() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, .. } = &shown;
+    let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     let first = browser.wait(browser.client().window());
     let second = browser.wait(browser.client().new_window(false)).handle;
     let two = Two { browser, windows: [first, second] };

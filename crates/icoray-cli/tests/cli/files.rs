@@ -1,41 +1,28 @@
 //! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
 
 use crate::made::{Made, RECORDS, Values};
-use crate::run::{fails, has, icoray, prints, says, scene, shows_something, software};
+use crate::run::{Folder, fails, has, icoray, says, scene, shows_something, software};
 use netcdf::Options;
 use std::fs;
-use std::path::Path;
 use std::process::Stdio;
-use tempfile::TempDir;
 
 /// A folder with `made.nc` and `scene.toml`.
-pub fn folder(made: &Made, scene: &str) -> TempDir {
-    let (folder, _) = made.write(Options::_64BIT_OFFSET);
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+pub fn folder(made: &Made, scene: &str) -> Folder {
+    let folder = Folder::of(made);
+    folder.write("scene.toml", scene);
     folder
-}
-
-/// Renders; all lines of the summaries.
-pub fn render(folder: &Path, more: &[&str]) -> String {
-    prints(icoray(folder).args(["render", "made.nc", "--scene", "scene.toml", "-v"]).args(more))
-}
-
-/// As [`render`], for a command that must fail.
-#[track_caller]
-pub fn render_fails(folder: &Path, more: &[&str], code: i32, parts: &[&str]) {
-    fails(icoray(folder).args(["render", "made.nc", "--scene", "scene.toml"]).args(more), code, parts);
 }
 
 #[test]
 fn a_named_picture_is_written_and_reported() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
-    let picture = folder.path().join("new/er/out.png");
+    let picture = folder.at("new/er/out.png");
     let draw = ["--time", "0", "-o", "new/er/out.png"];
     let brief = "picture   new/er/out.png (96 x 96)\n\
                  field     theta at cells, 4 layers, time 0 (2013-10-25_00:00:00)\n\
                  range     0 to 41.375 K, 0 missing\n";
-    assert_eq!(prints(icoray(folder.path()).args(["made.nc", "--scene", "scene.toml"]).args(draw)), brief);
-    let text = render(folder.path(), &draw);
+    assert_eq!(folder.prints([&["made.nc", "--scene", "scene.toml"], &draw[..]].concat()), brief);
+    let text = folder.render(&draw);
     let expected = [
         brief,
         "error     at most ",
@@ -51,36 +38,34 @@ fn a_named_picture_is_written_and_reported() {
     shows_something(&picture, 96, 96);
     let date = "2013-10-25_00:00:00";
     says(&picture, &[("Software", &software()), ("field", "theta"), ("step", "0"), ("date", date)]);
-    assert!(!folder.path().join("report.csv").exists());
+    assert!(!folder.at("report.csv").exists());
 }
 
 #[test]
 fn the_scene_names_the_picture_where_the_command_does_not() {
     let scene = scene("theta", 2000.0, 2042.0) + "[output]\nfile = \"{field}_$Y-$M-$D_{step:03}.exr\"\n";
     let folder = folder(&Made::history(), &scene);
-    let text = render(folder.path(), &["--time", "-1", "--size", "64x48"]);
+    let text = folder.render(&["--time", "-1", "--size", "64x48"]);
     has(&text, &["picture   theta_2013-10-27_002.exr (64 x 48)", "time 2 (2013-10-27"]);
-    shows_something(&folder.path().join("theta_2013-10-27_002.exr"), 64, 48);
-    let report = fs::read_to_string(folder.path().join("report.csv")).unwrap();
-    has(&report, &["theta_2013-10-27_002.exr"]);
+    shows_something(&folder.at("theta_2013-10-27_002.exr"), 64, 48);
+    has(&folder.text("report.csv"), &["theta_2013-10-27_002.exr"]);
 }
 
 #[test]
 fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
-    let is_there = |name: &str| folder.path().join(name).exists();
-    let text = render(folder.path(), &["-o", "out.png", "--error", "map.png", "--tolerance", "2e-5"]);
+    let is_there = |name: &str| folder.at(name).exists();
+    let text = folder.render(&["-o", "out.png", "--error", "map.png", "--tolerance", "2e-5"]);
     has(&text, &["quality   tolerance 2e-5, light "]);
-    let map = folder.path().join("map.png");
-    says(&folder.path().join("out.png"), &[("tolerance", "2e-5"), ("lights", "full"), ("pixel_step", "1")]);
+    let map = folder.at("map.png");
+    says(&folder.at("out.png"), &[("tolerance", "2e-5"), ("lights", "full"), ("pixel_step", "1")]);
     says(&map, &[("field", "theta"), ("scale range", "1e-8 to 1e-1")]);
     assert_eq!(image::image_dimensions(map).unwrap(), (96, 96));
     assert!(!is_there("e0.png"));
-    render(folder.path(), &["--time", "all", "-o", "all"]);
+    folder.render(&["--time", "all", "-o", "all"]);
     assert!(["all/e0.png", "all/e2.png", "all/theta_000002.png"].into_iter().all(is_there));
-    let report = fs::read_to_string(folder.path().join("all/report.csv")).unwrap();
     has(
-        &report,
+        &folder.text("all/report.csv"),
         &[
             "error_max,error_mean,error_p999,tolerance,error_is_bound,pixel_step,lights,threads,",
             ",pixels_over_tolerance,",
@@ -91,75 +76,74 @@ fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
 #[test]
 fn all_times_give_a_picture_each() {
     let folder = folder(&Made::history(), &scene("w", 0.0, 2042.0));
-    let text = render(folder.path(), &["--time", "all", "-o", "pictures/", "--size", "32x32"]);
+    let text = folder.render(&["--time", "all", "-o", "pictures/", "--size", "32x32"]);
     assert_eq!(text.matches("picture ").count(), 3, "{text}");
     for time in 0..3 {
-        let picture = folder.path().join(format!("pictures/w_{time:06}.png"));
+        let picture = folder.at(format!("pictures/w_{time:06}.png"));
         says(&picture, &[("field", "w"), ("step", &time.to_string())]);
     }
-    let report = fs::read_to_string(folder.path().join("pictures/report.csv")).unwrap();
+    let report = folder.text("pictures/report.csv");
     assert_eq!(report.lines().count(), 4, "{report}");
 }
 
 #[test]
 fn pictures_that_are_there_are_replaced_unless_they_are_to_stay() {
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
-    let at = |name: &str| folder.path().join(name);
     let keep = |more: &[&str], there: &str| {
-        let before = fs::read(at(there)).unwrap();
+        let before = folder.bytes(there);
         let more = [more, &["--existing", "never-modify"]].concat();
         let parts = [there, "file exists", "is there already and is not modified"];
-        render_fails(folder.path(), &more, 1, &parts);
-        assert!(fs::read(at(there)).unwrap() == before);
+        folder.render_fails(&more, 1, &parts);
+        assert!(folder.bytes(there) == before);
     };
     for (more, there) in [
         (&["-o", "out.png", "--error", "map.png"][..], "map.png"),
         (&["-o", "one"], "one/theta_000002.png"),
         (&["-o", "all", "--time", "all"], "all/theta_000000.png"),
     ] {
-        render(folder.path(), &[more, &["--existing", "never-modify"]].concat());
+        folder.render(&[more, &["--existing", "never-modify"]].concat());
         keep(more, there);
-        render(folder.path(), more);
+        folder.render(more);
     }
     // A map is a picture too, and the last time's name is known to be taken before the first time is drawn.
-    fs::remove_file(at("out.png")).unwrap();
+    fs::remove_file(folder.at("out.png")).unwrap();
     keep(&["-o", "out.png", "--error", "map.png"], "map.png");
-    fs::remove_file(at("all/theta_000000.png")).unwrap();
+    fs::remove_file(folder.at("all/theta_000000.png")).unwrap();
     keep(&["-o", "all", "--time", "all"], "all/e0.png");
-    fs::remove_file(at("all/e0.png")).unwrap();
+    fs::remove_file(folder.at("all/e0.png")).unwrap();
     keep(&["-o", "all", "--time", "all"], "all/theta_000001.png");
-    assert!(!at("out.png").exists() && !at("all/theta_000000.png").exists());
-    fs::write(at("out.png"), "no picture").unwrap();
-    render(folder.path(), &["-o", "out.png"]);
-    shows_something(&at("out.png"), 96, 96);
+    assert!(!folder.at("out.png").exists() && !folder.at("all/theta_000000.png").exists());
+    folder.write("out.png", "no picture");
+    folder.render(&["-o", "out.png"]);
+    shows_something(&folder.at("out.png"), 96, 96);
 }
 
 #[test]
 fn a_picture_that_cannot_be_written_stops_the_command() {
     let names = "[output]\nfile = \"{field}/$D/x.png\"\n";
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + names));
-    let at = |name: &str| folder.path().join(name);
     let stops = |parts: &[&str]| {
-        render_fails(folder.path(), &["--time", "all", "--size", "8x8"], 1, parts);
+        folder.render_fails(&["--time", "all", "--size", "8x8"], 1, parts);
     };
-    fs::create_dir(at("theta")).unwrap();
-    fs::write(at("theta/26"), "").unwrap();
+    fs::create_dir(folder.at("theta")).unwrap();
+    folder.write("theta/26", "");
     stops(&["theta/26/x.png: cannot write the file: Not a directory"]);
-    fs::remove_file(at("theta/26")).unwrap();
-    std::os::unix::fs::symlink("nowhere", at("theta/26")).unwrap();
+    fs::remove_file(folder.at("theta/26")).unwrap();
+    std::os::unix::fs::symlink("nowhere", folder.at("theta/26")).unwrap();
     stops(&["theta/26/x.png: cannot write to the folder ", "theta/26: No such file"]);
-    assert!(!at("theta/25").exists(), "known before the first time is drawn");
+    assert!(!folder.at("theta/25").exists(), "known before the first time is drawn");
 }
 
 #[test]
 fn the_number_of_threads_does_not_change_the_picture() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     for threads in ["1", "3"] {
-        let text = render(folder.path(), &["--threads", threads, "-o", &format!("{threads}.exr")]);
-        has(&text, &[&format!("({threads} threads)")]);
+        has(
+            &folder.render(&["--threads", threads, "-o", &format!("{threads}.exr")]),
+            &[&format!("({threads} threads)")],
+        );
     }
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    assert!(bytes("1.exr") == bytes("3.exr"), "the pictures differ");
+    assert!(folder.bytes("1.exr") == folder.bytes("3.exr"), "the pictures differ");
 }
 
 #[test]
@@ -168,7 +152,7 @@ fn corner_fields_and_terrain_are_noted() {
     // One column's second interface is 40 m higher: 40·41/42 above the mean.
     made.f32s("zgrid")[1] += 40.0;
     let folder = folder(&made, &scene("vorticity", 0.0, 80.0));
-    let text = render(folder.path(), &["-o", "out.png"]);
+    let text = folder.render(&["-o", "out.png"]);
     let bytes = 42 * 4 * 8;
     has(
         &text,
@@ -178,7 +162,7 @@ fn corner_fields_and_terrain_are_noted() {
             "field     vorticity at corners",
         ],
     );
-    let picture = folder.path().join("out.png");
+    let picture = folder.at("out.png");
     shows_something(&picture, 96, 96);
     let note = "concentric mean heights are rendered; columns deviate by up to 39.0 m (heights = \"native\" in the scene \
                 shows each column's own)";
@@ -191,18 +175,17 @@ fn the_mesh_may_be_in_another_file() {
     let mut fields = made.clone();
     fields.variables.retain(|v| !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
     let folder = folder(&fields, &scene("rho", 0.0, 42.0));
-    Made::mesh(false).write_to(&folder.path().join("mesh.nc"), Options::NETCDF4);
-    render(folder.path(), &["--mesh", "mesh.nc", "-o", "out.png"]);
-    shows_something(&folder.path().join("out.png"), 96, 96);
+    Made::mesh(false).write_to(&folder.at("mesh.nc"), Options::NETCDF4);
+    folder.render(&["--mesh", "mesh.nc", "-o", "out.png"]);
+    shows_something(&folder.at("out.png"), 96, 96);
 }
 
 #[test]
 fn info_lists_what_the_file_holds() {
     let mut made = Made::history();
     made.add("vn", &["Time", "nEdges"], Values::F64(vec![1.0; RECORDS * 120]));
-    let (folder, _) = made.write(Options::NETCDF4);
-    let mut info = icoray(folder.path());
-    let text = prints(info.args(["info", "made.nc"]));
+    let folder = Folder::of_netcdf4(&made);
+    let text = folder.prints(["info", "made.nc"]);
     has(
         &text,
         &[
@@ -226,23 +209,22 @@ fn info_lists_what_the_file_holds() {
     assert_eq!(row("vorticity "), ["vorticity", "corners", "4", "f64", "-", "-"]);
     assert_eq!(row("vn_zonal ")[..7], ["vn_zonal", "cells,", "from", "edges", "1", "f64", "-"]);
     // The last time is 2, and w has five layers.
-    has(&prints(info.arg("--ranges")), &["range at the last time", "2000 to 2041.5"]);
+    has(&folder.prints(["info", "made.nc", "--ranges"]), &["range at the last time", "2000 to 2041.5"]);
 }
 
 #[test]
 fn info_goes_on_where_grid_and_layers_are_bad() {
     let mut made = Made::mesh(false);
     made.i32s("cellsOnVertex")[4] = 0;
-    let (folder, _) = made.write(Options::_64BIT_OFFSET);
-    let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
-    has(&text, &["grid       ", "bad grid", "cells in common", "fields     none"]);
+    let folder = Folder::of(&made);
+    has(&folder.prints(["info", "made.nc"]), &["grid       ", "bad grid", "cells in common", "fields     none"]);
 }
 
 #[test]
 fn plan_says_what_is_left_out() {
     let dark = scene("theta", 0.0, 42.0).replace("\"headlight\"", "\"none\"");
     let folder = folder(&Made::history(), &dark);
-    let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    let text = folder.prints(["plan", "made.nc", "--scene", "scene.toml"]);
     let bytes = 42 * 4 * 4;
     let read = format!("read: theta at cells, 4 layers ({bytes} bytes each time)\n");
     has(&text, &[&read, "left out: gradients (", "left out: table corner\n", "left out: native heights\n"]);
@@ -257,19 +239,19 @@ fn samples_are_suggested_and_taken_where_cells_are_many() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     // The whole globe in one pixel.
     let few = ["--size", "1x1", "-o", "out.png"];
-    has(&render(folder.path(), &few), &["sampling  1 ray per pixel; cells", "hint      ", "; samples = "]);
+    has(&folder.render(&few), &["sampling  1 ray per pixel; cells", "hint      ", "; samples = "]);
     let plan = ["plan", "made.nc", "--scene", "scene.toml", "--size", "1x1"];
-    has(&prints(icoray(folder.path()).args(plan)), &["cells per pixel: mean ", "hint: "]);
-    let text = render(folder.path(), &["--size", "1x1", "-o", "out.png", "--samples", "8"]);
+    has(&folder.prints(plan), &["cells per pixel: mean ", "hint: "]);
+    let text = folder.render(&["--size", "1x1", "-o", "out.png", "--samples", "8"]);
     has(&text, &[" rays per pixel, error of their mean "]);
     assert!(!text.contains("hint"), "{text}");
-    says(&folder.path().join("out.png"), &[("step", "2")]);
-    render_fails(folder.path(), &["--samples", "65"], 2, &["--samples", "65", "1..=64"]);
+    says(&folder.at("out.png"), &[("step", "2")]);
+    folder.render_fails(&["--samples", "65"], 2, &["--samples", "65", "1..=64"]);
 }
 
 #[test]
 fn a_reader_that_goes_away_is_no_error() {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    let folder = Folder::of(&Made::history());
     let mut info = icoray(folder.path());
     let mut child = info.args(["info", "made.nc"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
@@ -284,20 +266,20 @@ fn options_say_what_the_file_does_not() {
     made.add("ice", &["nCells", "nCategories"], Values::F64((0..126).map(|i| f64::from(i % 3)).collect()));
     made.f32s("theta")[336] = -999.0;
     let folder = folder(&made, "");
-    let icoray = |words: &[&str]| prints(icoray(folder.path()).args(words));
+    let icoray = |words: &[&str]| folder.prints(words);
     let saved = ["--save-scene", "ice.toml", "--size", "64x48", "-o", "ice.png"];
     let options = ["--at", "nCategories=2", "--heights", "0..-300", "--radius", "1e6", "--missing", "-999"];
     let text = icoray(&[&["made.nc", "--field", "ice"], &options[..], &saved].concat());
     has(&text, &["field     ice at cells, 2D", "range     2 to 2"]);
-    let scene = fs::read_to_string(folder.path().join("ice.toml")).unwrap();
+    let scene = folder.text("ice.toml");
     has(&scene, &["--at nCategories=2 --heights 0..-300 --radius 1000000 --missing -9.99e2 --scene ice.toml"]);
     let text = icoray(&[&["info", "made.nc", "--ranges"], &options[..]].concat());
     has(&text, &["radius     1000000 m", "4 on heights (heights): from 0.0 m to -300.0 m", "to 2041.38 (1 missing)"]);
-    let refuse = |words: &[&str], parts: &[&str]| fails(crate::run::icoray(folder.path()).args(words), 1, parts);
+    let refuse = |words: &[&str], parts: &[&str]| folder.fails(words, 1, parts);
     refuse(&["made.nc", "--field", "ice"], &["no heights for the 3 layers of ice", "`heights` says"]);
     refuse(&["made.nc", "--at", "nCategories=3"], &["at nCategories=3: nCategories has 3 entries"]);
     for wrong in [["--at", "nCategories"], ["--heights", "5..5"]] {
-        fails(crate::run::icoray(folder.path()).arg("made.nc").args(wrong), 2, &[wrong[0], "expected"]);
+        folder.fails([&["made.nc"], &wrong[..]].concat(), 2, &[wrong[0], "expected"]);
     }
 }
 
@@ -307,7 +289,7 @@ fn info_lists_what_a_file_without_a_mesh_holds() {
     made.add("sst", &["time", "n_node"], Values::F32(vec![0.0; 162]));
     made.last().attributes = vec![("long_name", "sea surface temperature".into()), ("units", "C".into())];
     let folder = folder(&made, "");
-    let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
+    let text = folder.prints(["info", "made.nc"]);
     has(&text, &["file       made.nc", "sst(time = 1, n_node = 162) of float  sea surface temperature  [C]"]);
     has(&text, &["mesh       bad grid: made.nc: no mesh is known of sst(time = 1, n_node = 162) of float"]);
     let (mesh, _) = Made::mesh(true).write(Options::_64BIT_OFFSET);

@@ -1,8 +1,8 @@
 //! Choice of the device: a GPU or a processor that acts as one, if requested and present; else the CPU, with a reason.
 
-use crate::files::{folder, render, render_fails};
+use crate::files::folder;
 use crate::made::Made;
-use crate::run::{has, icoray, prints, scene, texts};
+use crate::run::{difference, has, icoray, prints, scene, texts};
 use icoray_test_support::{Need, skip_because};
 use std::path::Path;
 
@@ -26,33 +26,24 @@ fn is_processor(adapter: &str) -> bool {
     adapter.contains("(processor that acts as a GPU, ")
 }
 
-/// The largest difference of two pictures' bytes.
-fn apart(one: &Path, other: &Path) -> u8 {
-    let [one, other] = [one, other].map(|path| image::open(path).unwrap().to_rgba8());
-    assert_eq!(one.dimensions(), other.dimensions());
-    one.iter().zip(other.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
-}
-
 #[test]
 fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
     let Some(adapters) = adapters() else { return };
     let by_scene = folder(&Made::history(), &unlit("backend = \"gpu\"\ndevice = 0"));
     let name = adapters[0].strip_prefix("0  ").unwrap().split(" (").next().unwrap();
-    let text = render(by_scene.path(), &["-o", "gpu.png"]);
-    has(&text, &[&format!("drawn on  {name}"), "rays      5792, "]);
-    let text = render(by_scene.path(), &["-o", "cpu.png", "--backend", "cpu"]);
+    has(&by_scene.render(&["-o", "gpu.png"]), &[&format!("drawn on  {name}"), "rays      5792, "]);
+    let text = by_scene.render(&["-o", "cpu.png", "--backend", "cpu"]);
     has(&text, &["drawn on  the CPU\n"]);
-    let at = |name: &str| by_scene.path().join(name);
-    assert!(apart(&at("gpu.png"), &at("cpu.png")) <= 1);
-    let says = texts(&at("gpu.png"));
+    assert!(difference(&by_scene.at("gpu.png"), &by_scene.at("cpu.png")).max <= 1);
+    let says = texts(&by_scene.at("gpu.png"));
     assert!(says.iter().any(|(key, text)| key == "device" && text.starts_with(name)), "{says:?}");
-    assert!(texts(&at("cpu.png")).iter().all(|(key, _)| key != "device"));
+    assert!(texts(&by_scene.at("cpu.png")).iter().all(|(key, _)| key != "device"));
     let by_command = folder(&Made::history(), &unlit("backend = \"cpu\""));
-    let text = render(by_command.path(), &["-o", "gpu.png", "--backend", "gpu", "--device", &name.to_uppercase()]);
+    let text = by_command.render(&["-o", "gpu.png", "--backend", "gpu", "--device", &name.to_uppercase()]);
     has(&text, &[&format!("drawn on  {name}")]);
-    let text = render(by_command.path(), &["--time", "all", "-o", "all", "--backend", "gpu"]);
+    let text = by_command.render(&["--time", "all", "-o", "all", "--backend", "gpu"]);
     assert_eq!(text.matches("drawn on  ").count(), 3, "{text}");
-    let report = std::fs::read_to_string(by_command.path().join("all/report.csv")).unwrap();
+    let report = by_command.text("all/report.csv");
     // Commas inside quotes part nothing: every second piece between quotes is a quoted one.
     let plain = |line: &str| line.split('"').step_by(2).collect::<Vec<_>>().join("\"");
     let rows: Vec<Vec<String>> =
@@ -63,15 +54,14 @@ fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
     let [first, second, third] = [1, 2, 3].map(|row| uploaded(row).parse::<u64>().unwrap());
     assert!(first > second && second == third && third >= 4 * 42 * 4, "{report}");
     // A plan says who would draw.
-    let plan = prints(icoray(by_scene.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
-    has(&plan, &[&format!("\ndrawn on {name}")]);
+    has(&by_scene.prints(["plan", "made.nc", "--scene", "scene.toml"]), &[&format!("\ndrawn on {name}")]);
 }
 
 #[test]
 fn processors_draw_only_where_a_gpu_is_asked_for() {
     let Some(adapters) = adapters() else { return };
     let folder = folder(&Made::history(), &unlit(""));
-    let text = render(folder.path(), &["-o", "out.png"]);
+    let text = folder.render(&["-o", "out.png"]);
     if adapters.iter().all(|adapter| is_processor(adapter)) {
         has(&text, &["drawn on  the CPU: ", "backend = \"gpu\" uses"]);
     } else {
@@ -82,9 +72,8 @@ fn processors_draw_only_where_a_gpu_is_asked_for() {
 #[test]
 fn the_cpu_draws_where_no_adapter_is_found() {
     let folder = folder(&Made::history(), &unlit(""));
-    let missing = folder.path().join("none.json");
-    let at = |name: &str| folder.path().join(name);
-    render(folder.path(), &["-o", "cpu.png", "--backend", "cpu"]);
+    let missing = folder.at("none.json");
+    folder.render(&["-o", "cpu.png", "--backend", "cpu"]);
     // Drivers are looked for by the first only where there is a GPU.
     for (backend, reason) in [("auto", ": no "), ("gpu", ": no Vulkan adapter was found\n")] {
         let mut command = icoray(folder.path());
@@ -93,9 +82,9 @@ fn the_cpu_draws_where_no_adapter_is_found() {
         let text = prints(command.env("VK_DRIVER_FILES", &missing).env("VK_ICD_FILENAMES", &missing));
         let reason = if cfg!(feature = "gpu") { reason } else { "" };
         has(&text, &[&format!("drawn on  the CPU{reason}")]);
-        assert_eq!(apart(&at("out.png"), &at("cpu.png")), 0);
+        assert_eq!(difference(&folder.at("out.png"), &folder.at("cpu.png")).max, 0);
     }
-    render_fails(folder.path(), &["--backend", "vulkan"], 2, &["auto, cpu, gpu"]);
+    folder.render_fails(&["--backend", "vulkan"], 2, &["auto, cpu, gpu"]);
 }
 
 #[test]
@@ -105,7 +94,9 @@ fn the_cpu_draws_where_the_named_device_is_not_found() {
     for (device, words) in
         [("99", "no adapter has the number 99 of ["), ("Voodoo", "no adapter is named \"Voodoo\" of [")]
     {
-        let text = render(folder.path(), &["-o", "out.png", "--backend", "gpu", "--device", device]);
-        has(&text, &["drawn on  the CPU: ", words, adapters[0][3..].split(" (").next().unwrap()]);
+        has(
+            &folder.render(&["-o", "out.png", "--backend", "gpu", "--device", device]),
+            &["drawn on  the CPU: ", words, adapters[0][3..].split(" (").next().unwrap()],
+        );
     }
 }

@@ -1,12 +1,10 @@
 //! Heights that each column has of its own, and fields that lie on different layers.
 
-use crate::files::{folder, render, render_fails};
+use crate::files::folder;
 use crate::made::{HEIGHT_M, LAYERS, Made, RECORDS, Values};
 use crate::real::data;
-use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
-use std::fs;
+use crate::run::{Folder, difference, has, icoray, prints, says, scene, shows_something};
 use std::ops::Range;
-use std::path::Path;
 
 /// The same scene with native heights.
 pub fn native(scene: &str) -> String {
@@ -27,18 +25,6 @@ pub fn two(first: &str, second: &str) -> String {
     format!("{view}{}{}", volume(first, "viridis"), volume(second, "magma"))
 }
 
-fn pixels(path: &Path) -> Vec<u8> {
-    image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8().into_raw()
-}
-
-/// The mean difference of two pictures' bytes, and the greatest.
-fn apart(one: &Path, other: &Path) -> (f64, u8) {
-    let (one, other) = (pixels(one), pixels(other));
-    assert_eq!(one.len(), other.len());
-    let each = || one.iter().zip(&other).map(|(a, b)| a.abs_diff(*b));
-    (each().map(f64::from).sum::<f64>() / one.len() as f64, each().max().unwrap())
-}
-
 /// Heights that rise from column to column.
 pub fn hills() -> Made {
     let mut made = Made::history();
@@ -51,17 +37,17 @@ fn native_heights_are_read_where_a_view_asks_for_them() {
     let views = "[[views]]\nname = \"mean\"\n[[views]]\nname = \"own\"\nheights = \"native\"\nat_steps = [1]\n";
     let steep = scene("theta", 1000.0, 1042.0).replace("exaggeration = 50", "exaggeration = 400");
     let folder = folder(&hills(), &(steep + views));
-    let text = render(folder.path(), &["--time", "all", "-o", "out", "--size", "48x48"]);
+    let text = folder.render(&["--time", "all", "-o", "out", "--size", "48x48"]);
     let line = "heights   zgrid of each column\n";
     let own = "view      own\n";
     has(&text, &[&format!("{own}{line}")]);
     assert_eq!(text.matches(line).count(), 1, "{text}");
-    let at = |name: &str| folder.path().join("out").join(name);
+    let at = |name: &str| folder.at("out").join(name);
     says(&at("own_theta_000001.png"), &[("heights", "zgrid of each column")]);
-    let (mean, _) = apart(&at("own_theta_000001.png"), &at("mean_theta_000001.png"));
-    assert!(mean > 0.5, "{mean}");
+    let apart = difference(&at("own_theta_000001.png"), &at("mean_theta_000001.png"));
+    assert!(apart.mean > 0.4, "{apart:?}");
     // Each view by its own plan.
-    let plan = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    let plan = folder.prints(["plan", "made.nc", "--scene", "scene.toml"]);
     let (of_mean, of_own) = plan.split_once("view own:\n").unwrap();
     let bytes = 42 * (LAYERS + 1) * 4;
     has(of_mean, &["left out: native heights\n"]);
@@ -84,15 +70,15 @@ fn heights_that_change_are_read_at_each_time() {
     assert_eq!(RECORDS, 3);
     let flat = scene("theta", 2000.0, 2042.0).replace("exaggeration = 50", "exaggeration = 400");
     let series = folder(&ocean(&[0, 1, 2]), &native(&flat));
-    render(series.path(), &["--time", "all", "-o", ".", "--size", "32x32"]);
+    series.render(&["--time", "all", "-o", ".", "--size", "32x32"]);
     let same = folder(&ocean(&[2, 2, 2]), &native(&flat));
-    render(same.path(), &["--time", "2", "-o", ".", "--size", "32x32"]);
+    same.render(&["--time", "2", "-o", ".", "--size", "32x32"]);
     let first = folder(&ocean(&[0, 0, 0]), &native(&flat));
-    render(first.path(), &["--time", "2", "-o", ".", "--size", "32x32"]);
-    let at = |folder: &tempfile::TempDir| pixels(&folder.path().join("theta_000002.png"));
-    assert!(at(&series) == at(&same), "heights are those of the time");
-    assert!(at(&series) != at(&first), "they change");
-    let plan = prints(icoray(series.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    first.render(&["--time", "2", "-o", ".", "--size", "32x32"]);
+    let max = |other: &Folder| difference(&series.at("theta_000002.png"), &other.at("theta_000002.png")).max;
+    assert_eq!(max(&same), 0, "heights are those of the time");
+    assert!(max(&first) > 0, "they change");
+    let plan = series.prints(["plan", "made.nc", "--scene", "scene.toml"]);
     has(
         &plan,
         &[
@@ -108,12 +94,11 @@ fn heights_that_a_file_has_not_are_said_before_the_first_ray() {
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(vec![10.0, 20.0, 30.0, 40.0]));
     let folder = folder(&made, &native(&scene("theta", 0.0, 42.0)));
     for command in ["render", "plan"] {
-        let mut command_of = icoray(folder.path());
-        command_of.args([command, "made.nc", "--scene", "scene.toml"]);
         let looked_for = "looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), and layerThickness";
-        fails(&mut command_of, 1, &["made.nc: theta has no native heights", looked_for]);
+        let parts = ["made.nc: theta has no native heights", looked_for];
+        folder.fails([command, "made.nc", "--scene", "scene.toml"], 1, &parts);
     }
-    assert!(!folder.path().join("theta_000000.png").exists());
+    assert!(!folder.at("theta_000000.png").exists());
 }
 
 /// theta lies between the interfaces on which w lies: whichever comes first gives its layers, and ranges of these are
@@ -125,7 +110,7 @@ fn fields_on_different_layers_are_drawn_together() {
     {
         for heights in ["mean", "native"] {
             let folder = folder(&hills(), &format!("heights = \"{heights}\"\n{}", two(first, second)));
-            let text = render(folder.path(), &["--time", "0", "--layers", layers, "-o", "out.png", "--size", "48x48"]);
+            let text = folder.render(&["--time", "0", "--layers", layers, "-o", "out.png", "--size", "48x48"]);
             let field = |name: &str, count: usize| format!("{name} at cells, {count} layers");
             has(
                 &text,
@@ -135,12 +120,12 @@ fn fields_on_different_layers_are_drawn_together() {
                     &format!("{second} lies on other layers than {first}: interpolated to these in height"),
                 ],
             );
-            shows_something(&folder.path().join("out.png"), 48, 48);
+            shows_something(&folder.at("out.png"), 48, 48);
         }
     }
     let folder = folder(&hills(), &two("w", "theta"));
     let parts = ["layers: 1..3 are layers of w", "theta has 1 between them, expected at least 2"];
-    render_fails(folder.path(), &["--layers", "1..3"], 1, &parts);
+    folder.render_fails(&["--layers", "1..3"], 1, &parts);
 }
 
 /// Fields of one volume each are those that a person would have moved by hand, over all layers and over some.
@@ -180,14 +165,14 @@ fn fields_are_moved_between_levels_and_interfaces() {
         made.add("theta_moved", &["Time", "nCells", "nVertLevelsP1"], moved);
         let folder = folder(&made, &two(first, second));
         let by_hand = two(first, &format!("{second}_moved"));
-        fs::write(folder.path().join("by_hand.toml"), by_hand).unwrap();
-        render(folder.path(), &["--layers", layers, "-o", "out.png"]);
-        let words = "render made.nc --scene by_hand.toml -o by_hand.png --layers";
-        let text = prints(icoray(folder.path()).args(words.split(' ')).arg(layers));
+        folder.write("by_hand.toml", by_hand);
+        folder.render(&["--layers", layers, "-o", "out.png"]);
+        let words = "render made.nc --scene by_hand.toml -o by_hand.png --layers ".to_owned() + layers;
+        let text = folder.prints(words.split(' '));
         assert!(!text.contains("interpolated"), "{text}");
-        let (mean, most) = apart(&folder.path().join("out.png"), &folder.path().join("by_hand.png"));
-        assert!(most <= 1 && mean < 0.01, "{first} {second} {layers}: {mean} {most}");
-        shows_something(&folder.path().join("out.png"), 96, 96);
+        let apart = difference(&folder.at("out.png"), &folder.at("by_hand.png"));
+        assert!(apart.max <= 1 && apart.mean < 0.0075, "{first} {second} {layers}: {apart:?}");
+        shows_something(&folder.at("out.png"), 96, 96);
     }
 }
 
@@ -195,11 +180,10 @@ fn fields_are_moved_between_levels_and_interfaces() {
 #[test]
 fn terrain_of_the_baroclinic_wave() {
     let Some(file) = data("mpas_jw_10242.nc") else { return };
-    let folder = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     let plain = scene("theta", 250.0, 400.0).replace("exaggeration = 50", "exaggeration = 150");
-    let at = |name: &str| folder.path().join(name);
-    fs::write(at("mean.toml"), &plain).unwrap();
-    fs::write(at("native.toml"), native(&plain)).unwrap();
+    folder.write("mean.toml", &plain);
+    folder.write("native.toml", native(&plain));
     for name in ["mean", "native"] {
         let mut render = icoray(folder.path());
         render.arg("render").arg(&file).args(["--scene", &format!("{name}.toml"), "--layers", "0..8"]);
@@ -210,6 +194,6 @@ fn terrain_of_the_baroclinic_wave() {
         let plan = prints(plan.arg("plan").arg(&file).args(["--scene", &format!("{name}.toml")]));
         assert_eq!(plan.contains("read: zgrid of each column"), name == "native", "{plan}");
     }
-    let (mean, most) = apart(&at("mean.png"), &at("native.png"));
-    assert!(mean > 0.05 && most > 3, "{mean} {most}");
+    let apart = difference(&folder.at("mean.png"), &folder.at("native.png"));
+    assert!(apart.mean > 0.04 && apart.max > 3, "{apart:?}");
 }

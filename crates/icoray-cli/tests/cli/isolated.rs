@@ -1,10 +1,8 @@
 //! Damaged NetCDF-4 files, which may end or hang the process that reads them inside HDF5.
 
 use crate::made::Made;
-use crate::run::icoray;
-use crate::viewer::Viewer;
+use crate::run::{Folder, icoray};
 use icoray_test_support::{PATIENCE, Random};
-use netcdf::Options;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
@@ -28,9 +26,9 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) {
 /// By signals of which HDF5 ends a process, whatever damage that takes in its version.
 #[test]
 fn the_end_of_the_reading_process_is_an_error() {
-    let (folder, _) = Made::history().write(Options::NETCDF4);
+    let folder = Folder::of_netcdf4(&Made::history());
     for signal in ["ABRT", "FPE"] {
-        let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+        let mut view = folder.view(&[]).into_child();
         let child = child_of(view.id());
         // The shell has this command itself: not every machine has it as a program.
         assert!(Command::new("sh").args(["-c", &format!("kill -s {signal} {child}")]).status().unwrap().success());
@@ -44,8 +42,8 @@ fn the_end_of_the_reading_process_is_an_error() {
 
 #[test]
 fn the_reading_process_ends_with_its_parent() {
-    let (folder, _) = Made::history().write(Options::NETCDF4);
-    let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+    let folder = Folder::of_netcdf4(&Made::history());
+    let mut view = folder.view(&[]).into_child();
     let child = child_of(view.id());
     assert_ne!(child, "");
     let child = format!("/proc/{child}");
@@ -57,8 +55,8 @@ fn the_reading_process_ends_with_its_parent() {
 /// Classic files are read in the command's own process: damage of them is an error.
 #[test]
 fn classic_files_need_no_other_process() {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
-    let mut view = Viewer::start(icoray(folder.path()).args(["view", "made.nc"])).into_child();
+    let folder = Folder::of(&Made::history());
+    let mut view = folder.view(&[]).into_child();
     let child = child_of(view.id());
     view.kill().unwrap();
     view.wait().unwrap();
@@ -90,7 +88,8 @@ fn ends_in_one_line(command: &mut Command) -> Result<bool, String> {
 /// The first four end the process that reads them inside HDF5 1.10.8.
 #[test]
 fn damaged_files_end_in_one_line() {
-    let (folder, path) = Made::history().write(Options::NETCDF4);
+    let folder = Folder::of_netcdf4(&Made::history());
+    let path = folder.at("made.nc");
     let whole = fs::read(&path).unwrap();
     for seed in [112, 163, 185, 206, 1, 2, 3, 4] {
         fs::write(&path, damaged(&whole, seed)).unwrap();
@@ -105,10 +104,11 @@ fn damaged_files_end_in_one_line() {
 /// The same of a mesh that the files of a directory share, which is read before any of them comes.
 #[test]
 fn a_damaged_mesh_ends_a_watch_in_one_line() {
-    let (folder, path) = Made::mesh(true).write(Options::NETCDF4);
+    let folder = Folder::of_netcdf4(&Made::mesh(true));
+    let path = folder.at("made.nc");
     let whole = fs::read(&path).unwrap();
-    fs::create_dir(folder.path().join("run")).unwrap();
-    fs::write(folder.path().join("scene.toml"), "field = \"theta\"\n").unwrap();
+    fs::create_dir(folder.at("run")).unwrap();
+    folder.write("scene.toml", "field = \"theta\"\n");
     let words = ["watch", "run", "--scene", "scene.toml", "--once", "--settle", "0", "--mesh", "made.nc"];
     assert_eq!(ends_in_one_line(icoray(folder.path()).args(words)), Ok(true));
     fs::write(&path, &whole[..whole.len() / 2]).unwrap();

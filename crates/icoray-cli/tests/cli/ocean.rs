@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::real::data;
-use crate::run::{has, icoray, prints, shows_something};
+use crate::run::{Folder, has, icoray, prints, shows_something};
 use netcdf::Options;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +26,7 @@ fn history(mesh: &Path) -> Made {
         temperature.extend((0..layers).map(|layer| {
             let surface = 28.0 * lat.cos().powi(2) - 1.0;
             let below = (-DEPTH_M[layer] / (400.0 * bend)).exp();
-            // Below its floor MPAS-Ocean writes a large number, which no attribute need tell of.
+            // Below its floor MPAS-Ocean writes a large number, which no attribute need declare.
             if layer < last { (1.5 + (surface - 1.5) * below) as f32 } else { -1e34 }
         }));
     }
@@ -45,7 +45,7 @@ fn history(mesh: &Path) -> Made {
 #[test]
 fn the_ocean_ends_at_coasts_and_at_its_floor() {
     let Some(mesh) = data("spherical_grid_500km_landculled.nc") else { return };
-    let folder = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     // A place to look at the picture, and at the file, afterwards.
     let kept = std::env::var_os("ICORAY_TEST_KEEP").map(PathBuf::from);
     let at = kept.as_deref().unwrap_or(folder.path());

@@ -1,7 +1,7 @@
 //! Control characters of files, paths and scenes reach no terminal.
 
 use crate::made::{Made, Values};
-use crate::run::{has, icoray, scene, texts};
+use crate::run::{Folder, has, icoray, scene, texts};
 use netcdf::Options;
 use std::fs;
 
@@ -20,11 +20,11 @@ fn nothing_that_is_printed_or_written_has_control_characters() {
     made.variable("theta").attributes = ["units", "long_name"].map(|name| (name, HOSTILE.into())).into();
     let Values::Text(dates) = &mut made.variable("xtime").values else { panic!("dates are text") };
     dates[0] = 0x1b;
-    let folder = tempfile::tempdir().unwrap();
-    let hostile = folder.path().join("a\u{1b}[31m");
+    let folder = Folder::new();
+    let hostile = folder.at("a\u{1b}[31m");
     fs::create_dir(&hostile).unwrap();
     made.write_to(&hostile.join("made.nc"), Options::_64BIT_OFFSET);
-    fs::write(folder.path().join("scene.toml"), scene("theta", 0.0, 42.0)).unwrap();
+    folder.write("scene.toml", scene("theta", 0.0, 42.0));
     let file = "a\u{1b}[31m/made.nc";
     for (words, expected) in [
         (vec!["info", file, "--ranges"], ESCAPED),
@@ -38,10 +38,10 @@ fn nothing_that_is_printed_or_written_has_control_characters() {
         is_printable(&printed);
         has(&printed, &[expected]);
     }
-    let report = fs::read_to_string(folder.path().join("report.csv")).unwrap();
+    let report = folder.text("report.csv");
     is_printable(&report);
     has(&report, &[r"\u{1b}013-10-25"]);
-    let texts = texts(&folder.path().join("theta_000000.png"));
+    let texts = texts(&folder.at("theta_000000.png"));
     texts.iter().for_each(|(_, text)| is_printable(text));
     assert!(texts.contains(&("units".into(), ESCAPED.into())), "{texts:?}");
 }

@@ -1,9 +1,8 @@
 //! Progress: a line on a terminal, and nothing elsewhere.
 
 use crate::made::Made;
-use crate::run::{has, icoray, prints};
+use crate::run::{Folder, has, icoray, prints};
 use icoray_test_support::{Need, runs, skip};
-use netcdf::Options;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -26,7 +25,7 @@ fn printed(folder: &Path, words: &str) -> String {
 
 #[test]
 fn a_terminal_sees_the_stages_and_the_pictures() {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    let folder = Folder::of(&Made::history());
     if !runs(&mut on_terminal(folder.path(), "true")) {
         return skip(Need::Terminal);
     }
@@ -41,10 +40,10 @@ fn a_terminal_sees_the_stages_and_the_pictures() {
 
 #[test]
 fn nothing_is_on_stderr_that_is_no_terminal() {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    let folder = Folder::of(&Made::history());
     // `prints` looks at stderr.
     for words in ["render made.nc --time all --size 64x48", "info made.nc --ranges", "plan made.nc"] {
-        prints(icoray(folder.path()).args(words.split(' ')));
+        folder.prints(words.split(' '));
     }
     let pictures = ["theta_2013-10-25_00.00.00_000000.png", "theta_2013-10-26_00.00.00_000001.png"];
     prints(icoray(folder.path()).args(["animate", "-o", "a.png"]).args(pictures));

@@ -1,16 +1,15 @@
 //! Wrong input and wrong usage: an exit code, one line with the fault, and no picture.
 
-use crate::files::{folder, render_fails};
+use crate::files::folder;
 use crate::made::Made;
 use crate::run::{fails, icoray, scene};
-use std::fs;
 
 /// Renders with `more` arguments, which must fail and leave no picture.
 #[track_caller]
 fn refused(scene: &str, more: &[&str], code: i32, parts: &[&str]) {
     let folder = folder(&Made::history(), scene);
-    render_fails(folder.path(), more, code, parts);
-    let left = fs::read_dir(folder.path()).unwrap().count();
+    folder.render_fails(more, code, parts);
+    let left = folder.count();
     assert_eq!(left, 2, "files in the folder: made.nc, scene.toml and no more");
 }
 
@@ -26,7 +25,7 @@ fn scene_errors_show_file_and_line() {
     refused(&bad, &[], 1, &["scene.toml", "line 13", "transfer.map", "viridis"]);
     let folder = folder(&Made::history(), "");
     let parts = ["none.toml", "cannot read the scene"];
-    fails(icoray(folder.path()).args(["render", "made.nc", "--scene", "none.toml"]), 1, &parts);
+    folder.fails(["render", "made.nc", "--scene", "none.toml"], 1, &parts);
 }
 
 #[test]
@@ -100,6 +99,6 @@ fn ranks_without_mpi_are_refused() {
 fn files_that_are_none() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 1.0));
     for name in ["scene.toml", "absent.nc"] {
-        fails(icoray(folder.path()).args(["info", name]), 1, &[name]);
+        folder.fails(["info", name], 1, &[name]);
     }
 }

@@ -1,9 +1,13 @@
 //! Running the binary and looking at what it left.
 
+use crate::made::Made;
+use netcdf::Options;
+use std::ffi::OsStr;
 use std::fs;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use tempfile::TempDir;
 
 /// A scene for any field: opaque from `low` to `high`, so that something is seen.
 pub fn scene(field: &str, low: f64, high: f64) -> String {
@@ -27,6 +31,75 @@ opacity = [[{low}, 0.1], [{high}, 0.9]]
 kind = "headlight"
 "##
     )
+}
+
+/// A temporary folder in which the binary runs.
+pub struct Folder(TempDir);
+
+impl Folder {
+    /// An empty folder.
+    pub fn new() -> Self {
+        Folder(tempfile::tempdir().unwrap())
+    }
+
+    /// A folder with `made.nc`.
+    pub fn of(made: &Made) -> Self {
+        Folder(made.write(Options::_64BIT_OFFSET).0)
+    }
+
+    /// As [`Self::of`], in the format NetCDF-4.
+    pub fn of_netcdf4(made: &Made) -> Self {
+        Folder(made.write(Options::NETCDF4).0)
+    }
+
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    pub fn at(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.path().join(name)
+    }
+
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.at(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    pub fn text(&self, name: &str) -> String {
+        String::from_utf8(self.bytes(name)).unwrap()
+    }
+
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        fs::write(self.at(name), text).unwrap();
+    }
+
+    /// Number of entries.
+    pub fn count(&self) -> usize {
+        fs::read_dir(self.path()).unwrap().count()
+    }
+
+    /// As [`prints`], of a command line.
+    #[track_caller]
+    pub fn prints(&self, words: impl IntoIterator<Item: AsRef<OsStr>>) -> String {
+        prints(icoray(self.path()).args(words))
+    }
+
+    /// Renders `scene.toml`; all lines of the summaries.
+    #[track_caller]
+    pub fn render(&self, more: &[&str]) -> String {
+        self.prints([&["render", "made.nc", "--scene", "scene.toml", "-v"], more].concat())
+    }
+
+    /// As [`Self::render`], for a command that must fail.
+    #[track_caller]
+    pub fn render_fails(&self, more: &[&str], code: i32, parts: &[&str]) {
+        self.fails([&["render", "made.nc", "--scene", "scene.toml"], more].concat(), code, parts);
+    }
+
+    /// As [`fails`], of a command line.
+    #[track_caller]
+    pub fn fails(&self, words: impl IntoIterator<Item: AsRef<OsStr>>, code: i32, parts: &[&str]) {
+        fails(icoray(self.path()).args(words), code, parts);
+    }
 }
 
 /// The binary, in `folder`.
@@ -77,6 +150,29 @@ pub fn shows_something(path: &Path, width: u32, height: u32) {
     reds.sort_unstable();
     reds.dedup();
     assert!(reds.len() > 20, "{} shades in {}", reds.len(), path.display());
+}
+
+/// Differences of two pictures' bytes.
+#[derive(Debug)]
+pub struct Difference {
+    pub mean: f64,
+    pub max: u8,
+}
+
+/// Compares the pixels of two pictures of one size.
+pub fn difference(one: &Path, other: &Path) -> Difference {
+    let [one, other] = [one, other].map(|path| image::open(path).unwrap().to_rgba8());
+    assert_eq!(one.dimensions(), other.dimensions());
+    let each = || one.iter().zip(other.iter()).map(|(a, b)| a.abs_diff(*b));
+    Difference { mean: each().map(f64::from).sum::<f64>() / one.len() as f64, max: each().max().unwrap() }
+}
+
+/// The names of the PNG files in a folder, sorted.
+pub fn pictures(folder: &Path) -> Vec<String> {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.filter(|name| name.ends_with(".png")).collect();
+    names.sort();
+    names
 }
 
 /// The text chunks of a PNG file.

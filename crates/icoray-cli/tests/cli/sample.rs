@@ -1,8 +1,7 @@
 //! The file that the command writes to try it on.
 
-use crate::run::{fails, has, icoray, prints};
+use crate::run::{Folder, has};
 use std::fs;
-use tempfile::tempdir;
 
 /// Values of a field at a time.
 fn values(file: &icoray_netcdf::Dataset, name: &str, time: usize) -> Vec<f64> {
@@ -17,10 +16,10 @@ fn mean(values: &[f64]) -> f64 {
 
 #[test]
 fn the_sample_is_small_and_has_a_flow_that_keeps_what_it_carries() {
-    let folder = tempdir().unwrap();
-    let printed = prints(icoray(folder.path()).args(["sample", "s.nc"]));
+    let folder = Folder::new();
+    let printed = folder.prints(["sample", "s.nc"]);
     assert_eq!(printed, "sample    s.nc; icoray render s.nc draws it\n");
-    let path = folder.path().join("s.nc");
+    let path = folder.at("s.nc");
     assert!(fs::metadata(&path).unwrap().len() < 2_000_000);
     let file = icoray_netcdf::open(&path).unwrap();
     let names: Vec<&str> = file.likely_fields().iter().map(|info| info.name.as_str()).collect();
@@ -40,12 +39,12 @@ fn the_sample_is_small_and_has_a_flow_that_keeps_what_it_carries() {
 
 #[test]
 fn the_first_pictures_of_the_sample_show_its_fields() {
-    let folder = tempdir().unwrap();
-    prints(icoray(folder.path()).args(["sample", "s.nc"]));
+    let folder = Folder::new();
+    folder.prints(["sample", "s.nc"]);
     for field in ["tracer", "theta", "vorticity"] {
         let draw = ["render", "s.nc", "--field", field, "--size", "120x96", "-o", "a.png"];
-        has(&prints(icoray(folder.path()).args(draw)), &["time 1 (2000-01-03_00:00:00)"]);
-        let picture = image::open(folder.path().join("a.png")).unwrap().to_rgb8();
+        has(&folder.prints(draw), &["time 1 (2000-01-03_00:00:00)"]);
+        let picture = image::open(folder.at("a.png")).unwrap().to_rgb8();
         // The ground is grey.
         let is_shown = |pixel: &&image::Rgb<u8>| pixel.0.iter().max().unwrap() - pixel.0.iter().min().unwrap() > 60;
         let share = picture.pixels().filter(is_shown).count() as f64 / (120.0 * 96.0);
@@ -55,11 +54,10 @@ fn the_first_pictures_of_the_sample_show_its_fields() {
 
 #[test]
 fn a_file_of_the_same_name_is_kept_where_it_is_to_stay() {
-    let folder = tempdir().unwrap();
-    fs::write(folder.path().join("mine.nc"), "mine").unwrap();
-    let mut command = icoray(folder.path());
-    command.args(["sample", "mine.nc", "--existing", "never-modify"]);
-    fails(&mut command, 1, &["mine.nc", "is there already"]);
-    assert_eq!(fs::read_to_string(folder.path().join("mine.nc")).unwrap(), "mine");
-    fails(icoray(folder.path()).args(["sample", "mine.nc/a.nc"]), 1, &["mine.nc/a.nc: cannot write the file"]);
+    let folder = Folder::new();
+    folder.write("mine.nc", "mine");
+    let parts = ["mine.nc", "is there already"];
+    folder.fails(["sample", "mine.nc", "--existing", "never-modify"], 1, &parts);
+    assert_eq!(folder.text("mine.nc"), "mine");
+    folder.fails(["sample", "mine.nc/a.nc"], 1, &["mine.nc/a.nc: cannot write the file"]);
 }

@@ -1,29 +1,15 @@
 //! Several files of a run as one, and differences of two runs.
 
 use crate::made::{Made, RECORDS, Values};
-use crate::run::{fails, has, icoray, prints, scene};
+use crate::run::{Folder, has, scene};
+use crate::watch::model::records;
 use netcdf::Options;
-use std::fs;
 use std::ops::Range;
-use std::path::Path;
 
-/// The records of a dataset, with variables that `keeps` takes.
-fn part(made: &Made, records: Range<usize>, keeps: impl Fn(&str) -> bool) -> Made {
-    let mut part = made.clone();
-    part.variables.retain(|v| keeps(v.name));
-    fn cut<T>(values: &mut Vec<T>, records: &Range<usize>) {
-        let row = values.len() / RECORDS;
-        values.truncate(records.end * row);
-        values.drain(..records.start * row);
-    }
-    for variable in part.variables.iter_mut().filter(|v| v.dimensions.first() == Some(&"Time")) {
-        match &mut variable.values {
-            Values::F32(values) => cut(values, &records),
-            Values::F64(values) => cut(values, &records),
-            Values::I32(values) => cut(values, &records),
-            Values::Text(values) => cut(values, &records),
-        }
-    }
+/// Some of the records of a dataset, with variables that `keeps` takes.
+fn part(made: &Made, range: Range<usize>, keeps: impl Fn(&str) -> bool) -> Made {
+    let mut part = records(made, range);
+    part.variables.retain(|variable| keeps(variable.name));
     part
 }
 
@@ -31,66 +17,64 @@ fn is_of_mesh(name: &str) -> bool {
     ["Cell", "Vertex", "Edge", "zgrid"].iter().any(|end| name.ends_with(end))
 }
 
-fn write(folder: &Path, name: &str, made: &Made) {
-    made.write_to(&folder.join(name), Options::_64BIT_OFFSET);
+fn write(folder: &Folder, name: &str, made: &Made) {
+    made.write_to(&folder.at(name), Options::_64BIT_OFFSET);
 }
 
 #[test]
 fn files_of_a_run_are_one_series_by_their_dates() {
-    let (folder, made) = (tempfile::tempdir().unwrap(), Made::history());
-    let path = folder.path();
-    write(path, "whole.nc", &made);
-    write(path, "grid.nc", &part(&made, 0..0, is_of_mesh));
-    write(path, "late.nc", &part(&made, 1..3, |name| !is_of_mesh(name) && name != "rho"));
-    write(path, "early.nc", &part(&made, 0..1, |name| !is_of_mesh(name) && name != "rho"));
-    write(path, "rho.nc", &part(&made, 0..3, |name| ["rho", "xtime"].contains(&name)));
+    let (folder, made) = (Folder::new(), Made::history());
+    write(&folder, "whole.nc", &made);
+    write(&folder, "grid.nc", &part(&made, 0..0, is_of_mesh));
+    write(&folder, "late.nc", &part(&made, 1..3, |name| !is_of_mesh(name) && name != "rho"));
+    write(&folder, "early.nc", &part(&made, 0..1, |name| !is_of_mesh(name) && name != "rho"));
+    write(&folder, "rho.nc", &part(&made, 0..3, |name| ["rho", "xtime"].contains(&name)));
     let both = scene("both", 0.0, 4000.0) + "[[derive]]\nname = \"both\"\nmagnitude = [\"theta\", \"rho\"]\n";
-    fs::write(path.join("scene.toml"), both).unwrap();
+    folder.write("scene.toml", both);
     let parts = ["rho.nc", "late.nc", "early.nc", "grid.nc"];
     let draw = |files: &[&str], to: &str| {
         let options = ["--scene", "scene.toml", "--time", "all", "--size", "32x32", "-o", to];
-        prints(icoray(path).arg("render").args(files).args(options));
-        let names = (0..RECORDS).map(|step| path.join(to).join(format!("both_{step:06}.png")));
-        names.map(|name| fs::read(name).unwrap()).collect::<Vec<_>>()
+        folder.prints([&["render"], files, &options].concat());
+        (0..RECORDS).map(|step| folder.bytes(&format!("{to}/both_{step:06}.png"))).collect::<Vec<_>>()
     };
     assert!(draw(&parts, "parts") == draw(&["whole.nc"], "whole"), "the pictures differ");
-    let text = prints(icoray(path).arg("info").args(parts).arg("--ranges"));
+    let text = folder.prints([&["info"], &parts[..], &["--ranges"]].concat());
     let times = "times      0: 2013-10-25_00:00:00, 1: 2013-10-26_00:00:00, 2: 2013-10-27_00:00:00\n";
     has(&text, &["file       rho.nc\nfile       late.nc\n", times, "2000 to 2041.5"]);
     let film = ["animate", "late.nc", "early.nc", "grid.nc", "--size", "32x32", "--no-labels", "-o", "film.png"];
-    has(&prints(icoray(path).args(film)), &["animation film.png (32 x 32, 3 pictures, 10 per second"]);
+    has(&folder.prints(film), &["animation film.png (32 x 32, 3 pictures, 10 per second"]);
     let first = ["early.nc", "grid.nc", "--size", "32x32", "--no-labels", "-o", "first.png"];
     let saved = ["late.nc", "grid.nc", "--size", "32x32", "--no-labels", "--save-scene", "last.toml"];
-    prints(icoray(path).args(saved));
-    prints(icoray(path).args(first).args(["--scene", "last.toml"]));
-    let pixels = |name: &str| image::open(path.join(name)).unwrap().into_rgba8();
+    folder.prints(saved);
+    folder.prints([&first[..], &["--scene", "last.toml"]].concat());
+    let pixels = |name: &str| image::open(folder.at(name)).unwrap().into_rgba8();
     assert!(pixels("film.png") == pixels("first.png"), "the film does not begin with the first date");
     // A scene that is saved for one file names the pictures of others.
     let save = ["early.nc", "grid.nc", "--size", "32x32", "--save-scene", "saved.toml"];
-    has(&prints(icoray(path).args(save)), &["picture   theta_2013-10-25_00.00.00_000000.png"]);
-    let saved = fs::read_to_string(path.join("saved.toml")).unwrap();
+    has(&folder.prints(save), &["picture   theta_2013-10-25_00.00.00_000000.png"]);
+    let saved = folder.text("saved.toml");
     has(&saved, &["# icoray render early.nc grid.nc --scene saved.toml --time 0\n"]);
     let again = ["late.nc", "grid.nc", "--scene", "saved.toml", "--time", "0"];
-    has(&prints(icoray(path).args(again)), &["picture   theta_2013-10-26_00.00.00_000000.png"]);
+    has(&folder.prints(again), &["picture   theta_2013-10-26_00.00.00_000000.png"]);
     // A variable that is not there at all times.
-    write(path, "theta.nc", &part(&made, 0..3, |name| ["theta", "xtime"].contains(&name)));
-    write(path, "w.nc", &part(&made, 1..2, |name| ["w", "xtime"].contains(&name)));
+    write(&folder, "theta.nc", &part(&made, 0..3, |name| ["theta", "xtime"].contains(&name)));
+    write(&folder, "w.nc", &part(&made, 1..2, |name| ["w", "xtime"].contains(&name)));
     let lacking = ["theta.nc", "w.nc", "grid.nc", "--field", "w", "--time"];
-    prints(icoray(path).args(lacking).arg("1"));
-    fails(icoray(path).args(lacking).arg("0"), 1, &["none of the files has w of time 0 (2013-10-25_00:00:00)"]);
+    folder.prints([&lacking[..], &["1"]].concat());
+    let parts = ["none of the files has w of time 0 (2013-10-25_00:00:00)"];
+    folder.fails([&lacking[..], &["0"]].concat(), 1, &parts);
 }
 
 #[test]
 fn files_without_dates_follow_each_other_by_variable() {
-    let (folder, made) = (tempfile::tempdir().unwrap(), Made::history());
-    let path = folder.path();
-    write(path, "grid.nc", &part(&made, 0..0, is_of_mesh));
+    let (folder, made) = (Folder::new(), Made::history());
+    write(&folder, "grid.nc", &part(&made, 0..0, is_of_mesh));
     for (name, field, records) in [("a.nc", "theta", 0..1), ("b.nc", "w", 0..2), ("c.nc", "theta", 1..3)] {
-        write(path, name, &part(&made, records, |name| name == field));
+        write(&folder, name, &part(&made, records, |name| name == field));
     }
     let draw = |field: &str, time: &str| {
         let files = ["a.nc", "b.nc", "c.nc", "grid.nc", "--size", "32x32", "-o", "x.png"];
-        prints(icoray(path).args(files).args(["--field", field, "--time", time]))
+        folder.prints([&files[..], &["--field", field, "--time", time]].concat())
     };
     has(&draw("theta", "2"), &["time 2 (no date)", "range     2000 to 2041.38"]);
     has(&draw("w", "1"), &["range     1000 to "]);
@@ -98,24 +82,22 @@ fn files_without_dates_follow_each_other_by_variable() {
 
 #[test]
 fn files_that_do_not_fit_each_other_are_named() {
-    let (folder, made) = (tempfile::tempdir().unwrap(), Made::history());
-    let path = folder.path();
-    write(path, "a.nc", &made);
+    let (folder, made) = (Folder::new(), Made::history());
+    write(&folder, "a.nc", &made);
     let mut other = part(&made, 1..2, |name| name != "xtime");
-    write(path, "dateless.nc", &part(&made, 0..3, |name| name == "theta"));
+    write(&folder, "dateless.nc", &part(&made, 0..3, |name| name == "theta"));
     other.variable("theta").dimensions[2] = "nVertLevelsP1";
     let values = vec![0.0; other.dimension("nCells") * other.dimension("nVertLevelsP1")];
     other.variable("theta").values = Values::F64(values);
-    write(path, "thick.nc", &other);
+    write(&folder, "thick.nc", &other);
     let packed = |scale: f64| {
         let mut packed = part(&made, 0..1, |name| name != "theta");
         let values = Values::I32(vec![7; packed.dimension("nCells")]);
-        packed.add("counts", &["Time", "nCells"], values);
-        packed.last().attributes.push(("scale_factor", scale.into()));
+        packed.add("counts", &["Time", "nCells"], values).attributes.push(("scale_factor", scale.into()));
         packed
     };
-    write(path, "packed1.nc", &packed(1.0));
-    write(path, "packed2.nc", &packed(2.0));
+    write(&folder, "packed1.nc", &packed(1.0));
+    write(&folder, "packed2.nc", &packed(2.0));
     for (files, part) in [
         (
             ["a.nc", "thick.nc"],
@@ -124,27 +106,26 @@ fn files_that_do_not_fit_each_other_are_named() {
         (["a.nc", "dateless.nc"], "dateless.nc: its times have no dates, expected dates as in the other files"),
         (["packed1.nc", "packed2.nc"], "packed2.nc: scale_factor of counts is another one than in the files before"),
     ] {
-        fails(icoray(path).arg("info").args(files), 1, &[part]);
+        folder.fails([&["info"], &files[..]].concat(), 1, &[part]);
     }
 }
 
 #[test]
 fn differences_of_two_runs_are_drawn() {
-    let (folder, made) = (tempfile::tempdir().unwrap(), Made::history());
-    let path = folder.path();
-    write(path, "a.nc", &made);
+    let (folder, made) = (Folder::new(), Made::history());
+    write(&folder, "a.nc", &made);
     let mut other = made.clone();
     other.f32s("theta").iter_mut().for_each(|value| *value -= 5.0);
     other.f64s("w")[0] = f64::NAN;
-    write(path, "early.nc", &part(&other, 0..1, |name| name != "rho"));
-    write(path, "late.nc", &part(&other, 1..3, |name| name != "rho"));
-    let text = prints(icoray(path).args(["info", "a.nc", "--ranges", "--minus", "late.nc", "early.nc"]));
+    write(&folder, "early.nc", &part(&other, 0..1, |name| name != "rho"));
+    write(&folder, "late.nc", &part(&other, 1..3, |name| name != "rho"));
+    let text = folder.prints(["info", "a.nc", "--ranges", "--minus", "late.nc", "early.nc"]);
     let row = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
     has(&row("theta "), &["Potential temperature, less late.nc", "5 to 5"]);
     has(&row("w "), &["0 to 0"]);
     assert!(!text.contains("\nrho "), "{text}");
     let draw = ["a.nc", "--minus", "early.nc", "--field", "w", "--time", "0", "--size", "32x32"];
-    has(&prints(icoray(path).args(draw)), &["range     0 to 0", ", 1 missing"]);
+    has(&folder.prints(draw), &["range     0 to 0", ", 1 missing"]);
     let late = ["a.nc", "--minus", "early.nc", "--time", "1"];
-    fails(icoray(path).args(late), 1, &["early.nc: theta has no record of time 1 (2013-10-26_00:00:00)"]);
+    folder.fails(late, 1, &["early.nc: theta has no record of time 1 (2013-10-26_00:00:00)"]);
 }

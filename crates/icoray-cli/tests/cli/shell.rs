@@ -1,14 +1,14 @@
 //! Completions, manual pages, the picture of colour maps, and films by a program that stands in for ffmpeg.
 
-use crate::run::{fails, has, icoray, prints};
+use crate::run::{Folder, fails, has, icoray, prints};
 use std::fs;
 use std::process::Command;
 
 #[test]
 fn shells_and_man_know_every_command() {
-    let folder = tempfile::tempdir().unwrap();
-    prints(icoray(folder.path()).args(["manual", "share"]));
-    let read = |name: &str| fs::read_to_string(folder.path().join("share").join(name)).unwrap();
+    let folder = Folder::new();
+    folder.prints(["manual", "share"]);
+    let read = |name: &str| fs::read_to_string(folder.at("share").join(name)).unwrap();
     for path in [
         "bash-completion/completions/icoray",
         "zsh/site-functions/_icoray",
@@ -19,25 +19,26 @@ fn shells_and_man_know_every_command() {
     }
     has(&read("man/man1/icoray-render.1"), &["a first picture"]);
     for absent in ["icoray-study.1", "icoray-help.1", "icoray-help-render.1"] {
-        assert!(!folder.path().join("share/man/man1").join(absent).exists(), "{absent}");
+        assert!(!folder.at("share/man/man1").join(absent).exists(), "{absent}");
     }
-    fails(icoray(folder.path()).args(["manual", "/proc/man"]), 1, &["/proc/man: cannot write the manual"]);
+    folder.fails(["manual", "/proc/man"], 1, &["/proc/man: cannot write the manual"]);
 }
 
 #[test]
 fn colour_maps_are_drawn_and_named() {
-    let folder = tempfile::tempdir().unwrap();
-    let text = prints(icoray(folder.path()).args(["colormaps", "-o", "new/maps.png"]));
-    has(&text, &["picture   new/maps.png\n", "names     ", "viridis, viridis_bright"]);
-    assert!(image::open(folder.path().join("new/maps.png")).unwrap().width() > 1000);
+    let folder = Folder::new();
+    has(
+        &folder.prints(["colormaps", "-o", "new/maps.png"]),
+        &["picture   new/maps.png\n", "names     ", "viridis, viridis_bright"],
+    );
+    assert!(image::open(folder.at("new/maps.png")).unwrap().width() > 1000);
 }
 
 #[test]
 fn films_are_what_ffmpeg_makes_of_the_pixels() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
+    let folder = Folder::new();
     for (name, shade) in [("a.png", 10), ("b.png", 200)] {
-        image::RgbaImage::from_pixel(3, 2, image::Rgba([shade, shade, shade, 255])).save(at(name)).unwrap();
+        image::RgbaImage::from_pixel(3, 2, image::Rgba([shade, shade, shade, 255])).save(folder.at(name)).unwrap();
     }
     // By a process of its own: one that another test starts would hold a file open that this one writes.
     let install = |script: &str| {
@@ -57,14 +58,14 @@ fn films_are_what_ffmpeg_makes_of_the_pixels() {
         let script = "#!/bin/sh\nfor film; do :; done\n{ echo \"$*\"; /bin/cat; } > \"$film\"\n";
         install(script);
         has(&prints(&mut animate(film)), &[&format!("animation {film} (3 x 2, 2 pictures, 5 per second")]);
-        let made = fs::read(at(film)).unwrap();
+        let made = folder.bytes(film);
         let line = made.iter().position(|byte| *byte == b'\n').unwrap();
         has(&String::from_utf8_lossy(&made[..line]), &["-f rawvideo -pix_fmt rgba -s 3x2 -r 5 -i - ", options]);
         let pixels = [[[10, 10, 10, 255]; 6], [[200, 200, 200, 255]; 6]].concat().concat();
         assert_eq!(made[line + 1..], pixels);
         install("#!/bin/sh\n/bin/cat > /dev/null\necho no codec >&2\nexit 1\n");
         fails(&mut animate(film), 1, &[&format!("{film}: ffmpeg cannot write it: no codec")]);
-        assert_eq!(fs::read(at(film)).unwrap(), made, "the film of before stays");
+        assert_eq!(folder.bytes(film), made, "the film of before stays");
     }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 5, "temporary files are gone");
+    assert_eq!(folder.count(), 5, "temporary files are gone");
 }

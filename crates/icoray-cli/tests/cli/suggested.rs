@@ -1,28 +1,24 @@
 //! Files that are drawn without a scene, and scenes that are changed by options.
 
-use crate::files::{folder, render_fails};
+use crate::files::folder;
 use crate::made::Made;
 use crate::real::data;
-use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
-use netcdf::Options;
+use crate::run::{Folder, fails, has, icoray, prints, says, scene, shows_something};
 use std::fs;
-use std::path::Path;
-use tempfile::TempDir;
 
 /// A folder with `made.nc` alone.
-fn lone() -> TempDir {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
-    folder
+fn lone() -> Folder {
+    Folder::of(&Made::history())
 }
 
-fn render(folder: &Path, more: &[&str]) -> String {
-    prints(icoray(folder).args(["render", "made.nc", "--size", "96x72"]).args(more))
+fn render(folder: &Folder, more: &[&str]) -> String {
+    folder.prints([&["render", "made.nc", "--size", "96x72"], more].concat())
 }
 
 #[test]
 fn a_file_alone_is_drawn() {
     let folder = lone();
-    let text = render(folder.path(), &[]);
+    let text = render(&folder, &[]);
     has(
         &text,
         &[
@@ -32,8 +28,8 @@ fn a_file_alone_is_drawn() {
             "time 2 (2013-10-27_00:00:00)",
         ],
     );
-    shows_something(&folder.path().join("theta_2013-10-27_00.00.00_000002.png"), 96, 72);
-    let text = render(folder.path(), &["--field", "vorticity", "--time", "0"]);
+    shows_something(&folder.at("theta_2013-10-27_00.00.00_000002.png"), 96, 72);
+    let text = render(&folder, &["--field", "vorticity", "--time", "0"]);
     has(
         &text,
         &["scene     suggested for vorticity\n", "picture   vorticity_2013-10-25_00.00.00_000000.png", "time 0"],
@@ -43,7 +39,6 @@ fn a_file_alone_is_drawn() {
 #[test]
 fn the_saved_scene_draws_the_same_picture() {
     let folder = lone();
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
     for more in [
         &[][..],
         &["--field", "w", "--time", "1", "--lon", "-120.5", "--lat", "-30", "--distance", "3.25"],
@@ -53,17 +48,17 @@ fn the_saved_scene_draws_the_same_picture() {
     ] {
         for (first, second) in [("a.png", "b.png"), ("a.exr", "b.exr")] {
             let to = |name: &'static str| if more.contains(&"all") { "pictures" } else { name };
-            let text = render(folder.path(), &[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
+            let text = render(&folder, &[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
             has(&text, &["; saved as my scene.toml\n"]);
             let pictures = |name: &str| match more.contains(&"all") {
                 true => [0, 1, 2]
-                    .map(|time| bytes(&format!("pictures/theta_2013-10-{}_00.00.00_{time:06}.png", 25 + time)))
+                    .map(|time| folder.bytes(&format!("pictures/theta_2013-10-{}_00.00.00_{time:06}.png", 25 + time)))
                     .concat(),
-                false => bytes(name),
+                false => folder.bytes(name),
             };
             let drawn = pictures(first);
             // The command in the first line of the saved scene.
-            let saved = fs::read_to_string(folder.path().join("my scene.toml")).unwrap();
+            let saved = folder.text("my scene.toml");
             let command = saved.lines().next().unwrap().strip_prefix("# icoray render made.nc ").unwrap();
             let command = command.replace("'my scene.toml'", "my_scene");
             let words = command.split(' ').map(|word| if word == "my_scene" { "my scene.toml" } else { word });
@@ -77,48 +72,43 @@ fn the_saved_scene_draws_the_same_picture() {
 #[test]
 fn a_saved_scene_draws_the_last_time_as_the_suggestion_does() {
     let folder = lone();
-    render(folder.path(), &["--save-scene", "s.toml", "-o", "a.png"]);
-    prints(icoray(folder.path()).args(["render", "made.nc", "--scene", "s.toml", "-o", "b.png"]));
-    let [drawn, again] = ["a.png", "b.png"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    render(&folder, &["--save-scene", "s.toml", "-o", "a.png"]);
+    folder.prints(["render", "made.nc", "--scene", "s.toml", "-o", "b.png"]);
+    let [drawn, again] = ["a.png", "b.png"].map(|name| folder.bytes(name));
     assert!(drawn == again, "the pictures differ");
-    says(&folder.path().join("b.png"), &[("step", "2")]);
+    says(&folder.at("b.png"), &[("step", "2")]);
 }
 
 #[test]
 fn a_scene_that_names_a_field_alone_is_the_suggestion() {
     let folder = lone();
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
     let draw = |scene: &str, more: &[&str]| {
-        fs::write(folder.path().join("own.toml"), scene).unwrap();
+        folder.write("own.toml", scene);
         let draw = ["render", "made.nc", "--scene", "own.toml", "-o", "own.exr"];
         prints(icoray(folder.path()).args(draw).args(more));
-        bytes("own.exr")
+        folder.bytes("own.exr")
     };
     for field in ["w", "vorticity", "surface_pressure"] {
-        render(
-            folder.path(),
-            &["--field", field, "-o", "a.exr", "--save-scene", "saved.toml", "--existing", "overwrite"],
-        );
-        let suggested = bytes("a.exr");
+        render(&folder, &["--field", field, "-o", "a.exr", "--save-scene", "saved.toml", "--existing", "overwrite"]);
+        let suggested = folder.bytes("a.exr");
         let image = "image = { width = 96, height = 72 }";
         assert!(draw(&format!("field = '{field}'\n{image}"), &[]) == suggested, "{field}");
         // Keys of its own go first.
         let moved = format!("field = '{field}'\n{image}\ncamera = {{ lon = 100 }}");
         assert!(draw(&moved, &[]) != suggested, "{field}: the camera stays");
         // A saved scene shows other fields in their own look.
-        let saved = fs::read_to_string(folder.path().join("saved.toml")).unwrap();
+        let saved = folder.text("saved.toml");
         let other = draw(&saved, &["--field", "rho"]);
-        let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "own.toml", "--field", "rho"]));
-        has(&text, &["rho"]);
+        has(&folder.prints(["plan", "made.nc", "--scene", "own.toml", "--field", "rho"]), &["rho"]);
         assert!(other != suggested, "{field}: --field changes nothing");
     }
     // Each view that names a field alone has its look, beside one with a look of its own.
     let image = "image = { width = 96, height = 72 }\ncore = 'transparent'\noutput.file = '{view}.exr'\n";
     let views = "[[views]]\nname = 'a'\nfield = 'w'\n[[views]]\nname = 'b'\nvolumes = [{ field = 'vorticity' }]\n\
                  [[views]]\nname = 'c'\nfield = 'w'\ntransfer = { map = 'magma' }\n";
-    fs::write(folder.path().join("views.toml"), format!("{image}{views}")).unwrap();
-    prints(icoray(folder.path()).args(["render", "made.nc", "--scene", "views.toml", "-o", "views"]));
-    let pixels = |name: &str| image::open(folder.path().join(name)).unwrap().to_rgba32f();
+    folder.write("views.toml", format!("{image}{views}"));
+    folder.prints(["render", "made.nc", "--scene", "views.toml", "-o", "views"]);
+    let pixels = |name: &str| image::open(folder.at(name)).unwrap().to_rgba32f();
     for (view, field) in [("a", "w"), ("b", "vorticity")] {
         draw(&format!("field = '{field}'\n{}", image.replace("output.file = '{view}.exr'\n", "")), &[]);
         assert!(pixels(&format!("views/{view}.exr")) == pixels("own.exr"), "{view}");
@@ -135,10 +125,10 @@ fn options_change_the_looks_of_a_scene() {
     let folder = folder(&Made::history(), &given);
     let edited = given.replace("lon = 190", "lon = -35").replace("lat = 45", "lat = 10");
     let edited = edited.replace("distance = 3", "distance = 4").replace("exaggeration = 50", "exaggeration = 20");
-    fs::write(folder.path().join("edited.toml"), edited).unwrap();
+    folder.write("edited.toml", edited);
     let draw = |scene: &str, more: &[&str], to: &str| {
         prints(icoray(folder.path()).args(["render", "made.nc", "--scene", scene, "-o", to]).args(more));
-        fs::read(folder.path().join(to)).unwrap()
+        folder.bytes(to)
     };
     let options = ["--lon", "-35", "--lat", "10", "--distance", "4", "--exaggeration", "20"];
     let changed = draw("scene.toml", &options, "changed.exr");
@@ -150,11 +140,11 @@ fn options_change_the_looks_of_a_scene() {
         ("kind = \"headlight\"", "kind = \"none\"", ["--light", "none"]),
         ("kind = \"headlight\"", "kind = \"sun\"\nlon = -10\nlat = 20", ["--light", "-10,20"]),
     ] {
-        fs::write(folder.path().join("edited.toml"), given.replace(key, value)).unwrap();
+        folder.write("edited.toml", given.replace(key, value));
         let changed = draw("scene.toml", &options, "changed.exr");
         assert!(changed != plain && changed == draw("edited.toml", &[], "edited.exr"), "{options:?}");
     }
-    fs::write(folder.path().join("edited.toml"), given.clone() + "[labels]\n").unwrap();
+    folder.write("edited.toml", given.clone() + "[labels]\n");
     let labelled = draw("edited.toml", &[], "a.png");
     assert!(labelled != draw("edited.toml", &["--no-labels"], "b.png"), "labels stay");
 }
@@ -162,19 +152,18 @@ fn options_change_the_looks_of_a_scene() {
 #[test]
 fn an_isosurface_is_saved_and_what_lies_off_the_values_is_said() {
     let folder = lone();
-    let said = |options: &[&str]| render(folder.path(), &[&["--field", "theta", "-o", "a.exr"], options].concat());
+    let said = |options: &[&str]| render(&folder, &[&["--field", "theta", "-o", "a.exr"], options].concat());
     let text = said(&["--isosurface", "2020", "--background", "white", "--light", "10,20", "--save-scene", "iso.toml"]);
     assert!(!text.contains("theta is "), "{text}");
     let saved = ["render", "made.nc", "--scene", "iso.toml", "-o", "b.exr"];
-    prints(icoray(folder.path()).args(saved));
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    assert!(bytes("a.exr") == bytes("b.exr"), "the saved scene draws another picture");
+    folder.prints(saved);
+    assert!(folder.bytes("a.exr") == folder.bytes("b.exr"), "the saved scene draws another picture");
     let text = said(&["--isosurface", "5000"]);
     has(&text, &["note      theta is 2000 to 2041.375: it has no isosurface of 5000\n"]);
     let text = said(&["--range", "1000..1500"]);
     has(&text, &["note      theta is 2000 to 2041.375: colours from 1000 to 1500 show no difference of it\n"]);
     let flat = ["render", "made.nc", "--field", "surface_pressure", "--isosurface", "3"];
-    fails(icoray(folder.path()).args(flat), 1, &["isosurface 3: surface_pressure is a 2D field"]);
+    folder.fails(flat, 1, &["isosurface 3: surface_pressure is a 2D field"]);
 }
 
 #[test]
@@ -182,7 +171,7 @@ fn bad_values_are_named_with_what_was_expected() {
     let folder = lone();
     let refused = |more: &[&str], code: i32, parts: &[&str]| {
         fails(icoray(folder.path()).args(["render", "made.nc"]).args(more), code, parts);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{more:?} left a file");
+        assert_eq!(folder.count(), 1, "{more:?} left a file");
     };
     refused(&["--lat", "95"], 2, &["--lat", "95", "expected a number from -90 to 90"]);
     refused(&["--lon", "west"], 2, &["--lon", "west", "expected a number from -360 to 360"]);
@@ -210,29 +199,29 @@ fn bad_values_are_named_with_what_was_expected() {
 fn scenes_whose_camera_moves_are_not_aimed() {
     let moving = scene("theta", 0.0, 42.0) + "[sweep]\nlon = [0, 90]\n";
     let folder = folder(&Made::history(), &moving);
-    render_fails(folder.path(), &["--lat", "3"], 1, &["--lon, --lat, --distance: sweep places the camera"]);
+    folder.render_fails(&["--lat", "3"], 1, &["--lon, --lat, --distance: sweep places the camera"]);
 }
 
 #[test]
 fn saved_scenes_are_kept_where_files_are_to_stay() {
     let folder = lone();
-    fs::write(folder.path().join("mine.toml"), "mine").unwrap();
+    folder.write("mine.toml", "mine");
     let mut command = icoray(folder.path());
     command.args(["render", "made.nc", "--save-scene", "mine.toml", "--existing", "never-modify"]);
     fails(&mut command, 1, &["--save-scene", "mine.toml", "is there already"]);
-    assert_eq!(fs::read_to_string(folder.path().join("mine.toml")).unwrap(), "mine");
+    assert_eq!(folder.text("mine.toml"), "mine");
 }
 
 #[test]
 fn files_without_a_field_say_what_to_do() {
-    let (folder, _) = Made::mesh(false).write(Options::_64BIT_OFFSET);
+    let folder = Folder::of(&Made::mesh(false));
     let parts = ["made.nc: a mesh without a field, expected a history", "icoray render HISTORY.nc --mesh made.nc"];
-    fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &parts);
+    folder.fails(["render", "made.nc"], 1, &parts);
     let mut made = Made::history();
     made.variables.retain(|v| !["theta", "w", "vorticity", "rho", "surface_pressure"].contains(&v.name));
-    let (folder, _) = made.write(Options::_64BIT_OFFSET);
+    let folder = Folder::of(&made);
     let parts = ["no variable looks like a physical field", "expected the name of one of zgrid", "--field NAME, or"];
-    fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &parts);
+    folder.fails(["render", "made.nc"], 1, &parts);
 }
 
 #[test]
@@ -240,9 +229,9 @@ fn a_field_without_values_is_an_error_and_a_constant_one_is_drawn() {
     let mut made = Made::history();
     made.f32s("theta").fill(f32::NAN);
     made.f64s("w").fill(0.0);
-    let (folder, _) = made.write(Options::_64BIT_OFFSET);
-    fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &["theta: all values are missing"]);
-    has(&render(folder.path(), &["--field", "w"]), &["picture   w_2013-10-27_00.00.00_000002.png"]);
+    let folder = Folder::of(&made);
+    folder.fails(["render", "made.nc"], 1, &["theta: all values are missing"]);
+    has(&render(&folder, &["--field", "w"]), &["picture   w_2013-10-27_00.00.00_000002.png"]);
 }
 
 #[test]
@@ -256,10 +245,10 @@ fn plan_takes_what_render_takes() {
         let words: Vec<&str> = words.split_whitespace().collect();
         let text = prints(icoray(folder.path()).arg("plan").arg("made.nc").args(&words));
         has(&text, &["read: ", "left out: ", "picture: out.png (64 x 48), time 1\n"]);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "plan draws nothing");
+        assert_eq!(folder.count(), 2, "plan draws nothing");
         prints(icoray(folder.path()).arg("render").arg("made.nc").args(&words));
-        fs::remove_file(folder.path().join("out.png")).unwrap();
-        fs::remove_file(folder.path().join("map.png")).unwrap();
+        fs::remove_file(folder.at("out.png")).unwrap();
+        fs::remove_file(folder.at("map.png")).unwrap();
     }
     let mut plan = icoray(folder.path());
     let text = prints(plan.args(["plan", "made.nc", "--save-scene", "saved.toml"]));
@@ -267,7 +256,7 @@ fn plan_takes_what_render_takes() {
         &text,
         &["scene     suggested for theta", "saved as saved.toml", "picture: theta_2013-10-27_00.00.00_000002.png"],
     );
-    assert!(folder.path().join("saved.toml").exists());
+    assert!(folder.at("saved.toml").exists());
 }
 
 #[test]
@@ -280,7 +269,7 @@ fn studies_are_elsewhere() {
 
 #[test]
 fn real_files_are_drawn_without_a_scene() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     for (name, fields) in
         [("mpas_jw_10242.nc", ["theta", "w", "vorticity"]), ("psyplot_icon_test.nc", ["t2m", "u", "v"])]
     {
@@ -292,8 +281,8 @@ fn real_files_are_drawn_without_a_scene() {
                 render.args(["--field", field]);
             }
             has(&prints(&mut render), &[&format!("suggested for {field}")]);
-            shows_something(&folder.path().join("out.png"), 120, 90);
-            says(&folder.path().join("out.png"), &[("field", field)]);
+            shows_something(&folder.at("out.png"), 120, 90);
+            says(&folder.at("out.png"), &[("field", field)]);
         }
     }
     for (name, part) in [

@@ -1,9 +1,8 @@
 //! 2D fields, which are drawn as surfaces, and scenes with few keys.
 
-use crate::files::{folder, render};
+use crate::files::folder;
 use crate::made::Made;
-use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
-use netcdf::Options;
+use crate::run::{Folder, difference, has, says, scene, shows_something};
 use std::fs;
 use std::path::Path;
 
@@ -18,14 +17,14 @@ fn without(made: &mut Made, names: &[&str]) {
     made.variables.retain(|variable| !names.contains(&variable.name));
 }
 
-fn plain(folder: &Path, more: &[&str]) -> String {
-    prints(icoray(folder).args(["render", "made.nc", "--size", "96x72"]).args(more))
+fn plain(folder: &Folder, more: &[&str]) -> String {
+    folder.prints([&["render", "made.nc", "--size", "96x72"], more].concat())
 }
 
 #[test]
 fn a_file_of_2d_fields_is_drawn_alone() {
-    let (folder, _) = flat().write(Options::_64BIT_OFFSET);
-    let text = plain(folder.path(), &["--save-scene", "s.toml"]);
+    let folder = Folder::of(&flat());
+    let text = plain(&folder, &["--save-scene", "s.toml"]);
     has(
         &text,
         &[
@@ -35,13 +34,13 @@ fn a_file_of_2d_fields_is_drawn_alone() {
             "range     2000 to 2041, 0 missing",
         ],
     );
-    let picture = folder.path().join("surface_pressure_2013-10-27_00.00.00_000002.png");
+    let picture = folder.at("surface_pressure_2013-10-27_00.00.00_000002.png");
     shows_something(&picture, 96, 72);
     says(&picture, &[("field", "surface_pressure")]);
     let drawn = fs::read(&picture).unwrap();
-    plain(folder.path(), &["--scene", "s.toml", "--time", "2"]);
+    plain(&folder, &["--scene", "s.toml", "--time", "2"]);
     assert!(fs::read(&picture).unwrap() == drawn, "the saved scene draws another picture");
-    let text = prints(icoray(folder.path()).args(["info", "made.nc", "--ranges"]));
+    let text = folder.prints(["info", "made.nc", "--ranges"]);
     has(&text, &["layers     1: a 2D field, shown as a surface on the sphere", "2000 to 2041"]);
     let line = text.lines().find(|line| line.starts_with("surface_pressure ")).unwrap();
     assert_eq!(line.split_whitespace().collect::<Vec<_>>()[..4], ["surface_pressure", "cells", "1", "f32"]);
@@ -55,12 +54,12 @@ fn middle(path: &Path) -> [f32; 4] {
 
 #[test]
 fn a_surface_has_the_colour_of_its_value() {
-    let (folder, _) = flat().write(Options::_64BIT_OFFSET);
+    let folder = Folder::of(&flat());
     // All values are below the range or above it: the first or the last colour, unshaded and opaque.
     for (range, color) in [("5000..6000", [0.058, 0.0, 0.089]), ("0..100", [0.982, 0.799, 0.018])] {
         let options = ["--colormap", "viridis", "--range", range, "--lon", "7", "--lat", "11", "-o", "a.exr"];
-        plain(folder.path(), &options);
-        let [r, g, b, alpha] = middle(&folder.path().join("a.exr"));
+        plain(&folder, &options);
+        let [r, g, b, alpha] = middle(&folder.at("a.exr"));
         let is_near = [r, g, b].iter().zip(color).all(|(a, b)| (a - b).abs() < 0.01);
         assert!(is_near && alpha == 1.0, "{range}: {:?}", [r, g, b, alpha]);
     }
@@ -68,17 +67,19 @@ fn a_surface_has_the_colour_of_its_value() {
 
 #[test]
 fn a_2d_field_is_chosen_by_name_and_has_no_layers_to_choose() {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
-    let text = plain(folder.path(), &["--field", "surface_pressure", "--surface", "top", "--time", "0"]);
+    let folder = Folder::of(&Made::history());
+    let text = plain(&folder, &["--field", "surface_pressure", "--surface", "top", "--time", "0"]);
     has(&text, &["suggested for surface_pressure\n", "surface_pressure at cells, 2D, time 0"]);
-    let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--field", "surface_pressure"]));
-    has(&text, &["read: surface_pressure at cells, 1 layers (168 bytes each time)"]);
+    has(
+        &folder.prints(["plan", "made.nc", "--field", "surface_pressure"]),
+        &["read: surface_pressure at cells, 1 layers (168 bytes each time)"],
+    );
     for (option, value, part) in [
         ("--surface", "1", "surface 1: surface_pressure is a 2D field, expected 0"),
         ("--layers", "0..2", "layers 0..2: surface_pressure is a 2D field, expected a field with layers"),
     ] {
         let words = ["render", "made.nc", "--field", "surface_pressure", option, value];
-        fails(icoray(folder.path()).args(words), 1, &[part]);
+        folder.fails(words, 1, &[part]);
     }
 }
 
@@ -88,9 +89,9 @@ fn a_2d_field_lies_under_a_volume_or_an_isosurface() {
     let volume = scene("theta", 0.0, 42.0).replace("0.9]]", "0.2]]").replace("\"headlight\"", "\"none\"");
     let folder = folder(&Made::history(), &volume);
     let draw = |text: &str, more: &[&str], to: &str| {
-        fs::write(folder.path().join("scene.toml"), text).unwrap();
-        let said = render(folder.path(), &[more, &["-o", to]].concat());
-        (said, fs::read(folder.path().join(to)).unwrap())
+        folder.write("scene.toml", text);
+        let said = folder.render(&[more, &["-o", to]].concat());
+        (said, folder.bytes(to))
     };
     let (_, without) = draw(&volume, &[], "a.exr");
     let (said, with) = draw(&format!("{volume}{on_ground}"), &[], "b.exr");
@@ -107,15 +108,14 @@ fn a_2d_field_lies_under_a_volume_or_an_isosurface() {
 #[test]
 fn scenes_that_say_little_show_the_first_field() {
     let folder = folder(&Made::history(), "image = { width = 96, height = 72 }\n");
-    let text = render(folder.path(), &[]);
-    has(&text, &["picture   theta_000002.png (96 x 72)", "theta at cells, 4 layers"]);
-    shows_something(&folder.path().join("theta_000002.png"), 96, 72);
+    has(&folder.render(&[]), &["picture   theta_000002.png (96 x 72)", "theta at cells, 4 layers"]);
+    shows_something(&folder.at("theta_000002.png"), 96, 72);
     fs::write(
-        folder.path().join("scene.toml"),
+        folder.at("scene.toml"),
         "image.width = 96\n[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\nfield = \"w\"\n",
     )
     .unwrap();
-    has(&render(folder.path(), &["-o", "."]), &["picture   ./a_theta_000002.png", "picture   ./b_w_000002.png"]);
+    has(&folder.render(&["-o", "."]), &["picture   ./a_theta_000002.png", "picture   ./b_w_000002.png"]);
 }
 
 #[test]
@@ -123,9 +123,9 @@ fn scenes_that_say_little_show_2d_fields_as_surfaces() {
     let size = "[image]\nwidth = 96\nheight = 72\n";
     let folder = folder(&flat(), size);
     let draw = |text: &str| {
-        fs::write(folder.path().join("scene.toml"), format!("{text}{size}")).unwrap();
-        render(folder.path(), &["-o", "out.exr"]);
-        fs::read(folder.path().join("out.exr")).unwrap()
+        folder.write("scene.toml", format!("{text}{size}"));
+        folder.render(&["-o", "out.exr"]);
+        folder.bytes("out.exr")
     };
     let surface = draw("field = \"surface_pressure\"\n[[surfaces]]\n");
     assert!(draw("[transfer]\nmap = \"viridis\"\n") == surface, "a colour map draws another picture");
@@ -137,10 +137,10 @@ fn scenes_that_say_little_show_2d_fields_as_surfaces() {
 fn a_scene_of_comments_draws_nothing() {
     let folder = folder(&Made::history(), "# nothing today\n");
     for command in ["render", "plan"] {
-        let text = prints(icoray(folder.path()).args([command, "made.nc", "--scene", "scene.toml"]));
+        let text = folder.prints([command, "made.nc", "--scene", "scene.toml"]);
         assert_eq!(text, "note      nothing is drawn: scene.toml has no keys\n");
     }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "no picture");
+    assert_eq!(folder.count(), 2, "no picture");
 }
 
 #[test]
@@ -149,14 +149,15 @@ fn meshes_are_completed_and_hexagons_with_bounds_drawn() {
     without(&mut made, &["cellsOnVertex", "edgesOnVertex", "verticesOnEdge"]);
     let whole = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     let part = folder(&made, &scene("theta", 0.0, 42.0));
-    let pictures = [&whole, &part].map(|folder| {
-        render(folder.path(), &["-o", "out.png"]);
-        image::open(folder.path().join("out.png")).unwrap().to_rgba8()
-    });
-    let apart = pictures[0].iter().zip(pictures[1].iter()).map(|(a, b)| a.abs_diff(*b)).max();
-    assert!(apart <= Some(1), "{apart:?}");
-    let (folder, _) = Made::dynamico(crate::made_icon::Angles::Degrees).write(Options::NETCDF4);
-    has(&plain(folder.path(), &[]), &["suggested for ta", "--field takes also ps"]);
-    let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
-    has(&text, &["mesh       polygons: 162 cells, 320 corners, 480 edges", "passes the check"]);
+    for folder in [&whole, &part] {
+        folder.render(&["-o", "out.png"]);
+    }
+    let apart = difference(&whole.at("out.png"), &part.at("out.png"));
+    assert!(apart.max <= 1, "{apart:?}");
+    let folder = Folder::of_netcdf4(&Made::dynamico(crate::made_icon::Angles::Degrees));
+    has(&plain(&folder, &[]), &["suggested for ta", "--field takes also ps"]);
+    has(
+        &folder.prints(["info", "made.nc"]),
+        &["mesh       polygons: 162 cells, 320 corners, 480 edges", "passes the check"],
+    );
 }

@@ -1,25 +1,22 @@
 //! `icoray view`: its server is asked as a page asks it, and as others should not.
 
 use crate::made::Made;
-use crate::run::{fails, icoray, prints, scene};
+use crate::run::{Folder, fails, icoray, scene};
 use crate::viewer::Viewer;
-use netcdf::Options;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use tempfile::TempDir;
 
 /// A folder with `made.nc`.
-fn folder() -> TempDir {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
-    folder
+fn folder() -> Folder {
+    Folder::of(&Made::history())
 }
 
 #[test]
 fn what_is_seen_is_what_its_scene_renders() {
     let folder = folder();
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let viewer = folder.view(&[]);
     let change = r#"{"changes":[{"path":["camera","lon"],"value":30},{"path":["transfer","map"],"value":"plasma"}],
                      "time":1,"size":[120,90]}"#;
     let changed = viewer.post("/api/change", change).json();
@@ -29,18 +26,18 @@ fn what_is_seen_is_what_its_scene_renders() {
         (Some(120), Some(90), Some(1))
     );
     let scene = viewer.get("/api/scene").json();
-    fs::write(folder.path().join("scene.toml"), scene["text"].as_str().unwrap()).unwrap();
+    folder.write("scene.toml", scene["text"].as_str().unwrap());
     let command = scene["command"].as_str().unwrap();
     assert_eq!(command, "icoray render made.nc --scene scene.toml --time 1");
     for format in ["png", "exr"] {
         let name = format!("rendered.{format}");
         let words = command.split(' ').skip(1).chain(["-o", &name]);
-        prints(icoray(folder.path()).args(words));
+        folder.prints(words);
         let answer = viewer.get(&format!("/api/picture?format={format}"));
         assert!(answer.head.contains("content-disposition: attachment"), "{}", answer.head);
-        let seen = folder.path().join(format!("seen.{format}"));
+        let seen = folder.at(format!("seen.{format}"));
         fs::write(&seen, answer.body).unwrap();
-        let [seen, rendered] = [seen, folder.path().join(name)].map(|path| image::open(path).unwrap().to_rgba32f());
+        let [seen, rendered] = [seen, folder.at(name)].map(|path| image::open(path).unwrap().to_rgba32f());
         assert!(seen == rendered, "{format}: other pixels");
     }
 }
@@ -48,8 +45,8 @@ fn what_is_seen_is_what_its_scene_renders() {
 #[test]
 fn changes_are_taken_whole_and_undone() {
     let folder = folder();
-    fs::write(folder.path().join("s.toml"), scene("theta", 0.0, 42.0)).unwrap();
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    folder.write("s.toml", scene("theta", 0.0, 42.0));
+    let viewer = folder.view(&["--scene", "s.toml"]);
     let text = || viewer.get("/api/scene").json()["text"].as_str().unwrap().to_owned();
     let first = text();
     for (bad, wanted) in [
@@ -85,7 +82,7 @@ fn changes_are_taken_whole_and_undone() {
 #[test]
 fn another_field_is_shown_in_its_own_look() {
     let folder = folder();
-    let start = |field: &str| Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--field", field]));
+    let start = |field: &str| folder.view(&["--field", field]);
     let sized = |viewer: &Viewer, size: &str| {
         viewer.post("/api/change", &format!(r#"{{"size":{size}}}"#)).json()["revision"].as_u64().unwrap()
     };
@@ -105,7 +102,7 @@ fn another_field_is_shown_in_its_own_look() {
         }
     }
     assert_eq!(values(), first);
-    // What a hand has changed stays.
+    // What the user has changed stays.
     viewer.post("/api/change", r#"{"changes":[{"path":["light"],"value":{"kind":"sun","lon":3,"lat":4}}]}"#);
     viewer.post("/api/look?field=w", "");
     assert_eq!((&values()["light"]["lon"], &values()["lines"]), (&3.into(), &first["lines"]));
@@ -125,8 +122,8 @@ fn another_field_is_shown_in_its_own_look() {
 #[test]
 fn the_data_are_asked() {
     let folder = folder();
-    fs::write(folder.path().join("s.toml"), scene("theta", 0.0, 42.0)).unwrap();
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    folder.write("s.toml", scene("theta", 0.0, 42.0));
+    let viewer = folder.view(&["--scene", "s.toml"]);
     let described = viewer.get("/api/describe").json();
     let names: Vec<&str> =
         described["fields"].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap()).collect();
@@ -162,7 +159,7 @@ fn the_data_are_asked() {
 #[test]
 fn hostile_clients_are_refused_and_harm_nobody() {
     let folder = folder();
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let viewer = folder.view(&[]);
     let page = viewer.ask_with("", "GET /", "");
     assert!(page.status == 200 && page.head.contains("content-security-policy: default-src 'none'"), "{}", page.head);
     for token in ["", "0123", &format!("{}0", viewer.token), &viewer.token[1..]] {
@@ -215,9 +212,9 @@ fn hostile_clients_are_refused_and_harm_nobody() {
 #[test]
 fn a_taken_port_is_another_port() {
     let folder = folder();
-    let first = Viewer::start(icoray(folder.path()).args(["view", "made.nc"]));
+    let first = folder.view(&[]);
     let port = first.host.rsplit_once(':').unwrap().1;
-    let second = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--port", port]));
+    let second = folder.view(&["--port", port]);
     assert_ne!(first.host, second.host);
     assert_ne!(first.token, second.token);
     assert_eq!(first.ask_with(&second.token, "GET /api/scene", "").status, 401);
@@ -226,7 +223,7 @@ fn a_taken_port_is_another_port() {
 #[test]
 fn options_that_a_page_would_not_show_are_refused() {
     let folder = folder();
-    fs::write(folder.path().join("scene.toml"), scene("theta", 0.0, 2042.0)).unwrap();
+    folder.write("scene.toml", scene("theta", 0.0, 2042.0));
     for [option, value] in [["--lon", "3"], ["--backend", "cpu"]] {
         let mut command = icoray(folder.path());
         command.args(["view", "made.nc", "--scene", "scene.toml", option, value]);

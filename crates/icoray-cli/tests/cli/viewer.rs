@@ -1,6 +1,8 @@
 //! A running `icoray view`, asked as a page asks it.
 
+use crate::run::{Folder, icoray};
 use icoray_test_support::PATIENCE;
+use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
@@ -19,15 +21,22 @@ pub struct Answer {
 }
 
 impl Answer {
-    pub fn json(&self) -> serde_json::Value {
+    pub fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&self.body)))
     }
 
     /// The facts of a picture, and its PNG.
-    pub fn picture(&self) -> (serde_json::Value, &[u8]) {
+    fn picture(&self) -> (Value, &[u8]) {
         let (length, rest) = self.body.split_first_chunk().unwrap();
         let (facts, png) = rest.split_at(u32::from_le_bytes(*length) as usize);
         (serde_json::from_slice(facts).unwrap(), png)
+    }
+}
+
+impl Folder {
+    /// The page of `made.nc`.
+    pub fn view(&self, more: &[&str]) -> Viewer {
+        Viewer::start(icoray(self.path()).args(["view", "made.nc"]).args(more))
     }
 }
 
@@ -84,21 +93,26 @@ impl Viewer {
         self.ask_with(&self.token, &format!("POST {path}"), body)
     }
 
-    /// The first picture at rest of a revision.
-    pub fn at_rest(&self, revision: u64) -> serde_json::Value {
+    /// Facts and pixels of the first picture of a revision or a later one that `is_wanted`.
+    pub fn first(&self, revision: u64, is_wanted: impl Fn(&Value) -> bool) -> (Value, image::RgbaImage) {
         let mut after = 0;
         loop {
             let answer = self.get(&format!("/api/frame?after={after}"));
             assert_eq!(answer.status, 200);
             let (facts, png) = answer.picture();
             assert!(facts["failure"].is_null(), "{facts}");
-            assert!(image::load_from_memory(png).unwrap().width() == facts["width"]);
-            if facts["revision"].as_u64() >= Some(revision) && facts["pending"] == false && facts["is_moving"] == false
-            {
-                return facts;
+            let picture = image::load_from_memory(png).unwrap().into_rgba8();
+            assert!(picture.width() == facts["width"]);
+            if facts["revision"].as_u64() >= Some(revision) && is_wanted(&facts) {
+                return (facts, picture);
             }
             after = facts["number"].as_u64().unwrap();
         }
+    }
+
+    /// The facts of the first picture at rest of a revision.
+    pub fn at_rest(&self, revision: u64) -> Value {
+        self.first(revision, |facts| facts["pending"] == false && facts["is_moving"] == false).0
     }
 }
 

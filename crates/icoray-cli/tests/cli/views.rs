@@ -1,9 +1,9 @@
 //! Scene files of several pictures: what is drawn when, what is kept of it, and animations.
 
-use crate::files::{folder, render, render_fails};
+use crate::files::folder;
 use crate::made::Made;
 use crate::real::data;
-use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
+use crate::run::{Folder, fails, has, icoray, pictures, prints, says, scene, shows_something};
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
@@ -27,23 +27,11 @@ when = ["max(theta) > 1500", "mean(rho) > 0"]
 path = [{ step = 0, lon = 0, lat = 0 }, { step = 2, lon = 90, lat = 10, distance = 4 }]
 "#;
 
-fn read(folder: &Path, name: &str) -> String {
-    fs::read_to_string(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-}
-
-/// The pictures of a folder, in the alphabet's order.
-fn pictures(folder: &Path) -> Vec<String> {
-    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let mut names: Vec<String> = names.filter(|name| name.ends_with(".png")).collect();
-    names.sort();
-    names
-}
-
 #[test]
 fn views_of_a_series_are_drawn_when_it_is_their_turn() {
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + VIEWS));
-    let text = render(folder.path(), &["--time", "all", "-o", "out", "--size", "32x32"]);
-    let at = folder.path().join("out");
+    let text = folder.render(&["--time", "all", "-o", "out", "--size", "32x32"]);
+    let at = folder.at("out");
     let expected = [
         "late_rho_000002.png",
         "theta_theta_000000.png",
@@ -59,22 +47,22 @@ fn views_of_a_series_are_drawn_when_it_is_their_turn() {
                 file 'theta_theta_000000.png'\nduration 0.04\n\
                 file 'theta_theta_000001.png'\nduration 0.04\n\
                 file 'theta_theta_000002.png'\nduration 0.04\n";
-    assert_eq!(read(&at, "theta.ffconcat"), list);
-    assert_eq!(read(&at, "late.ffconcat").matches("file ").count(), 1);
-    assert_eq!(read(&at, "report.csv").lines().count(), 6);
+    assert_eq!(folder.text("out/theta.ffconcat"), list);
+    assert_eq!(folder.text("out/late.ffconcat").matches("file ").count(), 1);
+    assert_eq!(folder.text("out/report.csv").lines().count(), 6);
     // A part of the series draws what the whole does, and a time by itself all views.
-    render(folder.path(), &["--time", "1..", "-o", "part", "--size", "32x32"]);
-    let part = folder.path().join("part");
+    folder.render(&["--time", "1..", "-o", "part", "--size", "32x32"]);
+    let part = folder.at("part");
     assert_eq!(pictures(&part), [expected[0], expected[2], expected[3], expected[4]]);
     let bytes = |folder: &Path, name: &str| fs::read(folder.join(name)).unwrap();
     assert!([0, 2, 3, 4].iter().all(|i| bytes(&at, expected[*i]) == bytes(&part, expected[*i])));
-    render(folder.path(), &["--time", "0", "-o", "alone"]);
+    folder.render(&["--time", "0", "-o", "alone"]);
     let alone = ["late_rho_000000.png", "theta_theta_000000.png", "w_w_000000.png"];
-    assert_eq!(pictures(&folder.path().join("alone")), alone);
-    shows_something(&folder.path().join("alone/w_w_000000.png"), 48, 40);
-    shows_something(&folder.path().join("alone/late_rho_000000.png"), 96, 96);
+    assert_eq!(pictures(&folder.at("alone")), alone);
+    shows_something(&folder.at("alone/w_w_000000.png"), 48, 40);
+    shows_something(&folder.at("alone/late_rho_000000.png"), 96, 96);
     // Each view by its own plan.
-    let plan = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    let plan = folder.prints(["plan", "made.nc", "--scene", "scene.toml"]);
     let views: Vec<&str> = plan.lines().filter(|line| line.starts_with("view ")).collect();
     assert_eq!(views, ["view theta:", "view w:", "view late:"]);
 }
@@ -84,7 +72,7 @@ fn a_scene_whose_turn_never_comes_draws_nothing_and_says_so() {
     for trigger in ["when = \"max(theta) > 9e9\"\n", "every = 5\n", "at_times = [1e9]\n"] {
         let folder = folder(&Made::history(), &(trigger.to_owned() + &scene("theta", 0.0, 2042.0)));
         for times in ["1..", "2.."] {
-            let text = render(folder.path(), &["--time", times, "-o", "out"]);
+            let text = folder.render(&["--time", times, "-o", "out"]);
             assert_eq!(text, "note      nothing is drawn: these times are no view's turn\n", "{trigger}");
         }
     }
@@ -104,22 +92,22 @@ fn a_sweep_becomes_a_cinema_database() {
         }
     }
     for run in 0..2 {
-        let text = render(folder.path(), &["--time", "0..2", "-o", "out", "--size", "24x24"]);
+        let text = folder.render(&["--time", "0..2", "-o", "out", "--size", "24x24"]);
         assert_eq!(text.matches("picture ").count(), 8, "{text}");
-        assert_eq!(read(folder.path(), "out/q.cdb/data.csv"), expected, "run {run}");
+        assert_eq!(folder.text("out/q.cdb/data.csv"), expected, "run {run}");
     }
-    let images = folder.path().join("out/q.cdb/image");
+    let images = folder.at("out/q.cdb/image");
     assert_eq!(pictures(&images).len(), 8);
     let distinct: HashSet<Vec<u8>> =
         pictures(&images).iter().map(|name| image::open(images.join(name)).unwrap().into_bytes()).collect();
     assert_eq!(distinct.len(), 8, "no two pictures are the same");
     // What is there is not modified where that is asked for, the database's pictures too.
     let parts = ["q.cdb/image/0_0_theta.png", "is there already"];
-    render_fails(folder.path(), &["--time", "0", "-o", "out", "--existing", "never-modify"], 1, &parts);
+    folder.render_fails(&["--time", "0", "-o", "out", "--existing", "never-modify"], 1, &parts);
     // A database of other parameters is not added to, which is known before the first ray.
-    fs::write(folder.path().join("out/q.cdb/data.csv"), "step,FILE\n").unwrap();
+    folder.write("out/q.cdb/data.csv", "step,FILE\n");
     let parts = ["q.cdb/data.csv: its first line is not \"step,time,field,lon,FILE\""];
-    render_fails(folder.path(), &["-o", "out"], 1, &parts);
+    folder.render_fails(&["-o", "out"], 1, &parts);
 }
 
 #[test]
@@ -132,12 +120,12 @@ fn fields_of_all_views_and_triggers_must_be_there() {
     ] {
         let folder = folder(&Made::history(), &(base.clone() + more));
         let missing = format!("there is no field {name}");
-        render_fails(folder.path(), &[], 1, &[&missing, "theta, w, vorticity, rho"]);
+        folder.render_fails(&[], 1, &[&missing, "theta, w, vorticity, rho"]);
         assert_eq!(pictures(folder.path()), [""; 0]);
     }
     let several = folder(&Made::history(), &(base + "[sweep]\nlon = [0, 9]\n"));
     let parts = ["-o one.png: one name for 2 pictures; expected a directory"];
-    render_fails(several.path(), &["-o", "one.png"], 1, &parts);
+    several.render_fails(&["-o", "one.png"], 1, &parts);
 }
 
 /// Two volumes of two fields, and a view of one that is made of them; nothing else of the file is read.
@@ -154,17 +142,17 @@ fn a_scene_of_several_fields_reads_these() {
         volume("rho", "magma")
     );
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + &rest));
-    let text = render(folder.path(), &["--time", "0", "-o", "out", "--size", "48x48"]);
+    let text = folder.render(&["--time", "0", "-o", "out", "--size", "48x48"]);
     let fields = |view: &str| {
         let block = text.split("picture ").find(|block| block.contains(&format!("view      {view}\n")));
         let line = block.unwrap().lines().find_map(|line| line.strip_prefix("field     "));
         line.unwrap().split("; ").map(|line| line.split(' ').next().unwrap()).collect::<Vec<_>>().join(" ")
     };
     assert_eq!([fields("two"), fields("one"), fields("made")], ["theta rho", "theta", "theta rho"]);
-    let picture = |name: &str| image::open(folder.path().join("out").join(name)).unwrap().into_bytes();
+    let picture = |name: &str| image::open(folder.at("out").join(name)).unwrap().into_bytes();
     let [two, one, made] = ["two_theta", "one_theta", "made_both"].map(|n| picture(&format!("{n}_000000.png")));
     assert!(two != one && one != made && two != made);
-    let plan = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    let plan = folder.prints(["plan", "made.nc", "--scene", "scene.toml"]);
     assert_eq!(plan.matches("drawn on ").count(), 3, "{plan}");
 }
 
@@ -172,17 +160,17 @@ fn a_scene_of_several_fields_reads_these() {
 fn pictures_become_an_animation() {
     let orbit = scene("theta", 0.0, 2042.0).replace("fov = 45", "fov = 45\norbit.degrees_per_step = 30");
     let folder = folder(&Made::history(), &orbit);
-    render(folder.path(), &["--time", "all", "-o", ".", "--size", "40x30"]);
+    folder.render(&["--time", "all", "-o", ".", "--size", "40x30"]);
     let names = pictures(folder.path());
     let mut animate = icoray(folder.path());
     let text = prints(animate.arg("animate").args(&names).args(["-o", "film.png", "--fps", "5"]));
-    let film = folder.path().join("film.png");
+    let film = folder.at("film.png");
     let bytes = film.metadata().unwrap().len();
     assert_eq!(text, format!("animation film.png (40 x 30, 3 pictures, 5 per second, {bytes} bytes)\n"));
     let reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(&film).unwrap())).read_info().unwrap();
     assert_eq!(reader.info().animation_control.unwrap().num_frames, 3);
     shows_something(&film, 40, 30);
-    render(folder.path(), &["-o", "large.png"]);
+    folder.render(&["-o", "large.png"]);
     let mut animate = icoray(folder.path());
     animate.arg("animate").args(&names).args(["large.png", "-o", "film2.png"]);
     let sizes = "large.png: is 96 x 96 pixels, expected all pictures to be as large as theta_000000.png, 40 x 30";
@@ -195,7 +183,7 @@ fn pictures_become_an_animation() {
 #[test]
 fn the_baroclinic_wave_from_several_sides() {
     let Some(file) = data("mpas_jw_10242.nc") else { return };
-    let folder = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     let views = r#"
 [output]
 cinema = "{view}.cdb"
@@ -209,11 +197,11 @@ name = "around"
 at_steps = [1]
 sweep = { lat = [-60, 0, 60], lon = [0, 180] }
 "#;
-    fs::write(folder.path().join("scene.toml"), scene("theta", 250.0, 400.0) + views).unwrap();
+    folder.write("scene.toml", scene("theta", 250.0, 400.0) + views);
     let mut render = icoray(folder.path());
     render.arg("render").arg(&file).args(["--scene", "scene.toml", "--time", "all", "--size", "64x64"]);
     let text = prints(&mut render);
-    let rows = |view: &str| read(folder.path(), &format!("{view}.cdb/data.csv"));
+    let rows = |view: &str| folder.text(&format!("{view}.cdb/data.csv"));
     let around = rows("around");
     assert_eq!(around.lines().count(), 7, "{around}");
     let last = "around,60.0,180.0,around_theta_000001_lat60_lon180.png";
@@ -223,5 +211,5 @@ sweep = { lat = [-60, 0, 60], lon = [0, 180] }
     let steps: Vec<&str> = growing.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();
     assert!(!steps.is_empty() && !steps.contains(&"0"), "{growing}");
     assert_eq!(text.matches("picture ").count(), 6 + steps.len(), "{text}");
-    shows_something(&folder.path().join("around.cdb/around_theta_000001_lat60_lon180.png"), 64, 64);
+    shows_something(&folder.at("around.cdb/around_theta_000001_lat60_lon180.png"), 64, 64);
 }

@@ -1,11 +1,11 @@
 //! `icoray watch`: files that are written step by step, cut off, replaced, renamed and shared out while it runs.
 
 mod live;
-mod model;
+pub mod model;
 
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::Angles;
-use crate::run::{fails, has, icoray, prints, scene, shows_something};
+use crate::run::{Folder, has, icoray, pictures, scene, shows_something};
 use icoray_test_support::PATIENCE;
 use model::{append, mark, records};
 use netcdf::Options;
@@ -14,7 +14,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
 
 /// Looks that follow fast, as the tests write fast.
 const FAST: [&str; 2] = ["--poll", "0.02"];
@@ -23,27 +22,30 @@ const NAMED_BY_STEP: &str = "[output]\nfile = \"{step}.png\"\n";
 const NAMED_BY_DATE: &str = "[output]\nfile = \"$Y-$M-$D.png\"\n";
 
 /// A folder with `scene.toml`, the watched folder `run` and `finished.nc`.
-fn folder(made: &Made, scene: &str) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::create_dir(folder.path().join("run")).unwrap();
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    made.write_to(&folder.path().join("finished.nc"), Options::_64BIT_OFFSET);
+fn folder(made: &Made, scene: &str) -> Folder {
+    let folder = Folder::new();
+    fs::create_dir(folder.at("run")).unwrap();
+    folder.write("scene.toml", scene);
+    made.write_to(&folder.at("finished.nc"), Options::_64BIT_OFFSET);
     folder
 }
 
 /// The pictures that `icoray render` draws of all times of a file, in the order of their names.
-fn rendered(folder: &Path, file: &str) -> Vec<Vec<u8>> {
+fn rendered(folder: &Folder, file: &str) -> Vec<Vec<u8>> {
     let to = format!("rendered_{file}").replace('.', "_");
-    prints(icoray(folder).args(["render", file, "--scene", "scene.toml", "--time", "all", "-o", &to]));
-    pictures(&folder.join(to))
+    folder.prints(["render", file, "--scene", "scene.toml", "--time", "all", "-o", &to]);
+    contents(&folder.at(to))
 }
 
-/// The pictures of a folder, in the order of their names.
-fn pictures(folder: &Path) -> Vec<Vec<u8>> {
-    let mut paths: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|ending| ending == "png"));
-    paths.sort();
-    paths.iter().map(|path| fs::read(path).unwrap()).collect()
+/// The contents of the pictures of a folder, in the order of their names.
+fn contents(folder: &Path) -> Vec<Vec<u8>> {
+    pictures(folder).iter().map(|name| fs::read(folder.join(name)).unwrap()).collect()
+}
+
+/// Checks that the watch has drawn the pictures of the finished file.
+#[track_caller]
+fn expect_all(folder: &Folder) {
+    assert!(contents(&folder.at("out")) == rendered(folder, "finished.nc"), "not the pictures of the finished file");
 }
 
 /// A watch that runs, ended when it is dropped.
@@ -55,16 +57,15 @@ struct Watcher {
 }
 
 impl Watcher {
-    fn start(folder: &Path, more: &[&str]) -> Self {
-        let (out, log) = (folder.join("out"), folder.join("log"));
-        let mut command = icoray(folder);
+    fn start(folder: &Folder, more: &[&str]) -> Self {
+        let [out, log, errors] = ["out", "log", "errors"].map(|name| folder.at(name));
+        let mut command = icoray(folder.path());
         command.args(["watch", "run", "--scene", "scene.toml", "-o", "out"]).args(FAST).args(more);
         if !more.contains(&"--settle") {
             command.args(SETTLE);
         }
         // The command does this by itself.
         command.env_remove("HDF5_USE_FILE_LOCKING");
-        let errors = folder.join("errors");
         let [to_log, to_errors] = [&log, &errors].map(|path| Stdio::from(fs::File::create(path).unwrap()));
         let child = command.stdout(to_log).stderr(to_errors).spawn().unwrap();
         let watcher = Watcher { child, out, log, errors };
@@ -132,44 +133,42 @@ impl Drop for Watcher {
 }
 
 /// What a watch prints that ends when all files have settled.
-fn once(folder: &Path, more: &[&str]) -> String {
-    let mut command = icoray(folder);
-    command.args(["watch", "run", "--scene", "scene.toml", "-o", "out", "--once"]).args(FAST).args(SETTLE);
-    prints(command.args(more))
+fn once(folder: &Folder, more: &[&str]) -> String {
+    let watch = ["watch", "run", "--scene", "scene.toml", "-o", "out", "--once"];
+    folder.prints([&watch, &FAST[..], &SETTLE, more].concat())
 }
 
 #[test]
 fn each_time_is_drawn_once_and_whole_as_a_file_grows() {
     let made = Made::history();
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
-    let path = folder.path();
-    let finished = fs::read(path.join("finished.nc")).unwrap();
-    records(&made, 0..2).write_to(&path.join("two.nc"), Options::_64BIT_OFFSET);
-    let record = finished.len() - fs::metadata(path.join("two.nc")).unwrap().len() as usize;
+    let finished = folder.bytes("finished.nc");
+    records(&made, 0..2).write_to(&folder.at("two.nc"), Options::_64BIT_OFFSET);
+    let record = finished.len() - fs::metadata(folder.at("two.nc")).unwrap().len() as usize;
     let header = finished.len() - RECORDS * record;
     // The first bytes of the file, which says that it has so many records.
     let write = |records: u32, bytes: usize| {
         let mut head = finished[..bytes].to_vec();
         head[4..8].copy_from_slice(&records.to_be_bytes());
         // It only grows: a file that is cut off meanwhile would be another one.
-        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(path.join("run/history.nc"));
+        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(folder.at("run/history.nc"));
         file.unwrap().write_all(&head).unwrap();
     };
-    let watcher = Watcher::start(path, &[]);
+    let watcher = Watcher::start(&folder, &[]);
     write(0, header);
     // A part of theta, which follows the date.
     let part = 64 + 400;
     write(1, header + part);
-    mark(path, 1);
+    mark(&folder, 1);
     watcher.wait_for("2014-01-01.png");
     assert!(!watcher.has("2013-10-25.png"), "half a record was drawn");
     write(1, header + record);
     watcher.wait_for("2013-10-25.png");
-    // The header may tell of a record before it is there, and of all in a copy that goes on.
+    // The header may count a record before it is there, and all of them while a copy is going on.
     write(3, header + record + part);
-    mark(path, 2);
+    mark(&folder, 2);
     watcher.wait_for("2014-01-02.png");
-    assert!(!watcher.has("2013-10-26.png"), "the half of a record was drawn");
+    assert!(!watcher.has("2013-10-26.png"), "half a record was drawn");
     write(3, header + 2 * record);
     watcher.wait_for("2013-10-26.png");
     write(3, finished.len());
@@ -178,23 +177,22 @@ fn each_time_is_drawn_once_and_whole_as_a_file_grows() {
     let text = watcher.text();
     watcher.stop();
     assert!(!text.contains("skipped") && !text.contains("not drawn"), "{text}");
-    let drawn = pictures(&path.join("out"));
-    assert!(drawn[..3] == rendered(path, "finished.nc")[..], "not the pictures of the finished file");
-    shows_something(&path.join("out/2013-10-25.png"), 96, 96);
+    let drawn = contents(&folder.at("out"));
+    assert!(drawn[..3] == rendered(&folder, "finished.nc")[..], "not the pictures of the finished file");
+    shows_something(&folder.at("out/2013-10-25.png"), 96, 96);
 }
 
 #[test]
 fn a_record_that_a_later_one_follows_need_not_settle() {
     let made = Made::history();
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
-    let path = folder.path();
-    let run = path.join("run/history.nc");
+    let run = folder.at("run/history.nc");
     records(&made, 0..1).write_to(&run, Options::_64BIT_OFFSET);
-    let watcher = Watcher::start(path, &["--settle", "1"]);
+    let watcher = Watcher::start(&folder, &["--settle", "1"]);
     watcher.wait_for("0.png");
-    made.write_to(&path.join(".all.nc"), Options::_64BIT_OFFSET);
-    let all = fs::read(path.join(".all.nc")).unwrap();
-    // The file never settles: it is written over and over, but where this process is held up.
+    made.write_to(&folder.at(".all.nc"), Options::_64BIT_OFFSET);
+    let all = folder.bytes(".all.nc");
+    // The file never settles: it is written over and over, unless this process is delayed.
     let (start, mut last, mut longest) = (Instant::now(), Instant::now(), Duration::ZERO);
     while !watcher.has("1.png") {
         assert!(start.elapsed() < PATIENCE, "{}", watcher.text());
@@ -208,16 +206,15 @@ fn a_record_that_a_later_one_follows_need_not_settle() {
     watcher.wait_for("2.png");
     watcher.expect_drawn(3);
     watcher.stop();
-    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc"));
+    expect_all(&folder);
 }
 
 #[test]
 fn a_model_that_holds_its_netcdf_4_file_open_is_not_disturbed() {
     let made = Made::history();
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
-    let path = folder.path();
-    let run = path.join("run/history.nc");
-    let watcher = Watcher::start(path, &[]);
+    let run = folder.at("run/history.nc");
+    let watcher = Watcher::start(&folder, &[]);
     let mut file = made.declare(&run, Options::NETCDF4);
     made.put_fixed(&mut file);
     for record in 0..RECORDS {
@@ -233,49 +230,47 @@ fn a_model_that_holds_its_netcdf_4_file_open_is_not_disturbed() {
     file.close().unwrap();
     watcher.expect_drawn(RECORDS);
     watcher.stop();
-    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc"));
+    expect_all(&folder);
 }
 
 #[test]
 fn bad_files_are_named_once_and_a_watch_that_is_started_again_goes_on() {
     let made = Made::history();
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
-    let path = folder.path();
-    fs::write(path.join("run/a_bad.nc"), "no file of a model").unwrap();
-    fs::write(path.join("run/notes.txt"), "no file that is looked at").unwrap();
-    records(&made, 0..2).write_to(&path.join("run/history.nc"), Options::_64BIT_OFFSET);
-    let text = Watcher::start(path, &["--until-idle", "1"]).end();
+    folder.write("run/a_bad.nc", "no file of a model");
+    folder.write("run/notes.txt", "no file that is looked at");
+    records(&made, 0..2).write_to(&folder.at("run/history.nc"), Options::_64BIT_OFFSET);
+    let text = Watcher::start(&folder, &["--until-idle", "1"]).end();
     assert_eq!(text.matches("skipped   run/a_bad.nc: ").count(), 1, "{text}");
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
-    fs::copy(path.join("finished.nc"), path.join("run/history.nc")).unwrap();
-    fs::remove_file(path.join("out/0.png")).unwrap();
-    let text = once(path, &[]);
+    fs::copy(folder.at("finished.nc"), folder.at("run/history.nc")).unwrap();
+    fs::remove_file(folder.at("out/0.png")).unwrap();
+    let text = once(&folder, &[]);
     has(&text, &["kept      1 times have their pictures already", "picture   out/0.png", "picture   out/2.png"]);
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
-    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc"));
-    assert_eq!(once(path, &["--redraw"]).matches("picture ").count(), 3);
+    expect_all(&folder);
+    assert_eq!(once(&folder, &["--redraw"]).matches("picture ").count(), 3);
 }
 
 #[test]
 fn times_of_a_replaced_file_are_drawn_again_and_those_of_a_renamed_one_are_not() {
     let made = Made::history();
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
-    let path = folder.path();
-    let run = |name: &str| path.join("run").join(name);
-    fs::copy(path.join("finished.nc"), run("history.nc")).unwrap();
-    let watcher = Watcher::start(path, &[]);
+    let run = |name: &str| folder.at("run").join(name);
+    fs::copy(folder.at("finished.nc"), run("history.nc")).unwrap();
+    let watcher = Watcher::start(&folder, &[]);
     watcher.wait_for("2013-10-27.png");
     fs::rename(run("history.nc"), run("history.old.nc")).unwrap();
-    mark(path, 1);
+    mark(&folder, 1);
     watcher.wait_for("2014-01-01.png");
     watcher.expect_drawn(4);
     let mut other = made.clone();
     other.f32s("theta").iter_mut().for_each(|value| *value = 2000.0 - *value);
-    other.write_to(&path.join("other.nc"), Options::_64BIT_OFFSET);
-    fs::copy(path.join("other.nc"), path.join(".other.nc")).unwrap();
-    fs::rename(path.join(".other.nc"), run("history.old.nc")).unwrap();
-    let expected = rendered(path, "other.nc");
-    watcher.wait("the new pictures", || pictures(&path.join("out"))[..3] == expected[..]);
+    other.write_to(&folder.at("other.nc"), Options::_64BIT_OFFSET);
+    fs::copy(folder.at("other.nc"), folder.at(".other.nc")).unwrap();
+    fs::rename(folder.at(".other.nc"), run("history.old.nc")).unwrap();
+    let expected = rendered(&folder, "other.nc");
+    watcher.wait("the new pictures", || contents(&folder.at("out"))[..3] == expected[..]);
     watcher.expect_drawn(7);
 }
 
@@ -285,26 +280,25 @@ fn fields_of_several_files_are_joined_by_their_dates() {
                    transfer = { map = \"davos\", range = [0, 2042] }\n";
     let made = Made::history();
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + surface + NAMED_BY_DATE));
-    let path = folder.path();
     let without = |name: &str, range| {
         let mut made = records(&made, range);
         made.variables.retain(|variable| variable.name != name);
         made
     };
-    without("surface_pressure", 0..3).write_to(&path.join("run/history.nc"), Options::_64BIT_OFFSET);
-    let text = once(path, &[]);
+    without("surface_pressure", 0..3).write_to(&folder.at("run/history.nc"), Options::_64BIT_OFFSET);
+    let text = once(&folder, &[]);
     has(
         &text,
         &["waits     2013-10-25_00:00:00: surface_pressure is in none of the files that have it: run/history.nc"],
     );
-    assert!(!path.join("out/2013-10-25.png").exists());
+    assert!(!folder.at("out/2013-10-25.png").exists());
     // The other stream has fewer times, no mesh, and is of another format.
     let mut other = without("theta", 1..3);
     other.variables.retain(|v| v.name != "zgrid" && !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
-    other.write_to(&path.join("run/surface.nc"), Options::NETCDF4);
-    let text = once(path, &[]);
+    other.write_to(&folder.at("run/surface.nc"), Options::NETCDF4);
+    let text = once(&folder, &[]);
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
-    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc")[1..]);
+    assert!(contents(&folder.at("out")) == rendered(&folder, "finished.nc")[1..]);
 }
 
 /// ICON writes fields of one kind into one file and those of another into another, without tables of the mesh.
@@ -317,16 +311,15 @@ fn fields_of_icons_files_are_joined() {
     let ts = (0..RECORDS * triangles).map(|i| value(i / triangles, i % triangles, 0) as f32).collect();
     made.add("ts", &["time", "ncells"], Values::F32(ts));
     let folder = folder(&made, &(scene("ta", 0.0, 2080.0) + surface + "[output]\nfile = \"$D_$h.png\"\n"));
-    let path = folder.path();
     for (name, lacks) in [("atm_2d", &["ta", "lev", "clon_bnds", "clat_bnds"][..]), ("atm_3d", &["ts"])] {
         let mut one = made.clone();
         one.variables.retain(|variable| !lacks.contains(&variable.name));
         one.variable("clon").attributes.retain(|(name, _)| *name != "bounds");
-        one.write_to(&path.join(format!("run/{name}.nc")), Options::NETCDF4);
+        one.write_to(&folder.at(format!("run/{name}.nc")), Options::NETCDF4);
     }
-    let text = once(path, &[]);
+    let text = once(&folder, &[]);
     assert_eq!(text.matches("picture ").count(), RECORDS, "{text}");
-    assert!(pictures(&path.join("out")) == rendered(path, "finished.nc"));
+    expect_all(&folder);
 }
 
 #[test]
@@ -335,9 +328,8 @@ fn a_record_of_nothing_but_fill_is_not_written_yet() {
     let each = made.f32s("theta").len() / RECORDS;
     made.f32s("theta")[each..2 * each].fill(9.969_21e36);
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
-    let path = folder.path();
-    fs::copy(path.join("finished.nc"), path.join("run/history.nc")).unwrap();
-    let text = once(path, &[]);
+    fs::copy(folder.at("finished.nc"), folder.at("run/history.nc")).unwrap();
+    let text = once(&folder, &[]);
     has(&text, &["picture   out/2.png", "not drawn 2013-10-26_00:00:00: theta has no values yet"]);
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
 }
@@ -346,16 +338,15 @@ fn a_record_of_nothing_but_fill_is_not_written_yet() {
 fn the_mesh_may_be_in_a_file_of_its_own() {
     let made = Made::history();
     let folder = folder(&made, &scene("theta", 0.0, 2042.0));
-    let path = folder.path();
-    Made::mesh(true).write_to(&path.join("mesh.nc"), Options::_64BIT_OFFSET);
+    Made::mesh(true).write_to(&folder.at("mesh.nc"), Options::_64BIT_OFFSET);
     for day in 0..RECORDS {
         let mut one = records(&made, day..day + 1);
         one.variables.retain(|v| !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
-        one.write_to(&path.join(format!("run/history.{day}.nc")), Options::_64BIT_OFFSET);
+        one.write_to(&folder.at(format!("run/history.{day}.nc")), Options::_64BIT_OFFSET);
     }
-    let text = once(path, &[]);
+    let text = once(&folder, &[]);
     has(&text, &["skipped   ", "history.0.nc: variable lonCell is missing"]);
-    let text = once(path, &["--mesh", "mesh.nc", "--files", "history.*.nc"]);
+    let text = once(&folder, &["--mesh", "mesh.nc", "--files", "history.*.nc"]);
     // Steps are those of the files, so that dates name the pictures.
     has(&text, &["theta_2013-10-25_00.00.00_000000.png", "theta_2013-10-27_00.00.00_000000.png"]);
     assert_eq!(text.matches("picture ").count(), 3, "{text}");
@@ -366,26 +357,21 @@ fn what_holds_for_all_files_ends_the_watch() {
     let made = Made::history();
     let named = scene("theta", 0.0, 2042.0) + NAMED_BY_STEP;
     let folder = folder(&made, &named);
-    let path = folder.path();
     let refused = |scene: &str, more: &[&str], parts: &[&str]| {
-        fs::write(path.join("scene.toml"), scene).unwrap();
-        let mut command = icoray(path);
-        fails(
-            command.args(["watch", "run", "--scene", "scene.toml", "--once"]).args(FAST).args(SETTLE).args(more),
-            1,
-            parts,
-        );
+        folder.write("scene.toml", scene);
+        let watch = ["watch", "run", "--scene", "scene.toml", "--once"];
+        folder.fails([&watch, &FAST[..], &SETTLE, more].concat(), 1, parts);
     };
     refused(&named.replace("lon =", "long ="), &[], &["scene.toml", "long"]);
     refused(&named, &["-o", "one.png"], &["-o one.png: expected a directory"]);
     refused(&named.replace("field = \"theta\"", ""), &[], &["expected a field in the scene"]);
     for day in 0..2 {
         let one = records(&made, day..day + 1);
-        one.write_to(&path.join(format!("run/history.{day}.nc")), Options::_64BIT_OFFSET);
+        one.write_to(&folder.at(format!("run/history.{day}.nc")), Options::_64BIT_OFFSET);
     }
     let both = "output.file names the pictures of 2013-10-25_00:00:00 and of 2013-10-26_00:00:00 both";
     refused(&named, &["-o", "out"], &[both, "0.png", "expected a date in it"]);
-    fs::write(path.join("scene.toml"), named.replace("\"theta\"", "\"thita\"")).unwrap();
-    has(&once(path, &[]), &["waits     thita is in none of the files of run so far"]);
-    fails(icoray(path).args(["watch", "nowhere", "--scene", "scene.toml", "--once"]), 1, &["nowhere: cannot read"]);
+    folder.write("scene.toml", named.replace("\"theta\"", "\"thita\""));
+    has(&once(&folder, &[]), &["waits     thita is in none of the files of run so far"]);
+    folder.fails(["watch", "nowhere", "--scene", "scene.toml", "--once"], 1, &["nowhere: cannot read"]);
 }

@@ -1,26 +1,23 @@
 //! Heights that differ from column to column, and their means.
 
+use super::MeanHeights;
 use crate::field::FieldInfo;
-use crate::source::{Source, Variable};
-use crate::stored::decoded;
+use crate::source::SourceVariable;
 use icoray::{ErrorKind, Result};
 
 /// Maximum number of values in memory at one time.
 const BLOCK: usize = 1 << 20;
 
-/// Means of layers or interfaces, and the largest deviation of columns from them, if known.
-pub(super) type Means = (Vec<f64>, Option<f64>);
-
-/// The mean of each layer over the columns at the first time, and the max distance from it. `info` describes the variable,
-/// whose values become heights by `to_height`.
+/// The mean of each layer over the columns at the first time, and the max distance from it. `info` describes the
+/// variable, whose values become heights by `to_height`.
 pub(super) fn mean(
-    (source, variable): (&dyn Source, &Variable),
+    found: SourceVariable,
     info: &FieldInfo,
     missing: &[f64],
     to_height: impl Fn(f64) -> f64,
-) -> Result<Means> {
-    if variable.dimensions.iter().any(|d| d.len == 0) {
-        return Err(source.error(ErrorKind::Layers, format_args!("variable {variable} is empty")));
+) -> Result<MeanHeights> {
+    if found.variable.dimensions.iter().any(|d| d.len == 0) {
+        return Err(found.error(ErrorKind::Layers, format_args!("variable {} is empty", found.variable)));
     }
     let is_level_fastest = info.is_level_fastest();
     let (one, two) = if is_level_fastest { (info.columns, info.layers) } else { (info.layers, info.columns) };
@@ -30,7 +27,7 @@ pub(super) fn mean(
         let (outer, inner) = (first..one.min(first + rows), 0..two);
         let (columns, layers) = if is_level_fastest { (outer, inner) } else { (inner, outer) };
         let (start, count) = info.axes.block(0, columns, layers);
-        let block = decoded(source, variable, (&start, &count), missing)?;
+        let block = found.decoded(&start, &count, missing)?;
         // Allocated after the first read, which fails if a damaged header has too many layers.
         all.resize(info.layers, HeightStatistics::default());
         let heights = block.as_reals();
@@ -38,12 +35,10 @@ pub(super) fn mean(
             let (row, place, height) = (first + i / two, i % two, to_height(heights.get(i)));
             let (column, layer) = if is_level_fastest { (row, place) } else { (place, row) };
             if !height.is_finite() {
-                let context = format!(
-                    "{} of column {}, layer {layer}: {height}, expected a height in metres",
-                    variable.name,
-                    column + 1
-                );
-                return Err(source.error(ErrorKind::Layers, context));
+                let (name, number) = (found.name(), column + 1);
+                let context =
+                    format!("{name} of column {number}, layer {layer}: {height}, expected a height in metres");
+                return Err(found.error(ErrorKind::Layers, context));
             }
             all[layer].add(height);
         }
@@ -52,9 +47,9 @@ pub(super) fn mean(
 }
 
 /// Mean heights of layers, and the largest deviation.
-pub(super) fn means(all: &[HeightStatistics]) -> Means {
-    let deviation = all.iter().map(HeightStatistics::deviation).fold(0.0, f64::max);
-    (all.iter().map(HeightStatistics::mean).collect(), Some(deviation))
+pub(super) fn means(all: &[HeightStatistics]) -> MeanHeights {
+    let deviation_m = all.iter().map(|layer| layer.deviation_from(layer.mean())).fold(0.0, f64::max);
+    MeanHeights { height_m: all.iter().map(HeightStatistics::mean).collect(), deviation_m: Some(deviation_m) }
 }
 
 /// Mean, minimum and maximum of heights.
@@ -83,10 +78,6 @@ impl HeightStatistics {
     /// Equal heights have exactly this mean, without rounding of the sum.
     pub(super) fn mean(&self) -> f64 {
         if self.min == self.max { self.min } else { self.sum / self.count as f64 }
-    }
-
-    fn deviation(&self) -> f64 {
-        self.deviation_from(self.mean())
     }
 
     /// The max distance from `height`; 0 of none.

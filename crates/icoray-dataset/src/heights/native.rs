@@ -1,11 +1,11 @@
 //! Native heights: those of each column's layers.
 
 use super::thickness::{self, Columns};
-use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, is_over_mpas_levels, looked_for, of_axis, sigma};
+use super::{HeightColumns, ICON_COLUMNS, LayerHeights, expect, is_over_mpas_levels, looked_for, of_axis, sigma};
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
-use crate::source::{Kind, Source, Variable};
+use crate::source::{Kind, SourceVariable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
 use std::ops::Range;
@@ -43,8 +43,7 @@ pub struct NativeInfo {
 /// The variable from which native heights are read.
 #[derive(Clone, Copy)]
 struct HeightVariable<'a> {
-    source: &'a dyn Source,
-    variable: &'a Variable,
+    found: SourceVariable<'a>,
     kind: HeightKind,
 }
 
@@ -64,40 +63,24 @@ impl<'a> HeightVariable<'a> {
         if info.is_2d() || sources.options.heights_m.is_some() {
             return Ok(None);
         }
-        let heights = |(source, variable)| HeightVariable { source, variable, kind: HeightKind::Heights };
+        let of_kind = |kind: HeightKind| move |found| HeightVariable { found, kind };
         if let Some(found) = sigma::of(sources, mesh, info) {
-            return Ok(Some(HeightVariable { kind: HeightKind::Sigma, ..heights(found) }));
+            return Ok(Some(HeightVariable { found, kind: HeightKind::Sigma }));
         }
         if !is_over_mpas_levels(mesh, info) {
             let is_shared = of_axis(sources, mesh, info)?.is_some();
-            let found = if is_shared { None } else { columns_of(&ICON_COLUMNS, sources, mesh, info)? };
-            return Ok(found.map(|(found, _)| heights(found)));
+            let columns = if is_shared { None } else { HeightColumns::find(&ICON_COLUMNS, sources, mesh, info)? };
+            return Ok(columns.map(|columns| columns.found).map(of_kind(HeightKind::Heights)));
         }
-        if let Some((source, variable)) = sources.find("zgrid") {
-            expect(source, variable, &["nCells", "nVertLevelsP1"])?;
-            return Ok(Some(heights((source, variable))));
+        if let Some(found) = sources.find("zgrid") {
+            expect(found, &["nCells", "nVertLevelsP1"])?;
+            return Ok(Some(HeightVariable { found, kind: HeightKind::Heights }));
         }
-        Ok(thickness::of_now(sources).map(|found| HeightVariable { kind: HeightKind::Thicknesses, ..heights(found) }))
-    }
-
-    /// As [`Self::of`]; [`ErrorKind::Layers`] if there is none.
-    fn expected(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
-        Self::of(sources, mesh, info)?.ok_or_else(|| {
-            let name = &info.name;
-            if info.is_2d() {
-                let context = format!("{name} has no native heights: it is a 2D field, which lies on the sphere");
-                return sources.error(ErrorKind::Layers, context);
-            }
-            let context = format!(
-                "{name} has no native heights: no variable has those of each column; looked for {}; {IN_ANOTHER_FILE}",
-                looked_for(mesh, info)
-            );
-            sources.error(ErrorKind::Layers, context)
-        })
+        Ok(thickness::of_now(sources).map(of_kind(HeightKind::Thicknesses)))
     }
 
     fn time_dependent(self, sources: &Sources) -> bool {
-        sources.changes(self.source, self.variable)
+        sources.changes(self.found)
             || match self.kind {
                 HeightKind::Heights => false,
                 HeightKind::Thicknesses => thickness::start_changes(sources),
@@ -105,19 +88,8 @@ impl<'a> HeightVariable<'a> {
             }
     }
 
-    fn info(self, sources: &Sources, mesh: &Mesh) -> NativeInfo {
-        let of_one_time = self.variable.dimensions.iter().filter(|dimension| !dimension.is_time);
-        let values = of_one_time.fold(1usize, |values, dimension| values.saturating_mul(dimension.len));
-        let bytes = if self.variable.kind == Kind::F32 { 4 } else { 8 };
-        NativeInfo {
-            description: self.description(sources, mesh),
-            time_dependent: self.time_dependent(sources),
-            bytes: values.saturating_mul(bytes),
-        }
-    }
-
     fn description(self, sources: &Sources, mesh: &Mesh) -> String {
-        let name = &self.variable.name;
+        let name = self.found.name();
         let at_times = if self.time_dependent(sources) { ", those of each time" } else { "" };
         match mesh.convention() {
             _ if self.kind == HeightKind::Sigma => format!("{name} of each column, between its depth and sea surface"),
@@ -130,47 +102,63 @@ impl<'a> HeightVariable<'a> {
     }
 }
 
-/// Describes the native heights of a field.
-pub(crate) fn describe(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<String>> {
-    Ok(HeightVariable::of(sources, mesh, info)?.map(|found| found.description(sources, mesh)))
+impl NativeInfo {
+    /// Those of a field; `None` if all its columns share the heights of layers, or no file has native ones.
+    pub(crate) fn find(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<Self>> {
+        let Some(heights) = HeightVariable::of(sources, mesh, info)? else { return Ok(None) };
+        let variable = heights.found.variable;
+        let of_one_time = variable.dimensions.iter().filter(|dimension| !dimension.is_time);
+        let values = of_one_time.fold(1usize, |values, dimension| values.saturating_mul(dimension.len));
+        let bytes = if variable.kind == Kind::F32 { 4 } else { 8 };
+        Ok(Some(NativeInfo {
+            description: heights.description(sources, mesh),
+            time_dependent: heights.time_dependent(sources),
+            bytes: values.saturating_mul(bytes),
+        }))
+    }
 }
 
-/// Properties of the native heights of a field.
-pub(crate) fn info(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<NativeInfo> {
-    Ok(HeightVariable::expected(sources, mesh, info)?.info(sources, mesh))
+/// The error that a field has no native heights.
+pub(crate) fn missing(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Error {
+    let why = if info.is_2d() {
+        "it is a 2D field, which lies on the sphere".to_owned()
+    } else {
+        format!("no variable has those of each column; looked for {}; {IN_ANOTHER_FILE}", looked_for(mesh, info))
+    };
+    sources.error(ErrorKind::Layers, format_args!("{} has no native heights: {why}", info.name))
 }
 
 impl NativeHeights {
     /// Reads record `time`, or the first record of files without the fields.
     pub(crate) fn read(
         sources: &Sources,
-        (mesh, grid): (&Mesh, &Grid),
+        mesh: &Mesh,
+        grid: &Grid,
         info: &FieldInfo,
         floor: Option<&Floor>,
         time: usize,
     ) -> Result<Option<Self>> {
-        let Some(found) = HeightVariable::of(sources, mesh, info)? else { return Ok(None) };
-        let HeightVariable { source, variable, kind } = found;
-        let stored = if kind == HeightKind::Thicknesses {
-            Stored::AddedUp(Columns::read(sources, (source, variable), floor, time)?)
-        } else if kind == HeightKind::Sigma {
-            Stored::AddedUp(sigma::of_columns(sources, (source, variable), time)?)
-        } else {
-            let info = FieldInfo::of(source, variable, mesh, &sources.options)?.ok_or_else(|| {
-                let context = format!("variable {variable}, expected heights over layers and cells, at times or not");
-                source.error(ErrorKind::Layers, context)
-            })?;
-            let time = if info.time_dependent { sources.record(source, variable, time)? } else { 0 };
-            let mut read = OwnedField::read(source, &info, time, 0..info.layers, &sources.options)?;
-            match info.location {
-                Location::Center => Stored::AsRead(Box::new(read)),
-                Location::Corner => {
-                    read.spread(mesh.corner_rows());
-                    Stored::Averaged(CenterField::average(grid, &read.field()?)?)
+        let Some(heights) = HeightVariable::of(sources, mesh, info)? else { return Ok(None) };
+        let found = heights.found;
+        let stored = match heights.kind {
+            HeightKind::Thicknesses => Stored::AddedUp(Columns::read(sources, found, floor, time)?),
+            HeightKind::Sigma => Stored::AddedUp(sigma::of_columns(sources, found, time)?),
+            HeightKind::Heights => {
+                let info = FieldInfo::of(found, mesh, &sources.options)?;
+                let expected = "heights over layers and cells, at times or not";
+                let info = info.ok_or_else(|| found.unexpected(ErrorKind::Layers, expected))?;
+                let time = if info.time_dependent { sources.record(found, time)? } else { 0 };
+                let mut read = OwnedField::read(found, &info, time, 0..info.layers, &sources.options)?;
+                match info.location {
+                    Location::Center => Stored::AsRead(Box::new(read)),
+                    Location::Corner => {
+                        read.spread(mesh.corner_rows());
+                        Stored::Averaged(CenterField::average(grid, &read.field()?)?)
+                    }
                 }
             }
         };
-        Ok(Some(NativeHeights { description: found.description(sources, mesh), stored }))
+        Ok(Some(NativeHeights { description: heights.description(sources, mesh), stored }))
     }
 
     /// Description of their source: "zgrid of each column".

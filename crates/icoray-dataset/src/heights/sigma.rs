@@ -1,13 +1,13 @@
 //! Heights of FVCOM's layers: ζ + σ (h + ζ), where σ falls from 0 at the sea surface ζ to -1 at the depth h.
 //! Format: FVCOM user manual; CF conventions 1.11, appendix D, ocean sigma coordinate.
 
-use super::columns::{self, HeightStatistics, Means};
-use super::thickness::{Columns, Found, of_cells, surface};
+use super::MeanHeights;
+use super::columns::{self, HeightStatistics};
+use super::thickness::{Columns, of_cells, surface};
 use crate::field::FieldInfo;
 use crate::mesh::Mesh;
-use crate::source::Variable;
+use crate::source::{SourceVariable, Variable};
 use crate::sources::Sources;
-use crate::stored::decoded;
 use icoray::{ErrorKind, OwnedReals, Result, Shape};
 
 /// σ of layers and of interfaces, over dimensions of these names and nodes.
@@ -17,22 +17,22 @@ const DEPTH: &str = "h";
 pub(super) const SURFACE: [&str; 1] = ["zeta"];
 
 /// σ of the interfaces between a field's layers, or of these.
-pub(super) fn of<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Option<Found<'a>> {
+pub(super) fn of<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Option<SourceVariable<'a>> {
     let first = SIGMA.iter().position(|name| *name == info.layer_dimension)?;
     let fits = |v: &Variable| v.kind.is_real() && matches!(v.after_time(), [_, node] if node.len == mesh.cells());
-    SIGMA[first..].iter().rev().find_map(|name| sources.find(name).filter(|(_, variable)| fits(variable)))
+    SIGMA[first..].iter().rev().find_map(|name| sources.find(name).filter(|found| fits(found.variable)))
 }
 
 /// The heights of all columns at record `time`.
-pub(super) fn of_columns(sources: &Sources, (source, sigma): Found, time: usize) -> Result<Columns> {
-    let [layers, cells] = [0, 1].map(|i| sigma.after_time()[i].len);
+pub(super) fn of_columns(sources: &Sources, sigma: SourceVariable, time: usize) -> Result<Columns> {
+    let [layers, cells] = [0, 1].map(|i| sigma.variable.after_time()[i].len);
     let depth = of_cells(sources, DEPTH, cells)?.ok_or_else(|| {
-        let context = format!("{} has layers relative to the depth, and variable {DEPTH} is missing", sigma.name);
-        source.error(ErrorKind::Layers, context)
+        let context = format!("{} has layers relative to the depth, and variable {DEPTH} is missing", sigma.name());
+        sigma.error(ErrorKind::Layers, context)
     })?;
     let surface = surface(sources, &SURFACE, cells, time)?;
-    let (start, count) = source.first_record(sigma)?;
-    let read = decoded(source, sigma, (&start, &count), &sources.options.missing)?;
+    let (start, count) = sigma.first_record()?;
+    let read = sigma.decoded(&start, &count, &sources.options.missing)?;
     let mut heights = Vec::with_capacity(cells * layers);
     for (cell, (depth, surface)) in depth.iter().zip(&surface).enumerate() {
         let sigma = (0..layers).map(|layer| read.as_reals().get(layer * cells + cell));
@@ -42,8 +42,8 @@ pub(super) fn of_columns(sources: &Sources, (source, sigma): Found, time: usize)
 }
 
 /// The mean heights at the first time.
-pub(super) fn means(sources: &Sources, found: Found) -> Result<Means> {
-    let Columns { heights, shape } = of_columns(sources, found, 0)?;
+pub(super) fn means(sources: &Sources, sigma: SourceVariable) -> Result<MeanHeights> {
+    let Columns { heights, shape } = of_columns(sources, sigma, 0)?;
     let mut of_layers = vec![HeightStatistics::default(); shape.layers];
     for i in 0..heights.as_reals().len() {
         let height = heights.as_reals().get(i);

@@ -4,11 +4,11 @@
 //! Sums of mean thicknesses, each over the columns that have the layer, are. The interfaces of a column are sums of its
 //! thicknesses.
 
-use super::columns::{HeightStatistics, Means};
+use super::MeanHeights;
+use super::columns::HeightStatistics;
 use crate::floor::Floor;
-use crate::source::{Source, Variable};
+use crate::source::{SourceVariable, Variable};
 use crate::sources::Sources;
-use crate::stored::decoded;
 use crate::values::ShapedValues;
 use icoray::{ErrorKind, OwnedReals, Reals, Result, Shape};
 use std::ops::Range;
@@ -20,23 +20,20 @@ pub(super) const NAMES_NOW: [&str; 3] = ["layerThickness", "timeMonthly_avg_laye
 const SURFACES: [&str; 2] = ["ssh", "timeMonthly_avg_ssh"];
 
 /// The first of these variables that lies over cells and layers, with or without times.
-fn find<'a>(sources: &'a Sources, mut names: impl Iterator<Item = &'static str>) -> Option<Found<'a>> {
+fn find<'a>(sources: &'a Sources, names: [&str; 3]) -> Option<SourceVariable<'a>> {
     let fits = |v: &Variable| v.kind.is_real() && v.lies_at_times_over(&["nCells", "nVertLevels"]);
-    names.find_map(|name| sources.find(name).filter(|(_, variable)| fits(variable)))
+    names.iter().find_map(|name| sources.find(name).filter(|found| fits(found.variable)))
 }
 
-/// A variable, and the file that contains it.
-pub(super) type Found<'a> = (&'a dyn Source, &'a Variable);
-
 /// The time-dependent thicknesses, or the resting ones.
-pub(super) fn of_now(sources: &Sources) -> Option<Found<'_>> {
-    find(sources, NAMES_NOW.into_iter())
+pub(super) fn of_now(sources: &Sources) -> Option<SourceVariable<'_>> {
+    find(sources, NAMES_NOW)
 }
 
 /// The resting thicknesses, or the time-dependent ones.
-pub(super) fn of_any_time(sources: &Sources) -> Option<Found<'_>> {
+pub(super) fn of_any_time(sources: &Sources) -> Option<SourceVariable<'_>> {
     let [now, monthly, resting] = NAMES_NOW;
-    find(sources, [resting, now, monthly].into_iter())
+    find(sources, [resting, now, monthly])
 }
 
 /// Numbers of cells and layers of a variable that [`find`] has found.
@@ -61,7 +58,7 @@ pub(super) fn start_changes(sources: &Sources) -> bool {
 /// Whether the first variable that is there changes with time.
 pub(super) fn changes(sources: &Sources, names: &[&str]) -> bool {
     let found = names.iter().find_map(|name| sources.find(name));
-    found.is_some_and(|(source, variable)| sources.changes(source, variable))
+    found.is_some_and(|found| sources.changes(found))
 }
 
 /// The interfaces of each column, from the sea surface down.
@@ -79,9 +76,9 @@ enum Start {
 
 impl Columns {
     /// Sums the thicknesses of record `time`.
-    pub fn read(sources: &Sources, (source, variable): Found, floor: Option<&Floor>, time: usize) -> Result<Self> {
-        let [cells, layers] = cells_and_layers(variable);
-        let block = at(sources, (source, variable), &[cells, layers], time)?;
+    pub fn read(sources: &Sources, found: SourceVariable, floor: Option<&Floor>, time: usize) -> Result<Self> {
+        let [cells, layers] = cells_and_layers(found.variable);
+        let block = at(sources, found, &[cells, layers], time)?;
         let start = match of_cells(sources, "bottomDepth", cells)? {
             Some(depth) => Start::Floor(depth),
             None => Start::Surface(surface(sources, &SURFACES, cells, time)?),
@@ -101,11 +98,11 @@ impl Columns {
             if let Some(layer) = water.clone().find(|l| !(thickness(*l).is_finite() && thickness(*l) >= 0.0)) {
                 let context = format!(
                     "{} of cell {}, layer {layer}: {}, expected a thickness in metres that is not negative",
-                    variable.name,
+                    found.name(),
                     cell + 1,
                     thickness(layer)
                 );
-                return Err(source.error(ErrorKind::Layers, context));
+                return Err(found.error(ErrorKind::Layers, context));
             }
             add_up(&mut column, water, &start, cell, thickness);
             match &mut heights {
@@ -140,37 +137,32 @@ fn add_up(column: &mut [f64], water: Range<usize>, start: &Start, cell: usize, t
 
 /// Height of the sea surface in each column, from the first of some variables: the sphere's if no file has any.
 pub(super) fn surface(sources: &Sources, names: &[&str], cells: usize, time: usize) -> Result<Vec<f64>> {
-    let Some((source, variable)) = names.iter().find_map(|name| sources.find(name)) else {
-        return Ok(vec![0.0; cells]);
-    };
-    if !matches!(variable.after_time(), [only] if only.len == cells) {
-        let context = format!("variable {variable}, expected a height of each of {cells} cells, at times or not");
-        return Err(source.error(ErrorKind::Layers, context));
+    let Some(found) = names.iter().find_map(|name| sources.find(name)) else { return Ok(vec![0.0; cells]) };
+    if !matches!(found.variable.after_time(), [only] if only.len == cells) {
+        let expected = format_args!("a height of each of {cells} cells, at times or not");
+        return Err(found.unexpected(ErrorKind::Layers, expected));
     }
-    let heights = at(sources, (source, variable), &[cells], time)?;
-    Ok((0..cells).map(|cell| heights.as_reals().get(cell)).collect())
+    Ok(at(sources, found, &[cells], time)?.all().collect())
 }
 
 /// One record of a variable over `count` entries, which may have times before them.
-fn at(sources: &Sources, (source, variable): Found, count: &[usize], time: usize) -> Result<ShapedValues> {
+fn at(sources: &Sources, found: SourceVariable, count: &[usize], time: usize) -> Result<ShapedValues> {
     let (mut start, mut count) = (vec![0; count.len()], count.to_vec());
-    if variable.dimensions.len() > count.len() {
-        start.insert(0, sources.record(source, variable, time)?);
+    if found.variable.dimensions.len() > count.len() {
+        start.insert(0, sources.record(found, time)?);
         count.insert(0, 1);
     }
-    decoded(source, variable, (&start, &count), &sources.options.missing)
+    found.decoded(&start, &count, &sources.options.missing)
 }
 
 /// The interfaces below the sphere's surface, and the largest deviation of columns from them, if there is
 /// `bottomDepth`.
-pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result<Means> {
-    let [cells, layers] = cells_and_layers(variable);
+pub(super) fn interfaces(sources: &Sources, found: SourceVariable) -> Result<MeanHeights> {
+    let [cells, layers] = cells_and_layers(found.variable);
     let last = of_cells(sources, "maxLevelCell", cells)?;
     let depth = of_cells(sources, "bottomDepth", cells)?;
-    let is_of_times = variable.dimensions.len() == 3;
-    let (start, count) = (vec![0; 2 + usize::from(is_of_times)], [1, cells, layers]);
-    let count = &count[usize::from(!is_of_times)..];
-    let block = decoded(source, variable, (&start, count), &sources.options.missing)?;
+    let (start, count) = found.first_record()?;
+    let block = found.decoded(&start, &count, &sources.options.missing)?;
     let thickness = |cell: usize, layer: usize| block.as_reals().get(cell * layers + layer);
     // Without a sea floor a column ends at its first layer without thickness.
     let wet = |cell: usize| match &last {
@@ -182,12 +174,10 @@ pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result
         for (layer, spread) in of_layers.iter_mut().enumerate().take(wet(cell)) {
             let here = thickness(cell, layer);
             if !(here.is_finite() && here > 0.0) {
-                let context = format!(
-                    "{} of cell {}, layer {layer}: {here}, expected a positive thickness in metres",
-                    variable.name,
-                    cell + 1
-                );
-                return Err(source.error(ErrorKind::Layers, context));
+                let (name, number) = (found.name(), cell + 1);
+                let context =
+                    format!("{name} of cell {number}, layer {layer}: {here}, expected a positive thickness in metres");
+                return Err(found.error(ErrorKind::Layers, context));
             }
             spread.add(here);
         }
@@ -196,7 +186,7 @@ pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result
     let thinnest =
         of_layers.iter().map(HeightStatistics::mean).filter(|mean| mean.is_finite()).fold(f64::INFINITY, f64::min);
     if thinnest == f64::INFINITY {
-        return Err(source.error(ErrorKind::Layers, format_args!("variable {variable}: no cell has a layer")));
+        return Err(found.error(ErrorKind::Layers, format_args!("variable {}: no cell has a layer", found.variable)));
     }
     let mut height_m = vec![0.0];
     for layer in &of_layers {
@@ -214,18 +204,16 @@ pub(super) fn interfaces(sources: &Sources, (source, variable): Found) -> Result
         }
         interfaces.iter().zip(&height_m).map(|(i, height)| i.deviation_from(*height)).fold(0.0, f64::max)
     });
-    Ok((height_m, deviation_m))
+    Ok(MeanHeights { height_m, deviation_m })
 }
 
 /// A number for each cell; `None` if there is no such variable.
 pub(super) fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Option<Vec<f64>>> {
-    let Some((source, variable)) = sources.find(name) else {
-        return Ok(None);
-    };
+    let Some(found) = sources.find(name) else { return Ok(None) };
+    let variable = found.variable;
     if !variable.kind.is_number() || !matches!(variable.after_time(), [only] if only.len == cells) {
-        let context = format!("variable {variable}, expected {name} of numbers over the {cells} cells");
-        return Err(source.error(ErrorKind::Layers, context));
+        return Err(found.unexpected(ErrorKind::Layers, format_args!("{name} of numbers over the {cells} cells")));
     }
-    let (start, count) = source.first_record(variable)?;
-    Ok(Some(decoded(source, variable, (&start, &count), &sources.options.missing)?.all().collect()))
+    let (start, count) = found.first_record()?;
+    Ok(Some(found.decoded(&start, &count, &sources.options.missing)?.all().collect()))
 }

@@ -1,44 +1,45 @@
 //! Longitudes and latitudes in radians, converted from the unit in the file, and places on the unit sphere.
 
 use super::tables::{Positions, find};
-use crate::reals::ChangeReals;
-use crate::source::{Source, Variable};
+use crate::reals::change_each;
+use crate::source::{Source, SourceVariable};
 use icoray::{ErrorKind, OwnedReals, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Reads the polygons' points of two variables; angles without a unit of their own have that of the coordinate, if any.
-pub(super) fn read_bounds(source: &dyn Source, [lon, lat]: [(&Variable, Option<&str>); 2]) -> Result<Positions> {
-    if lon.0.dimensions != lat.0.dimensions || !lon.0.kind.is_real() || !lat.0.kind.is_real() {
-        let context = format!("variables {} and {}, expected the same dimensions of float or double", lon.0, lat.0);
-        return Err(source.error(ErrorKind::Grid, context));
+/// Reads the polygons' points of two variables; angles without a unit of their own have that of the coordinates in
+/// `middles`, if any.
+pub(super) fn read_bounds(bounds: [SourceVariable; 2], middles: Option<[&str; 2]>) -> Result<Positions> {
+    let [lon, lat] = bounds;
+    if lon.variable.dimensions != lat.variable.dimensions || bounds.iter().any(|found| !found.variable.kind.is_real()) {
+        let [lon, lat] = bounds.map(|found| found.variable);
+        let context = format!("variables {lon} and {lat}, expected the same dimensions of float or double");
+        return Err(bounds[0].error(ErrorKind::Grid, context));
     }
-    let name = |(variable, coordinate): (&'_ Variable, Option<&str>)| -> Result<String> {
-        let own = source.text_of(&variable.name, "units")?;
-        Ok(coordinate.filter(|_| own.is_none()).unwrap_or(&variable.name).to_owned())
-    };
-    let values = [source.all_numbers(lon.0)?, source.all_numbers(lat.0)?].map(OwnedReals::F64);
-    in_radians(source, [&name(lon)?, &name(lat)?], values)
+    let mut names = bounds.map(SourceVariable::name);
+    for (k, middle) in middles.iter().flatten().enumerate() {
+        if bounds[k].text("units")?.is_none() {
+            names[k] = middle;
+        }
+    }
+    in_radians(lon.source, names, [lon.all_numbers()?, lat.all_numbers()?].map(OwnedReals::F64))
 }
 
 /// Positions over one dimension, in radians.
-pub(super) fn positions(source: &dyn Source, lon: &str, lat: &str, dimension: &str) -> Result<Positions> {
-    let read = |name: &str| source.all_reals(find(source, name, &[dimension], false)?);
+pub(super) fn positions(source: &dyn Source, [lon, lat]: [&str; 2], dimension: &str) -> Result<Positions> {
+    let read = |name: &str| find(source, name, &[dimension], false)?.all_reals();
     in_radians(source, [lon, lat], [read(lon)?, read(lat)?])
 }
 
 /// Positions in one variable, over two and the positions, or over the positions and two: longitudes before latitudes.
-pub(super) fn positions_of_pairs(source: &dyn Source, variable: &Variable) -> Result<Positions> {
-    let (count, stride, step) = match variable.after_time() {
-        [two, count] if two.len == 2 && variable.kind.is_real() => (count.len, 1, count.len),
-        [count, of] if of.len >= 2 && variable.kind.is_real() => (count.len, of.len, 1),
-        _ => {
-            let context = format!("variable {variable}, expected longitudes and latitudes as float or double");
-            return Err(source.error(ErrorKind::Grid, context));
-        }
+pub(super) fn positions_of_pairs(found: SourceVariable) -> Result<Positions> {
+    let (count, stride, step) = match found.variable.after_time() {
+        [two, count] if two.len == 2 && found.variable.kind.is_real() => (count.len, 1, count.len),
+        [count, of] if of.len >= 2 && found.variable.kind.is_real() => (count.len, of.len, 1),
+        _ => return Err(found.unexpected(ErrorKind::Grid, "longitudes and latitudes as float or double")),
     };
-    let all = source.all_numbers(variable)?;
+    let all = found.all_numbers()?;
     let part = |k: usize| OwnedReals::F64((0..count).map(|i| all[i * stride + k * step]).collect());
-    in_radians(source, [&variable.name, &variable.name], [part(0), part(1)])
+    in_radians(found.source, [found.name(); 2], [part(0), part(1)])
 }
 
 /// Positions with longitudes and latitudes, converted to radians from the units of the coordinates with these names. If
@@ -67,7 +68,7 @@ fn in_radians(source: &dyn Source, names: [&str; 2], mut values: [OwnedReals; 2]
         [None, None] => [is_beyond(&values[0], TAU) || is_beyond(&values[1], FRAC_PI_2); 2],
     };
     for (values, _) in values.iter_mut().zip(is_degrees).filter(|(_, is_degrees)| *is_degrees) {
-        values.each(f64::to_radians);
+        change_each(values, f64::to_radians);
     }
     let [lon, lat] = values;
     Ok(Positions { lon, lat })

@@ -10,7 +10,7 @@ use super::columns::{number_of_fields, of_points};
 use super::points;
 use super::polygons::Polygons;
 use super::tables::{Convention, Mesh, Positions};
-use crate::source::{Source, Variable};
+use crate::source::{Source, SourceVariable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result, circumcenter};
 
@@ -32,21 +32,20 @@ const SCRIP: [&str; 2] = ["grid_center_lon", "grid_center_lat"];
 
 /// The variables of polygons in a file.
 pub(super) struct PolygonVariables<'a> {
-    source: &'a dyn Source,
     /// Names of the middles' coordinates, if present.
     middle: Option<[&'static str; 2]>,
-    points: [&'a Variable; 2],
+    points: [SourceVariable<'a>; 2],
     /// Whether the polygons are triangles whose points are the middles of cells, as ICON's are.
     are_corners: bool,
 }
 
 impl<'a> PolygonVariables<'a> {
-    /// Cells of 4 points or more, of SCRIP 3; those of SCRIP only if there are fields of as many columns, which the rows
-    /// and columns of a lat-lon grid become later.
+    /// Cells of 4 points or more, of SCRIP 3; those of SCRIP only if there are fields of as many columns, which the
+    /// rows and columns of a lat-lon grid become later.
     fn of(sources: &Sources, source: &'a dyn Source) -> Option<Self> {
         MIDDLES.into_iter().find_map(|middle| {
             let found = Self::named(source, middle, |points| points > if middle == SCRIP { 2 } else { 3 });
-            found.filter(|of| middle != SCRIP || number_of_fields(sources, &of.points[0].after_time()[0]) > 0)
+            found.filter(|of| middle != SCRIP || number_of_fields(sources, &of.points[0].variable.after_time()[0]) > 0)
         })
     }
 
@@ -61,17 +60,19 @@ impl<'a> PolygonVariables<'a> {
         let [lon, lat] = middle.map(|name| bounds_of(source, name, &has_points));
         let has = |name: &str| source.variable(name).is_some_and(|v| v.after_time().len() == 1);
         let middle = middle.into_iter().all(has).then_some(middle);
-        Some(PolygonVariables { source, middle, points: [lon?, lat?], are_corners: false })
+        Some(PolygonVariables { middle, points: [lon?, lat?], are_corners: false })
     }
 
     /// Reads the mesh.
     pub fn mesh(&self) -> Result<Mesh> {
-        let PolygonVariables { source, middle, points, are_corners } = *self;
-        let bounds = read_bounds(source, [0, 1].map(|k| (points[k], middle.map(|names| names[k]))))?;
-        let row = points[0].after_time()[1].len;
+        let PolygonVariables { middle, points, are_corners } = *self;
+        let source = points[0].source;
+        let [cells, corners] = points[0].variable.after_time() else { unreachable!("points are over two dimensions") };
+        let bounds = read_bounds(points, middle)?;
+        let row = corners.len;
         let directions: Vec<[f64; 3]> =
             (0..bounds.lon.as_reals().len() as i32).map(|point| bounds.direction(point)).collect();
-        let places = |[lon, lat]: [&str; 2]| positions(source, lon, lat, &points[0].after_time()[0].name);
+        let places = |names: [&str; 2]| positions(source, names, &cells.name);
         // SCRIP's masked cells may have no polygon.
         let is_point = |cell: &[[f64; 3]]| cell.iter().all(|point| *point == cell[0]);
         if middle == Some(SCRIP) && directions.chunks_exact(row).any(is_point) {
@@ -94,7 +95,7 @@ impl<'a> PolygonVariables<'a> {
 }
 
 /// The variable with polygons of a number of points that belongs to a coordinate.
-fn bounds_of<'a>(source: &'a dyn Source, name: &str, has_points: impl Fn(usize) -> bool) -> Option<&'a Variable> {
+fn bounds_of<'a>(source: &'a dyn Source, name: &str, has_points: impl Fn(usize) -> bool) -> Option<SourceVariable<'a>> {
     let declared = source.text_of(name, "bounds").ok().flatten();
     let named = [
         format!("{name}_bnds"),
@@ -103,8 +104,9 @@ fn bounds_of<'a>(source: &'a dyn Source, name: &str, has_points: impl Fn(usize) 
         format!("{name}_vertices"),
         name.replace("grid_center", "grid_corner"),
     ];
-    let mut variables = declared.into_iter().chain(named).filter_map(|name| source.variable(&name));
-    variables.find(|v| v.name != name && matches!(v.after_time(), [_, points] if has_points(points.len)))
+    let mut variables = declared.into_iter().chain(named).filter_map(|name| source.find(&name));
+    let has_points = |of: &SourceVariable| matches!(of.variable.after_time(), [_, points] if has_points(points.len));
+    variables.find(|found| found.name() != name && has_points(found))
 }
 
 /// The polygons of the first file that has some.

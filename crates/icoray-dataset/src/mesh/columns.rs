@@ -5,9 +5,8 @@
 //! Format: CF conventions 1.11, §4.1, §4.2 and §5.2.
 
 use super::angles::positions;
-use super::polygons::Polygons;
 use super::tables::{Convention, Mesh, Positions};
-use crate::source::{Dimension, Source, Variable};
+use crate::source::{Dimension, SourceVariable};
 use crate::sources::Sources;
 use icoray::{OwnedReals, OwnedTables, Result};
 use std::path::Path;
@@ -33,76 +32,77 @@ const UNITS: [[&str; 6]; 2] = [
 
 /// Longitudes and latitudes of columns in a file.
 pub(super) struct Columns<'a> {
-    source: &'a dyn Source,
-    lon: &'a Variable,
-    lat: &'a Variable,
+    lon: SourceVariable<'a>,
+    lat: SourceVariable<'a>,
 }
 
 /// The coordinates over the dimension that most variables of the fields' file have; `None` if there are none.
 pub(super) fn find(sources: &Sources) -> Option<Columns<'_>> {
-    let mut found: Option<(usize, Columns)> = None;
+    let mut columns = None;
+    let mut max_fields = 0;
     for source in sources.others_first() {
-        let all = || source.variables().iter().filter(|v| v.kind.is_real());
-        for lon in all().filter(|variable| is_angle(source, variable, 0)) {
-            let [column] = lon.after_time() else { continue };
-            let named = NAMES.iter().find(|[name, _]| *name == lon.name).and_then(|[_, lat]| source.variable(lat));
-            let is_beside = |lat: &&Variable| lat.after_time() == lon.after_time();
-            let other = || all().find(|lat| is_beside(lat) && is_angle(source, lat, 1));
+        let all = || source.each_variable().filter(|found| found.variable.kind.is_real());
+        for lon in all().filter(|found| is_angle(*found, 0)) {
+            let [column] = lon.variable.after_time() else { continue };
+            let named = NAMES.iter().find(|[name, _]| *name == lon.name()).and_then(|[_, lat]| source.find(lat));
+            let is_beside = |lat: &SourceVariable| lat.variable.after_time() == lon.variable.after_time();
+            let other = || all().find(|lat| is_beside(lat) && is_angle(*lat, 1));
             let Some(lat) = named.filter(is_beside).or_else(other) else { continue };
             let fields = number_of_fields(sources, column);
-            if fields > found.as_ref().map_or(0, |(most, _)| *most) {
-                found = Some((fields, Columns { source, lon, lat }));
+            if fields > max_fields {
+                max_fields = fields;
+                columns = Some(Columns { lon, lat });
             }
         }
     }
-    found.map(|(_, columns)| columns)
+    columns
 }
 
 /// Whether a variable is a longitude (`which` is 0) or a latitude (1), by its standard name, its units or its name.
-pub(crate) fn is_angle(source: &dyn Source, variable: &Variable, which: usize) -> bool {
-    let text = |attribute: &str| source.text_of(&variable.name, attribute).ok().flatten();
+pub(crate) fn is_angle(found: SourceVariable, which: usize) -> bool {
+    let text = |attribute: &str| found.text(attribute).ok().flatten();
     text("standard_name").is_some_and(|name| name == ["longitude", "latitude"][which])
         || text("units").is_some_and(|units| UNITS[which].contains(&units.as_str()))
-        || NAMES.iter().any(|names| names[which] == variable.name)
+        || NAMES.iter().any(|names| names[which] == found.name())
 }
 
 /// Whether a variable is a coordinate of a mesh: a longitude or latitude, or named by one of UGRID's attributes for
 /// coordinates.
-pub(crate) fn is_coordinate(source: &dyn Source, variable: &Variable) -> bool {
-    let names_it = |topology: &Variable| {
+pub(crate) fn is_coordinate(found: SourceVariable) -> bool {
+    let names_it = |topology: SourceVariable| {
         ["node_coordinates", "face_coordinates", "edge_coordinates"].iter().any(|attribute| {
-            let names = source.text_of(&topology.name, attribute).ok().flatten();
-            names.is_some_and(|names| names.split_whitespace().any(|name| name == variable.name))
+            let names = topology.text(attribute).ok().flatten();
+            names.is_some_and(|names| names.split_whitespace().any(|name| name == found.name()))
         })
     };
-    let mut scalars = source.variables().iter().filter(|variable| variable.dimensions.is_empty());
-    (0..2).any(|which| is_angle(source, variable, which)) || scalars.any(names_it)
+    let mut scalars = found.source.each_variable().filter(|other| other.variable.dimensions.is_empty());
+    (0..2).any(|which| is_angle(found, which)) || scalars.any(names_it)
 }
 
 /// Number of variables in the fields' file over a dimension as long as `column`, besides coordinates.
 pub(super) fn number_of_fields(sources: &Sources, column: &Dimension) -> usize {
-    let fields = sources.fields();
-    let is_field = |v: &&Variable| {
-        v.kind.is_number()
-            && v.after_time().iter().any(|d| d.len == column.len)
-            && (0..2).all(|k| !is_angle(fields, v, k))
+    let is_field = |found: &SourceVariable| {
+        let variable = found.variable;
+        variable.kind.is_number()
+            && variable.after_time().iter().any(|d| d.len == column.len)
+            && (0..2).all(|k| !is_angle(*found, k))
     };
-    fields.variables().iter().filter(is_field).count()
+    sources.fields().each_variable().filter(is_field).count()
 }
 
-pub(super) fn read(Columns { source, lon, lat }: &Columns) -> Result<Mesh> {
-    let center = positions(*source, &lon.name, &lat.name, &lon.after_time()[0].name)?;
-    of_points(source.path(), center, &format!("{} and {}", lon.name, lat.name))
+pub(super) fn read(Columns { lon, lat }: &Columns) -> Result<Mesh> {
+    let names = [lon.name(), lat.name()];
+    let center = positions(lon.source, names, &lon.variable.after_time()[0].name)?;
+    of_points(lon.source.path(), center, &names.join(" and "))
 }
 
 /// The mesh whose cells are at places and whose corners are their Delaunay triangles; `name` is that of the places.
 pub(super) fn of_points(path: &Path, center: Positions, name: &str) -> Result<Mesh> {
     let of_points = OwnedTables::of_points(center.borrowed());
-    let OwnedTables { corner, corner_cell, connectivity: of, .. } =
+    let OwnedTables { corner, corner_cell, connectivity, .. } =
         of_points.map_err(|e| e.within(format_args!("{}: {name}", path.display())))?;
     let [lon, lat] = corner.map(OwnedReals::F64);
-    let polygons = Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count };
-    let (places, tables) = ([center, Positions { lon, lat }], [corner_cell, of.corner_edge, of.edge_corner]);
-    let mesh = Mesh::of_tables(path, Convention::Cf, places, polygons, tables);
+    let places = [center, Positions { lon, lat }];
+    let mesh = Mesh::of_tables(path, Convention::Cf, places, corner_cell, connectivity);
     Ok(Mesh { is_of_points: true, ..mesh })
 }

@@ -1,15 +1,15 @@
 //! HEALPix without coordinates: the centres of pixels from their numbers.
 //!
-//! Ring i from the north pole, and place j in it from 0, have z = 1 - i²/(3 n²) in the polar cap, z = 4/3 - 2 i/(3 n) in
-//! the belt, and φ = π/2 (j + s/2)/r, where n is the number of pixels along a side of the 12 base pixels, r = min(i, n)
-//! the length of a quarter of the ring, and s is 1 in the cap and (i - n + 1) mod 2 in the belt. The south mirrors this.
-//! Equations 2 to 13 of K. M. Górski et al., 2005, HEALPix, ApJ 622, 759,
-//! [doi:10.1086/427976](https://doi.org/10.1086/427976). Format: CF conventions 1.13, appendix F; older
-//! attributes `healpix_nside` and `healpix_order`.
+//! Ring i from the north pole, and place j in it from 0, have z = 1 - i²/(3 n²) in the polar cap, z = 4/3 - 2 i/(3 n)
+//! in the belt, and φ = π/2 (j + s/2)/r, where n is the number of pixels along a side of the 12 base pixels, r = min(i,
+//! n) the length of a quarter of the ring, and s is 1 in the cap and (i - n + 1) mod 2 in the belt. The south mirrors
+//! this. Equations 2 to 13 of K. M. Górski et al., 2005, HEALPix, ApJ 622, 759,
+//! [doi:10.1086/427976](https://doi.org/10.1086/427976). Format: CF conventions 1.13, appendix F; older attributes
+//! `healpix_nside` and `healpix_order`.
 
 use super::columns::of_points;
 use super::tables::{Mesh, Positions};
-use crate::source::{Source, Variable};
+use crate::source::{Source, SourceVariable, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, OwnedReals, Result, memory};
 use std::f64::consts::FRAC_PI_2;
@@ -20,18 +20,16 @@ const MAX_LEVEL: f64 = 24.0;
 const MAX_PIXELS: u64 = i32::MAX as u64 / 6;
 
 /// The variable that describes the pixels in any of the files.
-pub(super) fn find(sources: &Sources) -> Option<(&dyn Source, &Variable)> {
-    let is_healpix = |source: &dyn Source, v: &Variable| {
-        source.text_of(&v.name, "grid_mapping_name").ok().flatten().is_some_and(|name| name == "healpix")
-    };
-    sources.all().find_map(|source| Some((source, source.variables().iter().find(|v| is_healpix(source, v))?)))
+pub(super) fn find(sources: &Sources) -> Option<SourceVariable<'_>> {
+    let is_healpix =
+        |found: &SourceVariable| found.text("grid_mapping_name").ok().flatten().is_some_and(|name| name == "healpix");
+    sources.all().flat_map(|source| source.each_variable()).find(is_healpix)
 }
 
-pub(super) fn read(sources: &Sources, (source, mapping): (&dyn Source, &Variable)) -> Result<Mesh> {
-    let number = |name: &str| source.numbers_of(&mapping.name, name).map(|numbers| numbers.first().copied());
-    let text = |name: &str| source.text_of(&mapping.name, name);
-    let bad = |what: String| source.error(ErrorKind::Grid, format_args!("{}: {what}", mapping.name));
-    let scheme = text("indexing_scheme")?.or(text("healpix_order")?).unwrap_or_default();
+pub(super) fn read(sources: &Sources, mapping: SourceVariable) -> Result<Mesh> {
+    let number = |name: &str| mapping.numbers(name).map(|numbers| numbers.first().copied());
+    let bad = |what: String| mapping.error(ErrorKind::Grid, format_args!("{}: {what}", mapping.name()));
+    let scheme = mapping.text("indexing_scheme")?.or(mapping.text("healpix_order")?).unwrap_or_default();
     let (is_nested, place): (bool, fn(u64, u64) -> Place) = match scheme.to_ascii_lowercase().as_str() {
         "nest" | "nested" => (true, Place::of_nested),
         "ring" => (false, Place::of_ring),
@@ -45,7 +43,7 @@ pub(super) fn read(sources: &Sources, (source, mapping): (&dyn Source, &Variable
     })?;
     let pixels = 12 * side * side;
     let numbers = match sources.all().find_map(numbers_of_pixels) {
-        Some((source, variable)) => source.all_numbers(variable)?,
+        Some(numbers) => numbers.all_numbers()?,
         None if sources.fields().variables().iter().flat_map(|v| &v.dimensions).any(|d| d.len as u64 == pixels) => {
             if pixels > MAX_PIXELS {
                 return Err(bad(format!("{pixels} pixels of the whole sphere, expected at most {MAX_PIXELS}")));
@@ -65,15 +63,16 @@ pub(super) fn read(sources: &Sources, (source, mapping): (&dyn Source, &Variable
     }
     let angle = |k: usize| numbers.iter().map(|number| place(side, *number as u64).angles()[k]).collect();
     let [lon, lat] = [0, 1].map(|k| OwnedReals::F64(angle(k)));
-    of_points(source.path(), Positions { lon, lat }, &mapping.name)
+    of_points(mapping.source.path(), Positions { lon, lat }, mapping.name())
 }
 
 /// The variable with the numbers of pixels, if the source has one.
-fn numbers_of_pixels(source: &dyn Source) -> Option<(&dyn Source, &Variable)> {
+fn numbers_of_pixels(source: &dyn Source) -> Option<SourceVariable<'_>> {
     let is_index =
-        |v: &Variable| source.text_of(&v.name, "standard_name").ok().flatten().as_deref() == Some("healpix_index");
-    let mut columns = source.variables().iter().filter(|v| v.kind.is_number() && v.after_time().len() == 1);
-    columns.find(|v| v.name == "cell" || is_index(v)).map(|variable| (source, variable))
+        |found: &SourceVariable| found.text("standard_name").ok().flatten().as_deref() == Some("healpix_index");
+    let is_column = |v: &Variable| v.kind.is_number() && v.after_time().len() == 1;
+    let mut columns = source.each_variable().filter(|found| is_column(found.variable));
+    columns.find(|found| found.name() == "cell" || is_index(found))
 }
 
 /// The place of a pixel's centre.

@@ -1,8 +1,8 @@
 //! ICON's triangles as the corners of hexagons: icoray's cells are the triangles' points, its corners the triangles.
 //!
-//! Grid files have a table ([`super::triangles`]). Files with data mostly have none, but each triangle's own three points
-//! (`clon_bnds`, `clat_bnds`; extpar's `clon_vertices`, `clat_vertices`): coincident points count as one, which gives
-//! the same table ([`PolygonVariables`]). Format: CF conventions 1.11, §7.1.
+//! Grid files have a table ([`super::triangles`]). Files with data mostly have none, but each triangle's own three
+//! points (`clon_bnds`, `clat_bnds`; extpar's `clon_vertices`, `clat_vertices`): coincident points count as one, which
+//! gives the same table ([`PolygonVariables`]). Format: CF conventions 1.11, §7.1.
 
 use super::cf::PolygonVariables;
 use super::tables::Mesh;

@@ -3,7 +3,7 @@
 use super::angles::{self, of_directions};
 use super::polygons::{NONE, Polygons, cells_of_corners, ends_of_edges};
 use super::tables::{Convention, Mesh, Positions, find, missing};
-use crate::source::{Source, Variable};
+use crate::source::{Source, SourceVariable};
 use crate::sources::Sources;
 use icoray::{Connectivity, ErrorKind, Result};
 
@@ -40,16 +40,15 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
 }
 
 /// Longitudes and latitudes; from Cartesian coordinates if there are none.
-fn positions(source: &dyn Source, [lon, lat]: [&str; 2], cartesian: [&str; 3], dimension: &str) -> Result<Positions> {
-    let is_cartesian = source.variable(lon).is_none() && cartesian.iter().all(|n| source.variable(n).is_some());
+fn positions(source: &dyn Source, angles: [&str; 2], cartesian: [&str; 3], dimension: &str) -> Result<Positions> {
+    let is_cartesian = source.variable(angles[0]).is_none() && cartesian.iter().all(|n| source.variable(n).is_some());
     if !is_cartesian {
-        return angles::positions(source, lon, lat, dimension);
+        return angles::positions(source, angles, dimension);
     }
-    let read = |name: &str| source.all_reals(find(source, name, &[dimension], false)?);
-    let [x, y, z] = cartesian.map(read);
-    let (x, y, z) = (x?, y?, z?);
-    let of = |i| [&x, &y, &z].map(|values| values.as_reals().get(i));
-    Ok(of_directions((0..x.as_reals().len()).map(of)))
+    let read = |name: &str| find(source, name, &[dimension], false)?.all_numbers();
+    let [x, y, z] = cartesian;
+    let [x, y, z] = [read(x)?, read(y)?, read(z)?];
+    Ok(of_directions((0..x.len()).map(|i| [x[i], y[i], z[i]])))
 }
 
 /// The tables of a file: numbered from 1; `None` if the file lacks one.
@@ -64,17 +63,17 @@ struct Tables {
 
 impl Tables {
     fn read(source: &dyn Source) -> Result<Self> {
-        let table = |name: &str, dimensions: &[&str]| -> Result<Option<&Variable>> {
+        let table = |name: &str, dimensions: &[&str]| {
             source.variable(name).map(|_| find(source, name, dimensions, true)).transpose()
         };
-        let read = |variable: Option<&Variable>| variable.map(|v| source.all_integers(v)).transpose();
+        let read = |found: Option<SourceVariable>| found.map(SourceVariable::all_integers).transpose();
         let vertices_on_cell = table("verticesOnCell", &["nCells", "maxEdges"])?;
         let cells_on_vertex = table("cellsOnVertex", &["nVertices", "vertexDegree"])?;
         let edges_on_vertex = table("edgesOnVertex", &["nVertices", "vertexDegree"])?;
         let vertices_on_edge = table("verticesOnEdge", &["nEdges", "TWO"])?;
         let cells_on_edge = table("cellsOnEdge", &["nEdges", "TWO"])?;
-        for variable in cells_on_vertex.into_iter().chain(edges_on_vertex) {
-            let degree = variable.after_time()[1].len;
+        let row = |found: SourceVariable| found.variable.after_time()[1].len;
+        for degree in cells_on_vertex.into_iter().chain(edges_on_vertex).map(row) {
             if degree != 3 {
                 return Err(source.error(
                     ErrorKind::Unsupported,
@@ -84,14 +83,11 @@ impl Tables {
                 ));
             }
         }
-        for variable in vertices_on_edge.into_iter().chain(cells_on_edge) {
-            let two = variable.after_time()[1].len;
-            if two != 2 {
-                let context = format!("{variable}: rows of {two}, expected 2");
-                return Err(source.error(ErrorKind::Grid, context));
-            }
+        if let Some(table) = vertices_on_edge.into_iter().chain(cells_on_edge).find(|table| row(*table) != 2) {
+            let context = format!("{}: rows of {}, expected 2", table.variable, row(table));
+            return Err(source.error(ErrorKind::Grid, context));
         }
-        let row = vertices_on_cell.map_or(0, |variable| variable.after_time()[1].len);
+        let row = vertices_on_cell.map_or(0, row);
         Ok(Tables {
             cell_corner: read(vertices_on_cell)?.map(|table| (table, row)),
             cell_corner_count: read(table("nEdgesOnCell", &["nCells"])?)?,
@@ -110,16 +106,16 @@ impl Tables {
     fn mesh(self, source: &dyn Source, places: [Positions; 2]) -> Result<Mesh> {
         match self {
             Tables {
-                cell_corner: Some((corners, row)),
-                cell_corner_count: Some(count),
+                cell_corner: Some((cell_corner, cell_corner_row)),
+                cell_corner_count: Some(cell_corner_count),
                 corner_cell: Some(corner_cell),
                 corner_edge: Some(corner_edge),
                 edge_corner: Some(edge_corner),
                 edge_cell: _,
             } => {
-                let polygons = Polygons { corners, row, count };
-                let tables = [corner_cell, corner_edge, edge_corner];
-                Ok(Mesh::of_tables(source.path(), Convention::Mpas, places, polygons, tables))
+                let connectivity =
+                    Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count };
+                Ok(Mesh::of_tables(source.path(), Convention::Mpas, places, corner_cell, connectivity))
             }
             lacking => {
                 let [cells, corners] = [0, 1].map(|k| places[k].lon.as_reals().len());

@@ -73,7 +73,7 @@ fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
             _ => continue,
         };
         // Unreadable coordinates are no reason to refuse fields.
-        let Ok(there) = positions(source, lon, lat, &columns.name) else { continue };
+        let Ok(there) = positions(source, [lon, lat], &columns.name) else { continue };
         let apart = |i: usize| distance(there.direction(i as i32), expected.direction(i as i32));
         let near = (4.0 * std::f64::consts::PI / columns.len as f64).sqrt().max(0.01);
         let step = columns.len.div_ceil(COMPARED).max(1);

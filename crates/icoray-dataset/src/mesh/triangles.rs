@@ -3,36 +3,41 @@
 
 use super::angles::{of_directions, positions, positions_of_pairs};
 use super::tables::{Convention, Mesh, missing};
-use crate::source::{Source, Variable};
+use crate::source::{SourceVariable, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result, circumcenter};
 
-/// Names of tables, with the nodes of each triangle from 1, and of the variables of the nodes' and the triangles'
-/// coordinates: longitude and latitude, or one variable of both.
-const TABLES: [(&str, &[&str], [&str; 2]); 3] = [
-    ("vertex_of_cell", &["vlon", "vlat"], ["clon", "clat"]),
-    ("elements", &["nodes"], ["", ""]),
-    ("nv", &["lon", "lat"], ["lonc", "latc"]),
+/// Names of a table with the nodes of each triangle from 1, and of its coordinates.
+struct Names {
+    table: &'static str,
+    /// Longitude and latitude of the nodes, or one variable of both.
+    nodes: &'static [&'static str],
+    /// Longitude and latitude of the triangles' middles.
+    middles: [&'static str; 2],
+}
+
+const NAMES: [Names; 3] = [
+    Names { table: "vertex_of_cell", nodes: &["vlon", "vlat"], middles: ["clon", "clat"] },
+    Names { table: "elements", nodes: &["nodes"], middles: ["", ""] },
+    Names { table: "nv", nodes: &["lon", "lat"], middles: ["lonc", "latc"] },
 ];
 
 /// A file's table of triangles.
 pub(super) struct Triangles<'a> {
-    source: &'a dyn Source,
-    table: &'a Variable,
-    nodes: &'static [&'static str],
-    middles: [&'static str; 2],
+    table: SourceVariable<'a>,
+    names: &'static Names,
 }
 
 /// The table of the first file that has one: ICON's by its name alone; of the other names, which other tables have too,
 /// only one of triangles with the nodes' coordinates.
 pub(super) fn find(sources: &Sources) -> Option<Triangles<'_>> {
     sources.others_first().find_map(|source| {
-        TABLES.iter().find_map(|(table, nodes, middles)| {
-            let table = source.variable(table)?;
-            let is_place = |v: &Variable| v.kind.is_real() && v.after_time().len() + nodes.len() == 3;
-            let are_places = || nodes.iter().all(|name| source.variable(name).is_some_and(is_place));
-            let is_found = table.name == TABLES[0].0 || has_threes(table) && are_places();
-            is_found.then_some(Triangles { source, table, nodes, middles: *middles })
+        NAMES.iter().find_map(|names| {
+            let table = source.find(names.table)?;
+            let is_place = |v: &Variable| v.kind.is_real() && v.after_time().len() + names.nodes.len() == 3;
+            let are_places = || names.nodes.iter().all(|name| source.variable(name).is_some_and(is_place));
+            let is_found = table.name() == NAMES[0].table || has_threes(table.variable) && are_places();
+            is_found.then_some(Triangles { table, names })
         })
     })
 }
@@ -41,30 +46,30 @@ fn has_threes(table: &Variable) -> bool {
     matches!(table.after_time(), [a, b] if a.len == 3 || b.len == 3)
 }
 
-pub(super) fn read(Triangles { source, table, nodes, middles }: Triangles) -> Result<Mesh> {
+pub(super) fn read(Triangles { table, names }: Triangles) -> Result<Mesh> {
+    let source = table.source;
     if let Some(geometry) = source.number("grid_geometry")?.filter(|geometry| *geometry != 1.0) {
         let context = format!("grid_geometry is {geometry}, expected 1: only meshes on a sphere are rendered");
         return Err(source.error(ErrorKind::Unsupported, context));
     }
-    if !has_threes(table) {
-        let context = format!("variable {table}, expected the 3 nodes of each triangle");
-        return Err(source.error(ErrorKind::Grid, context));
+    if !has_threes(table.variable) {
+        return Err(table.unexpected(ErrorKind::Grid, "the 3 nodes of each triangle"));
     }
-    let first = source.variable(nodes[0]).ok_or_else(|| missing(source, nodes[0]))?;
-    let nodes = match nodes {
-        [lon, lat] => positions(source, lon, lat, first.after_time().first().map_or("", |d| &d.name))?,
-        _ => positions_of_pairs(source, first)?,
+    let first = source.find(names.nodes[0]).ok_or_else(|| missing(source, names.nodes[0]))?;
+    let nodes = match *names.nodes {
+        [lon, lat] => positions(source, [lon, lat], first.variable.after_time().first().map_or("", |d| &d.name))?,
+        _ => positions_of_pairs(first)?,
     };
-    let is_by_place = table.after_time()[0].len == 3;
-    let triangle = &table.after_time()[usize::from(is_by_place)].name;
-    let has_middles = middles.iter().all(|name| source.variable(name).is_some());
-    let middles = has_middles.then(|| positions(source, middles[0], middles[1], triangle)).transpose()?;
-    let numbers = source.all_integers(table)?;
+    let is_by_place = table.variable.after_time()[0].len == 3;
+    let triangle = &table.variable.after_time()[usize::from(is_by_place)].name;
+    let has_middles = names.middles.iter().all(|name| source.variable(name).is_some());
+    let middles = has_middles.then(|| positions(source, names.middles, triangle)).transpose()?;
+    let numbers = table.all_integers()?;
     let (count, last) = (numbers.len() / 3, nodes.lon.as_reals().len());
     let entry = |i: usize| if is_by_place { numbers[i % 3 * count + i / 3] } else { numbers[i] };
     let rows: Vec<i32> = (0..3 * count).map(|i| entry(i).saturating_sub(1)).collect();
     if let Some(i) = rows.iter().position(|node| !(0..last as i64).contains(&i64::from(*node))) {
-        let context = format!("{}: node {} of element {}, expected 1 to {last}", table.name, entry(i), i / 3);
+        let context = format!("{}: node {} of element {}, expected 1 to {last}", table.name(), entry(i), i / 3);
         return Err(source.error(ErrorKind::Grid, context));
     }
     let circle = |triangle: &[i32; 3]| circumcenter(triangle.map(|node| nodes.direction(node)));

@@ -9,7 +9,7 @@ use super::angles::{of_directions, positions};
 use super::columns::is_coordinate;
 use super::polygons::{NONE, Polygons};
 use super::tables::{Convention, FileCorners, Mesh, Positions, missing};
-use crate::source::{Source, Variable};
+use crate::source::{Source, SourceVariable, Variable};
 use crate::sources::Sources;
 use icoray::{Error, ErrorKind, Result, circumcenter, cut_polygon};
 use std::path::Path;
@@ -21,8 +21,7 @@ const FACES: [&str; 2] = ["face_lon", "face_lat"];
 
 /// Names of the variables of a mesh.
 pub(super) struct Topology<'a> {
-    source: &'a dyn Source,
-    face_nodes: &'a Variable,
+    face_nodes: SourceVariable<'a>,
     /// The name of the dimension that counts faces, if the file has it.
     face_dimension: Option<String>,
     nodes: [String; 2],
@@ -33,58 +32,54 @@ pub(super) struct Topology<'a> {
 impl<'a> Topology<'a> {
     /// The mesh of a source, if there is one; of several, the one that most variables name.
     fn of(source: &'a dyn Source) -> Result<Option<Self>> {
-        let mut named: Option<(usize, &Variable, String)> = None;
-        for variable in source.variables() {
-            let text = |attribute: &str| source.text_of(&variable.name, attribute);
-            if text("cf_role")?.as_deref() != Some("mesh_topology") {
+        let mut named: Option<(usize, SourceVariable, String)> = None;
+        for found in source.each_variable() {
+            if found.text("cf_role")?.as_deref() != Some("mesh_topology") {
                 continue;
             }
-            let Some(face_nodes) = text("face_node_connectivity")? else { continue };
-            let names_it = |v: &&Variable| {
-                source.text_of(&v.name, "mesh").ok().flatten().is_some_and(|mesh| mesh == variable.name)
-            };
-            let users = source.variables().iter().filter(names_it).count();
-            if named.as_ref().is_none_or(|(most, ..)| users > *most) {
-                named = Some((users, variable, face_nodes));
+            let Some(face_nodes) = found.text("face_node_connectivity")? else { continue };
+            let names_it =
+                |user: &SourceVariable| user.text("mesh").ok().flatten().is_some_and(|mesh| mesh == found.name());
+            let users = source.each_variable().filter(names_it).count();
+            if named.as_ref().is_none_or(|(max_users, ..)| users > *max_users) {
+                named = Some((users, found, face_nodes));
             }
         }
         match named {
-            Some((_, variable, face_nodes)) => Self::named(source, &variable.name, &face_nodes).map(Some),
-            None => Ok(source.variable(FACE_NODES).map(|face_nodes| {
+            Some((_, found, face_nodes)) => Self::named(found, &face_nodes).map(Some),
+            None => Ok(source.find(FACE_NODES).map(|face_nodes| {
                 let faces = FACES.iter().all(|name| source.variable(name).is_some());
                 let faces = faces.then(|| FACES.map(str::to_owned));
-                Topology { source, face_nodes, face_dimension: None, nodes: NODES.map(str::to_owned), faces }
+                Topology { face_nodes, face_dimension: None, nodes: NODES.map(str::to_owned), faces }
             })),
         }
     }
 
-    /// The mesh that the variable `name` describes, whose table is `face_nodes`.
-    fn named(source: &'a dyn Source, name: &str, face_nodes: &str) -> Result<Self> {
-        let text = |attribute: &str| source.text_of(name, attribute);
-        let face_nodes = source.variable(face_nodes).ok_or_else(|| missing(source, face_nodes))?;
+    /// The mesh that a variable describes, whose table is `face_nodes`.
+    fn named(found: SourceVariable<'a>, face_nodes: &str) -> Result<Self> {
+        let source = found.source;
+        let face_nodes = source.find(face_nodes).ok_or_else(|| missing(source, face_nodes))?;
         let two = |names: Option<String>| {
             let names: Vec<String> = names.iter().flat_map(|names| names.split_whitespace()).map(Into::into).collect();
             <[String; 2]>::try_from(names).ok()
         };
-        let nodes = two(text("node_coordinates")?).ok_or_else(|| {
-            source.error(ErrorKind::Grid, format_args!("{name}: no attribute node_coordinates, expected two names"))
+        let nodes = two(found.text("node_coordinates")?).ok_or_else(|| {
+            let context = format!("{}: no attribute node_coordinates, expected two names", found.name());
+            found.error(ErrorKind::Grid, context)
         })?;
         let is_there = |names: &[String; 2]| names.iter().all(|name| source.variable(name).is_some());
-        let faces = two(text("face_coordinates")?).filter(is_there);
-        let in_order = |names: [String; 2]| lon_first(source, names);
-        let (nodes, faces) = (in_order(nodes)?, faces.map(in_order).transpose()?);
-        Ok(Topology { source, face_nodes, face_dimension: text("face_dimension")?, nodes, faces })
+        let faces = two(found.text("face_coordinates")?).filter(is_there);
+        let faces = faces.map(|names| lon_first(source, names)).transpose()?;
+        let face_dimension = found.text("face_dimension")?;
+        Ok(Topology { face_nodes, face_dimension, nodes: lon_first(source, nodes)?, faces })
     }
 
-    /// The nodes of each face, from 0 and with marks for missing entries; and the length of a row.
-    fn rows(&self, nodes: usize) -> Result<(Vec<i32>, usize)> {
-        let (source, table) = (self.source, self.face_nodes);
-        let [first, second] = match table.after_time() {
-            [first, second] if table.kind.is_number() => [first, second],
-            _ => {
-                let context = format!("variable {table}, expected the nodes of each face, as integers");
-                return Err(source.error(ErrorKind::Grid, context));
-            }
+    /// The nodes of each face, of which there are `nodes`.
+    fn rows(&self, nodes: usize) -> Result<Rows> {
+        let table = self.face_nodes;
+        let [first, second] = match table.variable.after_time() {
+            [first, second] if table.variable.kind.is_number() => [first, second],
+            _ => return Err(table.unexpected(ErrorKind::Grid, "the nodes of each face, as integers")),
         };
         // Without the attribute the dimension of faces is the first; no mesh has fewer faces than a face has nodes.
         let is_transposed = match &self.face_dimension {
@@ -93,17 +88,16 @@ impl<'a> Topology<'a> {
         };
         let [faces, row] = if is_transposed { [second.len, first.len] } else { [first.len, second.len] };
         if row < 3 {
-            let context = format!("variable {table}, expected at least 3 nodes of each of {faces} faces");
-            return Err(source.error(ErrorKind::Grid, context));
+            return Err(table.unexpected(ErrorKind::Grid, format_args!("at least 3 nodes of each of {faces} faces")));
         }
-        let table_values = source.all_numbers(table)?;
-        let fill = source.numbers_of(&table.name, "_FillValue")?.first().copied();
+        let table_values = table.all_numbers()?;
+        let fill = table.numbers("_FillValue")?.first().copied();
         let is_from_1 = || {
             let is_there = |number: &&f64| Some(**number) != fill && !number.is_nan();
             let there = || table_values.iter().filter(is_there);
             there().any(|number| *number == nodes as f64) && !there().any(|number| *number == 0.0)
         };
-        let given = source.numbers_of(&table.name, "start_index")?.first().copied();
+        let given = table.numbers("start_index")?.first().copied();
         let base = given.unwrap_or_else(|| if is_from_1() { 1.0 } else { 0.0 });
         let mut numbers = Vec::with_capacity(table_values.len());
         for i in 0..faces * row {
@@ -114,12 +108,12 @@ impl<'a> Topology<'a> {
             let is_marked = Some(number) == fill || number.is_nan() || node < 0.0 || node >= f64::from(i32::MAX);
             if !is_marked && node >= nodes as f64 {
                 let of = nodes as f64 - 1.0 + base;
-                let context = format!("{} of face {face} is {number}, expected {base} to {of}", table.name);
-                return Err(source.error(ErrorKind::Grid, context));
+                let context = format!("{} of face {face} is {number}, expected {base} to {of}", table.name());
+                return Err(table.error(ErrorKind::Grid, context));
             }
             numbers.push(if is_marked { NONE } else { node as i32 });
         }
-        Ok((numbers, row))
+        Ok(Rows { nodes: numbers, len: row })
     }
 }
 
@@ -138,41 +132,45 @@ pub(super) fn find(sources: &Sources) -> Result<Option<Topology<'_>>> {
 }
 
 pub(super) fn read(sources: &Sources, topology: &Topology) -> Result<Mesh> {
-    let Topology { source, face_nodes, nodes: [lon, lat], faces, .. } = topology;
-    let place = |name: &String| source.variable(name).ok_or_else(|| missing(*source, name));
-    let over = |variable: &Variable| variable.after_time().first().map_or(String::new(), |d| d.name.clone());
-    let nodes = positions(*source, lon, lat, &over(place(lon)?))?;
-    let count = nodes.lon.as_reals().len();
-    let (rows, row) = topology.rows(count)?;
-    let given = match faces {
-        Some([lon, lat]) => Some(positions(*source, lon, lat, &over(place(lon)?))?),
-        None => None,
+    let Topology { face_nodes, nodes, faces, .. } = topology;
+    let read = |[lon, lat]: &[String; 2]| {
+        let source = face_nodes.source;
+        let found = source.find(lon).ok_or_else(|| missing(source, lon))?;
+        positions(source, [lon, lat], found.variable.after_time().first().map_or("", |d| &d.name))
     };
-    of_rows(sources, (*source, &face_nodes.name), nodes, given, (rows, row))
+    let nodes = read(nodes)?;
+    let rows = topology.rows(nodes.lon.as_reals().len())?;
+    of_rows(sources, *face_nodes, nodes, faces.as_ref().map(read).transpose()?, rows)
 }
 
-/// The mesh of faces whose nodes are in `rows`, as for [`of_faces`]; `table` is the name of their table.
+/// The nodes of each face, from 0 and with marks after the last one, in rows of one length.
+pub(super) struct Rows {
+    pub nodes: Vec<i32>,
+    /// Length of a row.
+    pub len: usize,
+}
+
+/// The mesh of the faces in `rows`, as for [`of_faces`], which were read from `table`.
 pub(super) fn of_rows(
     sources: &Sources,
-    (source, table): (&dyn Source, &str),
+    table: SourceVariable,
     nodes: Positions,
     given: Option<Positions>,
-    (rows, row): (Vec<i32>, usize),
+    rows: Rows,
 ) -> Result<Mesh> {
-    let fewer = rows.chunks_exact(row).position(|face| face.iter().filter(|i| **i >= 0).count() < 3);
+    let fewer = rows.nodes.chunks_exact(rows.len).position(|face| face.iter().filter(|i| **i >= 0).count() < 3);
     if let Some(face) = fewer {
-        let context = format!("{table}: face {face} has fewer than 3 nodes");
-        return Err(source.error(ErrorKind::Grid, context));
+        let context = format!("{}: face {face} has fewer than 3 nodes", table.name());
+        return Err(table.error(ErrorKind::Grid, context));
     }
-    let (faces, count) = (rows.len() / row, nodes.lon.as_reals().len());
-    let fields = sources.fields();
     let has_field_of = |len: usize| {
-        let is_field = |v: &&Variable| v.kind.is_real() && v.after_time().iter().any(|d| d.len == len);
-        fields.variables().iter().filter(is_field).any(|variable| !is_coordinate(fields, variable))
+        let is_over = |v: &Variable| v.kind.is_real() && v.after_time().iter().any(|d| d.len == len);
+        sources.fields().each_variable().any(|found| is_over(found.variable) && !is_coordinate(found))
     };
-    let are_nodes_cells = has_field_of(count) && !has_field_of(faces);
-    let mesh = of_faces(source.path(), nodes, given, (rows, row), are_nodes_cells)
-        .map_err(|e| e.within(format_args!("{}: {table}", source.path().display())))?;
+    let are_nodes_cells = has_field_of(nodes.lon.as_reals().len()) && !has_field_of(rows.nodes.len() / rows.len);
+    let path = table.source.path();
+    let mesh = of_faces(path, nodes, given, rows, are_nodes_cells)
+        .map_err(|e| e.within(format_args!("{}: {}", path.display(), table.name())))?;
     let is_mpas = mesh.convention == Convention::Cf && mesh.file_corners.is_none() && super::mpas::is_in(sources)?;
     Ok(if is_mpas { mesh.into_mpas() } else { mesh })
 }
@@ -195,19 +193,18 @@ impl Mesh {
         row: usize,
     ) -> Result<Self> {
         let positions = |of: &[[f64; 3]]| of_directions(of.iter().copied());
-        of_faces(path, positions(nodes), middles.map(positions), (faces, row), false)
+        of_faces(path, positions(nodes), middles.map(positions), Rows { nodes: faces, len: row }, false)
     }
 }
 
-/// The tables of a mesh of faces; `rows` has the nodes of each, numbered from 0, and marks after the last of them, in
-/// rows of one length. If `given` has no middles of faces, triangles have the middles of their circles, and others the
-/// means of their nodes. Nodes are the middles of cells if `are_nodes_cells`, and if all faces are triangles: other
-/// faces are cut into such.
+/// The tables of a mesh of faces; `rows` has the nodes of each. If `given` has no middles of faces, triangles have the
+/// middles of their circles, and others the means of their nodes. Nodes are the middles of cells if `are_nodes_cells`,
+/// and if all faces are triangles: other faces are cut into such.
 fn of_faces(
     path: &Path,
     nodes: Positions,
     given: Option<Positions>,
-    (rows, row): (Vec<i32>, usize),
+    Rows { nodes: rows, len: row }: Rows,
     are_nodes_cells: bool,
 ) -> Result<Mesh> {
     let faces = rows.len() / row;

@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::made_icon::Angles;
-use crate::memory::{open, open_error};
+use crate::memory::{open, open_error, values};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 
 /// A field over columns at the places of a mesh's cells, under names of the coordinates.
@@ -31,7 +31,7 @@ fn columns_are_cells_whatever_their_coordinates_are_called() {
         assert_eq!(file.mesh().grid().unwrap().void_triangles(), 0);
         let fields: Vec<_> = file.fields().iter().map(|info| (info.name.as_str(), info.location)).collect();
         assert_eq!(fields, [("PS", Location::Center)], "{names:?}");
-        assert_eq!(file.read_field("PS", 0).unwrap().field().unwrap().value(161, 0), 161.0);
+        assert_eq!(values(&file, "PS", 0)(161, 0), 161.0);
     }
 }
 
@@ -69,7 +69,7 @@ fn columns_that_make_no_mesh_are_named() {
     assert!(line.contains("the 162 points span no area"), "{line}");
 }
 
-/// A field of 7 rows of 12 whose values tell row, column and layer.
+/// A field of 7 rows of 12 whose values identify row, column and layer.
 fn rows(is_curvilinear: bool, is_level_last: bool) -> Made {
     let mut made = Made::of([("time", 1), ("lev", 3), ("y", 7), ("x", 12)], []);
     let [lon, lat] = [|i: usize| 30.0 * (i % 12) as f64, |i: usize| 25.0 * (i / 12) as f64 - 75.0];

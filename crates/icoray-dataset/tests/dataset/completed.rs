@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{expect, open, open_error, opened};
+use crate::memory::{direction_of, expect, names, open, open_error, opened, values};
 use icoray::{ErrorKind, Grid, IcosahedralMesh, Location};
 use icoray_dataset::Convention;
 
@@ -83,7 +83,9 @@ fn positions_may_be_cartesian() {
             (0..lon.len()).map(|i| radius * lat[i].cos() * lon[i].sin()).collect(),
             (0..lon.len()).map(|i| radius * lat[i].sin()).collect::<Vec<f64>>(),
         ];
-        names.into_iter().zip(places).for_each(|(name, x)| made.add(name, &[dimension], Values::F64(x)));
+        for (name, x) in names.into_iter().zip(places) {
+            made.add(name, &[dimension], Values::F64(x));
+        }
         of_cells.iter().for_each(|name| made.remove(name));
     }
     let file = open(&made);
@@ -159,14 +161,10 @@ fn points_of_triangles_are_enough() {
     assert!(file.field_info("topography_c").unwrap().is_2d());
     // The middles are as far from each of their points.
     let tables = file.mesh().tables();
-    let direction = |at: icoray::LonLat, i: usize| {
-        let (lon, lat) = (at.lon_rad.get(i), at.lat_rad.get(i));
-        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
-    };
     for triangle in 0..80 {
-        let middle = direction(tables.corner, triangle);
+        let middle = direction_of(tables.corner, triangle);
         let cosines = grid.triangle(triangle as u32).map(|cell| {
-            let point = direction(tables.center, cell as usize);
+            let point = direction_of(tables.center, cell as usize);
             (0..3).map(|k| middle[k] * point[k]).sum::<f64>()
         });
         assert!(cosines.iter().all(|c| *c > 0.8 && (c - cosines[0]).abs() < 1e-7), "{cosines:?}");
@@ -191,9 +189,8 @@ fn hexagons_with_bounds_are_a_mesh() {
             assert_eq!((info.location, info.columns, info.layers), (Location::Center, 162, LAYERS));
             assert!(file.layer_heights("ta").unwrap().is_of_pressure);
             assert!(file.field_info("ps").unwrap().is_2d());
-            assert_eq!(file.read_field("ta", 1).unwrap().field().unwrap().value(5, 1), 1005.125);
-            let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
-            assert_eq!(names, ["ta", "ps"]);
+            assert_eq!(values(&file, "ta", 1)(5, 1), 1005.125);
+            assert_eq!(names(&file), ["ta", "ps"]);
         }
     }
 }

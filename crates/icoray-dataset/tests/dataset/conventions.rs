@@ -2,7 +2,7 @@
 
 use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
-use crate::memory::{expect, open, opened, opened_with, source};
+use crate::memory::{expect, names, open, opened, opened_with, source, values};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 use icoray_dataset::{Combined, Convention, Dataset, DatasetOptions};
 
@@ -19,8 +19,7 @@ fn cam(turn: f64) -> Made {
     let [lon, lat] = places(turn);
     made.add("lon", &["ncol"], Values::F64(lon));
     made.add("lat", &["ncol"], Values::F64(lat));
-    made.add("lev", &["lev"], Values::F64(vec![100.0, 300.0, 700.0, 950.0]));
-    made.last().attributes = vec![("units", "hPa".into())];
+    made.add("lev", &["lev"], Values::F64(vec![100.0, 300.0, 700.0, 950.0])).attributes = vec![("units", "hPa".into())];
     made.add("T", &["time", "lev", "ncol"], Values::F64((0..LAYERS * 42).map(|i| value(0, i % 42, i / 42)).collect()));
     made.add("PS", &["time", "ncol"], Values::F64((0..42).map(|c| value(0, c, 0)).collect()));
     made
@@ -29,13 +28,12 @@ fn cam(turn: f64) -> Made {
 #[test]
 fn columns_of_cam_are_the_cells_of_mpas() {
     let file = opened(&cam(0.0), &[&Made::history()]).unwrap();
-    let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
-    assert_eq!(names, ["T", "PS"]);
-    assert_eq!(file.read_field("T", 0).unwrap().field().unwrap().value(41, 3), value(0, 41, 3));
+    assert_eq!(names(&file), ["T", "PS"]);
+    assert_eq!(values(&file, "T", 0)(41, 3), value(0, 41, 3));
     let heights = file.layer_heights("T").unwrap();
     assert!(heights.is_of_pressure && heights.variable == "lev" && heights.layers.is_falling(), "{heights:?}");
     // zgrid is of MPAS's levels, and begins at the ground.
-    assert_eq!(file.native_heights_in_words("T").unwrap(), None);
+    assert_eq!(file.find_native_info("T").unwrap(), None);
 }
 
 #[test]
@@ -77,8 +75,7 @@ fn times_of_xios_are_times() {
     assert!(is_timed(&with_times("time_counter")) && !is_timed(&with_times("t")));
     for attribute in [("axis", "T"), ("standard_name", "time"), ("units", "days since 2000-01-01")] {
         let mut made = with_times("t");
-        made.add("t", &["t"], Values::F64(vec![0.0; RECORDS]));
-        made.last().attributes = vec![(attribute.0, attribute.1.into())];
+        made.add("t", &["t"], Values::F64(vec![0.0; RECORDS])).attributes = vec![(attribute.0, attribute.1.into())];
         assert!(is_timed(&made), "{attribute:?}");
     }
     for name in ["time_counter", "t"] {
@@ -89,15 +86,14 @@ fn times_of_xios_are_times() {
         // Another dimension of time that has one record.
         made.dimensions.push(("time_2", 1));
         made.add("orography", &["time_2", "cell"], Values::F64(vec![7.0; 162]));
-        made.add("time_2", &["time_2"], Values::F64(vec![0.0]));
-        made.last().attributes = vec![("axis", "T".into())];
+        made.add("time_2", &["time_2"], Values::F64(vec![0.0])).attributes = vec![("axis", "T".into())];
         let file = open(&made);
         let dates: Vec<_> = file.times().iter().map(|date| date.as_deref().unwrap()).collect();
         assert_eq!(dates, ["2000-02-28_00:00:00", "2000-03-01_00:00:00", "2000-03-02_00:00:00"]);
         assert_eq!(file.seconds().unwrap(), [0.0, 86_400.0, 172_800.0]);
         assert!(file.field_info("ps").unwrap().is_2d() && file.field_info("ps").unwrap().time_dependent, "{name}");
-        assert_eq!(file.read_field("ta", 2).unwrap().field().unwrap().value(5, 1), value(2, 5, 1));
-        assert_eq!(file.read_field("orography", 2).unwrap().field().unwrap().value(5, 1), 7.0);
+        assert_eq!(values(&file, "ta", 2)(5, 1), value(2, 5, 1));
+        assert_eq!(values(&file, "orography", 2)(5, 1), 7.0);
         let twice = Combined::of(vec![source(&made), source(&made)]).unwrap();
         assert_eq!(Dataset::new(twice, Vec::new()).unwrap().times().len(), RECORDS, "each date once");
     }
@@ -130,11 +126,10 @@ fn nodes_of_fesom_are_cells_with_a_floor() {
         file.mesh().grid().unwrap();
         assert_eq!(file.layer_heights("temp").unwrap().height_m, [-50.0, -200.0, -600.0]);
         for (name, columns, layers, more) in [("temp", 42, 3, 0), ("w", 42, 4, 1), ("u", 80, 3, 0)] {
-            let owned = file.read_field(name, 0).unwrap();
-            let field = owned.field().unwrap();
+            let field = values(&file, name, 0);
             for (column, layer) in (0..columns).flat_map(|c| (0..layers).map(move |l| (c, l))) {
                 let is_wet = column % 4 > 0 && layer < column % 4 + more;
-                assert_eq!(field.value(column, layer).is_finite(), is_wet, "{name} {column} {layer}");
+                assert_eq!(field(column, layer).is_finite(), is_wet, "{name} {column} {layer}");
             }
         }
         assert_eq!(file.field_info("u").unwrap().location, Location::Corner);
@@ -172,15 +167,18 @@ fn degrees_and_radians_are_decided_for_both_coordinates() {
         }
     };
     let all = ["lonCell", "latCell"];
-    assert!(read_places(|made| degrees(made, &all)).iter().all(|off| off.abs() < 1e-12), "beyond 2 pi");
-    // A region near the meridian of Greenwich: its latitudes alone tell.
+    assert!(read_places(|made| degrees(made, &all)).iter().all(|difference| difference.abs() < 1e-12), "beyond 2 pi");
+    // A region near the meridian of Greenwich: only its latitudes exceed 2 pi.
     let region = |made: &mut Made| {
         made.f64s("lonCell").iter_mut().for_each(|lon| *lon *= 0.01);
         degrees(made, &all);
     };
-    let lons = |places: Vec<f64>| places.into_iter().step_by(2).fold(0.0, |most: f64, off| most.max(off.abs()));
+    let lons =
+        |places: Vec<f64>| places.into_iter().step_by(2).fold(0.0, |max: f64, difference| max.max(difference.abs()));
     assert!(lons(read_places(region)) > 5.0);
-    let lats = |places: Vec<f64>| places.into_iter().skip(1).step_by(2).fold(0.0, |most: f64, off| most.max(off.abs()));
+    let lats = |places: Vec<f64>| {
+        places.into_iter().skip(1).step_by(2).fold(0.0, |max: f64, difference| max.max(difference.abs()))
+    };
     assert!(lats(read_places(region)) < 1e-12);
     // One unit is that of both.
     let one_unit = |made: &mut Made| {
@@ -188,8 +186,8 @@ fn degrees_and_radians_are_decided_for_both_coordinates() {
         made.variable("latCell").attributes = vec![("units", "degrees_north".into())];
         made.f64s("lonCell").iter_mut().for_each(|lon| *lon *= 0.01);
     };
-    let most = lons(read_places(one_unit));
-    assert!((most - 0.99 * 341.7f64.to_radians()).abs() < 0.01, "{most}");
+    let largest = lons(read_places(one_unit));
+    assert!((largest - 0.99 * 341.7f64.to_radians()).abs() < 0.01, "{largest}");
 }
 
 #[test]
@@ -221,7 +219,7 @@ fn fields_of_other_files_of_the_same_times_are_read_there() {
     let mut other = Made::history();
     other.variables.retain(|variable| !["theta", "rho"].contains(&variable.name));
     let all = opened(&own, &[&other]).unwrap();
-    assert_eq!(all.read_field("w", 1).unwrap().field().unwrap().value(7, 1), value_of(&Made::history(), "w"));
+    assert_eq!(values(&all, "w", 1)(7, 1), value_of(&Made::history(), "w"));
     // At other times it is not known which record belongs to which.
     other.variable("xtime").values =
         Values::Text(format!("{:<64}", "1999-01-01_00:00:00").repeat(RECORDS).into_bytes());

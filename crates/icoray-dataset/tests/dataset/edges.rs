@@ -1,7 +1,7 @@
 //! Fields at edges, as values at the centres beside them.
 
 use crate::made::{Made, Values};
-use crate::memory::{expect, open, open_error, opened};
+use crate::memory::{direction, expect, open, open_error, opened};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 use icoray_dataset::Dataset;
 
@@ -9,10 +9,6 @@ use icoray_dataset::Dataset;
 const OMEGA: [f64; 3] = [3.0, -5.0, 7.0];
 const LAYERS: usize = 3;
 const EDGES: usize = 120;
-
-fn direction(lon: f64, lat: f64) -> [f64; 3] {
-    [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
-}
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])

@@ -2,7 +2,7 @@
 
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{expect, open, open_error, opened};
+use crate::memory::{direction_of, expect, names, open, open_error, opened, values};
 use icoray::{ErrorKind, Location};
 use icoray_dataset::{Convention, Dataset};
 
@@ -11,10 +11,7 @@ fn triangles(file: &Dataset) -> Vec<Vec<[i64; 3]>> {
     let grid = file.mesh().grid().unwrap();
     assert_eq!(grid.void_triangles(), 0);
     let tables = file.mesh().tables();
-    let place = |cell: u32| {
-        let (lon, lat) = (tables.center.lon_rad.get(cell as usize), tables.center.lat_rad.get(cell as usize));
-        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()].map(|x| (1e4 * x).round() as i64)
-    };
+    let place = |cell: u32| direction_of(tables.center, cell as usize).map(|x| (1e4 * x).round() as i64);
     let of = |t| {
         let mut points = grid.triangle(t).map(place).to_vec();
         points.sort_unstable();
@@ -38,18 +35,16 @@ fn bounds_give_the_triangles_that_the_tables_give() {
 #[test]
 fn fields_lie_on_triangles_and_layers_on_the_standard_atmosphere() {
     let file = open(&Made::icon_data(Angles::Radians));
-    let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
-    assert_eq!(names, ["ta"], "bounds are no field");
+    assert_eq!(names(&file), ["ta"], "bounds are no field");
     let dates: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
     assert_eq!(dates, ["1979-01-31_18:00:00", "1979-02-01_00:00:00", "1979-02-01_06:00:00"]);
     let info = file.field_info("ta").unwrap();
     assert_eq!((info.location, info.columns, info.layers), (Location::Corner, 80, LAYERS));
     assert_eq!(info.description.units.as_deref(), Some("K"));
     for time in 0..RECORDS {
-        let owned = file.read_field("ta", time).unwrap();
-        let field = owned.field().unwrap();
+        let field = values(&file, "ta", time);
         for (column, layer) in [(0, 0), (1, 2), (79, 1)] {
-            assert_eq!(field.value(column, layer), value(time, column, layer));
+            assert_eq!(field(column, layer), value(time, column, layer));
         }
     }
     let heights = file.layer_heights("ta").unwrap();
@@ -122,7 +117,7 @@ fn a_limited_area_has_holes() {
     let grid = file.mesh().grid().unwrap();
     assert_eq!(grid.triangles(), kept.len());
     assert!(grid.void_triangles() >= 16, "{}", grid.void_triangles());
-    assert_eq!(file.read_field("ta", 1).unwrap().field().unwrap().value(0, 0), value(1, 1, 0));
+    assert_eq!(values(&file, "ta", 1)(0, 0), value(1, 1, 0));
 }
 
 #[test]

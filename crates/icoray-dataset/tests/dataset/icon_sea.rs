@@ -2,7 +2,7 @@
 
 use crate::made::{Made, RECORDS, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{expect, open, opened, opened_with};
+use crate::memory::{expect, open, opened, opened_with, values};
 use icoray::{CenterField, ErrorKind};
 use icoray_dataset::{Dataset, DatasetOptions};
 
@@ -31,9 +31,8 @@ fn sea() -> Made {
 #[test]
 fn a_layer_that_is_picked_has_its_land() {
     let options = DatasetOptions { at: vec![("lev".into(), 1)], ..DatasetOptions::default() };
-    let owned = opened_with(&sea(), &[], options).unwrap().read_field("to", 1).unwrap();
-    let field = owned.field().unwrap();
-    assert!((0..80).all(|triangle| field.value(triangle, 0).is_finite() == is_wet(triangle, 1)));
+    let field = values(&opened_with(&sea(), &[], options).unwrap(), "to", 1);
+    assert!((0..80).all(|triangle| field(triangle, 0).is_finite() == is_wet(triangle, 1)));
 }
 
 #[test]

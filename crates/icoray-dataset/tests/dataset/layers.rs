@@ -2,12 +2,12 @@
 
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{expect, open, opened_with};
+use crate::memory::{expect, open, opened_with, values};
 use icoray::ErrorKind;
-use icoray_dataset::{Dataset, DatasetOptions, LayerSelection, SceneFields};
+use icoray_dataset::{AssumedMark, Dataset, DatasetOptions, LayerSelection, SceneFields};
 
-/// `ta` over triangles with `members` of an ensemble between times and layers; those behind the first have values of time
-/// 0 less 1000.
+/// `ta` over triangles with `members` of an ensemble between times and layers; those behind the first have values of
+/// time 0 less 1000.
 fn ensemble(members: usize) -> Made {
     let mut made = Made::icon_data(Angles::Degrees);
     made.dimensions.push(("member", members));
@@ -34,7 +34,7 @@ fn notes(file: &Dataset, field: &str) -> String {
 
 #[test]
 fn a_dimension_of_one_entry_is_none_and_an_entry_of_others_is_picked() {
-    let read = |file: &Dataset| file.read_field("ta", 2).unwrap().field().unwrap().value(7, 1);
+    let read = |file: &Dataset| values(file, "ta", 2)(7, 1);
     assert_eq!(read(&open(&ensemble(1))), value(2, 7, 1));
     expect(
         &open(&ensemble(2)).field_info("ta").unwrap_err(),
@@ -56,10 +56,10 @@ fn a_dimension_of_one_entry_is_none_and_an_entry_of_others_is_picked() {
 fn layers_of_mpas_have_any_name_and_their_own_heights() {
     let mut made = Made::history();
     made.dimensions.extend([("nIsoLevelsT", 2), ("nSoilLevels", 2), ("nCategories", 2), ("ONE", 1)]);
-    let values = Values::F64((0..84).map(f64::from).collect());
-    made.add("t_isobaric", &["nCells", "nIsoLevelsT"], values.clone());
-    made.add("tslb", &["nCells", "nSoilLevels"], values.clone());
-    made.add("ice", &["nCells", "nCategories", "ONE"], values.clone());
+    let numbers = Values::F64((0..84).map(f64::from).collect());
+    made.add("t_isobaric", &["nCells", "nIsoLevelsT"], numbers.clone());
+    made.add("tslb", &["nCells", "nSoilLevels"], numbers.clone());
+    made.add("ice", &["nCells", "nCategories", "ONE"], numbers.clone());
     made.add("weights", &["nCells", "maxEdges"], Values::F64(vec![1.0; 42 * 6]));
     made.add("t_iso_levels", &["nIsoLevelsT"], Values::F64(vec![850.0, 500.0]));
     made.last().attributes = vec![("units", "hPa".into())];
@@ -69,13 +69,13 @@ fn layers_of_mpas_have_any_name_and_their_own_heights() {
     let heights = file.layer_heights("t_isobaric").unwrap();
     assert!(heights.is_of_pressure && (heights.height_m[1] - 5574.4).abs() < 6.0, "{heights:?}");
     assert_eq!(file.layer_heights("tslb").unwrap().height_m, [-0.1, -0.4]);
-    assert_eq!(file.native_heights_in_words("tslb").unwrap(), None, "zgrid has none of the soil");
-    assert_eq!(file.read_field("ice", 0).unwrap().field().unwrap().value(3, 1), 7.0);
+    assert_eq!(file.find_native_info("tslb").unwrap(), None, "zgrid has none of the soil");
+    assert_eq!(values(&file, "ice", 0)(3, 1), 7.0);
     let error = file.layer_heights("ice").unwrap_err();
     expect(&error, ErrorKind::Layers, &["2 layers of ice", "coordinate nCategories", "`heights` says"]);
     // What lies below the sea floor is that of the water alone.
     made.add("maxLevelCell", &["nCells"], Values::I32(vec![1; 42]));
-    assert_eq!(open(&made).read_field("ice", 0).unwrap().field().unwrap().value(3, 1), 7.0);
+    assert_eq!(values(&open(&made), "ice", 0)(3, 1), 7.0);
 }
 
 /// Heights of the layers of `ta`, where `edit` has changed the file.
@@ -168,9 +168,9 @@ fn heights_radius_and_marks_are_said_by_options() {
     };
     let file = with(options).unwrap();
     assert_eq!(file.layer_heights("theta").unwrap().height_m, [0.0, -100.0, -200.0, -300.0]);
-    assert_eq!(file.native_heights_in_words("theta").unwrap(), None);
+    assert_eq!(file.find_native_info("theta").unwrap(), None);
     assert_eq!((file.sphere_radius_m(), file.layers("theta").unwrap().planet_radius_m()), (1e6, 1e6));
-    assert!(file.read_field("theta", 0).unwrap().field().unwrap().value(2, 1).is_nan());
+    assert!(values(&file, "theta", 0)(2, 1).is_nan());
     for (options, what) in [
         (DatasetOptions { heights_m: Some([5.0, 5.0]), ..DatasetOptions::default() }, "heights 5..5"),
         (DatasetOptions { radius_m: Some(-1.0), ..DatasetOptions::default() }, "radius -1"),
@@ -187,16 +187,16 @@ fn huge_values_without_an_attribute_are_missing_and_noted() {
         edit(&mut made);
         let file = open(&made);
         let owned = file.read_field("theta", 0).unwrap();
-        (owned.field().unwrap().value(2, 1), file.unsaid_marks("theta"), notes(&file, "theta"))
+        (owned.field().unwrap().value(2, 1), file.assumed_marks("theta"), notes(&file, "theta"))
     };
     let (value, marks, notes) = mark(&|_| ());
-    assert!(value.is_nan() && marks == [(f64::from(-1e34f32), 2)], "{value} {marks:?}");
+    assert!(value.is_nan() && marks == [AssumedMark { value: f64::from(-1e34f32), count: 2 }], "{value} {marks:?}");
     assert!(notes.contains("2 values of theta are -1") && notes.contains("`missing` says"), "{notes}");
     let usual = |made: &mut Made, other: f32| {
         (made.f32s("theta")[9], made.f32s("theta")[17], made.f32s("theta")[18]) = (-999.0, -999.0, other);
     };
     let (value, marks, _) = mark(&|made| usual(made, 0.0));
-    assert!(value.is_nan() && marks == [(-999.0, 2)], "{value} {marks:?}");
+    assert!(value.is_nan() && marks == [AssumedMark { value: -999.0, count: 2 }], "{value} {marks:?}");
     assert_eq!(mark(&|made| usual(made, 2000.0)).0, -999.0, "others are as far apart");
     // One value alone, values over decades, and a field whose mark is known stay as they are.
     let keeps: [&dyn Fn(&mut Made); 3] =

@@ -153,8 +153,10 @@ impl Made {
         self.add("levels", &["nCells", "nVertLevels"], Values::I32(vec![7; cells * LAYERS]));
     }
 
-    pub fn add(&mut self, name: &'static str, dimensions: &[&'static str], values: Values) {
+    /// Adds a variable, and returns it.
+    pub fn add(&mut self, name: &'static str, dimensions: &[&'static str], values: Values) -> &mut MadeVariable {
         self.variables.push(MadeVariable { name, dimensions: dimensions.to_vec(), values, attributes: Vec::new() });
+        self.last()
     }
 
     /// The variable added last.

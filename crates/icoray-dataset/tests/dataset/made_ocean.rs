@@ -16,7 +16,7 @@ pub fn levels(cell: usize) -> usize {
 
 impl Made {
     /// A history of temperature, salinity at interfaces and vorticity at corners; below the sea floor all hold -1e34,
-    /// which no attribute tells of. The shallow cells' last layer is 1 m thinner.
+    /// which no attribute declares. The shallow cells' last layer is 1 m thinner.
     pub fn ocean() -> Self {
         let mut made = Made::history();
         made.remove("zgrid");

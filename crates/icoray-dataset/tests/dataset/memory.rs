@@ -1,7 +1,7 @@
 //! Datasets in memory, of what [`Made`] declares, and the errors that are expected of them.
 
 use crate::made::{Made, MadeVariable, Values};
-use icoray::{Error, ErrorKind, OwnedReals, Result};
+use icoray::{Error, ErrorKind, LonLat, OwnedReals, Result};
 use icoray_dataset::{Attribute, Dataset, DatasetOptions, Dimension, Kind, Source, Variable};
 use std::path::Path;
 
@@ -130,6 +130,26 @@ pub fn open(made: &Made) -> Dataset {
 
 pub fn open_error(made: &Made) -> Error {
     opened(made, &[]).unwrap_err()
+}
+
+/// The values of a field at a time, by column and layer.
+pub fn values(file: &Dataset, name: &str, time: usize) -> impl Fn(usize, usize) -> f64 + use<> {
+    let owned = file.read_field(name, time).unwrap();
+    move |column, layer| owned.field().unwrap().value(column, layer)
+}
+
+/// The names of the fields.
+pub fn names(file: &Dataset) -> Vec<&str> {
+    file.fields().iter().map(|info| info.name.as_str()).collect()
+}
+
+/// The direction from the sphere's middle.
+pub fn direction(lon_rad: f64, lat_rad: f64) -> [f64; 3] {
+    [lat_rad.cos() * lon_rad.cos(), lat_rad.cos() * lon_rad.sin(), lat_rad.sin()]
+}
+
+pub fn direction_of(at: LonLat, i: usize) -> [f64; 3] {
+    direction(at.lon_rad.get(i), at.lat_rad.get(i))
 }
 
 /// Asserts the kind and that the sentence holds all `parts`.

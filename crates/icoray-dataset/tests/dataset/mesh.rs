@@ -1,7 +1,7 @@
 //! Correct meshes are read correctly.
 
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
-use crate::memory::{expect, open, open_error, opened};
+use crate::memory::{expect, names, open, open_error, opened};
 use icoray::{ErrorKind, Location, Reals};
 use icoray_dataset::Precision;
 
@@ -59,8 +59,7 @@ fn tables_over_time_are_those_of_its_first_record() {
 #[test]
 fn fields_are_listed_with_what_a_user_asks_first() {
     let file = open(&Made::history());
-    let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
-    assert_eq!(names, ["zgrid", "theta", "w", "vorticity", "rho", "surface_pressure"]);
+    assert_eq!(names(&file), ["zgrid", "theta", "w", "vorticity", "rho", "surface_pressure"]);
     let theta = file.field_info("theta").unwrap();
     assert_eq!(
         (theta.description.units.as_deref(), theta.description.long_name.as_deref()),

@@ -23,9 +23,8 @@ fn heights_of_mpas_are_those_of_zgrid() {
     made.f32s("zgrid").iter_mut().enumerate().for_each(|(i, z)| *z += (i / (LAYERS + 1)) as f32);
     let zgrid = made.f32s("zgrid").clone();
     let file = open(&made);
-    let words = file.native_heights_in_words("theta").unwrap();
-    assert_eq!(words.as_deref(), Some("zgrid of each column"));
     let info = file.native_info("theta").unwrap();
+    assert_eq!(file.find_native_info("theta").unwrap(), Some(info.clone()));
     assert_eq!((info.description.as_str(), info.time_dependent), ("zgrid of each column", false));
     let heights = read(&file, "theta", 2);
     assert_eq!(heights.bytes(), info.bytes);
@@ -77,8 +76,11 @@ fn heights_of_the_ocean_are_its_thicknesses_added_up() {
     let over_times = &["Time", "nCells", "nVertLevels"][..];
     let mut made = Made::ocean().with_thickness("layerThickness", over_times);
     let file = open(&made);
-    let words = file.native_heights_in_words("theta").unwrap().unwrap();
-    assert_eq!(words, "layerThickness of each column added up from the sea floor (bottomDepth), those of each time");
+    let description = file.native_info("theta").unwrap().description;
+    assert_eq!(
+        description,
+        "layerThickness of each column added up from the sea floor (bottomDepth), those of each time"
+    );
     expect_columns(&file, 1, |_| 0.0);
     // At the last time the first layer is thicker, and the sea surface higher.
     let thickness = made.f64s("layerThickness");
@@ -100,26 +102,22 @@ fn heights_of_the_ocean_are_its_thicknesses_added_up() {
 fn without_a_depth_heights_are_counted_from_the_sea_surface() {
     let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
     made.remove("bottomDepth");
-    let words = |made: &Made| {
-        let file = open(made);
-        (file.native_heights_in_words("theta").unwrap().unwrap(), file)
-    };
-    let (told, file) = words(&made);
-    assert_eq!(told, "restingThickness of each column added up down from the sphere");
+    let file = open(&made);
+    let described = file.native_info("theta").unwrap().description;
+    assert_eq!(described, "restingThickness of each column added up down from the sphere");
     expect_columns(&file, 0, |_| 0.0);
     let ssh = (0..RECORDS * 42).map(|i| (i / 42) as f64 + 0.01 * (i % 42) as f64);
     made.add("ssh", &["Time", "nCells"], Values::F64(ssh.collect()));
-    let (told, file) = words(&made);
-    assert!(told.ends_with("down from the sea surface (ssh), those of each time"), "{told}");
+    let file = open(&made);
+    let described = file.native_info("theta").unwrap().description;
+    assert!(described.ends_with("down from the sea surface (ssh), those of each time"), "{described}");
     expect_columns(&file, 2, |cell| 2.0 + 0.01 * cell as f64);
     // Without a sea floor columns end where layers have no thickness; below an ice shelf the first ones have none.
     made.remove("maxLevelCell");
-    let (_, file) = words(&made);
-    expect_columns(&file, 1, |cell| 1.0 + 0.01 * cell as f64);
+    expect_columns(&open(&made), 1, |cell| 1.0 + 0.01 * cell as f64);
     made.add("maxLevelCell", &["nCells"], Values::I32((0..42).map(|c| levels(c) as i32).collect()));
     made.add("minLevelCell", &["nCells"], Values::I32((0..42).map(|c| if c == 3 { 2 } else { 1 }).collect()));
-    let (_, file) = words(&made);
-    let below_ice = column(&read(&file, "theta", 0).all().unwrap(), 3);
+    let below_ice = column(&read(&open(&made), "theta", 0).all().unwrap(), 3);
     let expected = [0.03, 0.03, -19.97, -89.97, -489.97];
     assert!(below_ice.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{below_ice:?}");
 }
@@ -147,7 +145,7 @@ fn heights_over_triangles_are_averaged() {
     // Of pressures all columns have the same heights.
     let file = open(&made);
     let grid = file.mesh().grid().unwrap();
-    assert_eq!(file.native_heights_in_words("ta").unwrap(), None);
+    assert_eq!(file.find_native_info("ta").unwrap(), None);
     let error = file.native_info("ta").unwrap_err();
     let parts = ["made.nc: ta has no native heights", "looked for a coordinate lev(lev)", "z_ifc, ", " and 80 cells"];
     expect(&error, ErrorKind::Layers, &parts);

@@ -2,7 +2,7 @@
 
 use crate::made::{LAYERS, Made, Values};
 use crate::made_ocean::{DEPTH_M, levels};
-use crate::memory::{expect, open};
+use crate::memory::{expect, open, values};
 use icoray::{CenterField, ErrorKind};
 
 #[test]
@@ -41,9 +41,8 @@ fn ice_shelves_lie_on_top() {
     let mut first = vec![1; 42];
     first[3] = 2;
     made.add("minLevelCell", &["nCells"], Values::I32(first));
-    let owned = open(&made).read_field("theta", 0).unwrap();
-    let field = owned.field().unwrap();
-    let is_there = |cell| [0, 1, 2, 3].map(|layer| field.value(cell, layer).is_finite());
+    let field = values(&open(&made), "theta", 0);
+    let is_there = |cell| [0, 1, 2, 3].map(|layer| field(cell, layer).is_finite());
     assert_eq!((is_there(3), is_there(4)), ([false, true, true, true], [true; 4]));
 }
 

@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values, value};
 use crate::made_icon::Angles;
-use crate::memory::{expect, open, open_error, opened};
+use crate::memory::{expect, open, open_error, opened, values};
 use crate::ugrid::cube;
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 
@@ -51,7 +51,7 @@ fn cells_of_scrip_are_polygons() {
     let file = opened(&data("ncol", 162), &[&hexagons]).unwrap();
     assert!(!file.mesh().is_of_points());
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().edges()), (162, 320, 480));
-    assert_eq!(file.read_field("t", 0).unwrap().field().unwrap().value(161, 0), value(0, 161, 0));
+    assert_eq!(values(&file, "t", 0)(161, 0), value(0, 161, 0));
     expect_no_fields(&hexagons);
     // A masked cell without a polygon: the places of all cells are there still.
     let mut masked = hexagons;
@@ -67,7 +67,7 @@ fn cells_of_scrip_are_polygons() {
     let table: Vec<i32> = [0, 1, 2, 4, 5, 6].iter().flat_map(|i| [*i, i + 1, i + 5, i + 4]).collect();
     let file = opened(&rows(), &[&scrip(&nodes, &table, 4)]).unwrap();
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().is_of_points()), (6, 12, false));
-    assert_eq!(file.read_field("t", 0).unwrap().field().unwrap().value(4, 0), 4.0);
+    assert_eq!(values(&file, "t", 0)(4, 0), 4.0);
 }
 
 /// ESMF's file of the squares of a cube, as a table with a further column or with all nodes behind each other.
@@ -164,7 +164,7 @@ fn pixels_of_healpix_are_columns() {
     let center = file.mesh().tables().center;
     let at = [center.lon_rad.get(3), center.lat_rad.get(3)].map(f64::to_degrees);
     assert!((at[0] - 45.0).abs() < 1e-9 && (at[1] - 30.0).abs() < 1e-9, "{at:?}");
-    assert_eq!(file.read_field("t", 0).unwrap().field().unwrap().value(191, 0), value(0, 191, 0));
+    assert_eq!(values(&file, "t", 0)(191, 0), value(0, 191, 0));
     let ring = open(&healpix(192, vec![("healpix_nside", 4.into()), ("healpix_order", "ring".into())]));
     assert!((ring.mesh().tables().center.lat_rad.get(3).to_degrees() - 78.284147605).abs() < 1e-8);
     // A part, with the numbers of its pixels.

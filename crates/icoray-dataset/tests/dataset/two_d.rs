@@ -3,8 +3,8 @@
 use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
 use crate::made_ocean::levels;
-use crate::memory::{expect, open};
-use icoray::{Error, ErrorKind, Level, Location, Renderer, Script, suggest};
+use crate::memory::{expect, names, open, values};
+use icoray::{Error, ErrorKind, Level, Location, Renderer, Scale, Script, suggest};
 use icoray_dataset::{LayerSelection, SceneFields};
 
 #[test]
@@ -38,7 +38,7 @@ fn a_2d_field_lies_on_the_sphere() {
     let heights = file.layer_heights("surface_pressure").unwrap();
     assert_eq!((heights.variable.as_str(), heights.height_m[0]), ("sphere", 0.0));
     assert_eq!(heights.layers.radius_m()[0], RADIUS_M);
-    assert_eq!(file.native_heights_in_words("surface_pressure").unwrap(), None);
+    assert_eq!(file.find_native_info("surface_pressure").unwrap(), None);
     let error = file.native_info("surface_pressure").unwrap_err();
     expect(&error, ErrorKind::Layers, &["surface_pressure has no native heights", "2D field"]);
     // A mesh on the unit sphere, and a file without heights.
@@ -57,17 +57,30 @@ fn fields_with_layers_are_likelier() {
     };
     let mut made = Made::history();
     let cells = made.dimension("nCells");
-    for (name, dimensions) in [("ter", &["nCells"][..]), ("areaCell", &["nCells"]), ("xCell", &["nCells"])] {
-        made.add(name, dimensions, Values::F64(vec![1.0; cells]));
+    made.dimensions.push(("nSoilLevels", 2));
+    let levels = ["nCells", "nVertLevels"];
+    for (name, dimensions, long_name, units) in [
+        ("tslb", &["Time", "nCells", "nSoilLevels"][..], "Soil temperature", "K"),
+        ("rho_base", &levels, "Base state density", "kg m^{-3}"),
+        ("gh", &levels, "geopotential height", "m"),
+        ("layerThickness", &levels, "", "m"),
+        ("ter", &["nCells"], "terrain height", "m"),
+        ("ssh", &["Time", "nCells"], "sea surface height", "m"),
+        ("areaCell", &["nCells"], "", "m^2"),
+        ("xCell", &["nCells"], "", "m"),
+    ] {
+        let values = vec![1.0; RECORDS * LAYERS * cells];
+        let values = values[..dimensions.iter().map(|name| made.dimension(name)).product()].to_vec();
+        made.add(name, dimensions, Values::F64(values)).attributes =
+            vec![("long_name", long_name.into()), ("units", units.into())];
     }
-    assert_eq!(likely(&made), ["theta", "w", "vorticity", "rho", "surface_pressure", "ter"]);
-    for name in ["theta", "w", "vorticity", "rho", "zgrid"] {
+    assert_eq!(likely(&made), ["theta", "w", "vorticity", "tslb", "rho", "surface_pressure", "ssh", "ter"]);
+    for name in ["theta", "w", "vorticity", "rho", "zgrid", "tslb", "rho_base", "gh", "layerThickness", "ssh"] {
         made.remove(name);
     }
     assert_eq!(likely(&made), ["surface_pressure", "ter"]);
     let file = open(&made);
-    let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
-    assert_eq!(names, ["surface_pressure", "ter", "areaCell"], "positions are no fields");
+    assert_eq!(names(&file), ["surface_pressure", "ter", "areaCell"], "positions are no fields");
 }
 
 #[test]
@@ -95,6 +108,28 @@ fn one_layer_is_2d_too() {
     }
 }
 
+/// Values over decades, most of them small, such as those of ERA5's `tp`.
+#[test]
+fn precipitation_in_metres_has_the_scale_of_its_values_and_heights_a_linear_one() {
+    let mut made = Made::mesh(false);
+    made.add("tp", &["nCells"], Values::F64((0..42).map(|i| 0.02 * 10f64.powf(-0.1 * f64::from(i))).collect()));
+    for (attribute, name, scale) in [
+        ("long_name", "Snow depth", Scale::Linear),
+        ("long_name", "Roughness of the terrain", Scale::Linear),
+        ("long_name", "Total precipitation", Scale::Log),
+        ("long_name", "Convective rain", Scale::Log),
+        ("standard_name", "lwe_thickness_of_snowfall_amount", Scale::Log),
+    ] {
+        made.last().attributes = vec![("units", "m".into()), (attribute, name.into())];
+        let file = open(&made);
+        let (grid, renderer) = (file.mesh().grid().unwrap(), Renderer::new(1).unwrap());
+        let (info, all) = (file.field_info("tp").unwrap(), LayerSelection::default());
+        let text = file.suggest_scene(&grid, &renderer, info, 0, &all, suggest::Options::default()).unwrap();
+        let scene = Script::parse(&text).unwrap().views()[0].scenes().next().unwrap();
+        assert_eq!(scene.paintings().last().unwrap().coloring.unwrap().scale(), scale, "{name}");
+    }
+}
+
 /// Where there is no water at all there is no sea surface; elsewhere there is, however shallow.
 #[test]
 fn a_sea_surface_lies_on_water() {
@@ -115,9 +150,8 @@ fn integers_over_columns_are_fields_and_tables_are_none() {
     flags[1] = -2_147_483_647;
     made.add("flag", &["Time", "nCells"], Values::I32(flags));
     let file = open(&made);
-    let owned = file.read_field("ivgtyp", 0).unwrap();
-    let field = owned.field().unwrap();
-    assert!(kinds.iter().enumerate().all(|(cell, kind)| field.value(cell, 1) == f64::from(*kind)));
+    let field = values(&file, "ivgtyp", 0);
+    assert!(kinds.iter().enumerate().all(|(cell, kind)| field(cell, 1) == f64::from(*kind)));
     let flags = file.read_field("flag", 0).unwrap();
     let flags = flags.field().unwrap();
     assert!(flags.value(0, 0) == 3.0 && flags.value(1, 0).is_nan(), "nothing was written there");
@@ -178,7 +212,7 @@ fn layers_are_surfaces_without_heights() {
         let (grid, renderer) = (file.mesh().grid().unwrap(), Renderer::new(1).unwrap());
         let options = suggest::Options { surface: Some(Level::Ground), ..suggest::Options::default() };
         let info = file.field_info(field).unwrap();
-        let text = file.suggest_scene((&grid, &renderer), (info, 0), &all, options).unwrap();
+        let text = file.suggest_scene(&grid, &renderer, info, 0, &all, options).unwrap();
         assert_eq!(Script::parse(&text).unwrap().views()[0].scenes().next().unwrap().exaggeration, 1.0);
     }
 }

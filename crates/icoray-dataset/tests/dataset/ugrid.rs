@@ -1,7 +1,7 @@
 //! UGRID's files: polygons, triangles, marks for entries that are missing, and names in attributes.
 
 use crate::made::{Made, Values, value};
-use crate::memory::{open, open_error, opened};
+use crate::memory::{names, open, open_error, opened, values};
 use icoray::{ColumnCount, IcosahedralMesh, Location};
 use icoray_dataset::Convention;
 use std::collections::HashMap;
@@ -30,8 +30,7 @@ impl Made {
         ];
         made.add("nodes_of_face", &["nf", "row"], Values::I32(table));
         made.last().attributes = vec![("start_index", 1.into()), ("_FillValue", (-999).into())];
-        made.add("height", &["height"], Values::F64(vec![0.0, 1e3, 5e3]));
-        made.last().attributes = vec![("units", "m".into())];
+        made.add("height", &["height"], Values::F64(vec![0.0, 1e3, 5e3])).attributes = vec![("units", "m".into())];
         made
     }
 
@@ -70,7 +69,7 @@ fn polygons_are_cells_and_nodes_are_corners() {
     );
     assert_eq!(file.field_info("theta").unwrap().location, Location::Center);
     assert_eq!(file.field_info("vorticity").unwrap().location, Location::Corner);
-    assert_eq!(file.read_field("theta", 0).unwrap().field().unwrap().value(41, 2), value(0, 41, 2));
+    assert_eq!(values(&file, "theta", 0)(41, 2), value(0, 41, 2));
     assert_eq!(file.layer_heights("theta").unwrap().height_m, [0.0, 1e3, 5e3]);
     let center = file.mesh().tables().center;
     for cell in 0..grid.cells() {
@@ -176,7 +175,7 @@ fn squares_are_cells_or_their_nodes_are() {
     }
 }
 
-/// The same file in the other order, from 0 or 1, with the attributes that tell and without.
+/// The same file in the other order, from 0 or 1, with the attributes that declare both and without.
 #[test]
 fn tables_may_be_transposed_and_count_from_0_or_1() {
     let mesh = mesh();
@@ -184,20 +183,20 @@ fn tables_may_be_transposed_and_count_from_0_or_1() {
         let at = |i: usize| mesh.corner_cell[if is_transposed { 3 * (i % 80) + i / 80 } else { i }] + base;
         (0..240).map(at).collect()
     };
-    for (base, is_transposed, is_told) in
+    for (base, is_transposed, is_declared) in
         [(0, true, true), (1, true, false), (1, false, false), (0, false, false), (0, true, false)]
     {
         let mut made = Made::ugrid(80, mesh.cells(), 3, corner_cells(base, is_transposed));
         made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
         let table = made.variable("nodes_of_face");
-        table.attributes = if is_told { vec![("start_index", base.into())] } else { Vec::new() };
+        table.attributes = if is_declared { vec![("start_index", base.into())] } else { Vec::new() };
         table.dimensions = if is_transposed { vec!["row", "nf"] } else { vec!["nf", "row"] };
-        if is_told {
+        if is_declared {
             made.variable("Mesh2").attributes.push(("face_dimension", "nf".into()));
         }
         let file = open(&made);
         let read = file.mesh().tables().corner_cell.iter().map(|cell| cell as i32).collect::<Vec<_>>();
-        assert_eq!(read, mesh.corner_cell, "from {base}, transposed: {is_transposed}, told: {is_told}");
+        assert_eq!(read, mesh.corner_cell, "from {base}, transposed: {is_transposed}, declared: {is_declared}");
     }
 }
 
@@ -223,7 +222,7 @@ fn coordinates_are_no_fields_and_the_topology_goes_before_names() {
     made.add("river_faces", &["row", "row"], Values::I32(vec![1; 9]));
     made.variable("depth").attributes = vec![("mesh", "Mesh2".into())];
     let file = open(&made);
-    assert_eq!(file.fields().iter().map(|field| field.name.as_str()).collect::<Vec<_>>(), ["depth"]);
+    assert_eq!(names(&file), ["depth"]);
     assert_eq!((file.mesh().cells(), file.mesh().corners()), (42, 80));
     // Values at edges, of which only ICON has a table.
     made.dimensions.push(("edges", 120));

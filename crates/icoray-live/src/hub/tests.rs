@@ -43,7 +43,7 @@ fn pictures_at_rest_are_given_up_for_newer_ones_and_coarse_ones_are_not() {
     let hub = hub();
     let coarse = draw(&hub);
     let revision = change(&hub, TURN);
-    assert!(!hub.stop.load(Relaxed), "a hand that moves on would never see a picture");
+    assert!(!hub.stop.load(Relaxed), "a user who keeps moving would never see a picture");
     assert!(hub.drawn(&coarse, 0.08));
     // Only the newest of several changes is drawn.
     change(&hub, TURN);
@@ -91,7 +91,7 @@ fn questions_come_first_are_limited_and_end_with_the_program() {
     assert!(matches!(hub.next(), Some(Request::Answer { question: Question::Picture { .. }, .. })));
     hub.end();
     assert!(hub.next().is_none());
-    assert!(answers.iter_mut().all(|answer| answer.try_recv().is_err()), "nobody waits for ever");
+    assert!(answers.iter_mut().all(|answer| answer.try_recv().is_err()), "the requests end");
     assert!(!hub.ask(Question::Picture { time: None, reply: Reply(oneshot::channel().0) }));
 }
 

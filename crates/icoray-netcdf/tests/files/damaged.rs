@@ -41,17 +41,6 @@ fn a_file_cut_off_anywhere_is_an_error() {
     }
 }
 
-#[test]
-fn records_before_the_cut_are_read() {
-    let (_folder, path) = Made::history().write(Options::_64BIT_OFFSET);
-    let whole = std::fs::read(&path).unwrap();
-    std::fs::write(&path, &whole[..whole.len() - 1000]).unwrap();
-    let file = icoray_netcdf::open(&path).unwrap();
-    file.read_field("vorticity", 1).unwrap();
-    let error = file.read_field("vorticity", 2).unwrap_err();
-    expect(&error, ErrorKind::Io, &["made.nc", "variable vorticity ends at byte", "cut off"]);
-}
-
 /// The only record variable of a classic file is packed without padding: its records must be found all the same.
 #[test]
 fn a_lone_record_variable_is_found() {

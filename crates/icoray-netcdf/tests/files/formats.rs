@@ -43,8 +43,7 @@ fn with_attributes() -> Made {
     other.name = "other_levels";
     other.attributes[3].1 = Values::F64(vec![273.0, 274.0]);
     made.variables.push(other);
-    made.add("crs", &[], Values::I32(vec![0]));
-    made.last().attributes = vec![("cf_role", "none".into())];
+    made.add("crs", &[], Values::I32(vec![0])).attributes = vec![("cf_role", "none".into())];
     made.remove("xtime");
     made.add("Time", &["Time"], Values::I32(vec![0, 59, 365]));
     made.last().attributes = vec![("units", "days since 2000-01-01".into()), ("calendar", "noleap".into())];

@@ -2,7 +2,7 @@
 
 use crate::made::{Made, MadeVariable, Values};
 use netcdf::types::NcVariableType;
-use netcdf::{AttributeValue, Extents, FileMut, NcTypeDescriptor, Options, Variable};
+use netcdf::{AttributeValue, Extents, FileMut, NcTypeDescriptor, Options};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -18,7 +18,7 @@ pub fn formats() -> [(&'static str, Options); 4] {
 
 #[repr(transparent)]
 #[derive(Clone, Copy)]
-pub struct Char(pub u8);
+struct Char(u8);
 
 // SAFETY: NC_CHAR is one byte.
 unsafe impl NcTypeDescriptor for Char {
@@ -49,7 +49,7 @@ impl Made {
         }
         file.enddef().unwrap();
         for variable in self.variables.iter().filter(|variable| variable.values.len() > 0) {
-            variable.put(&mut file);
+            variable.put(&mut file, 0);
         }
         file.close().unwrap();
     }
@@ -69,16 +69,21 @@ impl MadeVariable {
         }
     }
 
-    fn put(&self, file: &mut FileMut) {
+    /// Writes the values, of a record variable from a record on.
+    pub fn put(&self, file: &mut FileMut, record: usize) {
         let mut variable = file.variable_mut(self.name).unwrap();
+        let mut count: Vec<usize> = variable.dimensions().iter().map(|dimension| dimension.len()).collect();
+        let mut start = vec![0; count.len()];
+        if variable.dimensions().first().is_some_and(netcdf::Dimension::is_unlimited) {
+            start[0] = record;
+            count[0] = self.values.len() / count[1..].iter().product::<usize>();
+        }
+        let extents = Extents::try_from((start, count)).unwrap();
         match &self.values {
-            Values::F32(v) => variable.put_values(v, extents(&variable, v.len())),
-            Values::F64(v) => variable.put_values(v, extents(&variable, v.len())),
-            Values::I32(v) => variable.put_values(v, extents(&variable, v.len())),
-            Values::Text(v) => {
-                let v: Vec<Char> = v.iter().map(|c| Char(*c)).collect();
-                variable.put_values(&v, extents(&variable, v.len()))
-            }
+            Values::F32(values) => variable.put_values(values, extents),
+            Values::F64(values) => variable.put_values(values, extents),
+            Values::I32(values) => variable.put_values(values, extents),
+            Values::Text(text) => variable.put_values(&text.iter().map(|c| Char(*c)).collect::<Vec<_>>(), extents),
         }
         .unwrap();
     }
@@ -91,13 +96,4 @@ fn attribute(values: &Values) -> AttributeValue {
         Values::I32(values) => AttributeValue::Ints(values),
         Values::Text(text) => AttributeValue::Str(String::from_utf8(text).unwrap()),
     }
-}
-
-/// The whole variable, with as many records as `len` values make.
-fn extents(variable: &Variable<'_>, len: usize) -> Extents {
-    let mut count: Vec<usize> = variable.dimensions().iter().map(|d| d.len()).collect();
-    if variable.dimensions().first().is_some_and(netcdf::Dimension::is_unlimited) {
-        count[0] = len / count[1..].iter().product::<usize>();
-    }
-    Extents::try_from((vec![0; count.len()], count)).unwrap()
 }

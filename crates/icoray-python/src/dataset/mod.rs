@@ -70,11 +70,11 @@ impl Opened {
         let scene_fields = SceneFields::new(dataset, &script, &layers, grid.cells())?;
         let (dates, seconds) = (dataset.times(), dataset.seconds());
         let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
-        let (_, read) = series.views_of(dataset, time, renderer, &scene_fields)?;
+        let (_, read) = series.views_of(&scene_fields, renderer, time)?;
         let stamp: Stamp = series.stamp(time);
         let shot = script.views()[0].shots(&stamp).next().expect("a scene is one picture");
         let mut heights = self.heights.lock().unwrap_or_else(PoisonError::into_inner);
-        heights.get_ready((dataset, grid, renderer), &scene_fields, std::iter::once(shot.scene.clone()), time)?;
+        heights.get_ready(&scene_fields, grid, renderer, std::iter::once(shot.scene.clone()), time)?;
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
         let frame = drawing.frame(&shot.scene, &read.borrowed()?, &heights, &mut Ranks::alone())?;
         let mut frame = frame.expect("who draws alone is rank 0");

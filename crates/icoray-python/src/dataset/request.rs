@@ -79,7 +79,7 @@ impl<'py> Request<'py> {
                 let (field, layers) = (self.get::<String>("field", FIELD)?, self.layers);
                 renderer.draw(py, None, move |inner| {
                     let wanted = suggest::Completion { text: &text, field: field.as_deref(), ..Default::default() };
-                    opened.dataset.completed_scene((opened.grid(), inner), &wanted, time, &layers)
+                    opened.dataset.completed_scene(opened.grid(), inner, &wanted, time, &layers)
                 })?
             }
             None => self.suggested(py, opened, renderer, time)?,
@@ -111,7 +111,7 @@ impl<'py> Request<'py> {
         };
         let layers = self.layers;
         renderer.draw(py, None, move |inner| {
-            opened.dataset.suggest_scene((opened.grid(), inner), (info, time), &layers, options)
+            opened.dataset.suggest_scene(opened.grid(), inner, info, time, &layers, options)
         })
     }
 

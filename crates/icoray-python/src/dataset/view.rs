@@ -40,11 +40,11 @@ impl View {
         let reader = view::reader(&opened.dataset);
         let size = if request.has_size()? { PictureSize::SceneOrViewer } else { PictureSize::Viewer };
         let options = Options { port, size, is_framed: true };
-        let live = LiveView::open(&options, description, (text, time), reader).map_err(raised)?;
+        let live = LiveView::open(&options, description, text, time, reader).map_err(raised)?;
         let live = Arc::new(live);
         let renderer = made(threads, live.stop())?;
         let (opened, layers, served) = (opened.clone(), request.layers, live.clone());
-        let serve = move || Viewer::new((&opened.dataset, opened.grid()), &renderer, &layers, &served).run();
+        let serve = move || Viewer::new(&opened.dataset, opened.grid(), &renderer, &layers, &served).run();
         let thread = thread::Builder::new().name("icoray view".into()).spawn(serve);
         let thread = thread.map_err(|e| argument(format!("no thread for the page: {e}")))?;
         Ok(View { address: live.address(), served: Mutex::new(Some((live, thread))) })

@@ -107,7 +107,7 @@ pub struct Options {
     pub is_underived: bool,
     /// Omits the time from the title, as the data have none.
     pub is_timeless: bool,
-    /// Whether values are lengths, such as heights and depths, which have a linear scale.
+    /// Whether values are heights, depths or other lengths, which have a linear scale. Amounts of precipitation are none.
     pub is_length: bool,
     /// Lines for the comment at the top of the text, such as the command that draws it.
     pub head: Vec<String>,

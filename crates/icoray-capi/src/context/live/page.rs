@@ -46,7 +46,7 @@ impl Page {
         let fields = inputs.fields.keys().cloned().collect();
         let steered = SharedSteered::new(Steered { text: text.to_owned(), fields }.into());
         let reader = steering_reader(inputs.first.clone(), steered.clone());
-        let view = without_signals(|| LiveView::open(&options, describe(inputs), (text.to_owned(), 0), reader))?;
+        let view = without_signals(|| LiveView::open(&options, describe(inputs), text.to_owned(), 0, reader))?;
         let address = drawing.directory().join(ADDRESS);
         written(&address, &view.address())?;
         let whole = view.address();

@@ -3,40 +3,26 @@
 use super::model::records;
 use super::{NAMED_BY_DATE, Watcher, folder};
 use crate::made::Made;
-use crate::run::{fails, icoray, prints, scene};
+use crate::run::scene;
 use crate::viewer::Viewer;
 use netcdf::Options;
 use std::fs;
 use std::path::Path;
 
-/// Facts and pixels of the first picture of a revision.
-fn seen(viewer: &Viewer, revision: u64) -> (serde_json::Value, Vec<u8>) {
-    let mut after = 0;
-    loop {
-        let answer = viewer.get(&format!("/api/frame?after={after}"));
-        let (facts, png) = answer.picture();
-        if facts["revision"].as_u64() >= Some(revision) {
-            return (facts.clone(), image::load_from_memory(png).unwrap().into_rgba8().into_raw());
-        }
-        after = facts["number"].as_u64().unwrap();
-    }
-}
-
-fn pixels(path: &Path) -> Vec<u8> {
-    image::open(path).unwrap().into_rgba8().into_raw()
+fn pixels(path: &Path) -> image::RgbaImage {
+    image::open(path).unwrap().into_rgba8()
 }
 
 #[test]
 fn a_page_follows_and_steers_what_is_drawn_next() {
     let made = Made::history();
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
-    let path = folder.path();
     let comes = |number: usize| {
-        let unseen = path.join("run/.unseen.nc");
+        let unseen = folder.at("run/.unseen.nc");
         records(&made, number..number + 1).write_to(&unseen, Options::_64BIT_OFFSET);
-        fs::rename(unseen, path.join(format!("run/{number}.nc"))).unwrap();
+        fs::rename(unseen, folder.at(format!("run/{number}.nc"))).unwrap();
     };
-    let watcher = Watcher::start(path, &["--live"]);
+    let watcher = Watcher::start(&folder, &["--live"]);
     watcher.wait("the page", || watcher.text().contains("live      http://"));
     let text = watcher.text();
     let address = text.lines().find_map(|line| line.strip_prefix("live      ")).unwrap();
@@ -44,18 +30,18 @@ fn a_page_follows_and_steers_what_is_drawn_next() {
     assert_eq!(viewer.get("/api/describe").json()["live"], true);
     comes(0);
     watcher.wait_for("2013-10-25.png");
-    let first = path.join("out/2013-10-25.png");
-    let (_, shown) = seen(&viewer, 1);
+    let first = folder.at("out/2013-10-25.png");
+    let (_, shown) = viewer.first(1, |_| true);
     assert!(shown == pixels(&first));
 
     // The time that is shown is drawn again for the page alone.
     let written = fs::read(&first).unwrap();
     let change = r#"{"changes":[{"path":["camera","lon"],"value":40}]}"#;
     let revision = viewer.post("/api/change", change).json()["revision"].as_u64().unwrap();
-    let (_, turned) = seen(&viewer, revision);
+    let (_, turned) = viewer.first(revision, |_| true);
     assert!(turned != shown && fs::read(&first).unwrap() == written);
     watcher.wait("the note", || watcher.text().contains("live      a viewer has set camera.lon"));
-    let kept = fs::read_to_string(path.join("out/live.toml")).unwrap();
+    let kept = folder.text("out/live.toml");
     assert_eq!(kept, viewer.get("/api/scene").json()["text"]);
 
     // Questions are answered from it, and what cannot be drawn is refused.
@@ -74,15 +60,15 @@ fn a_page_follows_and_steers_what_is_drawn_next() {
     watcher.wait_for("2013-10-26.png");
     watcher.expect_drawn(2);
     watcher.stop();
-    fs::write(path.join("scene.toml"), kept).unwrap();
-    prints(icoray(path).args(["render", "finished.nc", "--scene", "scene.toml", "--time", "1", "-o", "rendered.png"]));
-    assert!(pixels(&path.join("rendered.png")) == pixels(&path.join("out/2013-10-26.png")));
+    folder.write("scene.toml", kept);
+    folder.prints(["render", "finished.nc", "--scene", "scene.toml", "--time", "1", "-o", "rendered.png"]);
+    assert!(pixels(&folder.at("rendered.png")) == pixels(&folder.at("out/2013-10-26.png")));
 }
 
 #[test]
 fn a_page_has_the_scene_of_the_file() {
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
     let watch = ["watch", "run", "--scene", "scene.toml", "-o", "out"];
-    let mut command = icoray(folder.path());
-    fails(command.args(watch).args(["--live", "--lon", "3"]), 1, &["--lon: expected no such option beside --scene"]);
+    let parts = ["--lon: expected no such option beside --scene"];
+    folder.fails([&watch[..], &["--live", "--lon", "3"]].concat(), 1, &parts);
 }

@@ -1,9 +1,9 @@
 //! Files as a model writes them: record by record, and in pieces.
 
-use crate::made::{Made, RECORDS, Values};
-use crate::written::Char;
+use crate::made::{Made, MadeVariable, RECORDS, Values};
+use crate::run::Folder;
 use icoray_test_support::PATIENCE;
-use netcdf::{Extents, FileMut, Options};
+use netcdf::{FileMut, Options};
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
@@ -32,13 +32,13 @@ fn part(values: &Values, range: &Range<usize>) -> Values {
 }
 
 /// A file of one later time, whose picture shows that all files before were looked at.
-pub fn mark(folder: &Path, day: u32) {
+pub fn mark(folder: &Folder, day: u32) {
     let mut made = records(&Made::history(), 0..1);
     let Values::Text(text) = &mut made.variable("xtime").values else { panic!("xtime is text") };
     *text = format!("{:<64}", format!("2014-01-{day:02}_00:00:00")).into_bytes();
-    let unseen = folder.join(".mark.nc");
+    let unseen = folder.at(".mark.nc");
     made.write_to(&unseen, Options::_64BIT_OFFSET);
-    fs::rename(unseen, folder.join(format!("run/mark{day}.nc"))).unwrap();
+    fs::rename(unseen, folder.at(format!("run/mark{day}.nc"))).unwrap();
 }
 
 impl Made {
@@ -53,14 +53,15 @@ impl Made {
     /// Writes what does not change.
     pub fn put_fixed(&self, file: &mut FileMut) {
         for variable in self.variables.iter().filter(|variable| variable.dimensions[0] != "Time") {
-            put(file, variable.name, &variable.values, None);
+            variable.put(file, 0);
         }
     }
 
     /// Writes the next record.
     pub fn put_record(&self, file: &mut FileMut, record: usize) {
         for variable in self.variables.iter().filter(|variable| variable.dimensions[0] == "Time") {
-            put(file, variable.name, &part(&variable.values, &(record..record + 1)), Some(record));
+            let values = part(&variable.values, &(record..record + 1));
+            MadeVariable { values, ..variable.clone() }.put(file, record);
         }
     }
 }
@@ -75,21 +76,4 @@ pub fn append(path: &Path) -> FileMut {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-}
-
-fn put(file: &mut FileMut, name: &str, values: &Values, record: Option<usize>) {
-    let mut variable = file.variable_mut(name).unwrap();
-    let mut count: Vec<usize> = variable.dimensions().iter().map(|dimension| dimension.len()).collect();
-    let mut start = vec![0; count.len()];
-    if let Some(record) = record {
-        (start[0], count[0]) = (record, 1);
-    }
-    let extents = Extents::try_from((start, count)).unwrap();
-    match values {
-        Values::F32(values) => variable.put_values(values, extents),
-        Values::F64(values) => variable.put_values(values, extents),
-        Values::I32(values) => variable.put_values(values, extents),
-        Values::Text(values) => variable.put_values(&values.iter().map(|c| Char(*c)).collect::<Vec<_>>(), extents),
-    }
-    .unwrap();
 }

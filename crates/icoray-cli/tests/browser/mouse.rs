@@ -1,16 +1,15 @@
 //! The mouse: turning, zooming, editing a knot, probing, playing.
 
 use crate::browser::Browser;
-use crate::page::{Shown, folder};
-use crate::run::icoray;
-use crate::viewer::Viewer;
+use crate::made::Made;
+use crate::page::Shown;
+use crate::run::Folder;
 use icoray::{Renderer, Scene};
 use std::collections::BTreeSet;
 
 #[test]
 fn the_mouse_turns_zooms_and_centres() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, .. } = &shown;
+    let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     let (first, start, picture) = (browser.text(), browser.camera(), browser.canvas_hash());
     let probe = |[x, y]: [f64; 2]| {
         let found = viewer.get(&format!("/api/probe?x={x:.5}&y={y:.5}")).json();
@@ -22,7 +21,7 @@ fn the_mouse_turns_zooms_and_centres() {
     let turned = browser.camera();
     assert!((turned[0] - start[0]).abs() < 1e-9, "{start:?} {turned:?}");
     assert_ne!(browser.canvas_hash(), picture);
-    // What was under the hand has followed it.
+    // What was under the mouse has followed it.
     let followed = probe([0.58, 0.44]);
     assert!(seen.iter().zip(followed).all(|(a, b)| (a - b).abs() < 6.0), "{seen:?} {followed:?}");
 
@@ -50,9 +49,8 @@ fn the_mouse_turns_zooms_and_centres() {
 }
 
 #[test]
-fn a_knot_follows_the_hand() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, .. } = &shown;
+fn a_knot_follows_the_mouse() {
+    let Some(Shown { browser, .. }) = &Shown::start() else { return };
     let knots = || {
         let found = browser.ask("return store.scene.values.transfer.knots;");
         let part = |knot: &serde_json::Value, key: &str| knot[key].as_f64().unwrap();
@@ -103,8 +101,7 @@ fn a_knot_follows_the_hand() {
 
 #[test]
 fn a_probe_shows_what_the_renderer_finds() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, folder } = &shown;
+    let Some(Shown { browser, viewer, folder }) = &Shown::start() else { return };
     browser.click_at(browser.place([0.47, 0.56]), 1);
     let shown = browser.until_text("#panel-probe .value", " K");
     // The place that the page has asked for.
@@ -114,7 +111,7 @@ fn a_probe_shows_what_the_renderer_finds() {
     let at = [0, 1].map(|k: usize| asked[k].as_f64().unwrap());
     assert!((at[0] - 0.47).abs() < 0.002 && (at[1] - 0.56).abs() < 0.002, "{at:?}");
 
-    let file = icoray_netcdf::open(folder.path().join("made.nc")).unwrap();
+    let file = icoray_netcdf::open(folder.at("made.nc")).unwrap();
     let scene = Scene::parse(&browser.text()).unwrap();
     let (grid, layers) = (file.mesh().grid().unwrap(), file.layers(scene.field()).unwrap());
     let values = file.read_field(scene.field(), browser.number("store.frame.time") as usize).unwrap();
@@ -155,8 +152,7 @@ fn a_probe_shows_what_the_renderer_finds() {
 
 #[test]
 fn times_are_played_until_a_hand_stops_them() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start() else { return };
     browser.until_text("#time-label", "3/3");
     let last = browser.canvas_hash();
     browser.changed_by(|| browser.click("#earlier"));
@@ -189,13 +185,12 @@ const CHOOSE_W: &str = "const select = document.querySelector('#colours select[a
 
 #[test]
 fn another_field_has_its_own_look() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, folder } = &shown;
+    let Some(Shown { browser, viewer, folder }) = &Shown::start() else { return };
     let first = viewer.get("/api/scene").json()["values"].clone();
     browser.changed_by(|| drop(browser.js(CHOOSE_W)));
     browser.until_text("#facts", "w");
     let values = viewer.get("/api/scene").json()["values"].clone();
-    let alone = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--field", "w"]));
+    let alone = folder.view(&["--field", "w"]);
     let alone = alone.get("/api/scene").json()["values"].clone();
     assert_eq!([&values["field"], &values["transfer"]], [&alone["field"], &alone["transfer"]]);
     assert!(values["transfer"] != first["transfer"] && values["camera"] == first["camera"]);
@@ -215,8 +210,7 @@ fn another_field_has_its_own_look() {
 
 #[test]
 fn an_isosurface_is_suggested_for_the_field_that_was_chosen() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, .. } = &shown;
+    let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     let range = viewer.get("/api/histogram?field=w").json()["range"].clone();
     // The histogram comes when the test lets it.
     browser.js("const own = window.fetch; const letGo = new Promise((resolve) => { window.letGo = resolve; });
@@ -247,10 +241,10 @@ fn an_isosurface_is_suggested_for_the_field_that_was_chosen() {
 #[test]
 fn what_is_said_of_a_picture_is_of_the_surface_that_it_shows() {
     let Some(browser) = Browser::start() else { return };
-    let folder = folder("made.nc");
+    let folder = Folder::of(&Made::history());
     let scene = "field = 'theta'\n[[surfaces]]\nlayer = 0\nfield = 'theta'\ntransfer = { map = 'magma' }\n";
-    std::fs::write(folder.path().join("s.toml"), scene).unwrap();
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    folder.write("s.toml", scene);
+    let viewer = folder.view(&["--scene", "s.toml"]);
     browser.resize([800, 560], false);
     browser.open(&viewer);
     browser.until_text("#facts", "theta");

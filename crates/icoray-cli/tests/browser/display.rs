@@ -2,9 +2,9 @@
 
 use crate::browser::Browser;
 use crate::looks::{TABS, looks_right};
-use crate::page::{SCREEN, Shown, folder};
-use crate::run::icoray;
-use crate::viewer::Viewer;
+use crate::made::Made;
+use crate::page::{SCREEN, Shown};
+use crate::run::Folder;
 use serde_json::json;
 
 /// Copies the upper left corner of the canvas, where the title is: its bytes, row by row.
@@ -16,8 +16,7 @@ const CORNER: &str = "const corner = () => {
 
 #[test]
 fn labels_and_lines_of_drafts_are_as_sharp_as_at_rest() {
-    let Some(shown) = Shown::start_with(SCREEN, false) else { return };
-    let Shown { browser, viewer, .. } = &shown;
+    let Some(Shown { browser, viewer, .. }) = &Shown::start_with(SCREEN, false) else { return };
     browser.ask(&format!(
         "{CORNER} window.atRest = corner();
          const {{ on }} = await import('/store.js'); const {{ move }} = await import('/sender.js');
@@ -69,10 +68,10 @@ fn labels_and_lines_of_drafts_are_as_sharp_as_at_rest() {
 #[test]
 fn labels_of_scaled_pictures_have_the_pixels_of_the_screen() {
     let Some(browser) = Browser::start() else { return };
-    let folder = folder("made.nc");
+    let folder = Folder::of(&Made::history());
     let scene = "field = 'theta'\nimage = { width = 200, height = 160 }\n[labels]\ntitle = 'A title'\n";
-    std::fs::write(folder.path().join("s.toml"), scene).unwrap();
-    let viewer = Viewer::start(icoray(folder.path()).args(["view", "made.nc", "--scene", "s.toml"]));
+    folder.write("s.toml", scene);
+    let viewer = folder.view(&["--scene", "s.toml"]);
     browser.resize(SCREEN, false);
     browser.go(&viewer.address());
     browser.rests();
@@ -95,8 +94,7 @@ fn labels_of_scaled_pictures_have_the_pixels_of_the_screen() {
 
 #[test]
 fn the_value_under_the_mouse_is_shown_until_it_is_another() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, .. } = &shown;
+    let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     let [x, y] = browser.place([0.47, 0.56]);
     let hover = |[x, y]: [f64; 2], buttons: u32| {
         browser.ask(&format!(
@@ -123,8 +121,7 @@ fn the_value_under_the_mouse_is_shown_until_it_is_another() {
 
 #[test]
 fn a_link_shows_what_was_shown_when_it_was_copied() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, .. } = &shown;
+    let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     browser.changed_by(|| browser.press(&["Shift Right", "Shift Up", "+"]));
     browser.changed_by(|| browser.click("#earlier"));
     let (camera, time) = (browser.camera(), browser.number("store.scene.time"));
@@ -150,8 +147,7 @@ fn a_link_shows_what_was_shown_when_it_was_copied() {
 
 #[test]
 fn the_picture_fills_the_screen_and_comes_back() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start() else { return };
     browser.click("#full-screen");
     browser.until("a full screen", "return document.fullscreenElement?.id === 'main';");
     browser.until("a pressed button", "return document.getElementById('full-screen').ariaPressed === 'true';");
@@ -164,8 +160,7 @@ fn the_picture_fills_the_screen_and_comes_back() {
 
 #[test]
 fn the_page_is_dark_or_light_as_the_reader_wants_it() {
-    let Some(shown) = Shown::start_with(SCREEN, false) else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start_with(SCREEN, false) else { return };
     browser.click_at(browser.place([0.5, 0.5]), 1);
     browser.until_text("#panel-probe .value", " K");
     for (scheme, expected) in [("dark", "rgb(17, 21, 26)"), ("light", "rgb(246, 248, 250)")] {
@@ -183,8 +178,7 @@ fn the_page_is_dark_or_light_as_the_reader_wants_it() {
 
 #[test]
 fn the_page_says_that_it_draws_until_there_is_a_picture() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, viewer, .. } = &shown;
+    let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     // Pictures come when the test lets them.
     let source = "const own = window.fetch; const letGo = new Promise((resolve) => { window.letGo = resolve; });
          window.fetch = async (path, options) => {
@@ -204,8 +198,7 @@ fn the_page_says_that_it_draws_until_there_is_a_picture() {
 
 #[test]
 fn keys_that_few_need_are_in_a_group_of_their_own() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start() else { return };
     browser.click("#tab-scene");
     let row = |name: &str| {
         format!("[...document.querySelectorAll('#keys .row')].find((row) => row.dataset.find.startsWith(' {name} '))")
@@ -221,8 +214,7 @@ fn keys_that_few_need_are_in_a_group_of_their_own() {
 
 #[test]
 fn saved_scenes_are_true_of_what_is_shown() {
-    let Some(shown) = Shown::start() else { return };
-    let Shown { browser, .. } = &shown;
+    let Some(Shown { browser, .. }) = &Shown::start() else { return };
     // The comment about the field, the time and the command of the suggestion.
     assert!(browser.text().starts_with("field = \"theta\""), "{}", browser.text());
     browser.changed_by(|| {
