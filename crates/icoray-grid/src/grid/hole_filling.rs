@@ -21,7 +21,7 @@ use super::constrained_delaunay::{ConstrainedDelaunay, ConstraintError};
 use super::table_names::{named_row, number_of, rows};
 use super::tables::GridTables;
 use super::triangle_orientation::TriangleOrientation;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 
@@ -123,7 +123,7 @@ struct Side {
 /// Closes the mesh and adds the synthetic points that its void triangles use to `direction`.
 ///
 /// # Errors
-/// [`ErrorKind::Grid`] names the rows of `corner_cell` whose triangles overlap, and cells in each other's place.
+/// [`ErrorKind::Grid`](crate::ErrorKind::Grid) names the rows of `corner_cell` whose triangles overlap, and cells in each other's place.
 pub(super) fn fill_holes(
     t: &GridTables,
     direction: &mut Vec<[f64; 3]>,
@@ -154,30 +154,23 @@ pub(super) fn fill_holes(
         }
     }
     Err(match clash {
-        Some(FillError::Cells(a, b)) => Error::new(
-            ErrorKind::Grid,
-            format!(
-                "{}: the same place {:?}, expected cells apart from each other",
-                rows(t, "center", a as usize, b as usize),
-                direction[a as usize]
-            ),
-        ),
-        Some(FillError::Side(i, cell)) => Error::new(
-            ErrorKind::Grid,
-            format!(
-                "{}: the side between cells {} and {} runs through the triangles at cell {}, expected triangles that \
-                 do not overlap",
-                named_row(t, "corner_cell", sides[i].triangle as usize),
-                number_of(t, sides[i].from),
-                number_of(t, sides[i].to),
-                number_of(t, cell)
-            ),
-        ),
+        Some(FillError::Cells(a, b)) => Error::grid(format!(
+            "{}: the same place {:?}, expected cells apart from each other",
+            rows(t, "center", a as usize, b as usize),
+            direction[a as usize]
+        )),
+        Some(FillError::Side(i, cell)) => Error::grid(format!(
+            "{}: the side between cells {} and {} runs through the triangles at cell {}, expected triangles that \
+             do not overlap",
+            named_row(t, "corner_cell", sides[i].triangle as usize),
+            number_of(t, sides[i].from),
+            number_of(t, sides[i].to),
+            number_of(t, cell)
+        )),
         Some(FillError::Other(error)) => error,
-        Some(FillError::Synthetic) | None => Error::new(
-            ErrorKind::Grid,
-            "corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap".to_owned(),
-        ),
+        Some(FillError::Synthetic) | None => {
+            Error::grid("corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap")
+        }
     })
 }
 
@@ -309,10 +302,10 @@ fn cut(
         }
     }
     if i32::try_from(u64::from(first_void) + kept.len() as u64).is_err() {
-        return Err(Error::new(
-            ErrorKind::Grid,
-            format!("corner: {first_void} rows and {} void triangles, expected fewer than 2^31", kept.len()),
-        ));
+        return Err(Error::grid(format!(
+            "corner: {first_void} rows and {} void triangles, expected fewer than 2^31",
+            kept.len()
+        )));
     }
     for side in sides {
         let void = number[beyond_side(side) as usize];
@@ -340,27 +333,21 @@ fn cut(
 }
 
 fn overlap(t: &GridTables, a: &Side, b: &Side) -> Error {
-    Error::new(
-        ErrorKind::Grid,
-        format!(
-            "{}: other triangles lie over the side between cells {} and {}, beyond which a cell or \
-             corner is missing; expected triangles that do not overlap",
-            rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
-            number_of(t, a.from),
-            number_of(t, a.to)
-        ),
-    )
+    Error::grid(format!(
+        "{}: other triangles lie over the side between cells {} and {}, beyond which a cell or \
+         corner is missing; expected triangles that do not overlap",
+        rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
+        number_of(t, a.from),
+        number_of(t, a.to)
+    ))
 }
 
 fn unjoined(t: &GridTables, a: &Side, b: &Side) -> Error {
-    Error::new(
-        ErrorKind::Grid,
-        format!(
-            "{}: both have a side between cells {} and {} beyond which a cell or corner is missing; \
-             expected an edge that joins the two",
-            rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
-            number_of(t, a.from),
-            number_of(t, a.to)
-        ),
-    )
+    Error::grid(format!(
+        "{}: both have a side between cells {} and {} beyond which a cell or corner is missing; \
+         expected an edge that joins the two",
+        rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
+        number_of(t, a.from),
+        number_of(t, a.to)
+    ))
 }

@@ -22,6 +22,8 @@ mod triangle_orientation;
 mod triangles;
 
 pub use check::unit_vector;
+#[cfg(test)]
+pub(crate) use generate::icosahedral_grid;
 pub use generate::{IcosahedralMesh, MAX_LEVEL};
 pub use owned::{OwnedGrid, OwnedTables};
 pub use tables::{GridTables, Indices, LonLat};

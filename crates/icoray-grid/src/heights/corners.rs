@@ -1,7 +1,7 @@
 //! Heights at corners, which are averaged to cells like fields at corners.
 
-use super::check_column;
-use crate::error::{Error, ErrorKind, Result};
+use super::{check_column, check_shape};
+use crate::error::Result;
 use crate::field::{Field, Location};
 use crate::grid::Grid;
 use crate::layers::Layers;
@@ -35,17 +35,8 @@ pub fn check_corner_columns(
     layers: &Layers,
     is_read: impl Fn(usize) -> bool + Sync,
 ) -> Result<()> {
-    let (shape, corners) = (heights.shape(), grid.triangles());
-    if (shape.columns, shape.layers, heights.location()) != (corners, layers.count(), Location::Corner) {
-        let context = format!(
-            "heights: {} columns of {} layers at {:?}, expected {corners} of {} at Corner",
-            shape.columns,
-            shape.layers,
-            heights.location(),
-            layers.count()
-        );
-        return Err(Error::new(ErrorKind::Layers, context));
-    }
+    let corners = grid.triangles();
+    check_shape(heights, layers, corners, Location::Corner)?;
     let (count, base) = (layers.count(), grid.tables().index_base);
     let given = |layer: usize| if layers.is_falling() { count - 1 - layer } else { layer };
     let name = |corner: usize| format!("corner {} (counted from {base})", corner as i64 + i64::from(base));
@@ -59,8 +50,9 @@ pub fn check_corner_columns(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::ErrorKind;
     use crate::field::CenterField;
-    use crate::grid::IcosahedralMesh;
+    use crate::grid::icosahedral_grid;
     use crate::heights::{Cells, Heights};
     use crate::shape::Shape;
 
@@ -94,8 +86,7 @@ mod tests {
 
     #[test]
     fn bad_heights_are_named_by_the_first_corner_that_is_read() {
-        let mesh = IcosahedralMesh::new(2).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(2);
         let good = values(grid.triangles());
         check_corners(&grid, &field(&good), &layers(false), |_| true).unwrap();
         let mut bad = good.clone();
@@ -123,8 +114,7 @@ mod tests {
     /// Whichever columns have no heights: an average is of whole columns.
     #[test]
     fn averages_of_what_passes_pass() {
-        let mesh = IcosahedralMesh::new(2).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(2);
         for every in [2, 3, 5, usize::MAX] {
             let mut values = values(grid.triangles());
             for (corner, column) in values.chunks_exact_mut(LAYERS).enumerate() {
@@ -143,8 +133,7 @@ mod tests {
 
     #[test]
     fn another_shape_or_place_is_refused_with_what_was_expected() {
-        let mesh = IcosahedralMesh::new(1).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(1);
         let values = vec![0.0; 100 * LAYERS];
         for (columns, count, place) in
             [(79, LAYERS, Location::Corner), (80, LAYERS - 1, Location::Corner), (80, LAYERS, Location::Center)]

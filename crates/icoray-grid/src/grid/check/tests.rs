@@ -3,11 +3,8 @@ use crate::{Grid, GridTables, IcosahedralMesh, LonLat};
 /// The tables of `mesh` with these numbers of cells, corners and edges, and the lengths that follow.
 fn counted(mesh: &IcosahedralMesh, [cells, corners, edges]: [usize; 3]) -> GridTables<'_> {
     GridTables {
-        center: LonLat { lon_rad: mesh.lon_center_rad[..cells].into(), lat_rad: mesh.lat_center_rad[..cells].into() },
-        corner: LonLat {
-            lon_rad: mesh.lon_corner_rad[..corners].into(),
-            lat_rad: mesh.lat_corner_rad[..corners].into(),
-        },
+        center: LonLat::of(&mesh.lon_center_rad[..cells], &mesh.lat_center_rad[..cells]),
+        corner: LonLat::of(&mesh.lon_corner_rad[..corners], &mesh.lat_corner_rad[..corners]),
         cell_corner: mesh.cell_corner[..6 * cells].into(),
         corner_cell: mesh.corner_cell[..3 * corners].into(),
         corner_edge: mesh.corner_edge[..3 * corners].into(),
@@ -63,7 +60,7 @@ fn degrees_and_the_other_base_are_recognised() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let degrees = |angles: &[f64]| angles.iter().map(|angle| angle.to_degrees()).collect::<Vec<f64>>();
     let (lon, lat) = (degrees(&mesh.lon_corner_rad), degrees(&mesh.lat_corner_rad));
-    let corner = LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() };
+    let corner = LonLat::of(&lon, &lat);
     let error = Grid::new(GridTables { corner, ..mesh.tables() }).unwrap_err().to_string();
     assert!(error.contains("corner[") && error.ends_with("; these look like degrees"), "{error}");
     let error = Grid::new(GridTables { index_base: 1, ..mesh.tables() }).unwrap_err().to_string();
@@ -90,7 +87,7 @@ fn cells_without_corners_are_not_of_the_sphere() {
     let (lon, lat) = (angles(plain.center.lon_rad), angles(plain.center.lat_rad));
     mesh.cell_corner.extend([-1; 3 * 6]);
     let grid = |mesh: &IcosahedralMesh| {
-        let center = LonLat { lon_rad: crate::Reals::F64(&lon), lat_rad: crate::Reals::F64(&lat) };
+        let center = LonLat::of(&lon, &lat);
         let tables = GridTables { center, cell_corner: mesh.cell_corner.as_slice().into(), ..mesh.tables() };
         Grid::new(tables).map(|grid| (grid.cells(), grid.void_triangles())).map_err(|e| e.to_string())
     };
