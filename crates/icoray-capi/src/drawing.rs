@@ -237,7 +237,8 @@ impl Drawing {
         // A lone process has the whole grid and fields.
         let FrameInputs { view, scene, grid, held: _, layers, fields, description, descriptions, .. } = frame_inputs;
         let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
-        (frame.description, frame.descriptions) = (description, descriptions);
+        frame.description = description;
+        frame.descriptions = descriptions;
         frame.notes.extend(self.notes(view));
         self.submit_to_writer(frame, &scene, stamp);
         Ok(())
@@ -267,7 +268,8 @@ impl Drawing {
         self.collect();
         if refused.len() < count {
             accepted.map_err(|error| Failure::from(error).at_step(stamp.step))?;
-            (self.submitted_step, self.is_new_call) = (Some((stamp.step, 0.0)), false);
+            self.submitted_step = Some((stamp.step, 0.0));
+            self.is_new_call = false;
         }
         let failures = refused.into_iter();
         Ok(failures.map(|(number, error)| Failure::from(error).of_picture(&views[number], stamp.step)).collect())

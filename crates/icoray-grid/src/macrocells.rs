@@ -119,7 +119,8 @@ impl CubeMap {
             let high = low + width;
             for (d0, d1) in [(p0 - low * m0, p1 - low * m1), (high * m0 - p0, high * m1 - p1)] {
                 if d1 < 0.0 && d0 * below < above * -d1 {
-                    (above, below) = (d0, -d1);
+                    above = d0;
+                    below = -d1;
                 }
             }
         }

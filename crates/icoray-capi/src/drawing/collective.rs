@@ -81,7 +81,8 @@ impl Drawing {
         let FrameInputs { view, scene, grid, held, layers, fields, description, descriptions, .. } = frame_inputs;
         match self.renderer.render_held(ranks, &scene, &grid, held.as_deref(), &layers, fields)? {
             Rendered::Here(mut frame) => {
-                (frame.description, frame.descriptions) = (description, descriptions);
+                frame.description = description;
+                frame.descriptions = descriptions;
                 frame.notes.extend(self.notes(view));
                 self.submit_to_writer(frame, &scene, stamp);
             }

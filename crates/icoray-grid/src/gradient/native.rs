@@ -104,7 +104,8 @@ impl<S: Sample> NeighborColumns<'_, S> {
             let volume = a.dot(b.cross(c));
             let gradient = (radial * b.cross(c) + to_b * c.cross(a) + to_c * a.cross(b)) / volume;
             if gradient.is_finite() {
-                (sum, count) = (sum + gradient, count + 1);
+                sum += gradient;
+                count += 1;
             }
         }
         if count > 0 { sum / f64::from(count) } else { DVec3::ZERO }

@@ -43,6 +43,14 @@ pub(super) struct Void {
     pub beyond: [u32; 3],
 }
 
+/// A hole of the mesh.
+pub(super) struct Hole {
+    /// Number of its void triangles.
+    pub triangles: usize,
+    /// The first data triangle beside it.
+    pub beside: Option<u32>,
+}
+
 /// A side of the rim and the triangles on both sides.
 #[derive(Debug, Clone, Copy)]
 struct RimSide {
@@ -80,9 +88,8 @@ impl HoleFilling {
         self.rim.iter().map(|side| [side.triangle, u32::from(side.opposite), side.void])
     }
 
-    /// For each hole, the number of its void triangles and the first data triangle beside it; the table has `rows`
-    /// rows.
-    pub fn holes(&self, rows: usize) -> Vec<(usize, Option<u32>)> {
+    /// All holes; the table has `rows` rows.
+    pub fn holes(&self, rows: usize) -> Vec<Hole> {
         let mut hole_of = vec![None; self.void.len()];
         let mut holes = Vec::new();
         for first in 0..self.void.len() {
@@ -95,12 +102,12 @@ impl HoleFilling {
                 }
             }
             if triangles > 0 {
-                holes.push((triangles, None));
+                holes.push(Hole { triangles, beside: None });
             }
         }
         for side in self.rim.iter().rev() {
             if let Some(hole) = hole_of[side.void as usize - rows] {
-                holes[hole].1 = Some(side.triangle);
+                holes[hole].beside = Some(side.triangle);
             }
         }
         holes
@@ -145,7 +152,7 @@ pub(super) fn fill_holes(
     let mut clash = None;
     for attempt in 0..TURNS {
         match patched(&cells, &sides, direction, attempt) {
-            Ok((triangulation, vertex)) => return cut(t, direction, &sides, &triangulation, &vertex),
+            Ok(patched) => return cut(t, direction, &sides, &patched),
             Err(FillError::Synthetic) => {}
             Err(trouble) => {
                 clash = Some(trouble);
@@ -218,13 +225,19 @@ enum FillError {
     Other(Error),
 }
 
-/// The whole sphere with the rim in it, and the vertex of each of its cells.
+/// The whole sphere with the rim in it.
+struct PatchedSphere {
+    triangulation: ConstrainedDelaunay,
+    /// The vertex of each cell of the rim.
+    vertex: HashMap<u32, u32>,
+}
+
 fn patched(
     cells: &[u32],
     sides: &[Side],
     direction: &[[f64; 3]],
     attempt: u32,
-) -> std::result::Result<(ConstrainedDelaunay, HashMap<u32, u32>), FillError> {
+) -> std::result::Result<PatchedSphere, FillError> {
     // About three axes: no mesh made by formula has its points, or its equator, at the resulting positions.
     let turn = 0.371 + 0.0137 * f64::from(attempt);
     let rotation = DMat3::from_rotation_z(turn)
@@ -254,7 +267,7 @@ fn patched(
         };
         return Err(trouble);
     }
-    Ok((triangulation, vertex))
+    Ok(PatchedSphere { triangulation, vertex })
 }
 
 /// Cuts the triangulation along the rim and keeps the part beyond.
@@ -262,8 +275,7 @@ fn cut(
     t: &GridTables,
     direction: &mut Vec<[f64; 3]>,
     sides: &[Side],
-    triangulation: &ConstrainedDelaunay,
-    vertex: &HashMap<u32, u32>,
+    PatchedSphere { triangulation, vertex }: &PatchedSphere,
 ) -> Result<HoleFilling> {
     const COVERED: u32 = u32::MAX;
     let ends = |side: &Side| (vertex[&side.from], vertex[&side.to]);

@@ -61,8 +61,7 @@ impl Connectivity {
                 }
             }
         }
-        let (cell_corner, cell_corner_row, cell_corner_count) = around.rows(corner_cell);
-        Ok(Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count })
+        Ok(Connectivity { corner_edge, edge_corner, ..around.rows(corner_cell) })
     }
 }
 
@@ -160,17 +159,17 @@ impl Around {
         &self.corners[self.start[cell as usize]..self.start[cell as usize + 1]]
     }
 
-    /// The corners as a table, with the length of its rows and the number of entries of each that count: at least 3, of
-    /// which those that are missing at a rim are marked.
-    fn rows(&self, corner_cell: &[i32]) -> (Vec<i32>, usize, Vec<i32>) {
+    /// The tables of corners around cells, without those of edges. At least 3 entries of a row count, of which those
+    /// that are missing at a rim are marked.
+    fn rows(&self, corner_cell: &[i32]) -> Connectivity {
         let cells = self.start.len() as i32 - 1;
-        let count: Vec<i32> = (0..cells).map(|cell| self.of(cell).len().max(3) as i32).collect();
-        let length = count.iter().max().map_or(3, |&count| count as usize);
-        let mut table = vec![NONE; cells as usize * length];
-        for (cell, place) in table.chunks_exact_mut(length).enumerate() {
+        let cell_corner_count: Vec<i32> = (0..cells).map(|cell| self.of(cell).len().max(3) as i32).collect();
+        let cell_corner_row = cell_corner_count.iter().max().map_or(3, |&count| count as usize);
+        let mut cell_corner = vec![NONE; cells as usize * cell_corner_row];
+        for (cell, place) in cell_corner.chunks_exact_mut(cell_corner_row).enumerate() {
             turn(corner_cell, cell as i32, self.of(cell as i32), place);
         }
-        (table, length, count)
+        Connectivity { cell_corner, cell_corner_row, cell_corner_count, ..Connectivity::default() }
     }
 }
 
@@ -251,7 +250,8 @@ mod tests {
             };
             let (lon, lat) = (corner(&mesh.lon_corner_rad), corner(&mesh.lat_corner_rad));
             let mut tables = grid_of(&mesh, &there, &of);
-            (tables.corner.lon_rad, tables.corner.lat_rad) = (lon.as_slice().into(), lat.as_slice().into());
+            tables.corner.lon_rad = lon.as_slice().into();
+            tables.corner.lat_rad = lat.as_slice().into();
             let grid = Grid::new(tables).unwrap();
             assert!(grid.void_triangles() > 10, "{keep}");
         }

@@ -90,7 +90,8 @@ mod tests {
         let good = values(grid.triangles());
         check_corners(&grid, &field(&good), &layers(false), |_| true).unwrap();
         let mut bad = good.clone();
-        (bad[3 * 9 + 1], bad[3 * 7 + 2]) = (-5e3, -1e3);
+        bad[3 * 9 + 1] = -5e3;
+        bad[3 * 7 + 2] = -1e3;
         let all = refusal(&grid, &bad, false, |_| true);
         assert!(
             all.starts_with("heights: corner 7 (counted from 0), layers 3 and 2 of 3: -1000 m lies below "),

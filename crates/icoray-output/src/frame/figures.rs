@@ -339,7 +339,10 @@ impl Kind {
 impl CFrameReport {
     /// Begins the sums over the frames of a call.
     pub fn begin_call(&mut self) {
-        (self.frames, self.waited_s, self.copy_s, self.bytes_copied) = (0, 0.0, 0.0, 0);
+        self.frames = 0;
+        self.waited_s = 0.0;
+        self.copy_s = 0.0;
+        self.bytes_copied = 0;
     }
 
     /// Adds a frame to the sums.

@@ -283,7 +283,8 @@ impl<'f> Page<'f> {
             let (mut block, mut x, mut y) = (Block::default(), 0, 0);
             for piece in pieces {
                 if x > 0 && x + piece.width > most {
-                    (x, y) = (0, block.height);
+                    x = 0;
+                    y = block.height;
                 }
                 let width = piece.width;
                 block.block(x, y, piece);

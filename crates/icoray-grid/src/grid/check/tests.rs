@@ -67,8 +67,10 @@ fn degrees_and_the_other_base_are_recognised() {
     assert!(error.ends_with("; numbers begin at 0: set index_base = 0"), "{error}");
     let add_one = |table: &[i32]| table.iter().map(|number| number + 1).collect::<Vec<_>>();
     let mut other = mesh.clone();
-    (other.corner_cell, other.edge_corner) = (add_one(&mesh.corner_cell), add_one(&mesh.edge_corner));
-    (other.corner_edge, other.cell_corner) = (add_one(&mesh.corner_edge), add_one(&mesh.cell_corner));
+    other.corner_cell = add_one(&mesh.corner_cell);
+    other.edge_corner = add_one(&mesh.edge_corner);
+    other.corner_edge = add_one(&mesh.corner_edge);
+    other.cell_corner = add_one(&mesh.cell_corner);
     let error = Grid::new(other.tables()).unwrap_err().to_string();
     assert!(error.ends_with("; numbers begin at 1: set index_base = 1"), "{error}");
     // Other faults are not explained so.
