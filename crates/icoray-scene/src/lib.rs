@@ -38,7 +38,7 @@ pub use outlines::Outlines;
 pub use parse::hint::did_you_mean;
 pub use quality::{Lights, Quality};
 pub use scale::Scale;
-pub use scene::{Lighting, Precision, Scene, Scheme, Source};
+pub use scene::{LightSource, Lighting, Precision, Scene, Scheme};
 pub use scenery::{
     Clip, Derivation, Ground, HalfSpace, Heights, How, Isosurface, Level, Lines, LonLatBox, Opacity, Paint, Pattern,
     Scenery, Surface, Volume,

@@ -1,7 +1,7 @@
 //! Rays and lighting of a scene, evaluated from its keys, for references.
 
 use glam::DVec3;
-use icoray::{Lighting, Scene, Source};
+use icoray::{LightSource, Lighting, Scene};
 
 /// Unit direction of the ray of pixel `i`, row by row from the top.
 pub(crate) fn pixel_direction(scene: &Scene, i: u32) -> DVec3 {
@@ -9,10 +9,10 @@ pub(crate) fn pixel_direction(scene: &Scene, i: u32) -> DVec3 {
 }
 
 /// Unit vector towards the light, for a ray along `dir`.
-pub(crate) fn towards(source: &Source, dir: DVec3) -> DVec3 {
+pub(crate) fn towards(source: &LightSource, dir: DVec3) -> DVec3 {
     match source {
-        Source::Headlight => -dir,
-        Source::Sun { lon_deg, lat_deg } => direction(lon_deg.to_radians(), lat_deg.to_radians()),
+        LightSource::Headlight => -dir,
+        LightSource::Sun { lon_deg, lat_deg } => direction(lon_deg.to_radians(), lat_deg.to_radians()),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::shading::{self, RayLighting};
 use crate::stability::dd::Dd;
 use crate::stability::path::{Column, Ray};
 use glam::DVec3;
-use icoray::{Level, Paint, Source};
+use icoray::{Level, LightSource, Paint};
 
 /// A ray that is traced.
 pub(super) struct Tracer<'o, 'a> {
@@ -57,7 +57,7 @@ impl<'o, 'a> Tracer<'o, 'a> {
     /// The colour of a surface on a layer or at a height, whose side that is seen a headlight lights.
     fn lit(&self, color: DVec3, normal: DVec3) -> DVec3 {
         let light = self.oracle.scene.lighting;
-        let is_turned = light.is_some_and(|light| light.source == Source::Headlight) && normal.dot(self.dir) > 0.0;
+        let is_turned = light.is_some_and(|light| light.source == LightSource::Headlight) && normal.dot(self.dir) > 0.0;
         shading::ground(self.oracle.scene, color, if is_turned { -normal } else { normal }, self.dir)
     }
 
