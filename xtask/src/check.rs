@@ -7,13 +7,10 @@ mod suite;
 mod tally;
 mod times;
 
-use crate::book;
 use crate::error::Error;
-use crate::link;
-use crate::requirements;
 use crate::step::{Step, Steps, print_error, print_line};
-use crate::system;
 use crate::workspace::{Workspace, is_required};
+use crate::{book, link, requirements, system};
 use std::panic;
 use std::process::ExitCode;
 use std::thread::{self, ScopedJoinHandle};

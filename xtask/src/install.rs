@@ -10,12 +10,10 @@ use std::path::{Path, PathBuf};
 use xshell::Cmd;
 
 use crate::error::Error;
-use crate::libclang;
 use crate::options::InstallOptions;
-use crate::requirements;
 use crate::step::{Step, Steps, print_line};
-use crate::system;
 use crate::workspace::{Workspace, variable};
+use crate::{libclang, requirements, system};
 use comin::Comin;
 use place::{Content, Item};
 

@@ -1,8 +1,7 @@
 //! Values of fields that a scene names: those that the kernels' arithmetic represents.
 
 use crate::scene::Scene;
-use icoray_grid::numbers;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, ErrorKind, Result, numbers};
 use std::ops::RangeInclusive;
 
 /// Magnitudes that values other than 0 may have.

@@ -31,9 +31,8 @@ pub use triangles::{Connectivity, circumcenter, cut_polygon};
 
 use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
-use crate::hash;
 use crate::macrocells::Macrocells;
-use crate::memory;
+use crate::{hash, memory};
 use glam::DVec3;
 use half_edges::HalfEdge;
 use hole_filling::{Hole, HoleFilling};

@@ -1,7 +1,7 @@
 //! Labels in pictures, checked by their pixels.
 
 use super::*;
-use crate::frame::{Certainty, ErrorSummary};
+use crate::frame::{Certainty, ErrorSummary, Frame, Legend};
 use icoray_grid::Description;
 use icoray_scene::Scene;
 use icoray_scene::name::Stamp;

@@ -4,8 +4,7 @@ use super::place::{LATITUDES, LONGITUDES, layers, lon_lat_box};
 use super::text::Text;
 use crate::keys::{Kind, keys, number, of, table, word};
 use crate::scenery::{Clip, HalfSpace};
-use icoray_grid::Result;
-use icoray_grid::numbers;
+use icoray_grid::{Result, numbers};
 use serde::Deserialize;
 use toml::Spanned;
 

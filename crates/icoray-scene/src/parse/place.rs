@@ -3,8 +3,7 @@
 use super::text::Text;
 use crate::keys::{Key, Kind, keys, number, of};
 use crate::scenery::{Level, LonLatBox};
-use icoray_grid::Result;
-use icoray_grid::numbers;
+use icoray_grid::{Result, numbers};
 use serde::Deserialize;
 use toml::Spanned;
 

@@ -1,14 +1,11 @@
 //! The transfer function, by its knots or by a colour map with opacities.
 
 use super::text::Text;
-use crate::coloring::Coloring;
-use crate::coloring::MEANINGLESS;
+use crate::coloring::{Coloring, MEANINGLESS};
 use crate::keys::{Key, Kind, flag, keys, number, of, sections_of, word};
-use crate::transfer;
-use crate::transfer::{Knot, TransferFunction};
+use crate::transfer::{self, Knot, TransferFunction};
 use crate::values::ALONE;
-use icoray_grid::Result;
-use icoray_grid::numbers;
+use icoray_grid::{Result, numbers};
 use std::ops::Range;
 use toml::Spanned;
 

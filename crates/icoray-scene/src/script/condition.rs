@@ -113,8 +113,7 @@ impl fmt::Display for Condition {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_grid::Location;
-    use icoray_grid::Shape;
+    use icoray_grid::{Location, Shape};
 
     #[test]
     fn conditions_hold_on_their_side() {

@@ -2,16 +2,13 @@
 
 use super::{Gives, RawTransfer, stops};
 use crate::color::{ColorMap, MAPS};
-use crate::coloring::{ColorRange, Coloring};
-use crate::coloring::{MEANINGLESS, default_extinction};
+use crate::coloring::{ColorRange, Coloring, MEANINGLESS, default_extinction};
 use crate::keys::{self, Key, Kind, keys, of};
 use crate::parse::hint;
-use crate::parse::text::Text;
-use crate::parse::text::shown;
+use crate::parse::text::{Text, shown};
 use crate::scale::Scale;
 use crate::values::ALONE;
-use icoray_grid::Result;
-use icoray_grid::numbers;
+use icoray_grid::{Result, numbers};
 use std::ops::Range;
 use toml::{Spanned, Value};
 
