@@ -4,6 +4,7 @@ use crate::host::FloatingPoint;
 use crate::message::fitted;
 use crate::types::icoray_status;
 use icoray_core::Error;
+use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -43,7 +44,7 @@ impl icoray_status {
 }
 
 /// Why a call failed: the status for the caller and the sentence for icoray_last_error.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Failure {
     pub status: icoray_status,
     pub message: String,

@@ -22,8 +22,8 @@ mod refusals;
 mod scene;
 #[cfg(test)]
 mod test_array;
-mod viewer_message;
 
+pub(crate) use collective::PartInput;
 use inputs::{ArrayInput, GridInput, Inputs, missing};
 use levels::TimeLevels;
 use live::Viewers;
@@ -129,7 +129,7 @@ impl Context {
         let outcome = tables.and_then(|tables| {
             self.refuse_without_cells(tables.cells())?;
             let grid = Arc::new(self.drawing.renderer().run(|| Grid::new(tables))?);
-            Ok(GridInput { grid, held: None, tables: None })
+            Ok(GridInput { grid, decomposition: None, tables: None })
         });
         self.take_grid(name, outcome)
     }
@@ -143,14 +143,15 @@ impl Context {
             // SAFETY: the tables do not move in their Arc, which lives beside the grid and is dropped after it.
             let borrowed: &'static OwnedTables = unsafe { &*Arc::as_ptr(&tables) };
             let grid = Arc::new(renderer.run(|| Grid::new(borrowed.tables()))?);
-            Ok(GridInput { grid, held: None, tables: Some(tables) })
+            Ok(GridInput { grid, decomposition: None, tables: Some(tables) })
         });
         self.take_grid(name, outcome)
     }
 
     /// As [`Self::set_grid`], for a grid that was checked before.
     pub fn set_checked_grid(&mut self, name: &str, grid: Arc<Grid<'static>>) -> Outcome<()> {
-        let outcome = self.refuse_without_cells(grid.cells()).map(|()| GridInput { grid, held: None, tables: None });
+        let outcome =
+            self.refuse_without_cells(grid.cells()).map(|()| GridInput { grid, decomposition: None, tables: None });
         self.take_grid(name, outcome)
     }
 

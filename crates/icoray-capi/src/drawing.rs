@@ -20,6 +20,7 @@ mod devices;
 mod errors;
 mod options;
 
+pub(crate) use collective::RootState;
 use devices::DeviceLog;
 use errors::ErrorWarnings;
 
@@ -235,7 +236,8 @@ impl Drawing {
             return self.draw_collective(ranks, stamp, frame_inputs);
         }
         // A lone process has the whole grid and fields.
-        let FrameInputs { view, scene, grid, held: _, layers, fields, description, descriptions, .. } = frame_inputs;
+        let FrameInputs { view, scene, grid, decomposition: _, layers, fields, description, descriptions, .. } =
+            frame_inputs;
         let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
         frame.description = description;
         frame.descriptions = descriptions;
@@ -256,11 +258,11 @@ impl Drawing {
         };
         self.devices.is_asked = frames.iter().any(|frame_inputs| frame_inputs.scene.backend == Backend::Gpu);
         let (mut jobs, mut views, mut all) = (Vec::new(), Vec::new(), Fields::default());
-        for FrameInputs { view, scene, grid, held, layers, fields, description, descriptions, .. } in frames {
+        for FrameInputs { view, scene, grid, decomposition, layers, fields, description, descriptions, .. } in frames {
             all = all.with(fields);
             views.push(view.clone());
             let (stamp, notes) = (stamp.clone(), notes(view, self.note.as_ref()).collect());
-            jobs.push(Job { scene, grid, held, layers, stamp, description, descriptions, notes });
+            jobs.push(Job { scene, grid, held: decomposition, layers, stamp, description, descriptions, notes });
         }
         let (count, mut refused) = (jobs.len(), Vec::new());
         let accepted = background.submit_all(ranks, jobs, all, &mut refused);

@@ -2,7 +2,7 @@
 
 use crate::borrow::{self, argument, name, sized, text};
 use crate::boundary::{Failure, Outcome};
-use crate::context::SceneSource;
+use crate::context::{PartInput, SceneSource};
 use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
 use icoray_core::{Description, Grid};
@@ -104,7 +104,8 @@ pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icor
         with_all(ctx, |context| {
             context.set_part(|| {
                 let part = sized(part)?;
-                Ok((name(part.grid, "icoray_part.grid")?, borrow::part_cells(part)?, borrow::part_corners(part)?))
+                let grid = name(part.grid, "icoray_part.grid")?;
+                Ok(PartInput { grid, cells: borrow::part_cells(part)?, corners: borrow::part_corners(part)? })
             })
         })
     }

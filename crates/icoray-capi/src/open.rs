@@ -108,8 +108,7 @@ unsafe fn opened(
     let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
     // Facts are not compared if this rank fails.
     let facts = mine.as_ref().map_or_else(|_| Vec::new(), Context::facts);
-    let (context, _) = ranks::agree(&mut ranks, mine, "icoray_open", facts, &[]);
-    let mut context = context?;
+    let mut context = ranks::agree(&mut ranks, mine, "icoray_open", facts, &()).outcome?;
     context.join(ranks)?;
     // SAFETY: not NULL, as all ranks have agreed; the caller promises that it can be written.
     unsafe { ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context)))) };

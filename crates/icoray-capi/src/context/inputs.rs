@@ -29,7 +29,7 @@ unsafe impl Send for ArrayInput {}
 #[derive(Clone)]
 pub(super) struct GridInput {
     pub grid: Arc<Grid<'static>>,
-    pub held: Option<Arc<Decomposition>>,
+    pub decomposition: Option<Arc<Decomposition>>,
     /// The tables that the grid borrows, where the context made them of points; dropped after it.
     #[expect(dead_code, reason = "it owns what the grid borrows")]
     pub tables: Option<Arc<OwnedTables>>,
@@ -39,8 +39,10 @@ impl GridInput {
     /// Number of columns of a field at `location` on this rank.
     fn columns_at(&self, location: Location) -> ColumnCount {
         let whole = ColumnCount::new(&self.grid, location);
-        match self.held.as_deref() {
-            Some(Decomposition::Columns(held)) => ColumnCount { columns: held.of_field_at(location), ..whole },
+        match self.decomposition.as_deref() {
+            Some(Decomposition::Columns(decomposition)) => {
+                ColumnCount { columns: decomposition.of_field_at(location), ..whole }
+            }
             _ => whole,
         }
     }
@@ -66,7 +68,7 @@ pub(super) struct Inputs {
 pub(super) struct ConditionField<'a> {
     pub name: String,
     pub field: Field<'a>,
-    pub held: Option<Arc<Decomposition>>,
+    pub decomposition: Option<Arc<Decomposition>>,
 }
 
 impl ArrayInput {
@@ -150,7 +152,7 @@ impl Inputs {
         if columns != expected.columns {
             return Err(within(expected.error(columns, "per cell or corner of the grid").into()));
         }
-        Ok(ConditionField { name: name.to_owned(), field, held: grid_input.held.clone() })
+        Ok(ConditionField { name: name.to_owned(), field, decomposition: grid_input.decomposition.clone() })
     }
 
     /// Number of layers of a field; 0 of a 2D field and of one whose array is not readable.
@@ -196,8 +198,8 @@ impl Inputs {
         let description = described(scene.field()).unwrap_or_default();
         let others = scene.shown_fields().into_iter().skip(1);
         let descriptions = others.filter_map(|name| Some((name.to_owned(), described(name)?))).collect();
-        let (grid, held, layers) = (grid_input.grid.clone(), grid_input.held.clone(), layers.clone());
-        Ok(FrameInputs { view, scene, grid, held, layers, fields, fields_2d, description, descriptions })
+        let (grid, decomposition, layers) = (grid_input.grid.clone(), grid_input.decomposition.clone(), layers.clone());
+        Ok(FrameInputs { view, scene, grid, decomposition, layers, fields, fields_2d, description, descriptions })
     }
 
     /// The fields that a scene needs, at least one.

@@ -1,5 +1,6 @@
 //! Scenes that name fields alone: they have the look of the first values that they show, on any number of ranks.
 
+use super::super::PartInput;
 use super::super::test_array::centers;
 use super::*;
 use crate::types::icoray_config;
@@ -72,7 +73,7 @@ fn pictures(
             let global: Vec<i64> = (0..mesh.cells() as i64).collect();
             let marks: Vec<i32> = (0..mesh.cells()).map(|cell| (cell % size == rank).into()).collect();
             let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-            context.set_part(|| Ok(("", cells, None))).unwrap();
+            context.set_part(|| Ok(PartInput { grid: "", cells, corners: None })).unwrap();
         }
         let rain = Description { long_name: Some("rain rate".into()), units: Some("mm h-1".into()) };
         context.describe_field("r", rain).unwrap();
