@@ -255,6 +255,7 @@ mod tests {
     fn the_soname_is_the_start_of_the_file_name() {
         assert!(shared_name().starts_with(&format!("{SONAME}.")));
     }
+
     #[test]
     fn each_fault_of_a_shared_library_is_found() {
         const GOOD: &str = "int icoray_a(void) { return 0; }";

@@ -29,8 +29,8 @@ pub struct Context(*mut icoray_ctx);
 // SAFETY: the context locks itself.
 unsafe impl Send for Context {}
 
-/// Values of columns and layers, which live until the context has executed.
-pub struct Values<'a> {
+/// ColumnValues of columns and layers, which live until the context has executed.
+pub struct ColumnValues<'a> {
     /// Element 0 of the strides.
     pub data: *const c_void,
     pub is_f64: bool,
@@ -168,7 +168,7 @@ impl Context {
     ///
     /// # Errors
     /// What icoray_heights_set returns.
-    pub fn set_heights(&self, heights: Option<&Values>) -> Result<()> {
+    pub fn set_heights(&self, heights: Option<&ColumnValues>) -> Result<()> {
         let given = heights.map(|values| (values.as_c(), c_string(values.grid)));
         let array = given.as_ref().map(|(array, name)| named(array, name));
         let array = array.as_ref().map_or(ptr::null(), ptr::from_ref);
@@ -180,19 +180,19 @@ impl Context {
     ///
     /// # Errors
     /// What icoray_field_set returns.
-    pub fn set_field(&self, name: &str, values: &Values) -> Result<()> {
+    pub fn set_field(&self, name: &str, values: &ColumnValues) -> Result<()> {
         let (name, grid) = (c_string(name), c_string(values.grid));
         let array = named(&values.as_c(), &grid);
         // SAFETY: an open context; values that the caller keeps.
         checked(unsafe { icoray_field_set(self.0, name.as_ptr(), &raw const array) }, self.0)
     }
 
-    /// Tells the context that a field could not be set.
+    /// Records in the context that a field could not be set.
     pub fn refuse_field(&self, name: &str, why: &str) {
         self.refuse(c"icoray_field_set", name, why);
     }
 
-    /// Tells the context that no grid could be set.
+    /// Records in the context that no grid could be set.
     pub fn refuse_grid(&self, why: &str) {
         self.refuse(c"icoray_grid_set", "", why);
     }
@@ -232,7 +232,7 @@ impl Drop for Context {
     }
 }
 
-impl Values<'_> {
+impl ColumnValues<'_> {
     fn as_c(&self) -> icoray_array {
         let bytes = if self.is_f64 { size_of::<f64>() } else { size_of::<f32>() } as isize;
         icoray_array {

@@ -33,7 +33,7 @@ impl View {
         let renderer = Renderer::new(threads)?;
         let time = request.time(&opened.dataset)?;
         let scene = request.scene(py, opened, &renderer, time)?;
-        let text = if request.is_suggested()? { view::without_head(scene.text()) } else { scene.text() };
+        let text = if request.is_suggested()? { view::without_head(scene.to_toml()) } else { scene.to_toml() };
         let text = text.to_owned();
         let command = "image = icoray.render(data, scene=\"scene.toml\", time={time})".to_owned();
         let description = view::describe(&opened.dataset, command);

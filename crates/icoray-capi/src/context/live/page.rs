@@ -102,7 +102,7 @@ impl Page {
                 Question::Histogram { field, reply } => self.histograms.push((field, reply)),
                 Question::Look { look, reply } => self.looks.push((look, reply)),
                 Question::Probe { at, reply } => {
-                    self.probes.push((ProbeRequest { at, view: taken.view.clone() }, reply))
+                    self.probes.push((ProbeRequest { at, view: taken.view.clone() }, reply));
                 }
                 Question::Picture { reply, .. } => {
                     let shown = self.view.shown().map(|frame| Frame::clone(&frame));
