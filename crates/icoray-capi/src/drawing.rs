@@ -52,12 +52,19 @@ pub(crate) struct Drawing {
     host: icoray_frame_report,
     /// Whether the current call has not rendered a frame yet.
     is_new_call: bool,
-    /// The step that the background renders, and the seconds that submitting it took the model.
-    submitted_step: Option<(i64, f64)>,
+    /// The step that the background renders.
+    submitted_step: Option<SubmittedStep>,
     /// A note in all pictures from now on.
     note: Option<Note>,
     /// What frames cost, where that is asked for.
     costs: Option<Vec<PictureCost>>,
+}
+
+/// A step that the background renders.
+struct SubmittedStep {
+    step: i64,
+    /// Seconds that submitting it took the model.
+    host_s: f64,
 }
 
 /// The time of a frame, from its beginning to its last pixel.
@@ -125,8 +132,8 @@ impl Drawing {
         self.is_on_for_all.unwrap_or(self.policy.is_on())
     }
 
-    pub fn refuse_if_off(&self) -> Outcome<()> {
-        self.policy.refuse_if_off()
+    pub fn refuse_if_disabled(&self) -> Outcome<()> {
+        self.policy.refuse_if_disabled()
     }
 
     /// Whether warnings are logged.
@@ -217,7 +224,7 @@ impl Drawing {
     pub fn end_call(&mut self, host_s: f64) {
         self.host.host_total_s += host_s;
         match &mut self.submitted_step {
-            Some((_, seconds)) if self.background.is_some() && !self.is_new_call => *seconds = host_s,
+            Some(submitted) if self.background.is_some() && !self.is_new_call => submitted.host_s = host_s,
             _ if !self.is_new_call => self.host.host_s = host_s,
             _ => {}
         }
@@ -270,7 +277,7 @@ impl Drawing {
         self.collect();
         if refused.len() < count {
             accepted.map_err(|error| Failure::from(error).at_step(stamp.step))?;
-            self.submitted_step = Some((stamp.step, 0.0));
+            self.submitted_step = Some(SubmittedStep { step: stamp.step, host_s: 0.0 });
             self.is_new_call = false;
         }
         let failures = refused.into_iter();
@@ -357,7 +364,7 @@ impl Drawing {
             self.host.frames += drawn.more_done;
         }
         let is_last = |step: i64| self.last.as_ref().is_some_and(|(stamp, _)| stamp.step == step);
-        if let Some((_, host_s)) = self.submitted_step.take_if(|(step, _)| is_last(*step)) {
+        if let Some(SubmittedStep { host_s, .. }) = self.submitted_step.take_if(|submitted| is_last(submitted.step)) {
             self.host.host_s = host_s;
         }
     }

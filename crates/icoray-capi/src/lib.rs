@@ -10,7 +10,7 @@
 //! [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
 //!
 //! Modules are public for bindings of other languages, which build these sources as a Rust library
-//! (`context` beside them); beside the exported functions they find [`open::open_over`],
+//! (`context` beside them); beside the exported functions they find [`open::open_over`], [`open::last_error`],
 //! [`inputs::set_checked_grid`], [`inputs::scene_may_need_heights`] and [`boundary::protected`].
 
 mod borrow;

@@ -160,8 +160,8 @@ pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_c
     if len == 0 {
         return icoray_status::ICORAY_ERR_ARGUMENT;
     }
-    // SAFETY: the caller promises NULL or an open context.
-    let message = unsafe { ctx.as_ref() }.map_or_else(last_message, icoray_ctx::message);
+    // SAFETY: passed on.
+    let message = unsafe { last_error(ctx) };
     let cut = floor_char_boundary(&message, len - 1);
     // SAFETY: cut + 1 <= len bytes fit; the message is ours and does not overlap.
     unsafe {
@@ -169,6 +169,15 @@ pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_c
         buf.add(cut).write(0);
     }
     icoray_status::ICORAY_OK
+}
+
+/// The message of icoray_last_error, for bindings in Rust.
+///
+/// # Safety
+/// `ctx` is NULL or open.
+pub unsafe fn last_error(ctx: *const icoray_ctx) -> String {
+    // SAFETY: the caller promises NULL or an open context.
+    unsafe { ctx.as_ref() }.map_or_else(last_message, icoray_ctx::message)
 }
 
 /// Waits for all frames, closes the context, sets *ctx to NULL, and ends the borrow of all tables and arrays. A NULL

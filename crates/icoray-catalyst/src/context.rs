@@ -8,7 +8,7 @@ use icoray_context::inputs::{
     icoray_scene_load, scene_may_need_heights, set_checked_grid,
 };
 use icoray_context::log::icoray_log_stderr;
-use icoray_context::open::{icoray_close, icoray_last_error, icoray_open_serial, open_over};
+use icoray_context::open::{icoray_close, icoray_open_serial, last_error, open_over};
 use icoray_context::types::{
     ICORAY_CENTER, ICORAY_CORNER, ICORAY_DISABLE, ICORAY_F32, ICORAY_F64, ICORAY_I64, ICORAY_LOG_WARN,
     ICORAY_OVERWRITE, icoray_array, icoray_config, icoray_frame_report, icoray_layers, icoray_part, icoray_status,
@@ -169,8 +169,8 @@ impl Context {
     /// # Errors
     /// What icoray_heights_set returns.
     pub fn set_heights(&self, heights: Option<&ColumnValues>) -> Result<()> {
-        let given = heights.map(|values| (values.as_c(), c_string(values.grid)));
-        let array = given.as_ref().map(|(array, name)| named(array, name));
+        let grid = heights.map(|values| c_string(values.grid)).unwrap_or_default();
+        let array = heights.map(|values| values.as_c(&grid));
         let array = array.as_ref().map_or(ptr::null(), ptr::from_ref);
         // SAFETY: an open context; NULL or values that the caller keeps.
         checked(unsafe { icoray_heights_set(self.0, array) }, self.0)
@@ -182,7 +182,7 @@ impl Context {
     /// What icoray_field_set returns.
     pub fn set_field(&self, name: &str, values: &ColumnValues) -> Result<()> {
         let (name, grid) = (c_string(name), c_string(values.grid));
-        let array = named(&values.as_c(), &grid);
+        let array = values.as_c(&grid);
         // SAFETY: an open context; values that the caller keeps.
         checked(unsafe { icoray_field_set(self.0, name.as_ptr(), &raw const array) }, self.0)
     }
@@ -233,7 +233,8 @@ impl Drop for Context {
 }
 
 impl ColumnValues<'_> {
-    fn as_c(&self) -> icoray_array {
+    /// The array of C, which borrows the name of its grid and layers.
+    fn as_c(&self, grid: &CStr) -> icoray_array {
         let bytes = if self.is_f64 { size_of::<f64>() } else { size_of::<f32>() } as isize;
         icoray_array {
             struct_size: size_of::<icoray_array>(),
@@ -248,14 +249,10 @@ impl ColumnValues<'_> {
             block_stride: self.strides.block_stride,
             has_fill: 0,
             fill_value: 0.0,
-            grid_name: ptr::null(),
-            layers_name: ptr::null(),
+            grid_name: grid.as_ptr(),
+            layers_name: grid.as_ptr(),
         }
     }
-}
-
-fn named(array: &icoray_array, grid: &CStr) -> icoray_array {
-    icoray_array { grid_name: grid.as_ptr(), layers_name: grid.as_ptr(), ..*array }
 }
 
 /// A string for C; a NUL in it, which no name has, is shown as a question mark.
@@ -268,10 +265,6 @@ fn checked(status: icoray_status, ctx: *const icoray_ctx) -> Result<()> {
     if status == icoray_status::ICORAY_OK {
         return Ok(());
     }
-    let mut message: [c_char; 512] = [0; 512];
-    // SAFETY: NULL or an open context, and a buffer of that length.
-    unsafe { icoray_last_error(ctx, message.as_mut_ptr(), message.len()) };
-    // SAFETY: the call has written a string, or none and the buffer begins with NUL.
-    let message = unsafe { CStr::from_ptr(message.as_ptr()) }.to_string_lossy().into_owned();
-    Err(Error::new(ErrorKind::Argument, message))
+    // SAFETY: NULL or an open context.
+    Err(Error::new(ErrorKind::Argument, unsafe { last_error(ctx) }))
 }

@@ -134,7 +134,7 @@ impl Context {
         let stamp = stamp?;
         self.drawing.collect();
         self.drawing.take_unreported_of_rank()?;
-        self.drawing.refuse_if_off()?;
+        self.drawing.refuse_if_disabled()?;
         let script = self.script()?;
         self.warn_about_old_time_levels(script.as_deref(), &stamp);
         Ok((stamp, script))

@@ -42,7 +42,7 @@ impl Context {
         let stamp = stamp?;
         let script = self.script()?;
         self.drawing.collect();
-        self.drawing.refuse_if_off()?;
+        self.drawing.refuse_if_disabled()?;
         let sent = self.hear_viewers();
         let script = if sent.is_any() { self.follow_viewers(&sent, &stamp)? } else { script };
         self.warn_about_old_time_levels(script.as_deref(), &stamp);
@@ -188,7 +188,7 @@ impl Context {
         let name = shot.name.clone();
         let Context { inputs, drawing, ranks, .. } = self;
         let mine = caught(|| {
-            drawing.refuse_if_off()?;
+            drawing.refuse_if_disabled()?;
             if is_written && ranks.is_root() && !drawing.is_in_background() {
                 // Names that are wrong or taken are known before the first ray.
                 drawing.check_names(&shot.scene, stamp)?;

@@ -191,7 +191,7 @@ impl Inputs {
         let fields_2d = needed.iter().filter(|(_, given)| given.is_2d()).map(|(name, _)| (*name).to_owned()).collect();
         let mut fields = Fields::new(needed.iter().map(field).collect::<Outcome<Vec<_>>>()?);
         if scene.scenery.heights == Heights::Native {
-            let heights = self.heights_for(grid_input, layers, (called, first));
+            let heights = self.heights_for(grid_input, layers, called, first);
             fields = fields.with_heights(heights.map_err(|f| f.within("heights"))?);
         }
         let described = |name: &str| self.descriptions.get(name).cloned();
@@ -225,7 +225,8 @@ impl Inputs {
         &self,
         grid_input: &GridInput,
         layers: &Layers,
-        (called, first): (&str, &ArrayInput),
+        called: &str,
+        first: &ArrayInput,
     ) -> Outcome<Field<'a>> {
         let Some(given) = &self.heights else {
             let message = "the scene has heights = \"native\", and none were given by icoray_heights_set";

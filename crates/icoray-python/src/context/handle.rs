@@ -9,18 +9,15 @@ use crate::mpi;
 use icoray::ErrorKind;
 use icoray_context::icoray_ctx;
 use icoray_context::inputs::icoray_refuse;
-use icoray_context::open::{icoray_close, icoray_last_error, icoray_open_serial, open_over};
+use icoray_context::open::{icoray_close, icoray_open_serial, last_error, open_over};
 use icoray_context::types::icoray_status;
 use pyo3::exceptions::PyResourceWarning;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::ffi::{CStr, c_char};
+use std::ffi::CStr;
 use std::path::PathBuf;
 use std::ptr;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, TryLockError, TryLockResult};
-
-/// Bytes of a message: the library's have 400 at most.
-const MESSAGE: usize = 1024;
 
 /// A pointer that a call takes along while Python's lock is released.
 #[derive(Debug, Clone, Copy)]
@@ -214,11 +211,8 @@ fn message_of(status: icoray_status, ctx: *const icoray_ctx) -> String {
     if status == icoray_status::ICORAY_OK {
         return String::new();
     }
-    let mut buffer: [c_char; MESSAGE] = [0; MESSAGE];
-    // SAFETY: NULL or an open context, and a buffer of this length.
-    unsafe { icoray_last_error(ctx, buffer.as_mut_ptr(), MESSAGE) };
-    // SAFETY: the call has ended it with NUL; before that it was all NUL.
-    in_python(&unsafe { CStr::from_ptr(buffer.as_ptr()) }.to_string_lossy())
+    // SAFETY: NULL or an open context.
+    in_python(&unsafe { last_error(ctx) })
 }
 
 /// A message of the C interface, with the names that its members and functions have here.

@@ -3,6 +3,7 @@
 use super::super::PartInput;
 use super::super::test_array::centers;
 use super::*;
+use crate::boundary::tests::config;
 use crate::types::icoray_config;
 use icoray_core::ranks::local_nodes;
 use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks, Shape};
@@ -60,9 +61,7 @@ fn pictures(
         nodes.len() + 10 * nodes.last().unwrap_or(&9)
     ));
     let run = |ranks: Ranks| {
-        // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
-        let config: icoray_config = unsafe { std::mem::zeroed() };
-        let config = icoray_config { threads: 1, async_render: in_background.into(), ..config };
+        let config = icoray_config { async_render: in_background.into(), ..config() };
         let (rank, size) = (ranks.rank(), ranks.size());
         let mut context = Context::new(&config, folder.to_str().unwrap(), &ranks, 1).unwrap();
         context.join(ranks).unwrap();
