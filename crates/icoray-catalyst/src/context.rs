@@ -23,7 +23,7 @@ use crate::surface::OwnedRows;
 /// Directory of the pictures, in the host's working directory.
 const OUTPUT_DIR: &CStr = c"pictures";
 
-/// An open context; dropping it closes it, which is collective.
+/// An open context; dropping it closes it, which is collective. Methods fail as the functions of C that they call.
 pub struct Context(*mut icoray_ctx);
 
 // SAFETY: the context locks itself.
@@ -44,9 +44,6 @@ pub struct ColumnValues<'a> {
 
 impl Context {
     /// Opens a context over ranks, or for one process. Collective.
-    ///
-    /// # Errors
-    /// What icoray_open returns.
     pub fn open(team: Option<Box<dyn Team>>) -> Result<Self> {
         let config = icoray_config {
             struct_size: size_of::<icoray_config>(),
@@ -75,9 +72,6 @@ impl Context {
     }
 
     /// Loads the scene. Collective.
-    ///
-    /// # Errors
-    /// What icoray_scene_load returns.
     pub fn load_scene(&self, path: &str) -> Result<()> {
         let path = c_string(path);
         // SAFETY: an open context and a string.
@@ -116,18 +110,12 @@ impl Context {
     }
 
     /// Sets a checked grid, whose tables live until the next of that name or until the context is dropped.
-    ///
-    /// # Errors
-    /// What icoray_grid_set returns.
     pub fn set_grid(&self, name: &str, grid: Arc<Grid<'static>>) -> Result<()> {
         // SAFETY: an open context; the caller keeps the tables.
         checked(unsafe { set_checked_grid(self.0, name, grid) }, self.0)
     }
 
     /// Sets the cells and corners that this rank's fields have. Collective.
-    ///
-    /// # Errors
-    /// What icoray_part_set returns.
     pub fn set_part(&self, grid: &str, cells: &OwnedRows, corners: &OwnedRows) -> Result<()> {
         let grid = c_string(grid);
         let part = icoray_part {
@@ -148,9 +136,6 @@ impl Context {
     }
 
     /// Sets the radii of layers, of the name of their grid.
-    ///
-    /// # Errors
-    /// What icoray_layers_set returns.
     pub fn set_layers(&self, name: &str, radii: &[f64], planet_radius: f64) -> Result<()> {
         let name = c_string(name);
         let layers = icoray_layers {
@@ -165,9 +150,6 @@ impl Context {
     }
 
     /// Sets heights of points, or removes them.
-    ///
-    /// # Errors
-    /// What icoray_heights_set returns.
     pub fn set_heights(&self, heights: Option<&ColumnValues>) -> Result<()> {
         let grid = heights.map(|values| c_string(values.grid)).unwrap_or_default();
         let array = heights.map(|values| values.as_c(&grid));
@@ -177,9 +159,6 @@ impl Context {
     }
 
     /// Sets a field.
-    ///
-    /// # Errors
-    /// What icoray_field_set returns.
     pub fn set_field(&self, name: &str, values: &ColumnValues) -> Result<()> {
         let (name, grid) = (c_string(name), c_string(values.grid));
         let array = values.as_c(&grid);
@@ -205,9 +184,6 @@ impl Context {
     }
 
     /// Draws what is due. Collective.
-    ///
-    /// # Errors
-    /// What icoray_execute returns.
     pub fn execute(&self, step: i64, time_s: f64) -> Result<()> {
         // SAFETY: an open context, whose arrays are alive.
         checked(unsafe { icoray_execute(self.0, step, time_s, ptr::null()) }, self.0)

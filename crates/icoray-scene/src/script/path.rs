@@ -73,21 +73,29 @@ fn hermite(values: [f64; 2], slopes: [f64; 2], width: f64, part: f64) -> f64 {
     ends + width * part * rest * (slopes[0] * rest - slopes[1] * part)
 }
 
+/// Why keys make no path.
+#[derive(Debug)]
+pub(crate) struct PathError {
+    /// The number of the key.
+    pub key: usize,
+    pub message: String,
+}
+
 impl Path {
-    /// The reason why the keys make no path, with the number of the key.
-    pub fn check(keys: &[PathKey]) -> Result<(), (usize, String)> {
+    /// Checks that the keys make a path.
+    pub fn check(keys: &[PathKey]) -> Result<(), PathError> {
+        let error = |key: usize, message: String| Err(PathError { key, message });
         if keys.len() < 2 {
-            return Err((0, format!("{} keys, expected at least 2", keys.len())));
+            return error(0, format!("{} keys, expected at least 2", keys.len()));
         }
         for (i, pair) in keys.windows(2).enumerate() {
             if pair[0].at >= pair[1].at {
-                let what = format!("{} after {}, expected keys in order", pair[1].at, pair[0].at);
-                return Err((i + 1, what));
+                return error(i + 1, format!("{} after {}, expected keys in order", pair[1].at, pair[0].at));
             }
             let [from, to] = [pair[0].direction(), pair[1].direction()];
             if from.dot(to) < -1.0 + 1e-9 {
-                let what = "opposite to the key before, so that no way is the shortest; expected a key between";
-                return Err((i + 1, what.into()));
+                let message = "opposite to the key before, so that no way is the shortest; expected a key between";
+                return error(i + 1, message.into());
             }
         }
         Ok(())
@@ -245,15 +253,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_path_is_said() {
+    fn keys_that_make_no_path_are_refused() {
         let one = key(0.0, 0.0, 0.0, 3.0, 30.0);
         for (keys, number, part) in [
             (vec![one], 0, "1 keys, expected at least 2"),
             (vec![one, key(0.0, 1.0, 0.0, 3.0, 30.0)], 1, "0 after 0, expected keys in order"),
             (vec![one, key(1.0, 180.0, 0.0, 3.0, 30.0)], 1, "opposite to the key before"),
         ] {
-            let (at, what) = Path::check(&keys).unwrap_err();
-            assert!(at == number && what.contains(part), "{at}: {what}");
+            let error = Path::check(&keys).unwrap_err();
+            assert!(error.key == number && error.message.contains(part), "{error:?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A colour map, its scale, its range and its opacities.
 
 use super::{Gives, RawTransfer, stops};
-use crate::color::{ColorMap, MAPS};
+use crate::color::{ColorMap, color_maps};
 use crate::coloring::{ColorRange, Coloring, MEANINGLESS, default_extinction};
 use crate::keys::{self, Key, Kind, keys, of};
 use crate::parse::hint;
@@ -47,8 +47,8 @@ pub(super) fn coloring(
             "transfer.map",
             format!(
                 "{name:?}{}, expected one of {}, or one with _r behind it",
-                hint::did_you_mean(name, MAPS.split(", ")),
-                *MAPS
+                hint::did_you_mean(name, color_maps().split(", ")),
+                color_maps()
             ),
         )
     })?;

@@ -4,7 +4,7 @@ use super::section::{section, take};
 use crate::keys::{Key, Kind, keys, number, of, section as table, sections_of};
 use crate::parse::camera::{distance, whole_planet};
 use crate::parse::text::Text;
-use crate::script::{Clock, Motion, Orbit, Path, PathKey};
+use crate::script::{Clock, Motion, Orbit, Path, PathError, PathKey};
 use icoray_grid::Result;
 use std::ops::Range;
 use toml::Spanned;
@@ -106,9 +106,9 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         None => Clock::Step,
     });
     let keys = raw.iter().map(|raw| key(source, raw, clock, &defaults)).collect::<Result<Vec<PathKey>>>()?;
-    Path::check(&keys).map_err(|(number, what)| {
-        let span = raw.get(number).map_or(span, Spanned::span);
-        source.bad(span, KEY, what)
+    Path::check(&keys).map_err(|PathError { key, message }| {
+        let span = raw.get(key).map_or(span, Spanned::span);
+        source.bad(span, KEY, message)
     })?;
     if let Some(DeValue::Table(first)) = first {
         let has_distance = camera.contains_key("distance") || camera.contains_key("altitude");
