@@ -16,7 +16,7 @@ use std::ptr;
 use std::sync::Arc;
 
 /// An array that the model has set, with the names of its grid and layers.
-pub(super) struct ArrayInput {
+pub(crate) struct ArrayInput {
     array: icoray_array,
     grid: String,
     layers: String,
@@ -27,7 +27,7 @@ unsafe impl Send for ArrayInput {}
 
 /// A grid, with this rank's part of it where columns or cells are distributed over ranks.
 #[derive(Clone)]
-pub(super) struct GridInput {
+pub(crate) struct GridInput {
     pub grid: Arc<Grid<'static>>,
     pub decomposition: Option<Arc<Decomposition>>,
     /// The tables that the grid borrows, where the context made them of points; dropped after it.
@@ -50,7 +50,7 @@ impl GridInput {
 
 /// All inputs of a context.
 #[derive(Default)]
-pub(super) struct Inputs {
+pub(crate) struct Inputs {
     /// By name. The tables are borrowed from the model, which keeps them until close or the next grid_set.
     pub grids: BTreeMap<String, GridInput>,
     pub layers: BTreeMap<String, Arc<Layers>>,
@@ -65,10 +65,34 @@ pub(super) struct Inputs {
 }
 
 /// A field that a condition evaluates, with this rank's part of the grid.
-pub(super) struct ConditionField<'a> {
+pub(crate) struct ConditionField<'a> {
     pub name: String,
     pub field: Field<'a>,
     pub decomposition: Option<Arc<Decomposition>>,
+}
+
+/// An array of C, of either struct.
+pub(crate) trait GivenArray: Versioned {
+    /// The array with columns and layers; `call` is the C function that sets it.
+    fn flat(&self, inputs: &Inputs, call: &str) -> Outcome<icoray_array>;
+}
+
+impl GivenArray for icoray_array {
+    fn flat(&self, _inputs: &Inputs, _call: &str) -> Outcome<icoray_array> {
+        Ok(*self)
+    }
+}
+
+impl GivenArray for icoray_ndarray {
+    /// Finds the layers and columns among the dimensions.
+    fn flat(&self, inputs: &Inputs, call: &str) -> Outcome<icoray_array> {
+        // SAFETY: the caller of icoray_field_set_ndarray or icoray_heights_set_ndarray promises two strings.
+        let (grid, layers) = unsafe { names(self.grid_name, self.layers_name)? };
+        let grid_input = inputs.grid(grid, call)?;
+        let layers = inputs.layers(layers, call)?;
+        let location = borrow::location(self.location, Self::NAME)?;
+        borrow::flat(self, &grid_input.columns_at(location), layers.count())
+    }
 }
 
 impl ArrayInput {
@@ -129,16 +153,6 @@ impl Inputs {
         first.into_iter().for_each(|first| named.name_first_field(first));
         named.show_as_surfaces(|name| self.fields.get(name).is_some_and(ArrayInput::is_2d));
         Arc::new(named)
-    }
-
-    /// Converts an array with named dimensions to columns and layers; `call` is the C function that set it.
-    pub fn flat(&self, array: &icoray_ndarray, call: &str) -> Outcome<icoray_array> {
-        // SAFETY: the caller of icoray_field_set_ndarray or icoray_heights_set_ndarray promises two strings.
-        let (grid, layers) = unsafe { names(array.grid_name, array.layers_name)? };
-        let grid_input = self.grid(grid, call)?;
-        let layers = self.layers(layers, call)?;
-        let location = borrow::location(array.location, "icoray_ndarray")?;
-        borrow::flat(array, &grid_input.columns_at(location), layers.count())
     }
 
     /// Looks up the field of a condition.
@@ -251,7 +265,7 @@ impl Inputs {
     }
 }
 
-pub(super) fn missing(call: &str, what: &str, first: &str) -> Failure {
+pub(crate) fn missing(call: &str, what: &str, first: &str) -> Failure {
     let message = format!("{call} was called before a {what} was set; call {first} first");
     Failure::new(icoray_status::ICORAY_ERR_ORDER, message)
 }

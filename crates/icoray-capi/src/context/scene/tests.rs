@@ -81,7 +81,7 @@ fn pictures(
             let given = ["f", "r"].map(|field| (field, values(mesh, field, step)));
             for (field, values) in &given {
                 let array = centers(values, layers_of(field));
-                context.set_field(field, Ok(&array)).unwrap();
+                context.set_field("icoray_field_set", field, Ok(&array)).unwrap();
             }
             context.execute(Ok(Stamp { step, time_s: 60.0 * step as f64, date: None })).unwrap();
             context.wait().unwrap();
