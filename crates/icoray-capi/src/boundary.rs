@@ -4,7 +4,7 @@ use crate::host::FloatingPoint;
 use crate::message::fitted;
 use crate::types::icoray_status;
 use icoray_core::Error;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::sync::Once;
@@ -39,6 +39,18 @@ impl icoray_status {
     pub fn of_number(number: i32) -> Self {
         let found = Self::ALL.into_iter().find(|status| *status as i32 == number);
         found.unwrap_or(icoray_status::ICORAY_ERR_INTERNAL)
+    }
+}
+
+impl Serialize for icoray_status {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_i32(*self as i32)
+    }
+}
+
+impl<'de> Deserialize<'de> for icoray_status {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        i32::deserialize(from).map(icoray_status::of_number)
     }
 }
 

@@ -7,7 +7,7 @@ use std::ffi::{c_char, c_void};
 
 /// Status of a call. Numbers never change; new ones are added at the end.
 #[repr(i32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum icoray_status {
     /// Success.
     ICORAY_OK = 0,

@@ -5,7 +5,7 @@ use crate::channels::{Channel, NamedField, Place, Places, named_fields, places_o
 use crate::conduit::Node;
 use crate::context::Context;
 use crate::fields::{CopiedField, CopiedValues, NamedGrid, set, set_empty};
-use crate::grid::{HostGrid, Setting, Tables};
+use crate::grid::{HostGrid, HostMesh, Setting};
 use crate::peers::Peers;
 use crate::team;
 use icoray::{Error, ErrorKind, Result};
@@ -38,7 +38,7 @@ pub struct Adaptor {
 #[derive(Default)]
 struct Slot {
     grid: Option<HostGrid>,
-    tables: Tables,
+    tables: HostMesh,
 }
 
 impl Adaptor {

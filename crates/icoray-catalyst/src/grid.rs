@@ -33,7 +33,7 @@ pub struct HostGrid {
 
 /// The tables of a grid that the context has, which it reads until it has another one of that name.
 #[derive(Default)]
-pub struct Tables(Option<Box<Mesh>>);
+pub struct HostMesh(Option<Box<Mesh>>);
 
 /// What a grid is made with.
 pub struct Setting<'a> {
@@ -78,7 +78,7 @@ impl HostGrid {
     pub fn update(
         grid: Option<Self>,
         geometry: Result<Option<Geometry>>,
-        tables: &mut Tables,
+        tables: &mut HostMesh,
         setting: &mut Setting,
     ) -> Result<Self> {
         let seen = Error::of_panics(|| {
@@ -124,7 +124,7 @@ impl HostGrid {
     fn made(
         geometry: Option<&Geometry>,
         fingerprint: Fingerprint,
-        tables: &mut Tables,
+        tables: &mut HostMesh,
         Setting { name, context, peers, .. }: &mut Setting,
     ) -> Result<Self> {
         let found = Error::of_panics(|| match geometry {
@@ -209,7 +209,7 @@ impl HostGrid {
     }
 }
 
-impl Tables {
+impl HostMesh {
     /// Whether the context has a grid of this name.
     pub fn are_set(&self) -> bool {
         self.0.is_some()

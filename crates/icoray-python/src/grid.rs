@@ -46,11 +46,11 @@ use std::sync::Arc;
 pub(crate) struct Grid {
     /// Dropped before the tables that it borrows.
     pub inner: Arc<icoray::Grid<'static>>,
-    tables: Tables,
+    tables: GridArrays,
 }
 
 /// The arrays of a grid.
-struct Tables {
+struct GridArrays {
     center: [RealArray; 2],
     corner: [RealArray; 2],
     cell_corner: IndexArray,
@@ -84,7 +84,7 @@ impl Grid {
         let corner = positions(lon_corner_rad, lat_corner_rad, "corner", 0)?;
         let [cells, corners] = [&center, &corner].map(|[lon, _]| lon.dimensions[0].extent);
         let count = cell_corner_count.map(|count| IndexArray::new(count, &[cells], "cell_corner_count"));
-        Tables {
+        GridArrays {
             center,
             corner,
             cell_corner: IndexArray::new(cell_corner, &[cells, 0], "cell_corner")?,
@@ -188,7 +188,7 @@ impl Grid {
         let level = found.ok_or_else(|| argument(format!("level: {level}, expected 0 to {}", icoray::MAX_LEVEL)))?;
         let mesh = py.detach(|| with_threads(|| IcosahedralMesh::new(level))).map_err(raised)?;
         let real = |angle| made_reals(py, angle);
-        Tables {
+        GridArrays {
             center: [real(mesh.lon_center_rad), real(mesh.lat_center_rad)],
             corner: [real(mesh.lon_corner_rad), real(mesh.lat_corner_rad)],
             cell_corner: made_indices(py, mesh.cell_corner, 6),
@@ -222,8 +222,9 @@ impl Grid {
     /// Bytes of tables that could not be borrowed and were copied.
     #[getter]
     fn bytes_copied(&self) -> u64 {
-        let Tables { center, corner, cell_corner, cell_corner_count, corner_cell, corner_edge, edge_corner, .. } =
-            &self.tables;
+        let GridArrays {
+            center, corner, cell_corner, cell_corner_count, corner_cell, corner_edge, edge_corner, ..
+        } = &self.tables;
         let tables = [cell_corner, corner_cell, corner_edge, edge_corner].into_iter().chain(cell_corner_count);
         let reals: u64 = center.iter().chain(corner).map(|array| array.bytes_copied).sum();
         reals + tables.map(|table| table.bytes_copied).sum::<u64>()
@@ -305,7 +306,7 @@ impl Grid {
     ) -> PyResult<Self> {
         let cells = of.cell_corner_count.len();
         let count = of.cell_corner_count.into_pyarray(py);
-        Tables {
+        GridArrays {
             center,
             corner,
             cell_corner: made_indices(py, of.cell_corner, of.cell_corner_row),
@@ -319,7 +320,7 @@ impl Grid {
     }
 }
 
-impl Tables {
+impl GridArrays {
     /// Checks the tables.
     fn grid(self, py: Python) -> PyResult<Grid> {
         // SAFETY: the tables live as long as the grid, whose documentation asks that they do not change.
