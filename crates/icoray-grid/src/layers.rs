@@ -156,8 +156,8 @@ impl Layers {
         if !fine {
             let [low, high] = self.height_range();
             let context = format!(
-                "exaggeration {exaggeration}: heights {low} to {high} m are stretched to {} to {} m, expected layers that \
-                 stay apart, above the planet's centre at {} m",
+                "exaggeration {exaggeration}: heights {low} to {high} m are stretched to {} to {} m, expected layers \
+                 that stay apart, above the planet's centre at {} m",
                 exaggeration * low,
                 exaggeration * high,
                 -self.planet_radius_m

@@ -84,7 +84,8 @@ keys! {
         /// (`icoray render`) are shown in this way where the scene gives no opacity.
         surfaces: Vec<Spanned<surface::RawSurface>> = sections_of(&[surface::RawSurface::KEYS]).count(0, MAX_SECTIONS),
         /// Surfaces on which a field has one value. A section may have several values.
-        isosurfaces: Vec<Spanned<isosurface::RawIsosurface>> = sections_of(&[isosurface::RawIsosurface::KEYS]).count(0, MAX_SECTIONS),
+        isosurfaces: Vec<Spanned<isosurface::RawIsosurface>> =
+            sections_of(&[isosurface::RawIsosurface::KEYS]).count(0, MAX_SECTIONS),
         lines: Vec<Spanned<lines::RawLines>> = sections_of(&[lines::RawLines::KEYS]).count(0, MAX_SECTIONS),
         /// Colours of the opaque core.
         ground: Option<Spanned<ground::RawGround>> = section(&[ground::RawGround::KEYS]),
@@ -93,7 +94,8 @@ keys! {
         clip: Vec<Spanned<clip::RawClip>> = sections_of(&[clip::RawClip::KEYS]).count(0, MAX_SECTIONS),
         /// Fields that are computed from the model's, or from those derived above. Each has one of `magnitude`, `sum` and
         /// `anomaly`.
-        derive: Vec<Spanned<derive::RawDerivation>> = sections_of(&[derive::RawDerivation::KEYS]).count(0, MAX_SECTIONS),
+        derive: Vec<Spanned<derive::RawDerivation>> =
+            sections_of(&[derive::RawDerivation::KEYS]).count(0, MAX_SECTIONS),
         /// Blinn-Phong light with the field's gradient as normal. Without the section, or with `kind = "none"`, colours
         /// are those of the transfer function.
         light: Option<Spanned<light::RawLight>> = section(&[light::RawLight::KEYS]),

@@ -191,8 +191,8 @@ impl Context {
         let limit = own.map_or(u64::MAX, |own| MEMORY_SHARE * own);
         if bytes > limit {
             let message = format!(
-                "a picture takes {bytes} bytes of memory, expected at most {limit}, {MEMORY_SHARE} times what one of the \
-                 model's own scene takes; show less"
+                "a picture takes {bytes} bytes of memory, expected at most {limit}, {MEMORY_SHARE} times what one of \
+                 the model's own scene takes; show less"
             );
             return Err(Failure::new(icoray_status::ICORAY_ERR_MEMORY, message));
         }

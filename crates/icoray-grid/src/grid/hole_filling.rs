@@ -130,7 +130,8 @@ struct Side {
 /// Closes the mesh and adds the synthetic points that its void triangles use to `direction`.
 ///
 /// # Errors
-/// [`ErrorKind::Grid`](crate::ErrorKind::Grid) names the rows of `corner_cell` whose triangles overlap, and cells in each other's place.
+/// [`ErrorKind::Grid`](crate::ErrorKind::Grid) names the rows of `corner_cell` whose triangles overlap, and cells in
+/// each other's place.
 pub(super) fn fill_holes(
     t: &GridTables,
     direction: &mut Vec<[f64; 3]>,

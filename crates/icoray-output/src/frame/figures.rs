@@ -72,8 +72,8 @@ struct FigureSource<'a> {
     host: &'a CFrameReport,
 }
 
-/// Declares figures: `Scope name: type FigureType = value`, after the description as a doc comment; those in C in the order
-/// of the struct there, with their types there, and then the others.
+/// Declares figures: `Scope name: type FigureType = value`, after the description as a doc comment; those in C in the
+/// order of the struct there, with their types there, and then the others.
 macro_rules! figures {
     (
         $(#[doc = $about:literal])*

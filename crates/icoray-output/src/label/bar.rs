@@ -151,7 +151,7 @@ impl<'s> Bar<'s> {
         tried.find(fits).unwrap_or_else(|| ticks(self.scale, self.range, 2))
     }
 
-    /// A vertical bar: values rise upwards, ticks and caption are at its right. The caption is no longer than `max_width`.
+    /// A vertical bar: values rise upwards, ticks and caption are at its right. The caption is at most `max_width` long.
     pub fn upright(&self, length: i64, max_width: i64, sizes: Sizes, caption: impl Fn(i32) -> Vec<String>) -> Block {
         let Sizes { text, breadth, tick, gap, line, .. } = sizes;
         let ticks = self.ticks(length, |_| text.height());
