@@ -14,8 +14,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// pass do not decrease upwards either: all or no heights of each column are averaged. Parallel.
 ///
 /// # Errors
-/// [`ErrorKind::Layers`] if they have another shape or place, or names the first column of which some heights but not
-/// all are missing, or decrease upwards.
+/// [`ErrorKind::Layers`](crate::ErrorKind::Layers) if they have another shape or place, or names the first column of
+/// which some heights but not all are missing, or decrease upwards.
 pub fn check_corners(grid: &Grid, heights: &Field, layers: &Layers, owns: impl Fn(usize) -> bool + Sync) -> Result<()> {
     // Other columns may not have been computed by any rank.
     let is_read: Vec<AtomicBool> = (0..grid.triangles()).map(|_| AtomicBool::new(false)).collect();
