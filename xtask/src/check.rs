@@ -7,13 +7,10 @@ mod suite;
 mod tally;
 mod times;
 
-use crate::book;
 use crate::error::Error;
-use crate::link;
-use crate::requirements;
 use crate::step::{Step, Steps, print_error, print_line};
-use crate::system;
 use crate::workspace::{Workspace, is_required};
+use crate::{book, link, requirements, system};
 use std::panic;
 use std::process::ExitCode;
 use std::thread::{self, ScopedJoinHandle};
@@ -53,7 +50,7 @@ impl Record {
     /// Ends a check's step, prints its error, and adds its results.
     fn end(&mut self, ended: Ended, steps: &mut Steps) {
         let Ended { title, mut record, outcome, step, seconds } = ended;
-        steps.end(step, title, (outcome.is_ok(), seconds));
+        steps.end(step, title, outcome.is_ok(), seconds);
         // One that counts nothing is one test, as are tests that do not compile.
         if if outcome.is_ok() { record.tally == Tally::default() } else { record.tally.failed() == 0 } {
             record.tally.add_whole(outcome.is_ok());
@@ -67,8 +64,19 @@ impl Record {
     }
 }
 
-/// The title of a check, the runs that include it, its turn, and how it is run.
-type Check = (&'static str, When, Turn, fn(&Suite, &mut Step, &mut Record) -> Result<(), Error>);
+/// A check.
+struct Check {
+    title: &'static str,
+    when: When,
+    turn: Turn,
+    run: Run,
+}
+
+type Run = fn(&Suite, &mut Step, &mut Record) -> Result<(), Error>;
+
+const fn check(title: &'static str, when: When, turn: Turn, run: Run) -> Check {
+    Check { title, when, turn, run }
+}
 
 /// A check that has ended.
 struct Ended {
@@ -80,7 +88,7 @@ struct Ended {
 }
 
 impl Ended {
-    fn of(&(title, .., run): &Check, suite: &Suite, mut step: Step) -> Self {
+    fn of(&Check { title, run, .. }: &Check, suite: &Suite, mut step: Step) -> Self {
         let mut record = Record::default();
         let outcome = run(suite, &mut step, &mut record);
         let seconds = step.seconds();
@@ -90,22 +98,24 @@ impl Ended {
 
 /// All checks, in the order in which they begin.
 static CHECKS: &[Check] = &[
-    ("formatting", Always, Ordered, |suite, step, _| step.quiet(suite.workspace.cargo(["fmt", "--all", "--check"]))),
-    ("lints", Always, Ordered, |suite, step, _| suite::lints(suite, step)),
-    ("tests", Always, Ordered, suite::tests),
+    check("formatting", Always, Ordered, |suite, step, _| {
+        step.quiet(suite.workspace.cargo(["fmt", "--all", "--check"]))
+    }),
+    check("lints", Always, Ordered, |suite, step, _| suite::lints(suite, step)),
+    check("tests", Always, Ordered, suite::tests),
     // Its link takes minutes on one processor.
-    ("install and link", WithAll, Beside, |suite, step, _| link::check(suite.workspace, step)),
-    ("examples in the documentation", Always, Ordered, suite::examples),
-    ("tests of the command over ranks", WithAll, Ordered, suite::rank_tests),
+    check("install and link", WithAll, Beside, |suite, step, _| link::check(suite.workspace, step)),
+    check("examples in the documentation", Always, Ordered, suite::examples),
+    check("tests of the command over ranks", WithAll, Ordered, suite::rank_tests),
     // After the command is built for the last time, which it uses.
-    ("Python package", WithAll, Beside, python::tests),
+    check("Python package", WithAll, Beside, python::tests),
     // They install the library, too. Its links leave processors to what follows.
-    ("commands of the pages", Always, BesideNext, book::run_commands),
-    ("features", WithAll, Ordered, |suite, step, _| features::check(suite, step)),
-    ("documentation", Always, Ordered, |suite, step, _| suite::documentation(suite, step)),
-    ("crates as they are published", WithAll, Ordered, |suite, step, _| suite::published(suite, step)),
-    ("links of the pages", Always, Ordered, |suite, step, _| book::check_links(suite.workspace, step)),
-    ("the book", WithAll, Ordered, the_book),
+    check("commands of the pages", Always, BesideNext, book::run_commands),
+    check("features", WithAll, Ordered, |suite, step, _| features::check(suite, step)),
+    check("documentation", Always, Ordered, |suite, step, _| suite::documentation(suite, step)),
+    check("crates as they are published", WithAll, Ordered, |suite, step, _| suite::published(suite, step)),
+    check("links of the pages", Always, Ordered, |suite, step, _| book::check_links(suite.workspace, step)),
+    check("the book", WithAll, Ordered, the_book),
 ];
 
 /// What `--all` adds to the default run.
@@ -116,9 +126,9 @@ const ADDED: &str = "GPU and MPI with their tests, pictures against references, 
 /// Runs all checks, even if some fail, so that one run shows all faults. The last line is `N passed, N failed, N
 /// skipped`; the exit code says whether all passed.
 pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Result<ExitCode, Error> {
-    let mut checks: Vec<_> = CHECKS.iter().filter(|(_, when, ..)| all || *when == Always).collect();
-    let titles = checks.iter().map(|(title, ..)| *title).collect::<Vec<_>>().join(", ");
-    checks.retain(|(title, ..)| title.contains(only));
+    let mut checks: Vec<_> = CHECKS.iter().filter(|check| all || check.when == Always).collect();
+    let titles = checks.iter().map(|check| check.title).collect::<Vec<_>>().join(", ");
+    checks.retain(|check| check.title.contains(only));
     if checks.is_empty() {
         return Err(Error(format!("no check has {only:?} in its title; they are: {titles}")));
     }
@@ -155,7 +165,7 @@ fn run_checks(checks: &[&Check], suite: &Suite, steps: &mut Steps, record: &mut 
     thread::scope(|scope| {
         let mut beside: Vec<ScopedJoinHandle<Ended>> = Vec::new();
         for &check in checks {
-            let &(title, _, turn, _) = check;
+            let &Check { title, turn, .. } = check;
             for work in beside.extract_if(.., |work| turn == BesideNext || work.is_finished()) {
                 record.end(joined(work), steps);
             }
@@ -202,7 +212,7 @@ mod tests {
             HAS_NEXT_BEGUN.load(Relaxed)
         }
         let checks: [Check; 5] = [
-            ("beside", Always, Beside, |_, _, record| {
+            check("beside", Always, Beside, |_, _, record| {
                 ASIDE.wait();
                 record.tally.add_skipped("no data", 2);
                 record.times.push(("aside".into(), 7.0));
@@ -210,17 +220,17 @@ mod tests {
                 assert!(!(0..1_000).any(|_| has_next_begun()), "a check began too early");
                 Err(Error("aside".into()))
             }),
-            ("first", Always, Ordered, |_, _, _| Ok(())),
-            ("second", Always, Ordered, |_, _, _| {
+            check("first", Always, Ordered, |_, _, _| Ok(())),
+            check("second", Always, Ordered, |_, _, _| {
                 ASIDE.wait();
                 Ok(())
             }),
-            ("next", Always, BesideNext, |_, _, _| {
+            check("next", Always, BesideNext, |_, _, _| {
                 HAS_NEXT_BEGUN.store(true, Relaxed);
                 NEXT.wait();
                 Ok(())
             }),
-            ("last", Always, Ordered, |_, _, _| {
+            check("last", Always, Ordered, |_, _, _| {
                 NEXT.wait();
                 Ok(())
             }),

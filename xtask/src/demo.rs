@@ -8,14 +8,12 @@ use std::path::{Path, PathBuf};
 use xshell::Cmd;
 
 use crate::error::Error;
-use crate::files;
 use crate::models::{self, ShallowWater};
 use crate::mpi::Mpi;
 use crate::options::DemoOptions;
-use crate::requirements;
 use crate::step::{Steps, print_line};
-use crate::system;
 use crate::workspace::Workspace;
+use crate::{files, requirements, system};
 
 /// Steps of each model.
 const STEPS: usize = 5;

@@ -9,15 +9,12 @@ use std::collections::BTreeMap;
 
 use csv::{ReaderBuilder, Trim};
 
-use crate::book;
 use crate::error::Error;
-use crate::files;
 use crate::models::{MPI_PACKAGE, ShallowWater, compile_tracer};
 use crate::mpi::Mpi;
-use crate::requirements;
 use crate::step::{Step, Steps, print_line};
-use crate::system;
 use crate::workspace::Workspace;
+use crate::{book, files, requirements, system};
 
 const FOLDER: &str = "examples/gallery";
 /// Cargo's profile.

@@ -10,12 +10,10 @@ use std::path::{Path, PathBuf};
 use xshell::Cmd;
 
 use crate::error::Error;
-use crate::libclang;
 use crate::options::InstallOptions;
-use crate::requirements;
 use crate::step::{Step, Steps, print_line};
-use crate::system;
 use crate::workspace::{Workspace, variable};
+use crate::{libclang, requirements, system};
 use comin::Comin;
 use place::{Content, Item};
 
@@ -257,6 +255,7 @@ mod tests {
     fn the_soname_is_the_start_of_the_file_name() {
         assert!(shared_name().starts_with(&format!("{SONAME}.")));
     }
+
     #[test]
     fn each_fault_of_a_shared_library_is_found() {
         const GOOD: &str = "int icoray_a(void) { return 0; }";

@@ -27,18 +27,18 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use error::Error;
-use options::{Options, Subcommand};
+use options::{CommandLine, Subcommand};
 use step::{print_error, print_line};
 use workspace::Workspace;
 
 fn main() -> ExitCode {
-    run(Options::parse()).unwrap_or_else(|error| {
+    run(CommandLine::parse()).unwrap_or_else(|error| {
         print_error(&format!("error: {error}"));
         ExitCode::FAILURE
     })
 }
 
-fn run(Options { subcommand, no_install }: Options) -> Result<ExitCode, Error> {
+fn run(CommandLine { subcommand, no_install }: CommandLine) -> Result<ExitCode, Error> {
     let workspace = Workspace::find()?;
     let install = !no_install;
     match subcommand {

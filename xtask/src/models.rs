@@ -1,9 +1,8 @@
 //! Builds and runs the models that draw themselves: the tracer of `examples/c`, and the shallow-water model of
 //! `examples/fortran` over ranks of MPI.
 
-use std::fs;
 use std::path::PathBuf;
-use std::thread;
+use std::{fs, thread};
 
 use xshell::{Cmd, cmd};
 

@@ -9,7 +9,7 @@ use clap::{Args, Parser};
 /// All subcommands but package install missing Debian packages with apt-get (as root or by sudo), and print which.
 #[derive(Debug, Parser)]
 #[command(bin_name = "cargo xtask", disable_help_subcommand = true)]
-pub struct Options {
+pub struct CommandLine {
     #[command(subcommand)]
     pub subcommand: Subcommand,
     /// Install no packages; say what is missing instead
@@ -135,13 +135,13 @@ mod tests {
     use super::*;
     use clap::CommandFactory;
 
-    fn parse(line: &str) -> Result<Options, clap::Error> {
-        Options::try_parse_from(["xtask"].into_iter().chain(line.split_whitespace()))
+    fn parse(line: &str) -> Result<CommandLine, clap::Error> {
+        CommandLine::try_parse_from(["xtask"].into_iter().chain(line.split_whitespace()))
     }
 
     #[test]
     fn lines_are_taken_or_refused() {
-        Options::command().debug_assert();
+        CommandLine::command().debug_assert();
         for line in [
             "demo --profile dev",
             "gallery",

@@ -43,7 +43,7 @@ impl Steps {
         let mut step = self.begin(title);
         let result = work(&mut step);
         let seconds = step.seconds();
-        self.end(step, title, (result.is_ok(), seconds));
+        self.end(step, title, result.is_ok(), seconds);
         result
     }
 
@@ -71,13 +71,10 @@ impl Steps {
     }
 
     /// Ends a step, and prints the seconds that it took.
-    pub fn end(&mut self, step: Step, title: &str, (has_succeeded, seconds): (bool, f64)) {
+    pub fn end(&mut self, step: Step, title: &str, has_succeeded: bool, seconds: f64) {
         step.bar.finish_and_clear();
-        print_line(&format!(
-            "{} {}{seconds:.1} s",
-            step.bar.prefix(),
-            if has_succeeded { "" } else { "failed after " }
-        ));
+        let how = if has_succeeded { "" } else { "failed after " };
+        print_line(&format!("{} {how}{seconds:.1} s", step.bar.prefix()));
         self.times.push((title.to_owned(), seconds));
     }
 }

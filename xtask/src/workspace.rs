@@ -70,16 +70,20 @@ impl Workspace {
     /// Cargo puts its own directories first on this program's library search path, and a library left there by the
     /// tests would be found before that of `products`.
     pub fn linked(&self, program: impl AsRef<Path>, products: &Path) -> Result<Cmd<'_>, Error> {
-        let inherited = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
-        let paths = [products.to_path_buf()].into_iter().chain(env::split_paths(&inherited));
-        let paths = env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))?;
-        Ok(self.shell.cmd(program).env("LD_LIBRARY_PATH", paths))
+        Ok(self.shell.cmd(program).env("LD_LIBRARY_PATH", library_path([products.to_path_buf()])?))
     }
 
     /// A cargo command on this workspace.
     pub fn cargo<'a>(&self, arguments: impl IntoIterator<Item = &'a str>) -> Cmd<'_> {
         self.shell.cmd(cargo()).args(arguments)
     }
+}
+
+/// The library search path with these directories first.
+pub fn library_path(first: impl IntoIterator<Item = PathBuf>) -> Result<OsString, Error> {
+    let inherited = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
+    let paths = first.into_iter().chain(env::split_paths(&inherited));
+    env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))
 }
 
 /// The cargo that runs this program, or else the one on the path.

@@ -50,6 +50,13 @@ const OPEN_MPI: &str = "case $1 in --showme:version|--version) echo Open MPI;; e
 /// Locked by the test that runs: a program that was just written is busy while another test starts a process.
 static ALONE: Mutex<()> = Mutex::new(());
 
+/// What a run of the demo did and printed.
+struct Ran {
+    succeeded: bool,
+    printed: String,
+    errors: String,
+}
+
 /// A machine in a temporary directory.
 struct Machine {
     directory: TempDir,
@@ -90,8 +97,8 @@ impl Machine {
         fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).unwrap();
     }
 
-    /// Runs the demo; returns whether it succeeded, its standard output and its standard error.
-    fn demo(&self, fail: &str, options: &[&str]) -> (bool, String, String) {
+    /// Runs the demo.
+    fn demo(&self, fail: &str, options: &[&str]) -> Ran {
         let mut demo = Command::new(self.file("target/debug/xtask"));
         demo.args(["demo", "--out", "pictures"]).args(options).current_dir(self.directory.path());
         demo.env("PATH", self.file("bin"));
@@ -100,7 +107,7 @@ impl Machine {
         demo.env_remove("MPICC").env_remove("LD_LIBRARY_PATH");
         let output = demo.output().unwrap();
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (output.status.success(), text(&output.stdout), text(&output.stderr))
+        Ran { succeeded: output.status.success(), printed: text(&output.stdout), errors: text(&output.stderr) }
     }
 
     /// The programs that ran, in order.
@@ -111,8 +118,8 @@ impl Machine {
 
 /// Fails unless the demo succeeded with the first model's pictures; returns the lines from the one that says what is
 /// left out.
-fn left_out((succeeded, printed, errors): &(bool, String, String)) -> Vec<&str> {
-    assert!(succeeded, "{printed}{errors}");
+fn left_out(Ran { succeeded, printed, errors }: &Ran) -> Vec<&str> {
+    assert!(*succeeded, "{printed}{errors}");
     assert!(
         printed.contains("first picture after ") && printed.contains(" s: pictures/tracer_000000.png\n"),
         "{printed}"
@@ -140,7 +147,11 @@ fn what_is_missing_is_installed_at_once() {
     }
     let demo = machine.demo("nothing", &[]);
     // make builds nothing, so there is nothing to run.
-    assert!(!left_out(&demo).is_empty() && demo.1.contains("installing gfortran (Fortran compiler"), "{}", demo.1);
+    assert!(
+        !left_out(&demo).is_empty() && demo.printed.contains("installing gfortran (Fortran compiler"),
+        "{}",
+        demo.printed
+    );
     let log = machine.log();
     let calls: Vec<_> = log.lines().filter(|line| line.starts_with("apt-get ")).collect();
     let packages = " gfortran make libopenmpi-dev openmpi-bin libclang-dev";
@@ -173,7 +184,7 @@ fn the_first_model_runs_before_anything_of_the_second() {
 
 #[test]
 fn a_failure_of_the_first_model_is_one() {
-    let (succeeded, printed, errors) = Machine::complete().demo("contact-sheet", &["--no-install"]);
+    let Ran { succeeded, printed, errors } = Machine::complete().demo("contact-sheet", &["--no-install"]);
     assert!(!succeeded && !printed.contains("left out"), "{printed}");
     assert!(errors.contains("ended with exit status: 101\nline 1\n"), "{errors}");
 }

@@ -226,8 +226,8 @@ pub(crate) unsafe fn part_cells<'a>(part: &icoray_part) -> Outcome<PartCells<'a>
     // SAFETY: the caller promises both tables with this length.
     unsafe {
         let global = indices(part.cell_global, kind, cells, "icoray_part.cell_global")?;
-        let owned =
-            owned((part.is_owned, part.owned_cells), cells, ["icoray_part.is_owned", "icoray_part.owned_cells"])?;
+        let names = ["icoray_part.is_owned", "icoray_part.owned_cells"];
+        let owned = owned(part.is_owned, part.owned_cells, cells, names)?;
         Ok(PartCells { global, owned })
     }
 }
@@ -246,14 +246,14 @@ pub(crate) unsafe fn part_corners<'a>(part: &icoray_part) -> Outcome<Option<Part
     // SAFETY: the caller promises both tables with this length.
     unsafe {
         let global = indices(part.corner_global, kind, corners, "icoray_part.corner_global")?;
-        let owned = owned((part.is_corner_owned, part.owned_corners), corners, names)?;
+        let owned = owned(part.is_corner_owned, part.owned_corners, corners, names)?;
         Ok(Some(PartCorners { global, owned }))
     }
 }
 
 /// # Safety
 /// As [`slice`], for the marks.
-unsafe fn owned<'a>((marks, first): (*const i32, i64), len: usize, names: [&str; 2]) -> Outcome<Owned<'a>> {
+unsafe fn owned<'a>(marks: *const i32, first: i64, len: usize, names: [&str; 2]) -> Outcome<Owned<'a>> {
     if marks.is_null() {
         return Ok(Owned::First(count(first, names[1])?));
     }

@@ -4,9 +4,9 @@ use crate::host::FloatingPoint;
 use crate::message::fitted;
 use crate::types::icoray_status;
 use icoray_core::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::cell::RefCell;
 use std::fmt::Display;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
 impl icoray_status {
@@ -42,8 +42,20 @@ impl icoray_status {
     }
 }
 
+impl Serialize for icoray_status {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_i32(*self as i32)
+    }
+}
+
+impl<'de> Deserialize<'de> for icoray_status {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        i32::deserialize(from).map(icoray_status::of_number)
+    }
+}
+
 /// Why a call failed: the status for the caller and the sentence for icoray_last_error.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Failure {
     pub status: icoray_status,
     pub message: String,
@@ -122,14 +134,7 @@ pub(crate) fn caught<T>(call: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
     // standard library, so replacing the hook affects no other code.
     static QUIET: Once = Once::new();
     QUIET.call_once(|| std::panic::set_hook(Box::new(|_| {})));
-    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
-        let text = payload
-            .downcast_ref::<&str>()
-            .map(ToString::to_string)
-            .or_else(|| payload.downcast_ref::<String>().cloned());
-        let text = text.unwrap_or_else(|| "a panic without a message".into());
-        Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, format!("internal error: {text}")))
-    })
+    Error::of_panics(|| Ok(call())).unwrap_or_else(|error| Err(error.into()))
 }
 
 /// Runs a call from outside in icoray's own floating-point state, turns a panic into a failure, and keeps the message
@@ -165,7 +170,15 @@ pub(crate) fn status(outcome: &Outcome<()>) -> icoray_status {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::types::icoray_config;
     use std::process::Command;
+
+    /// A config with one thread, and defaults else.
+    pub(crate) fn config() -> icoray_config {
+        // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
+        let config: icoray_config = unsafe { std::mem::zeroed() };
+        icoray_config { struct_size: size_of::<icoray_config>(), threads: 1, ..config }
+    }
 
     /// Restores the printing of failed assertions, which the hook suppresses.
     pub(crate) fn loud() {

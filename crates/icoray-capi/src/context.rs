@@ -1,9 +1,9 @@
 //! The context behind a handle: inputs, scene, frames in progress, ranks.
 
-use crate::borrow::{Versioned, argument};
+use crate::borrow::argument;
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
-use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
+use crate::types::{icoray_config, icoray_frame_report, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, LonLat, OwnedTables, Ranks, Script, View};
 use std::collections::BTreeSet;
@@ -22,9 +22,9 @@ mod refusals;
 mod scene;
 #[cfg(test)]
 mod test_array;
-mod viewer_message;
 
-use inputs::{ArrayInput, GridInput, Inputs, missing};
+pub(crate) use collective::PartInput;
+use inputs::{ArrayInput, GivenArray, GridInput, Inputs, missing};
 use levels::TimeLevels;
 use live::Viewers;
 use refusals::Input;
@@ -129,7 +129,7 @@ impl Context {
         let outcome = tables.and_then(|tables| {
             self.refuse_without_cells(tables.cells())?;
             let grid = Arc::new(self.drawing.renderer().run(|| Grid::new(tables))?);
-            Ok(GridInput { grid, held: None, tables: None })
+            Ok(GridInput { grid, decomposition: None, tables: None })
         });
         self.take_grid(name, outcome)
     }
@@ -143,14 +143,15 @@ impl Context {
             // SAFETY: the tables do not move in their Arc, which lives beside the grid and is dropped after it.
             let borrowed: &'static OwnedTables = unsafe { &*Arc::as_ptr(&tables) };
             let grid = Arc::new(renderer.run(|| Grid::new(borrowed.tables()))?);
-            Ok(GridInput { grid, held: None, tables: Some(tables) })
+            Ok(GridInput { grid, decomposition: None, tables: Some(tables) })
         });
         self.take_grid(name, outcome)
     }
 
     /// As [`Self::set_grid`], for a grid that was checked before.
     pub fn set_checked_grid(&mut self, name: &str, grid: Arc<Grid<'static>>) -> Outcome<()> {
-        let outcome = self.refuse_without_cells(grid.cells()).map(|()| GridInput { grid, held: None, tables: None });
+        let outcome =
+            self.refuse_without_cells(grid.cells()).map(|()| GridInput { grid, decomposition: None, tables: None });
         self.take_grid(name, outcome)
     }
 
@@ -174,21 +175,9 @@ impl Context {
         Ok(())
     }
 
-    pub fn set_field(&mut self, field: &str, array: Outcome<&icoray_array>) -> Outcome<()> {
-        let is_shared = self.is_shared();
-        let given = array.and_then(|array| ArrayInput::new(array, icoray_array::NAME, is_shared));
-        self.take_field(field, given)
-    }
-
-    /// Finds the layers and columns among an array's dimensions.
-    pub fn set_ndarray(&mut self, field: &str, array: Outcome<&icoray_ndarray>) -> Outcome<()> {
-        let is_shared = self.is_shared();
-        let flat = array.and_then(|array| self.inputs.flat(array, "icoray_field_set_ndarray"));
-        let given = flat.and_then(|flat| ArrayInput::new(&flat, icoray_ndarray::NAME, is_shared));
-        self.take_field(field, given)
-    }
-
-    fn take_field(&mut self, field: &str, given: Outcome<ArrayInput>) -> Outcome<()> {
+    /// Sets a field by the C function `call`.
+    pub fn set_field<A: GivenArray>(&mut self, call: &str, field: &str, array: Outcome<&A>) -> Outcome<()> {
+        let given = array.and_then(|array| self.array_input(call, array));
         let kept = self.inputs.refusals.keep(Input::Field, field, given);
         let given = kept.map_err(|f| f.within(format_args!("field {field:?}")))?;
         if field.is_empty() {
@@ -200,25 +189,13 @@ impl Context {
         Ok(())
     }
 
-    /// Sets the heights of layers over cells or corners; `None` removes them.
-    pub fn set_heights(&mut self, array: Outcome<Option<&icoray_array>>) -> Outcome<()> {
-        self.take_heights(array, |context, array| ArrayInput::new(array, icoray_array::NAME, context.is_shared()))
+    fn array_input<A: GivenArray>(&self, call: &str, array: &A) -> Outcome<ArrayInput> {
+        ArrayInput::new(&array.flat(&self.inputs, call)?, A::NAME, self.is_shared())
     }
 
-    /// As [`Self::set_heights`], for an array with named dimensions.
-    pub fn set_heights_ndarray(&mut self, array: Outcome<Option<&icoray_ndarray>>) -> Outcome<()> {
-        self.take_heights(array, |context, array| {
-            let flat = context.inputs.flat(array, "icoray_heights_set_ndarray")?;
-            ArrayInput::new(&flat, icoray_ndarray::NAME, context.is_shared())
-        })
-    }
-
-    fn take_heights<A>(
-        &mut self,
-        array: Outcome<Option<&A>>,
-        convert: impl FnOnce(&Self, &A) -> Outcome<ArrayInput>,
-    ) -> Outcome<()> {
-        let given = array.and_then(|array| array.map(|array| convert(self, array)).transpose());
+    /// Sets the heights of layers over cells or corners by the C function `call`; `None` removes them.
+    pub fn set_heights<A: GivenArray>(&mut self, call: &str, array: Outcome<Option<&A>>) -> Outcome<()> {
+        let given = array.and_then(|array| array.map(|array| self.array_input(call, array)).transpose());
         let kept = self.inputs.refusals.keep(Input::Heights, "", given);
         self.inputs.heights = kept.map_err(|f| f.within("heights"))?;
         Ok(())

@@ -20,6 +20,7 @@ mod devices;
 mod errors;
 mod options;
 
+pub(crate) use collective::RootState;
 use devices::DeviceLog;
 use errors::ErrorWarnings;
 
@@ -51,12 +52,19 @@ pub(crate) struct Drawing {
     host: icoray_frame_report,
     /// Whether the current call has not rendered a frame yet.
     is_new_call: bool,
-    /// The step that the background renders, and the seconds that submitting it took the model.
-    submitted_step: Option<(i64, f64)>,
+    /// The step that the background renders.
+    submitted_step: Option<SubmittedStep>,
     /// A note in all pictures from now on.
     note: Option<Note>,
     /// What frames cost, where that is asked for.
     costs: Option<Vec<PictureCost>>,
+}
+
+/// A step that the background renders.
+struct SubmittedStep {
+    step: i64,
+    /// Seconds that submitting it took the model.
+    host_s: f64,
 }
 
 /// The time of a frame, from its beginning to its last pixel.
@@ -124,8 +132,8 @@ impl Drawing {
         self.is_on_for_all.unwrap_or(self.policy.is_on())
     }
 
-    pub fn refuse_if_off(&self) -> Outcome<()> {
-        self.policy.refuse_if_off()
+    pub fn refuse_if_disabled(&self) -> Outcome<()> {
+        self.policy.refuse_if_disabled()
     }
 
     /// Whether warnings are logged.
@@ -216,7 +224,7 @@ impl Drawing {
     pub fn end_call(&mut self, host_s: f64) {
         self.host.host_total_s += host_s;
         match &mut self.submitted_step {
-            Some((_, seconds)) if self.background.is_some() && !self.is_new_call => *seconds = host_s,
+            Some(submitted) if self.background.is_some() && !self.is_new_call => submitted.host_s = host_s,
             _ if !self.is_new_call => self.host.host_s = host_s,
             _ => {}
         }
@@ -235,9 +243,11 @@ impl Drawing {
             return self.draw_collective(ranks, stamp, frame_inputs);
         }
         // A lone process has the whole grid and fields.
-        let FrameInputs { view, scene, grid, held: _, layers, fields, description, descriptions, .. } = frame_inputs;
+        let FrameInputs { view, scene, grid, decomposition: _, layers, fields, description, descriptions, .. } =
+            frame_inputs;
         let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
-        (frame.description, frame.descriptions) = (description, descriptions);
+        frame.description = description;
+        frame.descriptions = descriptions;
         frame.notes.extend(self.notes(view));
         self.submit_to_writer(frame, &scene, stamp);
         Ok(())
@@ -255,11 +265,11 @@ impl Drawing {
         };
         self.devices.is_asked = frames.iter().any(|frame_inputs| frame_inputs.scene.backend == Backend::Gpu);
         let (mut jobs, mut views, mut all) = (Vec::new(), Vec::new(), Fields::default());
-        for FrameInputs { view, scene, grid, held, layers, fields, description, descriptions, .. } in frames {
+        for FrameInputs { view, scene, grid, decomposition, layers, fields, description, descriptions, .. } in frames {
             all = all.with(fields);
             views.push(view.clone());
             let (stamp, notes) = (stamp.clone(), notes(view, self.note.as_ref()).collect());
-            jobs.push(Job { scene, grid, held, layers, stamp, description, descriptions, notes });
+            jobs.push(Job { scene, grid, held: decomposition, layers, stamp, description, descriptions, notes });
         }
         let (count, mut refused) = (jobs.len(), Vec::new());
         let accepted = background.submit_all(ranks, jobs, all, &mut refused);
@@ -267,7 +277,8 @@ impl Drawing {
         self.collect();
         if refused.len() < count {
             accepted.map_err(|error| Failure::from(error).at_step(stamp.step))?;
-            (self.submitted_step, self.is_new_call) = (Some((stamp.step, 0.0)), false);
+            self.submitted_step = Some(SubmittedStep { step: stamp.step, host_s: 0.0 });
+            self.is_new_call = false;
         }
         let failures = refused.into_iter();
         Ok(failures.map(|(number, error)| Failure::from(error).of_picture(&views[number], stamp.step)).collect())
@@ -353,7 +364,7 @@ impl Drawing {
             self.host.frames += drawn.more_done;
         }
         let is_last = |step: i64| self.last.as_ref().is_some_and(|(stamp, _)| stamp.step == step);
-        if let Some((_, host_s)) = self.submitted_step.take_if(|(step, _)| is_last(*step)) {
+        if let Some(SubmittedStep { host_s, .. }) = self.submitted_step.take_if(|submitted| is_last(submitted.step)) {
             self.host.host_s = host_s;
         }
     }

@@ -12,7 +12,7 @@ pub(crate) struct FrameInputs<'a> {
     pub view: String,
     pub scene: Arc<Scene>,
     pub grid: Arc<Grid<'static>>,
-    pub held: Option<Arc<Decomposition>>,
+    pub decomposition: Option<Arc<Decomposition>>,
     pub layers: Arc<Layers>,
     /// The fields that the scene needs, by name; with heights if it shows native ones.
     pub fields: Fields<'a>,
@@ -27,7 +27,7 @@ pub(crate) struct FrameInputs<'a> {
 impl FrameInputs<'_> {
     /// Checks that the fields have as many columns as the whole grid, where several ranks render and no parts were set.
     pub fn check_whole(&self) -> Outcome<()> {
-        if self.held.is_some() {
+        if self.decomposition.is_some() {
             return Ok(());
         }
         if self.grid.cells() == 0 {
@@ -49,7 +49,7 @@ impl FrameInputs<'_> {
 
     /// The grid that the picture shows; `None` where each node draws a part of it.
     pub fn drawn_grid(&self) -> Option<&Grid<'_>> {
-        self.held.as_ref().map_or(Some(&*self.grid), |held| held.drawn_grid(&self.grid))
+        self.decomposition.as_ref().map_or(Some(&*self.grid), |decomposition| decomposition.drawn_grid(&self.grid))
     }
 
     /// The 2D fields as a fact that must be equal on all ranks, which show them as surfaces.
@@ -60,7 +60,7 @@ impl FrameInputs<'_> {
     /// This rank's grid as a fact that must be equal on all ranks: the verb of the error message, and the description.
     pub fn grid_description(&self) -> (&'static str, String) {
         const NAME: &str = "has a grid";
-        if self.held.is_some() {
+        if self.decomposition.is_some() {
             return (NAME, "in parts of icoray_part_set".into());
         }
         let (cells, corners, center) = (self.grid.cells(), self.grid.triangles(), self.grid.tables().center);

@@ -229,6 +229,7 @@ unsafe fn entered(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boundary::tests::config;
     use crate::frames::{icoray_execute, icoray_report, icoray_wait, icoray_wants};
     use crate::inputs::{
         icoray_field_describe, icoray_field_set, icoray_field_set_ndarray, icoray_grid_set, icoray_layers_set,
@@ -239,12 +240,6 @@ mod tests {
     use icoray_status::*;
     use std::ffi::{CStr, CString, c_char, c_void};
     use std::ptr;
-
-    fn config() -> icoray_config {
-        // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
-        let config: icoray_config = unsafe { std::mem::zeroed() };
-        icoray_config { struct_size: size_of::<icoray_config>(), threads: 1, ..config }
-    }
 
     fn opened(config: &icoray_config) -> *mut icoray_ctx {
         let mut ctx = ptr::null_mut();

@@ -2,7 +2,7 @@
 
 use crate::borrow::{self, argument, name, sized, text};
 use crate::boundary::{Failure, Outcome};
-use crate::context::SceneSource;
+use crate::context::{PartInput, SceneSource};
 use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
 use icoray_core::{Description, Grid};
@@ -104,7 +104,8 @@ pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icor
         with_all(ctx, |context| {
             context.set_part(|| {
                 let part = sized(part)?;
-                Ok((name(part.grid, "icoray_part.grid")?, borrow::part_cells(part)?, borrow::part_corners(part)?))
+                let grid = name(part.grid, "icoray_part.grid")?;
+                Ok(PartInput { grid, cells: borrow::part_cells(part)?, corners: borrow::part_corners(part)? })
             })
         })
     }
@@ -144,7 +145,7 @@ pub unsafe extern "C" fn icoray_field_set(
     array: *const icoray_array,
 ) -> icoray_status {
     // SAFETY: passed on.
-    unsafe { with(ctx, |context| context.set_field(text(name, "name")?, sized(array))) }
+    unsafe { with(ctx, |context| context.set_field("icoray_field_set", text(name, "name")?, sized(array))) }
 }
 
 /// As icoray_field_set, for an array given by its dimensions: which of them are layers and which are columns is found
@@ -160,7 +161,7 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
     array: *const icoray_ndarray,
 ) -> icoray_status {
     // SAFETY: passed on.
-    unsafe { with(ctx, |context| context.set_ndarray(text(name, "name")?, sized(array))) }
+    unsafe { with(ctx, |context| context.set_field("icoray_field_set_ndarray", text(name, "name")?, sized(array))) }
 }
 
 /// Sets the heights of layers that differ from column to column (terrain, a sea floor): metres above the planet's
@@ -182,7 +183,10 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
 pub unsafe extern "C" fn icoray_heights_set(ctx: *mut icoray_ctx, heights: *const icoray_array) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| context.set_heights(if heights.is_null() { Ok(None) } else { sized(heights).map(Some) }))
+        with(ctx, |context| {
+            let heights = if heights.is_null() { Ok(None) } else { sized(heights).map(Some) };
+            context.set_heights("icoray_heights_set", heights)
+        })
     }
 }
 
@@ -199,7 +203,8 @@ pub unsafe extern "C" fn icoray_heights_set_ndarray(
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            context.set_heights_ndarray(if heights.is_null() { Ok(None) } else { sized(heights).map(Some) })
+            let heights = if heights.is_null() { Ok(None) } else { sized(heights).map(Some) };
+            context.set_heights("icoray_heights_set_ndarray", heights)
         })
     }
 }

@@ -7,7 +7,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Currently allocated bytes.
-static HELD: AtomicUsize = AtomicUsize::new(0);
+static ALLOCATED: AtomicUsize = AtomicUsize::new(0);
 /// Peak of the allocated bytes.
 static PEAK: AtomicUsize = AtomicUsize::new(0);
 
@@ -20,15 +20,15 @@ struct Counted;
 
 impl Counted {
     fn grew(by: usize) {
-        let held = HELD.fetch_add(by, Relaxed) + by;
+        let allocated = ALLOCATED.fetch_add(by, Relaxed) + by;
         // Usually only a read, as new peaks are rare.
-        if held > PEAK.load(Relaxed) {
-            PEAK.fetch_max(held, Relaxed);
+        if allocated > PEAK.load(Relaxed) {
+            PEAK.fetch_max(allocated, Relaxed);
         }
     }
 
     fn shrank(by: usize) {
-        HELD.fetch_sub(by, Relaxed);
+        ALLOCATED.fetch_sub(by, Relaxed);
     }
 }
 
@@ -77,9 +77,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_peak_counts_what_is_held_at_once() {
+    fn the_peak_counts_what_is_allocated_at_once() {
         let size = 16 << 20;
-        let before = HELD.load(Relaxed);
+        let before = ALLOCATED.load(Relaxed);
         drop(vec![1u8; size]);
         assert!(peak() >= (before + size) as u64 / 2 && peak() >= size as u64);
         for _ in 0..20 {

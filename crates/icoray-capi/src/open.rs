@@ -108,8 +108,7 @@ unsafe fn opened(
     let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
     // Facts are not compared if this rank fails.
     let facts = mine.as_ref().map_or_else(|_| Vec::new(), Context::facts);
-    let (context, _) = ranks::agree(&mut ranks, mine, "icoray_open", facts, &[]);
-    let mut context = context?;
+    let mut context = ranks::agree(&mut ranks, mine, "icoray_open", facts, &()).outcome?;
     context.join(ranks)?;
     // SAFETY: not NULL, as all ranks have agreed; the caller promises that it can be written.
     unsafe { ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context)))) };
@@ -161,8 +160,8 @@ pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_c
     if len == 0 {
         return icoray_status::ICORAY_ERR_ARGUMENT;
     }
-    // SAFETY: the caller promises NULL or an open context.
-    let message = unsafe { ctx.as_ref() }.map_or_else(last_message, icoray_ctx::message);
+    // SAFETY: passed on.
+    let message = unsafe { last_error(ctx) };
     let cut = floor_char_boundary(&message, len - 1);
     // SAFETY: cut + 1 <= len bytes fit; the message is ours and does not overlap.
     unsafe {
@@ -170,6 +169,15 @@ pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_c
         buf.add(cut).write(0);
     }
     icoray_status::ICORAY_OK
+}
+
+/// The message of icoray_last_error, for bindings in Rust.
+///
+/// # Safety
+/// `ctx` is NULL or open.
+pub unsafe fn last_error(ctx: *const icoray_ctx) -> String {
+    // SAFETY: the caller promises NULL or an open context.
+    unsafe { ctx.as_ref() }.map_or_else(last_message, icoray_ctx::message)
 }
 
 /// Waits for all frames, closes the context, sets *ctx to NULL, and ends the borrow of all tables and arrays. A NULL

@@ -44,7 +44,7 @@ impl Policy {
     }
 
     /// Fails if the context is disabled.
-    pub fn refuse_if_off(&self) -> Outcome<()> {
+    pub fn refuse_if_disabled(&self) -> Outcome<()> {
         let Some(last) = &self.last_failure else { return Ok(()) };
         let message = format!("icoray is off after {} failures in a row; the last was: {last}", self.in_a_row);
         Err(Failure::new(icoray_status::ICORAY_ERR_DISABLED, message))

@@ -4,6 +4,8 @@ use crate::boundary::{Failure, Outcome};
 use crate::types::icoray_status;
 use icoray_core::Ranks;
 use icoray_core::ranks::Vote;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// The ranks of a communicator, given as Fortran's integer.
 #[cfg(feature = "mpi")]
@@ -19,26 +21,30 @@ pub(crate) fn of_communicator(_fortran_comm: i32) -> Outcome<Ranks> {
     Err(Failure::new(icoray_status::ICORAY_ERR_UNSUPPORTED, message))
 }
 
-/// The bytes that rank 0 sends with each agreement.
-pub(crate) struct RootMessage(pub Vec<u8>);
+/// The outcome of an agreement, with the message of rank 0.
+pub(crate) struct Agreed<T, M> {
+    pub outcome: Outcome<T>,
+    pub root_message: M,
+}
 
 /// Agrees on the outcome of `call`: returns this rank's value, or the failure of any rank. `facts` must be equal on all
-/// ranks. All ranks receive rank 0's `value` either way.
-pub(crate) fn agree<T>(
+/// ranks. All ranks receive rank 0's `message` either way, or the default if rank 0 cannot be reached.
+pub(crate) fn agree<T, M: Serialize + DeserializeOwned + Default>(
     ranks: &mut Ranks,
     mine: Outcome<T>,
     call: &'static str,
     facts: Vec<(&'static str, String)>,
-    value: &[u8],
-) -> (Outcome<T>, RootMessage) {
+    message: &M,
+) -> Agreed<T, M> {
     let refusal = mine.as_ref().err().map(|failure| (failure.status as i32, failure.message.as_str()));
     // A model may close on the rank where something failed, and go on elsewhere.
     let leaves = call == "icoray_close";
     let facts = [("call", call.to_string())].into_iter().chain(facts).collect();
-    let agreement = match ranks.agree(&Vote { refusal, facts, value, leaves }) {
+    let value = postcard::to_stdvec(message).expect("messages consist of numbers, texts and lists of known length");
+    let agreement = match ranks.agree(&Vote { refusal, facts, value: &value, leaves }) {
         Ok(agreement) => agreement,
         // The other ranks cannot be reached; a failure of this rank takes precedence over that.
-        Err(error) => return (mine.and_then(|_| Err(error.into())), RootMessage(Vec::new())),
+        Err(error) => return Agreed { outcome: mine.and_then(|_| Err(error.into())), root_message: M::default() },
     };
     let outcome = match agreement.refusal {
         None => mine,
@@ -47,5 +53,5 @@ pub(crate) fn agree<T>(
             Err(Failure::new(status, refusal.message(ranks.size())))
         }
     };
-    (outcome, RootMessage(agreement.value))
+    Agreed { outcome, root_message: postcard::from_bytes(&agreement.value).unwrap_or_default() }
 }

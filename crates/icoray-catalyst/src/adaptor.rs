@@ -4,8 +4,8 @@ use crate::blueprint::Topology;
 use crate::channels::{Channel, NamedField, Place, Places, named_fields, places_of};
 use crate::conduit::Node;
 use crate::context::Context;
-use crate::fields::{Copy, set, set_empty};
-use crate::grid::{HostGrid, Setting, Tables};
+use crate::fields::{CopiedField, CopiedValues, NamedGrid, set, set_empty};
+use crate::grid::{HostGrid, HostMesh, Setting};
 use crate::peers::Peers;
 use crate::team;
 use icoray::{Error, ErrorKind, Result};
@@ -16,7 +16,7 @@ pub struct Adaptor {
     /// Dropped first, as it reads what follows.
     context: Context,
     grids: BTreeMap<String, Slot>,
-    copies: Vec<Copy>,
+    copies: Vec<CopiedValues>,
     peers: Peers,
     /// The fields that the scene file names.
     scene_fields: Vec<String>,
@@ -24,20 +24,21 @@ pub struct Adaptor {
     given: BTreeSet<String>,
     planet_radius: Option<f64>,
     calls: i64,
-    /// Whether ranks tell each other step and time, as one of them had not both in its first call; `None` before that.
+    /// Whether ranks send each other step and time, as one of them had not both in its first call; `None` before that.
     shares_now: Option<bool>,
     /// Whether there may be a report that was not asked for, or that there was.
     may_have_report: bool,
     /// Bytes of fields that were copied for the last frame.
     bytes_copied: usize,
-    told: BTreeSet<String>,
+    /// Messages that were written, once each.
+    reported: BTreeSet<String>,
 }
 
 /// A grid of the context, if the last update succeeded, and its tables.
 #[derive(Default)]
 struct Slot {
     grid: Option<HostGrid>,
-    tables: Tables,
+    tables: HostMesh,
 }
 
 impl Adaptor {
@@ -72,7 +73,7 @@ impl Adaptor {
             shares_now: None,
             may_have_report: false,
             bytes_copied: 0,
-            told: BTreeSet::new(),
+            reported: BTreeSet::new(),
         })
     }
 
@@ -101,7 +102,7 @@ impl Adaptor {
     }
 
     /// Step and time: those of the host, or else the number of calls. Where they are in the mesh alone, which ranks
-    /// without elements may not give, ranks tell each other. Collective.
+    /// without elements may not give, ranks send them to each other. Collective.
     fn now(&mut self, params: Option<Node>, channels: &[Channel]) -> Result<(i64, f64)> {
         let find = |names: [&str; 3]| names.into_iter().find_map(|name| params?.at(name));
         let of_mesh = |path| channels.iter().find_map(|channel| channel.mesh.as_ref().ok()?.as_ref()?.at(path));
@@ -170,9 +171,9 @@ impl Adaptor {
         let (mut given, mut refused) = (BTreeSet::new(), BTreeSet::new());
         for NamedField { name, field, grid, is_in_scene } in named_fields(channels, places) {
             let Some(on) = self.grids.get(&grid).and_then(|slot| slot.grid.as_ref()) else { continue };
-            match set(&self.context, &name, field, (on, &grid), is_in_scene) {
+            match set(&self.context, &name, field, NamedGrid { grid: on, name: &grid }, is_in_scene) {
                 Ok(copy) => {
-                    self.keep(&name, copy);
+                    copy.into_iter().for_each(|copy| self.keep(&name, copy));
                     given.insert(name);
                 }
                 Err(error) if is_in_scene => {
@@ -221,7 +222,7 @@ impl Adaptor {
         let on = self.grids.get(&grid).and_then(|slot| slot.grid.as_ref());
         let empty = on.filter(|on| on.elements.elements == 0);
         let empty = empty.ok_or_else(|| "the host gives no such field on this rank".to_owned())?;
-        set_empty(&self.context, name, &place.kind, (empty, &grid)).map_err(|e| e.to_string())
+        set_empty(&self.context, name, &place.kind, NamedGrid { grid: empty, name: &grid }).map_err(|e| e.to_string())
     }
 
     /// Whether the context has a grid, of this step or an earlier one.
@@ -229,15 +230,14 @@ impl Adaptor {
         self.grids.values().any(|slot| slot.tables.are_set())
     }
 
-    /// Keeps a copy of a field until the frame is drawn, and says so once.
-    fn keep(&mut self, name: &str, copy: Option<(Copy, &str)>) {
-        let Some((copy, why)) = copy else { return };
-        self.bytes_copied += copy.bytes();
-        let message = format!("field {name}: its values {why}, and are copied for each picture");
-        if self.peers.rank() == 0 && self.told.insert(message.clone()) {
+    /// Keeps a copy of a field until the frame is drawn, and reports it once.
+    fn keep(&mut self, name: &str, CopiedField { values, reason }: CopiedField) {
+        self.bytes_copied += values.bytes();
+        let message = format!("field {name}: its values {reason}, and are copied for each picture");
+        if self.peers.rank() == 0 && self.reported.insert(message.clone()) {
             crate::say(&message);
         }
-        self.copies.push(copy);
+        self.copies.push(values);
     }
 
     /// Fills in what is known of the last frame.
@@ -256,7 +256,7 @@ impl Adaptor {
     }
 }
 
-/// Does some of this rank's work between collective calls. A panic in it is told, and nothing comes of the work: the
+/// Does some of this rank's work between collective calls. A panic in it is reported and gives the default: the
 /// other ranks wait for this one in the next call.
 fn guarded<R: Default>(work: impl FnOnce() -> R) -> R {
     Error::of_panics(|| Ok(work())).unwrap_or_else(|error| {

@@ -4,6 +4,7 @@
 
 use crate::conduit::{Array, Node};
 use crate::elements::Elements;
+use glam::DVec3;
 use icoray::{Error, Result};
 
 /// Names of fields that mark elements or points which other ranks have too.
@@ -155,7 +156,7 @@ impl<'a> Topology<'a> {
 
 impl Geometry<'_> {
     /// A point.
-    pub fn point(&self, i: u32) -> [f64; 3] {
-        self.points.map(|axis| axis.real(i as usize))
+    pub fn point(&self, i: u32) -> DVec3 {
+        DVec3::from_array(self.points.map(|axis| axis.real(i as usize)))
     }
 }

@@ -4,6 +4,7 @@
 //! and however thin layers are: nothing is rounded. Which end of a column is inner is seen from the radii of its ends.
 
 use crate::elements::Elements;
+use glam::DVec3;
 use icoray::{Error, Result};
 use std::collections::HashMap;
 
@@ -27,7 +28,7 @@ impl Columns {
     ///
     /// # Errors
     /// [`icoray::ErrorKind::Grid`] names point or element where elements are not in columns of one length.
-    pub fn find(elements: &Elements, place: impl Fn(u32) -> [f64; 3]) -> Result<Self> {
+    pub fn find(elements: &Elements, place: impl Fn(u32) -> DVec3) -> Result<Self> {
         if elements.len() >= NONE as usize {
             return Err(Error::grid(format!("{} elements on one rank, expected fewer than {NONE}", elements.len())));
         }
@@ -42,7 +43,7 @@ impl Columns {
 struct Links(Vec<[u32; 2]>);
 
 impl Links {
-    fn of(elements: &Elements, place: &impl Fn(u32) -> [f64; 3]) -> Result<Self> {
+    fn of(elements: &Elements, place: &impl Fn(u32) -> DVec3) -> Result<Self> {
         let mut links = Links(vec![[NONE; 2]; elements.points()]);
         for element in 0..elements.len() {
             for [a, b] in elements.vertical_edges(element, place)? {
@@ -78,7 +79,7 @@ impl Links {
     }
 
     /// The number of points in a column, and the points of all columns, each from the innermost outwards.
-    fn chains(&self, place: &impl Fn(u32) -> [f64; 3]) -> Result<(usize, Vec<u32>)> {
+    fn chains(&self, place: &impl Fn(u32) -> DVec3) -> Result<(usize, Vec<u32>)> {
         let mut is_seen = vec![false; self.0.len()];
         let mut chains: Vec<Vec<u32>> = Vec::new();
         for end in (0..self.0.len()).filter(|&point| self.is_end(point)) {
@@ -93,7 +94,7 @@ impl Links {
                 chain.push(next);
             }
             chain.iter().for_each(|point| is_seen[*point as usize] = true);
-            let [first, last] = [chain[0], chain[chain.len() - 1]].map(|point| radius(place(point)));
+            let [first, last] = [chain[0], chain[chain.len() - 1]].map(|point| place(point).length());
             if first == last {
                 return Err(Error::grid(format!(
                     "the column of point {end} has no height: its ends are at radius {first}"
@@ -125,7 +126,7 @@ impl Links {
 /// Columns of elements: the columns of points around each, and the elements from the innermost outwards.
 fn stacks(
     elements: &Elements,
-    place: &impl Fn(u32) -> [f64; 3],
+    place: &impl Fn(u32) -> DVec3,
     levels: usize,
     points: &[u32],
 ) -> Result<(Vec<Vec<u32>>, Vec<u32>)> {
@@ -172,15 +173,10 @@ fn stacks(
     Ok((polygons, order.iter().flat_map(|&stack| stacks[stack].iter().copied()).collect()))
 }
 
-/// The distance of a place from the origin.
-pub fn radius(place: [f64; 3]) -> f64 {
-    place.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conduit::{Array, Kind};
+    use crate::conduit::{Array, NumberType};
     use icoray::IcosahedralMesh;
 
     /// The wedges of layers over the triangles of an icosahedral mesh, whose points and elements are numbered so.
@@ -207,7 +203,7 @@ mod tests {
 
     fn elements(table: &[i64], points: usize) -> Elements<'_> {
         // SAFETY: the numbers of the slice.
-        let connectivity = unsafe { Array::new(table.as_ptr().cast(), Kind::I64, table.len(), 8) };
+        let connectivity = unsafe { Array::new(table.as_ptr().cast(), NumberType::I64, table.len(), 8) };
         Elements::Wedges { connectivity, points }
     }
 
@@ -226,7 +222,7 @@ mod tests {
         let mut before = vec![0; points as usize];
         (0..points).for_each(|i| before[shuffle(i, points) as usize] = i);
         // Layers as thin as rounding allows.
-        let place = |point: u32| [0.0, 0.0, 1.0 + (before[point as usize] % (layers + 1)) as f64 * 1e-15];
+        let place = |point: u32| DVec3::new(0.0, 0.0, 1.0 + (before[point as usize] % (layers + 1)) as f64 * 1e-15);
         let found = Columns::find(&elements(&table, points as usize), place).unwrap();
         assert_eq!((found.levels, found.points.len() as u64), (layers as usize + 1, points));
         let cells: Vec<u64> = found
@@ -257,14 +253,15 @@ mod tests {
     fn more_elements_than_numbers_are_refused() {
         // All numbers are the same one.
         // SAFETY: a number, at no distance from itself.
-        let connectivity = unsafe { Array::new([0_i64].as_ptr().cast(), Kind::I64, 6 << 32, 0) };
-        let error = Columns::find(&Elements::Wedges { connectivity, points: 6 }, |_| [0.0; 3]).unwrap_err().to_string();
+        let connectivity = unsafe { Array::new([0_i64].as_ptr().cast(), NumberType::I64, 6 << 32, 0) };
+        let error =
+            Columns::find(&Elements::Wedges { connectivity, points: 6 }, |_| DVec3::ZERO).unwrap_err().to_string();
         assert!(error.contains("4294967296 elements on one rank, expected fewer than 4294967295"), "{error}");
     }
 
     #[test]
     fn what_is_in_no_columns_is_refused() {
-        let place = |point: u32| [0.0, 0.0, 1.0 + f64::from(point / 4)];
+        let place = |point: u32| DVec3::new(0.0, 0.0, 1.0 + f64::from(point / 4));
         let refused = |table: &[i64], points| Columns::find(&elements(table, points), place).unwrap_err().to_string();
         let contains = |message: String, part: &str| assert!(message.contains(part), "{message}");
         // Two wedges beside each other, then each of its faults.
@@ -282,7 +279,7 @@ mod tests {
             refused(&[0, 1, 2, 4, 5, 6, 4, 5, 6, 8, 9, 10, 4, 1, 3, 8, 5, 7], 12),
             "expected as many in all columns",
         );
-        let flat = |_: u32| [0.0, 0.0, 1.0];
+        let flat = |_: u32| DVec3::Z;
         contains(Columns::find(&elements(&good, 8), flat).unwrap_err().to_string(), "has no height");
     }
 }

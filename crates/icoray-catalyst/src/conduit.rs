@@ -11,7 +11,7 @@
 mod array;
 mod symbols;
 
-pub use array::{Array, Kind};
+pub use array::{Array, NumberType};
 pub use symbols::Symbols;
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -180,7 +180,7 @@ impl<'a> Node<'a> {
 
     /// Numbers, in place; `None` for other nodes and for numbers of another machine's byte order.
     pub fn array(self) -> Option<Array<'a>> {
-        let kind = Kind::of_id(self.id())?;
+        let kind = NumberType::of_id(self.id())?;
         // SAFETY: a node of numbers that lives. Element 0 exists if there are any.
         unsafe {
             let dtype = (self.conduit.node_dtype)(self.node);

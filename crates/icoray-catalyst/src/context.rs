@@ -8,7 +8,7 @@ use icoray_context::inputs::{
     icoray_scene_load, scene_may_need_heights, set_checked_grid,
 };
 use icoray_context::log::icoray_log_stderr;
-use icoray_context::open::{icoray_close, icoray_last_error, icoray_open_serial, open_over};
+use icoray_context::open::{icoray_close, icoray_open_serial, last_error, open_over};
 use icoray_context::types::{
     ICORAY_CENTER, ICORAY_CORNER, ICORAY_DISABLE, ICORAY_F32, ICORAY_F64, ICORAY_I64, ICORAY_LOG_WARN,
     ICORAY_OVERWRITE, icoray_array, icoray_config, icoray_frame_report, icoray_layers, icoray_part, icoray_status,
@@ -23,14 +23,14 @@ use crate::surface::OwnedRows;
 /// Directory of the pictures, in the host's working directory.
 const OUTPUT_DIR: &CStr = c"pictures";
 
-/// An open context; dropping it closes it, which is collective.
+/// An open context; dropping it closes it, which is collective. Methods fail as the functions of C that they call.
 pub struct Context(*mut icoray_ctx);
 
 // SAFETY: the context locks itself.
 unsafe impl Send for Context {}
 
-/// Values of columns and layers, which live until the context has executed.
-pub struct Values<'a> {
+/// ColumnValues of columns and layers, which live until the context has executed.
+pub struct ColumnValues<'a> {
     /// Element 0 of the strides.
     pub data: *const c_void,
     pub is_f64: bool,
@@ -44,9 +44,6 @@ pub struct Values<'a> {
 
 impl Context {
     /// Opens a context over ranks, or for one process. Collective.
-    ///
-    /// # Errors
-    /// What icoray_open returns.
     pub fn open(team: Option<Box<dyn Team>>) -> Result<Self> {
         let config = icoray_config {
             struct_size: size_of::<icoray_config>(),
@@ -75,9 +72,6 @@ impl Context {
     }
 
     /// Loads the scene. Collective.
-    ///
-    /// # Errors
-    /// What icoray_scene_load returns.
     pub fn load_scene(&self, path: &str) -> Result<()> {
         let path = c_string(path);
         // SAFETY: an open context and a string.
@@ -116,18 +110,12 @@ impl Context {
     }
 
     /// Sets a checked grid, whose tables live until the next of that name or until the context is dropped.
-    ///
-    /// # Errors
-    /// What icoray_grid_set returns.
     pub fn set_grid(&self, name: &str, grid: Arc<Grid<'static>>) -> Result<()> {
         // SAFETY: an open context; the caller keeps the tables.
         checked(unsafe { set_checked_grid(self.0, name, grid) }, self.0)
     }
 
     /// Sets the cells and corners that this rank's fields have. Collective.
-    ///
-    /// # Errors
-    /// What icoray_part_set returns.
     pub fn set_part(&self, grid: &str, cells: &OwnedRows, corners: &OwnedRows) -> Result<()> {
         let grid = c_string(grid);
         let part = icoray_part {
@@ -148,9 +136,6 @@ impl Context {
     }
 
     /// Sets the radii of layers, of the name of their grid.
-    ///
-    /// # Errors
-    /// What icoray_layers_set returns.
     pub fn set_layers(&self, name: &str, radii: &[f64], planet_radius: f64) -> Result<()> {
         let name = c_string(name);
         let layers = icoray_layers {
@@ -165,34 +150,28 @@ impl Context {
     }
 
     /// Sets heights of points, or removes them.
-    ///
-    /// # Errors
-    /// What icoray_heights_set returns.
-    pub fn set_heights(&self, heights: Option<&Values>) -> Result<()> {
-        let given = heights.map(|values| (values.as_c(), c_string(values.grid)));
-        let array = given.as_ref().map(|(array, name)| named(array, name));
+    pub fn set_heights(&self, heights: Option<&ColumnValues>) -> Result<()> {
+        let grid = heights.map(|values| c_string(values.grid)).unwrap_or_default();
+        let array = heights.map(|values| values.as_c(&grid));
         let array = array.as_ref().map_or(ptr::null(), ptr::from_ref);
         // SAFETY: an open context; NULL or values that the caller keeps.
         checked(unsafe { icoray_heights_set(self.0, array) }, self.0)
     }
 
     /// Sets a field.
-    ///
-    /// # Errors
-    /// What icoray_field_set returns.
-    pub fn set_field(&self, name: &str, values: &Values) -> Result<()> {
+    pub fn set_field(&self, name: &str, values: &ColumnValues) -> Result<()> {
         let (name, grid) = (c_string(name), c_string(values.grid));
-        let array = named(&values.as_c(), &grid);
+        let array = values.as_c(&grid);
         // SAFETY: an open context; values that the caller keeps.
         checked(unsafe { icoray_field_set(self.0, name.as_ptr(), &raw const array) }, self.0)
     }
 
-    /// Tells the context that a field could not be set.
+    /// Records in the context that a field could not be set.
     pub fn refuse_field(&self, name: &str, why: &str) {
         self.refuse(c"icoray_field_set", name, why);
     }
 
-    /// Tells the context that no grid could be set.
+    /// Records in the context that no grid could be set.
     pub fn refuse_grid(&self, why: &str) {
         self.refuse(c"icoray_grid_set", "", why);
     }
@@ -205,9 +184,6 @@ impl Context {
     }
 
     /// Draws what is due. Collective.
-    ///
-    /// # Errors
-    /// What icoray_execute returns.
     pub fn execute(&self, step: i64, time_s: f64) -> Result<()> {
         // SAFETY: an open context, whose arrays are alive.
         checked(unsafe { icoray_execute(self.0, step, time_s, ptr::null()) }, self.0)
@@ -232,8 +208,9 @@ impl Drop for Context {
     }
 }
 
-impl Values<'_> {
-    fn as_c(&self) -> icoray_array {
+impl ColumnValues<'_> {
+    /// The array of C, which borrows the name of its grid and layers.
+    fn as_c(&self, grid: &CStr) -> icoray_array {
         let bytes = if self.is_f64 { size_of::<f64>() } else { size_of::<f32>() } as isize;
         icoray_array {
             struct_size: size_of::<icoray_array>(),
@@ -248,14 +225,10 @@ impl Values<'_> {
             block_stride: self.strides.block_stride,
             has_fill: 0,
             fill_value: 0.0,
-            grid_name: ptr::null(),
-            layers_name: ptr::null(),
+            grid_name: grid.as_ptr(),
+            layers_name: grid.as_ptr(),
         }
     }
-}
-
-fn named(array: &icoray_array, grid: &CStr) -> icoray_array {
-    icoray_array { grid_name: grid.as_ptr(), layers_name: grid.as_ptr(), ..*array }
 }
 
 /// A string for C; a NUL in it, which no name has, is shown as a question mark.
@@ -268,10 +241,6 @@ fn checked(status: icoray_status, ctx: *const icoray_ctx) -> Result<()> {
     if status == icoray_status::ICORAY_OK {
         return Ok(());
     }
-    let mut message: [c_char; 512] = [0; 512];
-    // SAFETY: NULL or an open context, and a buffer of that length.
-    unsafe { icoray_last_error(ctx, message.as_mut_ptr(), message.len()) };
-    // SAFETY: the call has written a string, or none and the buffer begins with NUL.
-    let message = unsafe { CStr::from_ptr(message.as_ptr()) }.to_string_lossy().into_owned();
-    Err(Error::new(ErrorKind::Argument, message))
+    // SAFETY: NULL or an open context.
+    Err(Error::new(ErrorKind::Argument, unsafe { last_error(ctx) }))
 }

@@ -1,6 +1,7 @@
 //! Elements of a topology as prisms: pairs of points, one above the other.
 
 use crate::conduit::{Array, Node};
+use glam::DVec3;
 use icoray::{Error, Result};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -73,7 +74,7 @@ impl<'a> Elements<'a> {
     ///
     /// # Errors
     /// [`icoray::ErrorKind::Grid`] names the element that is no prism, or a number out of range.
-    pub fn vertical_edges(&self, element: usize, place: impl Fn(u32) -> [f64; 3]) -> Result<Vec<[u32; 2]>> {
+    pub fn vertical_edges(&self, element: usize, place: impl Fn(u32) -> DVec3) -> Result<Vec<[u32; 2]>> {
         match self {
             Elements::Wedges { connectivity, points } => (0..3)
                 .map(|k| {
@@ -165,7 +166,7 @@ fn point(number: i64, end: usize, element: usize) -> Result<u32> {
 
 /// The vertical edges of a prism with these faces, in the order of one of its two caps. The caps of a hexahedron are the
 /// two opposite faces that are one above the other, seen from the origin.
-fn prism(faces: &[Vec<u32>], place: impl Fn(u32) -> [f64; 3]) -> Option<Vec<[u32; 2]>> {
+fn prism(faces: &[Vec<u32>], place: impl Fn(u32) -> DVec3) -> Option<Vec<[u32; 2]>> {
     let sides = faces.len().checked_sub(2).filter(|sides| *sides >= 3)?;
     let caps: Vec<usize> = (0..faces.len()).filter(|&i| faces[i].len() == sides).collect();
     let pairs = caps.iter().enumerate().flat_map(|(k, &i)| caps[k + 1..].iter().map(move |&j| (i, j)));
@@ -173,8 +174,8 @@ fn prism(faces: &[Vec<u32>], place: impl Fn(u32) -> [f64; 3]) -> Option<Vec<[u32
     for (i, j) in pairs {
         let Some(edges) = edges_between(faces, i, j) else { continue };
         let [a, b] = [i, j].map(|cap| direction(&faces[cap], &place));
-        let apart = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>();
-        if found.as_ref().is_none_or(|(least, _)| apart < *least) {
+        let apart = a.distance_squared(b);
+        if found.as_ref().is_none_or(|(nearest, _)| apart < *nearest) {
             found = Some((apart, edges));
         }
     }
@@ -205,19 +206,14 @@ fn edges_between(faces: &[Vec<u32>], i: usize, j: usize) -> Option<Vec<[u32; 2]>
 }
 
 /// The direction of a face from the origin.
-fn direction(face: &[u32], place: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
-    let sum = face.iter().fold([0.0; 3], |sum: [f64; 3], point| {
-        let at = place(*point);
-        [0, 1, 2].map(|k| sum[k] + at[k])
-    });
-    let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
-    sum.map(|x| x / length)
+fn direction(face: &[u32], place: impl Fn(u32) -> DVec3) -> DVec3 {
+    face.iter().map(|point| place(*point)).sum::<DVec3>().normalize()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conduit::Kind;
+    use crate::conduit::NumberType;
 
     /// A prism over `n` points around the axis z, numbered by `number`, with its faces in `order`.
     fn prism_of(n: u32, number: impl Fn(u32, u32) -> u32) -> Vec<Vec<u32>> {
@@ -232,7 +228,7 @@ mod tests {
             // Levels alternate; over the north pole, flat as cells are.
             let place = |point: u32| {
                 let (angle, level) = (f64::from(point / 2) * 0.9, f64::from(point % 2));
-                [0.01 * angle.cos(), 0.01 * angle.sin(), 1.0].map(|x| x * (1.0 + 0.001 * level))
+                DVec3::new(0.01 * angle.cos(), 0.01 * angle.sin(), 1.0) * (1.0 + 0.001 * level)
             };
             let faces = prism_of(n, |k, level| 2 * k + level);
             let edges = prism(&faces, place).unwrap();
@@ -244,13 +240,13 @@ mod tests {
     fn sizes_of_any_value_are_added() {
         let sizes = [2, -1, 3, i64::MAX, i64::MAX, 1];
         // SAFETY: the numbers of the array.
-        let array = unsafe { Array::new(sizes.as_ptr().cast(), Kind::I64, sizes.len(), 8) };
+        let array = unsafe { Array::new(sizes.as_ptr().cast(), NumberType::I64, sizes.len(), 8) };
         assert_eq!(sums(&array), [0, 2, 2, 5, i64::MAX, i64::MAX]);
     }
 
     #[test]
     fn other_polyhedra_are_no_prisms() {
-        let place = |_| [0.0, 0.0, 1.0];
+        let place = |_| DVec3::Z;
         assert_eq!(prism(&[vec![0, 1, 2], vec![0, 1, 3], vec![1, 2, 3], vec![0, 2, 3]], place), None);
         // A pyramid over a hexagon.
         let sides = (0..6).map(|k| vec![k, (k + 1) % 6, 6]);

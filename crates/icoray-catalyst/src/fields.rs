@@ -1,8 +1,8 @@
 //! Fields of the host as arrays of the context.
 
 use crate::blueprint::{Association, BlueprintField};
-use crate::conduit::{Array, Kind};
-use crate::context::{Context, Values};
+use crate::conduit::{Array, NumberType};
+use crate::context::{ColumnValues, Context};
 use crate::grid::HostGrid;
 use crate::order::{Layout, Order};
 use crate::strides::Strides;
@@ -20,19 +20,19 @@ impl FieldKind {
     pub fn of(field: &BlueprintField) -> Self {
         FieldKind {
             is_at_elements: field.association == Association::Element,
-            is_f64: field.values.kind() != Kind::F32,
+            is_f64: field.values.kind() != NumberType::F32,
         }
     }
 
-    fn values<'a>(&self, on: &HostGrid, grid: &'a str, data: *const u8, strides: Strides) -> Values<'a> {
-        Values {
+    fn values<'a>(&self, on: NamedGrid<'a>, data: *const u8, strides: Strides) -> ColumnValues<'a> {
+        ColumnValues {
             data: data.cast(),
             is_f64: self.is_f64,
-            is_at_corners: self.is_at_elements == on.has_triangles,
-            columns: on.columns[usize::from(self.is_at_elements)],
-            layers: self.layout(on).layers,
+            is_at_corners: self.is_at_elements == on.grid.has_triangles,
+            columns: on.grid.columns[usize::from(self.is_at_elements)],
+            layers: self.layout(on.grid).layers,
             strides,
-            grid,
+            grid: on.name,
         }
     }
 
@@ -41,36 +41,53 @@ impl FieldKind {
     }
 }
 
-/// Values in the order of columns, where the host's order cannot be read in place.
-pub enum Copy {
+/// ColumnValues in the order of columns, where the host's order cannot be read in place.
+pub enum CopiedValues {
     F32(Vec<f32>),
     F64(Vec<f64>),
 }
 
-impl Copy {
+impl CopiedValues {
     pub fn bytes(&self) -> usize {
         match self {
-            Copy::F32(values) => size_of_val(values.as_slice()),
-            Copy::F64(values) => size_of_val(values.as_slice()),
+            CopiedValues::F32(values) => size_of_val(values.as_slice()),
+            CopiedValues::F64(values) => size_of_val(values.as_slice()),
         }
     }
 
     fn data(&self) -> *const u8 {
         match self {
-            Copy::F32(values) => values.as_ptr().cast(),
-            Copy::F64(values) => values.as_ptr().cast(),
+            CopiedValues::F32(values) => values.as_ptr().cast(),
+            CopiedValues::F64(values) => values.as_ptr().cast(),
         }
     }
 
     fn of(values: &Array, layout: &Layout, is_f64: bool) -> Self {
         let all = (0..layout.columns).flat_map(|column| (0..layout.layers).map(move |layer| (column, layer)));
         let value = |(column, layer)| values.real(layout.at(column, layer) as usize);
-        if is_f64 { Copy::F64(all.map(value).collect()) } else { Copy::F32(all.map(|at| value(at) as f32).collect()) }
+        if is_f64 {
+            CopiedValues::F64(all.map(value).collect())
+        } else {
+            CopiedValues::F32(all.map(|at| value(at) as f32).collect())
+        }
     }
 }
 
-/// Sets a field in place, or as a copy if `may_copy`; returns the copy, which the caller keeps until the context has
-/// executed, and what its values are that they cannot be read in place.
+/// A field that was copied, until the context has executed.
+pub struct CopiedField {
+    pub values: CopiedValues,
+    /// Why the host's values cannot be read in place.
+    pub reason: &'static str,
+}
+
+/// A grid of the context with its name.
+#[derive(Clone, Copy)]
+pub struct NamedGrid<'a> {
+    pub grid: &'a HostGrid,
+    pub name: &'a str,
+}
+
+/// Sets a field in place, or as a copy if `may_copy`, which is returned.
 ///
 /// # Errors
 /// [`ErrorKind::Field`] where the host's values do not fit its mesh, or the copy is not wanted.
@@ -78,39 +95,39 @@ pub fn set(
     context: &Context,
     name: &str,
     field: &BlueprintField,
-    (on, grid): (&HostGrid, &str),
+    on: NamedGrid,
     may_copy: bool,
-) -> Result<Option<(Copy, &'static str)>> {
+) -> Result<Option<CopiedField>> {
     let (kind, values) = (FieldKind::of(field), &field.values);
-    let layout = kind.layout(on);
+    let layout = kind.layout(on.grid);
     let what = if kind.is_at_elements { "elements" } else { "points" };
     if values.len() != layout.elements {
         let message = format!("{} values, expected one for each of the {} {what}", values.len(), layout.elements);
         return Err(Error::new(ErrorKind::Field, message));
     }
-    let why = match in_place(values, layout) {
+    let reason = match in_place(values, layout) {
         Ok(strides) => {
             let data = if values.is_empty() { std::ptr::dangling() } else { values.address(0) };
-            context.set_field(name, &kind.values(on, grid, data, strides))?;
+            context.set_field(name, &kind.values(on, data, strides))?;
             return Ok(None);
         }
-        Err(why) => why,
+        Err(reason) => reason,
     };
     if !may_copy {
-        return Err(Error::new(ErrorKind::Field, format!("its values {why}, and the scene does not name it")));
+        return Err(Error::new(ErrorKind::Field, format!("its values {reason}, and the scene does not name it")));
     }
-    let copy = Copy::of(values, layout, kind.is_f64);
-    context.set_field(name, &kind.values(on, grid, copy.data(), Strides::by_column(layout.layers)))?;
-    Ok(Some((copy, why)))
+    let copy = CopiedValues::of(values, layout, kind.is_f64);
+    context.set_field(name, &kind.values(on, copy.data(), Strides::by_column(layout.layers)))?;
+    Ok(Some(CopiedField { values: copy, reason }))
 }
 
 /// Sets a field that other ranks have on a rank that has no elements.
 ///
 /// # Errors
 /// What the context returns.
-pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, (on, grid): (&HostGrid, &str)) -> Result<()> {
-    let strides = Strides::by_column(kind.layout(on).layers);
-    context.set_field(name, &kind.values(on, grid, std::ptr::dangling::<f64>().cast(), strides))
+pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, on: NamedGrid) -> Result<()> {
+    let strides = Strides::by_column(kind.layout(on.grid).layers);
+    context.set_field(name, &kind.values(on, std::ptr::dangling::<f64>().cast(), strides))
 }
 
 /// The strides of values that can be read where they are, or why they cannot.

@@ -1,12 +1,13 @@
 //! A topology of the host as a grid of the context, kept as long as topology and coordinates stay.
 
 use crate::blueprint::Geometry;
-use crate::columns::{Columns, radius};
-use crate::context::{Context, Values};
+use crate::columns::Columns;
+use crate::context::{ColumnValues, Context};
 use crate::order::Layout;
 use crate::peers::Peers;
 use crate::strides::Strides;
 use crate::surface::{OwnedRows, Piece, Surface, direction_of, directions};
+use glam::DVec3;
 use icoray::{Error, Grid, GridTables, Result};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
@@ -32,7 +33,7 @@ pub struct HostGrid {
 
 /// The tables of a grid that the context has, which it reads until it has another one of that name.
 #[derive(Default)]
-pub struct Tables(Option<Box<Mesh>>);
+pub struct HostMesh(Option<Box<Mesh>>);
 
 /// What a grid is made with.
 pub struct Setting<'a> {
@@ -77,7 +78,7 @@ impl HostGrid {
     pub fn update(
         grid: Option<Self>,
         geometry: Result<Option<Geometry>>,
-        tables: &mut Tables,
+        tables: &mut HostMesh,
         setting: &mut Setting,
     ) -> Result<Self> {
         let seen = Error::of_panics(|| {
@@ -113,7 +114,7 @@ impl HostGrid {
                 && self.directions.iter().enumerate().all(|(column, known)| {
                     let points: Vec<u32> = (0..self.points.layers).map(|level| self.points.at(column, level)).collect();
                     let direction = direction_of(&points, |point| geometry.point(point));
-                    direction.is_ok_and(|direction| (0..3).all(|k| (direction[k] - known[k]).abs() < SAME))
+                    direction.is_ok_and(|direction| (direction - DVec3::from_array(*known)).abs().max_element() < SAME)
                 })
         };
         if geometry.is_some_and(is_same) { Change::Radii } else { Change::All }
@@ -123,7 +124,7 @@ impl HostGrid {
     fn made(
         geometry: Option<&Geometry>,
         fingerprint: Fingerprint,
-        tables: &mut Tables,
+        tables: &mut HostMesh,
         Setting { name, context, peers, .. }: &mut Setting,
     ) -> Result<Self> {
         let found = Error::of_panics(|| match geometry {
@@ -175,7 +176,7 @@ impl HostGrid {
         let Setting { name, planet_radius, context, peers } = setting;
         let levels = self.points.layers;
         let at = |column: usize, level: usize| {
-            geometry.map_or(0.0, |geometry| radius(geometry.point(self.points.at(column, level))))
+            geometry.map_or(0.0, |geometry| geometry.point(self.points.at(column, level)).length())
         };
         let own: Vec<usize> = (0..self.columns[0]).filter(|&column| self.nodes.is_owned[column] != 0).collect();
         let all = peers.share_all(Error::of_panics(|| Ok(Radii::of(&own, levels, at))))?;
@@ -194,9 +195,9 @@ impl HostGrid {
     }
 
     /// The heights of layers, if the scene may need them.
-    pub fn heights<'a>(&self, grid: &'a str) -> Option<Values<'a>> {
+    pub fn heights<'a>(&self, grid: &'a str) -> Option<ColumnValues<'a>> {
         let heights = self.heights.as_ref()?;
-        Some(Values {
+        Some(ColumnValues {
             data: heights.as_ptr().cast(),
             is_f64: true,
             is_at_corners: !self.has_triangles,
@@ -208,7 +209,7 @@ impl HostGrid {
     }
 }
 
-impl Tables {
+impl HostMesh {
     /// Whether the context has a grid of this name.
     pub fn are_set(&self) -> bool {
         self.0.is_some()

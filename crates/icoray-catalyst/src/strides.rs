@@ -1,6 +1,6 @@
 //! Orders of values that are read in place.
 
-/// Values at equal distances: value (column, layer) is element `first` + (column % block)*`column` +
+/// ColumnValues at equal distances: value (column, layer) is element `first` + (column % block)*`column` +
 /// (column / block)*`block_stride` + layer*`layer`; without blocks `block` is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Strides {

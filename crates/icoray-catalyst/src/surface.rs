@@ -3,7 +3,8 @@
 //! Each rank sends the directions of its columns of points and the polygons of its columns of elements; all ranks put the
 //! same whole mesh together. Columns of different ranks in one place are one node of the mesh.
 
-use crate::columns::{Columns, radius};
+use crate::columns::Columns;
+use glam::DVec3;
 use icoray::{Error, ErrorKind, Result};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
@@ -47,27 +48,23 @@ const STRAIGHT: f64 = 1e-4;
 ///
 /// # Errors
 /// [`icoray::ErrorKind::Grid`] names a point that is not above its column, as seen from the origin.
-pub fn directions(columns: &Columns, place: impl Fn(u32) -> [f64; 3]) -> Result<Vec<[f64; 3]>> {
-    columns.points.chunks_exact(columns.levels.max(1)).map(|column| direction_of(column, &place)).collect()
+pub fn directions(columns: &Columns, place: impl Fn(u32) -> DVec3) -> Result<Vec<[f64; 3]>> {
+    let columns = columns.points.chunks_exact(columns.levels.max(1));
+    columns.map(|column| Ok(direction_of(column, &place)?.to_array())).collect()
 }
 
 /// The direction of a column of points.
 ///
 /// # Errors
 /// As [`directions`].
-pub fn direction_of(column: &[u32], place: impl Fn(u32) -> [f64; 3]) -> Result<[f64; 3]> {
-    let unit = |point: u32| {
-        let at = place(point);
-        let length = radius(at);
-        at.map(|x| x / length)
-    };
+pub fn direction_of(column: &[u32], place: impl Fn(u32) -> DVec3) -> Result<DVec3> {
+    let unit = |point: u32| place(point) / place(point).length();
     let outermost = unit(column[column.len() - 1]);
     for &point in column {
-        let here = unit(point);
-        let apart = (0..3).map(|k| (here[k] - outermost[k]).powi(2)).sum::<f64>().sqrt();
+        let apart = unit(point).distance(outermost);
         // Not a number either.
         if apart.is_nan() || apart > STRAIGHT {
-            let [x, y, z] = place(point);
+            let DVec3 { x, y, z } = place(point);
             return Err(Error::grid(format!(
                 "point {point} at ({x}, {y}, {z}) is not below the outermost one of its column, as seen from the origin: \
                  expected columns of a sphere around it"
@@ -213,21 +210,18 @@ fn around(direction: [f64; 3], within: f64) -> Vec<[i64; 3]> {
 }
 
 fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    DVec3::from_array(a).distance(DVec3::from_array(b))
 }
 
 /// The direction of a polygon's centroid: of the flat triangles from its first node, each weighted by its area.
 fn centroid(face: &[i32], directions: &[[f64; 3]]) -> [f64; 3] {
-    let nodes: Vec<[f64; 3]> = face.iter().filter(|node| **node >= 0).map(|node| directions[*node as usize]).collect();
-    let mut sum = [0.0; 3];
-    for pair in nodes[1..].windows(2) {
-        let triangle = [nodes[0], pair[0], pair[1]];
-        let [u, v] = [pair[0], pair[1]].map(|p| [0, 1, 2].map(|k| p[k] - nodes[0][k]));
-        let cross = [0, 1, 2].map(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
-        let area = radius(cross);
-        sum = [0, 1, 2].map(|k| sum[k] + area * triangle.iter().map(|node| node[k]).sum::<f64>());
-    }
-    sum
+    let nodes = face.iter().filter(|node| **node >= 0).map(|node| DVec3::from_array(directions[*node as usize]));
+    let nodes: Vec<DVec3> = nodes.collect();
+    let weighted = nodes[1..].windows(2).map(|pair| {
+        let area = (pair[0] - nodes[0]).cross(pair[1] - nodes[0]).length();
+        area * (nodes[0] + pair[0] + pair[1])
+    });
+    weighted.sum::<DVec3>().to_array()
 }
 
 #[cfg(test)]
@@ -315,8 +309,8 @@ mod tests {
 
     #[test]
     fn columns_are_straight() {
-        let place = |point: u32| [0.0, if point == 1 { 1e-3 } else { 0.0 }, 1.0 + 0.1 * f64::from(point)];
-        assert_eq!(direction_of(&[0, 2], place).unwrap(), [0.0, 0.0, 1.0]);
+        let place = |point: u32| DVec3::new(0.0, if point == 1 { 1e-3 } else { 0.0 }, 1.0 + 0.1 * f64::from(point));
+        assert_eq!(direction_of(&[0, 2], place).unwrap(), DVec3::Z);
         let error = direction_of(&[0, 1, 2], place).unwrap_err().to_string();
         assert!(error.contains("point 1 at (0, 0.001, 1.1)"), "{error}");
     }

@@ -1,7 +1,7 @@
 //! Options that change a scene: its camera, size, quality and device.
 
 use crate::gpu::DeviceOptions;
-use icoray::{Error, ErrorKind, Lighting, Result, Scene, Script, Source};
+use icoray::{Error, ErrorKind, LightSource, Lighting, Result, Scene, Script};
 
 /// Options that replace keys of a scene.
 #[derive(clap::Args)]
@@ -42,7 +42,7 @@ pub struct Overrides {
 
 /// The source of light; none without one.
 #[derive(Clone, Copy)]
-pub struct Light(pub Option<Source>);
+pub struct Light(pub Option<LightSource>);
 
 type Parsed<T> = std::result::Result<T, String>;
 
@@ -73,8 +73,8 @@ fn light(text: &str) -> Parsed<Light> {
     let place = text.split_once(',').and_then(|(at_lon, at_lat)| Some((lon(at_lon).ok()?, lat(at_lat).ok()?)));
     match (text, place) {
         ("none", _) => Ok(Light(None)),
-        ("headlight", _) => Ok(Light(Some(Source::Headlight))),
-        (_, Some((lon_deg, lat_deg))) => Ok(Light(Some(Source::Sun { lon_deg, lat_deg }))),
+        ("headlight", _) => Ok(Light(Some(LightSource::Headlight))),
+        (_, Some((lon_deg, lat_deg))) => Ok(Light(Some(LightSource::Sun { lon_deg, lat_deg }))),
         _ => Err("expected headlight, none, or longitude and latitude below a sun, such as 90,20".to_owned()),
     }
 }

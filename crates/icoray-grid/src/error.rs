@@ -7,82 +7,69 @@ use crate::printable;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// The kind of an error; each has a fixed status number in the C ABI.
+/// The kind of an error; its value is its status number in the C ABI.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ErrorKind {
     /// An argument is null, mis-sized, non-finite or out of its range.
-    Argument,
+    Argument = 3,
     /// A connectivity or coordinate table contradicts itself or another table.
-    Grid,
+    Grid = 4,
     /// The mesh is valid but of a kind that is not rendered (planar meshes, corners that join four cells).
-    Unsupported,
+    Unsupported = 5,
     /// Layer radii are not strictly monotone, not positive or not finite.
-    Layers,
+    Layers = 6,
     /// A field is missing or its shape does not fit the grid and layers.
-    Field,
+    Field = 7,
     /// The scene text has a syntax error, an unknown key or a bad value.
-    Scene,
+    Scene = 8,
     /// A call came before the calls that it requires (for example execute before a grid was set).
-    Order,
+    Order = 9,
     /// A file could not be read or written.
-    Io,
-    /// A file exists already and is not modified.
-    Exists,
+    Io = 10,
     /// A bug in icoray.
-    Internal,
+    Internal = 11,
+    /// A file exists already and is not modified.
+    Exists = 12,
     /// MPI failed, or ranks that draw one picture disagree.
-    Mpi,
+    Mpi = 16,
     /// A grid or a frame needs more memory than is available.
-    Memory,
+    Memory = 17,
 }
 
 impl ErrorKind {
-    /// Every kind, with its number.
-    const NUMBERS: [(ErrorKind, i32); 12] = [
-        (ErrorKind::Argument, 3),
-        (ErrorKind::Grid, 4),
-        (ErrorKind::Unsupported, 5),
-        (ErrorKind::Layers, 6),
-        (ErrorKind::Field, 7),
-        (ErrorKind::Scene, 8),
-        (ErrorKind::Order, 9),
-        (ErrorKind::Io, 10),
-        (ErrorKind::Internal, 11),
-        (ErrorKind::Exists, 12),
-        (ErrorKind::Mpi, 16),
-        (ErrorKind::Memory, 17),
+    /// Every kind, with the text that messages begin with.
+    const TEXTS: [(ErrorKind, &str); 12] = [
+        (ErrorKind::Argument, "bad argument"),
+        (ErrorKind::Grid, "bad grid"),
+        (ErrorKind::Unsupported, "not supported"),
+        (ErrorKind::Layers, "bad layers"),
+        (ErrorKind::Field, "bad field"),
+        (ErrorKind::Scene, "bad scene"),
+        (ErrorKind::Order, "call out of order"),
+        (ErrorKind::Io, "input or output failed"),
+        (ErrorKind::Exists, "file exists"),
+        (ErrorKind::Internal, "internal error"),
+        (ErrorKind::Mpi, "MPI"),
+        (ErrorKind::Memory, "not enough memory"),
     ];
 
     /// The number of the kind: the status of the C ABI, also sent between ranks.
     pub fn number(self) -> i32 {
-        let found = Self::NUMBERS.iter().find(|(kind, _)| *kind == self);
-        found.map_or(11, |(_, number)| *number)
+        self as i32
     }
 
     /// The kind with this number; [`ErrorKind::Internal`] if there is none.
     pub fn of_number(number: i32) -> Self {
-        let found = Self::NUMBERS.iter().find(|(_, its)| *its == number);
+        let found = Self::TEXTS.iter().find(|(kind, _)| kind.number() == number);
         found.map_or(ErrorKind::Internal, |(kind, _)| *kind)
     }
 }
 
 impl fmt::Display for ErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            ErrorKind::Argument => "bad argument",
-            ErrorKind::Grid => "bad grid",
-            ErrorKind::Unsupported => "not supported",
-            ErrorKind::Layers => "bad layers",
-            ErrorKind::Field => "bad field",
-            ErrorKind::Scene => "bad scene",
-            ErrorKind::Order => "call out of order",
-            ErrorKind::Io => "input or output failed",
-            ErrorKind::Exists => "file exists",
-            ErrorKind::Internal => "internal error",
-            ErrorKind::Mpi => "MPI",
-            ErrorKind::Memory => "not enough memory",
-        })
+        let found = Self::TEXTS.iter().find(|(kind, _)| kind == self);
+        f.write_str(found.map_or("error", |(_, text)| text))
     }
 }
 

@@ -92,17 +92,8 @@ impl<'f> Heights<'f> {
         field_layers: usize,
         exaggeration: f64,
     ) -> Result<Self> {
-        let (shape, cells) = (heights.shape(), of.count);
-        if (shape.columns, shape.layers, heights.location()) != (cells, layers.count(), Location::Center) {
-            let context = format!(
-                "heights: {} columns of {} layers at {:?}, expected {cells} of {} at Center",
-                shape.columns,
-                shape.layers,
-                heights.location(),
-                layers.count()
-            );
-            return Err(Error::new(ErrorKind::Layers, context));
-        }
+        let cells = of.count;
+        check_shape(heights, layers, cells, Location::Center)?;
         let mean = layers.for_field(field_layers)?.shell(exaggeration)?;
         let elements = heights.elements();
         let mut this = Heights {
@@ -235,6 +226,21 @@ impl<'f> Heights<'f> {
         }
         Ok([0, self.layers() - 1].map(|layer| self.radius_at(base, layer)))
     }
+}
+
+/// Checks that `heights` have `columns` columns at `location`, of as many layers as `layers`.
+fn check_shape(heights: &Field, layers: &Layers, columns: usize, location: Location) -> Result<()> {
+    let (shape, count) = (heights.shape(), layers.count());
+    if (shape.columns, shape.layers, heights.location()) == (columns, count, location) {
+        return Ok(());
+    }
+    let context = format!(
+        "heights: {} columns of {} layers at {:?}, expected {columns} of {count} at {location:?}",
+        shape.columns,
+        shape.layers,
+        heights.location()
+    );
+    Err(Error::new(ErrorKind::Layers, context))
 }
 
 /// Checks the heights of a column, layers counted from the innermost, NaN for a missing one; `name` is for the message.

@@ -128,14 +128,12 @@ impl Layers {
     /// # Errors
     /// [`ErrorKind::Field`] when the number fits neither.
     pub fn for_field(&self, layers: usize) -> Result<Self> {
+        let bad = |expected: String| Err(Error::new(ErrorKind::Field, format!("{layers} layers, expected {expected}")));
         match self.count() {
             n if layers == n => Ok(self.clone()),
             n if layers + 1 == n && layers > 1 => self.midpoints(),
-            2 => Err(Error::new(ErrorKind::Field, format!("{layers} layers, expected 2 (on the layers)"))),
-            n => Err(Error::new(
-                ErrorKind::Field,
-                format!("{layers} layers, expected {n} (on the layers) or {} (midway between them)", n - 1),
-            )),
+            2 => bad("2 (on the layers)".into()),
+            n => bad(format!("{n} (on the layers) or {} (midway between them)", n - 1)),
         }
     }
 
@@ -157,16 +155,14 @@ impl Layers {
         let fine = shell[0] > 0.0 && shell.windows(2).all(|w| w[0] < w[1]) && shell.iter().all(|r| r.is_finite());
         if !fine {
             let [low, high] = self.height_range();
-            return Err(Error::new(
-                ErrorKind::Scene,
-                format!(
-                    "exaggeration {exaggeration}: heights {low} to {high} m are stretched to {} to {} m, expected layers \
-                     that stay apart, above the planet's centre at {} m",
-                    exaggeration * low,
-                    exaggeration * high,
-                    -self.planet_radius_m
-                ),
-            ));
+            let context = format!(
+                "exaggeration {exaggeration}: heights {low} to {high} m are stretched to {} to {} m, expected layers \
+                 that stay apart, above the planet's centre at {} m",
+                exaggeration * low,
+                exaggeration * high,
+                -self.planet_radius_m
+            );
+            return Err(Error::new(ErrorKind::Scene, context));
         }
         Ok(shell)
     }

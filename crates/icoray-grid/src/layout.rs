@@ -42,7 +42,7 @@ impl ColumnCount {
 
     /// Whether a dimension of `extent` indices contains the columns and at most padding. It may be any longer if it
     /// `is_block`, the only block of ICON's nproma columns.
-    fn is_held_by(&self, extent: usize, is_block: bool) -> bool {
+    fn fits_in(&self, extent: usize, is_block: bool) -> bool {
         let Some(padding) = extent.checked_sub(self.columns) else { return false };
         padding <= 1 || (self.look_alike(extent).is_none() && (is_block || padding <= MAX_PADDING))
     }
@@ -150,8 +150,8 @@ fn read(dimensions: &[Dimension], expected: &ColumnCount, layers: usize, is_bloc
     match *dimensions {
         [all] => {
             // An array without columns may have MPAS's extra one behind the last.
-            let is_spare = columns == 0 && all.extent == layers;
-            (is_spare || all.extent == columns.checked_mul(layers)?).then_some(Shape {
+            let is_extra_column = columns == 0 && all.extent == layers;
+            (is_extra_column || all.extent == columns.checked_mul(layers)?).then_some(Shape {
                 column_stride: all.stride.checked_mul(isize::try_from(layers).ok()?)?,
                 layer_stride: all.stride,
                 ..flat
@@ -159,7 +159,7 @@ fn read(dimensions: &[Dimension], expected: &ColumnCount, layers: usize, is_bloc
         }
         [a, b] => {
             let reading = |level: Dimension, column: Dimension| {
-                (level.extent == layers && expected.is_held_by(column.extent, is_block)).then_some(Shape {
+                (level.extent == layers && expected.fits_in(column.extent, is_block)).then_some(Shape {
                     column_stride: column.stride,
                     layer_stride: level.stride,
                     ..flat

@@ -71,14 +71,8 @@ impl CubeMap {
 
     /// Number of macrocells.
     #[inline]
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         6 * (self.side * self.side) as usize
-    }
-
-    /// False: there are macrocells.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        false
     }
 
     /// Width of a macrocell in gnomonic coordinates, in which a face reaches from -1 to 1.
@@ -125,7 +119,8 @@ impl CubeMap {
             let high = low + width;
             for (d0, d1) in [(p0 - low * m0, p1 - low * m1), (high * m0 - p0, high * m1 - p1)] {
                 if d1 < 0.0 && d0 * below < above * -d1 {
-                    (above, below) = (d0, -d1);
+                    above = d0;
+                    below = -d1;
                 }
             }
         }
@@ -159,7 +154,7 @@ impl CubeMap {
     fn each(&self, corners: &[DVec3; 3], mut see: impl FnMut(u32)) {
         let [a, b, c] = *corners;
         if a.distance(b).max(b.distance(c)).max(c.distance(a)) > LONGEST {
-            return (0..self.len() as u32).for_each(see);
+            return (0..self.count() as u32).for_each(see);
         }
         for face in 0..6 {
             let Some([columns, rows]) = self.overlap(face, corners) else { continue };
@@ -251,7 +246,7 @@ impl Macrocells {
     /// The macrocells of a grid, in parallel.
     pub(crate) fn new(grid: &Grid) -> Self {
         let map = CubeMap::new(grid.triangles());
-        let triangle_in: Vec<AtomicU32> = (0..map.len()).map(|_| AtomicU32::new(u32::MAX)).collect();
+        let triangle_in: Vec<AtomicU32> = (0..map.count()).map(|_| AtomicU32::new(u32::MAX)).collect();
         let of = |triangle: u32| {
             if !grid.is_triangle(triangle) {
                 return MANY;
@@ -279,8 +274,8 @@ impl Macrocells {
     /// number of bits that are set in macrocells.
     pub fn join(&self, grid: &Grid, bits: &[u32], joined: &mut JoinedBits) -> u64 {
         joined.clear();
-        joined.macrocells.resize_with(self.map.len(), || AtomicU32::new(0));
-        joined.groups.resize(self.groups.len(), 0);
+        joined.macrocells.resize_with(self.map.count(), || AtomicU32::new(0));
+        joined.groups.resize(self.groups.count(), 0);
         let all = joined.macrocells.as_slice();
         (0..bits.len()).into_par_iter().with_min_len(CHUNK).for_each(|triangle| {
             let own = bits[triangle];
@@ -361,7 +356,7 @@ fn code(map: &CubeMap, corners: &[DVec3; 3]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::IcosahedralMesh;
+    use crate::grid::icosahedral_grid;
     use icoray_test_support::Random;
     use std::collections::HashSet;
 
@@ -369,8 +364,7 @@ mod tests {
     #[test]
     fn triangles_belong_to_the_macrocells_of_all_their_places() {
         for level in [1, 3, 5, 6] {
-            let mesh = IcosahedralMesh::new(level).unwrap();
-            let grid = Grid::new(mesh.tables()).unwrap();
+            let grid = icosahedral_grid(level);
             let cells = grid.macrocells();
             let mut random = Random::new(7);
             let mut joined = JoinedBits::default();
@@ -388,22 +382,22 @@ mod tests {
             }
             let bits: Vec<u32> = (0..grid.triangles() as u32).map(|t| 1 << (t % 32)).collect();
             cells.join(&grid, &bits, &mut joined);
-            let mut wanted = vec![0; cells.map.len()];
+            let mut wanted = vec![0; cells.map.count()];
             (0..grid.triangles() as u32)
                 .for_each(|t| cells.each(&grid, t, |cell| wanted[cell as usize] |= 1 << (t % 32)));
-            let numbers = 0..cells.map.len() as u32;
+            let numbers = 0..cells.map.count() as u32;
             assert_eq!(numbers.clone().map(|number| joined.of_macrocell(number)).collect::<Vec<_>>(), wanted);
-            let mut of_groups = vec![0; cells.groups.len()];
+            let mut of_groups = vec![0; cells.groups.count()];
             for number in numbers {
                 let place = cells.map.place(number);
                 assert_eq!(cells.map.number(place), number);
                 let group = cells.groups.number(cells.map.group_of(place));
                 of_groups[group as usize] |= wanted[number as usize];
             }
-            let numbers = 0..cells.groups.len() as u32;
+            let numbers = 0..cells.groups.count() as u32;
             assert_eq!(numbers.map(|number| joined.of_group(number)).collect::<Vec<_>>(), of_groups);
             let near = |cell: u32| cells.each_contains(&grid, cells.triangle_in(cell), cell);
-            assert!((0..cells.map.len() as u32).all(near), "level {level}: a triangle in each macrocell");
+            assert!((0..cells.map.count() as u32).all(near), "level {level}: a triangle in each macrocell");
         }
     }
 

@@ -182,7 +182,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn this_process_has_memory_and_less_than_the_machine() {
-        let bytes = available().expect("Linux tells");
+        let bytes = available().expect("Linux reports it");
         assert!(bytes > 1 << 20 && bytes < 1 << 50, "{bytes}");
     }
 }

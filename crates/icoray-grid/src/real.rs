@@ -164,8 +164,8 @@ mod tests {
             for i in 1..=20_000 {
                 let x = i as f32 / 20_000.0;
                 let exact = f64::from(x).powf(f64::from(exponent));
-                let off = (f64::from(x.power(exponent)) - exact).abs();
-                assert!(off <= 2e-6 * exact + 2e-12, "{x}^{exponent}: {off:e} of {exact:e}");
+                let error = (f64::from(x.power(exponent)) - exact).abs();
+                assert!(error <= 2e-6 * exact + 2e-12, "{x}^{exponent}: {error:e} of {exact:e}");
             }
             assert_eq!(1.0f32.power(exponent), 1.0);
         }

@@ -84,3 +84,10 @@ impl OwnedReals {
         }
     }
 }
+
+/// Resizes `memory` to `count` values; their old values stay.
+pub(crate) fn resized<S: Copy + Default>(mut memory: Vec<S>, count: usize) -> Vec<S> {
+    memory.reserve_exact(count.saturating_sub(memory.len()));
+    memory.resize(count, S::default());
+    memory
+}

@@ -101,9 +101,7 @@ impl Shape {
         }
         Some((low, high))
     }
-}
 
-impl Shape {
     /// The first and the last element, if the elements between are all values too, each once.
     pub(crate) fn packed(&self) -> Option<(usize, usize)> {
         let [column, layer] = [self.column_stride, self.layer_stride].map_inline(isize::unsigned_abs);

@@ -38,7 +38,7 @@ impl Threads {
     /// environment variable that is meant for other programs.
     ///
     /// # Errors
-    /// [`ErrorKind::Internal`] if the system starts no thread.
+    /// [`ErrorKind::Io`] if the system starts no thread.
     pub fn new(count: usize) -> Result<Self> {
         let count = if count == 0 { available_parallelism().map_or(1, NonZero::get) } else { count };
         let mut handles = Handles(Vec::with_capacity(count));

@@ -81,12 +81,12 @@ mod tests {
             (DVec3::new(0.1, 0.2, 0.0), DVec3::new(0.9, 0.3, 0.3), 0.3, false, 0.6),
             (DVec3::new(50.0, 9.0, 20.0), DVec3::new(0.2, 0.9, 0.1), 0.005, true, 0.6),
         ];
-        for (eye, target, half, has_core, most) in cameras {
+        for (eye, target, half, has_core, max_share) in cameras {
             let (sides, [forward, right, up]) = sides(eye, target, half);
             let cells = VisibleCells::new(&grid, eye, sides, SHELL, has_core);
             let seen: Vec<bool> = (0..grid.cells() as u32).map(|cell| cells.contains(grid.direction(cell))).collect();
             let count = seen.iter().filter(|seen| **seen).count();
-            assert!((count as f64) < most * grid.cells() as f64, "{eye}: {count} cells");
+            assert!((count as f64) < max_share * grid.cells() as f64, "{eye}: {count} cells");
             let mut places = 0;
             for (i, j) in (0..=40).flat_map(|i| (0..=40).map(move |j| (i, j))) {
                 let [x, y] = [i, j].map_inline(|k| half * (f64::from(k) / 20.0 - 1.0));

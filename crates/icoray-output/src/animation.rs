@@ -35,11 +35,21 @@ struct Region {
     size: [u32; 2],
 }
 
-/// Options of ffmpeg by the extension of the file: sides of an MP4 are even, a GIF has the best 256 colours of its
-/// pictures.
-const FILMS: [(&str, &[&str]); 2] = [
-    ("mp4", &["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]),
-    ("gif", &["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"]),
+/// A format of films that ffmpeg writes.
+struct FilmFormat {
+    /// Extension of the file.
+    ending: &'static str,
+    /// Options of ffmpeg.
+    options: &'static [&'static str],
+}
+
+/// Sides of an MP4 are even, a GIF has the best 256 colours of its pictures.
+const FILMS: [FilmFormat; 2] = [
+    FilmFormat {
+        ending: "mp4",
+        options: &["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-movflags", "+faststart"],
+    },
+    FilmFormat { ending: "gif", options: &["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"] },
 ];
 
 /// Writes the PNG pictures, all of one size, as an animated PNG to `path`, which repeats at `fps` pictures per second;
@@ -53,7 +63,7 @@ const FILMS: [(&str, &[&str]); 2] = [
 pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Existing) -> Result<Animated> {
     let bad = |what: String| Error::new(ErrorKind::Argument, what);
     let [first, rest @ ..] = pictures else { return Err(bad("an animation of no pictures".into())) };
-    let film = FILMS.iter().find(|(ending, _)| path.extension().is_some_and(|its| its == *ending));
+    let film = FILMS.iter().find(|film| path.extension().is_some_and(|ending| ending == film.ending));
     if film.is_none() && path.extension().is_none_or(|ending| ending != "png") {
         return Err(bad(format!("{}: expected a name that ends in .png, .mp4 or .gif", path.display())));
     }
@@ -81,9 +91,9 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
     };
     let failed = |e: png::EncodingError| io_error(path, "cannot write the animation", e);
     atomic::write(path, existing, "the animation", |out| {
-        if let Some((ending, options)) = film {
+        if let Some(film) = film {
             let pictures = std::iter::once(Ok(shown)).chain(rest.iter().map(following));
-            return encode_film(path, (ending, options), (pictures, size), fps, out);
+            return encode_film(path, film, pictures, size, fps, out);
         }
         let mut encoder = Encoder::new(out, size[0], size[1]);
         encoder.set_color(ColorType::Rgba);
@@ -116,8 +126,9 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
 /// Encodes pictures by ffmpeg, first into a file beside the animation, as ffmpeg seeks backwards in its output.
 fn encode_film(
     path: &Path,
-    (ending, options): (&str, &[&str]),
-    (pictures, [width, height]): (impl Iterator<Item = Result<Picture>>, [u32; 2]),
+    FilmFormat { ending, options }: &FilmFormat,
+    pictures: impl Iterator<Item = Result<Picture>>,
+    [width, height]: [u32; 2],
     fps: f64,
     out: &mut impl Write,
 ) -> Result<()> {
@@ -127,7 +138,7 @@ fn encode_film(
         name.prefix(".icoray-").suffix(&format!(".{ending}")).tempfile_in(atomic::folder(path)).map_err(failed)?;
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", &format!("{width}x{height}")]);
-    ffmpeg.args(["-r", &fps.to_string(), "-i", "-"]).args(options).arg(name.path());
+    ffmpeg.args(["-r", &fps.to_string(), "-i", "-"]).args(*options).arg(name.path());
     let mut ffmpeg =
         ffmpeg.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().map_err(|e| {
             let wish =
@@ -147,8 +158,8 @@ fn encode_film(
     let ended = ffmpeg.wait_with_output().map_err(failed)?;
     fed?;
     if !ended.status.success() {
-        let said = String::from_utf8_lossy(&ended.stderr);
-        return Err(io_error(path, "ffmpeg cannot write it", said.lines().last().unwrap_or("it says nothing")));
+        let errors = String::from_utf8_lossy(&ended.stderr);
+        return Err(io_error(path, "ffmpeg cannot write it", errors.lines().last().unwrap_or("it gives no reason")));
     }
     io::copy(&mut File::open(name.path()).map_err(failed)?, out).map(drop).map_err(failed)
 }
@@ -217,7 +228,8 @@ fn differing(a: &Picture, b: &Picture) -> Region {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::png_file::write_rgba;
+    use crate::label::Canvas;
+    use crate::png_file::write_canvas;
 
     /// A picture of 5 x 4 pixels, gradients with a dot in it.
     fn picture(folder: &Path, name: &str, dot: [u32; 2]) -> PathBuf {
@@ -225,7 +237,7 @@ mod tests {
         let at = 4 * (dot[1] * 5 + dot[0]) as usize;
         rgba[at..at + 4].fill(200);
         let path = folder.join(name);
-        write_rgba(&path, [5, 4], &rgba, &[], Existing::Overwrite).unwrap();
+        write_canvas(&path, &Canvas { width: 5, height: 4, rgba }, &[], Existing::Overwrite).unwrap();
         path
     }
 
@@ -279,11 +291,12 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_animated_is_said() {
+    fn what_cannot_be_animated_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let first = picture(folder.path(), "a.png", [0, 0]);
-        write_rgba(&at("b.png"), [2, 3], &[9; 24], &[], Existing::Overwrite).unwrap();
+        let other = Canvas { width: 2, height: 3, rgba: vec![9; 24] };
+        write_canvas(&at("b.png"), &other, &[], Existing::Overwrite).unwrap();
         std::fs::write(at("c.png"), "no picture").unwrap();
         let both = |name: &str| vec![first.clone(), at(name)];
         for (path, pictures, fps, kind, part) in [

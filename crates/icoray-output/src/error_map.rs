@@ -53,7 +53,7 @@ pub fn write_error_map_with(path: &Path, frame: &Frame, existing: Existing) -> R
     if canvas.width >= MIN_WIDTH {
         label::draw_bar(&mut canvas, Scale::Log, &transfer(), "error of each pixel", [INK, PAPER]);
     }
-    png_file::write_rgba(path, [canvas.width, canvas.height], &canvas.rgba, &texts(frame), existing)
+    png_file::write_canvas(path, &canvas, &texts(frame), existing)
 }
 
 /// The text entries of the file.

@@ -24,8 +24,11 @@ pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()
     })
 }
 
-/// The content of the file that [`write`] writes.
-pub(super) fn bytes(frame: &Frame) -> Result<Vec<u8>> {
+/// The content of the EXR that [`write_picture`](crate::write_picture) writes.
+///
+/// # Errors
+/// [`ErrorKind::Io`] if it cannot be encoded.
+pub fn exr_bytes(frame: &Frame) -> Result<Vec<u8>> {
     let mut bytes = Cursor::new(Vec::new());
     let failed = |e| Error::new(ErrorKind::Io, format!("cannot encode the picture: {e}"));
     encode(frame, &mut bytes).map_err(failed)?;
@@ -93,10 +96,10 @@ mod tests {
     }
 
     fn check_comments(attributes: LayerAttributes) {
-        let said = attributes.comments.unwrap();
-        let said = std::str::from_utf8(said.as_slice()).unwrap();
+        let comments = attributes.comments.unwrap();
+        let comments = std::str::from_utf8(comments.as_slice()).unwrap();
         for line in ["step: 7", "field: Größe", "tolerance: 0.002", "camera: far away"] {
-            assert!(said.lines().any(|l| l == line), "{line} is not in {said}");
+            assert!(comments.lines().any(|l| l == line), "{line} is not in {comments}");
         }
     }
 

@@ -307,7 +307,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn each_map_of_a_scene_is_told_once() {
+    fn each_map_of_a_scene_is_reported_once() {
         let surface = |layer: u32, more: &str| {
             format!("[[surfaces]]\nlayer = {layer}\nfield = \"w\"\ntransfer = {{ range = [0, 4]{more} }}\n")
         };
@@ -323,16 +323,16 @@ pub(crate) mod tests {
         };
         let asked = scene("{ percentile = [0, 100] }");
         let of = |field: &str, range, how: &str| Colors { field: field.into(), range, how: how.into() };
-        let told = [
+        let expected = [
             of("q", [2.0, 3.0], "viridis, linear, percentiles 0 to 100 of the first frame"),
             of("w", [0.0, 4.0], "viridis, linear, fixed"),
             of("w", [0.0, 4.0], "vik, linear, fixed"),
         ];
-        assert_eq!(Colors::of(&asked, &asked.over([2.0, 3.0])), told);
+        assert_eq!(Colors::of(&asked, &asked.over([2.0, 3.0])), expected);
     }
 
     #[test]
-    fn a_frame_says_how_far_it_may_be_off() {
+    fn a_frame_states_its_error() {
         let texts = frame().describe();
         let text = |key: &str| texts.iter().find(|(k, _)| k == key).unwrap().1.clone();
         let max = f64::from(1e-3f32);

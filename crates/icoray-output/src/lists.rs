@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf, absolute};
 
 /// An index file of a series: its path and its first line.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Text {
+pub(super) struct IndexFile {
     path: PathBuf,
     head: String,
     /// Name of the kind of file in errors.
@@ -23,7 +23,7 @@ pub(super) struct Text {
 }
 
 /// Index files of a series whose pictures are in `directory`; with error maps, the database has a column for them.
-pub(super) fn texts(series: &Series, directory: &Path, has_error: bool) -> impl Iterator<Item = Text> {
+pub(super) fn index_files(series: &Series, directory: &Path, has_error: bool) -> impl Iterator<Item = IndexFile> {
     let list = series.concat.as_ref().map(|concat| list_of(concat, directory));
     let table = series.cinema.as_ref().map(|cinema| table_of(cinema, directory, has_error));
     list.into_iter().chain(table)
@@ -46,9 +46,9 @@ pub(super) fn add(
     Ok(())
 }
 
-fn list_of(concat: &Concat, directory: &Path) -> Text {
+fn list_of(concat: &Concat, directory: &Path) -> IndexFile {
     let (head, what) = ("ffconcat version 1.0".into(), "the list of pictures");
-    Text { path: directory.join(&concat.file), head, what }
+    IndexFile { path: directory.join(&concat.file), head, what }
 }
 
 fn add_to_list(concat: &Concat, directory: &Path, picture: &Path) -> Result<()> {
@@ -67,11 +67,11 @@ fn quoted(text: &str) -> String {
 }
 
 /// The Cinema specification puts columns of files last; their names begin with FILE.
-fn table_of(cinema: &Cinema, directory: &Path, has_error: bool) -> Text {
+fn table_of(cinema: &Cinema, directory: &Path, has_error: bool) -> IndexFile {
     let names = cinema.parameters.iter().map(|(name, _)| *name);
     let files = ["FILE", "FILE_error"].into_iter().take(1 + usize::from(has_error));
     let head = ["step", "time"].into_iter().chain(names).chain(files).collect::<Vec<_>>().join(",");
-    Text { path: directory.join(&cinema.folder).join("data.csv"), head, what: "the Cinema database" }
+    IndexFile { path: directory.join(&cinema.folder).join("data.csv"), head, what: "the Cinema database" }
 }
 
 fn add_to_table(cinema: &Cinema, directory: &Path, stamp: &Stamp, picture: &Path, error: Option<&Path>) -> Result<()> {
@@ -102,7 +102,7 @@ fn relative(from: &Path, to: &Path) -> Result<String> {
     Ok(up.chain(to[same..].iter().map(String::as_str)).collect::<Vec<_>>().join("/"))
 }
 
-impl Text {
+impl IndexFile {
     fn failed(&self, e: io::Error) -> Error {
         io_error(&self.path, &format!("cannot write {}", self.what), e)
     }

@@ -3,8 +3,7 @@
 use super::atomic;
 use crate::atomic::Existing;
 use crate::frame::Frame;
-use crate::label;
-use crate::label::Canvas;
+use crate::label::{self, Canvas};
 use crate::path::io_error;
 use crate::srgb::srgb_byte;
 use icoray_grid::{Error, ErrorKind, Result};
@@ -22,66 +21,68 @@ fn encode(pixel: [f32; 4]) -> [u8; 4] {
 }
 
 pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
-    let Canvas { width, height, rgba } = labelled(frame);
-    write_rgba(path, [width, height], &rgba, &frame.describe(), existing)
+    write_canvas(path, &labelled(frame), &frame.describe(), existing)
 }
 
-/// The content of the file that [`write`] writes.
-pub(super) fn bytes(frame: &Frame) -> Result<Vec<u8>> {
+/// The content of the PNG that [`write_picture`](crate::write_picture) writes.
+///
+/// # Errors
+/// [`ErrorKind::Io`] if it cannot be encoded.
+pub fn png_bytes(frame: &Frame) -> Result<Vec<u8>> {
     encoded(&labelled(frame), &frame.describe())
 }
 
-/// The picture without labels, and only the labels in another size; `None` if they do not lie over the picture.
-pub(super) fn layers(frame: &Frame, [width, height]: [u32; 2]) -> Result<Option<[Vec<u8>; 2]>> {
+/// A PNG of the pixels of `frame` without labels, and one of only its labels on transparent ground, of another size in
+/// pixels. `None` if labels are below the picture or there are none.
+///
+/// # Errors
+/// [`ErrorKind::Io`] if they cannot be encoded.
+pub fn png_layers(frame: &Frame, [width, height]: [u32; 2]) -> Result<Option<[Vec<u8>; 2]>> {
     let Some(legend) = frame.legend.as_ref().filter(|legend| legend.labels.place != LabelPlace::Below) else {
         return Ok(None);
     };
-    let picture = Canvas { width: frame.width, height: frame.height, rgba: rgba8(frame) };
     let mut labels = Canvas { width, height, rgba: vec![0; 4 * width as usize * height as usize] };
     label::draw(&mut labels, frame, legend);
-    Ok(Some([encoded(&picture, &frame.describe())?, encoded(&labels, &[])?]))
+    Ok(Some([encoded(&unlabelled(frame), &frame.describe())?, encoded(&labels, &[])?]))
 }
 
 fn encoded(canvas: &Canvas, texts: &[(String, String)]) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let done = encode_rgba(&mut bytes, [canvas.width, canvas.height], &canvas.rgba, texts);
+    let done = encode_canvas(&mut bytes, canvas, texts);
     done.map_err(|e| Error::new(ErrorKind::Io, format!("cannot encode the picture: {e}")))?;
     Ok(bytes)
 }
 
-/// The pixels, without labels.
-pub(super) fn rgba8(frame: &Frame) -> Vec<u8> {
+/// The pixels of `frame` as 8-bit sRGB with straight alpha, row by row from the top, without labels.
+pub fn rgba8(frame: &Frame) -> Vec<u8> {
     frame.pixels.iter().flat_map(|p| encode(*p)).collect()
+}
+
+fn unlabelled(frame: &Frame) -> Canvas {
+    Canvas { width: frame.width, height: frame.height, rgba: rgba8(frame) }
 }
 
 /// The picture with its labels.
 fn labelled(frame: &Frame) -> Canvas {
-    let mut canvas = Canvas { width: frame.width, height: frame.height, rgba: rgba8(frame) };
+    let mut canvas = unlabelled(frame);
     if let Some(legend) = &frame.legend {
         label::draw(&mut canvas, frame, legend);
     }
     canvas
 }
 
-/// Writes 8-bit sRGB with straight alpha, and text chunks.
-pub(super) fn write_rgba(
-    path: &Path,
-    size: [u32; 2],
-    rgba: &[u8],
-    texts: &[(String, String)],
-    existing: Existing,
-) -> Result<()> {
+/// Writes a picture and text chunks.
+pub(super) fn write_canvas(path: &Path, canvas: &Canvas, texts: &[(String, String)], existing: Existing) -> Result<()> {
     let failed = |e: png::EncodingError| io_error(path, "cannot write the picture", e);
-    atomic::write(path, existing, "the picture", |out| encode_rgba(out, size, rgba, texts).map_err(failed))
+    atomic::write(path, existing, "the picture", |out| encode_canvas(out, canvas, texts).map_err(failed))
 }
 
-fn encode_rgba(
+fn encode_canvas(
     out: impl Write,
-    size: [u32; 2],
-    rgba: &[u8],
+    canvas: &Canvas,
     texts: &[(String, String)],
 ) -> std::result::Result<(), png::EncodingError> {
-    let mut encoder = png::Encoder::new(out, size[0], size[1]);
+    let mut encoder = png::Encoder::new(out, canvas.width, canvas.height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
@@ -90,7 +91,7 @@ fn encode_rgba(
         encoder.add_itxt_chunk(key.clone(), text.clone())?;
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(rgba)?;
+    writer.write_image_data(&canvas.rgba)?;
     writer.finish()
 }
 

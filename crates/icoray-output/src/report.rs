@@ -103,7 +103,8 @@ mod tests {
             compose_s: 0.0625,
             sharing: None,
         };
-        (frame.report.counts.fragments, frame.report.counts.fragment_bytes) = (11, 440);
+        frame.report.counts.fragments = 11;
+        frame.report.counts.fragment_bytes = 440;
         frame.report.device = DeviceReport {
             name: Some("GPU".into()),
             left_to_cpu: Some("it is lost".into()),
@@ -119,7 +120,8 @@ mod tests {
             cells_per_pixel: CellsPerPixel { max: 42.5, mean: 7.125 },
         };
         frame.report.colors = vec![Colors { field: "q".into(), range: [-0.25, 1.5], how: "vik; fixed".into() }];
-        (frame.report.timing.write_s, frame.report.quality.lights) = (2e-5, Lights::Coarse);
+        frame.report.timing.write_s = 2e-5;
+        frame.report.quality.lights = Lights::Coarse;
         let row = row(Path::new("folder/q.png"), &frame).replace("\"q: vik; fixed, -0.25 to 1.5\"", "colors");
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());

@@ -3,9 +3,8 @@
 use crate::atomic::Existing;
 use crate::error_map::write_error_map_with;
 use crate::frame::Frame;
-use crate::label::{self, Canvas};
 use crate::path::made_folder;
-use crate::{exr_file, lists, png_file, report};
+use crate::{exr_file, label, lists, png_file, report};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::name::{Output, Stamp};
 use std::path::{Path, PathBuf};
@@ -28,41 +27,11 @@ pub fn write_picture_with(path: &Path, frame: &Frame, existing: Existing) -> Res
     match path.extension().and_then(|e| e.to_str()) {
         Some("png") => png_file::write(path, frame, existing),
         Some("exr") => exr_file::write(path, frame, existing),
-        _ => Err(Error::new(
-            ErrorKind::Argument,
-            format!("{}: expected a name that ends in .png or .exr", path.display()),
-        )),
+        _ => {
+            let context = format!("{}: expected a name that ends in .png or .exr", path.display());
+            Err(Error::new(ErrorKind::Argument, context))
+        }
     }
-}
-
-/// The pixels of `frame` as 8-bit sRGB with straight alpha, row by row from the top, without labels.
-pub fn rgba8(frame: &Frame) -> Vec<u8> {
-    png_file::rgba8(frame)
-}
-
-/// The content of the PNG that [`write_picture`] writes.
-///
-/// # Errors
-/// [`ErrorKind::Io`] if it cannot be encoded.
-pub fn png_bytes(frame: &Frame) -> Result<Vec<u8>> {
-    png_file::bytes(frame)
-}
-
-/// A PNG of the pixels of `frame` without labels, and one of only its labels on transparent ground, of another size in
-/// pixels. `None` if labels are below the picture or there are none.
-///
-/// # Errors
-/// [`ErrorKind::Io`] if they cannot be encoded.
-pub fn png_layers(frame: &Frame, size: [u32; 2]) -> Result<Option<[Vec<u8>; 2]>> {
-    png_file::layers(frame, size)
-}
-
-/// The content of the EXR that [`write_picture`] writes.
-///
-/// # Errors
-/// [`ErrorKind::Io`] if it cannot be encoded.
-pub fn exr_bytes(frame: &Frame) -> Result<Vec<u8>> {
-    exr_file::bytes(frame)
 }
 
 /// Writes a picture of all colour maps with their names to the PNG file at `path`; `existing` as in
@@ -71,8 +40,7 @@ pub fn exr_bytes(frame: &Frame) -> Result<Vec<u8>> {
 /// # Errors
 /// As [`write_picture_with`].
 pub fn write_color_maps(path: &Path, existing: Existing) -> Result<()> {
-    let Canvas { width, height, rgba } = label::maps();
-    png_file::write_rgba(path, [width, height], &rgba, &[], existing)
+    png_file::write_canvas(path, &label::maps(), &[], existing)
 }
 
 /// Writes `frame` into `directory` under the name that `output` gives, the map of its errors beside it if that has a
@@ -122,7 +90,9 @@ pub fn write_frame_with(
 mod tests {
     use super::*;
     use crate::error_map::write_error_map;
+    use crate::exr_file::exr_bytes;
     use crate::frame::tests::frame;
+    use crate::png_file::png_bytes;
     use icoray_scene::name::NameTemplate;
 
     #[test]

@@ -8,10 +8,9 @@
 //! The reserved names and the outcomes are one state behind one lock, which no thread keeps while it writes a file or
 //! blocks a caller.
 
-use super::lists;
-use super::lists::Text;
+use super::lists::IndexFile;
 use super::outcomes::{Outcome, Outcomes};
-use super::{atomic, folder, report};
+use super::{atomic, folder, lists, report};
 use crate::atomic::Existing;
 use crate::frame::Frame;
 use crate::path::io_error;
@@ -120,7 +119,7 @@ struct State {
     /// Reports whose columns were checked: once each, since reading them may be slow.
     reports: Vec<PathBuf>,
     /// Lists of series that were checked, once each.
-    texts: Vec<Text>,
+    index_files: Vec<IndexFile>,
     /// Frames that wait or are being written.
     unfinished: usize,
     /// Number of callers that found the queue full, by which tests detect a waiting one.
@@ -257,10 +256,10 @@ impl Writer {
             report::check(&report)?;
             self.shared.lock().reports.push(report);
         }
-        for text in lists::texts(&output.series, &self.options.directory, output.error.is_some()) {
-            if !self.shared.lock().texts.contains(&text) {
-                text.check()?;
-                self.shared.lock().texts.push(text);
+        for file in lists::index_files(&output.series, &self.options.directory, output.error.is_some()) {
+            if !self.shared.lock().index_files.contains(&file) {
+                file.check()?;
+                self.shared.lock().index_files.push(file);
             }
         }
         Ok(names)

@@ -37,17 +37,15 @@ unsafe impl Sync for RealArray {}
 impl RealArray {
     /// Borrows or copies `values`, called `name` in messages.
     pub fn new(values: &Bound<PyAny>, name: &str) -> PyResult<Self> {
-        let Source { array, bytes_copied } = Source::of(values)?;
+        let NumpyArray { array, bytes_copied } = NumpyArray::of(values)?;
         if let Some(borrowed) = Self::borrowed(&array)? {
             return Ok(RealArray { bytes_copied, ..borrowed });
         }
         let dtype = array.dtype();
         let target = real_type(dtype.kind(), dtype.itemsize())
             .ok_or_else(|| bad_field(format!("{name}: an array of {dtype}, expected real numbers")))?;
-        let copied = converted(&array, target, "K")?;
-        let bytes_copied = bytes_copied.max(bytes(&copied));
-        let taken = Self::borrowed(&copied)?.expect("numpy's own arrays are native and aligned");
-        Ok(RealArray { bytes_copied, ..taken })
+        let copied = Self::copied(&array, target, "K")?;
+        Ok(RealArray { bytes_copied: bytes_copied.max(copied.bytes_copied), ..copied })
     }
 
     /// As [`Self::new`], in C's order, of `shape`.
@@ -55,13 +53,20 @@ impl RealArray {
         let array = Self::new(values, name)?;
         check_shape(array.dimensions.iter().map(|d| d.extent), shape, name)?;
         let owner = array.owner.bind(values.py()).cast::<PyUntypedArray>()?;
-        if owner.is_c_contiguous() {
-            return Ok(array);
-        }
-        let packed = converted(owner, if array.is_f32() { "float32" } else { "float64" }, "C")?;
-        let bytes_copied = bytes(&packed);
-        let taken = Self::borrowed(&packed)?.expect("numpy's own arrays are native and aligned");
-        Ok(RealArray { bytes_copied, ..taken })
+        if owner.is_c_contiguous() { Ok(array) } else { array.in_c_order(values.py()) }
+    }
+
+    /// A copy of an array in native numbers.
+    fn copied(array: &Bound<PyUntypedArray>, dtype: &str, order: &str) -> PyResult<Self> {
+        let copied = converted(array, dtype, order)?;
+        let taken = Self::borrowed(&copied)?.expect("numpy's own arrays are native and aligned");
+        Ok(RealArray { bytes_copied: bytes(&copied), ..taken })
+    }
+
+    /// A copy in C's order.
+    fn in_c_order(&self, py: Python) -> PyResult<Self> {
+        let owner = self.owner.bind(py).cast::<PyUntypedArray>()?;
+        Self::copied(owner, if self.is_f32() { "float32" } else { "float64" }, "C")
     }
 
     /// `None` for arrays that the library cannot read in place.
@@ -89,14 +94,8 @@ impl RealArray {
 
     /// A copy of an array of which elements share memory, such as `numpy.broadcast_to` makes.
     pub fn without_shared_elements(self, py: Python) -> PyResult<Self> {
-        if !self.dimensions.iter().any(|d| d.stride == 0 && d.extent > 1) {
-            return Ok(self);
-        }
-        let owner = self.owner.bind(py).cast::<PyUntypedArray>()?;
-        let copied = converted(owner, if self.is_f32() { "float32" } else { "float64" }, "C")?;
-        let bytes_copied = bytes(&copied);
-        let taken = Self::borrowed(&copied)?.expect("numpy's own arrays are native and aligned");
-        Ok(RealArray { bytes_copied, ..taken })
+        let is_shared = self.dimensions.iter().any(|d| d.stride == 0 && d.extent > 1);
+        if is_shared { self.in_c_order(py) } else { Ok(self) }
     }
 
     pub fn is_f32(&self) -> bool {
@@ -149,7 +148,7 @@ impl IndexArray {
     /// Borrows `values`, or copies them where they are not a native, contiguous array of 32- or 64-bit integers. `shape`
     /// has the extents that are expected; 0 stands for any.
     pub fn new(values: &Bound<PyAny>, shape: &[usize], name: &str) -> PyResult<Self> {
-        let Source { array, mut bytes_copied } = Source::of(values)?;
+        let NumpyArray { array, mut bytes_copied } = NumpyArray::of(values)?;
         let extents = array.shape().to_vec();
         check_shape(extents.iter().copied(), shape, name)?;
         let dtype = array.dtype();
@@ -208,12 +207,12 @@ unsafe fn elements<T: Element>(array: &Bound<PyAny>) -> &'static [T] {
 }
 
 /// A numpy array, and the bytes that were copied to make it one.
-struct Source<'py> {
+struct NumpyArray<'py> {
     array: Bound<'py, PyUntypedArray>,
     bytes_copied: u64,
 }
 
-impl<'py> Source<'py> {
+impl<'py> NumpyArray<'py> {
     /// Masked entries become NaN. Wrappers of arrays (xarray's) are seen through, arrays of GPUs fetched.
     fn of(values: &Bound<'py, PyAny>) -> PyResult<Self> {
         let py = values.py();
@@ -222,11 +221,11 @@ impl<'py> Source<'py> {
             let masked = numpy.getattr("ma")?;
             let is_masked = values.is_instance(masked.getattr("MaskedArray")?.cast::<PyType>()?)?;
             if !is_masked {
-                return Ok(Source { array: array.clone(), bytes_copied: 0 });
+                return Ok(NumpyArray { array: array.clone(), bytes_copied: 0 });
             }
             let data = masked.call_method1("getdata", (values,))?.cast_into::<PyUntypedArray>()?;
             if !masked.call_method1("is_masked", (values,))?.is_truthy()? {
-                return Ok(Source { array: data, bytes_copied: 0 });
+                return Ok(NumpyArray { array: data, bytes_copied: 0 });
             }
             let dtype = data.dtype();
             let target = real_type(dtype.kind(), dtype.itemsize())
@@ -234,7 +233,7 @@ impl<'py> Source<'py> {
             let copied = converted(&data, target, "K")?;
             copied.set_item(masked.call_method1("getmaskarray", (values,))?, f64::NAN)?;
             let bytes_copied = bytes(&copied);
-            return Ok(Source { array: copied, bytes_copied });
+            return Ok(NumpyArray { array: copied, bytes_copied });
         }
         if values.hasattr("dims")? && values.hasattr("data")? {
             return Self::of(&values.getattr("data")?);
@@ -247,7 +246,7 @@ impl<'py> Source<'py> {
         let shares_memory = values.hasattr("__array_interface__")? || is_buffer(values);
         let array = numpy.call_method1("asarray", (fetched,))?.cast_into::<PyUntypedArray>()?;
         let bytes_copied = if shares_memory { 0 } else { bytes(&array) };
-        Ok(Source { array, bytes_copied })
+        Ok(NumpyArray { array, bytes_copied })
     }
 }
 

@@ -6,7 +6,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
 /// The class of a kind of error.
-fn class(kind: ErrorKind) -> &'static str {
+pub(crate) fn class(kind: ErrorKind) -> &'static str {
     match kind {
         ErrorKind::Argument => "ArgumentError",
         ErrorKind::Grid => "GridError",

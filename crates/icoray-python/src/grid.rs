@@ -46,11 +46,11 @@ use std::sync::Arc;
 pub(crate) struct Grid {
     /// Dropped before the tables that it borrows.
     pub inner: Arc<icoray::Grid<'static>>,
-    tables: Tables,
+    tables: GridArrays,
 }
 
 /// The arrays of a grid.
-struct Tables {
+struct GridArrays {
     center: [RealArray; 2],
     corner: [RealArray; 2],
     cell_corner: IndexArray,
@@ -80,15 +80,13 @@ impl Grid {
         cell_corner_count: Option<&Bound<PyAny>>,
         index_base: i32,
     ) -> PyResult<Self> {
-        let lon_center = RealArray::packed(lon_center_rad, &[0], "lon_center_rad")?;
-        let lon_corner = RealArray::packed(lon_corner_rad, &[0], "lon_corner_rad")?;
-        let (cells, corners) = (lon_center.dimensions[0].extent, lon_corner.dimensions[0].extent);
-        let lat_center = RealArray::packed(lat_center_rad, &[cells], "lat_center_rad")?;
-        let lat_corner = RealArray::packed(lat_corner_rad, &[corners], "lat_corner_rad")?;
+        let center = positions(lon_center_rad, lat_center_rad, "center", 0)?;
+        let corner = positions(lon_corner_rad, lat_corner_rad, "corner", 0)?;
+        let [cells, corners] = [&center, &corner].map(|[lon, _]| lon.dimensions[0].extent);
         let count = cell_corner_count.map(|count| IndexArray::new(count, &[cells], "cell_corner_count"));
-        Tables {
-            center: [lon_center, lat_center],
-            corner: [lon_corner, lat_corner],
+        GridArrays {
+            center,
+            corner,
             cell_corner: IndexArray::new(cell_corner, &[cells, 0], "cell_corner")?,
             cell_corner_count: count.transpose()?,
             corner_cell: IndexArray::new(corner_cell, &[corners, 3], "corner_cell")?,
@@ -127,9 +125,8 @@ impl Grid {
         if !(0..=1).contains(&index_base) {
             return Err(argument(format!("index_base: {index_base}, expected 0 or 1")));
         }
-        let lon = RealArray::packed(lon_center_rad, &[0], "lon_center_rad")?;
-        let cells = lon.dimensions[0].extent;
-        let lat = RealArray::packed(lat_center_rad, &[cells], "lat_center_rad")?;
+        let center = positions(lon_center_rad, lat_center_rad, "center", 0)?;
+        let cells = center[0].dimensions[0].extent;
         let triangles = IndexArray::new(corner_cell, &[0, 3], "corner_cell")?;
         let corners = triangles.shape[0];
         // Derived tables count from 0.
@@ -139,20 +136,17 @@ impl Grid {
         let note = |error: Error| if index_base == 0 { error } else { error.after("counted from 0") };
         let derived = derived.map_err(|error| raised(note(error)))?;
         let corner = match (lon_corner_rad, lat_corner_rad) {
-            (Some(lon), Some(lat)) => [
-                RealArray::packed(lon, &[corners], "lon_corner_rad")?,
-                RealArray::packed(lat, &[corners], "lat_corner_rad")?,
-            ],
+            (Some(lon), Some(lat)) => positions(lon, lat, "corner", corners)?,
             (None, None) => {
                 // SAFETY: as above.
-                let center = unsafe { [lon.reals().0, lat.reals().0] };
-                circumcentres(center, &from_zero).map(|angle| made_reals(py, angle))
+                let [lon, lat] = center.each_ref().map(|angle| unsafe { angle.reals() }.0);
+                circumcentres([lon, lat], &from_zero).map(|angle| made_reals(py, angle))
             }
             _ => return Err(argument("lon_corner_rad without lat_corner_rad, expected both or none".into())),
         };
         let is_as_is = index_base == 0 && !triangles.is_wide();
         let corner_cell = if is_as_is { triangles } else { made_indices(py, from_zero, 3) };
-        Self::connected(py, [lon, lat], corner, corner_cell, derived)
+        Self::connected(py, center, corner, corner_cell, derived)
     }
 
     /// A grid of points alone, for columns without tables: the cells are the points, the corners their Delaunay triangles.
@@ -172,15 +166,13 @@ impl Grid {
     ///     Names a point that is not finite or looks like degrees; also where the points span no area.
     #[staticmethod]
     fn from_points(py: Python, lon_center_rad: &Bound<PyAny>, lat_center_rad: &Bound<PyAny>) -> PyResult<Self> {
-        let lon = RealArray::packed(lon_center_rad, &[0], "lon_center_rad")?;
-        let cells = lon.dimensions[0].extent;
-        let lat = RealArray::packed(lat_center_rad, &[cells], "lat_center_rad")?;
+        let center = positions(lon_center_rad, lat_center_rad, "center", 0)?;
         // SAFETY: the arrays live until the call ends, and are not to be changed while the grid lives.
-        let center = unsafe { LonLat { lon_rad: lon.reals().0, lat_rad: lat.reals().0 } };
-        let made = py.detach(|| with_threads(|| OwnedTables::of_points(center))).map_err(raised)?;
+        let points = unsafe { lon_lat(&center) };
+        let made = py.detach(|| with_threads(|| OwnedTables::of_points(points))).map_err(raised)?;
         let OwnedTables { corner, corner_cell, connectivity, .. } = made;
         let corner = corner.map(|angle| made_reals(py, angle));
-        Self::connected(py, [lon, lat], corner, made_indices(py, corner_cell, 3), connectivity)
+        Self::connected(py, center, corner, made_indices(py, corner_cell, 3), connectivity)
     }
 
     /// The icosahedral grid: an icosahedron whose triangles are bisected `level` times.
@@ -196,7 +188,7 @@ impl Grid {
         let level = found.ok_or_else(|| argument(format!("level: {level}, expected 0 to {}", icoray::MAX_LEVEL)))?;
         let mesh = py.detach(|| with_threads(|| IcosahedralMesh::new(level))).map_err(raised)?;
         let real = |angle| made_reals(py, angle);
-        Tables {
+        GridArrays {
             center: [real(mesh.lon_center_rad), real(mesh.lat_center_rad)],
             corner: [real(mesh.lon_corner_rad), real(mesh.lat_corner_rad)],
             cell_corner: made_indices(py, mesh.cell_corner, 6),
@@ -230,8 +222,9 @@ impl Grid {
     /// Bytes of tables that could not be borrowed and were copied.
     #[getter]
     fn bytes_copied(&self) -> u64 {
-        let Tables { center, corner, cell_corner, cell_corner_count, corner_cell, corner_edge, edge_corner, .. } =
-            &self.tables;
+        let GridArrays {
+            center, corner, cell_corner, cell_corner_count, corner_cell, corner_edge, edge_corner, ..
+        } = &self.tables;
         let tables = [cell_corner, corner_cell, corner_edge, edge_corner].into_iter().chain(cell_corner_count);
         let reals: u64 = center.iter().chain(corner).map(|array| array.bytes_copied).sum();
         reals + tables.map(|table| table.bytes_copied).sum::<u64>()
@@ -313,7 +306,7 @@ impl Grid {
     ) -> PyResult<Self> {
         let cells = of.cell_corner_count.len();
         let count = of.cell_corner_count.into_pyarray(py);
-        Tables {
+        GridArrays {
             center,
             corner,
             cell_corner: made_indices(py, of.cell_corner, of.cell_corner_row),
@@ -327,16 +320,15 @@ impl Grid {
     }
 }
 
-impl Tables {
+impl GridArrays {
     /// Checks the tables.
     fn grid(self, py: Python) -> PyResult<Grid> {
         // SAFETY: the tables live as long as the grid, whose documentation asks that they do not change.
         let tables = unsafe {
-            let place = |[lon, lat]: &[RealArray; 2]| LonLat { lon_rad: lon.reals().0, lat_rad: lat.reals().0 };
             GridTables {
                 index_base: self.index_base,
-                center: place(&self.center),
-                corner: place(&self.corner),
+                center: lon_lat(&self.center),
+                corner: lon_lat(&self.corner),
                 cell_corner: self.cell_corner.indices(py),
                 cell_corner_row: self.cell_corner.shape[1],
                 cell_corner_count: self.cell_corner_count.as_ref().map(|count| count.indices(py)),
@@ -348,6 +340,20 @@ impl Tables {
         let inner = py.detach(|| with_threads(|| icoray::Grid::new(tables))).map_err(raised)?;
         Ok(Grid { inner: Arc::new(inner), tables: self })
     }
+}
+
+/// Longitudes and latitudes of as many cells or corners, `count` of them or, if that is 0, any number.
+fn positions(lon: &Bound<PyAny>, lat: &Bound<PyAny>, of: &str, count: usize) -> PyResult<[RealArray; 2]> {
+    let lon = RealArray::packed(lon, &[count], &format!("lon_{of}_rad"))?;
+    let lat = RealArray::packed(lat, &[lon.dimensions[0].extent], &format!("lat_{of}_rad"))?;
+    Ok([lon, lat])
+}
+
+/// # Safety
+/// As [`RealArray::reals`].
+unsafe fn lon_lat([lon, lat]: &[RealArray; 2]) -> LonLat<'static> {
+    // SAFETY: passed on.
+    unsafe { LonLat { lon_rad: lon.reals().0, lat_rad: lat.reals().0 } }
 }
 
 /// Does work on threads of its own, which end with it: those of a library would not survive a fork.

@@ -126,7 +126,7 @@ impl Renderer {
             self.tiles.reset();
             let draw = || Error::of_panics(|| work(&self.inner));
             let tick = || match &progress {
-                Some(progress) => self.tiles.tell(progress),
+                Some(progress) => self.tiles.report(progress),
                 None => check_signals(),
             };
             if is_watched { interruptible(&self.stop, tick, draw) } else { Ok(draw()) }

@@ -115,11 +115,6 @@ impl Scene {
 }
 
 impl Scene {
-    /// The text of the scene file.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
-
     /// The scene of an argument: a scene, or what one is made of.
     pub fn of_argument<'py>(scene: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Self>> {
         match scene.cast::<Self>() {

@@ -23,8 +23,8 @@ impl Tiles {
         self.all.store(all, Relaxed);
     }
 
-    /// Tells a function of Python the numbers, and looks for signals.
-    pub fn tell(&self, progress: &Py<PyAny>) -> PyResult<()> {
+    /// Reports the numbers to a function of Python, and looks for signals.
+    pub fn report(&self, progress: &Py<PyAny>) -> PyResult<()> {
         let (drawn, all) = (self.drawn.load(Relaxed), self.all.load(Relaxed));
         Python::attach(|py| if all > 0 { progress.call1(py, (drawn, all)).map(drop) } else { Ok(()) })?;
         check_signals()

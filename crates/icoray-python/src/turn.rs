@@ -9,43 +9,43 @@ use std::time::Duration;
 /// How often a thread that waits looks for signals.
 pub(crate) const POLL: Duration = Duration::from_millis(50);
 
-/// Whose turn it is.
+/// The thread that draws.
 #[derive(Debug, Default)]
 pub(crate) struct Turn {
-    holder: Mutex<Option<ThreadId>>,
+    owner: Mutex<Option<ThreadId>>,
     freed: Condvar,
 }
 
 /// A turn; dropping it ends it.
-pub(crate) struct Held<'a>(&'a Turn);
+pub(crate) struct TurnGuard<'a>(&'a Turn);
 
 impl Turn {
     /// Waits for the turn; `check` is called again and again, and its error ends the wait.
-    pub fn take(&self, check: impl Fn() -> PyResult<()>) -> PyResult<Held<'_>> {
+    pub fn take(&self, check: impl Fn() -> PyResult<()>) -> PyResult<TurnGuard<'_>> {
         loop {
-            let mut holder = self.lock();
-            if *holder == Some(current().id()) {
+            let mut owner = self.lock();
+            if *owner == Some(current().id()) {
                 // A signal's handler that draws while this thread draws.
                 return Err(of_class("BusyError", "this thread draws a frame with the renderer already".into()));
             }
-            if holder.is_some() {
-                holder = self.freed.wait_timeout(holder, POLL).unwrap_or_else(PoisonError::into_inner).0;
+            if owner.is_some() {
+                owner = self.freed.wait_timeout(owner, POLL).unwrap_or_else(PoisonError::into_inner).0;
             }
-            if holder.is_none() {
-                *holder = Some(current().id());
-                return Ok(Held(self));
+            if owner.is_none() {
+                *owner = Some(current().id());
+                return Ok(TurnGuard(self));
             }
-            drop(holder);
+            drop(owner);
             check()?;
         }
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<ThreadId>> {
-        self.holder.lock().unwrap_or_else(PoisonError::into_inner)
+        self.owner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Drop for Held<'_> {
+impl Drop for TurnGuard<'_> {
     fn drop(&mut self) {
         *self.0.lock() = None;
         self.0.freed.notify_one();

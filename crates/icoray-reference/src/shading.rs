@@ -1,13 +1,13 @@
 //! Lighting and composition of a scene, evaluated from its keys.
 
 use glam::DVec3;
-use icoray::{Lighting, Scene, Source};
+use icoray::{LightSource, Lighting, Scene};
 
 /// Unit vector towards the light, for a ray along `dir`.
-pub(crate) fn towards(source: &Source, dir: DVec3) -> DVec3 {
+pub(crate) fn towards(source: &LightSource, dir: DVec3) -> DVec3 {
     match source {
-        Source::Headlight => -dir,
-        Source::Sun { lon_deg, lat_deg } => direction(lon_deg.to_radians(), lat_deg.to_radians()),
+        LightSource::Headlight => -dir,
+        LightSource::Sun { lon_deg, lat_deg } => direction(lon_deg.to_radians(), lat_deg.to_radians()),
     }
 }
 

@@ -20,8 +20,8 @@ fn linear(color: &colorgrad::Color) -> [f64; 3] {
     [r, g, b].map(|c| f64::from(c).clamp(0.0, 1.0))
 }
 
-/// A linear colour in 8-bit sRGB.
-pub(crate) fn srgb8(linear: [f64; 3]) -> [u8; 3] {
+/// A linear colour, 0 to 1, in 8-bit sRGB.
+pub fn srgb8(linear: [f64; 3]) -> [u8; 3] {
     let [r, g, b] = linear.map(|c| c as f32);
     let [r, g, b, _] = colorgrad::Color::from_linear_rgba(r, g, b, 1.0).to_rgba8();
     [r, g, b]
@@ -105,8 +105,24 @@ fn stop(text: &str) -> Option<(f64, [f64; 3])> {
     Some((entry.parse::<f64>().ok()? / 255.0, css(&format!("#{color}"))?))
 }
 
+/// Whether there is a colour map of this name.
+pub fn is_color_map(name: &str) -> bool {
+    ColorMap::named(name).is_some()
+}
+
+/// The colours of a map at `count` places from its beginning to its end, at least two, in 8-bit sRGB.
+pub fn color_map_stops(name: &str, count: usize) -> Option<Vec<[u8; 3]>> {
+    let map = ColorMap::named(name)?;
+    let last = count.max(2) - 1;
+    Some((0..=last).map(|k| srgb8(map.at(k as f64 / last as f64))).collect())
+}
+
 /// Names of the colour maps.
-pub(super) static MAPS: LazyLock<String> = LazyLock::new(|| {
+pub fn color_maps() -> &'static str {
+    &MAPS
+}
+
+static MAPS: LazyLock<String> = LazyLock::new(|| {
     let mut names: Vec<_> = FORMULAS.iter().map(|(name, _)| *name).chain(table().map(|(name, _)| name)).collect();
     names.sort_unstable();
     names.join(", ")

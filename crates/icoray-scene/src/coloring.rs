@@ -150,7 +150,7 @@ impl Coloring {
         };
         let color_at = |at: f64| self.map.at((at - ends[0]) / (ends[1] - ends[0]));
         let places = self.places(&extinction, along);
-        let largest = extinction.iter().fold(f64::MIN_POSITIVE, |most, (_, e)| most.max(*e));
+        let largest = extinction.iter().fold(f64::MIN_POSITIVE, |largest, (_, e)| largest.max(*e));
         let mut knots: Vec<Knot> = Vec::new();
         let knot = |p: &Sample| Knot { value: p.value, color: color_at(p.at), extinction: p.extinction };
         for (i, place) in places.iter().enumerate() {
@@ -208,14 +208,14 @@ impl Coloring {
             return 0.0;
         }
         const SAMPLES: i32 = 16;
-        let off = (1..SAMPLES).map(|i| {
+        let deviations = (1..SAMPLES).map(|i| {
             let part = f64::from(i) / f64::from(SAMPLES);
             let value = self.scale.backward(a.at + (b.at - a.at) * part);
             ((value - a.value) / (b.value - a.value) - part).abs()
         });
         let [one, other] = [a, b].map(|p| color_at(p.at));
         let turn = (0..3).map(|k| (other[k] - one[k]).abs()).fold(0.0, f64::max);
-        off.fold(0.0, f64::max) * turn.max((b.extinction - a.extinction).abs() / largest)
+        deviations.fold(0.0, f64::max) * turn.max((b.extinction - a.extinction).abs() / largest)
     }
 }
 

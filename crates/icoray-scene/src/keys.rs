@@ -213,8 +213,8 @@ impl Key {
         Key { bounds: (self.bounds.0, Bound::Excluded(high)), ..self }
     }
 
-    pub(crate) const fn count(self, least: usize, most: usize) -> Key {
-        Key { count: [least, most], ..self }
+    pub(crate) const fn count(self, min: usize, max: usize) -> Key {
+        Key { count: [min, max], ..self }
     }
 
     pub(crate) const fn note(self, note: &'static str) -> Key {
@@ -246,7 +246,7 @@ impl Key {
     }
 
     /// Whether `value` is within the bounds.
-    pub fn holds(&self, value: f64) -> bool {
+    pub fn contains(&self, value: f64) -> bool {
         self.bounds.contains(&value)
     }
 
@@ -273,7 +273,7 @@ impl Key {
         };
         let count = match self.count {
             [0, usize::MAX] => String::new(),
-            [least, most] => format!("{least} to {most} entries"),
+            [min, max] => format!("{min} to {max} entries"),
         };
         let parts = [words, count, self.bounds_text(), self.note.to_owned()];
         parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")

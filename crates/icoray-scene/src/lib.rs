@@ -31,6 +31,7 @@ mod values;
 
 pub use backend::{Adapter, Backend};
 pub use camera::Camera;
+pub use color::{color_map_stops, color_maps, is_color_map, srgb8};
 pub use coloring::{ColorRange, Coloring};
 pub use labels::{LabelPlace, Labels};
 pub use method::Method;
@@ -38,32 +39,10 @@ pub use outlines::Outlines;
 pub use parse::hint::did_you_mean;
 pub use quality::{Lights, Quality};
 pub use scale::Scale;
-pub use scene::{Lighting, Precision, Scene, Scheme, Source};
+pub use scene::{LightSource, Lighting, Precision, Scene, Scheme};
 pub use scenery::{
     Clip, Derivation, Ground, HalfSpace, Heights, How, Isosurface, Level, Lines, LonLatBox, Opacity, Paint, Pattern,
     Scenery, Surface, Volume,
 };
 pub use script::{Condition, Live, Script, Shot, Statistic, Summary, View};
 pub use transfer::{Knot, TransferFunction};
-
-/// Whether there is a colour map of this name.
-pub fn is_color_map(name: &str) -> bool {
-    color::ColorMap::named(name).is_some()
-}
-
-/// A linear colour, 0 to 1, in 8-bit sRGB.
-pub fn srgb8(linear: [f64; 3]) -> [u8; 3] {
-    color::srgb8(linear)
-}
-
-/// The colours of a map at `count` places from its beginning to its end, at least two, in 8-bit sRGB.
-pub fn color_map_stops(name: &str, count: usize) -> Option<Vec<[u8; 3]>> {
-    let map = color::ColorMap::named(name)?;
-    let last = count.max(2) - 1;
-    Some((0..=last).map(|k| color::srgb8(map.at(k as f64 / last as f64))).collect())
-}
-
-/// Names of the colour maps.
-pub fn color_maps() -> &'static str {
-    &color::MAPS
-}

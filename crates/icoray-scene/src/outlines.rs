@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::SystemTime;
 
 /// Largest size of a file, bytes. Natural Earth's countries at 1:10 million take 25 million.
-const MOST_BYTES: u64 = 64 << 20;
+const MAX_BYTES: u64 = 64 << 20;
 
 /// Most pieces of a degree that the lines of a file may have.
-const MOST_PIECES: f64 = 2e6;
+const MAX_PIECES: f64 = 2e6;
 
 /// Lines in longitude and latitude, degrees, straight in both from point to point.
 #[derive(Debug, Default, PartialEq)]
@@ -36,9 +36,9 @@ impl Outlines {
         let unread = |cause: std::io::Error| failed(ErrorKind::Io, cause.to_string());
         // Opened only then: a pipe would wait for who writes to it.
         let metadata = path.metadata().map_err(unread)?;
-        if !metadata.is_file() || metadata.len() > MOST_BYTES {
+        if !metadata.is_file() || metadata.len() > MAX_BYTES {
             let what =
-                format!("expected a file of at most {} MiB; ogr2ogr -simplify makes smaller ones", MOST_BYTES >> 20);
+                format!("expected a file of at most {} MiB; ogr2ogr -simplify makes smaller ones", MAX_BYTES >> 20);
             return Err(failed(ErrorKind::Io, what));
         }
         let version = (path.to_owned(), metadata.len(), metadata.modified().ok());
@@ -49,7 +49,7 @@ impl Outlines {
             return Ok(outlines);
         }
         let mut text = String::new();
-        File::open(path).and_then(|file| file.take(MOST_BYTES).read_to_string(&mut text)).map_err(unread)?;
+        File::open(path).and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text)).map_err(unread)?;
         let outlines = Arc::new(Self::parse(&text).map_err(|what| failed(ErrorKind::Scene, what))?);
         read.push((version, Arc::downgrade(&outlines)));
         Ok(outlines)
@@ -75,9 +75,9 @@ impl Outlines {
                     run(line).map_err(|(i, what)| format!("feature {feature}, coordinate {}: {what}", first + i))?;
                 first += line.len();
                 pieces += run.windows(2).map(|pair| pieces_between(pair[0], pair[1])).sum::<f64>();
-                if pieces > MOST_PIECES {
+                if pieces > MAX_PIECES {
                     return Err(format!(
-                        "feature {feature}: more than {MOST_PIECES} pieces of lines, expected fewer; ogr2ogr -simplify \
+                        "feature {feature}: more than {MAX_PIECES} pieces of lines, expected fewer; ogr2ogr -simplify \
                          leaves points out"
                     ));
                 }

@@ -52,14 +52,16 @@ impl Scene {
     /// greatest by name, as sentences.
     pub fn off_values(&self, values: &[(String, [f64; 2])]) -> Vec<String> {
         let of = |field: &str| values.iter().find(|(known, _)| known == field).map(|(_, range)| *range);
-        let lies_off = |field: &str, [from, to]: [f64; 2]| of(field).filter(|[low, high]| to < *low || *high < from);
+        let lies_outside =
+            |field: &str, [from, to]: [f64; 2]| of(field).filter(|[low, high]| to < *low || *high < from);
         let maps = self.paintings().into_iter().filter_map(|Painting { field, transfer, coloring, .. }| {
             let ends @ [from, to] = coloring.and_then(Coloring::fixed).unwrap_or(transfer.range());
-            let [low, high] = lies_off(field, ends).filter(|_| transfer.knots.iter().any(|k| k.extinction > 0.0))?;
+            let [low, high] =
+                lies_outside(field, ends).filter(|_| transfer.knots.iter().any(|k| k.extinction > 0.0))?;
             Some(format!("{field} is {low} to {high}: colours from {from} to {to} show no difference of it"))
         });
         let surfaces = self.scenery.isosurfaces.iter().filter_map(|Isosurface { field, value, .. }| {
-            let [low, high] = lies_off(field, [*value; 2])?;
+            let [low, high] = lies_outside(field, [*value; 2])?;
             Some(format!("{field} is {low} to {high}: it has no isosurface of {value}"))
         });
         maps.chain(surfaces).collect()

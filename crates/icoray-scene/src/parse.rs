@@ -79,21 +79,23 @@ keys! {
         opacity: Option<Spanned<volume::RawOpacity>> = section(&[volume::RawOpacity::KEYS]),
         /// In place of `field`, `[transfer]` and `[opacity]`: several volumes. Extinctions add up, colours mix by
         /// extinction.
-        volumes: Vec<Spanned<volume::RawVolume>> = sections_of(&[volume::RawVolume::KEYS]).count(0, MOST),
+        volumes: Vec<Spanned<volume::RawVolume>> = sections_of(&[volume::RawVolume::KEYS]).count(0, MAX_SECTIONS),
         /// Layers as coloured surfaces. Either `color`, or `field` with `transfer`. Fields of files without layers
         /// (`icoray render`) are shown in this way where the scene gives no opacity.
-        surfaces: Vec<Spanned<surface::RawSurface>> = sections_of(&[surface::RawSurface::KEYS]).count(0, MOST),
+        surfaces: Vec<Spanned<surface::RawSurface>> = sections_of(&[surface::RawSurface::KEYS]).count(0, MAX_SECTIONS),
         /// Surfaces on which a field has one value. A section may have several values.
-        isosurfaces: Vec<Spanned<isosurface::RawIsosurface>> = sections_of(&[isosurface::RawIsosurface::KEYS]).count(0, MOST),
-        lines: Vec<Spanned<lines::RawLines>> = sections_of(&[lines::RawLines::KEYS]).count(0, MOST),
+        isosurfaces: Vec<Spanned<isosurface::RawIsosurface>> =
+            sections_of(&[isosurface::RawIsosurface::KEYS]).count(0, MAX_SECTIONS),
+        lines: Vec<Spanned<lines::RawLines>> = sections_of(&[lines::RawLines::KEYS]).count(0, MAX_SECTIONS),
         /// Colours of the opaque core.
         ground: Option<Spanned<ground::RawGround>> = section(&[ground::RawGround::KEYS]),
         /// Cuts away the places where all of the keys given hold (`cut = "inside"`), or all other places (`"outside"`).
         /// At least one key beside `cut` is given.
-        clip: Vec<Spanned<clip::RawClip>> = sections_of(&[clip::RawClip::KEYS]).count(0, MOST),
+        clip: Vec<Spanned<clip::RawClip>> = sections_of(&[clip::RawClip::KEYS]).count(0, MAX_SECTIONS),
         /// Fields that are computed from the model's, or from those derived above. Each has one of `magnitude`, `sum` and
         /// `anomaly`.
-        derive: Vec<Spanned<derive::RawDerivation>> = sections_of(&[derive::RawDerivation::KEYS]).count(0, MOST),
+        derive: Vec<Spanned<derive::RawDerivation>> =
+            sections_of(&[derive::RawDerivation::KEYS]).count(0, MAX_SECTIONS),
         /// Blinn-Phong light with the field's gradient as normal. Without the section, or with `kind = "none"`, colours
         /// are those of the transfer function.
         light: Option<Spanned<light::RawLight>> = section(&[light::RawLight::KEYS]),
@@ -113,7 +115,7 @@ keys! {
 }
 
 /// Largest number of volumes of a scene, and of what else it lists: far more than a picture can show.
-const MOST: usize = 64;
+const MAX_SECTIONS: usize = 64;
 const COLOR_OR_NONE: Kind = Kind::Color(&["transparent"]);
 /// The keys of a scene, as those of a table.
 pub(super) static SCENE: Key = section(&[RawScene::KEYS]);
@@ -143,16 +145,10 @@ impl Scene {
     /// # Errors
     /// [`ErrorKind::Scene`] with the line, the key, the value and what was expected.
     pub fn parse(text: &str) -> Result<Self> {
-        scene(text)
-    }
-
-    /// As [`Scene::parse`], with `None` for a text of nothing but blanks and comments: nothing is to be drawn.
-    ///
-    /// # Errors
-    /// As [`Scene::parse`].
-    pub fn parse_optional(text: &str) -> Result<Option<Self>> {
-        let is_empty = toml::from_str::<toml::Table>(text).is_ok_and(|table| table.is_empty());
-        if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
+        let source = Text::new(text);
+        let table = source.table()?;
+        expect_keys(table.get_ref())?;
+        checked(&source, table).map_err(|e| hint::with_hint(&e))
     }
 }
 
@@ -178,14 +174,6 @@ fn expect_sections<R>(source: &Text, raw: &[Spanned<R>], key: &str) -> Result<()
 /// Reads each of a list of sections.
 fn each<R, S>(source: Text, raw: &[Spanned<R>], read: impl Fn(&Text, &Spanned<R>) -> Result<S>) -> Result<Vec<S>> {
     raw.iter().map(|raw| read(&source, raw)).collect()
-}
-
-/// Parses and checks a scene.
-pub(super) fn scene(text: &str) -> Result<Scene> {
-    let source = Text::new(text);
-    let table = source.table()?;
-    expect_keys(table.get_ref())?;
-    checked(&source, table).map_err(|e| hint::with_hint(&e))
 }
 
 /// Refuses a scene without any key, which draws nothing.

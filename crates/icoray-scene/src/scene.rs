@@ -35,7 +35,7 @@ pub enum Scheme {
 
 /// Where light comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Source {
+pub enum LightSource {
     /// From the eye.
     Headlight,
     /// From infinity, above the given place.
@@ -51,7 +51,7 @@ pub enum Source {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lighting {
     /// Where the light comes from.
-    pub source: Source,
+    pub source: LightSource,
     /// Part of the colour that is there without light, 0 to 1.
     pub ambient: f64,
     /// Part of the colour that needs light, 0 to 1.

@@ -13,7 +13,7 @@ mod sweep;
 
 pub use condition::{Condition, Statistic};
 pub(crate) use motion::{Clock, Motion, Orbit};
-pub(crate) use path::{Key, Path};
+pub(crate) use path::{Path, PathError, PathKey};
 pub(crate) use schedule::Schedule;
 pub use summary::Summary;
 pub(crate) use sweep::{Axis, CameraPlace, Sweep};

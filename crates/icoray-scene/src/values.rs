@@ -1,8 +1,7 @@
-//! Values of fields that a scene names: those that the kernels' arithmetic holds.
+//! Values of fields that a scene names: those that the kernels' arithmetic represents.
 
 use crate::scene::Scene;
-use icoray_grid::numbers;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, ErrorKind, Result, numbers};
 use std::ops::RangeInclusive;
 
 /// Magnitudes that values other than 0 may have.
@@ -22,7 +21,7 @@ pub(super) const SQUARED: Magnitudes =
 
 impl Magnitudes {
     /// Whether kernels can find the places where a field takes this value.
-    pub fn hold(&self, value: f64) -> bool {
+    pub fn contain(&self, value: f64) -> bool {
         value == 0.0 || self.range.contains(&value.abs())
     }
 }
@@ -31,7 +30,7 @@ impl Scene {
     /// Checks the values of all transfer functions, whose range may come from a field, and of isosurfaces.
     ///
     /// # Errors
-    /// [`ErrorKind::Scene`] where kernels cannot hold one.
+    /// [`ErrorKind::Scene`] where kernels cannot represent one.
     pub fn check_values(&self) -> Result<()> {
         let magnitudes = if self.has_volume_alone() { ALONE } else { SQUARED };
         let refuse = |value: f64, field: &str, what: &str| {
@@ -42,12 +41,12 @@ impl Scene {
         let opacities = opacities.map(|by| (by.field.as_str(), &by.transfer));
         let colors = self.paintings().into_iter().map(|painting| (painting.field, painting.transfer));
         for (field, transfer) in colors.chain(opacities) {
-            if let Some(knot) = transfer.knots.iter().find(|knot| !magnitudes.hold(knot.value)) {
+            if let Some(knot) = transfer.knots.iter().find(|knot| !magnitudes.contain(knot.value)) {
                 return refuse(knot.value, field, "the transfer function's value");
             }
         }
-        let unheld = self.scenery.isosurfaces.iter().find(|surface| !magnitudes.hold(surface.value));
-        unheld.map_or(Ok(()), |surface| refuse(surface.value, &surface.field, "the isosurface's value"))
+        let outside = self.scenery.isosurfaces.iter().find(|surface| !magnitudes.contain(surface.value));
+        outside.map_or(Ok(()), |surface| refuse(surface.value, &surface.field, "the isosurface's value"))
     }
 }
 
@@ -71,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_the_kernels_hold_are_taken() {
+    fn values_that_the_kernels_represent_are_accepted() {
         for ends in [["-1e100", "1e100"], ["0.0", "1e-130"], ["-1e-130", "-0.0"], ["1e-130", "1e-130"]] {
             parsed(&knots(ends), &isosurface(ends[1])).unwrap().check_values().unwrap();
         }
@@ -81,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_they_do_not_hold_are_refused_with_their_key() {
+    fn other_values_are_refused_with_their_key() {
         for value in ["1e291", "1.7e308", "1e-291", "5e-324"] {
             let map = "map = \"viridis\"\nopacity = [[0, 0.5], [1, 0.5]]\n";
             let stops = format!("map = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.5], [{value}, 0.5]]");

@@ -100,9 +100,9 @@ pub use icoray_output::{
 };
 pub use icoray_scene::{
     Adapter, Backend, Camera, Clip, ColorRange, Coloring, Condition, Derivation, Ground, HalfSpace, Heights, How,
-    Isosurface, Knot, LabelPlace, Labels, Level, Lighting, Lights, Lines, Live, LonLatBox, Method, Opacity, Paint,
-    Pattern, Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
-    TransferFunction, View, Volume,
+    Isosurface, Knot, LabelPlace, Labels, Level, LightSource, Lighting, Lights, Lines, Live, LonLatBox, Method,
+    Opacity, Paint, Pattern, Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Statistic, Summary,
+    Surface, TransferFunction, View, Volume,
 };
 pub use icoray_scene::{color_map_stops, color_maps, did_you_mean, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};

@@ -15,7 +15,7 @@ use icoray_grid::{Field, Location};
 use icoray_kernel::beyond_gathers;
 use icoray_kernel::shade::Shading;
 use icoray_output::{CellsPerPixel, Sharing};
-use icoray_scene::{Method, Precision, Scene, Scheme, Source};
+use icoray_scene::{LightSource, Method, Precision, Scene, Scheme};
 
 mod blocks;
 pub(crate) mod budget;
@@ -75,8 +75,8 @@ impl Plan {
             shininess: l.shininess,
             is_packed: false,
             towards_light: match l.source {
-                Source::Headlight => None,
-                Source::Sun { lon_deg, lat_deg } => {
+                LightSource::Headlight => None,
+                LightSource::Sun { lon_deg, lat_deg } => {
                     Some(icoray_grid::grid::unit_vector(lon_deg.to_radians(), lat_deg.to_radians()))
                 }
             },

@@ -12,11 +12,10 @@ use std::time::Instant;
 use super::markdown::{Fence, Page};
 use crate::check::{Record, Suite};
 use crate::error::Error;
-use crate::mpi;
-use crate::requirements;
 use crate::side_by_side::side_by_side;
 use crate::step::{Step, lines_of};
 use crate::workspace::{Workspace, is_required};
+use crate::{mpi, requirements};
 
 /// Names behind `needs=`, and the Debian packages that they stand for. `data` is the data files and what reads them.
 const NEEDS: [(&str, &[&str]); 5] = [

@@ -3,7 +3,6 @@
 //! `cargo test` runs one program after the other: processors idle while the last tests of a program run, or wait for
 //! ranks, for a browser or for files.
 
-use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -17,7 +16,7 @@ use super::tally::results;
 use crate::error::Error;
 use crate::side_by_side::side_by_side;
 use crate::step::{Step, lines_of, print_error};
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, library_path};
 
 /// The programs that take longest, in this order: they start first, so that none of them runs alone at the end.
 const LONGEST: [&str; 8] = [
@@ -68,7 +67,9 @@ pub fn run<'a>(
     let mut programs = listed(&messages);
     let rank = |name: &str| LONGEST.iter().position(|long| *long == name).unwrap_or(LONGEST.len());
     programs.sort_by_key(|program| rank(&program.name));
-    let libraries = libraries(workspace)?;
+    // As cargo sets it.
+    let products = workspace.products("dev");
+    let libraries = library_path([products.join("deps"), products])?;
     let work = |program: Program| {
         let mut command = Command::new(&program.file);
         command.current_dir(&program.directory).env("CARGO_MANIFEST_DIR", &program.directory);
@@ -110,14 +111,6 @@ fn listed(messages: &str) -> Vec<Program> {
         Some(Program { name, file: file.into(), directory: directory.to_path_buf() })
     };
     messages.lines().filter_map(program).collect()
-}
-
-/// The library search path that cargo would set: its own directories, then the inherited one.
-fn libraries(workspace: &Workspace) -> Result<OsString, Error> {
-    let products = workspace.products("dev");
-    let inherited = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
-    let paths = [products.join("deps"), products].into_iter().chain(env::split_paths(&inherited));
-    env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))
 }
 
 #[cfg(test)]

@@ -3,10 +3,9 @@
 //! Each file is written under a temporary name and then renamed. A running program keeps the old library that it has
 //! mapped; overwriting that would change the code that the program executes.
 
-use std::fs;
-use std::io;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use tempfile::{Builder, TempPath};
 

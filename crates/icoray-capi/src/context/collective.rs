@@ -3,17 +3,33 @@
 //! Each begins with an agreement that every rank enters, whatever has failed on it (a poisoned or disabled context, a
 //! wrong argument, a missing field). So no rank waits for one that has returned.
 
-use super::viewer_message::ViewerMessage;
 use super::{Context, GridInput, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
-use crate::ranks::{RootMessage, agree};
+use crate::drawing::RootState;
+use crate::ranks::{Agreed, agree};
 use crate::types::icoray_status;
+use crate::viewer_message::ViewerMessage;
 use icoray_core::output::Stamp;
 use icoray_core::{Decomposition, PartCells, PartCorners, Ranks, Script};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A grid's name, this rank's cells there, and the corners of its fields if it has numbered them.
-type PartInput<'a> = (&'a str, PartCells<'a>, Option<PartCorners<'a>>);
+/// This rank's part of a grid.
+pub(crate) struct PartInput<'a> {
+    /// The grid's name.
+    pub grid: &'a str,
+    pub cells: PartCells<'a>,
+    /// The corners of this rank's fields, if it has numbered them.
+    pub corners: Option<PartCorners<'a>>,
+}
+
+/// The message of rank 0 in icoray_execute.
+#[derive(Default, Serialize, Deserialize)]
+struct RootMessage {
+    drawing: RootState,
+    viewers: ViewerMessage,
+}
 
 impl Context {
     /// Whether some calls are collective over several ranks.
@@ -33,19 +49,24 @@ impl Context {
         vec![("async_render", i32::from(self.drawing.is_async()).to_string())]
     }
 
-    /// As [`agree`], recording failures.
-    pub(super) fn agree<T>(
+    /// As [`agree`] with a message of rank 0, recording failures.
+    pub(super) fn agree_with<T, M: Serialize + DeserializeOwned + Default>(
         &mut self,
         mine: Outcome<T>,
         call: &'static str,
         facts: Vec<(&'static str, String)>,
-        value: &[u8],
-    ) -> (Outcome<T>, RootMessage) {
-        let (agreed, root_message) = agree(&mut self.ranks, mine, call, facts, value);
-        if let Err(failure) = &agreed {
+        message: &M,
+    ) -> Agreed<T, M> {
+        let agreed = agree(&mut self.ranks, mine, call, facts, message);
+        if let Err(failure) = &agreed.outcome {
             self.failed_on_all(failure);
         }
-        (agreed, root_message)
+        agreed
+    }
+
+    /// The outcome of [`Self::agree_with`] without a message or facts.
+    pub(super) fn agree<T>(&mut self, mine: Outcome<T>, call: &'static str) -> Outcome<T> {
+        self.agree_with(mine, call, Vec::new(), &()).outcome
     }
 
     /// Records a failure that all ranks have in this call.
@@ -58,15 +79,14 @@ impl Context {
         let call = "icoray_part_set";
         let mine = caught(|| {
             self.refuse_if_poisoned()?;
-            let (name, cells, corners) = part()?;
-            Ok((name, self.inputs.grid(name, call)?.clone(), cells, corners))
+            let PartInput { grid, cells, corners } = part()?;
+            Ok((self.inputs.grid(grid, call)?.clone(), PartInput { grid, cells, corners }))
         });
         // Facts are not compared if this rank fails.
-        let facts = mine.iter().map(|(name, ..)| ("grid", format!("{name:?}"))).collect();
-        let (agreed, _) = self.agree(mine, call, facts, &[]);
-        let (name, input, cells, corners) = agreed?;
-        let held = Decomposition::with_corners(&mut self.ranks, &input.grid, &cells, corners.as_ref())?;
-        self.inputs.grids.insert(name.into(), GridInput { held: Some(Arc::new(held)), ..input });
+        let facts = mine.iter().map(|(_, part)| ("grid", format!("{:?}", part.grid))).collect();
+        let (input, PartInput { grid, cells, corners }) = self.agree_with(mine, call, facts, &()).outcome?;
+        let decomposition = Decomposition::with_corners(&mut self.ranks, &input.grid, &cells, corners.as_ref())?;
+        self.inputs.grids.insert(grid.into(), GridInput { decomposition: Some(Arc::new(decomposition)), ..input });
         Ok(())
     }
 
@@ -83,12 +103,12 @@ impl Context {
             facts.push(("first field", format!("{first:?}")));
         }
         let mine = caught(|| self.ready(stamp));
-        let sent = self.hear_viewers();
-        let value = both(&self.drawing.root_message(), &sent.bytes());
-        let (agreed, root_message) = self.agree(mine, "icoray_execute", facts, &value);
-        let (root_message, sent) = of_both(&root_message);
-        let unreported = self.drawing.receive_root_message(&root_message);
-        let (stamp, mut script) = match agreed {
+        let viewers = self.hear_viewers();
+        let message = RootMessage { drawing: self.drawing.root_state(), viewers };
+        let agreed = self.agree_with(mine, "icoray_execute", facts, &message);
+        let RootMessage { drawing, viewers: sent } = agreed.root_message;
+        let unreported = self.drawing.receive_root_state(drawing);
+        let (stamp, mut script) = match agreed.outcome {
             Ok(ready) => ready,
             Err(failure) => {
                 self.drawing.picture_failed(&failure);
@@ -114,7 +134,7 @@ impl Context {
         let stamp = stamp?;
         self.drawing.collect();
         self.drawing.take_unreported_of_rank()?;
-        self.drawing.refuse_if_off()?;
+        self.drawing.refuse_if_disabled()?;
         let script = self.script()?;
         self.warn_about_old_time_levels(script.as_deref(), &stamp);
         Ok((stamp, script))
@@ -130,7 +150,7 @@ impl Context {
         if !self.drawing.is_under_way() {
             return Ok(());
         }
-        let (met, _) = self.agree(Ok(()), call, Vec::new(), &[]);
+        let met = self.agree(Ok(()), call);
         if met.is_ok() || self.ranks.is_gone() {
             self.drawing.finish_rendering();
         }
@@ -160,25 +180,10 @@ impl Context {
     }
 
     fn agree_on_end(&mut self, mine: Outcome<()>, call: &'static str) -> Outcome<()> {
-        let value = self.drawing.root_message();
-        let (agreed, root_message) = self.agree(mine, call, Vec::new(), &value);
-        self.drawing.receive_root_message(&root_message);
-        agreed
+        let agreed = self.agree_with(mine, call, Vec::new(), &self.drawing.root_state());
+        self.drawing.receive_root_state(agreed.root_message);
+        agreed.outcome
     }
-}
-
-/// Rank 0's message of drawing, with its length before it, and that of viewers.
-fn both(drawing: &[u8], viewers: &[u8]) -> Vec<u8> {
-    [&(drawing.len() as u32).to_le_bytes(), drawing, viewers].concat()
-}
-
-/// The messages that [`both`] has put together; rank 0 may be gone and have sent nothing.
-fn of_both(message: &RootMessage) -> (RootMessage, ViewerMessage) {
-    let Some((length, rest)) = message.0.split_first_chunk::<4>() else {
-        return (RootMessage(Vec::new()), ViewerMessage::default());
-    };
-    let (drawing, viewers) = rest.split_at((u32::from_le_bytes(*length) as usize).min(rest.len()));
-    (RootMessage(drawing.to_vec()), ViewerMessage::read(viewers))
 }
 
 #[cfg(test)]

@@ -42,7 +42,7 @@ impl Context {
         let stamp = stamp?;
         let script = self.script()?;
         self.drawing.collect();
-        self.drawing.refuse_if_off()?;
+        self.drawing.refuse_if_disabled()?;
         let sent = self.hear_viewers();
         let script = if sent.is_any() { self.follow_viewers(&sent, &stamp)? } else { script };
         self.warn_about_old_time_levels(script.as_deref(), &stamp);
@@ -151,12 +151,12 @@ impl Context {
         let fields: BTreeSet<&str> = view.conditions().iter().map(|condition| condition.field()).collect();
         let unknown = fields.into_iter().filter(|field| !known.contains_key(*field));
         let mine = caught(|| unknown.map(|field| self.inputs.condition_field(field)).collect::<Outcome<Vec<_>>>());
-        for ConditionField { name, field, held } in
+        for ConditionField { name, field, decomposition } in
             self.agree_on_picture(mine.map_err(named), view.name(), Vec::new())?
         {
             let asked = requested_statistics(scheduled, &name);
             let renderer = self.drawing.renderer();
-            let summary = renderer.summary(&mut self.ranks, &field, held.as_deref(), &asked);
+            let summary = renderer.summary(&mut self.ranks, &field, decomposition.as_deref(), &asked);
             let summary = summary.map_err(|e| named(Failure::from(e).within(format_args!("field {name:?}"))));
             known.insert(name, summary?);
         }
@@ -188,7 +188,7 @@ impl Context {
         let name = shot.name.clone();
         let Context { inputs, drawing, ranks, .. } = self;
         let mine = caught(|| {
-            drawing.refuse_if_off()?;
+            drawing.refuse_if_disabled()?;
             if is_written && ranks.is_root() && !drawing.is_in_background() {
                 // Names that are wrong or taken are known before the first ray.
                 drawing.check_names(&shot.scene, stamp)?;
@@ -209,10 +209,9 @@ impl Context {
             return mine;
         }
         let facts = [("draws view", format!("{view:?}"))].into_iter().chain(facts).collect();
-        let value = self.drawing.root_message();
-        let (agreed, root_message) = self.agree(mine, "icoray_execute", facts, &value);
-        self.drawing.receive_root_message(&root_message);
-        agreed
+        let agreed = self.agree_with(mine, "icoray_execute", facts, &self.drawing.root_state());
+        self.drawing.receive_root_state(agreed.root_message);
+        agreed.outcome
     }
 
     /// Counts a failure of a view and stores it if it is the first; returns it only after an internal error. One that has

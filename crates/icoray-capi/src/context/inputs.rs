@@ -16,7 +16,7 @@ use std::ptr;
 use std::sync::Arc;
 
 /// An array that the model has set, with the names of its grid and layers.
-pub(super) struct ArrayInput {
+pub(crate) struct ArrayInput {
     array: icoray_array,
     grid: String,
     layers: String,
@@ -27,9 +27,9 @@ unsafe impl Send for ArrayInput {}
 
 /// A grid, with this rank's part of it where columns or cells are distributed over ranks.
 #[derive(Clone)]
-pub(super) struct GridInput {
+pub(crate) struct GridInput {
     pub grid: Arc<Grid<'static>>,
-    pub held: Option<Arc<Decomposition>>,
+    pub decomposition: Option<Arc<Decomposition>>,
     /// The tables that the grid borrows, where the context made them of points; dropped after it.
     #[expect(dead_code, reason = "it owns what the grid borrows")]
     pub tables: Option<Arc<OwnedTables>>,
@@ -39,8 +39,10 @@ impl GridInput {
     /// Number of columns of a field at `location` on this rank.
     fn columns_at(&self, location: Location) -> ColumnCount {
         let whole = ColumnCount::new(&self.grid, location);
-        match self.held.as_deref() {
-            Some(Decomposition::Columns(held)) => ColumnCount { columns: held.of_field_at(location), ..whole },
+        match self.decomposition.as_deref() {
+            Some(Decomposition::Columns(decomposition)) => {
+                ColumnCount { columns: decomposition.of_field_at(location), ..whole }
+            }
             _ => whole,
         }
     }
@@ -48,7 +50,7 @@ impl GridInput {
 
 /// All inputs of a context.
 #[derive(Default)]
-pub(super) struct Inputs {
+pub(crate) struct Inputs {
     /// By name. The tables are borrowed from the model, which keeps them until close or the next grid_set.
     pub grids: BTreeMap<String, GridInput>,
     pub layers: BTreeMap<String, Arc<Layers>>,
@@ -63,10 +65,34 @@ pub(super) struct Inputs {
 }
 
 /// A field that a condition evaluates, with this rank's part of the grid.
-pub(super) struct ConditionField<'a> {
+pub(crate) struct ConditionField<'a> {
     pub name: String,
     pub field: Field<'a>,
-    pub held: Option<Arc<Decomposition>>,
+    pub decomposition: Option<Arc<Decomposition>>,
+}
+
+/// An array of C, of either struct.
+pub(crate) trait GivenArray: Versioned {
+    /// The array with columns and layers; `call` is the C function that sets it.
+    fn flat(&self, inputs: &Inputs, call: &str) -> Outcome<icoray_array>;
+}
+
+impl GivenArray for icoray_array {
+    fn flat(&self, _inputs: &Inputs, _call: &str) -> Outcome<icoray_array> {
+        Ok(*self)
+    }
+}
+
+impl GivenArray for icoray_ndarray {
+    /// Finds the layers and columns among the dimensions.
+    fn flat(&self, inputs: &Inputs, call: &str) -> Outcome<icoray_array> {
+        // SAFETY: the caller of icoray_field_set_ndarray or icoray_heights_set_ndarray promises two strings.
+        let (grid, layers) = unsafe { names(self.grid_name, self.layers_name)? };
+        let grid_input = inputs.grid(grid, call)?;
+        let layers = inputs.layers(layers, call)?;
+        let location = borrow::location(self.location, Self::NAME)?;
+        borrow::flat(self, &grid_input.columns_at(location), layers.count())
+    }
 }
 
 impl ArrayInput {
@@ -129,16 +155,6 @@ impl Inputs {
         Arc::new(named)
     }
 
-    /// Converts an array with named dimensions to columns and layers; `call` is the C function that set it.
-    pub fn flat(&self, array: &icoray_ndarray, call: &str) -> Outcome<icoray_array> {
-        // SAFETY: the caller of icoray_field_set_ndarray or icoray_heights_set_ndarray promises two strings.
-        let (grid, layers) = unsafe { names(array.grid_name, array.layers_name)? };
-        let grid_input = self.grid(grid, call)?;
-        let layers = self.layers(layers, call)?;
-        let location = borrow::location(array.location, "icoray_ndarray")?;
-        borrow::flat(array, &grid_input.columns_at(location), layers.count())
-    }
-
     /// Looks up the field of a condition.
     pub fn condition_field<'a>(&self, name: &str) -> Outcome<ConditionField<'a>> {
         let call = "icoray_execute";
@@ -150,7 +166,7 @@ impl Inputs {
         if columns != expected.columns {
             return Err(within(expected.error(columns, "per cell or corner of the grid").into()));
         }
-        Ok(ConditionField { name: name.to_owned(), field, held: grid_input.held.clone() })
+        Ok(ConditionField { name: name.to_owned(), field, decomposition: grid_input.decomposition.clone() })
     }
 
     /// Number of layers of a field; 0 of a 2D field and of one whose array is not readable.
@@ -189,15 +205,15 @@ impl Inputs {
         let fields_2d = needed.iter().filter(|(_, given)| given.is_2d()).map(|(name, _)| (*name).to_owned()).collect();
         let mut fields = Fields::new(needed.iter().map(field).collect::<Outcome<Vec<_>>>()?);
         if scene.scenery.heights == Heights::Native {
-            let heights = self.heights_for(grid_input, layers, (called, first));
+            let heights = self.heights_for(grid_input, layers, called, first);
             fields = fields.with_heights(heights.map_err(|f| f.within("heights"))?);
         }
         let described = |name: &str| self.descriptions.get(name).cloned();
         let description = described(scene.field()).unwrap_or_default();
         let others = scene.shown_fields().into_iter().skip(1);
         let descriptions = others.filter_map(|name| Some((name.to_owned(), described(name)?))).collect();
-        let (grid, held, layers) = (grid_input.grid.clone(), grid_input.held.clone(), layers.clone());
-        Ok(FrameInputs { view, scene, grid, held, layers, fields, fields_2d, description, descriptions })
+        let (grid, decomposition, layers) = (grid_input.grid.clone(), grid_input.decomposition.clone(), layers.clone());
+        Ok(FrameInputs { view, scene, grid, decomposition, layers, fields, fields_2d, description, descriptions })
     }
 
     /// The fields that a scene needs, at least one.
@@ -223,7 +239,8 @@ impl Inputs {
         &self,
         grid_input: &GridInput,
         layers: &Layers,
-        (called, first): (&str, &ArrayInput),
+        called: &str,
+        first: &ArrayInput,
     ) -> Outcome<Field<'a>> {
         let Some(given) = &self.heights else {
             let message = "the scene has heights = \"native\", and none were given by icoray_heights_set";
@@ -248,7 +265,7 @@ impl Inputs {
     }
 }
 
-pub(super) fn missing(call: &str, what: &str, first: &str) -> Failure {
+pub(crate) fn missing(call: &str, what: &str, first: &str) -> Failure {
     let message = format!("{call} was called before a {what} was set; call {first} first");
     Failure::new(icoray_status::ICORAY_ERR_ORDER, message)
 }

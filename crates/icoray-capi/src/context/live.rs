@@ -8,10 +8,10 @@
 //! wanted from then on, and the next icoray_execute draws it. A process alone takes what viewers have set in
 //! icoray_wants_field, so that it draws it in the same step.
 
-use super::viewer_message::ViewerMessage;
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::types::icoray_status;
+use crate::viewer_message::{LookRequest, ProbeRequest, ViewerMessage};
 use icoray_core::output::Stamp;
 use icoray_core::suggest::Completion;
 use icoray_core::{ColumnCount, Plan, Script, Shot};
@@ -113,9 +113,9 @@ impl Context {
         let first = self.inputs.first.as_deref();
         sent.is_announced = sent.announced().is_some_and(|text| self.viewers.lacks_fields(&text, first));
         if sent.is_announced
-            && let Some([_, _, field]) = sent.look.take_if(|_| sent.scene.is_none())
+            && let Some(look) = sent.look.take_if(|_| sent.scene.is_none())
         {
-            sent.scene = Some(format!("field = {field:?}\n"));
+            sent.scene = Some(format!("field = {:?}\n", look.field));
         }
         self.viewers.unwanted.clear();
         sent
@@ -142,11 +142,11 @@ impl Context {
         if let Some(field) = &sent.histogram {
             self.answer_histogram(field);
         }
-        if let Some([text, view, field]) = &sent.look {
+        if let Some(LookRequest { text, view, field }) = &sent.look {
             self.answer_look(&Completion { text, view: Some(view), field: Some(field), is_steered: true }, stamp);
         }
         let script = self.script()?;
-        if let (Some((at, view)), Some(script)) = (&sent.probe, &script) {
+        if let (Some(ProbeRequest { at, view }), Some(script)) = (&sent.probe, &script) {
             self.answer_probe(*at, view, script, stamp);
         }
         Ok(script)
@@ -156,7 +156,7 @@ impl Context {
     fn take_scene(&mut self, text: &str, is_steered: bool, stamp: &Stamp) {
         self.viewers.next = None;
         let mine = caught(|| self.drawable(text, stamp));
-        let agreed = if self.is_shared() { self.agree(mine, "icoray_execute", Vec::new(), &[]).0 } else { mine };
+        let agreed = self.agree(mine, "icoray_execute");
         let outcome = agreed.map(|script| {
             let before = std::mem::replace(&mut self.scene, SceneChoice::Script(script));
             if let (SceneChoice::Script(before), None) = (before, &self.viewers.own) {
@@ -188,11 +188,11 @@ impl Context {
             (None, SceneChoice::Open | SceneChoice::Nothing) => Ok(0),
         };
         // Of a scene that cannot be drawn nothing is known.
-        let most = own.map_or(u64::MAX, |own| MEMORY_SHARE * own);
-        if bytes > most {
+        let limit = own.map_or(u64::MAX, |own| MEMORY_SHARE * own);
+        if bytes > limit {
             let message = format!(
-                "a picture takes {bytes} bytes of memory, expected at most {most}, {MEMORY_SHARE} times what one of the \
-                 model's own scene takes; show less"
+                "a picture takes {bytes} bytes of memory, expected at most {limit}, {MEMORY_SHARE} times what one of \
+                 the model's own scene takes; show less"
             );
             return Err(Failure::new(icoray_status::ICORAY_ERR_MEMORY, message));
         }
@@ -201,7 +201,7 @@ impl Context {
 
     /// The memory of the largest picture of this step, bytes, if all can be drawn from what the model has given.
     fn memory_of(&self, script: &Arc<Script>, stamp: &Stamp) -> Outcome<u64> {
-        let mut most = 0;
+        let mut largest = 0;
         for shot in self.inputs.named(script).views().iter().flat_map(|view| view.shots(stamp)) {
             let given = self.inputs.frame_inputs(shot)?;
             given.check_whole()?;
@@ -210,20 +210,20 @@ impl Context {
             if field.shape().columns == ColumnCount::new(&given.grid, field.location()).columns {
                 let plan = Plan::new(&given.scene, &given.grid, &given.layers, field)?;
                 let memory = self.drawing.renderer().run(|| plan.memory(&given.scene, &given.grid));
-                most = most.max(memory.total());
+                largest = largest.max(memory.total());
             }
         }
-        Ok(most)
+        Ok(largest)
     }
 
     /// Counts the values of a field. Collective.
     fn answer_histogram(&mut self, name: &str) {
         let mine = caught(|| self.inputs.condition_field(name));
-        let agreed = if self.is_shared() { self.agree(mine, "icoray_execute", Vec::new(), &[]).0 } else { mine };
+        let agreed = self.agree(mine, "icoray_execute");
         let found = match agreed {
             Ok(known) => {
-                let (renderer, held) = (self.drawing.renderer(), known.held.as_deref());
-                let found = renderer.histogram(&mut self.ranks, &known.field, held, Histogram::FINE_BINS);
+                let (renderer, decomposition) = (self.drawing.renderer(), known.decomposition.as_deref());
+                let found = renderer.histogram(&mut self.ranks, &known.field, decomposition, Histogram::FINE_BINS);
                 found.map_err(Failure::from)
             }
             Err(failure) => Err(failure),
@@ -250,10 +250,10 @@ impl Context {
             given.check_whole()?;
             Ok(given)
         });
-        let agreed = if self.is_shared() { self.agree(mine, "icoray_execute", Vec::new(), &[]).0 } else { mine };
+        let agreed = self.agree(mine, "icoray_execute");
         let found = agreed.and_then(|given| {
-            let (renderer, held) = (self.drawing.renderer(), given.held.as_deref());
-            let data = (&*given.grid, held, &*given.layers);
+            let (renderer, decomposition) = (self.drawing.renderer(), given.decomposition.as_deref());
+            let data = (&*given.grid, decomposition, &*given.layers);
             Ok(renderer.probe_held(&mut self.ranks, &given.scene, data, given.fields, at)?)
         });
         if let Some(page) = &mut self.viewers.page {

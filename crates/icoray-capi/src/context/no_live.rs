@@ -1,8 +1,8 @@
 //! Without the feature `live`: a scene with `[live]` is drawn without a page, and the log has a warning.
 
-use super::viewer_message::ViewerMessage;
 use super::{Context, SceneChoice};
 use crate::boundary::Outcome;
+use crate::viewer_message::ViewerMessage;
 use icoray_core::output::Stamp;
 use icoray_core::{Script, Shot};
 use std::sync::Arc;

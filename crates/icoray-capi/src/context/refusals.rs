@@ -42,7 +42,7 @@ impl Input {
 
 /// The last refusal of each input that was not set since.
 #[derive(Default)]
-pub(super) struct Refusals(BTreeMap<(Input, String), String>);
+pub(crate) struct Refusals(BTreeMap<(Input, String), String>);
 
 impl Refusals {
     /// Records why an input was refused, or removes the record if it was accepted.
@@ -70,7 +70,7 @@ impl Refusals {
 }
 
 /// The failure of a missing input: its refusal, or else `otherwise`.
-pub(super) fn refused_or(refused: Option<String>, otherwise: Failure) -> Failure {
+pub(crate) fn refused_or(refused: Option<String>, otherwise: Failure) -> Failure {
     match refused {
         Some(why) => Failure::new(otherwise.status, why),
         None => otherwise,

@@ -3,6 +3,7 @@
 use super::{Context, SceneChoice, missing};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::message::listed;
+use crate::ranks::Agreed;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
 use icoray_core::suggest::{self, Completion, Options, Suggestion};
@@ -53,17 +54,16 @@ impl Context {
             let source = given()?;
             Ok((source, if is_root { source.read()? } else { String::new() }))
         });
-        let value = mine.as_ref().map_or_else(|_| Vec::new(), |(_, text)| text.clone().into_bytes());
-        let (agreed, root_message) = self.agree(mine, call, Vec::new(), &value);
-        let (source, _) = agreed?;
-        let mine = caught(|| self.parsed(&root_message.0).map_err(|failure| source.failure(failure)));
-        let (agreed, _) = self.agree(mine, call, Vec::new(), &[]);
-        let scene = agreed?;
+        let text = mine.as_ref().map_or_else(|_| String::new(), |(_, text)| text.clone());
+        let Agreed { outcome, root_message: text } = self.agree_with(mine, call, Vec::new(), &text);
+        let (source, _) = outcome?;
+        let mine = caught(|| self.parsed(&text).map_err(|failure| source.failure(failure)));
+        let scene = self.agree(mine, call)?;
         if matches!(&scene, SceneChoice::Script(script) if script.is_async()) {
             self.drawing.render_in_background(&mut self.ranks)?;
         }
         self.scene = scene;
-        self.keep_text(String::from_utf8_lossy(&root_message.0).into_owned());
+        self.keep_text(text);
         self.show_new_scene();
         self.warn_of_unknown_fields();
         Ok(())
@@ -85,7 +85,7 @@ impl Context {
         let text = self.scene_text.clone();
         let wanted = Completion { text: &text, view: Some(view.name()), ..Completion::default() };
         let Some(suggestion) = self.suggested(&wanted, stamp)? else { return Ok(Cow::Borrowed(view)) };
-        let SceneChoice::Script(scene) = self.parsed(suggestion.text.as_bytes())? else {
+        let SceneChoice::Script(scene) = self.parsed(&suggestion.text)? else {
             return Ok(Cow::Borrowed(view));
         };
         let named = self.inputs.named(&scene);
@@ -103,7 +103,7 @@ impl Context {
     pub(super) fn suggested(&mut self, wanted: &Completion, stamp: &Stamp) -> Outcome<Option<Suggestion>> {
         let (mut is_provisional, mut failed) = (false, None);
         let text = suggest::completed(wanted, &mut |name, options| {
-            let found = self.suggested_for((wanted.view.unwrap_or(""), name), options, stamp);
+            let found = self.suggested_for(wanted.view.unwrap_or(""), name, options, stamp);
             let (suggestion, failure) = found.map_or_else(|failure| (None, Some(failure)), |found| (found, None));
             failed = failure;
             is_provisional = suggestion.as_ref().is_some_and(|suggestion| suggestion.is_provisional);
@@ -116,7 +116,8 @@ impl Context {
     /// The scene that is suggested for a field (`""`: the first one) in a view. Collective.
     fn suggested_for(
         &mut self,
-        (view, field): (&str, &str),
+        view: &str,
+        field: &str,
         options: Options,
         stamp: &Stamp,
     ) -> Outcome<Option<Suggestion>> {
@@ -133,7 +134,7 @@ impl Context {
         let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
         let is_length = given.description.is_length() && !given.description.is_precipitation(None);
         let options = Options { is_length, ..options };
-        let data = (&*given.grid, given.held.as_deref(), &*given.layers);
+        let data = (&*given.grid, given.decomposition.as_deref(), &*given.layers);
         let found = self.drawing.renderer().suggest_held(&mut self.ranks, data, field, &options);
         found.map_err(|error| Failure::from(error).of_picture(view, stamp.step))
     }
@@ -171,8 +172,8 @@ impl Context {
     }
 
     /// Parses the text of a scene. Rank 0, which writes the pictures, checks that it can.
-    fn parsed(&self, text: &[u8]) -> Outcome<SceneChoice> {
-        let Some(mut script) = Script::parse_optional(&String::from_utf8_lossy(text))? else {
+    fn parsed(&self, text: &str) -> Outcome<SceneChoice> {
+        let Some(mut script) = Script::parse_optional(text)? else {
             return Ok(SceneChoice::Nothing);
         };
         script.name_by_date()?;

@@ -4,30 +4,30 @@ use super::Drawing;
 use crate::boundary::{Failure, Outcome};
 use crate::frame_inputs::FrameInputs;
 use crate::host::without_signals;
-use crate::ranks::RootMessage;
-use crate::types::icoray_status;
 use icoray_core::output::Stamp;
 use icoray_core::{Background, Ranks, Rendered};
+use serde::{Deserialize, Serialize};
 use std::thread::current;
 
+/// What all ranks take over from rank 0, which has the outcomes of files.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(crate) struct RootState {
+    /// Whether frames are rendered; `None` if rank 0 cannot be reached.
+    is_on: Option<bool>,
+    /// The failure of an earlier frame.
+    unreported: Option<Failure>,
+}
+
 impl Drawing {
-    /// The message of rank 0 to the others: whether frames are rendered, and the failure of an earlier frame.
-    pub fn root_message(&self) -> Vec<u8> {
-        let mut message = vec![u8::from(self.policy.is_on())];
-        if let Some(failure) = &self.unreported {
-            message.extend((failure.status as i32).to_le_bytes());
-            message.extend(failure.message.as_bytes());
-        }
-        message
+    /// The state that rank 0 sends to the others.
+    pub fn root_state(&self) -> RootState {
+        RootState { is_on: Some(self.policy.is_on()), unreported: self.unreported.clone() }
     }
 
-    /// Decodes the message of rank 0; returns the failure of an earlier frame, which all ranks return.
-    pub fn receive_root_message(&mut self, message: &RootMessage) -> Option<Failure> {
-        let (is_on, failure) = message.0.split_first()?;
-        self.is_on_for_all = Some(*is_on == 1);
-        let (status, message) = failure.split_first_chunk::<4>()?;
-        let status = icoray_status::of_number(i32::from_le_bytes(*status));
-        Some(Failure::new(status, String::from_utf8_lossy(message)))
+    /// Takes over the state of rank 0; returns the failure of an earlier frame, which all ranks return.
+    pub fn receive_root_state(&mut self, state: RootState) -> Option<Failure> {
+        self.is_on_for_all = state.is_on.or(self.is_on_for_all);
+        state.unreported
     }
 
     /// Clears the failure that this call returns on all ranks.
@@ -78,10 +78,12 @@ impl Drawing {
         stamp: &Stamp,
         frame_inputs: FrameInputs,
     ) -> Outcome<()> {
-        let FrameInputs { view, scene, grid, held, layers, fields, description, descriptions, .. } = frame_inputs;
-        match self.renderer.render_held(ranks, &scene, &grid, held.as_deref(), &layers, fields)? {
+        let FrameInputs { view, scene, grid, decomposition, layers, fields, description, descriptions, .. } =
+            frame_inputs;
+        match self.renderer.render_held(ranks, &scene, &grid, decomposition.as_deref(), &layers, fields)? {
             Rendered::Here(mut frame) => {
-                (frame.description, frame.descriptions) = (description, descriptions);
+                frame.description = description;
+                frame.descriptions = descriptions;
                 frame.notes.extend(self.notes(view));
                 self.submit_to_writer(frame, &scene, stamp);
             }

@@ -20,7 +20,7 @@ pub(super) struct ErrorWarnings {
 struct Names(BTreeSet<String>);
 
 /// Number of remembered names, after which they are forgotten: bounds the memory where a host invents names.
-const MOST: usize = 1000;
+const MAX_NAMES: usize = 1000;
 
 impl Names {
     /// Adds a name, and says whether it is a new one.
@@ -29,7 +29,7 @@ impl Names {
         if self.0.contains(name) {
             return false;
         }
-        if self.0.len() == MOST {
+        if self.0.len() == MAX_NAMES {
             self.0.clear();
         }
         self.0.insert(name.to_owned())
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_above_the_tolerance_are_told_once_for_each_view() {
+    fn errors_above_the_tolerance_are_reported_once_for_each_view() {
         let mut lines: Vec<(i32, String)> = Vec::new();
         let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Warn as i32);
         let mut errors = ErrorWarnings::default();
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_without_values_are_told_once() {
+    fn fields_without_values_are_reported_once() {
         let mut lines: Vec<(i32, String)> = Vec::new();
         let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Warn as i32);
         let mut errors = ErrorWarnings::default();
@@ -117,8 +117,8 @@ mod tests {
             let report = FrameReport { without_values, ..FrameReport::default() };
             errors.log_frame(None, &Stamp { step, time_s: 0.0, date: None }, &report, &log);
         }
-        let told: Vec<&str> = lines.iter().map(|(_, line)| line.split(" has no").next().unwrap()).collect();
-        assert_eq!(told, ["step 2: field \"q\"", "step 4: field \"t\""]);
+        let fields: Vec<&str> = lines.iter().map(|(_, line)| line.split(" has no").next().unwrap()).collect();
+        assert_eq!(fields, ["step 2: field \"q\"", "step 4: field \"t\""]);
     }
 
     #[test]
@@ -140,9 +140,9 @@ mod tests {
             errors.log_frame(view, &Stamp { step, time_s: 0.0, date: None }, &report(samples, mean), &log);
         }
         let off_values = vec!["q is 1 to 2: it has no isosurface of 3".to_owned()];
-        let off = FrameReport { off_values, ..FrameReport::default() };
+        let report = FrameReport { off_values, ..FrameReport::default() };
         for step in [6, 7] {
-            errors.log_frame(Some("b"), &Stamp { step, time_s: 0.0, date: None }, &off, &log);
+            errors.log_frame(Some("b"), &Stamp { step, time_s: 0.0, date: None }, &report, &log);
         }
         let info = Level::Info as i32;
         assert_eq!(lines.len(), 3, "{lines:?}");

@@ -6,7 +6,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// Types of numbers, in the order of Conduit's numbers for them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum NumberType {
     I8,
     I16,
     I32,
@@ -19,40 +19,40 @@ pub enum Kind {
     F64,
 }
 
-const KINDS: [(Kind, &str, usize); 10] = [
-    (Kind::I8, "int8", 1),
-    (Kind::I16, "int16", 2),
-    (Kind::I32, "int32", 4),
-    (Kind::I64, "int64", 8),
-    (Kind::U8, "uint8", 1),
-    (Kind::U16, "uint16", 2),
-    (Kind::U32, "uint32", 4),
-    (Kind::U64, "uint64", 8),
-    (Kind::F32, "float32", 4),
-    (Kind::F64, "float64", 8),
+const NUMBER_TYPES: [(NumberType, &str, usize); 10] = [
+    (NumberType::I8, "int8", 1),
+    (NumberType::I16, "int16", 2),
+    (NumberType::I32, "int32", 4),
+    (NumberType::I64, "int64", 8),
+    (NumberType::U8, "uint8", 1),
+    (NumberType::U16, "uint16", 2),
+    (NumberType::U32, "uint32", 4),
+    (NumberType::U64, "uint64", 8),
+    (NumberType::F32, "float32", 4),
+    (NumberType::F64, "float64", 8),
 ];
 
-impl Kind {
+impl NumberType {
     /// The type of a `conduit_datatype_id`, if it is one of numbers.
     pub fn of_id(id: i64) -> Option<Self> {
         let place = usize::try_from(id.checked_sub(3)?).ok()?;
-        KINDS.get(place).map(|kind| kind.0)
+        NUMBER_TYPES.get(place).map(|kind| kind.0)
     }
 
     /// Bytes of a number.
     pub fn bytes(self) -> usize {
-        KINDS[self as usize].2
+        NUMBER_TYPES[self as usize].2
     }
 
     /// Whether it is a type of integers.
     pub fn is_integer(self) -> bool {
-        !matches!(self, Kind::F32 | Kind::F64)
+        !matches!(self, NumberType::F32 | NumberType::F64)
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for NumberType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(KINDS[*self as usize].1)
+        f.pad(NUMBER_TYPES[*self as usize].1)
     }
 }
 
@@ -60,7 +60,7 @@ impl fmt::Display for Kind {
 #[derive(Debug, Clone, Copy)]
 pub struct Array<'a> {
     data: *const u8,
-    kind: Kind,
+    kind: NumberType,
     count: usize,
     /// Bytes from one number to the next.
     stride: isize,
@@ -70,7 +70,7 @@ pub struct Array<'a> {
 impl Array<'_> {
     /// # Safety
     /// So many numbers lie there, alive and unchanged for the array's lifetime.
-    pub unsafe fn new(data: *const u8, kind: Kind, count: usize, stride: isize) -> Self {
+    pub unsafe fn new(data: *const u8, kind: NumberType, count: usize, stride: isize) -> Self {
         Array { data, kind, count, stride, life: PhantomData }
     }
 
@@ -85,7 +85,7 @@ impl Array<'_> {
     }
 
     /// Their type.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> NumberType {
         self.kind
     }
 
@@ -110,9 +110,9 @@ impl Array<'_> {
     /// A number.
     pub fn real(&self, i: usize) -> f64 {
         match self.kind {
-            Kind::F32 => f64::from(self.read::<f32>(i)),
-            Kind::F64 => self.read(i),
-            Kind::U64 => self.read::<u64>(i) as f64,
+            NumberType::F32 => f64::from(self.read::<f32>(i)),
+            NumberType::F64 => self.read(i),
+            NumberType::U64 => self.read::<u64>(i) as f64,
             _ => self.integer(i) as f64,
         }
     }
@@ -120,16 +120,16 @@ impl Array<'_> {
     /// An integer; real numbers are truncated.
     pub fn integer(&self, i: usize) -> i64 {
         match self.kind {
-            Kind::I8 => i64::from(self.read::<i8>(i)),
-            Kind::I16 => i64::from(self.read::<i16>(i)),
-            Kind::I32 => i64::from(self.read::<i32>(i)),
-            Kind::I64 => self.read(i),
-            Kind::U8 => i64::from(self.read::<u8>(i)),
-            Kind::U16 => i64::from(self.read::<u16>(i)),
-            Kind::U32 => i64::from(self.read::<u32>(i)),
-            Kind::U64 => i64::try_from(self.read::<u64>(i)).unwrap_or(i64::MAX),
-            Kind::F32 => self.read::<f32>(i) as i64,
-            Kind::F64 => self.read::<f64>(i) as i64,
+            NumberType::I8 => i64::from(self.read::<i8>(i)),
+            NumberType::I16 => i64::from(self.read::<i16>(i)),
+            NumberType::I32 => i64::from(self.read::<i32>(i)),
+            NumberType::I64 => self.read(i),
+            NumberType::U8 => i64::from(self.read::<u8>(i)),
+            NumberType::U16 => i64::from(self.read::<u16>(i)),
+            NumberType::U32 => i64::from(self.read::<u32>(i)),
+            NumberType::U64 => i64::try_from(self.read::<u64>(i)).unwrap_or(i64::MAX),
+            NumberType::F32 => self.read::<f32>(i) as i64,
+            NumberType::F64 => self.read::<f64>(i) as i64,
         }
     }
 
@@ -154,25 +154,25 @@ impl Array<'_> {
 mod tests {
     use super::*;
 
-    fn of<T>(values: &[T], kind: Kind, count: usize, stride: isize) -> Array<'_> {
+    fn of<T>(values: &[T], kind: NumberType, count: usize, stride: isize) -> Array<'_> {
         // SAFETY: numbers of the slice.
         unsafe { Array::new(values.as_ptr().cast(), kind, count, stride) }
     }
 
     #[test]
     fn numbers_of_all_types_are_read_with_their_strides() {
-        assert_eq!(Kind::of_id(5), Some(Kind::I32));
-        assert_eq!(Kind::of_id(12), Some(Kind::F64));
-        assert_eq!((Kind::of_id(2), Kind::of_id(13), Kind::of_id(i64::MIN)), (None, None, None));
-        let every_second = of(&[1.5_f32, 9.0, -2.5, 9.0], Kind::F32, 2, 8);
+        assert_eq!(NumberType::of_id(5), Some(NumberType::I32));
+        assert_eq!(NumberType::of_id(12), Some(NumberType::F64));
+        assert_eq!((NumberType::of_id(2), NumberType::of_id(13), NumberType::of_id(i64::MIN)), (None, None, None));
+        let every_second = of(&[1.5_f32, 9.0, -2.5, 9.0], NumberType::F32, 2, 8);
         assert_eq!((every_second.real(1), every_second.integer(1)), (-2.5, -2));
-        assert_eq!(of(&[-7_i8, 3], Kind::I8, 2, 1).real(0), -7.0);
-        assert_eq!(of(&[u64::MAX], Kind::U64, 1, 8).integer(0), i64::MAX);
-        assert_eq!(of(&[u64::MAX], Kind::U64, 1, 8).real(0), u64::MAX as f64);
+        assert_eq!(of(&[-7_i8, 3], NumberType::I8, 2, 1).real(0), -7.0);
+        assert_eq!(of(&[u64::MAX], NumberType::U64, 1, 8).integer(0), i64::MAX);
+        assert_eq!(of(&[u64::MAX], NumberType::U64, 1, 8).real(0), u64::MAX as f64);
         // Backwards from the last one.
         let values = [1_i64, 2, 3];
         // SAFETY: the three numbers of the array, from its end.
-        let backwards = unsafe { Array::new(values.as_ptr().add(2).cast(), Kind::I64, 3, -8) };
+        let backwards = unsafe { Array::new(values.as_ptr().add(2).cast(), NumberType::I64, 3, -8) };
         assert_eq!([0, 1, 2].map(|i| backwards.integer(i)), [3, 2, 1]);
     }
 
@@ -184,7 +184,7 @@ mod tests {
             hash.digest128()
         };
         let (dense, spread, other) = ([1.0, 2.0], [1.0, 7.0, 2.0], [1.0, 2.5]);
-        assert_eq!(fingerprint(of(&dense, Kind::F64, 2, 8)), fingerprint(of(&spread, Kind::F64, 2, 16)));
-        assert_ne!(fingerprint(of(&dense, Kind::F64, 2, 8)), fingerprint(of(&other, Kind::F64, 2, 8)));
+        assert_eq!(fingerprint(of(&dense, NumberType::F64, 2, 8)), fingerprint(of(&spread, NumberType::F64, 2, 16)));
+        assert_ne!(fingerprint(of(&dense, NumberType::F64, 2, 8)), fingerprint(of(&other, NumberType::F64, 2, 8)));
     }
 }

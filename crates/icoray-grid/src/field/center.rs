@@ -34,10 +34,8 @@ impl CenterField {
     pub fn average_in(grid: &Grid, field: &Field, memory: Option<Self>) -> Result<Self> {
         let shape = field.shape();
         if field.location() != Location::Corner || shape.columns != grid.triangles() {
-            return Err(Error::new(
-                ErrorKind::Field,
-                format!("{} columns at {:?}, expected {} at Corner", shape.columns, field.location(), grid.triangles()),
-            ));
+            let found = format!("{} columns at {:?}", shape.columns, field.location());
+            return Err(Error::new(ErrorKind::Field, format!("{found}, expected {} at Corner", grid.triangles())));
         }
         let cells = (0..grid.cells() as u32).into_par_iter();
         let values = CornerColumns::new(*field).averages(grid, cells, memory.map(|memory| memory.values));
@@ -63,27 +61,14 @@ impl CenterField {
     }
 }
 
-/// A buffer of the precision of `field`, in the memory of another field if that has it.
-pub(super) fn buffer(field: &Field, memory: Option<CenterField>) -> OwnedReals {
-    OwnedReals::buffer(field.samples(), memory.map(|memory| memory.values))
-}
-
-/// Resizes `memory` to `count` values; their old values stay.
-pub(super) fn resized<S: Copy + Default>(mut memory: Vec<S>, count: usize) -> Vec<S> {
-    memory.reserve_exact(count.saturating_sub(memory.len()));
-    memory.resize(count, S::default());
-    memory
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::IcosahedralMesh;
+    use crate::grid::icosahedral_grid;
 
     #[test]
     fn corner_average_counts_each_corner_once() {
-        let mesh = IcosahedralMesh::new(1).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(1);
         // Pentagons repeat a corner in the table; a plain sum over six entries would be wrong there.
         let v: Vec<f64> = (0..grid.triangles()).map(|c| c as f64).collect();
         let field = Field::new(v.as_slice().into(), Shape::level_fastest(v.len(), 1), Location::Corner, None).unwrap();

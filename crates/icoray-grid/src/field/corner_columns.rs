@@ -3,7 +3,7 @@
 use super::Field;
 use crate::error::{Error, ErrorKind, Result};
 use crate::grid::Grid;
-use crate::reals::{OwnedReals, Reals};
+use crate::reals::{OwnedReals, Reals, resized};
 use crate::sample::Sample;
 use crate::shape::ElementIndexer;
 use fearless_simd::{Level, dispatch};
@@ -90,16 +90,14 @@ impl<'f> CornerColumns<'f> {
         grid: &Grid,
         cells: impl IndexedParallelIterator<Item = u32>,
         [own, halo]: [&[S]; 2],
-        mut values: Vec<S>,
+        values: Vec<S>,
     ) -> Vec<S> {
         let layers = self.field.shape.layers;
         let column_of = |corner: u32| match self.halo.as_ref().map(|(rows, field)| (rows[corner as usize], field)) {
             Some((row, field)) if row != Self::OWN => Column::new(halo, &field.elements, row),
             _ => Column::new(own, &self.field.elements, corner),
         };
-        let count = cells.len() * layers;
-        values.reserve_exact(count.saturating_sub(values.len()));
-        values.resize(count, S::default());
+        let mut values = resized(values, cells.len() * layers);
         let (level, fill) = (Level::new(), self.field.fill.unwrap_or(f64::NAN));
         let columns = values.par_chunks_exact_mut(layers).zip(cells).with_min_len(CELLS);
         // Few cells have more corners.
@@ -151,7 +149,7 @@ fn add(value: f64, fill: f64, sum: &mut f64, count: &mut f64) {
 mod tests {
     use super::*;
     use crate::field::{CenterField, Location};
-    use crate::grid::IcosahedralMesh;
+    use crate::grid::icosahedral_grid;
     use crate::shape::Shape;
 
     /// More than are averaged at once.
@@ -164,8 +162,7 @@ mod tests {
     /// Averages do not depend on the set of corners in the halo, or on values in their own columns.
     #[test]
     fn averages_with_a_halo_have_the_bits_of_whole_fields() {
-        let mesh = IcosahedralMesh::new(2).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(2);
         let corners = grid.triangles();
         let sample = |corner: usize, layer: usize| (corner as f32 + 3.1 * layer as f32).sin();
         let value = |corner, layer| if corner % 7 == layer % 7 { 5.0 } else { sample(corner, layer) };

@@ -1,8 +1,7 @@
 //! Interpolates fields to other layers: from interfaces to the layers midway between them, or vice versa.
 
-use super::center::{buffer, resized};
 use super::{CenterField, Field, Location, next_number};
-use crate::reals::OwnedReals;
+use crate::reals::{OwnedReals, resized};
 use crate::shape::Shape;
 use rayon::prelude::*;
 
@@ -20,7 +19,7 @@ impl CenterField {
     pub fn moved_in(field: &Field, own: &[f64], wanted: &[f64], memory: Option<Self>) -> Self {
         let between: Vec<Between> = wanted.iter().map(|radius| bracket(own, *radius)).collect();
         let shape = Shape::level_fastest(field.shape().columns, wanted.len());
-        let values = match buffer(field, memory) {
+        let values = match OwnedReals::buffer(field.samples(), memory.map(|memory| memory.values)) {
             OwnedReals::F32(memory) => OwnedReals::F32(filled(field, &between, memory, |v| v as f32)),
             OwnedReals::F64(memory) => OwnedReals::F64(filled(field, &between, memory, |v| v)),
         };

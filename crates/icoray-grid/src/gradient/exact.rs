@@ -117,7 +117,9 @@ impl<'r> NeighborColumns<'r> {
                 l if l + 1 == layers => slope(l - 1),
                 l => 0.5 * (slope(l - 1) + slope(l)),
             };
-            (x[i], y[i], z[i]) = (slope * ring.radial.x, slope * ring.radial.y, slope * ring.radial.z);
+            x[i] = slope * ring.radial.x;
+            y[i] = slope * ring.radial.y;
+            z[i] = slope * ring.radial.z;
         }
         let (own, inverse) = (&self.own[wanted.clone()], &self.inverse_radius[wanted.clone()]);
         for (column, weight) in self.around.chunks_exact(layers).zip(&ring.weight) {

@@ -104,7 +104,8 @@ impl<S: Sample> NeighborColumns<'_, S> {
             let volume = a.dot(b.cross(c));
             let gradient = (radial * b.cross(c) + to_b * c.cross(a) + to_c * a.cross(b)) / volume;
             if gradient.is_finite() {
-                (sum, count) = (sum + gradient, count + 1);
+                sum += gradient;
+                count += 1;
             }
         }
         if count > 0 { sum / f64::from(count) } else { DVec3::ZERO }
@@ -115,7 +116,7 @@ impl<S: Sample> NeighborColumns<'_, S> {
 mod tests {
     use super::*;
     use crate::field::{Field, Location};
-    use crate::grid::IcosahedralMesh;
+    use crate::grid::icosahedral_grid;
     use crate::layers::Layers;
     use crate::shape::Shape;
 
@@ -123,8 +124,7 @@ mod tests {
     #[test]
     fn a_linear_field_has_its_slope_everywhere() {
         const LAYERS: usize = 4;
-        let mesh = IcosahedralMesh::new(3).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(3);
         let height = |cell: usize, layer: usize| 0.1 * layer as f64 + 0.03 * ((7 * cell) % 11) as f64 / 11.0;
         let all = || (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer)));
         let heights: Vec<f64> = all().map(|(cell, layer)| height(cell, layer)).collect();
@@ -147,8 +147,8 @@ mod tests {
         let samples = Samples::new(values, &field(values), false, [0.0, 1.0]);
         let found = gradients(&grid, &heights, &samples, Gradients::none()).unwrap();
         for i in 0..grid.cells() * LAYERS {
-            let off = DVec3::from_array(found.at(i).map(f64::from)) - slope;
-            assert!(off.length() < 1e-5, "{i}: {off}");
+            let error = DVec3::from_array(found.at(i).map(f64::from)) - slope;
+            assert!(error.length() < 1e-5, "{i}: {error}");
         }
     }
 }

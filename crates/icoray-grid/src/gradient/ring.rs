@@ -35,7 +35,8 @@ impl RingWeights {
         for i in 0..count {
             to[i + 1] = grid.direction(neighbours[i]) - a;
         }
-        (to[0], to[count + 1]) = (to[count], to[1]);
+        to[0] = to[count];
+        to[count + 1] = to[1];
         let across = to.map_inline(|to| a.cross(to));
         let share = scale / count as f64;
         let mut inverse = [0.0; MAX_NEIGHBORS + 1];

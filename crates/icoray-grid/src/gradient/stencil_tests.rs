@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::field::{Field, Location};
-use crate::grid::{GridTables, IcosahedralMesh};
+use crate::grid::{GridTables, IcosahedralMesh, icosahedral_grid};
 use crate::reals::Reals;
 use crate::shape::Shape;
 use icoray_test_support::Random;
@@ -104,10 +104,10 @@ impl Model<'_> {
                 });
                 let sum: f64 = along.chain(slopes).filter(|term| !term.is_nan()).sum();
                 let i = cell as usize * self.layers + layer;
-                let off = DVec3::from_array(exact[i].map(f64::from)) - DVec3::from_array(found[i].map(f64::from));
+                let error = DVec3::from_array(exact[i].map(f64::from)) - DVec3::from_array(found[i].map(f64::from));
                 let bound = ROUNDINGS * 0.5 * f64::from(f32::EPSILON) * sum;
                 let same = exact[i] == found[i];
-                assert!(same || off.length() <= bound, "{name}: {cell} {layer}: {:?} {:?}", exact[i], found[i]);
+                assert!(same || error.length() <= bound, "{name}: {cell} {layer}: {:?} {:?}", exact[i], found[i]);
             }
         }
     }
@@ -127,8 +127,7 @@ const LAYERS: [usize; 6] = [2, 5, 16, 17, 33, 50];
 /// room for differences.
 #[test]
 fn the_stencil_is_exact_to_rounding() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let grid = icosahedral_grid(2);
     let smooth = |cell: usize, layer: usize| {
         let at = (1.0 + 0.01 * layer as f64) * grid.direction(cell as u32);
         (3.0 * at.x).sin() * (5.0 * at.y).cos() + at.z * at.z
@@ -158,8 +157,7 @@ fn the_stencil_is_exact_to_rounding() {
 /// NaN or by a number, which may be a usual one.
 #[test]
 fn missing_values_are_left_out_of_the_stencil() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let grid = icosahedral_grid(2);
     for fill in [f64::NAN, f64::INFINITY, f64::from(-9e33f32), 0.0, 0.25] {
         let value = |cell: usize, layer: usize| match cell % 11 {
             0 if layer % 13 == cell % 7 => fill,
@@ -177,8 +175,7 @@ fn missing_values_are_left_out_of_the_stencil() {
 /// The differences are formed first: a constant field has no gradient at all.
 #[test]
 fn a_constant_field_has_no_gradient() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let grid = icosahedral_grid(2);
     for value in [0.1, 1e6 + 0.1, -3e38, 1e-40] {
         for layers in LAYERS {
             let values = |_: usize, _: usize| value;
@@ -199,8 +196,7 @@ fn a_constant_field_has_no_gradient() {
 #[test]
 fn bits_do_not_depend_on_the_layers_that_are_wanted() {
     const LAYERS: usize = 50;
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let grid = icosahedral_grid(3);
     let value = |cell: usize, layer: usize| match (cell * 31 + layer * 7) % 97 {
         0 => f64::NAN,
         1 => 3e38,
@@ -258,8 +254,8 @@ fn tables_in_any_order_have_the_same_rings() {
         assert_eq!(first.count, second.count);
         for (neighbour, weight) in first.neighbours.iter().zip(first.along).take(first.count) {
             let k = second.neighbours.iter().position(|other| other == neighbour).unwrap();
-            let off = weight.iter().zip(second.along[k]).map(|(a, b)| (a - b).abs());
-            assert!(off.fold(0.0, f32::max) < 1e-5, "cell {cell}");
+            let error = weight.iter().zip(second.along[k]).map(|(a, b)| (a - b).abs());
+            assert!(error.fold(0.0, f32::max) < 1e-5, "cell {cell}");
         }
     }
 }

@@ -130,7 +130,7 @@ const FRACTION: u32 = 23;
 impl GradientFormat for u64 {
     /// A gradient that is not finite becomes zero.
     fn of(gradient: [f32; 3]) -> Self {
-        let largest = gradient.iter().fold(0.0f32, |most, g| most.max(g.abs()));
+        let largest = gradient.iter().fold(0.0f32, |largest, g| largest.max(g.abs()));
         if !gradient.iter().all(|g| g.is_finite()) || largest == 0.0 {
             return 0;
         }
@@ -183,7 +183,7 @@ fn unpack(packed: u64) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Components of any size and sign, alone and together: none is off by more than 1e-5 of the largest.
+    /// Components of any size and sign, alone and together: none has an error above 1e-5 of the largest.
     #[test]
     fn packed_gradients_are_near() {
         let mut sizes = vec![0.0f32, 1.0, 1.999_999_9, 131_071.5, 131_072.0, 0.1, 3e-30, 1e30, 2e-33, 0.7e-3];
@@ -193,9 +193,9 @@ mod tests {
             for part in [-1.0, -0.500_01, -1e-3, 0.0, 1e-6, 0.333, 1.0] {
                 let gradient = [*x, part * x, -part * sizes[(i * 7) % sizes.len()].min(*x)];
                 let near = unpack(u64::of(gradient));
-                let off = gradient.iter().zip(near).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-                worst = worst.max(off / x.max(f32::MIN_POSITIVE));
-                assert!(off <= 1e-5 * x, "{gradient:?} becomes {near:?}");
+                let error = gradient.iter().zip(near).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                worst = worst.max(error / x.max(f32::MIN_POSITIVE));
+                assert!(error <= 1e-5 * x, "{gradient:?} becomes {near:?}");
             }
         }
         assert!(worst > 1e-6, "{worst}");
@@ -204,8 +204,8 @@ mod tests {
     /// The turn of gradients whose largest component is just above a power of two equals the stated bound; that of
     /// others is smaller.
     #[test]
-    fn packed_gradients_turn_as_told() {
-        for (size, least, most) in [(1.01f32, 0.85, 1.0), (1.9, 0.4, 0.6)] {
+    fn packing_turns_gradients_by_the_stated_bound() {
+        for (size, min, max) in [(1.01f32, 0.85, 1.0), (1.9, 0.4, 0.6)] {
             let mut sum = 0.0;
             let count = 20_000;
             for i in 0..count {
@@ -218,7 +218,7 @@ mod tests {
                 assert!((near[2] - z).abs() < 1e-5);
             }
             let part = (sum / f64::from(count)).sqrt() / Gradients::PACKED_TURN;
-            assert!((least..=most).contains(&part), "{size}: {part}");
+            assert!((min..=max).contains(&part), "{size}: {part}");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::field::{Field, Location};
-use crate::grid::IcosahedralMesh;
+use crate::grid::icosahedral_grid;
 use crate::shape::Shape;
 
 #[test]
@@ -45,8 +45,7 @@ fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
 /// mean is exact, at pentagons and on the outer and inner layers too.
 #[test]
 fn a_linear_field_has_its_own_gradient_everywhere() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let grid = icosahedral_grid(3);
     let slope = DVec3::new(0.3, -2.0, 0.7);
     let values = field_of(&grid, |p| p.dot(slope) + 5.0);
     for gradient in gradients_of(&grid, &values) {
@@ -57,8 +56,7 @@ fn a_linear_field_has_its_own_gradient_everywhere() {
 /// In invisible blocks memory is unchanged, and in visible ones the bits are those of all gradients.
 #[test]
 fn gradients_are_those_that_can_be_seen() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let grid = icosahedral_grid(3);
     let values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
     let field =
         Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
@@ -90,8 +88,7 @@ fn gradients_are_those_that_can_be_seen() {
 
 #[test]
 fn frusta_with_missing_values_are_left_out_of_the_mean() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let grid = icosahedral_grid(2);
     let slope = DVec3::new(0.3, -2.0, 0.7);
     let mut values = field_of(&grid, |p| p.dot(slope));
     values[4 * 40 + 2] = f64::NAN;
@@ -108,8 +105,7 @@ fn frusta_with_missing_values_are_left_out_of_the_mean() {
 /// a frustum's gradient solves its three slopes.
 #[test]
 fn the_mean_is_over_the_whole_incident_frusta() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let grid = icosahedral_grid(2);
     let mut values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
     for cell in (0..grid.cells()).step_by(7) {
         values[4 * cell + cell % 4] = f64::NAN;

@@ -151,7 +151,9 @@ impl ConstrainedDelaunay {
             let k = outer.beyond.iter().position(|&f| f == face).expect("faces know each other");
             outer.beyond[k] = now;
         }
-        (self.around[a as usize], self.around[b as usize], self.around[c as usize]) = (f1, f2, f0);
+        self.around[a as usize] = f1;
+        self.around[b as usize] = f2;
+        self.around[c as usize] = f0;
         self.last = face;
         // On a side, one of the three has no area: its flip gives the two that belong there.
         let mut suspects = vec![f0, f1, f2];
@@ -311,9 +313,11 @@ impl ConstrainedDelaunay {
             // The other face runs apex, left, right. The way out lies opposite the vertex that is left behind.
             face = other;
             if side > 0.0 {
-                (k, left) = (turn(j, 1), apex);
+                k = turn(j, 1);
+                left = apex;
             } else {
-                (k, right) = (turn(j, 2), apex);
+                k = turn(j, 2);
+                right = apex;
             }
         }
         Err(ConstraintError::Endless)

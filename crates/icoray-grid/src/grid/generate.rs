@@ -81,14 +81,8 @@ impl IcosahedralMesh {
     pub fn tables(&self) -> GridTables<'_> {
         GridTables {
             index_base: 0,
-            center: LonLat {
-                lon_rad: self.lon_center_rad.as_slice().into(),
-                lat_rad: self.lat_center_rad.as_slice().into(),
-            },
-            corner: LonLat {
-                lon_rad: self.lon_corner_rad.as_slice().into(),
-                lat_rad: self.lat_corner_rad.as_slice().into(),
-            },
+            center: LonLat::of(&self.lon_center_rad, &self.lat_center_rad),
+            corner: LonLat::of(&self.lon_corner_rad, &self.lat_corner_rad),
             cell_corner: self.cell_corner.as_slice().into(),
             cell_corner_row: 6,
             cell_corner_count: None,
@@ -253,6 +247,13 @@ fn ring(cell: i32, start: i32, corner_cell: &[i32], corner_edge: &[i32], edge_co
         corner = next;
     }
     ring
+}
+
+/// The grid of an icosahedral mesh, whose tables are never freed.
+#[cfg(test)]
+pub(crate) fn icosahedral_grid(level: u32) -> super::Grid<'static> {
+    let mesh = Box::leak(Box::new(IcosahedralMesh::new(level).unwrap()));
+    super::Grid::new(mesh.tables()).unwrap()
 }
 
 /// Longitude in [0, 2π) and latitude.

@@ -107,14 +107,12 @@ impl Grid<'_> {
 #[cfg(test)]
 mod tests {
     use super::half_edge::{APEX, NEXT, TRIANGLE};
-    use super::*;
-    use crate::grid::generate::IcosahedralMesh;
+    use crate::grid::icosahedral_grid;
 
     /// Each half-edge leads to the triangle beyond, into which it enters between the same vertices.
     #[test]
     fn half_edges_lead_through_the_sides_of_triangles() {
-        let mesh = IcosahedralMesh::new(2).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(2);
         let all = grid.half_edges();
         assert_eq!(all.len(), 3 * grid.triangles());
         for (number, side) in all.iter().enumerate() {

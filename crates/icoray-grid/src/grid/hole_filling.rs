@@ -21,7 +21,7 @@ use super::constrained_delaunay::{ConstrainedDelaunay, ConstraintError};
 use super::table_names::{named_row, number_of, rows};
 use super::tables::GridTables;
 use super::triangle_orientation::TriangleOrientation;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 
@@ -41,6 +41,14 @@ pub(super) struct Void {
     /// The triangle beyond the side opposite each vertex: a row of the table, or a void one, numbered on from the last
     /// row.
     pub beyond: [u32; 3],
+}
+
+/// A hole of the mesh.
+pub(super) struct Hole {
+    /// Number of its void triangles.
+    pub triangles: usize,
+    /// The first data triangle beside it.
+    pub beside: Option<u32>,
 }
 
 /// A side of the rim and the triangles on both sides.
@@ -80,9 +88,8 @@ impl HoleFilling {
         self.rim.iter().map(|side| [side.triangle, u32::from(side.opposite), side.void])
     }
 
-    /// For each hole, the number of its void triangles and the first data triangle beside it; the table has `rows`
-    /// rows.
-    pub fn holes(&self, rows: usize) -> Vec<(usize, Option<u32>)> {
+    /// All holes; the table has `rows` rows.
+    pub fn holes(&self, rows: usize) -> Vec<Hole> {
         let mut hole_of = vec![None; self.void.len()];
         let mut holes = Vec::new();
         for first in 0..self.void.len() {
@@ -95,12 +102,12 @@ impl HoleFilling {
                 }
             }
             if triangles > 0 {
-                holes.push((triangles, None));
+                holes.push(Hole { triangles, beside: None });
             }
         }
         for side in self.rim.iter().rev() {
             if let Some(hole) = hole_of[side.void as usize - rows] {
-                holes[hole].1 = Some(side.triangle);
+                holes[hole].beside = Some(side.triangle);
             }
         }
         holes
@@ -123,7 +130,8 @@ struct Side {
 /// Closes the mesh and adds the synthetic points that its void triangles use to `direction`.
 ///
 /// # Errors
-/// [`ErrorKind::Grid`] names the rows of `corner_cell` whose triangles overlap, and cells in each other's place.
+/// [`ErrorKind::Grid`](crate::ErrorKind::Grid) names the rows of `corner_cell` whose triangles overlap, and cells in
+/// each other's place.
 pub(super) fn fill_holes(
     t: &GridTables,
     direction: &mut Vec<[f64; 3]>,
@@ -145,7 +153,7 @@ pub(super) fn fill_holes(
     let mut clash = None;
     for attempt in 0..TURNS {
         match patched(&cells, &sides, direction, attempt) {
-            Ok((triangulation, vertex)) => return cut(t, direction, &sides, &triangulation, &vertex),
+            Ok(patched) => return cut(t, direction, &sides, &patched),
             Err(FillError::Synthetic) => {}
             Err(trouble) => {
                 clash = Some(trouble);
@@ -154,30 +162,23 @@ pub(super) fn fill_holes(
         }
     }
     Err(match clash {
-        Some(FillError::Cells(a, b)) => Error::new(
-            ErrorKind::Grid,
-            format!(
-                "{}: the same place {:?}, expected cells apart from each other",
-                rows(t, "center", a as usize, b as usize),
-                direction[a as usize]
-            ),
-        ),
-        Some(FillError::Side(i, cell)) => Error::new(
-            ErrorKind::Grid,
-            format!(
-                "{}: the side between cells {} and {} runs through the triangles at cell {}, expected triangles that \
-                 do not overlap",
-                named_row(t, "corner_cell", sides[i].triangle as usize),
-                number_of(t, sides[i].from),
-                number_of(t, sides[i].to),
-                number_of(t, cell)
-            ),
-        ),
+        Some(FillError::Cells(a, b)) => Error::grid(format!(
+            "{}: the same place {:?}, expected cells apart from each other",
+            rows(t, "center", a as usize, b as usize),
+            direction[a as usize]
+        )),
+        Some(FillError::Side(i, cell)) => Error::grid(format!(
+            "{}: the side between cells {} and {} runs through the triangles at cell {}, expected triangles that \
+             do not overlap",
+            named_row(t, "corner_cell", sides[i].triangle as usize),
+            number_of(t, sides[i].from),
+            number_of(t, sides[i].to),
+            number_of(t, cell)
+        )),
         Some(FillError::Other(error)) => error,
-        Some(FillError::Synthetic) | None => Error::new(
-            ErrorKind::Grid,
-            "corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap".to_owned(),
-        ),
+        Some(FillError::Synthetic) | None => {
+            Error::grid("corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap")
+        }
     })
 }
 
@@ -225,13 +226,19 @@ enum FillError {
     Other(Error),
 }
 
-/// The whole sphere with the rim in it, and the vertex of each of its cells.
+/// The whole sphere with the rim in it.
+struct PatchedSphere {
+    triangulation: ConstrainedDelaunay,
+    /// The vertex of each cell of the rim.
+    vertex: HashMap<u32, u32>,
+}
+
 fn patched(
     cells: &[u32],
     sides: &[Side],
     direction: &[[f64; 3]],
     attempt: u32,
-) -> std::result::Result<(ConstrainedDelaunay, HashMap<u32, u32>), FillError> {
+) -> std::result::Result<PatchedSphere, FillError> {
     // About three axes: no mesh made by formula has its points, or its equator, at the resulting positions.
     let turn = 0.371 + 0.0137 * f64::from(attempt);
     let rotation = DMat3::from_rotation_z(turn)
@@ -261,7 +268,7 @@ fn patched(
         };
         return Err(trouble);
     }
-    Ok((triangulation, vertex))
+    Ok(PatchedSphere { triangulation, vertex })
 }
 
 /// Cuts the triangulation along the rim and keeps the part beyond.
@@ -269,8 +276,7 @@ fn cut(
     t: &GridTables,
     direction: &mut Vec<[f64; 3]>,
     sides: &[Side],
-    triangulation: &ConstrainedDelaunay,
-    vertex: &HashMap<u32, u32>,
+    PatchedSphere { triangulation, vertex }: &PatchedSphere,
 ) -> Result<HoleFilling> {
     const COVERED: u32 = u32::MAX;
     let ends = |side: &Side| (vertex[&side.from], vertex[&side.to]);
@@ -309,10 +315,10 @@ fn cut(
         }
     }
     if i32::try_from(u64::from(first_void) + kept.len() as u64).is_err() {
-        return Err(Error::new(
-            ErrorKind::Grid,
-            format!("corner: {first_void} rows and {} void triangles, expected fewer than 2^31", kept.len()),
-        ));
+        return Err(Error::grid(format!(
+            "corner: {first_void} rows and {} void triangles, expected fewer than 2^31",
+            kept.len()
+        )));
     }
     for side in sides {
         let void = number[beyond_side(side) as usize];
@@ -340,27 +346,21 @@ fn cut(
 }
 
 fn overlap(t: &GridTables, a: &Side, b: &Side) -> Error {
-    Error::new(
-        ErrorKind::Grid,
-        format!(
-            "{}: other triangles lie over the side between cells {} and {}, beyond which a cell or \
-             corner is missing; expected triangles that do not overlap",
-            rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
-            number_of(t, a.from),
-            number_of(t, a.to)
-        ),
-    )
+    Error::grid(format!(
+        "{}: other triangles lie over the side between cells {} and {}, beyond which a cell or \
+         corner is missing; expected triangles that do not overlap",
+        rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
+        number_of(t, a.from),
+        number_of(t, a.to)
+    ))
 }
 
 fn unjoined(t: &GridTables, a: &Side, b: &Side) -> Error {
-    Error::new(
-        ErrorKind::Grid,
-        format!(
-            "{}: both have a side between cells {} and {} beyond which a cell or corner is missing; \
-             expected an edge that joins the two",
-            rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
-            number_of(t, a.from),
-            number_of(t, a.to)
-        ),
-    )
+    Error::grid(format!(
+        "{}: both have a side between cells {} and {} beyond which a cell or corner is missing; \
+         expected an edge that joins the two",
+        rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
+        number_of(t, a.from),
+        number_of(t, a.to)
+    ))
 }

@@ -22,6 +22,8 @@ mod triangle_orientation;
 mod triangles;
 
 pub use check::unit_vector;
+#[cfg(test)]
+pub(crate) use generate::icosahedral_grid;
 pub use generate::{IcosahedralMesh, MAX_LEVEL};
 pub use owned::{OwnedGrid, OwnedTables};
 pub use tables::{GridTables, Indices, LonLat};
@@ -29,12 +31,11 @@ pub use triangles::{Connectivity, circumcenter, cut_polygon};
 
 use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
-use crate::hash;
 use crate::macrocells::Macrocells;
-use crate::memory;
+use crate::{hash, memory};
 use glam::DVec3;
 use half_edges::HalfEdge;
-use hole_filling::HoleFilling;
+use hole_filling::{Hole, HoleFilling};
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock, Weak};
 use triangle_orientation::TriangleOrientation;
@@ -168,8 +169,8 @@ impl<'a> Grid<'a> {
         const NAMED: usize = 3;
         let holes = self.hole_filling.holes(self.orientations.len());
         let plural = |count: usize| if count == 1 { "" } else { "s" };
-        let text = |&(triangles, rim): &(usize, Option<u32>)| {
-            let place = rim.map_or_else(String::new, |corner| {
+        let text = |&Hole { triangles, beside }: &Hole| {
+            let place = beside.map_or_else(String::new, |corner| {
                 let (number, at) = (table_names::number_of(&self.tables, corner), self.tables.corner);
                 let [lon, lat] = [at.lon_rad, at.lat_rad].map(|angle| angle.get(corner as usize).to_degrees());
                 format!(" beside corner {number} at {lon:.2} E {lat:.2} N")
@@ -380,7 +381,8 @@ impl<'a> Grid<'a> {
                 [a, b]
             };
             *sides.get_mut(count)? = if orientation.is_clockwise() { [behind, next] } else { [next, behind] };
-            (count, last) = (count + 1, corner);
+            count += 1;
+            last = corner;
         }
         let sides = sides.get(..count).filter(|sides| !sides.is_empty())?;
         let mut at = 0;

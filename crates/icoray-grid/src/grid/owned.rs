@@ -26,8 +26,8 @@ impl OwnedTables {
         let of = &self.connectivity;
         GridTables {
             index_base: 0,
-            center: places(&self.center),
-            corner: places(&self.corner),
+            center: LonLat::of(&self.center[0], &self.center[1]),
+            corner: LonLat::of(&self.corner[0], &self.corner[1]),
             cell_corner: of.cell_corner.as_slice().into(),
             cell_corner_row: of.cell_corner_row,
             cell_corner_count: Some(of.cell_corner_count.as_slice().into()),
@@ -44,10 +44,6 @@ impl OwnedTables {
         let places: usize = self.center.iter().chain(&self.corner).map(|v| size_of_val(v.as_slice())).sum();
         indices + places + size_of_val(self.cell_number.as_slice())
     }
-}
-
-fn places([lon, lat]: &[Vec<f64>; 2]) -> LonLat<'_> {
-    LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() }
 }
 
 self_cell!(

@@ -94,6 +94,13 @@ pub struct LonLat<'a> {
     pub lat_rad: Reals<'a>,
 }
 
+impl<'a> LonLat<'a> {
+    /// Positions in double precision.
+    pub fn of(lon_rad: &'a [f64], lat_rad: &'a [f64]) -> Self {
+        LonLat { lon_rad: lon_rad.into(), lat_rad: lat_rad.into() }
+    }
+}
+
 /// The six tables of a geodesic grid (§3.1 of the paper), borrowed from the model.
 ///
 /// ```
@@ -103,8 +110,8 @@ pub struct LonLat<'a> {
 /// let mesh = IcosahedralMesh::new(2)?;
 /// let tables = GridTables {
 ///     index_base: 0,
-///     center: LonLat { lon_rad: mesh.lon_center_rad[..].into(), lat_rad: mesh.lat_center_rad[..].into() },
-///     corner: LonLat { lon_rad: mesh.lon_corner_rad[..].into(), lat_rad: mesh.lat_corner_rad[..].into() },
+///     center: LonLat::of(&mesh.lon_center_rad, &mesh.lat_center_rad),
+///     corner: LonLat::of(&mesh.lon_corner_rad, &mesh.lat_corner_rad),
 ///     cell_corner: mesh.cell_corner[..].into(),
 ///     cell_corner_row: 6,
 ///     cell_corner_count: None,

@@ -33,7 +33,35 @@ impl Connectivity {
     /// [`crate::ErrorKind::Grid`] names a row that does not have three different cells from 0 to `cells` - 1, and a
     /// side that more than two triangles have.
     pub fn new(corner_cell: &[i32], cells: usize) -> Result<Self> {
-        connect(corner_cell, cells)
+        let around = Around::new(corner_cell, cells)?;
+        let mut corner_edge = vec![NONE; corner_cell.len()];
+        let mut edge_corner = Vec::with_capacity(corner_cell.len());
+        let side_opposite = |corner: i32, pair: [i32; 2]| {
+            let row = row(corner_cell, corner);
+            3 * corner as usize + (0..3).find(|&k| !pair.contains(&row[k])).unwrap_or(0)
+        };
+        for cell in 0..cells as i32 {
+            for &corner in around.of(cell) {
+                for other in row(corner_cell, corner).into_iter().filter(|&other| other > cell) {
+                    let mut sharing = around.of(cell).iter().filter(|c| row(corner_cell, **c).contains(&other));
+                    let (first, second) = (sharing.next(), sharing.next());
+                    if sharing.next().is_some() {
+                        return Err(Error::grid(format!(
+                            "more than two triangles have a side between the points {cell} and {other}"
+                        )));
+                    }
+                    if first == Some(&corner) {
+                        let edge = (edge_corner.len() / 2) as i32;
+                        edge_corner.extend([corner, second.copied().unwrap_or(NONE)]);
+                        corner_edge[side_opposite(corner, [cell, other])] = edge;
+                        if let Some(&second) = second {
+                            corner_edge[side_opposite(second, [cell, other])] = edge;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(Connectivity { corner_edge, edge_corner, ..around.rows(corner_cell) })
     }
 }
 
@@ -85,39 +113,6 @@ pub fn cut_polygon<N: Copy + Ord>(polygon: &[N], at: impl Fn(N) -> [f64; 3]) -> 
     triangles
 }
 
-fn connect(corner_cell: &[i32], cells: usize) -> Result<Connectivity> {
-    let around = Around::new(corner_cell, cells)?;
-    let mut corner_edge = vec![NONE; corner_cell.len()];
-    let mut edge_corner = Vec::with_capacity(corner_cell.len());
-    let side_opposite = |corner: i32, pair: [i32; 2]| {
-        let row = row(corner_cell, corner);
-        3 * corner as usize + (0..3).find(|&k| !pair.contains(&row[k])).unwrap_or(0)
-    };
-    for cell in 0..cells as i32 {
-        for &corner in around.of(cell) {
-            for other in row(corner_cell, corner).into_iter().filter(|&other| other > cell) {
-                let mut sharing = around.of(cell).iter().filter(|c| row(corner_cell, **c).contains(&other));
-                let (first, second) = (sharing.next(), sharing.next());
-                if sharing.next().is_some() {
-                    return Err(Error::grid(format!(
-                        "more than two triangles have a side between the points {cell} and {other}"
-                    )));
-                }
-                if first == Some(&corner) {
-                    let edge = (edge_corner.len() / 2) as i32;
-                    edge_corner.extend([corner, second.copied().unwrap_or(NONE)]);
-                    corner_edge[side_opposite(corner, [cell, other])] = edge;
-                    if let Some(&second) = second {
-                        corner_edge[side_opposite(second, [cell, other])] = edge;
-                    }
-                }
-            }
-        }
-    }
-    let (cell_corner, cell_corner_row, cell_corner_count) = around.rows(corner_cell);
-    Ok(Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count })
-}
-
 fn row(corner_cell: &[i32], corner: i32) -> [i32; 3] {
     std::array::from_fn(|k| corner_cell[3 * corner as usize + k])
 }
@@ -164,17 +159,17 @@ impl Around {
         &self.corners[self.start[cell as usize]..self.start[cell as usize + 1]]
     }
 
-    /// The corners as a table, with the length of its rows and the number of entries of each that count: at least 3, of
-    /// which those that are missing at a rim are marked.
-    fn rows(&self, corner_cell: &[i32]) -> (Vec<i32>, usize, Vec<i32>) {
+    /// The tables of corners around cells, without those of edges. At least 3 entries of a row count, of which those
+    /// that are missing at a rim are marked.
+    fn rows(&self, corner_cell: &[i32]) -> Connectivity {
         let cells = self.start.len() as i32 - 1;
-        let count: Vec<i32> = (0..cells).map(|cell| self.of(cell).len().max(3) as i32).collect();
-        let length = count.iter().max().map_or(3, |&most| most as usize);
-        let mut table = vec![NONE; cells as usize * length];
-        for (cell, place) in table.chunks_exact_mut(length).enumerate() {
+        let cell_corner_count: Vec<i32> = (0..cells).map(|cell| self.of(cell).len().max(3) as i32).collect();
+        let cell_corner_row = cell_corner_count.iter().max().map_or(3, |&count| count as usize);
+        let mut cell_corner = vec![NONE; cells as usize * cell_corner_row];
+        for (cell, place) in cell_corner.chunks_exact_mut(cell_corner_row).enumerate() {
             turn(corner_cell, cell as i32, self.of(cell as i32), place);
         }
-        (table, length, count)
+        Connectivity { cell_corner, cell_corner_row, cell_corner_count, ..Connectivity::default() }
     }
 }
 
@@ -218,7 +213,7 @@ mod tests {
     #[test]
     fn a_whole_sphere_passes_the_check() {
         let mesh = IcosahedralMesh::new(3).unwrap();
-        let of = connect(&mesh.corner_cell, mesh.cells()).unwrap();
+        let of = Connectivity::new(&mesh.corner_cell, mesh.cells()).unwrap();
         assert_eq!((of.cell_corner_row, of.edge_corner.len()), (6, mesh.edge_corner.len()));
         let grid = Grid::new(grid_of(&mesh, &mesh.corner_cell, &of)).unwrap();
         assert_eq!(grid.void_triangles(), 0);
@@ -227,7 +222,7 @@ mod tests {
     #[test]
     fn corners_are_in_order_around_their_cell() {
         let mesh = IcosahedralMesh::new(2).unwrap();
-        let of = connect(&mesh.corner_cell, mesh.cells()).unwrap();
+        let of = Connectivity::new(&mesh.corner_cell, mesh.cells()).unwrap();
         for (cell, corners) in of.cell_corner.chunks_exact(6).enumerate() {
             let count = of.cell_corner_count[cell] as usize;
             for k in 0..count {
@@ -249,13 +244,14 @@ mod tests {
                 .flat_map(|triangle| if random.below(100) < keep { triangle.to_vec() } else { vec![NONE; 3] });
             let kept: Vec<i32> = kept.collect();
             let there: Vec<i32> = kept.iter().copied().filter(|cell| *cell != NONE).collect();
-            let of = connect(&there, mesh.cells()).unwrap();
+            let of = Connectivity::new(&there, mesh.cells()).unwrap();
             let corner = |angle: &[f64]| -> Vec<f64> {
                 (0..angle.len()).filter(|c| kept[3 * c] != NONE).map(|c| angle[c]).collect()
             };
             let (lon, lat) = (corner(&mesh.lon_corner_rad), corner(&mesh.lat_corner_rad));
             let mut tables = grid_of(&mesh, &there, &of);
-            (tables.corner.lon_rad, tables.corner.lat_rad) = (lon.as_slice().into(), lat.as_slice().into());
+            tables.corner.lon_rad = lon.as_slice().into();
+            tables.corner.lat_rad = lat.as_slice().into();
             let grid = Grid::new(tables).unwrap();
             assert!(grid.void_triangles() > 10, "{keep}");
         }
@@ -306,7 +302,7 @@ mod tests {
             (vec![0, -1, 2], "expected 0 to 3"),
             (vec![0, 1, 2, 1, 0, 3, 0, 1, 3], "more than two triangles have a side between the points 0 and 1"),
         ] {
-            let error = connect(&corner_cell, 4).unwrap_err();
+            let error = Connectivity::new(&corner_cell, 4).unwrap_err();
             assert!(error.to_string().contains(part), "{error}");
         }
     }

@@ -1,7 +1,7 @@
 //! Heights at corners, which are averaged to cells like fields at corners.
 
-use super::check_column;
-use crate::error::{Error, ErrorKind, Result};
+use super::{check_column, check_shape};
+use crate::error::Result;
 use crate::field::{Field, Location};
 use crate::grid::Grid;
 use crate::layers::Layers;
@@ -14,8 +14,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// pass do not decrease upwards either: all or no heights of each column are averaged. Parallel.
 ///
 /// # Errors
-/// [`ErrorKind::Layers`] if they have another shape or place, or names the first column of which some heights but not
-/// all are missing, or decrease upwards.
+/// [`ErrorKind::Layers`](crate::ErrorKind::Layers) if they have another shape or place, or names the first column of
+/// which some heights but not all are missing, or decrease upwards.
 pub fn check_corners(grid: &Grid, heights: &Field, layers: &Layers, owns: impl Fn(usize) -> bool + Sync) -> Result<()> {
     // Other columns may not have been computed by any rank.
     let is_read: Vec<AtomicBool> = (0..grid.triangles()).map(|_| AtomicBool::new(false)).collect();
@@ -35,17 +35,8 @@ pub fn check_corner_columns(
     layers: &Layers,
     is_read: impl Fn(usize) -> bool + Sync,
 ) -> Result<()> {
-    let (shape, corners) = (heights.shape(), grid.triangles());
-    if (shape.columns, shape.layers, heights.location()) != (corners, layers.count(), Location::Corner) {
-        let context = format!(
-            "heights: {} columns of {} layers at {:?}, expected {corners} of {} at Corner",
-            shape.columns,
-            shape.layers,
-            heights.location(),
-            layers.count()
-        );
-        return Err(Error::new(ErrorKind::Layers, context));
-    }
+    let corners = grid.triangles();
+    check_shape(heights, layers, corners, Location::Corner)?;
     let (count, base) = (layers.count(), grid.tables().index_base);
     let given = |layer: usize| if layers.is_falling() { count - 1 - layer } else { layer };
     let name = |corner: usize| format!("corner {} (counted from {base})", corner as i64 + i64::from(base));
@@ -59,8 +50,9 @@ pub fn check_corner_columns(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::ErrorKind;
     use crate::field::CenterField;
-    use crate::grid::IcosahedralMesh;
+    use crate::grid::icosahedral_grid;
     use crate::heights::{Cells, Heights};
     use crate::shape::Shape;
 
@@ -94,12 +86,12 @@ mod tests {
 
     #[test]
     fn bad_heights_are_named_by_the_first_corner_that_is_read() {
-        let mesh = IcosahedralMesh::new(2).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(2);
         let good = values(grid.triangles());
         check_corners(&grid, &field(&good), &layers(false), |_| true).unwrap();
         let mut bad = good.clone();
-        (bad[3 * 9 + 1], bad[3 * 7 + 2]) = (-5e3, -1e3);
+        bad[3 * 9 + 1] = -5e3;
+        bad[3 * 7 + 2] = -1e3;
         let all = refusal(&grid, &bad, false, |_| true);
         assert!(
             all.starts_with("heights: corner 7 (counted from 0), layers 3 and 2 of 3: -1000 m lies below "),
@@ -123,8 +115,7 @@ mod tests {
     /// Whichever columns have no heights: an average is of whole columns.
     #[test]
     fn averages_of_what_passes_pass() {
-        let mesh = IcosahedralMesh::new(2).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(2);
         for every in [2, 3, 5, usize::MAX] {
             let mut values = values(grid.triangles());
             for (corner, column) in values.chunks_exact_mut(LAYERS).enumerate() {
@@ -143,8 +134,7 @@ mod tests {
 
     #[test]
     fn another_shape_or_place_is_refused_with_what_was_expected() {
-        let mesh = IcosahedralMesh::new(1).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let grid = icosahedral_grid(1);
         let values = vec![0.0; 100 * LAYERS];
         for (columns, count, place) in
             [(79, LAYERS, Location::Corner), (80, LAYERS - 1, Location::Corner), (80, LAYERS, Location::Center)]

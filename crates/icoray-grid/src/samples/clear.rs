@@ -103,13 +103,13 @@ impl<S: Sample> Samples<'_, S> {
         }
     }
 
-    /// The offset of the values over column `first`, and the number of columns, at most `most`, that lie side by side
+    /// The offset of the values over column `first`, and the number of columns, at most `max`, that lie side by side
     /// there.
     #[inline]
-    fn run(&self, first: usize, most: usize) -> (isize, usize) {
+    fn run(&self, first: usize, max: usize) -> (isize, usize) {
         let base = self.reading.elements.base(first);
         let apart = |i: &usize| self.reading.elements.base(first + i) != base + *i as isize;
-        (base, (1..most).find(apart).unwrap_or(most))
+        (base, (1..max).find(apart).unwrap_or(max))
     }
 
     /// The array's mark of missing values, or a number outside the range if it has none.
@@ -290,7 +290,7 @@ mod tests {
 
     /// Exactly one of adjacent values is the knot's, and no range reaches its ends.
     #[test]
-    fn ranges_hold_what_normalises_to_inside() {
+    fn ranges_contain_what_normalises_to_inside() {
         let values = [0.25f32; 4];
         let field = Field::new(values.as_slice().into(), Shape::level_fastest(2, 2), Location::Center, None).unwrap();
         let samples = Samples::new(&values, &field, false, [0.1, 0.7]);

@@ -20,10 +20,10 @@ pub struct Figure {
     /// The places that state it.
     pub scope: Scope,
     /// Its type in words.
-    pub kind: Kind,
+    pub kind: FigureType,
     /// Its type in C, by Rust's name; `None` if the struct of C does not have it.
     pub c_type: Option<&'static str>,
-    value: fn(&Source) -> Value,
+    value: fn(&FigureSource) -> Value,
 }
 
 /// The places that state a figure; each scope includes the previous ones.
@@ -39,7 +39,7 @@ pub enum Scope {
 
 /// Type of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Kind {
+pub struct FigureType {
     /// Its type in Python.
     pub python: &'static str,
     /// The words for the numbers in C, from 0; empty if numbers stand for themselves.
@@ -66,14 +66,14 @@ pub enum Value {
 }
 
 /// The data from which figures are read.
-struct Source<'a> {
+struct FigureSource<'a> {
     stamp: &'a Stamp,
     report: &'a FrameReport,
     host: &'a CFrameReport,
 }
 
-/// Declares figures: `Scope name: type Kind = value`, after the description as a doc comment; those in C in the order
-/// of the struct there, with their types there, and then the others.
+/// Declares figures: `Scope name: type FigureType = value`, after the description as a doc comment; those in C in the
+/// order of the struct there, with their types there, and then the others.
 macro_rules! figures {
     (
         $(#[doc = $about:literal])*
@@ -95,7 +95,7 @@ macro_rules! figures {
                 kind: $kind,
                 c_type: Some(stringify!($type)),
                 value: |source| {
-                    let value: fn(&Source) -> $type = $value;
+                    let value: fn(&FigureSource) -> $type = $value;
                     value(source).into()
                 },
             },)*
@@ -125,11 +125,11 @@ macro_rules! figures {
 
             /// The report of a frame; figures of a model's calls are those of `host`.
             pub fn of(stamp: &Stamp, report: &FrameReport, host: &CFrameReport) -> Self {
-                let source = Source { stamp, report, host };
+                let source = FigureSource { stamp, report, host };
                 CFrameReport {
                     struct_size: size_of::<CFrameReport>(),
                     $($name: {
-                        let value: fn(&Source) -> $type = $value;
+                        let value: fn(&FigureSource) -> $type = $value;
                         value(&source)
                     },)*
                 }
@@ -144,19 +144,19 @@ macro_rules! figures {
     };
 }
 
-const INTEGER: Kind = Kind { python: "int", words: &[] };
-const FLOAT: Kind = Kind { python: "float", words: &[] };
-const OPTIONAL_FLOAT: Kind = Kind { python: "float | None", words: &[] };
-const OPTIONAL_TEXT: Kind = Kind { python: "str | None", words: &[] };
-const TEXTS: Kind = Kind { python: "list[str]", words: &[] };
-const COLOR_MAPS: Kind = Kind { python: "list[_Colors]", words: &[] };
-const FLAG: Kind = Kind { python: "bool", words: &["false", "true"] };
+const INTEGER: FigureType = FigureType { python: "int", words: &[] };
+const FLOAT: FigureType = FigureType { python: "float", words: &[] };
+const OPTIONAL_FLOAT: FigureType = FigureType { python: "float | None", words: &[] };
+const OPTIONAL_TEXT: FigureType = FigureType { python: "str | None", words: &[] };
+const TEXTS: FigureType = FigureType { python: "list[str]", words: &[] };
+const COLOR_MAPS: FigureType = FigureType { python: "list[_Colors]", words: &[] };
+const FLAG: FigureType = FigureType { python: "bool", words: &["false", "true"] };
 /// [`Lights`](icoray_scene::Lights) by number.
-const LIGHTS: Kind = Kind { python: "str", words: &["off", "coarse", "full"] };
+const LIGHTS: FigureType = FigureType { python: "str", words: &["off", "coarse", "full"] };
 /// `ICORAY_ALONE` and so on.
-const SCHEMES: Kind = Kind { python: "str", words: &["alone", "tiles", "fragments"] };
+const SCHEMES: FigureType = FigureType { python: "str", words: &["alone", "tiles", "fragments"] };
 /// `ICORAY_CPU` and so on.
-const PROCESSORS: Kind = Kind { python: "str", words: &["cpu", "gpu", "gpu and cpu"] };
+const PROCESSORS: FigureType = FigureType { python: "str", words: &["cpu", "gpu", "gpu and cpu"] };
 
 figures! {
     /// Cost and error of the last rendered frame, and counts of all frames so far. Seconds are wall-clock time.
@@ -325,7 +325,7 @@ figures! {
     }
 }
 
-impl Kind {
+impl FigureType {
     /// The value of a number in C.
     fn read(self, value: Value) -> Value {
         match value {
@@ -339,7 +339,10 @@ impl Kind {
 impl CFrameReport {
     /// Begins the sums over the frames of a call.
     pub fn begin_call(&mut self) {
-        (self.frames, self.waited_s, self.copy_s, self.bytes_copied) = (0, 0.0, 0.0, 0);
+        self.frames = 0;
+        self.waited_s = 0.0;
+        self.copy_s = 0.0;
+        self.bytes_copied = 0;
     }
 
     /// Adds a frame to the sums.
@@ -356,7 +359,7 @@ impl Figure {
     pub(crate) fn of(&self, stamp: &Stamp, report: &FrameReport) -> Value {
         let mut host = CFrameReport { write_s: report.timing.write_s, ..CFrameReport::default() };
         host.add(report);
-        self.kind.read((self.value)(&Source { stamp, report, host: &host }))
+        self.kind.read((self.value)(&FigureSource { stamp, report, host: &host }))
     }
 }
 

@@ -59,8 +59,8 @@ impl CellsPerPixel {
     /// assert_eq!(CellsPerPixel { max: 90.0, mean: 11.0 }.suggested_samples(), Some(16));
     /// ```
     pub fn suggested_samples(&self) -> Option<u32> {
-        let most = f64::from(icoray_scene::Scene::MAX_SAMPLES);
-        (self.mean >= Self::MANY).then(|| (self.mean.min(most) as u32).next_power_of_two())
+        let max = f64::from(icoray_scene::Scene::MAX_SAMPLES);
+        (self.mean >= Self::MANY).then(|| (self.mean.min(max) as u32).next_power_of_two())
     }
 }
 
@@ -116,13 +116,13 @@ mod tests {
     }
 
     #[test]
-    fn the_error_of_the_mean_is_told_as_an_estimate() {
+    fn the_error_of_the_mean_is_reported_as_an_estimate() {
         let error = Some(SamplingError { max: 0.04, mean: 1.23e-3 });
         let report = SamplingReport { samples: 16, rays_per_pixel: 7.25, error, ..SamplingReport::default() };
-        let told = "7.2 rays per pixel, error of their mean 1.3e-3, at most 4.0e-2 (estimate)";
-        assert_eq!(report.to_string(), told);
-        let told = "0.111 rays per pixel, error of pixels between them 1.3e-3, at most 4.0e-2 (estimate)";
-        assert_eq!(SamplingReport { rays_per_pixel: 1.0 / 9.0, ..report }.to_string(), told);
+        let expected = "7.2 rays per pixel, error of their mean 1.3e-3, at most 4.0e-2 (estimate)";
+        assert_eq!(report.to_string(), expected);
+        let expected = "0.111 rays per pixel, error of pixels between them 1.3e-3, at most 4.0e-2 (estimate)";
+        assert_eq!(SamplingReport { rays_per_pixel: 1.0 / 9.0, ..report }.to_string(), expected);
         assert_eq!(SamplingReport::default().to_string(), "1 ray per pixel");
     }
 }

@@ -138,7 +138,7 @@ impl<'s> Bar<'s> {
 
     /// The largest number of labelled ticks whose labels do not overlap, along `length` pixels.
     fn ticks(&self, length: i64, room: impl Fn(&str) -> i64) -> Ticks {
-        const MOST: usize = 9;
+        const MAX_TICKS: usize = 9;
         let fits = |ticks: &Ticks| {
             let pairs = ticks.major.windows(2);
             let mut apart = pairs.map(|pair| {
@@ -147,15 +147,15 @@ impl<'s> Bar<'s> {
             });
             apart.all(|apart| apart >= 0)
         };
-        let mut tried = (2..=MOST).rev().map(|most| ticks(self.scale, self.range, most));
+        let mut tried = (2..=MAX_TICKS).rev().map(|max_width| ticks(self.scale, self.range, max_width));
         tried.find(fits).unwrap_or_else(|| ticks(self.scale, self.range, 2))
     }
 
-    /// A vertical bar: values rise upwards, ticks and caption are at its right. The caption is no longer than `most`.
-    pub fn upright(&self, length: i64, most: i64, sizes: Sizes, caption: impl Fn(i32) -> Vec<String>) -> Block {
+    /// A vertical bar: values rise upwards, ticks and caption are at its right. The caption is at most `max_width` long.
+    pub fn upright(&self, length: i64, max_width: i64, sizes: Sizes, caption: impl Fn(i32) -> Vec<String>) -> Block {
         let Sizes { text, breadth, tick, gap, line, .. } = sizes;
         let ticks = self.ticks(length, |_| text.height());
-        let caption = caption_mask(&caption(ticks.exponent), sizes, most).upwards();
+        let caption = caption_mask(&caption(ticks.exponent), sizes, max_width).upwards();
         let labels: Vec<Mask> = ticks.major.iter().map(|(_, label)| text.line(label)).collect();
         let widest = labels.iter().map(|mask| mask.width).max().unwrap_or(0);
         // Labels of the ends and a long caption extend beyond the bar.
@@ -186,10 +186,10 @@ impl<'s> Bar<'s> {
     }
 
     /// A horizontal bar: values rise to the right, ticks and caption are below it.
-    pub fn lying(&self, length: i64, most: i64, sizes: Sizes, caption: impl Fn(i32) -> Vec<String>) -> Block {
+    pub fn lying(&self, length: i64, max_width: i64, sizes: Sizes, caption: impl Fn(i32) -> Vec<String>) -> Block {
         let Sizes { text, breadth, tick, gap, line, .. } = sizes;
         let ticks = self.ticks(length, |label| text.width(label) + 2 * gap);
-        let caption = caption_mask(&caption(ticks.exponent), sizes, most);
+        let caption = caption_mask(&caption(ticks.exponent), sizes, max_width);
         let labels: Vec<Mask> = ticks.major.iter().map(|(_, label)| text.line(label)).collect();
         let column = |value: f64| self.along(value, length);
         let ends = ticks.major.iter().zip(&labels).map(|((value, _), mask)| {
@@ -229,10 +229,10 @@ fn has_colors_of(one: &Painting, other: &Painting) -> bool {
     one.field == other.field && colorings.is_some_and(|(one, other)| one.has_colors_of(other))
 }
 
-/// The lines of a caption, none longer than `most` if it stays legible: a much longer caption is broken in two.
-fn caption_mask(lines: &[String], sizes: Sizes, most: i64) -> Mask {
+/// The lines of a caption, none longer than `max_width` if it stays legible: a much longer caption is broken in two.
+fn caption_mask(lines: &[String], sizes: Sizes, max_width: i64) -> Mask {
     let broken = lines.iter().flat_map(|line| {
-        let is_long = sizes.caption.width(line) * 4 > most * 5;
+        let is_long = sizes.caption.width(line) * 4 > max_width * 5;
         match middle_blank(line).filter(|_| is_long) {
             Some(at) => vec![&line[..at], &line[at + 1..]],
             None => vec![line.as_str()],
@@ -240,7 +240,7 @@ fn caption_mask(lines: &[String], sizes: Sizes, most: i64) -> Mask {
     });
     let broken: Vec<&str> = broken.collect();
     let longest = broken.iter().max_by_key(|line| sizes.caption.width(line));
-    let size = longest.map_or(sizes.caption, |line| sizes.caption.fitting(line, most));
+    let size = longest.map_or(sizes.caption, |line| sizes.caption.fitting(line, max_width));
     Mask::below_each_other(&broken.iter().map(|line| size.line(line)).collect::<Vec<_>>())
 }
 
@@ -257,9 +257,9 @@ mod tests {
     fn long_captions_are_broken_before_they_are_small() {
         let size = Size(14.0);
         let sizes = Sizes { text: size, caption: size, breadth: 1, tick: 1, gap: 1, line: 1 };
-        let set = |text: &str, most: i64| {
-            let mask = caption_mask(&[text.to_owned()], sizes, most);
-            assert!(mask.width <= most, "{text}: {} of {most}", mask.width);
+        let set = |text: &str, max_width: i64| {
+            let mask = caption_mask(&[text.to_owned()], sizes, max_width);
+            assert!(mask.width <= max_width, "{text}: {} of {max_width}", mask.width);
             mask
         };
         let text = "opacity by vertical velocity";

@@ -76,9 +76,9 @@ impl Block {
         self.rule(x + width - line, y + line, line, height - 2 * line);
     }
 
-    /// Lines below each other, none wider than `most`; right-aligned if `is_right`.
-    pub fn lines(texts: &[String], size: Size, most: i64, is_right: bool) -> Self {
-        let masks: Vec<Mask> = texts.iter().map(|text| size.fitting(text, most).line(text)).collect();
+    /// Lines below each other, none wider than `max_width`; right-aligned if `is_right`.
+    pub fn lines(texts: &[String], size: Size, max_width: i64, is_right: bool) -> Self {
+        let masks: Vec<Mask> = texts.iter().map(|text| size.fitting(text, max_width).line(text)).collect();
         let width = masks.iter().map(|mask| mask.width).max().unwrap_or(0);
         let (mut block, mut y) = (Block::default(), 0);
         for mask in masks {

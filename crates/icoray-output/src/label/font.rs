@@ -67,11 +67,15 @@ impl Size {
         self.set(text).1.ceil() as i64
     }
 
-    /// This size, or the smaller one at which a text fits into `most` pixels, but not below the legible minimum.
-    pub fn fitting(self, text: &str, most: i64) -> Self {
-        const LEAST: f32 = 7.0;
+    /// This size, or the smaller one at which a text fits into `max_width` pixels, but not below the legible minimum.
+    pub fn fitting(self, text: &str, max_width: i64) -> Self {
+        const MIN_SIZE: f32 = 7.0;
         let width = self.width(text);
-        if width <= most { self } else { Size((self.0 * most as f32 / width as f32).max(LEAST.min(self.0))) }
+        if width <= max_width {
+            self
+        } else {
+            Size((self.0 * max_width as f32 / width as f32).max(MIN_SIZE.min(self.0)))
+        }
     }
 
     /// A line of text.
@@ -95,9 +99,9 @@ impl Size {
 
 impl Mask {
     /// A line of text in the font of labels, `em` pixels per em; set smaller, but legible, if it would be wider than
-    /// `most` pixels.
-    pub fn of_text(text: &str, em: f32, most: i64) -> Self {
-        Size(em).fitting(text, most).line(text)
+    /// `max_width` pixels.
+    pub fn of_text(text: &str, em: f32, max_width: i64) -> Self {
+        Size(em).fitting(text, max_width).line(text)
     }
 
     /// Centred lines below each other.

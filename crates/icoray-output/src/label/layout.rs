@@ -4,18 +4,16 @@ use super::bar::{Bar, Sizes};
 use super::block::Block;
 use super::canvas::{Canvas, Rect};
 use super::font::Size;
-use super::words;
-use super::words::Key;
-use crate::frame::Frame;
-use crate::frame::Legend;
+use super::words::{self, Key};
+use crate::frame::{Frame, Legend};
 use crate::srgb::srgb_byte;
 use glam::DVec3;
-use icoray_scene::LabelPlace;
+use icoray_scene::{LabelPlace, Scale, TransferFunction};
 
 /// One em as a fraction of the picture's shorter side.
 const EM: f64 = 1.0 / 36.0;
 /// Smallest legible em in pixels.
-const LEAST_EM: f64 = 9.0;
+const MIN_EM: f64 = 9.0;
 /// Fraction of the planet that a bar may hide and still count as hiding nothing.
 const HIDES_NONE: f64 = 0.01;
 /// Opacity of the panel behind labels over the planet.
@@ -24,7 +22,7 @@ const PANEL: f32 = 0.8;
 const EVEN: f64 = 0.179;
 
 /// Minimum length of one of several bars, in em.
-const LEAST_SLOT: f64 = 5.5;
+const MIN_SLOT: f64 = 5.5;
 /// Length from which a bar beside others counts as full-sized, in em.
 const WIDE_SLOT: f64 = 14.0;
 
@@ -35,18 +33,32 @@ enum Along {
     End,
 }
 
-/// A side, the alignment there, and the fraction of the side's length that the bar takes.
-type Candidate = (LabelPlace, Along, f64);
+/// A placement of bars.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    side: LabelPlace,
+    along: Along,
+    /// Fraction of the side's length that a bar takes.
+    part: f64,
+}
 
 /// Placements in order of preference.
 const CANDIDATES: [Candidate; 6] = [
-    (LabelPlace::Right, Along::Middle, 0.6),
-    (LabelPlace::Bottom, Along::Middle, 0.6),
-    (LabelPlace::Left, Along::Middle, 0.6),
-    (LabelPlace::Right, Along::End, 0.36),
-    (LabelPlace::Left, Along::End, 0.36),
-    (LabelPlace::Bottom, Along::End, 0.36),
+    Candidate { side: LabelPlace::Right, along: Along::Middle, part: 0.6 },
+    Candidate { side: LabelPlace::Bottom, along: Along::Middle, part: 0.6 },
+    Candidate { side: LabelPlace::Left, along: Along::Middle, part: 0.6 },
+    Candidate { side: LabelPlace::Right, along: Along::End, part: 0.36 },
+    Candidate { side: LabelPlace::Left, along: Along::End, part: 0.36 },
+    Candidate { side: LabelPlace::Bottom, along: Along::End, part: 0.36 },
 ];
+
+/// Bars with their upper left corner.
+struct PlacedBars {
+    block: Block,
+    x: i64,
+    y: i64,
+    side: LabelPlace,
+}
 
 /// Data that all steps of the layout use.
 struct Page<'f> {
@@ -65,7 +77,7 @@ struct Page<'f> {
 }
 
 /// Draws all labels into the picture.
-pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
+pub(crate) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
     let page = Page::new(canvas, frame, legend);
     match legend.labels.place {
         LabelPlace::Below => page.below(canvas),
@@ -73,19 +85,26 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
     }
 }
 
-/// Adds rows of `paper` below a picture, with a bar in them.
-pub(super) fn draw_bar(canvas: &mut Canvas, bar: &Bar, caption: &str, [ink, paper]: [[u8; 3]; 2]) {
+/// Adds rows of `paper` below a picture, with a bar of the colours of a transfer function in them.
+pub(crate) fn draw_bar(
+    canvas: &mut Canvas,
+    scale: Scale,
+    transfer: &TransferFunction,
+    caption: &str,
+    [ink, paper]: [[u8; 3]; 2],
+) {
     let [width, height] = [canvas.width, canvas.height].map(i64::from);
     let sizes = Sizes::of(em(width, height));
     let margin = sizes.breadth / 2;
-    let block = bar.lying(share(0.8, width), width - 2 * margin, sizes, |_| vec![caption.to_owned()]);
+    let block =
+        Bar::opaque(scale, transfer).lying(share(0.8, width), width - 2 * margin, sizes, |_| vec![caption.to_owned()]);
     canvas.extend((block.height + 2 * margin) as u32, [paper[0], paper[1], paper[2], 255]);
     block.draw(canvas, (width - block.width) / 2, height + margin, ink);
 }
 
 /// One em in pixels.
 fn em(width: i64, height: i64) -> f64 {
-    (width.min(height) as f64 * EM).max(LEAST_EM)
+    (width.min(height) as f64 * EM).max(MIN_EM)
 }
 
 /// The length of a bar along a side; pictures that are too small for it are drawn all the same.
@@ -117,8 +136,8 @@ impl<'f> Page<'f> {
     }
 
     /// A block of notes; the last one is in another colour if it reports an error above the tolerance.
-    fn notes(&self, notes: &[String], most: i64, is_right: bool) -> Block {
-        let block = Block::lines(notes, self.notes, most, is_right);
+    fn notes(&self, notes: &[String], max_width: i64, is_right: bool) -> Block {
+        let block = Block::lines(notes, self.notes, max_width, is_right);
         if words::is_over(self.frame, self.legend) { block.with_last_in(self.warning) } else { block }
     }
 
@@ -159,38 +178,38 @@ impl<'f> Page<'f> {
 
     /// As many bars as fit, each with its upper left corner: one after the other along their side, the first at the top
     /// or at the left.
-    fn set_bars(&self, bars: &[Bar], (place, along, part): Candidate) -> (Block, i64, i64) {
+    fn set_bars(&self, bars: &[Bar], Candidate { side, along, part }: Candidate) -> PlacedBars {
         let Page { width, height, margin, .. } = *self;
-        let is_upright = place != LabelPlace::Bottom;
-        let side = if is_upright { height } else { width };
+        let is_upright = side != LabelPlace::Bottom;
+        let length = if is_upright { height } else { width };
         // Several bars leave room for the title above them.
         let above = if is_upright && bars.len() > 1 { self.title_height() + margin / 2 } else { 0 };
-        let room = side - 2 * margin - above;
-        let bars = &bars[..bars.len().min((room / (LEAST_SLOT * self.em()) as i64).max(1) as usize)];
+        let room = length - 2 * margin - above;
+        let bars = &bars[..bars.len().min((room / (MIN_SLOT * self.em()) as i64).max(1) as usize)];
         let block = match bars {
             [bar] => {
-                let most = if matches!(along, Along::Middle) { room } else { side / 2 };
-                self.set_bar(bar, is_upright, share(part, side), most)
+                let max_width = if matches!(along, Along::Middle) { room } else { length / 2 };
+                self.set_bar(bar, is_upright, share(part, length), max_width)
             }
-            _ => self.set_row(bars, is_upright, share(several(part, bars.len()), side).min(room)),
+            _ => self.set_row(bars, is_upright, share(several(part, bars.len()), length).min(room)),
         };
         let end = |whole: i64, block: i64, above: i64| match along {
             Along::Middle => (whole + above - block) / 2,
             Along::End => whole - margin - block,
         };
-        let (x, y) = match place {
+        let (x, y) = match side {
             LabelPlace::Bottom => (end(width, block.width, 0), height - margin - block.height),
             LabelPlace::Left => (margin, end(height, block.height, above)),
             _ => (width - margin - block.width, end(height, block.height, above)),
         };
-        (block, x, y)
+        PlacedBars { block, x, y, side }
     }
 
-    fn set_bar(&self, bar: &Bar, is_upright: bool, length: i64, most: i64) -> Block {
+    fn set_bar(&self, bar: &Bar, is_upright: bool, length: i64, max_width: i64) -> Block {
         let caption = |exponent| self.caption(bar, exponent);
         match is_upright {
-            true => bar.upright(length, most, self.sizes, caption),
-            false => bar.lying(length, most, self.sizes, caption),
+            true => bar.upright(length, max_width, self.sizes, caption),
+            false => bar.lying(length, max_width, self.sizes, caption),
         }
     }
 
@@ -217,21 +236,21 @@ impl<'f> Page<'f> {
         let mut side = LabelPlace::Right;
         let bars = self.bars();
         if !bars.is_empty() {
-            let candidates = CANDIDATES.iter().filter(|(side, ..)| place == LabelPlace::Auto || *side == place);
-            let mut best: Option<(f64, LabelPlace, (Block, i64, i64))> = None;
+            let candidates = CANDIDATES.iter().filter(|candidate| place == LabelPlace::Auto || candidate.side == place);
+            let mut best: Option<(f64, PlacedBars)> = None;
             for candidate in candidates {
-                let (block, x, y) = self.set_bars(&bars, *candidate);
-                let hidden = self.hidden(block.rect(x, y));
-                if best.as_ref().is_none_or(|(least, ..)| hidden + HIDES_NONE < *least) {
-                    best = Some((hidden, candidate.0, (block, x, y)));
+                let placed = self.set_bars(&bars, *candidate);
+                let hidden = self.hidden(placed.block.rect(placed.x, placed.y));
+                if best.as_ref().is_none_or(|(min, _)| hidden + HIDES_NONE < *min) {
+                    best = Some((hidden, placed));
                 }
                 if hidden <= HIDES_NONE {
                     break;
                 }
             }
-            if let Some((_, found, (block, x, y))) = best {
-                side = found;
-                self.put(canvas, &block, x, y);
+            if let Some((_, placed)) = best {
+                side = placed.side;
+                self.put(canvas, &placed.block, placed.x, placed.y);
             }
         }
         self.corners(canvas, side);
@@ -242,9 +261,9 @@ impl<'f> Page<'f> {
         let Page { width, height, margin, .. } = *self;
         let notes = words::notes(self.frame, self.legend);
         let is_right = side != LabelPlace::Right;
-        let most = (width - 3 * margin) / 2;
-        let mut blocks = self.keys(most);
-        blocks.push(self.notes(&notes, most, is_right));
+        let max_width = (width - 3 * margin) / 2;
+        let mut blocks = self.keys(max_width);
+        blocks.push(self.notes(&notes, max_width, is_right));
         let notes = Block::below_each_other(blocks, margin / 4, is_right);
         let x = if is_right { width - margin - notes.width } else { margin };
         let y = if side == LabelPlace::Bottom { margin } else { height - margin - notes.height };
@@ -260,8 +279,8 @@ impl<'f> Page<'f> {
         words::title(self.frame, self.legend).len() as i64 * self.title.height()
     }
 
-    /// Legends of the isosurfaces of each field, in rows of at most `most` pixels.
-    fn keys(&self, most: i64) -> Vec<Block> {
+    /// Legends of the isosurfaces of each field, in rows of at most `max_width` pixels.
+    fn keys(&self, max_width: i64) -> Vec<Block> {
         let Sizes { gap, line, .. } = self.sizes;
         let (size, edge) = (self.notes, (0.75 * self.notes.0) as i64);
         let piece = |color: Option<[f64; 3]>, text: &str| {
@@ -282,8 +301,9 @@ impl<'f> Page<'f> {
             let pieces = std::iter::once(piece(None, &key.name)).chain(values).chain(units);
             let (mut block, mut x, mut y) = (Block::default(), 0, 0);
             for piece in pieces {
-                if x > 0 && x + piece.width > most {
-                    (x, y) = (0, block.height);
+                if x > 0 && x + piece.width > max_width {
+                    x = 0;
+                    y = block.height;
                 }
                 let width = piece.width;
                 block.block(x, y, piece);
@@ -310,11 +330,11 @@ impl<'f> Page<'f> {
     /// Bars below the picture: side by side if there is room, else below each other.
     fn rows_below(&self, bars: &[Bar]) -> Vec<Block> {
         let Page { width, margin, .. } = *self;
-        let most = width - 2 * margin;
-        let slot = (most as f64 / bars.len().max(1) as f64) as i64 - margin;
+        let max_width = width - 2 * margin;
+        let slot = (max_width as f64 / bars.len().max(1) as f64) as i64 - margin;
         match bars {
-            [_, _, ..] if slot as f64 >= WIDE_SLOT * self.em() => vec![self.set_row(bars, false, most)],
-            _ => bars.iter().map(|bar| self.set_bar(bar, false, share(0.8, width), most)).collect(),
+            [_, _, ..] if slot as f64 >= WIDE_SLOT * self.em() => vec![self.set_row(bars, false, max_width)],
+            _ => bars.iter().map(|bar| self.set_bar(bar, false, share(0.8, width), max_width)).collect(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Labels in pictures, checked by their pixels.
 
 use super::*;
-use crate::frame::{Certainty, ErrorSummary};
+use crate::frame::{Certainty, ErrorSummary, Frame, Legend};
 use icoray_grid::Description;
 use icoray_scene::Scene;
 use icoray_scene::name::Stamp;
@@ -272,7 +272,8 @@ fn an_error_above_the_tolerance_has_another_colour() {
         let mut frame = frame(&scene);
         let seen = |frame: &Frame| count(&labelled(frame), [0.0, 1.0], [0.0, 1.0], is_orange);
         assert_eq!(seen(&frame), 0, "{place}");
-        (frame.report.error.pixels_over_tolerance, frame.report.quality.tolerance) = (12, 1e-3);
+        frame.report.error.pixels_over_tolerance = 12;
+        frame.report.quality.tolerance = 1e-3;
         assert!(seen(&frame) > 50, "{place}");
         let scene = self::scene(300, 300, 3.0, &format!("place = \"{place}\"\nbar = false\nerror = false"));
         let silent = Frame { legend: Legend::of(&scene, &[1.0]), ..frame.clone() };

@@ -21,13 +21,13 @@ const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -2..=3;
 /// Largest number of decades with minor ticks.
 const FINE_DECADES: usize = 9;
 
-/// No more than `most` ticks with labels over a range that rises, where that is 3 or more.
-pub(super) fn ticks(scale: Scale, range: [f64; 2], most: usize) -> Ticks {
-    let most = most.max(3);
+/// No more than `max_count` ticks with labels over a range that rises, where that is 3 or more.
+pub(super) fn ticks(scale: Scale, range: [f64; 2], max_count: usize) -> Ticks {
+    let max_count = max_count.max(3);
     match scale {
-        Scale::Linear => linear(range, most),
-        Scale::Log => log(range, most),
-        Scale::SymLog { threshold } => symlog(range, threshold, most),
+        Scale::Linear => linear(range, max_count),
+        Scale::Log => log(range, max_count),
+        Scale::SymLog { threshold } => symlog(range, threshold, max_count),
     }
 }
 
@@ -46,12 +46,12 @@ fn order(value: f64) -> i32 {
     (value.log10() + 1e-9).floor() as i32
 }
 
-fn linear(range: [f64; 2], most: usize) -> Ticks {
+fn linear(range: [f64; 2], max_count: usize) -> Ticks {
     let span = range[1] - range[0];
-    let least = order(span / most as f64) - 1;
+    let lowest = order(span / max_count as f64) - 1;
     // Multiplied by a whole number or divided by a power of ten, so that 3 steps of 0.1 are 0.3.
-    let steps = (least..).flat_map(|power| [1, 2, 5].map(|times| (times, power)));
-    let fits = |(times, power): &(i64, i32)| multiples(range, *times as f64 * decade(*power)).count() <= most;
+    let steps = (lowest..).flat_map(|power| [1, 2, 5].map(|times| (times, power)));
+    let fits = |(times, power): &(i64, i32)| multiples(range, *times as f64 * decade(*power)).count() <= max_count;
     let Some((times, power)) = steps.take(16).find(fits) else { return Ticks::default() };
     let value = |k: i64| {
         let whole = (k * times) as f64;
@@ -74,10 +74,10 @@ fn minus(number: &str) -> String {
     }
 }
 
-/// Powers of ten from `low` to `high`, and the interval of labelled ones for at most `most` labels.
-fn decades(low: i32, high: i32, most: usize) -> impl Iterator<Item = (i32, bool)> {
+/// Powers of ten from `low` to `high`, and the interval of labelled ones for at most `max_count` labels.
+fn decades(low: i32, high: i32, max_count: usize) -> impl Iterator<Item = (i32, bool)> {
     let count = usize::try_from(high - low + 1).unwrap_or(0);
-    let stride = count.div_ceil(most).max(1) as i32;
+    let stride = count.div_ceil(max_count).max(1) as i32;
     (low..=high).map(move |power| (power, power.rem_euclid(stride) == 0 || count == 1))
 }
 
@@ -89,16 +89,16 @@ fn decade_label(power: i32, are_plain: bool) -> String {
     }
 }
 
-fn log([low, high]: [f64; 2], most: usize) -> Ticks {
+fn log([low, high]: [f64; 2], max_count: usize) -> Ticks {
     let (first, last) = ((low.log10() - 1e-9).ceil() as i32, order(high));
     let count = usize::try_from(last - first + 1).unwrap_or(0);
     // Over few decades, labels at powers of ten alone are too sparse.
     if count < 2 {
-        return within_decades([low, high], most);
+        return within_decades([low, high], max_count);
     }
     let are_plain = PLAIN_DECADES.contains(&first) && PLAIN_DECADES.contains(&last);
     let mut ticks = Ticks::default();
-    for (power, has_label) in decades(first, last, most) {
+    for (power, has_label) in decades(first, last, max_count) {
         match has_label {
             true => ticks.major.push((decade(power), decade_label(power, are_plain))),
             false => ticks.minor.push(decade(power)),
@@ -116,13 +116,13 @@ fn fine(powers: std::ops::RangeInclusive<i32>) -> impl Iterator<Item = f64> {
 }
 
 /// 1, 2 and 5 times powers of ten if these are at least three, else even steps.
-fn within_decades(range: [f64; 2], most: usize) -> Ticks {
+fn within_decades(range: [f64; 2], max_count: usize) -> Ticks {
     let is_in = |v: &f64| range[0] * (1.0 - 1e-9) <= *v && *v <= range[1] * (1.0 + 1e-9);
     let powers = order(range[0])..=order(range[1]);
     let values = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|times| times * decade(power)));
     let values: Vec<f64> = values.filter(is_in).collect();
-    if values.len() < 3 || values.len() > most {
-        return linear(range, most);
+    if values.len() < 3 || values.len() > max_count {
+        return linear(range, max_count);
     }
     let exponent = if PLAIN.contains(&order(range[1])) { 0 } else { order(range[1]) };
     let label = |v: f64| {
@@ -134,22 +134,22 @@ fn within_decades(range: [f64; 2], most: usize) -> Ticks {
     Ticks { major, minor, exponent }
 }
 
-fn symlog([low, high]: [f64; 2], threshold: f64, most: usize) -> Ticks {
+fn symlog([low, high]: [f64; 2], threshold: f64, max_count: usize) -> Ticks {
     if low >= threshold {
-        return log([low, high], most);
+        return log([low, high], max_count);
     }
     if high <= -threshold {
-        return mirrored(log([-high, -low], most));
+        return mirrored(log([-high, -low], max_count));
     }
     let first = (threshold.log10() - 1e-9).ceil() as i32;
     let last = [-low, high].map(|end| if end > 0.0 { order(end) } else { first - 1 });
     let count = last.map(|last| usize::try_from(last - first + 1).unwrap_or(0));
     let has_zero = low <= 0.0 && high >= 0.0;
     if count[0] + count[1] == 0 {
-        return linear([low, high], most);
+        return linear([low, high], max_count);
     }
     // A label for 0, and the same powers on both sides.
-    let room = (most - usize::from(has_zero)).max(1) / if count[0] * count[1] > 0 { 2 } else { 1 };
+    let room = (max_count - usize::from(has_zero)).max(1) / if count[0] * count[1] > 0 { 2 } else { 1 };
     let top = last[0].max(last[1]);
     let stride = count[0].max(count[1]).div_ceil(room.max(1)) as i32;
     let is_plain = PLAIN_DECADES.contains(&first) && PLAIN_DECADES.contains(&top);

@@ -2,8 +2,7 @@
 
 use super::bar::Bar;
 use super::units::{power_of_ten, pretty};
-use crate::frame::Legend;
-use crate::frame::{Frame, two_digits_up};
+use crate::frame::{Frame, Legend, two_digits_up};
 use icoray_grid::Description;
 use icoray_scene::Paint;
 use icoray_scene::name::Stamp;

@@ -120,7 +120,7 @@ fn texts_of_others_are_left_alone() {
     ] {
         let path = folder.path().join(path);
         fs::write(&path, other).unwrap();
-        let checked = || texts(&series, folder.path(), false).try_for_each(|text| text.check());
+        let checked = || index_files(&series, folder.path(), false).try_for_each(|file| file.check());
         let added = add(&series, folder.path(), &Stamp::default(), &folder.path().join("a.png"), None);
         for error in [checked().unwrap_err(), added.unwrap_err()] {
             assert_eq!(error.kind(), ErrorKind::Exists);
@@ -134,7 +134,7 @@ fn texts_of_others_are_left_alone() {
     // A path that is not a file is not opened.
     fs::remove_file(folder.path().join("m.ffconcat")).unwrap();
     fs::create_dir(folder.path().join("m.ffconcat")).unwrap();
-    let error = texts(&series, folder.path(), false).try_for_each(|text| text.check()).unwrap_err();
+    let error = index_files(&series, folder.path(), false).try_for_each(|file| file.check()).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Io);
 }
 

@@ -34,10 +34,10 @@ struct Gated {
 
 impl Gated {
     fn new(queue: usize, when_full: WhenFull) -> Self {
-        let ((tell, begun), (gate, passed)) = (channel(), channel());
+        let ((report, begun), (gate, passed)) = (channel(), channel());
         let options = WriterOptions { queue, when_full, ..WriterOptions::new("/nowhere") };
         let writer = Writer::with(options, move |entry| {
-            tell.send(entry.stamp.step).unwrap();
+            report.send(entry.stamp.step).unwrap();
             passed.recv().unwrap();
             Ok(PathBuf::from(format!("{} waited {}", entry.stamp.step, entry.frame.report.timing.waited_s > 0.0)))
         });
@@ -96,7 +96,7 @@ fn or_drops_the_oldest_that_waits() {
     assert_eq!([1, 2, 3, 4, 5].map(is_taken), [true, false, false, true, true]);
     gated.finish(3);
     assert_eq!(took(writer), [(1, true), (4, true), (5, true)]);
-    assert_eq!(took(writer), [], "outcomes are told once");
+    assert_eq!(took(writer), [], "outcomes are reported once");
     assert!(!is_taken(1));
 }
 

@@ -56,7 +56,8 @@ impl CArray {
         let (dimensions, _) = field.ordered_dimensions();
         let (mut extent, mut stride) = ([0; ICORAY_MAX_RANK], [0; ICORAY_MAX_RANK]);
         for (at, dimension) in dimensions.iter().enumerate() {
-            (extent[at], stride[at]) = (dimension.extent as i64, dimension.stride as i64);
+            extent[at] = dimension.extent as i64;
+            stride[at] = dimension.stride as i64;
         }
         CArray(icoray_ndarray {
             struct_size: size_of::<icoray_ndarray>(),

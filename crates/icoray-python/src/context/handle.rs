@@ -2,24 +2,22 @@
 
 use super::config::Settings;
 use super::{closed, text};
-use crate::error::of_class;
+use crate::error::{class, of_class};
 use crate::field::Field;
 use crate::grid::Grid;
 use crate::mpi;
+use icoray::ErrorKind;
 use icoray_context::icoray_ctx;
 use icoray_context::inputs::icoray_refuse;
-use icoray_context::open::{icoray_close, icoray_last_error, icoray_open_serial, open_over};
+use icoray_context::open::{icoray_close, icoray_open_serial, last_error, open_over};
 use icoray_context::types::icoray_status;
 use pyo3::exceptions::PyResourceWarning;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::ffi::{CStr, c_char};
+use std::ffi::CStr;
 use std::path::PathBuf;
 use std::ptr;
-use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
-
-/// Bytes of a message: the library's have 400 at most.
-const MESSAGE: usize = 1024;
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, TryLockError, TryLockResult};
 
 /// A pointer that a call takes along while Python's lock is released.
 #[derive(Debug, Clone, Copy)]
@@ -114,12 +112,7 @@ impl Handle {
 
     /// Makes a call on the context with Python's lock released.
     pub fn call(&self, py: Python, call: impl FnOnce(*mut icoray_ctx) -> icoray_status + Send) -> PyResult<()> {
-        let open = match self.context.try_read() {
-            Ok(open) => open,
-            Err(TryLockError::Poisoned(open)) => open.into_inner(),
-            Err(TryLockError::WouldBlock) => return Err(busy()),
-        };
-        let context = open.ok_or_else(closed)?;
+        let context = locked(self.context.try_read())?.ok_or_else(closed)?;
         let (status, message) = py.detach(move || {
             let context = context;
             let Open(ctx) = context;
@@ -137,20 +130,12 @@ impl Handle {
         call: impl FnOnce(*mut icoray_ctx) -> icoray_status + Send,
         keep: impl FnOnce(&mut Kept) -> R,
     ) -> PyResult<R> {
-        let _giving = self.giving()?;
+        let _giving = locked(self.giving.try_lock())?;
         self.call(py, call)?;
         Ok(keep(&mut self.kept()))
     }
 
-    fn giving(&self) -> PyResult<MutexGuard<'_, ()>> {
-        match self.giving.try_lock() {
-            Ok(giving) => Ok(giving),
-            Err(TryLockError::Poisoned(giving)) => Ok(giving.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(busy()),
-        }
-    }
-
-    /// Tells the context that arguments were refused; returns their `error`.
+    /// Records in the context that arguments were refused; returns their `error`.
     pub fn refuse(&self, py: Python, call: &CStr, name: &CStr, error: PyErr) -> PyErr {
         let why = error.value(py).to_string().replace('\0', "?");
         let Ok(why) = text(&why, "message") else { return error };
@@ -173,12 +158,8 @@ impl Handle {
 
     /// Closes the context. Collective over its ranks.
     pub fn close(&self, py: Python) -> PyResult<()> {
-        let _giving = self.giving()?;
-        let mut open = match self.context.try_write() {
-            Ok(open) => open,
-            Err(TryLockError::Poisoned(open)) => open.into_inner(),
-            Err(TryLockError::WouldBlock) => return Err(busy()),
-        };
+        let _giving = locked(self.giving.try_lock())?;
+        let mut open = locked(self.context.try_write())?;
         let Some(context) = *open else { return Ok(()) };
         let (status, message, rest) = py.detach(move || {
             let Open(mut ctx) = { context };
@@ -214,8 +195,15 @@ impl Drop for Handle {
     }
 }
 
-fn busy() -> PyErr {
-    of_class("BusyError", "another call on this context has not returned yet".into())
+/// The guard of a lock, unless another call has it.
+fn locked<G>(lock: TryLockResult<G>) -> PyResult<G> {
+    match lock {
+        Ok(guard) => Ok(guard),
+        Err(TryLockError::Poisoned(guard)) => Ok(guard.into_inner()),
+        Err(TryLockError::WouldBlock) => {
+            Err(of_class("BusyError", "another call on this context has not returned yet".into()))
+        }
+    }
 }
 
 /// The message of a call that failed on this thread.
@@ -223,11 +211,8 @@ fn message_of(status: icoray_status, ctx: *const icoray_ctx) -> String {
     if status == icoray_status::ICORAY_OK {
         return String::new();
     }
-    let mut buffer: [c_char; MESSAGE] = [0; MESSAGE];
-    // SAFETY: NULL or an open context, and a buffer of this length.
-    unsafe { icoray_last_error(ctx, buffer.as_mut_ptr(), MESSAGE) };
-    // SAFETY: the call has ended it with NUL; before that it was all NUL.
-    in_python(&unsafe { CStr::from_ptr(buffer.as_ptr()) }.to_string_lossy())
+    // SAFETY: NULL or an open context.
+    in_python(&unsafe { last_error(ctx) })
 }
 
 /// A message of the C interface, with the names that its members and functions have here.
@@ -244,21 +229,12 @@ fn checked(status: icoray_status, message: String) -> PyResult<()> {
     use icoray_status::*;
     let class = match status {
         ICORAY_OK => return Ok(()),
-        ICORAY_ERR_NULL | ICORAY_ERR_STRUCT_SIZE | ICORAY_ERR_ARGUMENT => "ArgumentError",
-        ICORAY_ERR_GRID => "GridError",
-        ICORAY_ERR_UNSUPPORTED => "UnsupportedError",
-        ICORAY_ERR_LAYERS => "LayersError",
-        ICORAY_ERR_FIELD => "FieldError",
-        ICORAY_ERR_SCENE => "SceneError",
-        ICORAY_ERR_ORDER => "OrderError",
-        ICORAY_ERR_IO => "FileError",
-        ICORAY_ERR_INTERNAL => "InternalError",
-        ICORAY_ERR_EXISTS => "ExistsError",
+        ICORAY_ERR_NULL | ICORAY_ERR_STRUCT_SIZE => "ArgumentError",
         ICORAY_ERR_DISABLED => "DisabledError",
         ICORAY_ERR_BUSY => "BusyError",
         ICORAY_ERR_FORKED => "ForkedError",
-        ICORAY_ERR_MPI => "MpiError",
-        ICORAY_ERR_MEMORY => "OutOfMemoryError",
+        // The others have the numbers of kinds of errors.
+        kind => class(ErrorKind::of_number(kind as i32)),
     };
     Err(of_class(class, message))
 }

@@ -73,7 +73,7 @@ impl<'py> Request<'py> {
             Some(given) => {
                 self.expect_none(&["colormap", "range", "surface"])?;
                 let text = match given.cast::<Scene>() {
-                    Ok(scene) => scene.get().text().to_owned(),
+                    Ok(scene) => scene.get().to_toml().to_owned(),
                     Err(_) => scene::parsed(&given)?,
                 };
                 let (field, layers) = (self.get::<String>("field", FIELD)?, self.layers);

@@ -15,8 +15,14 @@ use std::thread::{self, JoinHandle};
 #[pyclass(frozen, module = "icoray")]
 pub(crate) struct View {
     address: String,
-    /// The page and the thread that answers it, until it is closed.
-    served: Mutex<Option<(Arc<LiveView>, JoinHandle<()>)>>,
+    /// `None` once it is closed.
+    served: Mutex<Option<Served>>,
+}
+
+/// The page and the thread that answers it.
+struct Served {
+    live: Arc<LiveView>,
+    thread: JoinHandle<()>,
 }
 
 impl View {
@@ -33,7 +39,7 @@ impl View {
         let renderer = Renderer::new(threads)?;
         let time = request.time(&opened.dataset)?;
         let scene = request.scene(py, opened, &renderer, time)?;
-        let text = if request.is_suggested()? { view::without_head(scene.text()) } else { scene.text() };
+        let text = if request.is_suggested()? { view::without_head(scene.to_toml()) } else { scene.to_toml() };
         let text = text.to_owned();
         let command = "image = icoray.render(data, scene=\"scene.toml\", time={time})".to_owned();
         let description = view::describe(&opened.dataset, command);
@@ -47,7 +53,7 @@ impl View {
         let serve = move || Viewer::new(&opened.dataset, opened.grid(), &renderer, &layers, &served).run();
         let thread = thread::Builder::new().name("icoray view".into()).spawn(serve);
         let thread = thread.map_err(|e| argument(format!("no thread for the page: {e}")))?;
-        Ok(View { address: live.address(), served: Mutex::new(Some((live, thread))) })
+        Ok(View { address: live.address(), served: Mutex::new(Some(Served { live, thread })) })
     }
 }
 
@@ -63,14 +69,15 @@ impl View {
     #[getter]
     fn scene(&self) -> PyResult<String> {
         let served = self.served.lock().unwrap_or_else(PoisonError::into_inner);
-        let (live, _) = served.as_ref().ok_or_else(|| raised(Error::new(ErrorKind::Order, "the page is closed")))?;
+        let Served { live, .. } =
+            served.as_ref().ok_or_else(|| raised(Error::new(ErrorKind::Order, "the page is closed")))?;
         Ok(live.scene_text())
     }
 
     /// Ends the page. A second call does nothing.
     fn close(&self, py: Python) {
         let served = self.served.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some((live, thread)) = served {
+        if let Some(Served { live, thread }) = served {
             live.end();
             // A thread that has panicked has served its last picture.
             let _ = py.detach(|| thread.join());

@@ -51,7 +51,7 @@ fn knots_keep_to_every_scale_and_are_few() {
     let log = [1e-9, 3.0];
     let signed = [-2e-3, 5e-2];
     let symlog = Scale::SymLog { threshold: 1e-5 };
-    for (name, scale, range, stops, most) in [
+    for (name, scale, range, stops, max_knots) in [
         ("viridis", Scale::Log, log, [(1e-9, 0.0), (1e-2, 3.0)], 110),
         ("thermal", Scale::Log, log, [(1e-9, 0.5), (1e-2, 3.0)], 110),
         ("rdbu", symlog, signed, [(-2e-3, 3.0), (5e-2, 0.1)], 160),
@@ -60,15 +60,15 @@ fn knots_keep_to_every_scale_and_are_few() {
     ] {
         let coloring = coloring(name, scale, &stops);
         let tf = coloring.transfer(range);
-        assert!(tf.knots.len() <= most, "{name}, {scale:?}: {} knots", tf.knots.len());
+        assert!(tf.knots.len() <= max_knots, "{name}, {scale:?}: {} knots", tf.knots.len());
         assert!(tf.knots.is_sorted_by(|a, b| a.value < b.value));
         let [low, high] = range.map(|v| scale.forward(v));
         for part in (0..=5000).map(|i| f64::from(i) / 5000.0) {
             let at = low + (high - low) * part;
             let (color, extinction) = tf.at(scale.backward(at));
             let expected = coloring.map.at(part);
-            let off = (0..3).map(|k| (color[k] - expected[k]).abs()).fold(0.0, f64::max);
-            assert!(off < BOUND, "{name}, {scale:?} at {part}: {off}");
+            let deviation = (0..3).map(|k| (color[k] - expected[k]).abs()).fold(0.0, f64::max);
+            assert!(deviation < BOUND, "{name}, {scale:?} at {part}: {deviation}");
             let [(from, less), (to, more)] = stops.map(|(v, e)| (scale.forward(v), e));
             let expected = less + (more - less) * ((at - from) / (to - from)).clamp(0.0, 1.0);
             assert!((extinction - expected).abs() < BOUND * 3.0, "{name} at {part}: {extinction}, {expected}");

@@ -134,12 +134,12 @@ fn lists_have_as_many_entries_as_the_schema_says() {
             _ => Value::from(format!("value = {i}\ncolor = 'red'\nopacity = 0.5").parse::<Table>().unwrap()),
         };
         let list = |count: usize| Value::from((0..count).map(entry).collect::<Vec<_>>());
-        let [least, most] = key.count;
-        for count in [least, most] {
+        let [min, max] = key.count;
+        for count in [min, max] {
             parsed(&path, list(count)).unwrap_or_else(|e| panic!("{path}: {e}"));
         }
-        let words = format!("expected {least} to {most}");
-        let mut wrong = least.checked_sub(1).into_iter().chain([most + 1]);
+        let words = format!("expected {min} to {max}");
+        let mut wrong = min.checked_sub(1).into_iter().chain([max + 1]);
         assert!(wrong.all(|count| is_refused(&path, list(count), &[&path, &words])), "{path}");
     }
 }
@@ -207,8 +207,8 @@ fn lines_of(path: &str) -> Vec<String> {
     };
     let head = ["| key | type | default | range | meaning |", "|---|---|---|---|---|"].map(str::to_owned);
     // Keys that are sections of a section have their text in its table.
-    let most = find(path).map_or(usize::MAX, |key| key.count[1]);
-    let limit = if most == usize::MAX { String::new() } else { format!("At most {most} entries.") };
+    let max = find(path).map_or(usize::MAX, |key| key.count[1]);
+    let limit = if max == usize::MAX { String::new() } else { format!("At most {max} entries.") };
     let about = format!("{} {limit}", section.about).trim().to_owned();
     let is_listed = !about.is_empty() && !path.contains('.');
     let about = [about, String::new()].into_iter().filter(|_| is_listed);

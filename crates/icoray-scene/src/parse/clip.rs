@@ -4,8 +4,7 @@ use super::place::{LATITUDES, LONGITUDES, layers, lon_lat_box};
 use super::text::Text;
 use crate::keys::{Kind, keys, number, of, table, word};
 use crate::scenery::{Clip, HalfSpace};
-use icoray_grid::Result;
-use icoray_grid::numbers;
+use icoray_grid::{Result, numbers};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -50,7 +49,7 @@ pub(super) fn clip(source: &Text, raw: &Spanned<RawClip>) -> Result<Clip> {
     let (span, raw) = (raw.span(), raw.get_ref());
     let clip = Clip {
         cuts_inside: raw.cut == ClipSide::Inside,
-        region: lon_lat_box(source, [("lon", raw.lon.as_ref()), ("lat", raw.lat.as_ref())])?,
+        region: lon_lat_box(source, "", raw.lon.as_ref(), raw.lat.as_ref())?,
         layers: raw.layers.as_ref().map(|raw| layers(source, raw, "layers")).transpose()?,
         height_m: raw.height_m.as_ref().map(|raw| source.range(raw, "height_m")).transpose()?,
         half_space: raw.half_space.as_ref().map(|raw| half_space(source, raw)).transpose()?,

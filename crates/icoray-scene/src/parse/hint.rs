@@ -7,10 +7,10 @@ use icoray_grid::Error;
 pub(super) fn nearest<'w>(found: &str, words: impl IntoIterator<Item = &'w str>) -> Option<&'w str> {
     let found = found.to_lowercase();
     let letters = found.chars().count();
-    let most = (letters / 3).max(1).min(letters.saturating_sub(1));
-    let off = |word: &str| strsim::damerau_levenshtein(&found, &word.to_lowercase());
-    let near = words.into_iter().map(|word| (off(word), word)).filter(|(off, _)| *off <= most);
-    near.min_by_key(|(off, _)| *off).map(|(_, word)| word)
+    let max_distance = (letters / 3).max(1).min(letters.saturating_sub(1));
+    let distance = |word: &str| strsim::damerau_levenshtein(&found, &word.to_lowercase());
+    let near = words.into_iter().map(|word| (distance(word), word)).filter(|(distance, _)| *distance <= max_distance);
+    near.min_by_key(|(distance, _)| *distance).map(|(_, word)| word)
 }
 
 /// The question to put behind a word that is not one of `words`, before these are listed; empty where none is near.

@@ -1,6 +1,6 @@
 //! Surfaces on which a field has one value: a section may have several values.
 
-use super::MOST;
+use super::MAX_SECTIONS;
 use super::paint::{PaintKeys, paint};
 use super::text::Text;
 use super::transfer::{self, RawTransfer};
@@ -19,7 +19,7 @@ keys! {
         value: Option<Spanned<f64>> = of(Kind::Number).or_else("required, or `values`").note(SQUARED.text),
         /// Several values.
         values: Option<Spanned<Vec<Spanned<f64>>>> =
-            of(Kind::List(&Kind::Number)).or_else("required, or `value`").count(1, MOST).note("as `value`"),
+            of(Kind::List(&Kind::Number)).or_else("required, or `value`").count(1, MAX_SECTIONS).note("as `value`"),
         /// One colour for all values.
         color: Option<Spanned<String>> = of(Kind::Color(&[])),
         /// A colour for each value.
@@ -39,7 +39,7 @@ pub(super) fn isosurfaces(source: &Text, raw: &Spanned<RawIsosurface>) -> Result
     let (span, raw) = (raw.span(), raw.get_ref());
     let field = source.name_or_first(raw.field.as_ref(), "field")?;
     let values = values(source, raw, span.clone())?;
-    let paints = paints(source, raw, (span, &field), values.len())?;
+    let paints = paints(source, raw, span, &field, values.len())?;
     let opacity = source.number(raw.opacity.as_ref(), "opacity")?;
     let isosurface = |(value, paint)| Isosurface { field: field.clone(), value, paint, opacity };
     Ok(values.into_iter().zip(paints).map(isosurface).collect())
@@ -57,11 +57,12 @@ fn values(source: &Text, raw: &RawIsosurface, span: Range<usize>) -> Result<Vec<
 }
 
 /// As many as there are values.
-fn paints(source: &Text, raw: &RawIsosurface, (span, field): (Range<usize>, &str), count: usize) -> Result<Vec<Paint>> {
+fn paints(source: &Text, raw: &RawIsosurface, span: Range<usize>, field: &str, count: usize) -> Result<Vec<Paint>> {
     let Some(colors) = &raw.colors else {
         let keys = PaintKeys {
             color: raw.color.as_ref(),
-            field: ("color_by", raw.color_by.as_ref()),
+            field_key: "color_by",
+            field: raw.color_by.as_ref(),
             default_field: field,
             transfer: raw.transfer.as_ref(),
             by_cell: false,

@@ -2,7 +2,7 @@
 
 use super::text::Text;
 use crate::keys::{keys, number, word};
-use crate::scene::{Lighting, Source};
+use crate::scene::{LightSource, Lighting};
 use icoray_grid::Result;
 use toml::Spanned;
 
@@ -37,8 +37,8 @@ pub(super) fn lighting(source: &Text, raw: &Spanned<RawLight>) -> Result<Option<
     let word = raw.kind.as_ref().unwrap_or(&headlight);
     let kind = match (word.get_ref().as_str(), place) {
         ("none", None) => return Ok(None),
-        ("headlight", None) => Source::Headlight,
-        ("sun", Some((lon_deg, lat_deg))) => Source::Sun { lon_deg, lat_deg },
+        ("headlight", None) => LightSource::Headlight,
+        ("sun", Some((lon_deg, lat_deg))) => LightSource::Sun { lon_deg, lat_deg },
         ("sun", None) => {
             return Err(source.bad(word.span(), "light.kind", "a sun needs lon and lat"));
         }

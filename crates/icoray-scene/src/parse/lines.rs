@@ -46,7 +46,7 @@ enum PatternName {
 
 pub(super) fn lines(source: &Text, raw: &Spanned<RawLines>, has_core: bool) -> Result<Lines> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let on = level(source, ("on", raw.on.as_ref()), raw.height_m.as_ref())?.unwrap_or(Level::Ground);
+    let on = level(source, "on", raw.on.as_ref(), raw.height_m.as_ref())?.unwrap_or(Level::Ground);
     if on == Level::Ground && !has_core {
         let what = "lines on the ground need an opaque core; expected \"top\", \"bottom\", the number of a layer or height_m, \
                     or another core than \"transparent\"";

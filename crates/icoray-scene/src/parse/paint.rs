@@ -10,8 +10,9 @@ use toml::Spanned;
 /// The keys of a paint, where they are given.
 pub(super) struct PaintKeys<'r> {
     pub color: Option<&'r Spanned<String>>,
-    /// The field, and what its key is called.
-    pub field: (&'static str, Option<&'r Spanned<String>>),
+    /// The name of the field's key.
+    pub field_key: &'static str,
+    pub field: Option<&'r Spanned<String>>,
     /// The field where that key is absent; "" is the scene's first one.
     pub default_field: &'r str,
     pub transfer: Option<&'r Spanned<RawTransfer>>,
@@ -20,7 +21,7 @@ pub(super) struct PaintKeys<'r> {
 
 /// The paint of a section that stands at `span`: of a colour, or of a field's values.
 pub(super) fn paint(source: &Text, span: Range<usize>, keys: &PaintKeys) -> Result<Paint> {
-    let (key, field) = keys.field;
+    let (key, field) = (keys.field_key, keys.field);
     match keys.color {
         Some(color) if field.is_none() && keys.transfer.is_none() => Ok(Paint::Plain(source.color(color, "color")?)),
         Some(color) => {

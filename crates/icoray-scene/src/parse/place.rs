@@ -3,8 +3,7 @@
 use super::text::Text;
 use crate::keys::{Key, Kind, keys, number, of};
 use crate::scenery::{Level, LonLatBox};
-use icoray_grid::Result;
-use icoray_grid::numbers;
+use icoray_grid::{Result, numbers};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -26,7 +25,8 @@ pub(super) enum RawLayer {
 /// A level by a key whose value is a layer, or by its height; `None` where neither is given.
 pub(super) fn level(
     source: &Text,
-    (key, layer): (&str, Option<&Spanned<RawLayer>>),
+    key: &str,
+    layer: Option<&Spanned<RawLayer>>,
     height_m: Option<&Spanned<f64>>,
 ) -> Result<Option<Level>> {
     match (layer, height_m) {
@@ -78,19 +78,23 @@ keys! {
 
 pub(super) fn region(source: &Text, raw: &Spanned<RawRegion>) -> Result<LonLatBox> {
     let RawRegion { lon, lat } = raw.get_ref();
-    let found = lon_lat_box(source, [("region.lon", lon.as_ref()), ("region.lat", lat.as_ref())])?;
+    let found = lon_lat_box(source, "region.", lon.as_ref(), lat.as_ref())?;
     found.ok_or_else(|| source.bad(raw.span(), "region", "expected lon, lat or both"))
 }
 
-type Ends<'r> = (&'static str, Option<&'r Spanned<[f64; 2]>>);
-
-/// The box of two ranges, of which one alone leaves the other whole; `None` where none is given.
-pub(super) fn lon_lat_box(source: &Text, [lon, lat]: [Ends; 2]) -> Result<Option<LonLatBox>> {
-    if lon.1.is_none() && lat.1.is_none() {
+/// The box of the ranges `lon` and `lat` of a table, of which one alone leaves the other whole; `None` where none is
+/// given.
+pub(super) fn lon_lat_box(
+    source: &Text,
+    table: &str,
+    lon: Option<&Spanned<[f64; 2]>>,
+    lat: Option<&Spanned<[f64; 2]>>,
+) -> Result<Option<LonLatBox>> {
+    if lon.is_none() && lat.is_none() {
         return Ok(None);
     }
-    let lon_deg = lon.1.map_or(Ok([-180.0, 180.0]), |raw| longitudes(source, raw, lon.0))?;
-    let lat_deg = lat.1.map_or(Ok([-90.0, 90.0]), |raw| latitudes(source, raw, lat.0))?;
+    let lon_deg = lon.map_or(Ok([-180.0, 180.0]), |raw| longitudes(source, raw, &format!("{table}lon")))?;
+    let lat_deg = lat.map_or(Ok([-90.0, 90.0]), |raw| latitudes(source, raw, &format!("{table}lat")))?;
     Ok(Some(LonLatBox { lon_deg, lat_deg }))
 }
 
@@ -100,7 +104,7 @@ fn longitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64;
     let schema = source.schema(key);
     let turns = if east < west { ((west - east) / 360.0).floor() + 1.0 } else { 0.0 };
     let end = east + 360.0 * turns;
-    if schema.holds(west) && schema.holds(east) && west < end && end - west <= 360.0 {
+    if schema.contains(west) && schema.contains(east) && west < end && end - west <= 360.0 {
         return Ok([west, end]);
     }
     let wish = format!("expected western and eastern end, {}", schema.range_text());
@@ -110,7 +114,7 @@ fn longitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64;
 fn latitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
     let [south, north] = *raw.get_ref();
     let schema = source.schema(key);
-    if schema.holds(south) && schema.holds(north) && south < north {
+    if schema.contains(south) && schema.contains(north) && south < north {
         return Ok([south, north]);
     }
     let found = numbers::list(&[south, north]);

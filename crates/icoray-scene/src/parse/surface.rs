@@ -38,13 +38,14 @@ enum Shading {
 
 pub(super) fn surface(source: &Text, raw: &Spanned<RawSurface>) -> Result<Surface> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let at = level(source, ("layer", raw.layer.as_ref()), raw.height_m.as_ref())?.unwrap_or(Level::Layer(0));
+    let at = level(source, "layer", raw.layer.as_ref(), raw.height_m.as_ref())?.unwrap_or(Level::Layer(0));
     if let (Some(shading), Some(_)) = (&raw.shading, &raw.color) {
         return Err(source.bad(shading.span(), "shading", "is valid only with field, not with color"));
     }
     let keys = PaintKeys {
         color: raw.color.as_ref(),
-        field: ("field", raw.field.as_ref()),
+        field_key: "field",
+        field: raw.field.as_ref(),
         default_field: "",
         transfer: raw.transfer.as_ref(),
         by_cell: raw.shading.as_ref().is_some_and(|shading| *shading.get_ref() == Shading::Cells),

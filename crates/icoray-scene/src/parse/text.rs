@@ -4,8 +4,7 @@ use super::hint;
 use crate::color;
 use crate::keys::{self, Key, Kind};
 use crate::values::Magnitudes;
-use icoray_grid::numbers;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, ErrorKind, Result, numbers};
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
@@ -138,7 +137,7 @@ impl<'t> Text<'t> {
     pub fn optional_number(&self, raw: Option<&Spanned<f64>>, key: &str) -> Result<Option<f64>> {
         let Some(raw) = raw else { return Ok(None) };
         let (value, schema) = (*raw.get_ref(), self.schema(key));
-        if schema.holds(value) {
+        if schema.contains(value) {
             return Ok(Some(value));
         }
         let kind = if schema.kind == Kind::Integer { "an integer" } else { "a number" };
@@ -154,9 +153,9 @@ impl<'t> Text<'t> {
 
     /// Refuses a list at `span` whose number of entries is outside of the key's bounds.
     pub fn expect_count(&self, found: usize, span: Range<usize>, key: &str) -> Result<()> {
-        let [least, most] = self.schema(key).count;
-        let what = || format!("{found} entries, expected {least} to {most}");
-        if (least..=most).contains(&found) { Ok(()) } else { Err(self.bad(span, key, what())) }
+        let [min, max] = self.schema(key).count;
+        let what = || format!("{found} entries, expected {min} to {max}");
+        if (min..=max).contains(&found) { Ok(()) } else { Err(self.bad(span, key, what())) }
     }
 
     /// A number that is neither infinite nor NaN.
@@ -166,16 +165,16 @@ impl<'t> Text<'t> {
         if value.is_finite() { Ok(value) } else { Err(bad()) }
     }
 
-    /// A field's value, finite and of a magnitude that kernels hold.
+    /// A field's value, finite and of a magnitude that kernels represent.
     pub fn value(&self, raw: &Spanned<f64>, key: &str, magnitudes: &Magnitudes) -> Result<f64> {
         let value = self.finite(raw, key)?;
-        self.held(value, raw.span(), key, magnitudes)
+        self.in_magnitudes(value, raw.span(), key, magnitudes)
     }
 
-    /// The value, if it is of a magnitude that kernels hold.
-    pub fn held(&self, value: f64, span: Range<usize>, key: &str, magnitudes: &Magnitudes) -> Result<f64> {
+    /// The value, if it is of a magnitude that kernels represent.
+    pub fn in_magnitudes(&self, value: f64, span: Range<usize>, key: &str, magnitudes: &Magnitudes) -> Result<f64> {
         let bad = || self.bad(span, key, format!("{}, expected {}", numbers::text(value), magnitudes.text));
-        if magnitudes.hold(value) { Ok(value) } else { Err(bad()) }
+        if magnitudes.contain(value) { Ok(value) } else { Err(bad()) }
     }
 
     /// Two finite numbers, the lower first.

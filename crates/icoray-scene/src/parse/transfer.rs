@@ -1,14 +1,11 @@
 //! The transfer function, by its knots or by a colour map with opacities.
 
 use super::text::Text;
-use crate::coloring::Coloring;
-use crate::coloring::MEANINGLESS;
+use crate::coloring::{Coloring, MEANINGLESS};
 use crate::keys::{Key, Kind, flag, keys, number, of, sections_of, word};
-use crate::transfer;
-use crate::transfer::{Knot, TransferFunction};
+use crate::transfer::{self, Knot, TransferFunction};
 use crate::values::ALONE;
-use icoray_grid::Result;
-use icoray_grid::numbers;
+use icoray_grid::{Result, numbers};
 use std::ops::Range;
 use toml::Spanned;
 
@@ -146,7 +143,7 @@ fn check_rising(
         return Err(source.bad(span.clone(), key, format!("value {}, expected a finite number", numbers::text(*v))));
     }
     for (value, span) in &values {
-        source.held(*value, span.clone(), key, &ALONE)?;
+        source.in_magnitudes(*value, span.clone(), key, &ALONE)?;
     }
     for (i, pair) in values.windows(2).enumerate() {
         let falls = pair[1].0 < pair[0].0;
@@ -183,7 +180,7 @@ fn knot(source: &Text, raw: &Spanned<RawKnot>, gives: Gives) -> Result<Knot> {
 
 fn opacity_to_extinction(source: &Text, opacity: f64, span: Range<usize>, key: &str) -> Result<f64> {
     let schema = source.schema("transfer.knots.opacity");
-    if schema.holds(opacity) {
+    if schema.contains(opacity) {
         return Ok(transfer::extinction_of(opacity));
     }
     let why = "1 would need endless extinction; knots take extinction instead";

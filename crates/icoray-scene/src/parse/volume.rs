@@ -48,27 +48,29 @@ pub(super) fn volumes(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
     }
     let source = source.within("volumes.");
     let volume = |raw: &Spanned<RawVolume>| {
-        let (span, RawVolume { field, transfer, opacity }) = (raw.span(), raw.get_ref());
-        volume(&source, span, (field.as_ref(), transfer.as_ref(), opacity.as_ref()))
+        let RawVolume { field, transfer, opacity } = raw.get_ref();
+        volume(&source, raw.span(), field.as_ref(), transfer.as_ref(), opacity.as_ref())
     };
     raw.volumes.iter().map(volume).collect()
 }
 
 /// The volume of a scene that has one: by its keys, or because nothing else is shown.
 fn short(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
-    let keys = (raw.field.as_ref(), raw.transfer.as_ref(), raw.opacity.as_ref());
     let has_more =
         !(raw.surfaces.is_empty() && raw.isosurfaces.is_empty() && raw.lines.is_empty()) || raw.ground.is_some();
-    match keys {
-        (_, None, None) if has_more => Ok(Vec::new()),
-        keys => Ok(vec![volume(&source, 0..0, keys)?]),
+    if raw.transfer.is_none() && raw.opacity.is_none() && has_more {
+        return Ok(Vec::new());
     }
+    Ok(vec![volume(&source, 0..0, raw.field.as_ref(), raw.transfer.as_ref(), raw.opacity.as_ref())?])
 }
 
-/// The keys of a volume.
-type VolumeKeys<'r> = (Option<&'r Spanned<String>>, Option<&'r Spanned<RawTransfer>>, Option<&'r Spanned<RawOpacity>>);
-
-fn volume(source: &Text, span: Range<usize>, (field, transfer, opacity): VolumeKeys) -> Result<Volume> {
+fn volume(
+    source: &Text,
+    span: Range<usize>,
+    field: Option<&Spanned<String>>,
+    transfer: Option<&Spanned<RawTransfer>>,
+    opacity: Option<&Spanned<RawOpacity>>,
+) -> Result<Volume> {
     let field = source.name_or_first(field, "field")?;
     let gives = opacity.map_or(Gives::All, |_| Gives::Colors("the opacity is that of another field"));
     let absent = Spanned::new(span, RawTransfer::default());

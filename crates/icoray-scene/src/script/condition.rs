@@ -57,7 +57,7 @@ pub struct Condition {
 impl Condition {
     /// Parses `max(field) > 1e-4`; the error names the text that is not understood and what was expected.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        let said = |rest: &str, wish: &str| {
+        let unexpected = |rest: &str, wish: &str| {
             let found = if rest.is_empty() { "its end".to_owned() } else { format!("{rest:?}") };
             let place = text.chars().count() - rest.chars().count() + 1;
             format!("{text:?}: {found} at character {place}, expected {wish}")
@@ -65,20 +65,20 @@ impl Condition {
         let rest = text.trim_start();
         let word = rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len());
         let named = STATISTICS.iter().find(|(name, _)| *name == &rest[..word]);
-        let (_, statistic) = named.ok_or_else(|| said(rest, "min, max or mean"))?;
+        let (_, statistic) = named.ok_or_else(|| unexpected(rest, "min, max or mean"))?;
         let rest = rest[word..].trim_start();
-        let inside = rest.strip_prefix('(').ok_or_else(|| said(rest, "a field's name in parentheses"))?;
-        let close = inside.find(')').ok_or_else(|| said(inside, "a field's name and )"))?;
+        let inside = rest.strip_prefix('(').ok_or_else(|| unexpected(rest, "a field's name in parentheses"))?;
+        let close = inside.find(')').ok_or_else(|| unexpected(inside, "a field's name and )"))?;
         let field = inside[..close].trim();
         if field.is_empty() {
-            return Err(said(inside, "a field's name"));
+            return Err(unexpected(inside, "a field's name"));
         }
         let rest = inside[close + 1..].trim_start();
         let relation = RELATIONS.iter().find(|(sign, _)| rest.starts_with(sign));
-        let (sign, relation) = relation.ok_or_else(|| said(rest, "<, <=, > or >="))?;
+        let (sign, relation) = relation.ok_or_else(|| unexpected(rest, "<, <=, > or >="))?;
         let rest = rest[sign.len()..].trim();
         let limit = rest.parse().ok().filter(|limit: &f64| limit.is_finite());
-        let limit = limit.ok_or_else(|| said(&text[text.rfind(rest).unwrap_or(0)..], "a finite number"))?;
+        let limit = limit.ok_or_else(|| unexpected(&text[text.rfind(rest).unwrap_or(0)..], "a finite number"))?;
         Ok(Condition { statistic: *statistic, field: field.into(), relation: *relation, limit })
     }
 
@@ -113,8 +113,7 @@ impl fmt::Display for Condition {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_grid::Location;
-    use icoray_grid::Shape;
+    use icoray_grid::{Location, Shape};
 
     #[test]
     fn conditions_hold_on_their_side() {
@@ -130,8 +129,8 @@ mod tests {
             assert_eq!(holds, [below, at, above], "{text}");
             assert!(!condition.holds(None) && !condition.holds(Some(f64::NAN)));
         }
-        let said = Condition::parse("mean(relative humidity)<=-1e-7").unwrap().to_string();
-        assert_eq!(said, "mean(relative humidity) <= -0.0000001");
+        let text = Condition::parse("mean(relative humidity)<=-1e-7").unwrap().to_string();
+        assert_eq!(text, "mean(relative humidity) <= -0.0000001");
     }
 
     #[test]

@@ -94,8 +94,8 @@ mod tests {
             (orbit(Clock::Step, 2.0, 1.0), at(-5, 0.0), 10.0),
         ] {
             let expected = Camera::above(lon, 35.0, 3.0, 40.0).unwrap();
-            let off = apart(&motion.camera(&still, &now), &expected);
-            assert!(off < 1e-6, "{motion:?} at {}: {off}", now.step);
+            let deviation = apart(&motion.camera(&still, &now), &expected);
+            assert!(deviation < 1e-6, "{motion:?} at {}: {deviation}", now.step);
         }
         // A camera that looks at a place on the ground rotates with it.
         let close = Camera::look_at([1.5, 0.0, 0.5], [1.0, 0.0, 0.2], [0.0, 0.0, 1.0], 30.0).unwrap();

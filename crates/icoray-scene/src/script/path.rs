@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// The camera at some step or time: above a place, looking at the planet's centre, north up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Key {
+pub(crate) struct PathKey {
     /// Step or seconds.
     pub at: f64,
     pub lon_deg: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Key {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Path {
     clock: Clock,
-    keys: Vec<Key>,
+    keys: Vec<PathKey>,
     directions: Vec<DVec3>,
     /// Velocities of directions, tangent to the sphere, per step or second.
     velocities: Vec<DVec3>,
@@ -73,30 +73,38 @@ fn hermite(values: [f64; 2], slopes: [f64; 2], width: f64, part: f64) -> f64 {
     ends + width * part * rest * (slopes[0] * rest - slopes[1] * part)
 }
 
+/// Why keys make no path.
+#[derive(Debug)]
+pub(crate) struct PathError {
+    /// The number of the key.
+    pub key: usize,
+    pub message: String,
+}
+
 impl Path {
-    /// The reason why the keys make no path, with the number of the key.
-    pub fn check(keys: &[Key]) -> Result<(), (usize, String)> {
+    /// Checks that the keys make a path.
+    pub fn check(keys: &[PathKey]) -> Result<(), PathError> {
+        let error = |key: usize, message: String| Err(PathError { key, message });
         if keys.len() < 2 {
-            return Err((0, format!("{} keys, expected at least 2", keys.len())));
+            return error(0, format!("{} keys, expected at least 2", keys.len()));
         }
         for (i, pair) in keys.windows(2).enumerate() {
             if pair[0].at >= pair[1].at {
-                let what = format!("{} after {}, expected keys in order", pair[1].at, pair[0].at);
-                return Err((i + 1, what));
+                return error(i + 1, format!("{} after {}, expected keys in order", pair[1].at, pair[0].at));
             }
             let [from, to] = [pair[0].direction(), pair[1].direction()];
             if from.dot(to) < -1.0 + 1e-9 {
-                let what = "opposite to the key before, so that no way is the shortest; expected a key between";
-                return Err((i + 1, what.into()));
+                let message = "opposite to the key before, so that no way is the shortest; expected a key between";
+                return error(i + 1, message.into());
             }
         }
         Ok(())
     }
 
     /// The path along keys that [`Path::check`] has passed.
-    pub fn new(clock: Clock, keys: Vec<Key>) -> Self {
+    pub fn new(clock: Clock, keys: Vec<PathKey>) -> Self {
         let at: Vec<f64> = keys.iter().map(|key| key.at).collect();
-        let directions: Vec<DVec3> = keys.iter().map(Key::direction).collect();
+        let directions: Vec<DVec3> = keys.iter().map(PathKey::direction).collect();
         let mut velocities = vec![DVec3::ZERO; keys.len()];
         for i in 1..keys.len() - 1 {
             let [before, after] = [at[i] - at[i - 1], at[i + 1] - at[i]];
@@ -105,7 +113,7 @@ impl Path {
             let mean = (after * came + before * goes) / (before + after);
             velocities[i] = mean.clamp_length_max(2.0 * came.length().min(goes.length()));
         }
-        let slopes_of = |value: fn(&Key) -> f64| slopes(&at, &keys.iter().map(value).collect::<Vec<f64>>());
+        let slopes_of = |value: fn(&PathKey) -> f64| slopes(&at, &keys.iter().map(value).collect::<Vec<f64>>());
         let slopes = [slopes_of(|key| key.distance.ln()), slopes_of(|key| key.fov_deg)];
         Path { clock, keys, directions, velocities, slopes }
     }
@@ -115,7 +123,7 @@ impl Path {
         self.key(self.clock.read(now)).camera()
     }
 
-    fn key(&self, at: f64) -> Key {
+    fn key(&self, at: f64) -> PathKey {
         let next = self.keys.partition_point(|key| key.at <= at);
         let i = next.saturating_sub(1);
         let from = self.keys[i];
@@ -127,7 +135,7 @@ impl Path {
         let part = (at - from.at) / width;
         let blend = |values, slopes: &[f64]| hermite(values, [slopes[i], slopes[next]], width, part);
         let direction = self.direction(i, width, part);
-        Key {
+        PathKey {
             at,
             lon_deg: direction.y.atan2(direction.x).to_degrees(),
             lat_deg: direction.z.clamp(-1.0, 1.0).asin().to_degrees(),
@@ -146,7 +154,7 @@ impl Path {
     }
 }
 
-impl Key {
+impl PathKey {
     fn direction(&self) -> DVec3 {
         icoray_grid::grid::unit_vector(self.lon_deg.to_radians(), self.lat_deg.to_radians())
     }
@@ -161,11 +169,11 @@ impl Key {
 mod tests {
     use super::*;
 
-    fn key(at: f64, lon_deg: f64, lat_deg: f64, distance: f64, fov_deg: f64) -> Key {
-        Key { at, lon_deg, lat_deg, distance, fov_deg }
+    fn key(at: f64, lon_deg: f64, lat_deg: f64, distance: f64, fov_deg: f64) -> PathKey {
+        PathKey { at, lon_deg, lat_deg, distance, fov_deg }
     }
 
-    fn path(keys: &[Key]) -> Path {
+    fn path(keys: &[PathKey]) -> Path {
         Path::check(keys).unwrap();
         Path::new(Clock::Time, keys.into())
     }
@@ -245,15 +253,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_path_is_said() {
+    fn keys_that_make_no_path_are_refused() {
         let one = key(0.0, 0.0, 0.0, 3.0, 30.0);
         for (keys, number, part) in [
             (vec![one], 0, "1 keys, expected at least 2"),
             (vec![one, key(0.0, 1.0, 0.0, 3.0, 30.0)], 1, "0 after 0, expected keys in order"),
             (vec![one, key(1.0, 180.0, 0.0, 3.0, 30.0)], 1, "opposite to the key before"),
         ] {
-            let (at, what) = Path::check(&keys).unwrap_err();
-            assert!(at == number && what.contains(part), "{at}: {what}");
+            let error = Path::check(&keys).unwrap_err();
+            assert!(error.key == number && error.message.contains(part), "{error:?}");
         }
     }
 }

@@ -31,7 +31,8 @@ impl Summary {
         if asked.iter().any(|statistic| *statistic != Statistic::Mean)
             && let (Some([low, high]), _) = field.range_over(counts)
         {
-            (summary.low, summary.high) = (low, high);
+            summary.low = low;
+            summary.high = high;
         }
         if asked.contains(&Statistic::Mean) {
             (summary.sum, summary.count) = sum(field, counts);

@@ -53,7 +53,7 @@ use icoray_grid::Field;
 use icoray_grid::Grid;
 use icoray_grid::Layers;
 use icoray_grid::{Error, ErrorKind, Result};
-use icoray_scene::{Adapter, Backend, Level, Source};
+use icoray_scene::{Adapter, Backend, Level, LightSource};
 use look::{Kind, Look};
 use sample::Sample;
 use serde::{Deserialize, Serialize};
@@ -90,7 +90,7 @@ pub struct Options {
     /// A CSS colour, or `transparent`.
     pub background: Option<String>,
     /// Source of light; the inner `None` is no light.
-    pub light: Option<Option<Source>>,
+    pub light: Option<Option<LightSource>>,
     /// Omits title and colour bar.
     pub is_unlabelled: bool,
     /// Width and height of the picture, pixels.
@@ -163,7 +163,7 @@ impl Options {
             check_color_map(map)?;
         }
         let schema = icoray_scene::keys::find("exaggeration").expect("a key of scenes");
-        if let Some(factor) = self.exaggeration.filter(|factor| !schema.holds(*factor)) {
+        if let Some(factor) = self.exaggeration.filter(|factor| !schema.contains(*factor)) {
             return bad(format!("exaggeration {factor}, expected a number {}", schema.bounds_text()));
         }
         match self.range {

@@ -2,7 +2,7 @@
 
 use super::*;
 use icoray_grid::{IcosahedralMesh, Location, Shape};
-use icoray_scene::{ColorRange, Pattern, Scale, Scene, Source};
+use icoray_scene::{ColorRange, LightSource, Pattern, Scale, Scene};
 
 const HEIGHT_M: [f64; 6] = [0.0, 2e3, 4e3, 8e3, 12e3, 20e3];
 const EARTH_M: f64 = 6.371e6;
@@ -157,7 +157,7 @@ fn what_is_asked_for_is_in_the_text() {
         is_underived: true,
         isosurface: None,
         background: Some("white".into()),
-        light: Some(Some(Source::Sun { lon_deg: 20.0, lat_deg: -5.0 })),
+        light: Some(Some(LightSource::Sun { lon_deg: 20.0, lat_deg: -5.0 })),
         is_unlabelled: true,
         is_timeless: true,
         is_length: false,
@@ -172,7 +172,7 @@ fn what_is_asked_for_is_in_the_text() {
     assert!(text.starts_with("# one two\n"), "{text}");
     let scene = Scene::parse(&text).unwrap();
     assert_eq!((scene.background, &scene.labels), (Some([1.0; 3]), &None));
-    assert_eq!(scene.lighting.unwrap().source, Source::Sun { lon_deg: 20.0, lat_deg: -5.0 });
+    assert_eq!(scene.lighting.unwrap().source, LightSource::Sun { lon_deg: 20.0, lat_deg: -5.0 });
     let title = text_for(wave, &Options { is_timeless: true, ..Options::default() }).unwrap();
     assert!(title.contains("[labels]") && !title.contains("{time}"), "{title}");
     let [lon, lat, distance, _] = scene.camera.place();
@@ -215,7 +215,7 @@ fn an_isosurface_is_all_that_is_shown() {
             let shown = &scene.scenery.isosurfaces;
             assert!(shown.len() == 1 && shown[0].value == value && shown[0].field == "q" && scene.field() == "q");
             assert!(scene.scenery.clips.is_empty() && scene.volumes[0].transfer.at(value).1 == 0.0);
-            assert_eq!(scene.lighting.unwrap().source, Source::Headlight);
+            assert_eq!(scene.lighting.unwrap().source, LightSource::Headlight);
         }
     }
 }

@@ -8,7 +8,7 @@ use super::{FILLED, FOV_DEG, Options};
 use icoray_grid::Layers;
 use icoray_grid::numbers::text as number;
 use icoray_grid::printable;
-use icoray_scene::{Adapter, Backend, Level, Scale, Source};
+use icoray_scene::{Adapter, Backend, Level, LightSource, Scale};
 use std::fmt::Write;
 
 /// Radii of planets that have Earth's coasts, metres, and the radius of meshes that are still to be scaled to it.
@@ -184,15 +184,15 @@ impl Suggested<'_> {
         let Options { surface, isosurface, light, .. } = self.options;
         // Colours to be read from the bar are not shaded.
         let is_read = surface.is_some() || self.look.kind == Kind::Layered && isosurface.is_none();
-        match light.unwrap_or((!is_read).then_some(Source::Headlight)) {
+        match light.unwrap_or((!is_read).then_some(LightSource::Headlight)) {
             None => {
                 put(&mut text, "kind", "\"none\"", "colours are those of the bar; or \"headlight\", \"sun\"");
                 return text;
             }
-            Some(Source::Headlight) => {
+            Some(LightSource::Headlight) => {
                 put(&mut text, "kind", "\"headlight\"", "from the eye; or \"sun\" with lon and lat, or \"none\"");
             }
-            Some(Source::Sun { lon_deg, lat_deg }) => {
+            Some(LightSource::Sun { lon_deg, lat_deg }) => {
                 put(&mut text, "kind", "\"sun\"", "from above a place; or \"headlight\" or \"none\"");
                 put(&mut text, "lon", &number(lon_deg), "degrees east");
                 put(&mut text, "lat", &number(lat_deg), "degrees north");

@@ -1,6 +1,7 @@
 //! Two ranks that are threads of this process, and what fails on one of them only.
 
 use super::*;
+use crate::boundary::tests::config;
 use crate::frames::{icoray_execute, icoray_wait, icoray_wants};
 use crate::handle::{icoray_ctx, with};
 use crate::inputs::{icoray_layers_set, icoray_scene_load, icoray_scene_text};
@@ -68,10 +69,7 @@ impl Model {
 fn on_two<R: Send>(log: icoray_log_fn, model: impl Fn(&Model) -> R + Sync) -> [R; 2] {
     crate::boundary::tests::loud();
     let run = |team| {
-        // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
-        let config: icoray_config = unsafe { std::mem::zeroed() };
-        let struct_size = size_of::<icoray_config>();
-        let config = icoray_config { struct_size, threads: 1, log, log_level: ICORAY_LOG_WARN, ..config };
+        let config = icoray_config { log, log_level: ICORAY_LOG_WARN, ..config() };
         let ranks = Ranks::new(Box::new(team));
         let mut context = Context::new(&config, "", &ranks, 1).unwrap();
         let rank = ranks.rank();

@@ -44,7 +44,7 @@ impl Model {
         let (cells, corners) = (grid.cells(), grid.triangles());
         let mut inputs = Inputs::default();
         for name in ["", "other"] {
-            inputs.grids.insert(name.into(), GridInput { grid: Arc::clone(&grid), held: None, tables: None });
+            inputs.grids.insert(name.into(), GridInput { grid: Arc::clone(&grid), decomposition: None, tables: None });
             inputs.layers.insert(name.into(), Arc::clone(&layers));
         }
         let (q, t) = (vec![1.0; cells * LAYERS], vec![2.0; corners * LAYERS]);

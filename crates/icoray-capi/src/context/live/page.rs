@@ -3,9 +3,9 @@
 use super::time_budget::TimeBudget;
 use crate::boundary::Outcome;
 use crate::context::inputs::Inputs;
-use crate::context::viewer_message::ViewerMessage;
 use crate::drawing::Drawing;
 use crate::host::without_signals;
+use crate::viewer_message::{LookRequest, ProbeRequest, ViewerMessage};
 use icoray_core::output::{Stamp, printed_units};
 use icoray_core::suggest::Suggestion;
 use icoray_core::{Error, ErrorKind, Frame, Live, Result, Script};
@@ -35,8 +35,7 @@ pub(super) struct Page {
     change: Option<Change>,
     histograms: Vec<(String, Reply<Histogram>)>,
     looks: Vec<(Box<Look>, Reply<String>)>,
-    /// With the view of which a place is asked.
-    probes: Vec<([f64; 2], String, Reply<Option<Probe>>)>,
+    probes: Vec<(ProbeRequest, Reply<Option<Probe>>)>,
 }
 
 impl Page {
@@ -102,7 +101,9 @@ impl Page {
             match question {
                 Question::Histogram { field, reply } => self.histograms.push((field, reply)),
                 Question::Look { look, reply } => self.looks.push((look, reply)),
-                Question::Probe { at, reply } => self.probes.push((at, taken.view.clone(), reply)),
+                Question::Probe { at, reply } => {
+                    self.probes.push((ProbeRequest { at, view: taken.view.clone() }, reply));
+                }
                 Question::Picture { reply, .. } => {
                     let shown = self.view.shown().map(|frame| Frame::clone(&frame));
                     reply.send(shown.ok_or_else(|| unanswered("no picture has been drawn yet")));
@@ -111,7 +112,7 @@ impl Page {
         }
         self.histograms.retain(|(_, reply)| !reply.is_gone());
         self.looks.retain(|(_, reply)| !reply.is_gone());
-        self.probes.retain(|(_, _, reply)| !reply.is_gone());
+        self.probes.retain(|(_, reply)| !reply.is_gone());
         let scene = self.change.as_ref().map(|change| change.text.clone());
         let scene = scene.filter(|text| *text == own || self.budget.is_open());
         let is_own = scene.as_deref().unwrap_or(current) == own;
@@ -120,8 +121,11 @@ impl Page {
             is_announced: false,
             budgets_ms: if is_own { BTreeMap::new() } else { self.budget.of_views(script) },
             histogram: self.histograms.first().map(|(name, _)| name.clone()),
-            look: self.looks.first().map(|(look, _)| [&look.text, &look.view, &look.field].map(String::clone)),
-            probe: self.probes.first().map(|(at, view, _)| (*at, view.clone())),
+            look: self.looks.first().map(|(look, _)| {
+                let Look { text, view, field, .. } = &**look;
+                LookRequest { text: text.clone(), view: view.clone(), field: field.clone() }
+            }),
+            probe: self.probes.first().map(|(request, _)| request.clone()),
         }
     }
 
@@ -171,7 +175,7 @@ impl Page {
         if self.probes.is_empty() {
             return;
         }
-        let (at, _, reply) = self.probes.remove(0);
+        let (ProbeRequest { at, .. }, reply) = self.probes.remove(0);
         let shown = self.view.shown();
         let answer = |found: icoray_core::Probe| {
             let units = units(inputs, &found.field);

@@ -53,7 +53,8 @@ impl TimeBudget {
     /// The scene is viewers' from this step on, or the model's own.
     pub fn begin(&mut self, is_steered: bool, step: i64) {
         if self.is_steered != is_steered {
-            (self.is_steered, self.since) = (is_steered, step);
+            self.is_steered = is_steered;
+            self.since = step;
         }
     }
 

@@ -1,7 +1,9 @@
 //! Scenes that name fields alone: they have the look of the first values that they show, on any number of ranks.
 
+use super::super::PartInput;
 use super::super::test_array::centers;
 use super::*;
+use crate::boundary::tests::config;
 use crate::types::icoray_config;
 use icoray_core::ranks::local_nodes;
 use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks, Shape};
@@ -59,9 +61,7 @@ fn pictures(
         nodes.len() + 10 * nodes.last().unwrap_or(&9)
     ));
     let run = |ranks: Ranks| {
-        // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
-        let config: icoray_config = unsafe { std::mem::zeroed() };
-        let config = icoray_config { threads: 1, async_render: in_background.into(), ..config };
+        let config = icoray_config { async_render: in_background.into(), ..config() };
         let (rank, size) = (ranks.rank(), ranks.size());
         let mut context = Context::new(&config, folder.to_str().unwrap(), &ranks, 1).unwrap();
         context.join(ranks).unwrap();
@@ -72,7 +72,7 @@ fn pictures(
             let global: Vec<i64> = (0..mesh.cells() as i64).collect();
             let marks: Vec<i32> = (0..mesh.cells()).map(|cell| (cell % size == rank).into()).collect();
             let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-            context.set_part(|| Ok(("", cells, None))).unwrap();
+            context.set_part(|| Ok(PartInput { grid: "", cells, corners: None })).unwrap();
         }
         let rain = Description { long_name: Some("rain rate".into()), units: Some("mm h-1".into()) };
         context.describe_field("r", rain).unwrap();
@@ -81,7 +81,7 @@ fn pictures(
             let given = ["f", "r"].map(|field| (field, values(mesh, field, step)));
             for (field, values) in &given {
                 let array = centers(values, layers_of(field));
-                context.set_field(field, Ok(&array)).unwrap();
+                context.set_field("icoray_field_set", field, Ok(&array)).unwrap();
             }
             context.execute(Ok(Stamp { step, time_s: 60.0 * step as f64, date: None })).unwrap();
             context.wait().unwrap();

@@ -3,11 +3,8 @@ use crate::{Grid, GridTables, IcosahedralMesh, LonLat};
 /// The tables of `mesh` with these numbers of cells, corners and edges, and the lengths that follow.
 fn counted(mesh: &IcosahedralMesh, [cells, corners, edges]: [usize; 3]) -> GridTables<'_> {
     GridTables {
-        center: LonLat { lon_rad: mesh.lon_center_rad[..cells].into(), lat_rad: mesh.lat_center_rad[..cells].into() },
-        corner: LonLat {
-            lon_rad: mesh.lon_corner_rad[..corners].into(),
-            lat_rad: mesh.lat_corner_rad[..corners].into(),
-        },
+        center: LonLat::of(&mesh.lon_center_rad[..cells], &mesh.lat_center_rad[..cells]),
+        corner: LonLat::of(&mesh.lon_corner_rad[..corners], &mesh.lat_corner_rad[..corners]),
         cell_corner: mesh.cell_corner[..6 * cells].into(),
         corner_cell: mesh.corner_cell[..3 * corners].into(),
         corner_edge: mesh.corner_edge[..3 * corners].into(),
@@ -63,15 +60,17 @@ fn degrees_and_the_other_base_are_recognised() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let degrees = |angles: &[f64]| angles.iter().map(|angle| angle.to_degrees()).collect::<Vec<f64>>();
     let (lon, lat) = (degrees(&mesh.lon_corner_rad), degrees(&mesh.lat_corner_rad));
-    let corner = LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() };
+    let corner = LonLat::of(&lon, &lat);
     let error = Grid::new(GridTables { corner, ..mesh.tables() }).unwrap_err().to_string();
     assert!(error.contains("corner[") && error.ends_with("; these look like degrees"), "{error}");
     let error = Grid::new(GridTables { index_base: 1, ..mesh.tables() }).unwrap_err().to_string();
     assert!(error.ends_with("; numbers begin at 0: set index_base = 0"), "{error}");
     let add_one = |table: &[i32]| table.iter().map(|number| number + 1).collect::<Vec<_>>();
     let mut other = mesh.clone();
-    (other.corner_cell, other.edge_corner) = (add_one(&mesh.corner_cell), add_one(&mesh.edge_corner));
-    (other.corner_edge, other.cell_corner) = (add_one(&mesh.corner_edge), add_one(&mesh.cell_corner));
+    other.corner_cell = add_one(&mesh.corner_cell);
+    other.edge_corner = add_one(&mesh.edge_corner);
+    other.corner_edge = add_one(&mesh.corner_edge);
+    other.cell_corner = add_one(&mesh.cell_corner);
     let error = Grid::new(other.tables()).unwrap_err().to_string();
     assert!(error.ends_with("; numbers begin at 1: set index_base = 1"), "{error}");
     // Other faults are not explained so.
@@ -90,7 +89,7 @@ fn cells_without_corners_are_not_of_the_sphere() {
     let (lon, lat) = (angles(plain.center.lon_rad), angles(plain.center.lat_rad));
     mesh.cell_corner.extend([-1; 3 * 6]);
     let grid = |mesh: &IcosahedralMesh| {
-        let center = LonLat { lon_rad: crate::Reals::F64(&lon), lat_rad: crate::Reals::F64(&lat) };
+        let center = LonLat::of(&lon, &lat);
         let tables = GridTables { center, cell_corner: mesh.cell_corner.as_slice().into(), ..mesh.tables() };
         Grid::new(tables).map(|grid| (grid.cells(), grid.void_triangles())).map_err(|e| e.to_string())
     };

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn made(points: &[[f64; 2]]) -> Result<OwnedTables> {
     let [lon, lat] = [0, 1].map(|k| points.iter().map(|point| point[k]).collect::<Vec<f64>>());
-    OwnedTables::of_points(LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() })
+    OwnedTables::of_points(LonLat::of(&lon, &lat))
 }
 
 fn scattered(count: usize, seed: u64) -> Vec<[f64; 2]> {
@@ -131,7 +131,7 @@ fn points_that_make_no_mesh_are_named() {
     for few in [&points[..0], &points[..2], &equator, &inclined] {
         assert!(message(few).contains(&format!("the {} points span no area", few.len())), "{}", message(few));
     }
-    let places = LonLat { lon_rad: [0.0, 1.0][..].into(), lat_rad: [0.0][..].into() };
+    let places = LonLat::of(&[0.0, 1.0], &[0.0]);
     let error = OwnedTables::of_points(places).unwrap_err().to_string();
     assert!(error.contains("2 longitudes and 1 latitudes"), "{error}");
 }

@@ -5,14 +5,14 @@ use icoray_test_support::Random;
 
 const SYMLOG: Scale = Scale::SymLog { threshold: 1e-5 };
 
-fn labels(scale: Scale, range: [f64; 2], most: usize) -> (Vec<String>, i32) {
-    let ticks = ticks(scale, range, most);
+fn labels(scale: Scale, range: [f64; 2], max_count: usize) -> (Vec<String>, i32) {
+    let ticks = ticks(scale, range, max_count);
     (ticks.major.into_iter().map(|(_, label)| label).collect(), ticks.exponent)
 }
 
 #[test]
 fn ticks_are_what_people_would_write() {
-    for (scale, range, most, expected, exponent) in [
+    for (scale, range, max_count, expected, exponent) in [
         (Scale::Linear, [0.0, 1.0], 6, &["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"][..], 0),
         (Scale::Linear, [268.0, 304.0], 5, &["270", "280", "290", "300"], 0),
         (Scale::Linear, [-7e-5, 7e-5], 8, &["−6", "−4", "−2", "0", "2", "4", "6"], -5),
@@ -36,7 +36,7 @@ fn ticks_are_what_people_would_write() {
         (SYMLOG, [-1e-2, -1e-4], 5, &["−10⁻²", "−10⁻³", "−10⁻⁴"], 0),
         (Scale::SymLog { threshold: 1.0 }, [-20.0, 200.0], 9, &["−10", "−1", "0", "1", "10", "100"], 0),
     ] {
-        let (found, power) = labels(scale, range, most);
+        let (found, power) = labels(scale, range, max_count);
         assert_eq!(
             (found.as_slice(), power),
             (&expected.iter().map(ToString::to_string).collect::<Vec<_>>()[..], exponent),
@@ -75,22 +75,22 @@ fn ticks_rise_within_the_range_and_say_their_values() {
         // Also narrow ranges far from 0.
         let b = if case % 5 == 0 { a * 1.001 } else { b };
         let range = [a.min(b), a.max(b)];
-        let most = 2 + (9.0 * random.unit()) as usize;
-        let Ticks { major, minor, exponent } = ticks(scale, range, most);
-        let told = format!("{scale:?} {range:?} at most {most}: {major:?}");
-        assert!(!major.is_empty() && major.len() <= most.max(3), "{told}");
-        assert!(major.is_sorted_by(|a, b| a.0 < b.0), "{told}");
+        let max_count = 2 + (9.0 * random.unit()) as usize;
+        let Ticks { major, minor, exponent } = ticks(scale, range, max_count);
+        let message = format!("{scale:?} {range:?} at most {max_count}: {major:?}");
+        assert!(!major.is_empty() && major.len() <= max_count.max(3), "{message}");
+        assert!(major.is_sorted_by(|a, b| a.0 < b.0), "{message}");
         let slack = 1e-8 * range[0].abs().max(range[1].abs());
         let all = major.iter().map(|(v, _)| v).chain(&minor);
-        assert!(all.into_iter().all(|v| range[0] - slack <= *v && *v <= range[1] + slack), "{told}");
+        assert!(all.into_iter().all(|v| range[0] - slack <= *v && *v <= range[1] + slack), "{message}");
         for (value, label) in &major {
-            let off = (meant(label, exponent) - value).abs();
-            assert!(off <= 1e-9 * value.abs().max(slack), "{told}: {label} by {off}");
-            assert!(!label.contains('-') && label.chars().count() <= 16, "{told}: {label}");
+            let deviation = (meant(label, exponent) - value).abs();
+            assert!(deviation <= 1e-9 * value.abs().max(slack), "{message}: {label} by {deviation}");
+            assert!(!label.contains('-') && label.chars().count() <= 16, "{message}: {label}");
         }
         let mut different: Vec<&String> = major.iter().map(|(_, label)| label).collect();
         different.dedup();
-        assert_eq!(different.len(), major.len(), "{told}");
+        assert_eq!(different.len(), major.len(), "{message}");
     }
 }
 
@@ -101,13 +101,13 @@ fn linear_steps_are_the_finest_that_fit() {
     for _ in 0..5000 {
         let low = 200.0 * random.unit() - 100.0;
         let span = 10f64.powf(6.0 * random.unit() - 4.0);
-        let most = 5 + (8.0 * random.unit()) as usize;
-        let values: Vec<f64> = ticks(Scale::Linear, [low, low + span], most).major.iter().map(|t| t.0).collect();
+        let max_count = 5 + (8.0 * random.unit()) as usize;
+        let values: Vec<f64> = ticks(Scale::Linear, [low, low + span], max_count).major.iter().map(|t| t.0).collect();
         let [first, second] = values[..2] else { panic!("{values:?}") };
         let step = second - first;
         let lead = step / 10f64.powf(step.log10().floor() + 1e-9);
         assert!([1.0, 2.0, 5.0, 10.0].iter().any(|nice| (lead - nice).abs() < 1e-3), "{lead}");
         let finer = if (lead - 5.0).abs() < 1e-3 { step * 0.4 } else { step * 0.5 };
-        assert!(span / finer > most as f64 - 1.0, "{low} {span} {most}: {step}");
+        assert!(span / finer > max_count as f64 - 1.0, "{low} {span} {max_count}: {step}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::coloring::ColorRange;
-use crate::scene::Source;
+use crate::scene::LightSource;
 use crate::scenery::{Level, Paint, Pattern, Surface};
 use crate::script::Script;
 
@@ -40,7 +40,7 @@ fn one_key_of_any_kind_makes_a_scene() {
     assert_eq!((scene.field(), scene.width, scene.height), ("theta", 512, 512));
     assert!(has_default_volume(&scene));
     assert_eq!((parsed("[image]\nheight = 7").width, parsed("[image]\nheight = 7").height), (512, 7));
-    assert_eq!(parsed("[light]").lighting.unwrap().source, Source::Headlight);
+    assert_eq!(parsed("[light]").lighting.unwrap().source, LightSource::Headlight);
 }
 
 #[test]

@@ -103,10 +103,7 @@ fn what_lacks_or_is_too_much_is_named() {
         (changed("[2, 0.5]", "[-2, 0.5]"), "line 12 | key volumes.opacity.values: | -2 after 0 | rise"),
         (changed("[2, 0.5]", "[2, 1.0]"), "line 12 | key volumes.opacity.values: | opacity 1 | below 1"),
         (changed("[2, 0.5]", "[nan, 0.5]"), "line 12 | key volumes.opacity.values: | NaN"),
-        (format!("{CAMERA}{colors}{by}unit_length = 0\n"), "line 13 | key volumes.opacity.unit_length: | 0, expected"),
         (changed("\"w\"", "\"\""), "line 11 | opacity.field: | empty"),
-        (format!("{CAMERA}{colors}{by}scale = \"log\"\n"), "line 13 | scale | unknown field"),
         (changed(values, ""), "line 10 | key volumes.opacity.values: | pairs [value, opacity]"),
-        (format!("{CAMERA}{list}[[volume]]\n"), "line 11 | volume | unknown field"),
     ]);
 }

@@ -1,17 +1,14 @@
 //! A colour map, its scale, its range and its opacities.
 
 use super::{Gives, RawTransfer, stops};
-use crate::color::{ColorMap, MAPS};
-use crate::coloring::{ColorRange, Coloring};
-use crate::coloring::{MEANINGLESS, default_extinction};
+use crate::color::{ColorMap, color_maps};
+use crate::coloring::{ColorRange, Coloring, MEANINGLESS, default_extinction};
 use crate::keys::{self, Key, Kind, keys, of};
 use crate::parse::hint;
-use crate::parse::text::Text;
-use crate::parse::text::shown;
+use crate::parse::text::{Text, shown};
 use crate::scale::Scale;
 use crate::values::ALONE;
-use icoray_grid::Result;
-use icoray_grid::numbers;
+use icoray_grid::{Result, numbers};
 use std::ops::Range;
 use toml::{Spanned, Value};
 
@@ -50,8 +47,8 @@ pub(super) fn coloring(
             "transfer.map",
             format!(
                 "{name:?}{}, expected one of {}, or one with _r behind it",
-                hint::did_you_mean(name, MAPS.split(", ")),
-                *MAPS
+                hint::did_you_mean(name, color_maps().split(", ")),
+                color_maps()
             ),
         )
     })?;
@@ -157,14 +154,15 @@ fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
         let wish = "expected two finite numbers, the lower first, { percentile = [1, 99] } or { union = [1, 99] }";
         let ends = ends.ok_or_else(|| bad(format!("{}, {wish}", shown(raw.get_ref()))))?;
         for end in ends {
-            source.held(end, raw.span(), key, &ALONE)?;
+            source.in_magnitudes(end, raw.span(), key, &ALONE)?;
         }
         return Ok(ColorRange::Fixed(ends));
     };
     let part = |key: &str| source.schema(&format!("transfer.range.{key}"));
     let percentile = |key: &str| {
         let (value, schema) = (table.get(key), part(key));
-        let ends = value.and_then(pair).filter(|[low, high]| schema.holds(*low) && low < high && schema.holds(*high));
+        let ends =
+            value.and_then(pair).filter(|[low, high]| schema.contains(*low) && low < high && schema.contains(*high));
         let found = value.map_or_else(String::new, |value| format!("{key} = {}, ", shown(value)));
         let wish = format!("expected two percentiles {}, the lower first", schema.bounds_text());
         ends.ok_or_else(|| bad(format!("{found}{wish}")))
@@ -175,7 +173,7 @@ fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
         ["percentile"] => Ok(ColorRange::Percentile(percentile("percentile")?)),
         ["union"] | ["hysteresis", "union"] => {
             let given = table.get("hysteresis").map(|value| {
-                let valid = number(value).filter(|value| part("hysteresis").holds(*value));
+                let valid = number(value).filter(|value| part("hysteresis").contains(*value));
                 let wish = || format!("expected {}", part("hysteresis").bounds_text());
                 valid.ok_or_else(|| bad(format!("hysteresis = {}, {}", shown(value), wish())))
             });

@@ -1,17 +1,17 @@
 //! Cameras that move: `camera.orbit` and `camera.path`.
 
 use super::section::{section, take};
-use crate::keys::{Key as Entry, Kind, keys, number, of, section as table, sections_of};
+use crate::keys::{Key, Kind, keys, number, of, section as table, sections_of};
 use crate::parse::camera::{distance, whole_planet};
 use crate::parse::text::Text;
-use crate::script::{Clock, Key, Motion, Orbit, Path};
+use crate::script::{Clock, Motion, Orbit, Path, PathError, PathKey};
 use icoray_grid::Result;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Keys of the camera, beside those that it has in a scene.
-pub const KEYS: &[Entry] = keys! {
+pub const KEYS: &[Key] = keys! {
     /// Moves the camera around the axis: see [moving cameras](#moving-cameras).
     orbit = table(&[RawOrbit::KEYS]),
     /// Moves the camera along places: see [moving cameras](#moving-cameras).
@@ -105,10 +105,10 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         Some(_) => Clock::Time,
         None => Clock::Step,
     });
-    let keys = raw.iter().map(|raw| key(source, raw, clock, &defaults)).collect::<Result<Vec<Key>>>()?;
-    Path::check(&keys).map_err(|(number, what)| {
-        let span = raw.get(number).map_or(span, Spanned::span);
-        source.bad(span, KEY, what)
+    let keys = raw.iter().map(|raw| key(source, raw, clock, &defaults)).collect::<Result<Vec<PathKey>>>()?;
+    Path::check(&keys).map_err(|PathError { key, message }| {
+        let span = raw.get(key).map_or(span, Spanned::span);
+        source.bad(span, KEY, message)
     })?;
     if let Some(DeValue::Table(first)) = first {
         let has_distance = camera.contains_key("distance") || camera.contains_key("altitude");
@@ -122,7 +122,7 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
     Ok(Path::new(clock, keys))
 }
 
-fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, defaults: &KeyDefaults) -> Result<Key> {
+fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, defaults: &KeyDefaults) -> Result<PathKey> {
     let (source, span, raw) = (&source.within("camera.path."), raw.span(), raw.get_ref());
     let bad = |what: &str| source.bad(span.clone(), "", what);
     let at = match (clock, &raw.step, &raw.time) {
@@ -135,7 +135,7 @@ fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, defaults: &KeyDefault
     }
     let fov_deg = source.optional_number(raw.fov.as_ref(), "fov")?.unwrap_or(defaults.fov_deg);
     let own = distance(source, raw.distance.as_ref(), raw.altitude.as_ref())?;
-    Ok(Key {
+    Ok(PathKey {
         at,
         lon_deg: source.number(raw.lon.as_ref(), "lon")?,
         lat_deg: source.number(raw.lat.as_ref(), "lat")?,

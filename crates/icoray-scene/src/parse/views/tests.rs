@@ -3,7 +3,7 @@
 use super::*;
 use crate::camera::Camera;
 use crate::parse::tests::assert_says;
-use crate::scene::Source;
+use crate::scene::LightSource;
 use icoray_grid::ErrorKind;
 
 const BASE: &str = r##"field = "theta"
@@ -52,10 +52,13 @@ fn a_file_without_views_is_a_script_of_its_scene() {
     let view = View { has_file: false, ..Script::from(scene.clone()).views()[0].clone() };
     assert_eq!(script, Script::new(vec![view], None));
     assert_eq!(shots(BASE, 12), [scene]);
-    for empty in ["", "\n# nothing\n"] {
-        assert_eq!(Script::parse_optional(empty).unwrap(), None);
+    for empty in ["", " \n\t\r\n", "# nothing to draw\n   # today"] {
+        assert_eq!(Script::parse_optional(empty).unwrap(), None, "{empty:?}");
+        assert!(Scene::parse(empty).unwrap_err().to_string().contains("no keys: nothing is drawn"));
     }
-    assert!(Script::parse_optional("field = 3").is_err());
+    for (bad, part) in [("field = 3", "line 1"), ("[camera]\nlon = 400", "camera.lon"), ("# a\n\u{1}", "line 2")] {
+        assert!(Script::parse_optional(bad).unwrap_err().to_string().contains(part), "{bad:?}");
+    }
 }
 
 #[test]
@@ -91,7 +94,7 @@ title = "{name}"
     assert_eq!([other.width, other.height, other.every], [32, 480, 6]);
     assert_eq!(other.camera, Camera::above(-5.0, 45.0, 3.0, 40.0).unwrap());
     assert_eq!(other.volumes[0].coloring.as_ref().unwrap().fixed(), Some([0.0, 1.0]));
-    assert_eq!(other.lighting.unwrap().source, Source::Headlight);
+    assert_eq!(other.lighting.unwrap().source, LightSource::Headlight);
     assert!(other.labels.is_some() && same.labels.is_none());
 }
 
@@ -182,14 +185,9 @@ fn errors_name_view_line_and_key() {
         ("when = 3", "line 22 | max(theta) > 300"),
         ("camera.orbit = 2", "line 22 (camera.orbit = 2)"),
         ("camera.orbit = { turn = 360 }", "line 22, key camera.orbit | degrees_per_step, or turn and steps"),
-        ("camera.orbit = { turn = 360, steps = 0 }", "line 22, key camera.orbit.steps: 0,"),
         (&path(""), "line 22, key camera.path: 1 keys, expected at least 2"),
         (&path(",\n{ step = 0, lon = 5, lat = 2 }"), "line 23, key camera.path: 0 after 0"),
         (&path(",\n{ time = 5, lon = 5, lat = 2 }"), "line 23, key camera.path: expected each key"),
-        (
-            "camera.path = [{ step = 0, lon = 1, lat = 92 }]",
-            "line 22, key camera.path.lat: 92, expected a number from -90 to 90",
-        ),
         ("camera.eye = [0, 0, 3]\nsweep.lon = [1]", "view \"a\": line 23, key sweep.lon | not with eye"),
         ("camera.orbit.degrees_per_step = 1\nsweep.lon = [1]", "line 23, key sweep.lon | orbit"),
     ] {
@@ -220,7 +218,6 @@ fn errors_of_views_sweeps_and_outputs_name_line_and_key() {
         ("[output]\nconcat = \"{step}.ffconcat\"", "line 21, key output.concat | neither step nor date"),
         ("[output]\ncinema = \"a\"", "line 21, key output.cinema | .cdb"),
         ("[output]\nfps = 10", "line 21, key output.fps | is valid only with output.concat"),
-        ("[output]\nfps = 0\nconcat = \"a.ffconcat\"", "line 21, key output.fps: 0,"),
         (&format!("[output]\nfile = \"{{step}}.png\"\n{two}"), "key output.file | \"a\" | \"b\" | 0.png"),
         (
             &format!("[output]\nfile = \"{{view}}{{step}}.png\"\nerror = \"e{{step}}.png\"\n{two}"),
@@ -356,16 +353,5 @@ fn a_model_is_asked_for_a_page_by_its_file_alone() {
         "{BASE}[live]\nport = 9000\ntime_budget_ms = 40\n[[views]]\nname = 'a'\n[[views]]\nname = 'b'\n"
     ));
     assert_eq!((script.live(), script.views().len()), (Some(Live { port: Some(9000), time_budget_ms: Some(40.0) }), 2));
-    for (text, wanted) in [
-        ("[live]\nport = 0\n", "key live.port: 0, expected an integer from 1 to 65535"),
-        ("[live]\nhost = 'a'\n", "host"),
-        ("[[views]]\nname = 'a'\nlive = {}\n", "live"),
-    ] {
-        let error = script_error(&format!("{BASE}{text}"));
-        assert!(error.contains(wanted), "{error}");
-    }
-}
-
-fn script_error(text: &str) -> String {
-    Script::parse(text).unwrap_err().to_string()
+    refused("[[views]]\nname = 'a'\nlive = {}", "unknown field `live`");
 }
