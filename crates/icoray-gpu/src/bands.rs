@@ -44,6 +44,8 @@ pub(crate) struct Bands<'b> {
     output: PooledBuffer,
     ray_bytes: usize,
     timestamps: Timestamps,
+    /// Layout of group 2.
+    pub scene_layout: &'b wgpu::BindGroupLayout,
 }
 
 impl<'b> Bands<'b> {
@@ -56,13 +58,14 @@ impl<'b> Bands<'b> {
     ) -> Result<Self, FallbackReason> {
         let (ctx, pipelines) = (picture.ctx, picture.pipelines);
         // A band whose fragments exceed their buffer is traced twice.
-        let contents = contents(picture.job);
-        let (name, group, label, ray_bytes, runs) = match (in_parts, contents.scenery) {
-            (true, _) => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
+        let contents = contents(picture.job, in_parts);
+        let (name, scene_layout, label, ray_bytes, runs) = match (in_parts, contents.scenery) {
+            (true, false) => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
+            (true, true) => ("parts", &pipelines.scene_parts, "rays through a part", size_of::<Passed>(), 2),
             (false, false) => ("picture", &pipelines.picture, "pixels", size_of::<Pixel>(), 1),
             (false, true) => ("picture", &pipelines.scene, "pixels", size_of::<Pixel>(), 1),
         };
-        let shader = (name, contents, group);
+        let shader = (name, contents, scene_layout);
         let constants = [picture.constants(in_parts), field.constants()].concat();
         let pipeline = pipelines.get(ctx, shader, field.layout.pages, constants)?;
         let params = field.params(picture);
@@ -88,6 +91,7 @@ impl<'b> Bands<'b> {
             output,
             ray_bytes,
             timestamps,
+            scene_layout,
         })
     }
 

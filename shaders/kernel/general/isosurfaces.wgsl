@@ -12,6 +12,9 @@ struct GapWay {
     a: RayPoint,
     b: RayPoint,
     part: f32,
+#native     // The fraction of the column at `a`.
+#native     start: Wide,
+#native     layers: NativeWay,
 }
 
 // A place at which a frustum meets an isosurface or a sphere.
@@ -71,21 +74,30 @@ fn scene_gradient(field: SceneField, at: u32) -> vec3f {
 // A field beside the volume's along a frustum.
 fn scene_field_segment(number: u32, column: Column, way: GapWay, eps: f32, length: f32, has_gradients: bool) -> FieldSegment {
     let field = scenery.fields[number];
-    let below = scene_field_chord(field, column, way.gap - 1u, has_gradients);
-    let above = scene_field_chord(field, column, way.gap, has_gradients);
-    let at_a = chord_mix(below, above, shell_fraction(way.gap, way.a.rho));
-    let at_b = chord_mix(below, above, shell_fraction(way.gap, way.b.rho));
-    let slope_a = at_a.exit - at_a.entry;
-    let slope_b = at_b.exit - at_b.entry;
-    let kappa = (way.b.tau - way.a.tau) * ((slope_a - slope_b) + eps * slope_a);
-    let size = max(below.size, above.size);
-    let segment = Segment(chord_at(at_a, way.a.tau), chord_at(at_b, way.b.tau), kappa, eps, length, size);
-    var found = FieldSegment(segment, FrustumInterpolant(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0, 0.0), true);
-    found.is_there = !(below.is_void || above.is_void);
-    if has_gradients {
-        found.interpolant = frustum_interpolant_over(at_a, at_b, way.a.tau, way.b.tau, eps);
-    }
-    return found;
+#native     var v: array<vec4f, 6>;
+#native     for (var k = 0u; k < 6u; k++) {
+#native         let at = column.cells[k % 3u] * params.layers + way.gap - 1u + k / 3u;
+#native         v[k].x = surface_values[field.first_value + at];
+#native         if has_gradients {
+#native             v[k] = vec4f(v[k].x, scene_gradient(field, at));
+#native         }
+#native     }
+#native     return native_segment(way.layers, v, length);
+#concentric     let below = scene_field_chord(field, column, way.gap - 1u, has_gradients);
+#concentric     let above = scene_field_chord(field, column, way.gap, has_gradients);
+#concentric     let at_a = chord_mix(below, above, shell_fraction(way.gap, way.a.rho));
+#concentric     let at_b = chord_mix(below, above, shell_fraction(way.gap, way.b.rho));
+#concentric     let slope_a = at_a.exit - at_a.entry;
+#concentric     let slope_b = at_b.exit - at_b.entry;
+#concentric     let kappa = (way.b.tau - way.a.tau) * ((slope_a - slope_b) + eps * slope_a);
+#concentric     let size = max(below.size, above.size);
+#concentric     let segment = Segment(chord_at(at_a, way.a.tau), chord_at(at_b, way.b.tau), kappa, eps, length, size);
+#concentric     var found = FieldSegment(segment, FrustumInterpolant(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0, 0.0), true);
+#concentric     found.is_there = !(below.is_void || above.is_void);
+#concentric     if has_gradients {
+#concentric         found.interpolant = frustum_interpolant_over(at_a, at_b, way.a.tau, way.b.tau, eps);
+#concentric     }
+#concentric     return found;
 }
 
 // Finds the crossings of a frustum; `own` is the volume's field there.

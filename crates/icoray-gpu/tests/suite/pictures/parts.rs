@@ -1,10 +1,12 @@
 //! Spheres distributed over ranks, some of which trace on the GPU: the composed picture is that of the whole sphere.
 
 use super::common::*;
+use super::scenes::{ISOSURFACES, SURFACES, second};
+use super::volumes;
 use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Shape};
+use icoray::{Counts, Field, Fields, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Shape};
 use icoray_gpu::{Gpu, MemoryLimits};
 use std::sync::Arc;
 
@@ -18,7 +20,11 @@ fn layers(count: usize) -> Layers {
     Layers::from_heights(&heights, EARTH_M).unwrap()
 }
 
-/// Draws a scene of a mesh distributed over ranks. The ranks of `has_gpu` trace on the GPU.
+/// The names of fields whose values follow each other.
+const NAMES: [&str; 2] = ["f", "g"];
+
+/// Draws a scene of a mesh distributed over ranks, with the values of one field or more. The ranks of `has_gpu` trace on
+/// the GPU.
 fn draw(
     gpu: &Arc<Gpu>,
     spread: &Spread,
@@ -28,20 +34,24 @@ fn draw(
     has_gpu: impl Fn(usize) -> bool + Sync,
 ) -> (Frame, Vec<FrameReport>) {
     let layers = layers(count);
-    assert_eq!(values.len(), mesh.cells() * count);
     picture(spread.each(|ranks, culled, part| {
         let (part, grid) = (part.unwrap(), culled.grid());
         let cells = culled.cells.len();
         // Ranks also differ in the layout of their arrays.
-        let (shape, here): (Shape, Vec<f32>) = if ranks.rank() % 2 == 0 {
-            (Shape::level_fastest(cells, count), columns_of(values, &culled.cells, count))
-        } else {
+        let here = values.chunks_exact(mesh.cells() * count).map(|values| {
+            if ranks.rank() % 2 == 0 {
+                return (Shape::level_fastest(cells, count), columns_of(values, &culled.cells, count));
+            }
             let layer = |layer| culled.cells.iter().map(move |cell| values[cell * count + layer]);
-            (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect())
-        };
-        let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
+            (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect::<Vec<_>>())
+        });
+        let here: Vec<_> = here.collect();
+        let fields = here
+            .iter()
+            .map(|(shape, values)| Field::new(values.as_slice().into(), *shape, Location::Center, None).unwrap());
+        let fields = Fields::new(NAMES.into_iter().zip(fields));
         let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
-        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, &field).unwrap()
+        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, fields).unwrap()
     }))
 }
 
@@ -49,8 +59,10 @@ fn draw(
 fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
     let layers = layers(count);
     let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-    let here = columns_of(values, &culled.cells, count);
-    cpu(1).render(scene, &culled.grid(), &layers, &at_centers(&here, count)).unwrap()
+    let here = values.chunks_exact(mesh.cells() * count).map(|values| columns_of(values, &culled.cells, count));
+    let here: Vec<_> = here.collect();
+    let fields = NAMES.into_iter().zip(here.iter().map(|values| at_centers(values, count)));
+    cpu(1).render(scene, &culled.grid(), &layers, Fields::new(fields)).unwrap()
 }
 
 /// Compares the picture of the ranks with that of the whole, and checks which ranks report a device.
@@ -92,6 +104,49 @@ fn parts_make_the_picture_of_the_whole() {
             let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
             check(&format!("{name}, {partition} on {ranks} ranks"), &drawn, &expected, has_gpu);
         }
+    }
+}
+
+/// Several volumes, surfaces, isosurfaces and cuts, over ranks and beside holes.
+#[test]
+fn parts_of_scenes_make_the_picture_of_the_whole() {
+    let Some(gpu) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    let mesh = &sphere.tables;
+    let values = [sphere.values.clone(), second(&sphere)].concat();
+    let values = (values.as_slice(), THICK_M.len());
+    let (_, lakes) = holes(mesh).into_iter().find(|(hole, _)| *hole == "continents with a lake").unwrap();
+    let all = vec![true; mesh.cells()];
+    for (i, (what, text, stays, camera)) in [
+        ("two volumes", volumes::contents("two"), &all, FAR),
+        ("opacity of another field, lit", volumes::contents("opacity of another field") + HEAD, &all, INSIDE),
+        ("surfaces, cut", format!("{}\n{SUN}", SURFACES[5].1), &lakes, FAR),
+        ("isosurfaces, cut", ISOSURFACES[5].1.to_owned(), &lakes, INSIDE),
+        ("isosurface, lit", format!("{}\n{HEAD}", ISOSURFACES[3].1), &all, FAR),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let scene = match text.contains("[[volumes]]") {
+            true => volumes::scene_of(camera, &[&text], CORES[i % 2], ""),
+            false => scene(camera, &format!("{SMOOTH}\n{text}"), CORES[i % 2]),
+        };
+        let expected = whole(mesh, stays, &scene, values);
+        let ranks = 2 + i % 3;
+        let (partition, owner) = partitions(mesh, ranks).swap_remove(i % 3);
+        let spread = Spread::new(mesh, ranks, &without_holes(owner, stays));
+        let has_gpu = |rank: usize| i != 1 || rank > 0;
+        let (frame, reports) = draw(&gpu, &spread, mesh, &scene, values, has_gpu);
+        let (rmse, max) = apart(&frame, &expected);
+        let name = format!("{what}, {partition} on {ranks} ranks");
+        println!("{name}: rmse {rmse:.1e}, max {max:.1e}; errors {} and {}", frame.report.error, expected.report.error);
+        for (rank, report) in reports.iter().enumerate() {
+            assert_eq!(report.device.left_to_cpu, None, "{name}, rank {rank}");
+            assert_eq!(report.device.name.is_some(), has_gpu(rank), "{name}, rank {rank}");
+        }
+        assert!(rmse <= 3e-4, "{name}: rmse {rmse:e}, max {max:e}");
+        assert!(frame.pixels.iter().filter(|pixel| pixel[0] != pixel[2]).count() > 1000, "{name}: little is seen");
+        assert_eq!(count_beyond(&frame, &expected, 0.0), 0, "{name}: pixels beyond their errors");
     }
 }
 
