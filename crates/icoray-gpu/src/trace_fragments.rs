@@ -7,7 +7,9 @@ use crate::layout::{self, Passed, halves};
 use crate::picture::Picture;
 use crate::pool::PooledBuffer;
 use crate::readback::Readback;
-use icoray::device::{BoundarySignature, ENDLESS, FallbackReason, Fragment, Fragments, OwnedColumns, PaintedPlace};
+use icoray::device::{
+    BoundarySignature, ENDLESS, FallbackReason, Fragment, Fragments, OwnedColumns, PaintedPlace, TracedFragment,
+};
 use rayon::prelude::*;
 use wgpu::BufferUsages;
 
@@ -150,33 +152,28 @@ fn send_tiles(
         if rays.iter().any(|ray| ray.fragments & Passed::LOST != 0) {
             return 1;
         }
-        let all: Vec<Fragment> = fragments.iter().map(fragment).collect();
-        let places: Vec<Option<PaintedPlace>> = fragments.iter().map(place).collect();
-        sink(Fragments { first, rays: bytemuck::cast_slice(rays), all: &all, places: &places });
+        let all: Vec<TracedFragment> = fragments.iter().map(traced).collect();
+        sink(Fragments { first, rays: bytemuck::cast_slice(rays), all: &all });
         0
     };
     all.into_par_iter().map(send).sum()
 }
 
-/// The place at which a fragment ends, if the host computes its light.
-fn place(fragment: &layout::Fragment) -> Option<PaintedPlace> {
-    let layout::Fragment { painted, triangle, exit_hi, exit_lo, .. } = *fragment;
-    let t = f64::from(exit_hi) + f64::from(exit_lo);
-    let surface = (painted != layout::Fragment::PAINTED_CORE).then_some(painted as usize);
-    (painted != layout::Fragment::NOT_PAINTED).then_some(PaintedPlace { t, triangle, surface })
-}
-
-fn fragment(fragment: &layout::Fragment) -> Fragment {
-    let layout::Fragment { exit_hi, exit_lo, red, green, blue, alpha, error, variance, order, nearness, .. } =
+fn traced(fragment: &layout::Fragment) -> TracedFragment {
+    let layout::Fragment { entry_hi, entry_lo, exit_hi, exit_lo, .. } = *fragment;
+    let layout::Fragment { red, green, blue, alpha, error, variance, order, nearness, painted, triangle, .. } =
         *fragment;
-    let entry = f64::from(fragment.entry_hi) + f64::from(fragment.entry_lo);
-    let exit = if exit_hi == ENDLESS { f64::INFINITY } else { f64::from(exit_hi) + f64::from(exit_lo) };
-    Fragment {
-        t: [entry, exit],
-        color: [red, green, blue],
-        alpha,
-        error,
-        variance,
-        surfaces: BoundarySignature::of_values([f32::from_bits(order), nearness]),
+    let [entry, exit] = [[entry_hi, entry_lo], [exit_hi, exit_lo]].map(|[hi, lo]| f64::from(hi) + f64::from(lo));
+    let surface = (painted != layout::Fragment::PAINTED_CORE).then_some(painted as usize);
+    TracedFragment {
+        fragment: Fragment {
+            t: [entry, if exit_hi == ENDLESS { f64::INFINITY } else { exit }],
+            color: [red, green, blue],
+            alpha,
+            error,
+            variance,
+            surfaces: BoundarySignature::of_values([f32::from_bits(order), nearness]),
+        },
+        painted: (painted != layout::Fragment::NOT_PAINTED).then_some(PaintedPlace { t: exit, triangle, surface }),
     }
 }

@@ -73,6 +73,29 @@ fn scene_hides(line: RayLine, column: Column, way: GapWay) -> bool {
     return is_hidden;
 }
 
+// Passes a gap with the volume's field `own` in it; returns true if the ray ends.
+fn scene_gap(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Radiance>,
+    line: RayLine,
+    column: Column,
+    bases: array<Base, 3>,
+    way: GapWay,
+    own: FieldSegment,
+) -> bool {
+    let is_hidden = scene_hides(line, column, way);
+    if volumes_skip(!own.is_there) {
+        (*ray).frusta++;
+        (*ray).void_frusta += select(1u, 0u, is_hidden);
+        (*ray).is_in_span = false;
+        return false;
+    }
+    if !is_hidden && volumes_enter(column, way, own) {
+        (*ray).void_frusta++;
+    }
+    return scene_frustum(ray, light, line, column, bases, way, own);
+}
+
 // Least and greatest of the volume's values around a gap.
 fn samples_range(bases: array<Base, 3>, gap: u32) -> vec2f {
     var range = vec2f(ENDLESS, -ENDLESS);

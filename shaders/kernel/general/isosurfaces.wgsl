@@ -67,22 +67,17 @@ fn scene_field_range(field: SceneField, column: Column, gap: u32) -> vec2f {
 }
 
 fn scene_gradient(field: SceneField, at: u32) -> vec3f {
-    let first = field.first_gradient + 3u * at;
-    return vec3f(surface_values[first], surface_values[first + 1u], surface_values[first + 2u]);
+    return surface_vector(field.first_gradient + 3u * at);
+}
+
+fn surface_vector(at: u32) -> vec3f {
+    return vec3f(surface_values[at], surface_values[at + 1u], surface_values[at + 2u]);
 }
 
 // A field beside the volume's along a frustum.
 fn scene_field_segment(number: u32, column: Column, way: GapWay, eps: f32, length: f32, has_gradients: bool) -> FieldSegment {
     let field = scenery.fields[number];
-#native     var v: array<vec4f, 6>;
-#native     for (var k = 0u; k < 6u; k++) {
-#native         let at = column.cells[k % 3u] * params.layers + way.gap - 1u + k / 3u;
-#native         v[k].x = surface_values[field.first_value + at];
-#native         if has_gradients {
-#native             v[k] = vec4f(v[k].x, scene_gradient(field, at));
-#native         }
-#native     }
-#native     return native_segment(way.layers, v, length);
+#native     return native_segment(way.layers, native_field(field, column, way.gap, has_gradients), length);
 #concentric     let below = scene_field_chord(field, column, way.gap - 1u, has_gradients);
 #concentric     let above = scene_field_chord(field, column, way.gap, has_gradients);
 #concentric     let at_a = chord_mix(below, above, shell_fraction(way.gap, way.a.rho));

@@ -120,66 +120,72 @@ fn native_way(low: Facet, high: Facet, u: Wide, v: Wide, on: vec2f) -> NativeWay
     );
 }
 
-// A value and its gradient at the ends of a path, and their bend.
-struct Course {
-    from_: vec4f,
-    to: vec4f,
-    kappa: vec4f,
-}
-
-// The course of values at the vertices below (first three) and above.
-fn native_course(way: NativeWay, v: array<vec4f, 6>) -> Course {
-    let ab = v[1] - v[0];
-    let ac = v[2] - v[0];
-    let ad = v[3] - v[0];
-    let de = v[4] - v[3];
-    let df = v[5] - v[3];
-    let low = way.low.x * ab + way.low.y * ac;
-    let low_rise = way.low.z * ab + way.low.w * ac - low;
-    let high = way.high.x * de + way.high.y * df;
-    let high_rise = way.high.z * de + way.high.w * df - high;
-    let below = array<vec4f, 2>(low + way.u.x * low_rise, low + way.u.y * low_rise);
-    let above = array<vec4f, 2>(
-        high + way.u.x * high_rise + way.above.x * ad,
-        high + way.u.y * high_rise + way.above.y * ad,
-    );
-    let rise = array<vec4f, 2>(above[0] - below[0], above[1] - below[1]);
-    let start = select(below[0] + way.place.x * rise[0], above[0], way.place.x == 1.0);
-    let end = select(below[1] + way.place.y * rise[1], above[1], way.place.y == 1.0);
-    let kappa = (way.place.y - way.place.x) * (way.eps * rise[0] + (rise[0] - rise[1]));
-    return Course(v[0] + start, v[0] + end, kappa);
-}
-
-// A field along a path of this length, from values and gradients at the vertices.
+// A field along a path of this length, from values and gradients at the vertices below (first three) and above.
 fn native_segment(way: NativeWay, v: array<vec4f, 6>, length: f32) -> FieldSegment {
-    let course = native_course(way, v);
-    var most = vec4f(0.0);
-    var is_known = true;
-    for (var k = 0u; k < 6u; k++) {
-        most = max(most, abs(v[k]));
-        is_known = is_known && !is_missing(v[k].x);
-    }
+    let low = way.low.x * (v[1] - v[0]) + way.low.y * (v[2] - v[0]);
+    let low_exit = way.low.z * (v[1] - v[0]) + way.low.w * (v[2] - v[0]);
+    let high = way.high.x * (v[4] - v[3]) + way.high.y * (v[5] - v[3]);
+    let high_exit = way.high.z * (v[4] - v[3]) + way.high.w * (v[5] - v[3]);
+    let below_a = low + way.u.x * (low_exit - low);
+    let below_b = low + way.u.y * (low_exit - low);
+    let above_a = high + way.u.x * (high_exit - high) + way.above.x * (v[3] - v[0]);
+    let above_b = high + way.u.y * (high_exit - high) + way.above.y * (v[3] - v[0]);
+    let rise_a = above_a - below_a;
+    let rise_b = above_b - below_b;
+    let from_ = v[0] + select(below_a + way.place.x * rise_a, above_a, way.place.x == 1.0);
+    let to = v[0] + select(below_b + way.place.y * rise_b, above_b, way.place.y == 1.0);
+    let kappa = (way.place.y - way.place.x) * (way.eps * rise_a + (rise_a - rise_b));
+    let most = max(max(max(abs(v[0]), abs(v[1])), max(abs(v[2]), abs(v[3]))), max(abs(v[4]), abs(v[5])));
     let size = max(max(most.x, 2.0 * most.x - 1.0), select(1.0, 0.0, HAS_STEPS));
-    let kappa = course.kappa;
+    // A missing value is larger than all others.
     return FieldSegment(
-        Segment(course.from_.x, course.to.x, kappa.x, way.eps, length, size),
-        FrustumInterpolant(course.from_.yzw, course.to.yzw, kappa.yzw, way.eps, largest(most.yzw)),
-        is_known,
+        Segment(from_.x, to.x, kappa.x, way.eps, length, size),
+        FrustumInterpolant(from_.yzw, to.yzw, kappa.yzw, way.eps, largest(most.yzw)),
+        !is_missing(most.x),
     );
 }
 
-// The field of the volume at the vertices around a gap.
-fn native_own(bases: array<Base, 3>, gap: u32) -> array<vec4f, 6> {
-    var v: array<vec4f, 6>;
-    for (var k = 0u; k < 6u; k++) {
-        let base = bases[k % 3u];
-        let layer = gap - 1u + k / 3u;
-        v[k].x = samples_get(base, layer);
-        if IS_LIT {
-            v[k] = vec4f(v[k].x, gradients_get(base, layer));
-        }
+// The volume's field at a vertex, and its gradient.
+fn native_vertex(base: Base, layer: u32) -> vec4f {
+    var gradient = vec3f(0.0);
+    if IS_LIT {
+        gradient = gradients_get(base, layer);
     }
-    return v;
+    return vec4f(samples_get(base, layer), gradient);
+}
+
+// The volume's field at the vertices around a gap.
+fn native_own(bases: array<Base, 3>, gap: u32) -> array<vec4f, 6> {
+    let below = gap - 1u;
+    return array<vec4f, 6>(
+        native_vertex(bases[0], below),
+        native_vertex(bases[1], below),
+        native_vertex(bases[2], below),
+        native_vertex(bases[0], gap),
+        native_vertex(bases[1], gap),
+        native_vertex(bases[2], gap),
+    );
+}
+
+// Another field at the vertices around a gap.
+fn native_field(field: SceneField, column: Column, gap: u32, has_gradients: bool) -> array<vec4f, 6> {
+    let above = column.cells * params.layers + gap;
+    return array<vec4f, 6>(
+        native_vertex_of(field, above.x - 1u, has_gradients),
+        native_vertex_of(field, above.y - 1u, has_gradients),
+        native_vertex_of(field, above.z - 1u, has_gradients),
+        native_vertex_of(field, above.x, has_gradients),
+        native_vertex_of(field, above.y, has_gradients),
+        native_vertex_of(field, above.z, has_gradients),
+    );
+}
+
+fn native_vertex_of(field: SceneField, at: u32, has_gradients: bool) -> vec4f {
+    var gradient = vec3f(0.0);
+    if has_gradients {
+        gradient = scene_gradient(field, at);
+    }
+    return vec4f(surface_values[field.first_value + at], gradient);
 }
 
 // The weights of the second and third vertex on a layer, at the fraction `tau` between the column's edge points.
@@ -197,12 +203,10 @@ fn native_weights(column: Column, layer: u32, tau: f32) -> vec2f {
 // The normal of a layer there, from those of the cells from number `first` on.
 fn native_normal(column: Column, layer: u32, tau: f32, first: u32) -> vec3f {
     let weights = native_weights(column, layer, tau);
-    var normals: array<vec3f, 3>;
-    for (var k = 0u; k < 3u; k++) {
-        let at = first + 3u * column.cells[k];
-        normals[k] = vec3f(surface_values[at], surface_values[at + 1u], surface_values[at + 2u]);
-    }
-    return normalize(normals[0] + weights.x * (normals[1] - normals[0]) + weights.y * (normals[2] - normals[0]));
+    let a = surface_vector(first + 3u * column.cells.x);
+    let b = surface_vector(first + 3u * column.cells.y);
+    let c = surface_vector(first + 3u * column.cells.z);
+    return normalize(a + weights.x * (b - a) + weights.y * (c - a));
 }
 
 fn native_point(column: Column, u: Wide) -> RayPoint {
@@ -244,19 +248,9 @@ fn cross(
             if part > 0.0 {
                 let ends = vec2f(on, select(-1.0, select(0.0, 1.0, rises), passes));
                 let way = GapWay(*gap, a, b, part, u, native_way(low, high, u, end, ends));
-                let is_hidden = scene_hides(line, column, way);
                 let own = native_segment(way.layers, native_own(bases, *gap), length * part);
-                if volumes_skip(!own.is_there) {
-                    (*ray).frusta++;
-                    (*ray).void_frusta += select(1u, 0u, is_hidden);
-                    (*ray).is_in_span = false;
-                } else {
-                    if !is_hidden && volumes_enter(column, way, own) {
-                        (*ray).void_frusta++;
-                    }
-                    if scene_frustum(ray, light, line, column, bases, way, own) {
-                        return true;
-                    }
+                if scene_gap(ray, light, line, column, bases, way, own) {
+                    return true;
                 }
             }
         } else {

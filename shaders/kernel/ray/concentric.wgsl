@@ -54,16 +54,12 @@ fn cross(
             // The whole column if no layer is passed. Else a separate fraction, not the difference of two.
             let climb = wide_apart(b.rho, a.rho);
             let part = select(clamp(climb * scale, 0.0, 1.0), 1.0, is_first && !passes);
-#scene             let way = GapWay(*gap, a, b, part);
-#scene             let is_hidden = scene_hides(line, column, way);
-#scene             let is_void = at_a.is_void || at_b.is_void;
+#scene             {
 #plain             if at_a.is_void || at_b.is_void {
-#scene             if volumes_skip(is_void) {
-                (*ray).frusta++;
+#plain                 (*ray).frusta++;
 #plain                 (*ray).void_frusta++;
-#scene                 (*ray).void_frusta += select(1u, 0u, is_hidden);
-                (*ray).is_in_span = false;
-            } else {
+#plain                 (*ray).is_in_span = false;
+#plain             } else {
                 let eps = max(climb * a.curvature, ROUNDING - 1.0);
                 let slope_a = at_a.exit - at_a.entry;
                 let slope_b = at_b.exit - at_b.entry;
@@ -76,11 +72,8 @@ fn cross(
                     interpolant = frustum_interpolant_over(at_a, at_b, a.tau, b.tau, eps);
                 }
 #plain                 if frustum(ray, light, segment, interpolant) {
-#scene                 let own = FieldSegment(segment, interpolant, !is_void);
-#scene                 if !is_hidden && volumes_enter(column, way, own) {
-#scene                     (*ray).void_frusta++;
-#scene                 }
-#scene                 if scene_frustum(ray, light, line, column, bases, way, own) {
+#scene                 let own = FieldSegment(segment, interpolant, !(at_a.is_void || at_b.is_void));
+#scene                 if scene_gap(ray, light, line, column, bases, GapWay(*gap, a, b, part), own) {
                     return true;
                 }
             }

@@ -5,7 +5,6 @@ use crate::plan::Plan;
 use crate::plan::budget::allowed;
 use crate::raster::Raster;
 use crate::raster::Rect;
-use glam::DVec3;
 use icoray_grid::Field;
 use icoray_grid::gradient::Gradients;
 use icoray_grid::real::Real;
@@ -167,11 +166,9 @@ impl<'f> Job<'f> {
         self.tiles.iter().map(|tile| self.raster.rect(*tile))
     }
 
-    /// Eye and direction of the ray through a traced pixel.
-    pub(crate) fn ray(&self, pixel: [u32; 2]) -> (DVec3, DVec3) {
-        let Scene { camera, width, height, .. } = self.scene;
-        let [x, y] = [(pixel[0], width), (pixel[1], height)].map(|(k, side)| (k * self.raster.step).min(side - 1));
-        (camera.eye().into(), camera.direction(x, y, *width, *height).into())
+    /// The raster of [`Self::tiles`].
+    pub(crate) fn raster(&self) -> &Raster {
+        &self.raster
     }
 
     /// Numbers of [`Self::tiles`] in the raster.

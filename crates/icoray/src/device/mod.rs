@@ -111,10 +111,17 @@ pub struct Fragments<'b> {
     /// The rays of that tile and of those behind it, tile by tile, each row by row.
     pub rays: &'b [RayFragments],
     /// Their fragments, ray by ray and in order along each.
-    pub all: &'b [Fragment],
-    /// The place at which each fragment ends, if its light is computed by the host ([`Job::has_ground`],
-    /// [`SurfaceLayer::is_painted`]): the fragment continues in the next one.
-    pub places: &'b [Option<PaintedPlace>],
+    pub all: &'b [TracedFragment],
+}
+
+/// A fragment of a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TracedFragment {
+    /// Its light.
+    pub fragment: Fragment,
+    /// The place at which it ends and continues in the next fragment, if the host computes the light there
+    /// ([`Job::has_ground`], [`SurfaceLayer::is_painted`]).
+    pub painted: Option<PaintedPlace>,
 }
 
 /// Result of a ray through a rank's part.

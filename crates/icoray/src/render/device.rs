@@ -1,14 +1,14 @@
 //! Traces tiles on a device; the CPU traces the tiles that the device returns.
 
 use super::context::FrameContext;
-use super::work::{Painter, background_blend};
+use super::work::{Painter, background_blend, ray};
 use crate::compose::TileFragments;
 use crate::device::{
     Band, Device, DeviceCost, FallbackReason, Fragment, Fragments, GradientSource, Job, OwnedColumns, PaintedPlace,
-    RayFragments, Rect, Scenery, Traced,
+    RayFragments, Rect, Scenery, Traced, TracedFragment,
 };
 use crate::plan::budget::brightest;
-use crate::raster::{Pixel, Raster, Tile};
+use crate::raster::{Pixel, Raster, Tile, sample_points};
 use icoray_grid::{Error, Field};
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::signature::BoundarySignature;
@@ -63,11 +63,6 @@ impl<'f> OnDevice<'f> {
     /// Whether rays are traced as fragments also where the grid is whole: see [`Job::is_painted`].
     pub fn is_painted(&self) -> bool {
         self.job.is_painted()
-    }
-
-    /// Has the device upload its inputs, so that the next call measures only the time of its rays.
-    pub fn get_ready(&mut self, quality: &Quality, raster: Raster) {
-        self.trace(quality, raster, &[], &|_| ());
     }
 
     /// Traces tiles, passes each on when it is done, and returns those that are left to the CPU.
@@ -171,57 +166,49 @@ fn rays_of_tiles<R>(tiles: impl Iterator<Item = Rect>, mut rest: &[R]) -> Vec<&[
 
 /// The fragments of each tile of a band, and the counts of its rays.
 fn fragments_of_band(job: &Job, band: &Fragments, painter: &Painter) -> Vec<(TileFragments, Counts)> {
-    let mut first = 0;
-    let tiles = rays_of_tiles(job.tiles().skip(band.first), band.rays);
-    let tiles = tiles.into_iter().zip(job.tiles().skip(band.first)).map(|(rays, rect)| {
-        let start = first;
-        first += rays.iter().map(|ray| ray.fragments as usize).sum::<usize>();
-        (rays, rect, start)
-    });
-    let tile = |(rays, rect, mut first): (&[RayFragments], Rect, usize)| {
+    let mut rest = band.all;
+    let rays = rays_of_tiles(job.tiles().skip(band.first), band.rays);
+    let split = |rays: &&[RayFragments]| {
+        let count = rays.iter().map(|ray| ray.fragments as usize).sum();
+        rest.split_off(..count).expect("a device gives the fragments that it counts")
+    };
+    let found: Vec<_> = rays.iter().map(split).collect();
+    let tile = |((rays, mut rest), number): ((&[RayFragments], &[TracedFragment]), &u32)| {
         let (mut fragments, mut counts) = (TileFragments::of_rays(rays.len()), Counts::default());
-        for (number, ray) in rays.iter().enumerate() {
-            let [columns, frusta, void_frusta] = ray.counts.map(u64::from);
+        for (k, (of_ray, place)) in rays.iter().zip(sample_points(job.raster(), *number)).enumerate() {
+            let [columns, frusta, void_frusta] = of_ray.counts.map(u64::from);
             counts += Counts { columns, frusta, void_frusta, ..Counts::default() };
-            let of_ray = first..first + ray.fragments as usize;
-            first = of_ray.end;
-            let (all, places) = (&band.all[of_ray.clone()], &band.places[of_ray]);
-            if places.iter().all(Option::is_none) {
-                fragments.add(number, all);
-            } else {
-                let number_in = [number as u32 % rect.width, number as u32 / rect.width];
-                let (eye, dir) = job.ray([rect.left + number_in[0], rect.top + number_in[1]]);
-                let light = |place: &PaintedPlace| painter(eye, dir, place);
-                fragments.add(number, &painted(all, places, brightest(job.scene()), light));
-            }
+            let found =
+                rest.split_off(..of_ray.fragments as usize).expect("a device gives the fragments that it counts");
+            let (eye, dir) = ray(job.scene(), place.at);
+            fragments.add(k, &joined(found, brightest(job.scene()), |place| painter(eye, dir, place)));
         }
         (fragments, counts)
     };
-    tiles.collect::<Vec<_>>().into_par_iter().map(tile).collect()
+    let numbers = &job.numbers()[band.first..][..rays.len()];
+    rays.into_par_iter().zip(found).zip(numbers).map(tile).collect()
 }
 
-/// The fragments of a ray with the light at `places` in them: a fragment that ends at one is joined with the next.
-fn painted(
-    fragments: &[Fragment],
-    places: &[Option<PaintedPlace>],
-    brightest: f64,
-    light: impl Fn(&PaintedPlace) -> Radiance<f64>,
-) -> Vec<Fragment> {
-    let none = |fragment: &Fragment| (fragment.t[0], Radiance::none(), BoundarySignature::default());
-    let (mut joined, mut front) = (Vec::new(), None);
-    for (fragment, place) in fragments.iter().zip(places) {
-        let (start, mut met, mut surfaces) = front.take().unwrap_or_else(|| none(fragment));
+/// The fragments of a ray with the light at painted places in them: a fragment that ends at one is joined with the next.
+fn joined(found: &[TracedFragment], brightest: f64, light: impl Fn(&PaintedPlace) -> Radiance<f64>) -> Vec<Fragment> {
+    let mut joined = Vec::with_capacity(found.len());
+    let mut front: Option<(f64, Radiance<f64>, BoundarySignature)> = None;
+    for TracedFragment { fragment, painted } in found {
+        let is_alone = front.is_none() && painted.is_none();
+        let (start, mut met, mut surfaces) =
+            front.take().unwrap_or((fragment.t[0], Radiance::none(), BoundarySignature::default()));
         if Budget::sees_behind(met.alpha) {
             surfaces.then(&fragment.surfaces);
         }
         met.over(&fragment.light());
-        match place {
+        match painted {
             Some(place) => {
                 if met.alpha < 1.0 {
                     met.over(&light(place));
                 }
                 front = Some((start, met, surfaces));
             }
+            None if is_alone => joined.push(*fragment),
             None => joined.push(Fragment::new([start, fragment.t[1]], &met, surfaces, brightest)),
         }
     }

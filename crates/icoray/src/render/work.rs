@@ -62,7 +62,8 @@ impl Work<'_> {
     /// The requested quality, or the best one that keeps the deadline on the device that draws.
     pub(super) fn pick(&self, asked: Quality, deadline: Option<Deadline>, on_device: &mut OnDevice) -> Quality {
         let Some(deadline) = deadline else { return asked };
-        on_device.get_ready(&asked, self.raster());
+        // Without tiles the device only uploads its inputs: the time of a probe is that of its rays.
+        self.trace(&asked, &self.raster(), &[], on_device, &|_| ());
         if !on_device.is_there() {
             // Excludes this from the measured time of a probe.
             self.rays.get_ready();

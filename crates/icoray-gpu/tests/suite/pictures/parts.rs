@@ -2,7 +2,7 @@
 
 use super::common::*;
 use super::scenes::{ISOSURFACES, SURFACES, second};
-use super::volumes;
+use super::{native, volumes};
 use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
@@ -20,10 +20,7 @@ fn layers(count: usize) -> Layers {
     Layers::from_heights(&heights, EARTH_M).unwrap()
 }
 
-/// The names of fields whose values follow each other.
-const NAMES: [&str; 2] = ["f", "g"];
-
-/// Draws a scene of a mesh distributed over ranks, with the values of one field or more. The ranks of `has_gpu` trace on
+/// Draws a scene of a mesh distributed over ranks, with the values of [`fields`], one after the other. The ranks of `has_gpu` trace on
 /// the GPU.
 fn draw(
     gpu: &Arc<Gpu>,
@@ -46,23 +43,27 @@ fn draw(
             (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect::<Vec<_>>())
         });
         let here: Vec<_> = here.collect();
-        let fields = here
-            .iter()
-            .map(|(shape, values)| Field::new(values.as_slice().into(), *shape, Location::Center, None).unwrap());
-        let fields = Fields::new(NAMES.into_iter().zip(fields));
         let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
-        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, fields).unwrap()
+        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, fields(&here)).unwrap()
     }))
+}
+
+/// Up to two fields and the heights of layers.
+fn fields(all: &[(Shape, Vec<f32>)]) -> Fields<'_> {
+    let mut all =
+        all.iter().map(|(shape, values)| Field::new(values.as_slice().into(), *shape, Location::Center, None).unwrap());
+    let fields = Fields::new(["f", "g"].into_iter().zip(all.by_ref()));
+    all.next().into_iter().fold(fields, Fields::with_heights)
 }
 
 /// The CPU's picture of the whole mesh, culled to the cells that stay.
 fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
     let layers = layers(count);
     let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-    let here = values.chunks_exact(mesh.cells() * count).map(|values| columns_of(values, &culled.cells, count));
-    let here: Vec<_> = here.collect();
-    let fields = NAMES.into_iter().zip(here.iter().map(|values| at_centers(values, count)));
-    cpu(1).render(scene, &culled.grid(), &layers, Fields::new(fields)).unwrap()
+    let shape = Shape::level_fastest(culled.cells.len(), count);
+    let here = values.chunks_exact(mesh.cells() * count);
+    let here: Vec<_> = here.map(|values| (shape, columns_of(values, &culled.cells, count))).collect();
+    cpu(1).render(scene, &culled.grid(), &layers, fields(&here)).unwrap()
 }
 
 /// Compares the picture of the ranks with that of the whole, and checks which ranks report a device.
@@ -107,13 +108,14 @@ fn parts_make_the_picture_of_the_whole() {
     }
 }
 
-/// Several volumes, surfaces, isosurfaces and cuts, over ranks and beside holes.
+/// Several volumes, surfaces, isosurfaces, cuts, lines and native heights, over ranks and beside holes.
 #[test]
 fn parts_of_scenes_make_the_picture_of_the_whole() {
     let Some(gpu) = gpu() else { return };
     let sphere = Sphere::new(4, &THICK_M);
     let mesh = &sphere.tables;
-    let values = [sphere.values.clone(), second(&sphere)].concat();
+    let heights = native::heights(&sphere).into_iter().map(|height| height as f32).collect();
+    let values = [sphere.values.clone(), second(&sphere), heights].concat();
     let values = (values.as_slice(), THICK_M.len());
     let (_, lakes) = holes(mesh).into_iter().find(|(hole, _)| *hole == "continents with a lake").unwrap();
     let all = vec![true; mesh.cells()];
@@ -122,31 +124,26 @@ fn parts_of_scenes_make_the_picture_of_the_whole() {
         ("opacity of another field, lit", volumes::contents("opacity of another field") + HEAD, &all, INSIDE),
         ("surfaces, cut", format!("{}\n{SUN}", SURFACES[5].1), &lakes, FAR),
         ("isosurfaces, cut", ISOSURFACES[5].1.to_owned(), &lakes, INSIDE),
-        ("isosurface, lit", format!("{}\n{HEAD}", ISOSURFACES[3].1), &all, FAR),
+        ("lines, lit", format!("{}{SUN}", native::LINES), &lakes, FAR),
+        ("native heights, lit", format!("{}\n{HEAD}", ISOSURFACES[3].1), &all, FAR),
     ]
     .into_iter()
     .enumerate()
     {
+        let rest = if what.starts_with("native") { native::NATIVE } else { CORES[i % 2] };
         let scene = match text.contains("[[volumes]]") {
-            true => volumes::scene_of(camera, &[&text], CORES[i % 2], ""),
-            false => scene(camera, &format!("{SMOOTH}\n{text}"), CORES[i % 2]),
+            true => volumes::scene_of(camera, &[&text], rest, ""),
+            false => scene(camera, &format!("{SMOOTH}\n{text}"), rest),
         };
         let expected = whole(mesh, stays, &scene, values);
         let ranks = 2 + i % 3;
         let (partition, owner) = partitions(mesh, ranks).swap_remove(i % 3);
         let spread = Spread::new(mesh, ranks, &without_holes(owner, stays));
         let has_gpu = |rank: usize| i != 1 || rank > 0;
-        let (frame, reports) = draw(&gpu, &spread, mesh, &scene, values, has_gpu);
-        let (rmse, max) = apart(&frame, &expected);
-        let name = format!("{what}, {partition} on {ranks} ranks");
-        println!("{name}: rmse {rmse:.1e}, max {max:.1e}; errors {} and {}", frame.report.error, expected.report.error);
-        for (rank, report) in reports.iter().enumerate() {
-            assert_eq!(report.device.left_to_cpu, None, "{name}, rank {rank}");
-            assert_eq!(report.device.name.is_some(), has_gpu(rank), "{name}, rank {rank}");
-        }
-        assert!(rmse <= 3e-4, "{name}: rmse {rmse:e}, max {max:e}");
-        assert!(frame.pixels.iter().filter(|pixel| pixel[0] != pixel[2]).count() > 1000, "{name}: little is seen");
-        assert_eq!(count_beyond(&frame, &expected, 0.0), 0, "{name}: pixels beyond their errors");
+        let drawn = draw(&gpu, &spread, mesh, &scene, values, has_gpu);
+        check(&format!("{what}, {partition} on {ranks} ranks"), &drawn, &expected, has_gpu);
+        let is_seen = |pixel: &&[f32; 4]| pixel[0] != pixel[2];
+        assert!(drawn.0.pixels.iter().filter(is_seen).count() > 1000, "{what}: little is seen");
     }
 }
 
