@@ -60,9 +60,9 @@ impl<'f> OnDevice<'f> {
         self.device.is_ok()
     }
 
-    /// Whether rays are traced as fragments also where the grid is whole: see [`Job::is_painted`].
+    /// Whether the device traces rays as fragments also where the grid is whole: see [`Job::is_painted`].
     pub fn is_painted(&self) -> bool {
-        self.job.is_painted()
+        self.is_there() && self.job.is_painted()
     }
 
     /// Traces tiles, passes each on when it is done, and returns those that are left to the CPU.
@@ -97,13 +97,12 @@ impl<'f> OnDevice<'f> {
     ) -> Vec<u32> {
         self.ask(quality, raster, tiles, |device, job, is_new| {
             let take = |band: Fragments| {
-                fragments_of_band(job, &band, painter).into_par_iter().enumerate().for_each(
-                    |(i, (fragments, counts))| {
-                        if is_new(band.first + i) {
-                            give(job.numbers()[band.first + i], &fragments, counts);
-                        }
-                    },
-                );
+                let tiles = fragments_of_band(job, &band, painter).into_par_iter().enumerate();
+                tiles.for_each(|(i, (fragments, counts))| {
+                    if is_new(band.first + i) {
+                        give(job.numbers()[band.first + i], &fragments, counts);
+                    }
+                });
             };
             device.fragments(job, own, &take)
         })

@@ -153,23 +153,18 @@ impl Work<'_> {
         let lowest_facet = self.context.renderer.run(|| grid.lowest_facet());
         let own = OwnedColumns { triangles: &triangles, lowest_facet, middle: [0.0; 3], reach: f64::INFINITY };
         let composer = self.composer(quality);
-        on_device.fragments(
-            quality,
-            raster,
-            tiles,
-            (&own, &*self.rays.painter(quality)),
-            &|number, fragments, counts| {
-                let mut bytes = Vec::new();
-                fragments.put(&mut bytes);
-                let received = ReceivedTile::take(&mut &bytes[..], raster.pixels_of(number));
-                let received = received.expect("the tile was just encoded");
-                let mut tile = self.tile(&composer, &raster, number, &mut [received]);
-                tile.counts += counts;
-                // They were not sent to another rank.
-                tile.counts.fragments = 0;
-                give(tile);
-            },
-        )
+        let compose = |number: u32, fragments: &TileFragments, counts: Counts| {
+            let mut bytes = Vec::new();
+            fragments.put(&mut bytes);
+            let received = ReceivedTile::take(&mut &bytes[..], raster.pixels_of(number));
+            let received = received.expect("the tile was just encoded");
+            let mut tile = self.tile(&composer, &raster, number, &mut [received]);
+            // Its fragments were not sent to another rank.
+            tile.counts.fragments = 0;
+            tile.counts += counts;
+            give(tile);
+        };
+        on_device.fragments(quality, raster, tiles, (&own, &*self.rays.painter(quality)), &compose)
     }
 
     fn composer(&self, quality: &Quality) -> Composer<'_> {

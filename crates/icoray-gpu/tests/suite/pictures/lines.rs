@@ -31,4 +31,8 @@ fn lines_and_grounds() {
         let scene = scene(where_, &format!("{transfer}\n{text}"), CORES[core]);
         compare(what, &scene, both, fields, 0);
     }
+    each_mesh_with_holes(|hole, grid, layers, field| {
+        let scene = scene(FAR, &format!("{SMOOTH}\n{EARTH}{ON_CORE}{COASTS}"), CORES[0]);
+        compare(hole, &scene, (grid, layers), || Fields::new([("f", *field)]), 0);
+    });
 }

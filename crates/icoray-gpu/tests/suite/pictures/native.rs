@@ -13,7 +13,7 @@ pub fn heights(sphere: &Sphere) -> Vec<f64> {
         let ground = 2e3 + 2e3 * (5.0 * p.x).sin() * (4.0 * p.y + 1.0).cos() + 500.0 * (20.0 * p.z).sin();
         let is_missing = cell % 113 == 5;
         (0..THICK_M.len()).map(move |layer| {
-            let flat = cell % 7 == 0 && layer == 2;
+            let flat = cell.is_multiple_of(7) && layer == 2;
             let up = THICK_M[if flat { 1 } else { layer }] / THICK_M[THICK_M.len() - 1];
             if is_missing { f64::NAN } else { ground + up * (20e3 - ground) }
         })
