@@ -2,7 +2,7 @@
 
 use crate::context::Context;
 use crate::device_field::DeviceField;
-use crate::layout::{Params, Passed, Piece, Pixel};
+use crate::layout::{Fragment, Params, Passed, Piece, Pixel};
 use crate::picture::Picture;
 use crate::pieces::pieces;
 use crate::pipelines::dispatch;
@@ -141,7 +141,8 @@ fn max_rays(bands: &[Band], tiles: &[Tile]) -> usize {
 /// Groups tiles into bands, and cuts them into pieces.
 fn split(picture: &Picture, tiles: &[Tile]) -> (Vec<Band>, Vec<Piece>) {
     let max_buffer = picture.ctx.max_buffer_size(BufferUsages::STORAGE) as usize;
-    let max = (max_buffer / size_of::<Pixel>()).min(BAND_PIXELS);
+    // Room for a fragment of each ray, with their count.
+    let max = (max_buffer / size_of::<Fragment>() - 1).min(BAND_PIXELS);
     let rects: Vec<Rect> = tiles.iter().map(|(_, tile)| *tile).collect();
     let (mut bands, mut all) = (Vec::<Band>::new(), Vec::new());
     let mut pixels = 0;

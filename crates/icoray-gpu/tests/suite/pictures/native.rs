@@ -24,8 +24,9 @@ pub fn heights(sphere: &Sphere) -> Vec<f64> {
 pub const NATIVE: &str = "heights = \"native\"\nexaggeration = 60";
 const HIGH: &str = "[[surfaces]]\nheight_m = 9000\nfield = \"g\"\nopacity = 0.4\n\
     transfer = { map = \"magma\", range = [-0.9, 0.9] }\n";
-pub const LINES: &str = "[ground]\nland = \"#708050\"\nocean = \"#203060\"\n[[lines]]\non = 2\nopacity = 0.7\nspacing = 15\n\
-    [[lines]]\npattern = \"cells\"\ncolor = \"red\"\n";
+pub const LINES: &str =
+    "[ground]\nland = \"#708050\"\nocean = \"#203060\"\n[[lines]]\non = 2\nopacity = 0.7\nspacing = 15\n";
+const CELLS: &str = "[[lines]]\npattern = \"cells\"\ncolor = \"red\"\n";
 
 #[test]
 fn layers_at_native_heights() {
@@ -44,7 +45,7 @@ fn layers_at_native_heights() {
         ("surfaces, cut", POLE, format!("{STEPS}\n{}", SURFACES[5].1), NATIVE),
         ("cells and spheres, lit", FAR, format!("{RAMP}\n{}\n{HIGH}\n{HEAD}", SURFACES[3].1), NATIVE),
         ("isosurfaces, cut, lit", INSIDE, format!("{RAMP}\n{}\n{HEAD}", ISOSURFACES[5].1), &hollow),
-        ("lines, lit", FAR, format!("{SMOOTH}\n{LINES}{SHINY}"), NATIVE),
+        ("lines, lit", FAR, format!("{SMOOTH}\n{LINES}{CELLS}{SHINY}"), NATIVE),
     ] {
         let scene = scene(where_, &text, rest);
         compare(what, &scene, both, fields, 1);
