@@ -11,10 +11,11 @@ macro_rules! sources {
 }
 
 /// All shaders: name (path without its ending) and text.
-pub const SOURCES: [(&str, &str); 35] = sources! {
+pub const SOURCES: [(&str, &str); 37] = sources! {
     "gradient" "gradients" "grid" "kernel/column" "kernel/general/blend" "kernel/general/clips" "kernel/general/frustum"
-    "kernel/general/isosurfaces" "kernel/general/maps" "kernel/general/several" "kernel/general/single"
-    "kernel/general/surfaces" "kernel/lit" "kernel/piece" "kernel/plane" "kernel/ray" "kernel/ray/fragment"
+    "kernel/general/isosurfaces" "kernel/general/maps" "kernel/general/native" "kernel/general/several"
+    "kernel/general/single" "kernel/general/surfaces" "kernel/lit" "kernel/piece" "kernel/plane" "kernel/ray" "kernel/ray/concentric"
+    "kernel/ray/fragment"
     "kernel/real" "kernel/roundoff" "kernel/sample" "kernel/segment" "kernel/shade" "kernel/signature" "kernel/transfer"
     "kernel/turn" "kernel/walk" "kernel/wide" "measure/multiply" "measure/stream" "pages" "params" "parts" "picture"
     "pieces" "scenery"

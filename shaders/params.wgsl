@@ -61,3 +61,5 @@ override FEW_KNOTS: bool = false;
 override IS_LIT: bool = true;
 // Whether rays are traced through a part of the cells.
 override IN_PARTS: bool = false;
+// Whether the host computes the light of the core.
+override PAINTS_CORE: bool = false;

@@ -26,7 +26,8 @@ fn parts(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id: 
     let place = piece.first + id.y * piece.stride + id.x;
     let met = fragments(Wide3(params.eye_hi, params.eye_lo), direction(x, y), piece.hint, place);
     var count = met.count;
-    if is_lost || (IS_LIT && !are_loops_whole()) {
+#single     if is_lost || (IS_LIT && !are_loops_whole()) {
+#several     if is_lost || !are_loops_whole() {
         count |= LOST;
     }
     passed[place] = Passed(met.ray.columns, met.ray.frusta, met.ray.void_frusta, count);

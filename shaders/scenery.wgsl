@@ -38,9 +38,12 @@ struct SurfaceLayer {
     layer: u32,
     first_material: u32,
     material_count: u32,
-    padding: u32,
+    // Whether the host adds lines in front.
+    is_painted: u32,
     radius: vec2f,
-    padding_b: vec2u,
+    // For native heights: index in `surface_values` of the normals of the layer at the cells.
+    first_normal: u32,
+    padding: u32,
 }
 
 const AT_RADIUS: u32 = 0xFFFFFFFFu;
@@ -139,9 +142,17 @@ struct Scenery {
     volume_count: u32,
     // The number of spheres among `surface_layers`.
     sphere_count: u32,
+    // For native heights: indices in `surface_values` of 1 / radius of all layers over all cells, in double-float and
+    // level-fastest, and of the normals of the core.
+    first_inverse: u32,
+    core_normal: u32,
+    // Radius of the visible space, and least and greatest radius of the core.
+    outer: vec2f,
+    core_low: vec2f,
+    core_high: vec2f,
 }
 
 @group(2) @binding(1) var<uniform> scenery: Scenery;
 // Values of fields on the layers that they colour, cell by cell, normalised to their transfer functions; then whole
-// fields.
+// fields, and heights.
 @group(2) @binding(2) var<storage, read> surface_values: array<f32>;

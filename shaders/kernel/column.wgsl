@@ -3,6 +3,7 @@
 #import params
 #import kernel/walk
 #import kernel/sample
+#native #import scenery
 
 struct ShellLayer {
     radius_hi: f32,
@@ -19,11 +20,13 @@ fn shell_radius(layer: u32) -> Wide {
 }
 
 fn shell_outer() -> Wide {
-    return shell_radius(params.layers - 1u);
+#native     return Wide(scenery.outer.x, scenery.outer.y);
+#concentric     return shell_radius(params.layers - 1u);
 }
 
 fn shell_inner() -> Wide {
-    return shell_radius(0u);
+#native     return Wide(scenery.core_low.x, scenery.core_low.y);
+#concentric     return shell_radius(0u);
 }
 
 fn shell_gap(rho: Wide) -> u32 {

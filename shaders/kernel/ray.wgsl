@@ -1,12 +1,13 @@
 // Mirrors kernel/ray.rs.
 //
-// `cross` of kernel/column.rs is here, with its visitor: WGSL cannot pass functions. Each of `piece`, `monotone` and
-// `frustum` is called from one place only, since drivers inline every call.
+// Each of `piece`, `monotone` and `frustum` is called from one place only, since drivers inline every call.
 #import params
 #import kernel/column
 #import kernel/roundoff
 #import kernel/lit
 #import gradients
+#concentric #import kernel/ray/concentric
+#native #import kernel/general/native
 #scene #import kernel/general/frustum
 
 struct Ray {
@@ -65,7 +66,8 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
             is_over = void_column(&ray, &light, line, column);
         } else {
             if !is_in_gap {
-                gap = shell_gap(column.entry.rho);
+#concentric                 gap = shell_gap(column.entry.rho);
+#native                 gap = native_gap(column);
             }
             is_over = cross(&ray, &light, line, column, &gap);
         }
@@ -74,131 +76,6 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
     // Neither: the driver has ended the loop.
     is_lost = is_lost || !(is_over || walk.is_over);
     return Traced(light, ray, true);
-}
-
-// Visits the gaps that the ray passes in `column`; returns true if the ray ends.
-fn cross(
-    ray: ptr<function, Ray>,
-    light: ptr<function, Radiance>,
-    line: RayLine,
-    column: Column,
-    gap: ptr<function, u32>,
-) -> bool {
-    let top = params.layers;
-    let entry = column.entry.rho;
-    let exit = column.exit.rho;
-    let rise = wide_apart(exit, entry);
-    let rising = rise >= 0.0;
-    let scale = select(0.0, 1.0 / rise, rise != 0.0);
-    let length = wide_apart(column.exit.t, column.entry.t);
-    let bases = samples_bases(column.cells);
-    var a = RayPoint(0.0, 0.0, entry, 1.0 / entry.hi);
-    var near: Chord;
-    var has_near = false;
-    var is_first = true;
-    loop {
-        let behind = select(*gap, *gap - 1u, rising);
-        let ahead = select(*gap - 1u, *gap, rising);
-        var b = RayPoint(1.0, 1.0, exit, 0.0);
-        var passes = false;
-        if ahead < top {
-            let radius = shell_radius(ahead);
-            let above = wide_apart(radius, exit);
-            passes = select(above > 0.0, above <= 0.0, rising);
-            if passes {
-                let u = clamp(wide_apart(radius, entry) * scale, 0.0, 1.0);
-                let curvature = shell[ahead].curvature;
-                b = RayPoint(u, clamp(u * exit.hi * curvature, 0.0, 1.0), radius, curvature);
-            }
-        }
-        if *gap > 0u && *gap < top {
-            if !has_near {
-                near = chord(column, bases, behind);
-            }
-            let far = chord(column, bases, ahead);
-            var at_a = near;
-            if !has_near {
-                let w = shell_fraction(*gap, a.rho);
-                at_a = chord_mix(near, far, select(1.0 - w, w, rising));
-            }
-            var at_b = far;
-            if !passes {
-                let w = shell_fraction(*gap, b.rho);
-                at_b = chord_mix(near, far, select(1.0 - w, w, rising));
-            }
-            // The whole column if no layer is passed. Else a separate fraction, not the difference of two.
-            let climb = wide_apart(b.rho, a.rho);
-            let part = select(clamp(climb * scale, 0.0, 1.0), 1.0, is_first && !passes);
-#scene             let way = GapWay(*gap, a, b, part);
-#scene             let is_hidden = scene_hides(line, column, way);
-#scene             let is_void = at_a.is_void || at_b.is_void;
-#plain             if at_a.is_void || at_b.is_void {
-#scene             if volumes_skip(is_void) {
-                (*ray).frusta++;
-#plain                 (*ray).void_frusta++;
-#scene                 (*ray).void_frusta += select(1u, 0u, is_hidden);
-                (*ray).is_in_span = false;
-            } else {
-                let eps = max(climb * a.curvature, ROUNDING - 1.0);
-                let slope_a = at_a.exit - at_a.entry;
-                let slope_b = at_b.exit - at_b.entry;
-                let kappa = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
-                let size = max(near.size, far.size);
-                let segment =
-                    Segment(chord_at(at_a, a.tau), chord_at(at_b, b.tau), kappa, eps, length * part, size);
-                var interpolant: FrustumInterpolant;
-                if IS_LIT {
-                    interpolant = frustum_interpolant_over(at_a, at_b, a.tau, b.tau, eps);
-                }
-#plain                 if frustum(ray, light, segment, interpolant) {
-#scene                 let own = FieldSegment(segment, interpolant, !is_void);
-#scene                 if !is_hidden && volumes_enter(column, way, own) {
-#scene                     (*ray).void_frusta++;
-#scene                 }
-#scene                 if scene_frustum(ray, light, line, column, bases, way, own) {
-                    return true;
-                }
-            }
-            near = far;
-            has_near = true;
-        } else {
-            if *gap == 0u && core(ray, light, line, wide_add(column.entry.t, wide(a.u * length))) {
-                return true;
-            }
-            has_near = false;
-#scene             scene_leave();
-        }
-        if !passes {
-            break;
-        }
-#scene         if scene_layer(ray, light, line, column, ahead, b) {
-#scene             return true;
-#scene         }
-        *gap = select(*gap - 1u, *gap + 1u, rising);
-        a = b;
-        is_first = false;
-    }
-    return false;
-}
-
-fn chord(column: Column, bases: array<Base, 3>, layer: u32) -> Chord {
-    let values = vec3f(
-        samples_get(bases[0], layer),
-        samples_get(bases[1], layer),
-        samples_get(bases[2], layer),
-    );
-    var chord = chord_over(values, column.entry.weight, column.exit.weight);
-    if IS_LIT {
-        chord_over_gradients(
-            &chord,
-            gradients_get(bases[0], layer),
-            gradients_get(bases[1], layer),
-            gradients_get(bases[2], layer),
-            column.entry.weight,
-            column.exit.weight,
-        );
-    }
-    return chord;
 }
 
 // The gradient from `a` to `b`, beside the value.
@@ -218,17 +95,25 @@ fn void_column(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: Ra
     (*ray).is_in_span = false;
 #scene     scene_leave();
     let met = ray_line_first_inside(line, shell_inner(), column.entry.t, column.exit.t);
-    return met.is_there && core(ray, light, line, met.t);
+    return met.is_there && core(ray, light, met.t, round_body(ray, line, met.t));
 }
 
-// Returns true if the core ends the ray.
-fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: RayLine, t: Wide) -> bool {
+// The factor that lighting gives to the colour of a spherical core.
+fn round_body(ray: ptr<function, Ray>, line: RayLine, t: Wide) -> f32 {
+    if HAS_CORE && IS_LIT {
+        return ray_shading_solid((*ray).shading, normalize(ray_line_position(line, t).hi));
+    }
+    return 1.0;
+}
+
+// Returns true if the core ends the ray; `body` is the factor of its colour.
+fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, t: Wide, body: f32) -> bool {
     if HAS_CORE {
-        var body = 1.0;
-        if IS_LIT {
-            body = ray_shading_solid((*ray).shading, normalize(ray_line_position(line, t).hi));
-        }
 #scene         scene_boundary(BOUNDARY_CORE, (*light).alpha, t);
+#painted         if PAINTS_CORE {
+#painted             run_paint(ray, light, t, PAINTED_CORE);
+#painted             return true;
+#painted         }
         radiance_over(light, radiance_plain(params.core * body, 1.0));
     }
     return HAS_CORE;

@@ -2,7 +2,7 @@
 
 use crate::context::Context;
 use crate::device_field::DeviceField;
-use crate::layout::{Params, Passed, Piece, Pixel};
+use crate::layout::{Fragment, Params, Passed, Piece, Pixel};
 use crate::picture::Picture;
 use crate::pieces::pieces;
 use crate::pipelines::dispatch;
@@ -44,6 +44,8 @@ pub(crate) struct Bands<'b> {
     output: PooledBuffer,
     ray_bytes: usize,
     timestamps: Timestamps,
+    /// Layout of group 2.
+    pub scene_layout: &'b wgpu::BindGroupLayout,
 }
 
 impl<'b> Bands<'b> {
@@ -56,13 +58,14 @@ impl<'b> Bands<'b> {
     ) -> Result<Self, FallbackReason> {
         let (ctx, pipelines) = (picture.ctx, picture.pipelines);
         // A band whose fragments exceed their buffer is traced twice.
-        let contents = contents(picture.job);
-        let (name, group, label, ray_bytes, runs) = match (in_parts, contents.scenery) {
-            (true, _) => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
+        let contents = contents(picture.job, in_parts);
+        let (name, scene_layout, label, ray_bytes, runs) = match (in_parts, contents.scenery) {
+            (true, false) => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
+            (true, true) => ("parts", &pipelines.scene_parts, "rays through a part", size_of::<Passed>(), 2),
             (false, false) => ("picture", &pipelines.picture, "pixels", size_of::<Pixel>(), 1),
             (false, true) => ("picture", &pipelines.scene, "pixels", size_of::<Pixel>(), 1),
         };
-        let shader = (name, contents, group);
+        let shader = (name, contents, scene_layout);
         let constants = [picture.constants(in_parts), field.constants()].concat();
         let pipeline = pipelines.get(ctx, shader, field.layout.pages, constants)?;
         let params = field.params(picture);
@@ -88,6 +91,7 @@ impl<'b> Bands<'b> {
             output,
             ray_bytes,
             timestamps,
+            scene_layout,
         })
     }
 
@@ -137,7 +141,8 @@ fn max_rays(bands: &[Band], tiles: &[Tile]) -> usize {
 /// Groups tiles into bands, and cuts them into pieces.
 fn split(picture: &Picture, tiles: &[Tile]) -> (Vec<Band>, Vec<Piece>) {
     let max_buffer = picture.ctx.max_buffer_size(BufferUsages::STORAGE) as usize;
-    let max = (max_buffer / size_of::<Pixel>()).min(BAND_PIXELS);
+    // Room for a fragment of each ray, with their count.
+    let max = (max_buffer / size_of::<Fragment>() - 1).min(BAND_PIXELS);
     let rects: Vec<Rect> = tiles.iter().map(|(_, tile)| *tile).collect();
     let (mut bands, mut all) = (Vec::<Band>::new(), Vec::new());
     let mut pixels = 0;

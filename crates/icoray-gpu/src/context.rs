@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use wgpu::BufferUsages;
 
 /// Largest number of storage buffers of a shader besides its pages, which come in pairs.
-pub(crate) const NON_PAGE_STORAGE_BUFFERS: u32 = 16;
+pub(crate) const NON_PAGE_STORAGE_BUFFERS: u32 = 17;
 
 /// An open device.
 #[derive(Debug)]

@@ -61,7 +61,7 @@ struct ViewFrustum {
 impl ViewFrustum {
     /// The frustum of a half-open range of pixel columns and one of pixel rows.
     fn new(job: &Job, [across, down]: [Range<u32>; 2]) -> Self {
-        let (scene, radius) = (job.scene(), job.radius());
+        let scene = job.scene();
         let ([forward, right, up], half_height) = scene.camera.frame();
         let [eye, forward, right, up] = [scene.camera.eye(), forward, right, up].map(DVec3::from_array);
         let pixel = 2.0 * half_height / f64::from(scene.height);
@@ -72,7 +72,7 @@ impl ViewFrustum {
         ViewFrustum {
             eye,
             sides: sides.map(DVec3::normalize),
-            shell: [radius[0], radius[radius.len() - 1]],
+            shell: job.extent(),
             has_core: scene.core.is_some(),
             is_lit: job.shading().is_some(),
         }

@@ -52,14 +52,15 @@ pub(crate) struct DeviceField {
 pub(crate) struct GradientKey {
     /// Radii of the layers.
     radius: Vec<f64>,
-    /// For a rank's part, the job that gives the gradients: those of halo cells depend on other ranks' fields.
+    /// The job that gives the gradients, if the device does not compute them: those of a part's halo cells depend on other
+    /// ranks' fields.
     given_by: Option<u64>,
 }
 
 impl GradientKey {
     /// The key of a job; `None` if it is unlit.
     pub fn new(job: &Job) -> Option<Self> {
-        let given_by = job.is_part().then(|| job.number());
+        let given_by = job.has_gradients().then(|| job.number());
         job.shading().map(|_| GradientKey { radius: job.radius().to_vec(), given_by })
     }
 }

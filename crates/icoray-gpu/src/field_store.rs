@@ -140,7 +140,7 @@ impl FieldStore {
             self.staging.fill(ctx, &field.pages[k], count, |first, values| {
                 job.values(&columns, layers.clone(), first, values);
             })?;
-            if job.is_part() && field.gradient_key.is_some() {
+            if job.has_gradients() && field.gradient_key.is_some() {
                 self.upload_gradients(picture, field, &columns, &field.gradients[k])?;
                 bytes += count * GRADIENT_BYTES;
             } else if field.gradient_key.is_some() {
@@ -176,7 +176,8 @@ impl FieldStore {
                 false => (at / 3 % layer_stride, at / 3 / layer_stride),
             };
             let vertex = columns[column] as usize * layers_of_column + layers.start + row;
-            let gradient = all[vertex][at % 3];
+            // Without any, nothing of the field is lit.
+            let gradient = all.get(vertex).map_or(0.0, |gradient| gradient[at % 3]);
             if gradient.is_nan() { 0.0 } else { gradient.clamp(-MAX_GRADIENT, MAX_GRADIENT) }
         };
         let count = 3 * columns.len() * layers.len();

@@ -78,6 +78,13 @@ impl Isosurface {
     pub const OWN_FIELD: u32 = u32::MAX;
 }
 
+impl Fragment {
+    /// `painted` of a fragment that does not end at a place whose light the host computes, and of one that ends at the
+    /// core.
+    pub const NOT_PAINTED: u32 = u32::MAX;
+    pub const PAINTED_CORE: u32 = u32::MAX - 1;
+}
+
 impl Pixel {
     /// `error` of a ray that missed the shell.
     pub const MISSED: f32 = icoray::device::Traced::MISSED;

@@ -17,13 +17,6 @@ use std::sync::Arc;
 /// `shaders/kernel/lit.wgsl`.
 const MAX_CUTS: u32 = 20;
 
-/// Group 2 of the shader of a picture, and the buffers that are bound there: not to return to the pool before all bands
-/// are submitted.
-pub(crate) struct SceneGroup {
-    pub group: wgpu::BindGroup,
-    _buffers: Vec<PooledBuffer>,
-}
-
 /// A picture and the data besides the field that its rays read on the device.
 pub(crate) struct Picture<'p> {
     pub ctx: &'p Context,
@@ -76,19 +69,18 @@ impl<'p> Picture<'p> {
         bindings::group(self.ctx, layout, std::iter::once(params).chain(&self.mesh.buffers).chain(others))
     }
 
-    /// Uploads light and scenery, and binds group 2.
-    pub fn scene_group(&self) -> Result<SceneGroup, FallbackReason> {
-        let (ctx, pipelines) = (self.ctx, self.pipelines);
-        let mut buffers = vec![self.light()?];
-        let mut layout = &pipelines.picture;
+    /// Uploads light and scenery: the first buffers of group 2. They must not return to the pool before all bands are
+    /// submitted.
+    pub fn scene_buffers(&self) -> Result<Vec<PooledBuffer>, FallbackReason> {
+        let ctx = self.ctx;
+        // All zero if the scene is unlit.
+        let mut buffers = vec![ctx.pooled_uniform("the light", &shading(self.job).unwrap_or_default())?];
         if let Some(scenery) = self.job.scenery() {
             let tables = SceneTables::new(self.job, scenery);
             buffers.push(ctx.pooled_uniform("scenery", &tables.scenery)?);
             buffers.push(ctx.pooled_storage("values of surfaces", &tables.values)?);
-            layout = &pipelines.scene;
         }
-        let group = bindings::group(ctx, layout, buffers.iter().map(|buffer| &**buffer))?;
-        Ok(SceneGroup { group, _buffers: buffers })
+        Ok(buffers)
     }
 
     /// Bytes of the tables.
@@ -111,13 +103,9 @@ impl<'p> Picture<'p> {
             ("FEW_KNOTS", few_knots(job).is_some()),
             ("IS_LIT", job.quality().lights != Lights::Off),
             ("IN_PARTS", in_parts),
+            ("PAINTS_CORE", job.has_ground()),
         ];
         flags.map(|(name, is)| (name, u32::from(is))).to_vec()
-    }
-
-    /// Binding 0 of group 2: the light, all zero if the scene is unlit.
-    pub fn light(&self) -> Result<PooledBuffer, FallbackReason> {
-        self.ctx.pooled_uniform("the light", &shading(self.job).unwrap_or_default())
     }
 
     /// The parameters of all rays, without those of a dispatch and of the field's layout.

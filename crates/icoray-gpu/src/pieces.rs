@@ -37,8 +37,7 @@ fn pieces_of_tile(job: &Job, tile: &Rect, entries: &RayEntries, hint: &mut u32) 
 /// The triangle over which the ray through a traced pixel enters the shell, or comes closest to it. The search starts
 /// at triangle `from`.
 fn entry_triangle(job: &Job, node: [u32; 2], from: u32) -> u32 {
-    let (scene, radius) = (job.scene(), job.radius());
-    let (outer, step) = (radius[radius.len() - 1], job.quality().pixel_step);
+    let (scene, [_, outer], step) = (job.scene(), job.extent(), job.quality().pixel_step);
     let (x, y) = ((node[0] * step).min(scene.width - 1), (node[1] * step).min(scene.height - 1));
     let eye = glam::DVec3::from_array(scene.camera.eye());
     let dir = glam::DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));

@@ -31,6 +31,8 @@ pub(crate) struct Pipelines {
     pub scene: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/parts.wgsl`.
     pub parts: wgpu::BindGroupLayout,
+    /// Group 2 of `shaders/parts.wgsl` for scenes of more than one volume and a core.
+    pub scene_parts: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/gradient.wgsl`.
     pub gradient: wgpu::BindGroupLayout,
     compiled: Mutex<HashMap<(&'static str, Contents, Constants), wgpu::ComputePipeline>>,
@@ -43,7 +45,8 @@ impl Pipelines {
             tables: layout(ctx, &TABLES),
             picture: layout(ctx, &[Uniform]),
             scene: layout(ctx, &[Uniform, Uniform, READ]),
-            parts: layout(ctx, &[Uniform, Uniform, READ, READ_WRITE]),
+            parts: layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
+            scene_parts: layout(ctx, &[Uniform, Uniform, READ, READ, READ, READ_WRITE]),
             gradient: layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
             compiled: Mutex::default(),
         }

@@ -4,9 +4,14 @@ use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, VolumeMap, halv
 use crate::shader::Contents;
 use icoray::device::{self, ClipRegion, ColorByField, FieldId, IsosurfacePaint, Job, Paint, SurfacePlace};
 
-/// The contents of a job's picture, for which the shader needs code.
-pub(crate) fn contents(job: &Job) -> Contents {
-    Contents { scenery: job.scenery().is_some(), volumes: job.scenery().map_or(0, |scenery| scenery.volumes.len()) }
+/// The contents of a job's picture, for which the shader needs code; `in_parts` if it traces fragments.
+pub(crate) fn contents(job: &Job, in_parts: bool) -> Contents {
+    Contents {
+        scenery: job.scenery().is_some(),
+        volumes: job.scenery().map_or(0, |scenery| scenery.volumes.len()),
+        painted: in_parts && job.is_painted(),
+        native: job.scenery().is_some_and(|scenery| scenery.native.is_some()),
+    }
 }
 
 /// The transfer functions of several volumes, in the order of `maps` of `shaders/scenery.wgsl`.
@@ -59,7 +64,8 @@ impl SceneTables {
         let (mut first_material, mut first_span) = (0, job.spans().len() as u32);
         for (layer, surface) in scenery.surface_layers.iter_mut().zip(&shown.surface_layers) {
             let material_count = surface.materials.len() as u32;
-            *layer = SurfaceLayer { first_material, material_count, ..SurfaceLayer::default() };
+            let is_painted = u32::from(surface.is_painted);
+            *layer = SurfaceLayer { first_material, material_count, is_painted, ..SurfaceLayer::default() };
             match surface.place {
                 SurfacePlace::Layer(number) => layer.layer = number as u32,
                 SurfacePlace::Radius(radius) => {
@@ -115,6 +121,21 @@ impl SceneTables {
             all.extend_from_slice(&shown.values);
             field.first_gradient = all.len() as u32;
             all.extend_from_slice(shown.gradients.as_flattened());
+        }
+        if let Some(native) = &shown.native {
+            scenery.first_inverse = all.len() as u32;
+            all.extend(native.inverse.iter().copied().flat_map(halves));
+            [scenery.core_low, scenery.core_high] = native.core_radius.map(halves);
+            scenery.outer = halves(native.outer);
+            for (layer, normals) in &native.normals {
+                let first = all.len() as u32;
+                all.extend_from_slice(normals.as_flattened());
+                if *layer == 0 {
+                    scenery.core_normal = first;
+                }
+                let on_layer = scenery.surface_layers.iter_mut().filter(|surface| surface.layer == *layer as u32);
+                on_layer.for_each(|surface| surface.first_normal = first);
+            }
         }
         SceneTables { scenery, values: all }
     }

@@ -16,12 +16,21 @@ pub struct Contents {
     /// Number of volumes, if there are several or the only one's opacity is that of another field: lines `#several`; else
     /// 0: lines `#single`.
     pub volumes: usize,
+    /// Places whose light the host computes: lines `#painted`.
+    pub painted: bool,
+    /// Layers at other heights over each cell: lines `#native`, else `#concentric`.
+    pub native: bool,
 }
 
 impl Contents {
     /// The tags of lines that are kept, and of those that are left out.
-    fn tags(self) -> [[&'static str; 2]; 2] {
-        let pairs = [(self.scenery, ["#scene ", "#plain "]), (self.volumes > 0, ["#several ", "#single "])];
+    fn tags(self) -> [[&'static str; 2]; 4] {
+        let pairs = [
+            (self.scenery, ["#scene ", "#plain "]),
+            (self.volumes > 0, ["#several ", "#single "]),
+            (self.painted, ["#painted ", "#unpainted "]),
+            (self.native, ["#native ", "#concentric "]),
+        ];
         pairs.map(|(is, [with, without])| if is { [with, without] } else { [without, with] })
     }
 }
@@ -62,7 +71,7 @@ struct Composer<'t> {
     pages: usize,
     volumes: usize,
     /// See [`Contents::tags`].
-    tags: [[&'static str; 2]; 2],
+    tags: [[&'static str; 2]; 4],
     /// The names of the files that are included.
     seen: Vec<&'t str>,
     whole: String,

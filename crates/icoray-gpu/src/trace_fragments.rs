@@ -7,7 +7,9 @@ use crate::layout::{self, Passed, halves};
 use crate::picture::Picture;
 use crate::pool::PooledBuffer;
 use crate::readback::Readback;
-use icoray::device::{BoundarySignature, ENDLESS, FallbackReason, Fragment, Fragments, OwnedColumns};
+use icoray::device::{
+    BoundarySignature, ENDLESS, FallbackReason, Fragment, Fragments, OwnedColumns, PaintedPlace, TracedFragment,
+};
 use rayon::prelude::*;
 use wgpu::BufferUsages;
 
@@ -19,6 +21,8 @@ pub(crate) struct FragmentTrace<'t> {
     picture: &'t Picture<'t>,
     bands: Bands<'t>,
     part: layout::Part,
+    /// The first buffers of group 2.
+    scene: Vec<PooledBuffer>,
     /// Bytes of `owned`.
     owned_bytes: u64,
     /// A bit per triangle: whether it belongs to the rank.
@@ -31,8 +35,8 @@ struct FragmentBuffer {
     buffer: PooledBuffer,
     /// Group 2.
     group: wgpu::BindGroup,
-    /// Bound in `group`: not to return to the pool before the band is submitted.
-    _bound: [PooledBuffer; 2],
+    /// Bound in `group` too: not to return to the pool before the band is submitted.
+    _part: PooledBuffer,
 }
 
 impl<'t> FragmentTrace<'t> {
@@ -47,8 +51,8 @@ impl<'t> FragmentTrace<'t> {
         let owned = bits(own.triangles);
         let owned_bytes = size_of_val(owned.as_slice()) as u64;
         let owned = picture.ctx.pooled_storage("own triangles", &owned)?;
-        let part = part(own, picture.job.radius()[0]);
-        Ok(FragmentTrace { picture, bands, part, owned_bytes, owned })
+        let part = part(own, picture.job.extent()[0]);
+        Ok(FragmentTrace { picture, bands, part, scene: picture.scene_buffers()?, owned_bytes, owned })
     }
 
     /// Bytes that were uploaded.
@@ -79,11 +83,10 @@ impl<'t> FragmentTrace<'t> {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let bytes = COUNT_BYTES + capacity * size_of::<layout::Fragment>();
         let buffer = ctx.pooled("fragments", bytes, usage)?;
-        let part = ctx.pooled_uniform("part", &layout::Part { max_fragments: capacity as u32, ..self.part })?;
-        let light = self.picture.light()?;
-        let buffers = [&*light, &part, &self.owned, &buffer];
-        let group = bindings::group(ctx, &self.picture.pipelines.parts, buffers)?;
-        Ok(FragmentBuffer { capacity, buffer, group, _bound: [light, part] })
+        let part = ctx.pooled_storage("part", &[layout::Part { max_fragments: capacity as u32, ..self.part }])?;
+        let buffers = self.scene.iter().chain([&part, &self.owned, &buffer]).map(|buffer| &**buffer);
+        let group = bindings::group(ctx, self.bands.scene_layout, buffers)?;
+        Ok(FragmentBuffer { capacity, buffer, group, _part: part })
     }
 
     /// Traces a band and reads back its rays; the fragments stay on the device.
@@ -118,7 +121,7 @@ fn bits(flags: &[bool]) -> Vec<u32> {
     flags.chunks(32).map(word).collect()
 }
 
-/// The part's numbers in the shader, where `inner` is the radius of the innermost layer.
+/// The part's numbers in the shader, where `inner` is the least radius of the innermost layer.
 fn part(own: &OwnedColumns, inner: f64) -> layout::Part {
     // Rounded up: a ray that just misses the ball in f64 has no fragments anyway.
     let reach = (own.reach * (1.0 + 1e-5) + 1e-6).min(1e30) as f32;
@@ -136,7 +139,7 @@ fn send_tiles(
     mut fragments: Vec<layout::Fragment>,
     sink: &(dyn Fn(Fragments) + Sync),
 ) -> usize {
-    fragments.par_sort_unstable_by(|a, b| a.ray.cmp(&b.ray).then(entry(a).total_cmp(&entry(b))));
+    fragments.par_sort_unstable_by_key(|fragment| (fragment.ray, fragment.number));
     let mut fragments = fragments.as_slice();
     let of_tile = |(index, tile): &Tile| {
         let (of_tile, others) = rays.split_at(tile.pixels());
@@ -149,26 +152,28 @@ fn send_tiles(
         if rays.iter().any(|ray| ray.fragments & Passed::LOST != 0) {
             return 1;
         }
-        let all: Vec<Fragment> = fragments.iter().map(fragment).collect();
+        let all: Vec<TracedFragment> = fragments.iter().map(traced).collect();
         sink(Fragments { first, rays: bytemuck::cast_slice(rays), all: &all });
         0
     };
     all.into_par_iter().map(send).sum()
 }
 
-fn entry(fragment: &layout::Fragment) -> f64 {
-    f64::from(fragment.entry_hi) + f64::from(fragment.entry_lo)
-}
-
-fn fragment(fragment: &layout::Fragment) -> Fragment {
-    let layout::Fragment { exit_hi, exit_lo, red, green, blue, alpha: absorbed, error, variance, .. } = *fragment;
-    let exit = if exit_hi == ENDLESS { f64::INFINITY } else { f64::from(exit_hi) + f64::from(exit_lo) };
-    Fragment {
-        t: [entry(fragment), exit],
-        color: [red, green, blue],
-        alpha: absorbed,
-        error,
-        variance,
-        surfaces: BoundarySignature::default(),
+fn traced(fragment: &layout::Fragment) -> TracedFragment {
+    let layout::Fragment { entry_hi, entry_lo, exit_hi, exit_lo, .. } = *fragment;
+    let layout::Fragment { red, green, blue, alpha, error, variance, order, nearness, painted, triangle, .. } =
+        *fragment;
+    let [entry, exit] = [[entry_hi, entry_lo], [exit_hi, exit_lo]].map(|[hi, lo]| f64::from(hi) + f64::from(lo));
+    let surface = (painted != layout::Fragment::PAINTED_CORE).then_some(painted as usize);
+    TracedFragment {
+        fragment: Fragment {
+            t: [entry, if exit_hi == ENDLESS { f64::INFINITY } else { exit }],
+            color: [red, green, blue],
+            alpha,
+            error,
+            variance,
+            surfaces: BoundarySignature::of_values([f32::from_bits(order), nearness]),
+        },
+        painted: (painted != layout::Fragment::NOT_PAINTED).then_some(PaintedPlace { t: exit, triangle, surface }),
     }
 }

@@ -1,9 +1,11 @@
 //! Pixels of a whole grid: each band is traced while the results of the one before are read back.
 
 use crate::bands::{Bands, Tile};
+use crate::bindings;
 use crate::device_field::DeviceField;
 use crate::layout::Pixel;
-use crate::picture::{Picture, SceneGroup};
+use crate::picture::Picture;
+use crate::pool::PooledBuffer;
 use crate::readback::Readback;
 use icoray::device::{Band, FallbackReason, Traced};
 use std::ops::Range;
@@ -13,14 +15,18 @@ use std::time::Instant;
 pub(crate) struct PixelTrace<'t> {
     bands: Bands<'t>,
     /// Group 2.
-    scene: SceneGroup,
+    scene: wgpu::BindGroup,
+    /// Bound in `scene`.
+    _buffers: Vec<PooledBuffer>,
 }
 
 impl<'t> PixelTrace<'t> {
     /// Prepares tiles of a picture of `field`.
     pub fn new(picture: &Picture<'t>, field: &DeviceField, tiles: &'t [Tile]) -> Result<Self, FallbackReason> {
         let bands = Bands::new(picture, field, tiles, false)?;
-        Ok(PixelTrace { bands, scene: picture.scene_group()? })
+        let buffers = picture.scene_buffers()?;
+        let scene = bindings::group(picture.ctx, bands.scene_layout, buffers.iter().map(|buffer| &**buffer))?;
+        Ok(PixelTrace { bands, scene, _buffers: buffers })
     }
 
     /// Bytes that were uploaded.
@@ -42,7 +48,7 @@ impl<'t> PixelTrace<'t> {
             Ok(())
         };
         for band in list {
-            let readback = self.bands.submit(band, &self.scene.group, |_| ())?;
+            let readback = self.bands.submit(band, &self.scene, |_| ())?;
             previous.replace((band.tiles.clone(), readback)).map_or(Ok(()), &mut finish)?;
         }
         previous.map_or(Ok(()), &mut finish)?;

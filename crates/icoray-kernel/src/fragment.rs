@@ -37,8 +37,9 @@ pub struct Fragment {
 }
 
 impl Fragment {
+    /// A fragment with this light; `brightest` is the largest value of a channel behind.
     #[inline]
-    fn new<T: Real>(t: [f64; 2], light: &Radiance<T>, surfaces: BoundarySignature, brightest: f64) -> Self {
+    pub fn new<T: Real>(t: [f64; 2], light: &Radiance<T>, surfaces: BoundarySignature, brightest: f64) -> Self {
         let color = light.color.map_inline(|c| c.wide() as f32);
         let absorbed = light.alpha.wide();
         // The rounded absorption dims all light from behind.

@@ -28,6 +28,12 @@ fn scene_begin(line: RayLine, eye: Wide3, dir: Wide3) {
     ray_scene = RayScene(clips_behind(line, line.start), false, BoundarySignature(0u, 0.0), wide3_dot(eye, dir));
 }
 
+// Begins a new run of columns.
+fn scene_restart() {
+    known_sides = 0u;
+    ray_scene.is_cut = false;
+}
+
 // Records a boundary at `t`, behind matter that absorbs `alpha`.
 fn scene_boundary(boundary: u32, alpha: f32, t: Wide) {
     if 1.0 - alpha > scenery.seen_above {
@@ -44,7 +50,9 @@ fn stretch_end(column: Column, way: GapWay) -> f32 {
         return 1.0;
     }
     let u = wide_div(wide_sub(ray_scene.stretch.end, column.entry.t), wide_sub(column.exit.t, column.entry.t));
-    return clamp(wide_apart(u, column_fraction(column, way.a)) / max(way.part, 1e-30), 0.0, 1.0);
+#concentric     let start = column_fraction(column, way.a);
+#native     let start = way.start;
+    return clamp(wide_apart(u, start) / max(way.part, 1e-30), 0.0, 1.0);
 }
 
 // The fraction of the column at a point, to all digits.
@@ -63,6 +71,29 @@ fn scene_hides(line: RayLine, column: Column, way: GapWay) -> bool {
     let is_hidden = stretch_end(column, way) >= 1.0 && !clips_show(ray_scene.stretch.inside, way.gap - 1u, way.gap);
     ray_scene.is_cut = ray_scene.is_cut || is_hidden;
     return is_hidden;
+}
+
+// Passes a gap with the volume's field `own` in it; returns true if the ray ends.
+fn scene_gap(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Radiance>,
+    line: RayLine,
+    column: Column,
+    bases: array<Base, 3>,
+    way: GapWay,
+    own: FieldSegment,
+) -> bool {
+    let is_hidden = scene_hides(line, column, way);
+    if volumes_skip(!own.is_there) {
+        (*ray).frusta++;
+        (*ray).void_frusta += select(1u, 0u, is_hidden);
+        (*ray).is_in_span = false;
+        return false;
+    }
+    if !is_hidden && volumes_enter(column, way, own) {
+        (*ray).void_frusta++;
+    }
+    return scene_frustum(ray, light, line, column, bases, way, own);
 }
 
 // Least and greatest of the volume's values around a gap.
@@ -220,6 +251,9 @@ fn scene_sphere(
     }
     let number = crossing.surface - MAX_SURFACES;
     let surface = scenery.surface_layers[number];
+#painted     if surface.is_painted != 0u {
+#painted         run_paint(ray, light, t, number);
+#painted     }
     var here = radiance_none();
     var painted = 0u;
     for (var m = 0u; m < surface.material_count; m++) {
@@ -297,18 +331,23 @@ fn scene_layer(
     }
     var body = 1.0;
     if IS_LIT {
-        body = surface_body((*ray).shading, normalize(ray_line_position(line, t).hi));
+#concentric         let normal = normalize(ray_line_position(line, t).hi);
+#native         let normal = native_normal(column, layer, at.tau, scenery.surface_layers[first].first_normal);
+        body = surface_body((*ray).shading, normal);
     }
     for (var k = first; k < scenery.surface_layer_count; k++) {
         let surface = scenery.surface_layers[k];
         if surface.layer != layer {
             continue;
         }
+#painted         if surface.is_painted != 0u {
+#painted             run_paint(ray, light, t, k);
+#painted         }
         var here = radiance_none();
         var painted = 0u;
         for (var m = 0u; m < surface.material_count; m++) {
             let material = scenery.materials[surface.first_material + m];
-            let color = material_on_layer(material, column, at.tau);
+            let color = material_on_layer(material, column, layer, at.tau);
             if color.is_there {
                 painted |= 1u << m;
                 scene_coat(&here, material, color, body);

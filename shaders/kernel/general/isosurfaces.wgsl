@@ -12,6 +12,9 @@ struct GapWay {
     a: RayPoint,
     b: RayPoint,
     part: f32,
+#native     // The fraction of the column at `a`.
+#native     start: Wide,
+#native     layers: NativeWay,
 }
 
 // A place at which a frustum meets an isosurface or a sphere.
@@ -64,28 +67,32 @@ fn scene_field_range(field: SceneField, column: Column, gap: u32) -> vec2f {
 }
 
 fn scene_gradient(field: SceneField, at: u32) -> vec3f {
-    let first = field.first_gradient + 3u * at;
-    return vec3f(surface_values[first], surface_values[first + 1u], surface_values[first + 2u]);
+    return surface_vector(field.first_gradient + 3u * at);
+}
+
+fn surface_vector(at: u32) -> vec3f {
+    return vec3f(surface_values[at], surface_values[at + 1u], surface_values[at + 2u]);
 }
 
 // A field beside the volume's along a frustum.
 fn scene_field_segment(number: u32, column: Column, way: GapWay, eps: f32, length: f32, has_gradients: bool) -> FieldSegment {
     let field = scenery.fields[number];
-    let below = scene_field_chord(field, column, way.gap - 1u, has_gradients);
-    let above = scene_field_chord(field, column, way.gap, has_gradients);
-    let at_a = chord_mix(below, above, shell_fraction(way.gap, way.a.rho));
-    let at_b = chord_mix(below, above, shell_fraction(way.gap, way.b.rho));
-    let slope_a = at_a.exit - at_a.entry;
-    let slope_b = at_b.exit - at_b.entry;
-    let kappa = (way.b.tau - way.a.tau) * ((slope_a - slope_b) + eps * slope_a);
-    let size = max(below.size, above.size);
-    let segment = Segment(chord_at(at_a, way.a.tau), chord_at(at_b, way.b.tau), kappa, eps, length, size);
-    var found = FieldSegment(segment, FrustumInterpolant(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0, 0.0), true);
-    found.is_there = !(below.is_void || above.is_void);
-    if has_gradients {
-        found.interpolant = frustum_interpolant_over(at_a, at_b, way.a.tau, way.b.tau, eps);
-    }
-    return found;
+#native     return native_segment(way.layers, native_field(field, column, way.gap, has_gradients), length);
+#concentric     let below = scene_field_chord(field, column, way.gap - 1u, has_gradients);
+#concentric     let above = scene_field_chord(field, column, way.gap, has_gradients);
+#concentric     let at_a = chord_mix(below, above, shell_fraction(way.gap, way.a.rho));
+#concentric     let at_b = chord_mix(below, above, shell_fraction(way.gap, way.b.rho));
+#concentric     let slope_a = at_a.exit - at_a.entry;
+#concentric     let slope_b = at_b.exit - at_b.entry;
+#concentric     let kappa = (way.b.tau - way.a.tau) * ((slope_a - slope_b) + eps * slope_a);
+#concentric     let size = max(below.size, above.size);
+#concentric     let segment = Segment(chord_at(at_a, way.a.tau), chord_at(at_b, way.b.tau), kappa, eps, length, size);
+#concentric     var found = FieldSegment(segment, FrustumInterpolant(vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0, 0.0), true);
+#concentric     found.is_there = !(below.is_void || above.is_void);
+#concentric     if has_gradients {
+#concentric         found.interpolant = frustum_interpolant_over(at_a, at_b, way.a.tau, way.b.tau, eps);
+#concentric     }
+#concentric     return found;
 }
 
 // Finds the crossings of a frustum; `own` is the volume's field there.

@@ -28,7 +28,7 @@ fn spans_color(first: u32, count: u32, value: f32, reach: f32) -> SurfaceColor {
 }
 
 // The colour at which a ray crosses a layer, at the fraction `tau` of a column.
-fn material_on_layer(material: Material, column: Column, tau: f32) -> SurfaceColor {
+fn material_on_layer(material: Material, column: Column, layer: u32, tau: f32) -> SurfaceColor {
     if material.kind == MATERIAL_PLAIN {
         return SurfaceColor(material.color, 0.0, true);
     }
@@ -41,7 +41,9 @@ fn material_on_layer(material: Material, column: Column, tau: f32) -> SurfaceCol
         let value = values[column_nearest(column, tau)];
         return material_of_value(material, value, ROUNDING * abs(value));
     }
-    let chord = chord_over(values, column.entry.weight, column.exit.weight);
+#concentric     let chord = chord_over(values, column.entry.weight, column.exit.weight);
+#native     let weights = native_weights(column, layer, tau);
+#native     let chord = chord_over(values, weights, weights);
     let value = select(chord_at(chord, tau), ENDLESS, chord.is_void);
     let size = abs(values);
     return material_of_value(material, value, 4.0 * ROUNDING * (size.x + size.y + size.z));

@@ -14,8 +14,12 @@ struct Part {
 }
 
 struct Fragment {
-    // Index of its ray in `passed`.
+    // Index of its ray in `passed`, and its place among the fragments of that ray.
     ray: u32,
+    number: u32,
+    // What it ends at: NOT_PAINTED, or the number of a surface layer with lines, or PAINTED_CORE, and the triangle there.
+    painted: u32,
+    triangle: u32,
     entry_hi: f32,
     entry_lo: f32,
     // ENDLESS if the ray ended in it.
@@ -27,7 +31,13 @@ struct Fragment {
     alpha: f32,
     error: f32,
     variance: f32,
+    // The surfaces that the ray met in it.
+    order: u32,
+    nearness: f32,
 }
+
+const NOT_PAINTED: u32 = 0xFFFFFFFFu;
+const PAINTED_CORE: u32 = 0xFFFFFFFEu;
 
 struct Found {
     // Exceeds the room if there is not enough.
@@ -35,10 +45,14 @@ struct Found {
     all: array<Fragment>,
 }
 
-@group(2) @binding(1) var<uniform> part: Part;
+// In storage: lavapipe fails to compile the shader of a scene if it is uniform.
+#plain @group(2) @binding(1) var<storage, read> part: Part;
 // A bit per triangle.
-@group(2) @binding(2) var<storage, read> owned: array<u32>;
-@group(2) @binding(3) var<storage, read_write> found: Found;
+#plain @group(2) @binding(2) var<storage, read> owned: array<u32>;
+#plain @group(2) @binding(3) var<storage, read_write> found: Found;
+#scene @group(2) @binding(3) var<storage, read> part: Part;
+#scene @group(2) @binding(4) var<storage, read> owned: array<u32>;
+#scene @group(2) @binding(5) var<storage, read_write> found: Found;
 
 fn part_has(triangle: u32) -> bool {
     return triangle < params.triangles && ((owned[triangle >> 5u] >> (triangle & 31u)) & 1u) == 1u;
@@ -50,11 +64,51 @@ fn part_is_near(line: RayLine) -> bool {
     return x * x + q * q <= part.reach;
 }
 
-fn fragment_new(place: u32, from_: Wide, to: Wide, light: Radiance) -> Fragment {
+// The fragment of a ray that is being traced.
+struct Run {
+    place: u32,
+    from_: Wide,
+    triangle: u32,
+    // The number of fragments before.
+    number: u32,
+    // Whether the one before ends at lines.
+    goes_on: bool,
+}
+
+var<private> run: Run;
+
+// Adds the fragment up to `to`, which ends at `painted`.
+fn run_add(to: Wide, light: Radiance, painted: u32) {
+    let at = atomicAdd(&found.count, 1u);
+    if at < part.max_fragments {
+        found.all[at] = fragment_new(to, light, painted);
+    }
+    run.number++;
+}
+
+// Begins the fragment behind `light`.
+fn run_restart(ray: ptr<function, Ray>, light: ptr<function, Radiance>) {
+    (*ray).min_transmittance /= 1.0 - (*light).alpha;
+    *light = radiance_none();
+#scene     ray_scene.surfaces = BoundarySignature(0u, 0.0);
+}
+
+// Ends the fragment at lines or at the core, whose light the host adds, and begins the next one.
+fn run_paint(ray: ptr<function, Ray>, light: ptr<function, Radiance>, t: Wide, painted: u32) {
+    run_add(t, *light, painted);
+    run_restart(ray, light);
+    run.from_ = t;
+    run.goes_on = true;
+}
+
+fn fragment_new(to: Wide, light: Radiance, painted: u32) -> Fragment {
     return Fragment(
-        place,
-        from_.hi,
-        from_.lo,
+        run.place,
+        run.number,
+        painted,
+        run.triangle,
+        run.from_.hi,
+        run.from_.lo,
         to.hi,
         to.lo,
         light.color.x,
@@ -63,10 +117,17 @@ fn fragment_new(place: u32, from_: Wide, to: Wide, light: Radiance) -> Fragment 
         light.alpha,
         light.error,
         light.variance,
+#plain         0u,
+#plain         0.0,
+#scene         ray_scene.surfaces.order,
+#scene         ray_scene.surfaces.nearness,
     );
 }
 
 fn fragment_is_clear(light: Radiance) -> bool {
+#scene     if ray_scene.surfaces.order != 0u {
+#scene         return false;
+#scene     }
     return light.alpha == 0.0 && light.error == 0.0 && light.variance == 0.0 && all(light.color == vec3f(0.0));
 }
 
@@ -79,42 +140,42 @@ struct InPart {
 // Adds the fragments of the ray at `place` to `found`.
 fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
     var ray: Ray;
-    var count = 0u;
+    run = Run(place, wide(0.0), 0u, 0u, false);
     let line = ray_line_new(eye, dir, shell_outer());
     if !line.is_there || !part_is_near(line) {
-        return InPart(ray, count);
+        return InPart(ray, 0u);
     }
     if IS_LIT {
         ray.shading = shading_along(lighting, dir);
     }
     ray.min_transmittance = params.min_transmittance;
-    let near_core = ray_line_first_inside(line, shell_inner(), line.start, line.end);
+#concentric     let highest = shell_inner();
+#native     let highest = Wide(scenery.core_high.x, scenery.core_high.y);
+    let near_core = ray_line_first_inside(line, highest, line.start, line.end);
     let behind_core =
         ray_line_first_inside(line, Wide(part.lowest_hi, part.lowest_lo), line.start, line.end);
     var light = radiance_none();
     var walk = walk_new(line, hint);
+#scene     scene_begin(line, eye, dir);
     var gap = 0u;
-    var run_from = wide(0.0);
     var run_to = wide(0.0);
     var has_run = false;
     // Behind the core, or with almost no light left.
     var is_over = false;
     loop {
         let has_column = !is_over && !walk.is_over;
-        let is_own = has_column && part_has(walk.contour.triangle);
+        let triangle = walk.contour.triangle;
+        let is_own = has_column && part_has(triangle);
         if has_run && !is_own {
             let meets_core = HAS_CORE && near_core.is_there && !wide_less(run_to, near_core.t);
-            if is_over || meets_core || !fragment_is_clear(light) {
-                let at = atomicAdd(&found.count, 1u);
-                if at < part.max_fragments {
-                    found.all[at] = fragment_new(place, run_from, run_to, light);
-                }
-                count++;
+            if is_over || meets_core || run.goes_on || !fragment_is_clear(light) {
+                run_add(run_to, light, NOT_PAINTED);
             }
-            ray.min_transmittance /= 1.0 - light.alpha;
-            light = radiance_none();
+            run_restart(&ray, &light);
             ray.is_in_span = false;
+#scene             scene_restart();
             has_run = false;
+            run.goes_on = false;
         }
         if !has_column {
             break;
@@ -126,10 +187,12 @@ fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
             continue;
         }
         if !has_run {
-            gap = shell_gap(column.entry.rho);
-            run_from = column.entry.t;
+#concentric             gap = shell_gap(column.entry.rho);
+#native             gap = native_gap(column);
+            run.from_ = column.entry.t;
         }
         has_run = true;
+        run.triangle = triangle;
         run_to = column.exit.t;
         is_over = cross(&ray, &light, line, column, &gap);
         if is_over {
@@ -138,5 +201,5 @@ fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
     }
     // Neither, or not yet passed on: the driver has ended the loop.
     is_lost = is_lost || has_run || !(is_over || walk.is_over);
-    return InPart(ray, count);
+    return InPart(ray, run.number);
 }

@@ -2,13 +2,17 @@
 //! by numbers (`functions.rs`, `light.rs`) and by pictures.
 
 use icoray::device::mirror;
-use icoray_gpu::layout::{Clip, Isosurface, LAYOUTS, Material, Passed, Pixel, SurfaceLayer};
+use icoray_gpu::layout::{Clip, Fragment, Isosurface, LAYOUTS, Material, Passed, Pixel, SurfaceLayer};
 use icoray_gpu::shader::{Contents, SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
 use std::path::{Path, PathBuf};
 
 /// The contents of scenes of more than one volume and a core.
-const SCENES: [Contents; 2] = [Contents { scenery: true, volumes: 0 }, Contents { scenery: true, volumes: 3 }];
+const SCENES: [Contents; 3] = [
+    Contents { scenery: true, volumes: 0, painted: false, native: false },
+    Contents { scenery: true, volumes: 3, painted: false, native: false },
+    Contents { scenery: true, volumes: 3, painted: true, native: true },
+];
 
 fn parse(name: &str) -> Module {
     parse_text(name, &compose(name))
@@ -22,6 +26,7 @@ fn parse_text(name: &str, text: &str) -> Module {
 fn every_shader_parses_and_validates() {
     for (name, _) in SOURCES {
         let contents = match name {
+            "kernel/general/native" => Contents { native: true, ..SCENES[0] },
             "kernel/general/several" | "kernel/general/blend" | "kernel/general/maps" => SCENES[1],
             name if name.starts_with("kernel/general") => SCENES[0],
             _ => Contents::default(),
@@ -56,6 +61,9 @@ fn a_shader_has_as_many_pages_as_are_asked_for() {
         ("picture", SCENES[0], "gradients"),
         ("picture", SCENES[1], "gradients"),
         ("parts", Contents::default(), "gradients"),
+        ("parts", SCENES[0], "gradients"),
+        ("parts", SCENES[2], "gradients"),
+        ("parts", Contents { painted: true, ..Contents::default() }, "gradients"),
         ("gradient", Contents::default(), "rests"),
     ] {
         for pages in [1, 2, 7, 16] {
@@ -142,7 +150,11 @@ fn constants_are_those_of_rust() {
     ] {
         assert_eq!(constant(module, name), f64::from(value), "{name}");
     }
-    assert_eq!(constant(&parse("parts"), "LOST"), f64::from(Passed::LOST));
+    for (name, value) in
+        [("LOST", Passed::LOST), ("NOT_PAINTED", Fragment::NOT_PAINTED), ("PAINTED_CORE", Fragment::PAINTED_CORE)]
+    {
+        assert_eq!(constant(&parse("parts"), name), f64::from(value), "{name}");
+    }
     let scene = &parse_text("scene", &compose_for("picture", SCENES[1], 1));
     for (name, value) in [
         ("HAS_HALF_SPACE", Clip::HAS_HALF_SPACE),

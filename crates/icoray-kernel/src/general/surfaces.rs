@@ -96,11 +96,7 @@ impl SurfaceLayer {
         (hit, over): (&SurfaceHit, (&Grid, u32)),
         color: impl Fn(&Material) -> Option<[f64; 3]>,
     ) -> (Radiance<f64>, u32) {
-        let (mut light, mut painted) = (Radiance::none(), 0);
-        if let Some(painter) = &self.painter {
-            let [r, g, b, opacity] = painter.paint(hit, Some(over));
-            light.over(&Radiance { color: [r, g, b].map_inline(|c| c * body), ..Radiance::plain([0.0; 3], opacity) });
-        }
+        let (mut light, mut painted) = (self.lines(body, hit, over), 0);
         for (number, (material, opacity)) in (0u32..).zip(&self.materials) {
             if let Some(color) = color(material) {
                 painted |= 1u32.rotate_left(number);
@@ -108,5 +104,13 @@ impl SurfaceLayer {
             }
         }
         (light, painted)
+    }
+
+    /// The light of the lines there.
+    #[inline]
+    pub(super) fn lines(&self, body: f64, hit: &SurfaceHit, over: (&Grid, u32)) -> Radiance<f64> {
+        let Some(painter) = &self.painter else { return Radiance::none() };
+        let [r, g, b, opacity] = painter.paint(hit, Some(over));
+        Radiance { color: [r, g, b].map_inline(|c| c * body), ..Radiance::plain([0.0; 3], opacity) }
     }
 }

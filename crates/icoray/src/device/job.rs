@@ -1,6 +1,6 @@
 //! A picture's rays, prepared for a device.
 
-use super::{BudgetTable, ENDLESS, Scenery, Span, Step};
+use super::{BudgetTable, ENDLESS, NativeLayers, Scenery, Span, Step};
 use crate::plan::Plan;
 use crate::plan::budget::allowed;
 use crate::raster::Raster;
@@ -35,6 +35,7 @@ pub struct Job<'f> {
     field: &'f Field<'f>,
     gradients: &'f dyn GradientSource,
     is_part: bool,
+    has_ground: bool,
     scenery: Option<Scenery>,
     spans: transfer::Spans<f32>,
     quality: Quality,
@@ -66,13 +67,18 @@ impl<'f> Job<'f> {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let spans = transfer::Spans::new(&KernelKnot::of(&scene.volumes[0].transfer, plan.thickness()));
         let raster = Raster { width: scene.width, height: scene.height, step: 1 };
-        let (scenery, tiles) = (None, Vec::new());
-        Job { number, scene, plan, grid, field, gradients, is_part, scenery, spans, quality, raster, tiles }
+        let (has_ground, scenery, tiles) = (false, None, Vec::new());
+        Job { number, scene, plan, grid, field, gradients, is_part, has_ground, scenery, spans, quality, raster, tiles }
     }
 
     /// This job for a scene of more than one volume.
     pub(crate) fn with_scenery(self, scenery: Scenery) -> Self {
         Job { scenery: Some(scenery), ..self }
+    }
+
+    /// This job for a scene with a ground of several colours, if `has_ground`.
+    pub(crate) fn with_ground(self, has_ground: bool) -> Self {
+        Job { has_ground, ..self }
     }
 
     /// Sets the quality and the tiles to trace of the same picture.
@@ -111,6 +117,33 @@ impl<'f> Job<'f> {
         self.is_part
     }
 
+    /// Whether a device takes [`Self::gradients`]: it computes only those of whole grids with concentric layers.
+    pub fn has_gradients(&self) -> bool {
+        self.is_part || self.native().is_some()
+    }
+
+    fn native(&self) -> Option<&NativeLayers> {
+        self.scenery.as_ref().and_then(|scenery| scenery.native.as_ref())
+    }
+
+    /// Least and greatest radius of the visible space, planet radii.
+    pub fn extent(&self) -> [f64; 2] {
+        let radius = self.radius();
+        self.native().map_or([radius[0], radius[radius.len() - 1]], |native| [native.core_radius[0], native.outer])
+    }
+
+    /// Whether the light of the core is computed by the host.
+    pub fn has_ground(&self) -> bool {
+        self.has_ground
+    }
+
+    /// Whether the host computes the light of the core or of lines on layers: then rays are traced as fragments, in
+    /// [`Device::fragments`](super::Device::fragments).
+    pub fn is_painted(&self) -> bool {
+        let mut layers = self.scenery.iter().flat_map(|scenery| &scenery.surface_layers);
+        self.has_ground || layers.any(|layer| layer.is_painted)
+    }
+
     /// The parts of the scene beside the volume and the core; `None` if there are none.
     pub fn scenery(&self) -> Option<&Scenery> {
         self.scenery.as_ref()
@@ -133,12 +166,17 @@ impl<'f> Job<'f> {
         self.tiles.iter().map(|tile| self.raster.rect(*tile))
     }
 
+    /// The raster of [`Self::tiles`].
+    pub(crate) fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
     /// Numbers of [`Self::tiles`] in the raster.
     pub(crate) fn numbers(&self) -> &[u32] {
         &self.tiles
     }
 
-    /// Radii of the layers, planet radii, rising.
+    /// Radii of the layers, planet radii, rising; mean ones if the scene has native heights.
     pub fn radius(&self) -> &[f64] {
         &self.plan.radius
     }

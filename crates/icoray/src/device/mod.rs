@@ -16,13 +16,16 @@ mod volumes;
 pub use crate::raster::Rect;
 pub use fields::{FieldId, MAX_FIELDS, SceneField};
 pub use icoray_kernel::Fragment;
+pub use icoray_kernel::general::PaintedPlace;
 pub use icoray_kernel::signature::BoundarySignature;
 pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
 pub(crate) use job::GradientSource;
 pub use job::{Content, Job};
 pub use light::Shading;
 pub(crate) use scenery::unsupported;
-pub use scenery::{ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, Paint, Scenery, SurfaceLayer, SurfacePlace};
+pub use scenery::{
+    ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, NativeLayers, Paint, Scenery, SurfaceLayer, SurfacePlace,
+};
 pub use tables::{BudgetTable, Span, Step, Tables, locate};
 pub use volumes::{MAX_VOLUMES, SceneVolume, VolumeMap};
 
@@ -71,7 +74,8 @@ pub trait Device: fmt::Debug + Send + Sync {
     /// A [`FallbackReason`] why tiles are missing, which the report contains.
     fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason>;
 
-    /// As [`Self::trace`], through a rank's own cells: passes on fragments of rays, which are composited elsewhere.
+    /// As [`Self::trace`], through own cells: passes on fragments of rays, which are composited elsewhere. They are a rank's
+    /// part, or all cells if [`Job::is_painted`].
     ///
     /// # Errors
     /// As [`Self::trace`].
@@ -85,7 +89,7 @@ pub trait Device: fmt::Debug + Send + Sync {
     }
 }
 
-/// The own triangles of a rank's part.
+/// The own triangles of a rank's part, or all triangles with data.
 #[derive(Debug, Clone, Copy)]
 pub struct OwnedColumns<'p> {
     /// Whether each triangle is own.
@@ -107,7 +111,17 @@ pub struct Fragments<'b> {
     /// The rays of that tile and of those behind it, tile by tile, each row by row.
     pub rays: &'b [RayFragments],
     /// Their fragments, ray by ray and in order along each.
-    pub all: &'b [Fragment],
+    pub all: &'b [TracedFragment],
+}
+
+/// A fragment of a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TracedFragment {
+    /// Its light.
+    pub fragment: Fragment,
+    /// The place at which it ends and continues in the next fragment, if the host computes the light there
+    /// ([`Job::has_ground`], [`SurfaceLayer::is_painted`]).
+    pub painted: Option<PaintedPlace>,
 }
 
 /// Result of a ray through a rank's part.

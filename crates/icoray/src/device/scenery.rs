@@ -5,9 +5,9 @@ use super::{ColorByField, ENDLESS, FallbackReason, Isosurface, MAX_VOLUMES, Scen
 use icoray_grid::array::MapInline;
 use icoray_grid::grid::unit_vector;
 use icoray_kernel::general;
-use icoray_kernel::general::{FieldSource, KernelScene, SurfaceHeight};
+use icoray_kernel::general::{FieldSource, KernelScene, Levels, SurfaceHeight};
 use icoray_kernel::transfer::{KernelKnot, Spans};
-use icoray_scene::{Clip, Heights, Level, LonLatBox, Scene};
+use icoray_scene::{Clip, LonLatBox, Scene};
 use rayon::prelude::*;
 
 /// Maximum number of cuts that a device takes.
@@ -30,6 +30,31 @@ pub struct Scenery {
     pub volumes: Vec<SceneVolume>,
     /// The fields that volumes and isosurfaces need beside the job's.
     pub fields: Vec<SceneField>,
+    /// The layers, if they lie at other heights over each cell.
+    pub native: Option<NativeLayers>,
+}
+
+/// Layers at other heights over each cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NativeLayers {
+    /// 1 / radius of each layer over each cell, planet radii, level-fastest, from the innermost layer outwards.
+    pub inverse: Vec<f64>,
+    /// Least and greatest radius of the core.
+    pub core_radius: [f64; 2],
+    /// Radius of the visible space.
+    pub outer: f64,
+    /// For lit scenes, normals of the core (layer 0) and of layers with surfaces: the layer, and a unit vector per cell.
+    pub normals: Vec<(usize, Vec<[f32; 3]>)>,
+}
+
+impl NativeLayers {
+    fn new(world: &KernelScene, (cells, layers): (usize, usize)) -> Option<Self> {
+        let Levels::Native(heights) = &world.levels else { return None };
+        let all = (0..cells * layers).into_par_iter();
+        let inverse = all.map(|at| 1.0 / heights.radius((at / layers) as u32, at % layers)).collect();
+        let KernelScene { core_radius, outer, ref normals, .. } = *world;
+        Some(NativeLayers { inverse, core_radius, outer, normals: normals.clone() })
+    }
 }
 
 impl Scenery {
@@ -45,13 +70,20 @@ impl Scenery {
         is_lit: bool,
         range: impl Fn(usize) -> Option<[f64; 2]>,
     ) -> Result<Self, FallbackReason> {
+        let levels = world.surface_layers.len();
+        if levels > MAX_SURFACES {
+            let reason =
+                format!("the scene has surfaces and lines on {levels} levels, expected at most {MAX_SURFACES}");
+            return Err(FallbackReason::new(reason));
+        }
         let mut fields = FieldTable::new(world, Spans::<f32>::new(knots).range());
         let volumes = SceneVolume::all(world, knots, &mut fields);
         let surface = |surface| SurfaceLayer::new(surface, (&world.sources, size.0), &mut fields, &range);
         let surface_layers = world.surface_layers.iter().map(surface).collect();
         let surfaces = world.isosurfaces.iter();
         let isosurfaces = surfaces.map(|surface| Isosurface::new(surface, &mut fields, &range)).collect();
-        Ok(Scenery { clips, surface_layers, isosurfaces, volumes, fields: fields.fields(size, is_lit)? })
+        let (fields, native) = (fields.fields(size, is_lit)?, NativeLayers::new(world, size));
+        Ok(Scenery { clips, surface_layers, isosurfaces, volumes, fields, native })
     }
 }
 
@@ -71,6 +103,8 @@ pub struct SurfaceLayer {
     pub place: SurfacePlace,
     /// The surfaces, the first in front.
     pub materials: Vec<Material>,
+    /// Whether there are lines in front of them.
+    pub is_painted: bool,
 }
 
 /// Colours and opacity of a surface.
@@ -161,28 +195,19 @@ impl SurfaceLayer {
             SurfaceHeight::Layer(layer) => SurfacePlace::Layer(layer),
             SurfaceHeight::Radius(radius) => SurfacePlace::Radius(radius),
         };
-        SurfaceLayer { place, materials: materials.collect() }
+        SurfaceLayer { place, materials: materials.collect(), is_painted: surface.painter.is_some() }
     }
 }
 
 /// The part of a scene that devices do not draw, if there is one.
 pub(crate) fn unsupported(scene: &Scene) -> Option<String> {
     let scenery = &scene.scenery;
-    let reason = if scenery.heights == Heights::Native {
-        "the scene's layers lie at other heights in each column"
-    } else if scene.volumes.len() > MAX_VOLUMES {
-        return Some(format!("the scene shows {} volumes, expected at most {MAX_VOLUMES}", scene.volumes.len()));
-    } else if scenery.lines.iter().any(|lines| lines.on != Level::Ground) {
-        "the scene has lines on a layer"
-    } else if scenery.clips.len() > MAX_CLIPS {
-        return Some(format!("the scene has {} cuts, expected at most {MAX_CLIPS}", scenery.clips.len()));
-    } else if scenery.surfaces.len() > MAX_SURFACES {
-        return Some(format!("the scene has {} surfaces, expected at most {MAX_SURFACES}", scenery.surfaces.len()));
-    } else if scenery.isosurfaces.len() > MAX_SURFACES {
-        let count = scenery.isosurfaces.len();
-        return Some(format!("the scene has {count} isosurfaces, expected at most {MAX_SURFACES}"));
-    } else {
-        return None;
-    };
-    Some(reason.into())
+    let counts = [
+        ("shows", "volumes", scene.volumes.len(), MAX_VOLUMES),
+        ("has", "cuts", scenery.clips.len(), MAX_CLIPS),
+        ("has", "surfaces", scenery.surfaces.len(), MAX_SURFACES),
+        ("has", "isosurfaces", scenery.isosurfaces.len(), MAX_SURFACES),
+    ];
+    let (verb, what, count, most) = counts.into_iter().find(|(_, _, count, most)| count > most)?;
+    Some(format!("the scene {verb} {count} {what}, expected at most {most}"))
 }

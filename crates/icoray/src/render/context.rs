@@ -52,10 +52,15 @@ impl FrameContext<'_> {
         self.renderer.frame_cache.range(&field.source(self.grid), || field.field().range())
     }
 
-    /// Whether the kernel's scene, with its gradients, is built in any case: for a single volume of a whole grid a
-    /// device needs none.
+    /// Whether the kernel's scene, with its gradients, is built in any case: for a single volume of a whole grid between
+    /// concentric layers a device needs none.
     pub fn needs_scene(&self) -> bool {
-        self.device.is_err() || self.part.is_some() || !self.scene.has_single_volume()
+        self.device.is_err() || self.part.is_some() || self.has_scenery()
+    }
+
+    /// Whether there is more than one volume between concentric layers.
+    pub fn has_scenery(&self) -> bool {
+        self.heights.is_some() || !self.scene.has_single_volume()
     }
 
     /// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.

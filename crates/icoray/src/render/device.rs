@@ -1,18 +1,18 @@
 //! Traces tiles on a device; the CPU traces the tiles that the device returns.
 
 use super::context::FrameContext;
-use super::work::background_blend;
+use super::work::{Painter, background_blend, ray};
 use crate::compose::TileFragments;
 use crate::device::{
-    Band, Device, DeviceCost, FallbackReason, Fragments, GradientSource, Job, OwnedColumns, RayFragments, Rect,
-    Scenery, Traced,
+    Band, Device, DeviceCost, FallbackReason, Fragment, Fragments, GradientSource, Job, OwnedColumns, PaintedPlace,
+    RayFragments, Rect, Scenery, Traced, TracedFragment,
 };
 use crate::plan::budget::brightest;
-use crate::raster::{Pixel, Raster, Tile};
+use crate::raster::{Pixel, Raster, Tile, sample_points};
 use icoray_grid::{Error, Field};
-use icoray_kernel::Counts;
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::signature::BoundarySignature;
+use icoray_kernel::{Budget, Counts};
 use icoray_output::{DeviceReport, FrameReport};
 use icoray_scene::Quality;
 use rayon::prelude::*;
@@ -29,31 +29,27 @@ pub(super) struct OnDevice<'f> {
 }
 
 impl<'f> OnDevice<'f> {
-    /// A job for the first field on the context's device, if it has one.
+    /// A job for the first field on the context's device, if it has one; `has_ground` if its core has a ground.
     pub fn new(
         context: &'f FrameContext<'f>,
         field: &'f Field<'f>,
         gradients: &'f dyn GradientSource,
         quality: Quality,
+        has_ground: bool,
     ) -> Self {
         let FrameContext { scene, plan, grid, part, .. } = *context;
-        let job = Job::new(scene, plan, grid, field, gradients, quality, part.is_some());
+        let job = Job::new(scene, plan, grid, field, gradients, quality, part.is_some()).with_ground(has_ground);
         let device = context.device.as_deref().map_err(Clone::clone);
         OnDevice { device, job, spent: DeviceCost::default(), drew: None }
     }
 
-    /// The same picture of a scene of more than one volume, of which devices draw whole grids only. `scenery` is called only
-    /// if there is a device.
+    /// The same picture of a scene of more than one volume. `scenery` is called only if there is a device.
     pub fn with_scenery(self, scenery: impl FnOnce() -> Result<Scenery, FallbackReason>) -> Self {
         let device = match self.device {
             Ok(device) => device,
             Err(reason) => return OnDevice { device: Err(reason), ..self },
         };
-        let scenery = match self.job.is_part() {
-            true => Err(FallbackReason::new("the scene has more than one volume, and ranks have parts of the grid")),
-            false => scenery(),
-        };
-        match scenery {
+        match scenery() {
             Ok(scenery) => OnDevice { device: Ok(device), job: self.job.with_scenery(scenery), ..self },
             Err(reason) => OnDevice { device: Err(Some(reason)), ..self },
         }
@@ -64,9 +60,9 @@ impl<'f> OnDevice<'f> {
         self.device.is_ok()
     }
 
-    /// Has the device upload its inputs, so that the next call measures only the time of its rays.
-    pub fn get_ready(&mut self, quality: &Quality, raster: Raster) {
-        self.trace(quality, raster, &[], &|_| ());
+    /// Whether the device traces rays as fragments also where the grid is whole: see [`Job::is_painted`].
+    pub fn is_painted(&self) -> bool {
+        self.is_there() && self.job.is_painted()
     }
 
     /// Traces tiles, passes each on when it is done, and returns those that are left to the CPU.
@@ -89,19 +85,20 @@ impl<'f> OnDevice<'f> {
         })
     }
 
-    /// As [`Self::trace`], through the own part of the cells: passes on each tile's fragments and the counts of its
-    /// rays.
+    /// As [`Self::trace`], through own cells: passes on each tile's fragments, with the light of `painter` in them, and
+    /// the counts of its rays.
     pub fn fragments(
         &mut self,
         quality: &Quality,
         raster: Raster,
         tiles: &[u32],
-        own: &OwnedColumns,
+        (own, painter): (&OwnedColumns, &Painter),
         give: &(dyn Fn(u32, &TileFragments, Counts) + Sync),
     ) -> Vec<u32> {
         self.ask(quality, raster, tiles, |device, job, is_new| {
             let take = |band: Fragments| {
-                fragments_of_band(job, &band).into_par_iter().enumerate().for_each(|(i, (fragments, counts))| {
+                let tiles = fragments_of_band(job, &band, painter).into_par_iter().enumerate();
+                tiles.for_each(|(i, (fragments, counts))| {
                     if is_new(band.first + i) {
                         give(job.numbers()[band.first + i], &fragments, counts);
                     }
@@ -167,20 +164,54 @@ fn rays_of_tiles<R>(tiles: impl Iterator<Item = Rect>, mut rest: &[R]) -> Vec<&[
 }
 
 /// The fragments of each tile of a band, and the counts of its rays.
-fn fragments_of_band(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)> {
+fn fragments_of_band(job: &Job, band: &Fragments, painter: &Painter) -> Vec<(TileFragments, Counts)> {
     let mut rest = band.all;
-    let tile = |rays: &[RayFragments]| {
+    let rays = rays_of_tiles(job.tiles().skip(band.first), band.rays);
+    let split = |rays: &&[RayFragments]| {
+        let count = rays.iter().map(|ray| ray.fragments as usize).sum();
+        rest.split_off(..count).expect("a device gives the fragments that it counts")
+    };
+    let found: Vec<_> = rays.iter().map(split).collect();
+    let tile = |((rays, mut rest), number): ((&[RayFragments], &[TracedFragment]), &u32)| {
         let (mut fragments, mut counts) = (TileFragments::of_rays(rays.len()), Counts::default());
-        for (number, ray) in rays.iter().enumerate() {
-            let [columns, frusta, void_frusta] = ray.counts.map(u64::from);
+        for (k, (of_ray, place)) in rays.iter().zip(sample_points(job.raster(), *number)).enumerate() {
+            let [columns, frusta, void_frusta] = of_ray.counts.map(u64::from);
             counts += Counts { columns, frusta, void_frusta, ..Counts::default() };
-            let (of_ray, others) = rest.split_at(ray.fragments as usize);
-            fragments.add(number, of_ray);
-            rest = others;
+            let found =
+                rest.split_off(..of_ray.fragments as usize).expect("a device gives the fragments that it counts");
+            let (eye, dir) = ray(job.scene(), place.at);
+            fragments.add(k, &joined(found, brightest(job.scene()), |place| painter(eye, dir, place)));
         }
         (fragments, counts)
     };
-    rays_of_tiles(job.tiles().skip(band.first), band.rays).into_iter().map(tile).collect()
+    let numbers = &job.numbers()[band.first..][..rays.len()];
+    rays.into_par_iter().zip(found).zip(numbers).map(tile).collect()
+}
+
+/// The fragments of a ray with the light at painted places in them: a fragment that ends at one is joined with the next.
+fn joined(found: &[TracedFragment], brightest: f64, light: impl Fn(&PaintedPlace) -> Radiance<f64>) -> Vec<Fragment> {
+    let mut joined = Vec::with_capacity(found.len());
+    let mut front: Option<(f64, Radiance<f64>, BoundarySignature)> = None;
+    for TracedFragment { fragment, painted } in found {
+        let is_alone = front.is_none() && painted.is_none();
+        let (start, mut met, mut surfaces) =
+            front.take().unwrap_or((fragment.t[0], Radiance::none(), BoundarySignature::default()));
+        if Budget::sees_behind(met.alpha) {
+            surfaces.then(&fragment.surfaces);
+        }
+        met.over(&fragment.light());
+        match painted {
+            Some(place) => {
+                if met.alpha < 1.0 {
+                    met.over(&light(place));
+                }
+                front = Some((start, met, surfaces));
+            }
+            None if is_alone => joined.push(*fragment),
+            None => joined.push(Fragment::new([start, fragment.t[1]], &met, surfaces, brightest)),
+        }
+    }
+    joined
 }
 
 /// The tiles of a band. Its seconds are divided by the counts of rays; a tile off the globe gets a share too.

@@ -8,7 +8,7 @@ use super::picture;
 use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
 use super::rendered::Rendered;
-use super::work::{Rays, Work, budget};
+use super::work::{Painter, Rays, Work, budget};
 use crate::device::{ClipRegion, Scenery};
 use crate::edges::Edges;
 use crate::ranks::Ranks;
@@ -43,21 +43,31 @@ impl Rays for SceneRays<'_, '_> {
     }
 
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
-        let FrameContext { renderer, scene, plan, .. } = *self.context;
         // Before there are tiles, each of which would ask for them.
         self.get_ready();
-        let BuiltScene { scene: built, packets, .. } = self.built.get();
+        let packets = self.built.get().packets.as_ref().map(|(level, packets)| (*level, packets));
+        SceneTracer { rays: self.settings(quality), packets, integrates: self.context.renderer.integrates }.boxed()
+    }
+
+    fn painter(&self, quality: &Quality) -> Box<Painter<'_>> {
+        let settings = self.settings(quality);
+        Box::new(move |eye, dir, place| settings.painted(eye, dir, place))
+    }
+}
+
+impl<'p, 'f> SceneRays<'p, 'f> {
+    fn settings(&self, quality: &Quality) -> RaySettings<'p, 'f> {
+        let FrameContext { renderer, scene, plan, .. } = *self.context;
+        let built = &self.built.get().scene;
         let is_packed = built.sources.iter().any(|source| source.gradients().values().words().is_some());
         let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
-        let rays = RaySettings {
+        RaySettings {
             scene: built,
             shading: shading.map(|shading| Shading { is_packed, ..shading }),
             budget: budget(renderer, scene, quality),
             method: scene.method,
             is_coarse: quality.lights == Lights::Coarse,
-        };
-        let packets = packets.as_ref().map(|(level, packets)| (*level, packets));
-        SceneTracer { rays, packets, integrates: renderer.integrates }.boxed()
+        }
     }
 }
 
@@ -72,8 +82,8 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let ground = ground.as_ref();
     let mut built = Lazy::of(|| SceneBuilder::new(context, &terrain, &summary).build(ground));
     complete(context, ranks, &mut built, summary.is_lit())?;
-    let mut on_device = OnDevice::new(context, field, &built, summary.quality);
-    if !scene.has_single_volume() {
+    let mut on_device = OnDevice::new(context, field, &built, summary.quality, ground.is_some());
+    if context.has_scenery() {
         on_device = on_device.with_scenery(|| {
             let clips =
                 scene.scenery.clips.iter().map(|clip| ClipRegion::new(clip, |height| context.radius_of(height)));

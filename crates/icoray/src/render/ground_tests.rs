@@ -1,6 +1,6 @@
 //! Whole pictures with a ground.
 
-use crate::device::{Band, Device, DeviceCost, FallbackReason, Job};
+use crate::device::{Band, Device, DeviceCost, FallbackReason, Fragments, Job, OwnedColumns};
 use crate::plan::Savings;
 use crate::plan::budget::allowed;
 use crate::ranks::tests::{on_ranks, picture};
@@ -152,28 +152,37 @@ fn the_brightest_that_lies_behind_is_known() {
     assert_eq!(brightest(&scene), 5.0);
 }
 
-/// A device that is not to be asked.
+/// A device that traces nothing.
 #[derive(Debug)]
-struct Unasked;
+struct Idle;
 
-impl Device for Unasked {
+impl Device for Idle {
     fn name(&self) -> String {
         "a device".into()
     }
 
     fn trace(&self, _: &Job, _: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason> {
-        Err(FallbackReason::new("it was asked"))
+        Err(FallbackReason::new("pixels"))
+    }
+
+    fn fragments(
+        &self,
+        _: &Job,
+        own: &OwnedColumns,
+        _: &(dyn Fn(Fragments) + Sync),
+    ) -> Result<DeviceCost, FallbackReason> {
+        Err(FallbackReason::new(format!("fragments over {} triangles", own.triangles.len())))
     }
 }
 
 #[test]
-fn a_device_leaves_grounds_to_the_cpu() {
+fn devices_trace_fragments_over_grounds() {
     let mut scene = earth(33);
     scene.backend = Backend::Gpu;
-    let renderer = || plainly().with_device(Arc::new(Unasked));
+    let renderer = || plainly().with_device(Arc::new(Idle));
     let frame = draw(&scene, renderer, 1);
     let reason = frame.report.device.left_to_cpu.unwrap();
-    assert!(reason.contains("land, sea or lines"), "{reason}");
+    assert_eq!(reason, "fragments over 5120 triangles");
     scene.scenery = icoray_scene::Scenery::default();
-    assert_eq!(draw(&scene, renderer, 1).report.device.left_to_cpu.unwrap(), "it was asked");
+    assert_eq!(draw(&scene, renderer, 1).report.device.left_to_cpu.unwrap(), "pixels");
 }

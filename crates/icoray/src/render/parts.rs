@@ -5,6 +5,7 @@ use super::context::FrameContext;
 use super::device::OnDevice;
 use super::work::{Work, background_blend, primary_rays, ray};
 use crate::compose::{Composer, ReceivedTile, TileFragments};
+use crate::device::OwnedColumns;
 use crate::plan::budget::allowed;
 use crate::ranks::{Part, Ranks, TileAssignment, TileCosts, decode_next, encode};
 use crate::raster::{Pixel, Raster, Tile, Tiling, sample_points};
@@ -106,7 +107,9 @@ impl Work<'_> {
         // The device does not report seconds per tile.
         let of_device = |tile: u32, fragments: &TileFragments, counts: Counts| keep(tile, fragments, counts, 0.0);
         let left = match tiling.raster() {
-            Some(raster) => on_device.fragments(quality, raster, tiles, &own, &of_device),
+            Some(raster) => {
+                on_device.fragments(quality, raster, tiles, (&own, &*self.rays.painter(quality)), &of_device)
+            }
             None => tiles.to_vec(),
         };
         if !left.is_empty() {
@@ -135,6 +138,45 @@ impl Work<'_> {
         all
     }
 
+    /// Traces tiles of a whole grid on the device as fragments, with lines and grounds in them, and composites their rays.
+    /// Returns the tiles that are left to the CPU.
+    pub(super) fn trace_painted(
+        &self,
+        quality: &Quality,
+        raster: Raster,
+        tiles: &[u32],
+        on_device: &mut OnDevice,
+        give: &(dyn Fn(Tile) + Sync),
+    ) -> Vec<u32> {
+        let grid = self.context.grid;
+        let triangles: Vec<bool> = (0..grid.triangles() as u32).map(|triangle| grid.is_triangle(triangle)).collect();
+        let lowest_facet = self.context.renderer.run(|| grid.lowest_facet());
+        let own = OwnedColumns { triangles: &triangles, lowest_facet, middle: [0.0; 3], reach: f64::INFINITY };
+        let composer = self.composer(quality);
+        let compose = |number: u32, fragments: &TileFragments, counts: Counts| {
+            let mut bytes = Vec::new();
+            fragments.put(&mut bytes);
+            let received = ReceivedTile::take(&mut &bytes[..], raster.pixels_of(number));
+            let received = received.expect("the tile was just encoded");
+            let mut tile = self.tile(&composer, &raster, number, &mut [received]);
+            // Its fragments were not sent to another rank.
+            tile.counts.fragments = 0;
+            tile.counts += counts;
+            give(tile);
+        };
+        on_device.fragments(quality, raster, tiles, (&own, &*self.rays.painter(quality)), &compose)
+    }
+
+    fn composer(&self, quality: &Quality) -> Composer<'_> {
+        let FrameContext { scene, plan, .. } = *self.context;
+        Composer {
+            radius: self.radius,
+            core: Core::new(scene.core, self.ground),
+            shading: plan.shading.filter(|_| quality.lights != Lights::Off),
+            budget: allowed(scene, quality),
+        }
+    }
+
     /// Composites the rays of this rank's tiles and passes each tile on when it is done.
     pub(super) fn compose_tiles(
         &self,
@@ -143,13 +185,7 @@ impl Work<'_> {
         fragments: &Fragments,
         give: &(dyn Fn(Tile) + Sync),
     ) {
-        let FrameContext { scene, plan, .. } = *self.context;
-        let composer = Composer {
-            radius: self.radius,
-            core: Core::new(scene.core, self.ground),
-            shading: plan.shading.filter(|_| quality.lights != Lights::Off),
-            budget: allowed(scene, quality),
-        };
+        let composer = self.composer(quality);
         fragments.tiles.par_iter().with_max_len(1).enumerate().for_each(|(i, (number, received))| {
             let mut tile = self.tile(&composer, tiling, *number, &mut received.clone());
             if i == 0 {

@@ -9,7 +9,6 @@ use crate::plan::Savings;
 use crate::ranges::Ranges;
 use fearless_simd::Level;
 use icoray_grid::threads::Threads;
-use icoray_kernel::ground::Ground;
 use icoray_kernel::packets;
 use icoray_scene::{Backend, Precision, Scene};
 use std::sync::Arc;
@@ -177,9 +176,6 @@ impl Renderer {
         }
         if let Some(reason) = unsupported(scene) {
             return Err(Some(FallbackReason::new(reason)));
-        }
-        if Ground::new(scene).is_some() {
-            return Err(Some(FallbackReason::new("the scene has land, sea or lines on its core")));
         }
         let adapter = scene.device.clone();
         let wanted = DeviceRequest { adapter, or_processor: scene.backend == Backend::Gpu, node_rank };

@@ -11,6 +11,7 @@ use crate::time_budget::Deadline;
 use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_kernel::Counts;
+use icoray_kernel::general::PaintedPlace;
 use icoray_kernel::ground::Ground;
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::signature::BoundarySignature;
@@ -33,7 +34,12 @@ pub(super) trait Rays: Sync {
     fn get_ready(&self);
     /// A tracer at a quality.
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_>;
+    /// The light of lines and grounds that rays of a device meet, at a quality.
+    fn painter(&self, quality: &Quality) -> Box<Painter<'_>>;
 }
+
+/// The light at a place that the ray from an eye along a direction meets.
+pub(super) type Painter<'p> = dyn Fn(DVec3, DVec3, &PaintedPlace) -> Radiance<f64> + Sync + 'p;
 
 /// A picture's work: its rays, on the thread pool and on a device.
 pub(super) struct Work<'f> {
@@ -56,7 +62,8 @@ impl Work<'_> {
     /// The requested quality, or the best one that keeps the deadline on the device that draws.
     pub(super) fn pick(&self, asked: Quality, deadline: Option<Deadline>, on_device: &mut OnDevice) -> Quality {
         let Some(deadline) = deadline else { return asked };
-        on_device.get_ready(&asked, self.raster());
+        // Without tiles the device only uploads its inputs: the time of a probe is that of its rays.
+        self.trace(&asked, &self.raster(), &[], on_device, &|_| ());
         if !on_device.is_there() {
             // Excludes this from the measured time of a probe.
             self.rays.get_ready();
@@ -79,6 +86,7 @@ impl Work<'_> {
         let FrameContext { renderer, scene, .. } = *self.context;
         let raster = tiling.raster();
         let left = match raster {
+            Some(raster) if on_device.is_painted() => self.trace_painted(quality, raster, tiles, on_device, give),
             Some(raster) => on_device.trace(quality, raster, tiles, give),
             None => tiles.to_vec(),
         };

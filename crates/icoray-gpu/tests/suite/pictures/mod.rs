@@ -5,7 +5,9 @@ use icoray_gpu::Gpu;
 
 mod common;
 mod data;
+mod lines;
 mod lit;
+mod native;
 mod parts;
 mod scenes;
 mod volumes;

@@ -1,10 +1,12 @@
 //! Spheres distributed over ranks, some of which trace on the GPU: the composed picture is that of the whole sphere.
 
 use super::common::*;
+use super::scenes::{ISOSURFACES, SURFACES, second};
+use super::{native, volumes};
 use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Shape};
+use icoray::{Counts, Field, Fields, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Shape};
 use icoray_gpu::{Gpu, MemoryLimits};
 use std::sync::Arc;
 
@@ -18,7 +20,8 @@ fn layers(count: usize) -> Layers {
     Layers::from_heights(&heights, EARTH_M).unwrap()
 }
 
-/// Draws a scene of a mesh distributed over ranks. The ranks of `has_gpu` trace on the GPU.
+/// Draws a scene of a mesh distributed over ranks, with the values of [`fields`], one after the other. The ranks of `has_gpu` trace on
+/// the GPU.
 fn draw(
     gpu: &Arc<Gpu>,
     spread: &Spread,
@@ -28,42 +31,56 @@ fn draw(
     has_gpu: impl Fn(usize) -> bool + Sync,
 ) -> (Frame, Vec<FrameReport>) {
     let layers = layers(count);
-    assert_eq!(values.len(), mesh.cells() * count);
     picture(spread.each(|ranks, culled, part| {
         let (part, grid) = (part.unwrap(), culled.grid());
         let cells = culled.cells.len();
         // Ranks also differ in the layout of their arrays.
-        let (shape, here): (Shape, Vec<f32>) = if ranks.rank() % 2 == 0 {
-            (Shape::level_fastest(cells, count), columns_of(values, &culled.cells, count))
-        } else {
+        let here = values.chunks_exact(mesh.cells() * count).map(|values| {
+            if ranks.rank() % 2 == 0 {
+                return (Shape::level_fastest(cells, count), columns_of(values, &culled.cells, count));
+            }
             let layer = |layer| culled.cells.iter().map(move |cell| values[cell * count + layer]);
-            (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect())
-        };
-        let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
+            (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect::<Vec<_>>())
+        });
+        let here: Vec<_> = here.collect();
         let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
-        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, &field).unwrap()
+        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, fields(&here)).unwrap()
     }))
+}
+
+/// Up to two fields and the heights of layers.
+fn fields(all: &[(Shape, Vec<f32>)]) -> Fields<'_> {
+    let mut all =
+        all.iter().map(|(shape, values)| Field::new(values.as_slice().into(), *shape, Location::Center, None).unwrap());
+    let fields = Fields::new(["f", "g"].into_iter().zip(all.by_ref()));
+    all.next().into_iter().fold(fields, Fields::with_heights)
 }
 
 /// The CPU's picture of the whole mesh, culled to the cells that stay.
 fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
     let layers = layers(count);
     let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-    let here = columns_of(values, &culled.cells, count);
-    cpu(1).render(scene, &culled.grid(), &layers, &at_centers(&here, count)).unwrap()
+    let shape = Shape::level_fastest(culled.cells.len(), count);
+    let here = values.chunks_exact(mesh.cells() * count);
+    let here: Vec<_> = here.map(|values| (shape, columns_of(values, &culled.cells, count))).collect();
+    cpu(1).render(scene, &culled.grid(), &layers, fields(&here)).unwrap()
 }
 
 /// Compares the picture of the ranks with that of the whole, and checks which ranks report a device.
 fn check(name: &str, (frame, reports): &(Frame, Vec<FrameReport>), expected: &Frame, has_gpu: impl Fn(usize) -> bool) {
     let (rmse, max) = apart(frame, expected);
     println!("{name}: rmse {rmse:.1e}, max {max:.1e}, {:?}", frame.report.counts);
+    check_devices(name, reports, has_gpu);
+    assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
+    assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
+    assert_eq!(count_beyond(frame, expected, 0.0), 0, "{name}: pixels beyond their errors");
+}
+
+fn check_devices(name: &str, reports: &[FrameReport], has_gpu: impl Fn(usize) -> bool) {
     for (rank, report) in reports.iter().enumerate() {
         assert_eq!(report.device.left_to_cpu, None, "{name}, rank {rank}");
         assert_eq!(report.device.name.is_some(), has_gpu(rank), "{name}, rank {rank}");
     }
-    assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
-    assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
-    assert_eq!(count_beyond(frame, expected, 0.0), 0, "{name}: pixels beyond their errors");
 }
 
 #[test]
@@ -92,6 +109,51 @@ fn parts_make_the_picture_of_the_whole() {
             let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
             check(&format!("{name}, {partition} on {ranks} ranks"), &drawn, &expected, has_gpu);
         }
+    }
+}
+
+/// Several volumes, surfaces, isosurfaces, cuts, lines and native heights, over ranks and beside holes.
+#[test]
+fn parts_of_scenes_make_the_picture_of_the_whole() {
+    let Some(gpu) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    let mesh = &sphere.tables;
+    let heights = native::heights(&sphere).into_iter().map(|height| height as f32).collect();
+    let values = [sphere.values.clone(), second(&sphere), heights].concat();
+    let values = (values.as_slice(), THICK_M.len());
+    let (_, lakes) = holes(mesh).into_iter().find(|(hole, _)| *hole == "continents with a lake").unwrap();
+    let all = vec![true; mesh.cells()];
+    for (i, (what, text, stays, camera)) in [
+        ("lines, lit", format!("{}{SUN}", native::LINES), &lakes, FAR),
+        ("native heights, lit", format!("{}\n{HEAD}", ISOSURFACES[3].1), &all, FAR),
+        ("two volumes", volumes::contents("two"), &all, FAR),
+        ("opacity of another field, lit", volumes::contents("opacity of another field") + HEAD, &all, INSIDE),
+        ("surfaces, cut", format!("{}\n{SUN}", SURFACES[5].1), &lakes, FAR),
+        ("isosurfaces, cut", ISOSURFACES[5].1.to_owned(), &lakes, INSIDE),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let rest = if what.starts_with("native") { native::NATIVE } else { CORES[i % 2] };
+        let scene = match text.contains("[[volumes]]") {
+            true => volumes::scene_of(camera, &[&text], rest, ""),
+            false => scene(camera, &format!("{SMOOTH}\n{text}"), rest),
+        };
+        let expected = whole(mesh, stays, &scene, values);
+        let ranks = 2 + i % 3;
+        let (partition, owner) = partitions(mesh, ranks).swap_remove(i % 3);
+        let spread = Spread::new(mesh, ranks, &without_holes(owner, stays));
+        let has_gpu = |rank: usize| i != 1 || rank > 0;
+        let drawn = draw(&gpu, &spread, mesh, &scene, values, has_gpu);
+        let name = format!("{what}, {partition} on {ranks} ranks");
+        let (rmse, max) = apart(&drawn.0, &expected);
+        println!("{name}: rmse {rmse:.1e}, max {max:.1e}, beyond {}", count_beyond(&drawn.0, &expected, 0.0));
+        // As of whole grids: pieces may be halved on one of the two only.
+        assert!(rmse <= 3e-4, "{name}: rmse {rmse:e}, max {max:e}");
+        check_devices(&name, &drawn.1, has_gpu);
+        assert_eq!(count_beyond(&drawn.0, &expected, 0.0), 0, "{name}: pixels beyond their errors");
+        let is_seen = |pixel: &&[f32; 4]| pixel[0] != pixel[2];
+        assert!(drawn.0.pixels.iter().filter(is_seen).count() > 1000, "{what}: little is seen");
     }
 }
 

@@ -67,8 +67,8 @@ pub fn compare<'f>(
     assert!(ours.error.mean <= times * most + 1e-5, "{name}: {}, expected at most {most}", ours.error.mean);
     assert_eq!(ours.counts.rays, theirs.counts.rays, "{name}");
     let Counts { columns, frusta, void_frusta, .. } = theirs.counts;
-    if scene.lighting.is_some() {
-        // Rays end elsewhere.
+    if scene.lighting.is_some() || !scene.scenery.lines.is_empty() {
+        // Rays end elsewhere: those of devices not at lines.
         return drawn;
     }
     // Of several volumes a frustum counts as void in which each of them misses a value, in double precision one in which
@@ -160,7 +160,7 @@ fn edges_of_cut_volumes() {
 }
 
 /// Surfaces of all kinds, one by one and together.
-const SURFACES: [(&str, &str); 6] = [
+pub const SURFACES: [(&str, &str); 6] = [
     ("plain", "[[surfaces]]\nlayer = 2\ncolor = \"orange\"\nopacity = 0.5"),
     ("top", "[[surfaces]]\nlayer = \"top\"\ncolor = \"#80ff40\"\nopacity = 0.25"),
     ("interpolated", "[[surfaces]]\nlayer = 3\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [-0.7, 0.9] }"),
@@ -276,7 +276,7 @@ fn surfaces_without_a_volume() {
 }
 
 /// Isosurfaces of the volume's field and of another one.
-const ISOSURFACES: [(&str, &str); 6] = [
+pub const ISOSURFACES: [(&str, &str); 6] = [
     ("own field", "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.2\ncolor = \"orange\"\nopacity = 0.5"),
     ("opaque", "[[isosurfaces]]\nfield = \"f\"\nvalue = -0.15\ncolor = \"#80ff40\""),
     ("other field", "[[isosurfaces]]\nfield = \"g\"\nvalue = 0.1\ncolor = \"red\"\nopacity = 0.6"),

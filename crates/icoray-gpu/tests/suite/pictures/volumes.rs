@@ -44,7 +44,12 @@ const SCENES: [(&str, &[&str]); 10] = [
     ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE, HIGH]),
 ];
 
-fn scene_of(camera: &str, contents: &[&str], rest: &str, light: &str) -> Scene {
+/// The volumes and surfaces of the scene of this name.
+pub fn contents(name: &str) -> String {
+    SCENES.iter().find(|(known, _)| *known == name).unwrap().1.concat()
+}
+
+pub fn scene_of(camera: &str, contents: &[&str], rest: &str, light: &str) -> Scene {
     let text = format!(
         "antialias = false\n{rest}\n[image]\nwidth = 64\nheight = 56\n[camera]\n{camera}\n{}{light}\n",
         contents.concat()

@@ -74,11 +74,10 @@ impl BuiltScene<'_> {
     }
 }
 
-/// The gradients of the first volume's field.
+/// The gradients of the first field.
 impl GradientSource for Lazy<'_, BuiltScene<'_>> {
     fn gradients(&self) -> &Gradients {
-        let KernelScene { sources, media, .. } = &self.get().scene;
-        sources[media.first().map_or(0, |medium| medium.extinction.source)].gradients().values()
+        self.get().scene.sources[0].gradients().values()
     }
 }
 

@@ -4,7 +4,7 @@ use super::{Manner, Painter, World, count_painted, painted, renderer_with, scene
 use crate::common::{on_ranks, picture};
 use icoray::device::{
     Band, BoundarySignature, Device, DeviceCost, FallbackReason, Fragment, Fragments, Job, OwnedColumns, RayFragments,
-    Rect, Traced,
+    Rect, Traced, TracedFragment,
 };
 use icoray::{Frame, FrameReport};
 use std::sync::Arc;
@@ -36,14 +36,15 @@ impl Device for PartPainter {
             let passed = rays.iter().map(|ray| RayFragments { counts: ray.counts, fragments: 1 });
             let fragment = |ray: &Traced| {
                 let Traced { color, alpha: absorbed, error, variance, .. } = *ray;
-                Fragment {
+                let fragment = Fragment {
                     t: [-1e3, f64::INFINITY],
                     color,
                     alpha: absorbed,
                     error,
                     variance,
                     surfaces: BoundarySignature::default(),
-                }
+                };
+                TracedFragment { fragment, painted: None }
             };
             (passed.collect::<Vec<_>>(), rays.iter().map(fragment).collect::<Vec<_>>())
         };

@@ -1,0 +1,58 @@
+//! Layers at other heights over each cell.
+
+use super::common::*;
+use super::scenes::{HEAD, ISOSURFACES, SHINY, SURFACES, compare, compare_edges, second};
+use super::volumes;
+use icoray::Fields;
+
+/// Heights of layers that follow mountains, some of which have no thickness; some columns have no heights.
+pub fn heights(sphere: &Sphere) -> Vec<f64> {
+    let grid = sphere.grid();
+    let column = |cell: u32| {
+        let p = grid.direction(cell);
+        let ground = 2e3 + 2e3 * (5.0 * p.x).sin() * (4.0 * p.y + 1.0).cos() + 500.0 * (20.0 * p.z).sin();
+        let is_missing = cell % 113 == 5;
+        (0..THICK_M.len()).map(move |layer| {
+            let flat = cell.is_multiple_of(7) && layer == 2;
+            let up = THICK_M[if flat { 1 } else { layer }] / THICK_M[THICK_M.len() - 1];
+            if is_missing { f64::NAN } else { ground + up * (20e3 - ground) }
+        })
+    };
+    (0..grid.cells() as u32).flat_map(column).collect()
+}
+
+pub const NATIVE: &str = "heights = \"native\"\nexaggeration = 60";
+const HIGH: &str = "[[surfaces]]\nheight_m = 9000\nfield = \"g\"\nopacity = 0.4\n\
+    transfer = { map = \"magma\", range = [-0.9, 0.9] }\n";
+pub const LINES: &str =
+    "[ground]\nland = \"#708050\"\nocean = \"#203060\"\n[[lines]]\non = 2\nopacity = 0.7\nspacing = 15\n";
+const CELLS: &str = "[[lines]]\npattern = \"cells\"\ncolor = \"red\"\n";
+
+#[test]
+fn layers_at_native_heights() {
+    let Some(_) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    let (grid, second, heights) = (sphere.grid(), second(&sphere), heights(&sphere));
+    let count = THICK_M.len();
+    let fields = || {
+        let fields = Fields::new([("f", sphere.field()), ("g", at_centers(&second, count))]);
+        fields.with_heights(level_fastest(&heights, count, icoray::Location::Center))
+    };
+    let both = (&grid, &sphere.layers);
+    let hollow = format!("{NATIVE}\ncore = \"transparent\"");
+    for (what, where_, text, rest) in [
+        ("smooth, hollow", FAR, SMOOTH.to_owned(), &*hollow),
+        ("surfaces, cut", POLE, format!("{STEPS}\n{}", SURFACES[5].1), NATIVE),
+        ("cells and spheres, lit", FAR, format!("{RAMP}\n{}\n{HIGH}\n{HEAD}", SURFACES[3].1), NATIVE),
+        ("isosurfaces, cut, lit", INSIDE, format!("{RAMP}\n{}\n{HEAD}", ISOSURFACES[5].1), &hollow),
+        ("lines, lit", FAR, format!("{SMOOTH}\n{LINES}{CELLS}{SHINY}"), NATIVE),
+    ] {
+        let scene = scene(where_, &text, rest);
+        compare(what, &scene, both, fields, 1);
+        if what == "surfaces, cut" {
+            compare_edges(what, &scene, both, fields);
+        }
+    }
+    let scene = volumes::scene_of(FAR, &[&volumes::contents("two")], NATIVE, "");
+    compare("two volumes", &scene, both, fields, 1);
+}
