@@ -80,7 +80,8 @@ impl<'o, 'a> Tracer<'o, 'a> {
     /// The colour of a surface on a layer or at a height; a headlight lights its visible side.
     fn lit(&self, color: DVec3, normal: DVec3) -> DVec3 {
         let light = self.oracle.scene.lighting;
-        let is_turned = light.is_some_and(|light| light.source == LightSource::Headlight) && normal.dot(self.ray.dir) > 0.0;
+        let is_turned =
+            light.is_some_and(|light| light.source == LightSource::Headlight) && normal.dot(self.ray.dir) > 0.0;
         shading::ground(self.oracle.scene, color, if is_turned { -normal } else { normal }, self.ray.dir)
     }
 
