@@ -269,7 +269,7 @@ impl Drawing {
             all = all.with(fields);
             views.push(view.clone());
             let (stamp, notes) = (stamp.clone(), notes(view, self.note.as_ref()).collect());
-            jobs.push(Job { scene, grid, held: decomposition, layers, stamp, description, descriptions, notes });
+            jobs.push(Job { scene, grid, decomposition, layers, stamp, description, descriptions, notes });
         }
         let (count, mut refused) = (jobs.len(), Vec::new());
         let accepted = background.submit_all(ranks, jobs, all, &mut refused);

@@ -3,7 +3,7 @@
 use crate::boundary::{Failure, Outcome};
 use crate::message::listed;
 use crate::types::icoray_status;
-use icoray_core::{ColumnCount, Decomposition, Description, Fields, Grid, Layers, Scene};
+use icoray_core::{ColumnCount, Decomposition, Description, DistributedGrid, Fields, Grid, Layers, Scene};
 use std::sync::Arc;
 
 /// The inputs of one frame.
@@ -25,6 +25,11 @@ pub(crate) struct FrameInputs<'a> {
 }
 
 impl FrameInputs<'_> {
+    /// The grid with its distribution over ranks and its layers.
+    pub fn distributed_grid(&self) -> DistributedGrid<'_> {
+        DistributedGrid { grid: &self.grid, decomposition: self.decomposition.as_deref(), layers: &self.layers }
+    }
+
     /// Checks that the fields have as many columns as the whole grid, where several ranks render and no parts were set.
     pub fn check_whole(&self) -> Outcome<()> {
         if self.decomposition.is_some() {

@@ -6,7 +6,9 @@
 use crate::results::{Table, number, progress, say};
 use crate::scenes::multi_scale;
 use icoray::ranks::local_nodes;
-use icoray::{Decomposition, Error, ErrorKind, FrameReport, Grid, Ranks, Rendered, Renderer, Result, Scene};
+use icoray::{
+    Decomposition, DistributedGrid, Error, ErrorKind, FrameReport, Grid, Ranks, Rendered, Renderer, Result, Scene,
+};
 use icoray_reference::sphere::{self, Sphere};
 use partition::MeshPart;
 pub use partition::Sharing;
@@ -185,13 +187,12 @@ impl<'w> Simulation<'w> {
         let decomposition = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
         let mut results = Vec::new();
         for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {
-            let layers = &self.sphere.layers;
-            results.push(on_frame(
-                match renderer.render_held(&mut ranks, scene, grid, decomposition.as_ref(), layers, &field)? {
-                    Rendered::Here(frame) => frame.report,
-                    Rendered::AtRoot(report) => report,
-                },
-            ));
+            let (layers, decomposition) = (&self.sphere.layers, decomposition.as_ref());
+            let data = DistributedGrid { grid, decomposition, layers };
+            results.push(on_frame(match renderer.render_decomposed(&mut ranks, scene, data, &field)? {
+                Rendered::Here(frame) => frame.report,
+                Rendered::AtRoot(report) => report,
+            }));
         }
         Ok(results)
     }

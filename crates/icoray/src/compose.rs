@@ -173,11 +173,11 @@ impl<'b> ReceivedTile<'b> {
         let counts = next(2 * rays)?.as_chunks().0;
         let length = usize::try_from(count).ok().and_then(|count| count.checked_mul(BYTES)).ok_or_else(cut)?;
         let fragments = next(length)?.as_chunks().0;
-        let told: usize = counts.iter().map(|count| usize::from(u16::from_le_bytes(*count))).sum();
-        if told != fragments.len() {
+        let expected: usize = counts.iter().map(|count| usize::from(u16::from_le_bytes(*count))).sum();
+        if expected != fragments.len() {
             return Err(cut());
         }
-        let surfaces = if has_surfaces { next(SURFACES * told)?.as_chunks().0 } else { &[] };
+        let surfaces = if has_surfaces { next(SURFACES * expected)?.as_chunks().0 } else { &[] };
         Ok(ReceivedTile { counts, fragments, surfaces })
     }
 
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_early_end_leaves_out_is_told_once() {
+    fn what_an_early_end_leaves_out_is_reported_once() {
         // Half of what comes is hidden by a fragment in front; the ray ended in the one behind with 2e-4 left.
         let front = Fragment { error: 0.0, ..fragment([-1.4, -1.3], [0.5, 0.0, 0.0], 0.5) };
         let last = Fragment { error: 2e-4, ..fragment([-1.3, f64::INFINITY], [0.0, 0.9998, 0.0], 1.0 - 2e-4) };

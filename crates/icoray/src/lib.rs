@@ -106,7 +106,7 @@ pub use icoray_scene::{
 };
 pub use icoray_scene::{color_map_stops, color_maps, did_you_mean, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};
-pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, PartCorners, Ranks, Team};
+pub use ranks::{Columns, Decomposition, DistributedGrid, Owned, Part, PartCells, PartCorners, Ranks, Team};
 pub use render::{Contribution, Histogram, Probe, ProbePoint, Rendered, Renderer, ScenePart};
 pub use snapshot::Snapshot;
 

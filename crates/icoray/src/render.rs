@@ -218,10 +218,10 @@ impl Renderer {
         ranks.agree_all(plan, |(plan, sharing)| {
             let place = if plan.from_corners { "corners" } else { "centres" };
             let (count, exaggeration) = (plan.radius.len(), scene.exaggeration);
-            let told = format!("{}, {count} of the field, exaggeration {exaggeration}", layers.describe());
+            let described = format!("{}, {count} of the field, exaggeration {exaggeration}", layers.describe());
             let mut facts = vec![
                 ("draws", sharing.to_string()),
-                ("has layers", told),
+                ("has layers", described),
                 ("has a field at", place.into()),
                 ("has a scene with backend", format!("{:?}", scene.backend)),
             ];

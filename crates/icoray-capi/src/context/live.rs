@@ -252,9 +252,8 @@ impl Context {
         });
         let agreed = self.agree(mine, "icoray_execute");
         let found = agreed.and_then(|given| {
-            let (renderer, decomposition) = (self.drawing.renderer(), given.decomposition.as_deref());
-            let data = (&*given.grid, decomposition, &*given.layers);
-            Ok(renderer.probe_held(&mut self.ranks, &given.scene, data, given.fields, at)?)
+            let (renderer, data) = (self.drawing.renderer(), given.distributed_grid());
+            Ok(renderer.probe_decomposed(&mut self.ranks, &given.scene, data, given.fields.clone(), at)?)
         });
         if let Some(page) = &mut self.viewers.page {
             page.answer_probe(found, stamp, &self.inputs);

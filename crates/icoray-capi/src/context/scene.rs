@@ -134,8 +134,8 @@ impl Context {
         let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
         let is_length = given.description.is_length() && !given.description.is_precipitation(None);
         let options = Options { is_length, ..options };
-        let data = (&*given.grid, given.decomposition.as_deref(), &*given.layers);
-        let found = self.drawing.renderer().suggest_held(&mut self.ranks, data, field, &options);
+        let (renderer, data) = (self.drawing.renderer(), given.distributed_grid());
+        let found = renderer.suggest_decomposed(&mut self.ranks, data, field, &options);
         found.map_err(|error| Failure::from(error).of_picture(view, stamp.step))
     }
 

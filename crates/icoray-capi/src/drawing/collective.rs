@@ -78,9 +78,10 @@ impl Drawing {
         stamp: &Stamp,
         frame_inputs: FrameInputs,
     ) -> Outcome<()> {
-        let FrameInputs { view, scene, grid, decomposition, layers, fields, description, descriptions, .. } =
-            frame_inputs;
-        match self.renderer.render_held(ranks, &scene, &grid, decomposition.as_deref(), &layers, fields)? {
+        let (data, fields) = (frame_inputs.distributed_grid(), frame_inputs.fields.clone());
+        let rendered = self.renderer.render_decomposed(ranks, &frame_inputs.scene, data, fields)?;
+        let FrameInputs { view, scene, description, descriptions, .. } = frame_inputs;
+        match rendered {
             Rendered::Here(mut frame) => {
                 frame.description = description;
                 frame.descriptions = descriptions;

@@ -209,13 +209,13 @@ impl<V: Machine> Blend<V> {
         let cut_for = if is_coarse { zero } else { shade_off };
         // In dense pieces the centre of the light is less certain.
         let unsure = depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
-        let (told, off) = (unsure.mul_add(shade_off, off), unsure.mul_add(cut_for, off));
+        let (reported, off) = (unsure.mul_add(shade_off, off), unsure.mul_add(cut_for, off));
         let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
         let shaded = absorbed * deviation;
         let light = Light {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,
-            error: absorbed * told,
+            error: absorbed * reported,
             variance: off_by.mul_add(off_by, shaded * shaded),
         };
         // A NaN depth absorbs nothing, and shorter pieces do not reduce rounding errors.

@@ -30,12 +30,12 @@ impl Copies {
         let mut own = Fields::default();
         let mut spread: Vec<(&Arc<Decomposition>, &Columns, GatherInputs, Fields)> = Vec::new();
         for (job, needed) in jobs {
-            let Some((held, columns)) = columns(job) else {
+            let Some((decomposition, columns)) = columns(job) else {
                 own = own.with(needed.clone());
                 continue;
             };
             let of_derived = job.scene.derivation_inputs();
-            match spread.iter_mut().find(|(known, ..)| Arc::ptr_eq(known, held)) {
+            match spread.iter_mut().find(|(known, ..)| Arc::ptr_eq(known, decomposition)) {
                 Some((_, _, inputs, fields)) => {
                     inputs.derivation_inputs.extend(of_derived);
                     // The heights are those of the first picture that needs heights.
@@ -45,7 +45,7 @@ impl Copies {
                 None => {
                     let (grid, layers, threads) = (&*job.grid, &*job.layers, &renderer.threads);
                     let inputs = GatherInputs { threads, grid, layers, derivation_inputs: of_derived.collect() };
-                    spread.push((held, columns, inputs, needed.clone()));
+                    spread.push((decomposition, columns, inputs, needed.clone()));
                 }
             }
         }
@@ -54,17 +54,17 @@ impl Copies {
             Ok(())
         });
         ranks.collective(copied)?;
-        for (held, columns, inputs, fields) in spread {
+        for (decomposition, columns, inputs, fields) in spread {
             let gathered = columns.gather(ranks, &inputs, || Ok(fields))?;
-            self.gathered.push((held.clone(), gathered));
+            self.gathered.push((decomposition.clone(), gathered));
         }
         Ok(())
     }
 
     /// The gathered fields of a job; `None` if it is rendered from this rank's own copies.
     pub fn gathered(&self, job: &Job) -> Option<&NodeFields> {
-        let (held, _) = columns(job)?;
-        self.gathered.iter().find(|(known, _)| Arc::ptr_eq(known, held)).map(|(_, gathered)| gathered)
+        let (decomposition, _) = columns(job)?;
+        self.gathered.iter().find(|(known, _)| Arc::ptr_eq(known, decomposition)).map(|(_, gathered)| gathered)
     }
 
     /// This rank's own copies.
@@ -90,9 +90,9 @@ impl fmt::Debug for Copies {
 
 /// The columns of a job's grid that this rank has; `None` if it has the whole grid.
 fn columns(job: &Job) -> Option<(&Arc<Decomposition>, &Columns)> {
-    match job.held.as_ref() {
-        Some(held) => match &**held {
-            Decomposition::Columns(columns) => Some((held, columns)),
+    match job.decomposition.as_ref() {
+        Some(decomposition) => match &**decomposition {
+            Decomposition::Columns(columns) => Some((decomposition, columns)),
             Decomposition::Whole => None,
         },
         None => None,

@@ -16,7 +16,7 @@ pub struct Job {
     /// The grid.
     pub grid: Arc<Grid<'static>>,
     /// The rank's part of the grid or columns of the fields; `None` if it has the whole grid and whole fields.
-    pub held: Option<Arc<Decomposition>>,
+    pub decomposition: Option<Arc<Decomposition>>,
     /// The layers.
     pub layers: Arc<Layers>,
     /// The model's step and time.

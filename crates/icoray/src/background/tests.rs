@@ -61,7 +61,7 @@ impl Stage {
         Job {
             scene: Arc::clone(&self.scene),
             grid: Arc::clone(&self.grid),
-            held: None,
+            decomposition: None,
             layers: Arc::clone(&self.layers),
             stamp: Stamp { step, ..Stamp::default() },
             description: Description::default(),

@@ -46,7 +46,7 @@ impl Normal {
 
 /// Collects the fields that a scene needs.
 pub(super) struct FieldTable<'w, 'f> {
-    pub world: &'w KernelScene<'f>,
+    pub scene: &'w KernelScene<'f>,
     own: Normal,
     /// Whether a volume shows it in this range.
     is_shown: bool,
@@ -55,11 +55,11 @@ pub(super) struct FieldTable<'w, 'f> {
 
 impl<'w, 'f> FieldTable<'w, 'f> {
     /// A table of the job's field only, which is the first one, normalised to this range.
-    pub fn new(world: &'w KernelScene<'f>, [low, high]: [f64; 2]) -> Self {
+    pub fn new(scene: &'w KernelScene<'f>, [low, high]: [f64; 2]) -> Self {
         let own = Normal { source: 0, low, width: high - low };
         let is_shown =
-            world.media.iter().any(|medium| [&medium.color, &medium.extinction].map(Normal::of_map).contains(&own));
-        FieldTable { world, own, is_shown, others: Vec::new() }
+            scene.media.iter().any(|medium| [&medium.color, &medium.extinction].map(Normal::of_map).contains(&own));
+        FieldTable { scene, own, is_shown, others: Vec::new() }
     }
 
     /// The field of a transfer function, normalised to the range of its knots.
@@ -100,16 +100,16 @@ impl<'w, 'f> FieldTable<'w, 'f> {
     /// # Errors
     /// A [`FallbackReason`] where there are too many.
     pub fn fields(&self, size: (usize, usize), is_lit: bool) -> Result<Vec<SceneField>, FallbackReason> {
-        let (world, count) = (self.world, self.others.len());
+        let (scene, count) = (self.scene, self.others.len());
         if count > MAX_FIELDS {
             let reason = format!("the scene needs {count} fields beside the first, expected at most {MAX_FIELDS}");
             return Err(FallbackReason::new(reason));
         }
         let field = |normal: &Normal| {
-            let source = &world.sources[normal.source];
+            let source = &scene.sources[normal.source];
             let has_light = is_lit
-                && (world.isosurfaces.iter().any(|surface| surface.source == normal.source)
-                    || world.media.iter().any(|medium| medium.extinction.source == normal.source));
+                && (scene.isosurfaces.iter().any(|surface| surface.source == normal.source)
+                    || scene.media.iter().any(|medium| medium.extinction.source == normal.source));
             let gradients = if has_light { gradients(source, size.0 * size.1) } else { Vec::new() };
             SceneField { values: values(source, size, normal), gradients }
         };

@@ -48,11 +48,11 @@ pub struct NativeLayers {
 }
 
 impl NativeLayers {
-    fn new(world: &KernelScene, (cells, layers): (usize, usize)) -> Option<Self> {
-        let Levels::Native(heights) = &world.levels else { return None };
+    fn new(scene: &KernelScene, (cells, layers): (usize, usize)) -> Option<Self> {
+        let Levels::Native(heights) = &scene.levels else { return None };
         let all = (0..cells * layers).into_par_iter();
         let inverse = all.map(|at| 1.0 / heights.radius((at / layers) as u32, at % layers)).collect();
-        let KernelScene { core_radius, outer, ref normals, .. } = *world;
+        let KernelScene { core_radius, outer, ref normals, .. } = *scene;
         Some(NativeLayers { inverse, core_radius, outer, normals: normals.clone() })
     }
 }
@@ -64,25 +64,25 @@ impl Scenery {
     /// # Errors
     /// A [`FallbackReason`] if devices do not support it.
     pub(crate) fn new(
-        world: &KernelScene,
+        scene: &KernelScene,
         clips: Vec<ClipRegion>,
         (size, knots): ((usize, usize), &[KernelKnot]),
         is_lit: bool,
         range: impl Fn(usize) -> Option<[f64; 2]>,
     ) -> Result<Self, FallbackReason> {
-        let levels = world.surface_layers.len();
+        let levels = scene.surface_layers.len();
         if levels > MAX_SURFACES {
             let reason =
                 format!("the scene has surfaces and lines on {levels} levels, expected at most {MAX_SURFACES}");
             return Err(FallbackReason::new(reason));
         }
-        let mut fields = FieldTable::new(world, Spans::<f32>::new(knots).range());
-        let volumes = SceneVolume::all(world, knots, &mut fields);
-        let surface = |surface| SurfaceLayer::new(surface, (&world.sources, size.0), &mut fields, &range);
-        let surface_layers = world.surface_layers.iter().map(surface).collect();
-        let surfaces = world.isosurfaces.iter();
+        let mut fields = FieldTable::new(scene, Spans::<f32>::new(knots).range());
+        let volumes = SceneVolume::all(scene, knots, &mut fields);
+        let surface = |surface| SurfaceLayer::new(surface, (&scene.sources, size.0), &mut fields, &range);
+        let surface_layers = scene.surface_layers.iter().map(surface).collect();
+        let surfaces = scene.isosurfaces.iter();
         let isosurfaces = surfaces.map(|surface| Isosurface::new(surface, &mut fields, &range)).collect();
-        let (fields, native) = (fields.fields(size, is_lit)?, NativeLayers::new(world, size));
+        let (fields, native) = (fields.fields(size, is_lit)?, NativeLayers::new(scene, size));
         Ok(Scenery { clips, surface_layers, isosurfaces, volumes, fields, native })
     }
 }

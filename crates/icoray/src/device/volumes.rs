@@ -37,15 +37,15 @@ impl VolumeMap {
 
 impl SceneVolume {
     /// The volumes of a scene; none if the only one is that of the job, with this transfer function.
-    pub(super) fn all(world: &KernelScene, knots: &[KernelKnot], fields: &mut FieldTable) -> Vec<Self> {
+    pub(super) fn all(scene: &KernelScene, knots: &[KernelKnot], fields: &mut FieldTable) -> Vec<Self> {
         let is_own = |medium: &Medium| medium.extinction.source == 0 && medium.extinction.knots() == knots;
-        if world.has_one_field_of_volume() && world.media.iter().all(is_own) {
+        if scene.has_one_field_of_volume() && scene.media.iter().all(is_own) {
             return Vec::new();
         }
         let volume = |medium: &Medium| SceneVolume {
             extinction: VolumeMap::new(&medium.extinction, fields),
             color: (!medium.color.is_of(&medium.extinction)).then(|| VolumeMap::new(&medium.color, fields)),
         };
-        world.media.iter().map(volume).collect()
+        scene.media.iter().map(volume).collect()
     }
 }

@@ -4,6 +4,7 @@ use super::part::Agreed;
 use super::{Columns, PartCells, PartCorners, Ranks, bad};
 use icoray_grid::Field;
 use icoray_grid::Grid;
+use icoray_grid::Layers;
 use icoray_grid::Result;
 
 /// Distribution of a grid and the fields over it; the same kind on all ranks.
@@ -13,6 +14,17 @@ pub enum Decomposition {
     Whole,
     /// Columns of fields, over the tables of the rank's part or of the whole grid.
     Columns(Box<Columns>),
+}
+
+/// A grid with layers, of which ranks may have columns each.
+#[derive(Debug, Clone, Copy)]
+pub struct DistributedGrid<'g> {
+    /// This rank's own tables, or the whole grid.
+    pub grid: &'g Grid<'g>,
+    /// The distribution of columns; `None` if every rank has the whole grid and whole fields.
+    pub decomposition: Option<&'g Decomposition>,
+    /// The layers.
+    pub layers: &'g Layers,
 }
 
 impl Decomposition {

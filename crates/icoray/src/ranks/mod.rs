@@ -43,7 +43,7 @@ pub use cells::{Owned, PartCells, PartCorners};
 pub use columns::Columns;
 pub(crate) use columns::GatherInputs;
 pub use communicator_team::CommunicatorTeam;
-pub use decomposition::Decomposition;
+pub use decomposition::{Decomposition, DistributedGrid};
 pub(crate) use gather::{FrameSummary, TileAssignment};
 pub use local::{LocalTeam, local_nodes, local_team};
 pub use message_queue::{Communicator, MessageQueue};

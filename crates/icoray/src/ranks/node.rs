@@ -121,8 +121,8 @@ impl Ranks {
             Some(team) => team.node(bytes),
             None => Ok(NodeShare::alone(rank, bytes)),
         };
-        let told = self.collective(made.as_ref().map(drop).map_err(Error::clone));
-        let share = match told {
+        let agreed = self.collective(made.as_ref().map(drop).map_err(Error::clone));
+        let share = match agreed {
             Ok(()) => made?,
             Err(error) => {
                 // Freeing it may be collective, and some ranks have no memory.

@@ -170,12 +170,13 @@ impl ColumnLookup {
         own_corners: Option<&OwnCorners>,
     ) -> Result<Supply> {
         // Corners between cells of other nodes are in several pieces: the leader requests them.
-        let is_told = |row: usize| mesh.teller.get(row).map_or(nodes.is_leader(), |rank| *rank as usize == self.rank);
-        let told = mesh.corners.iter().enumerate().filter(|(row, _)| is_told(*row));
+        let is_reporter =
+            |row: usize| mesh.reporter.get(row).map_or(nodes.is_leader(), |rank| *rank as usize == self.rank);
+        let listed = mesh.corners.iter().enumerate().filter(|(row, _)| is_reporter(*row));
         let suppliers: Vec<(u32, Corner, usize)> = match own_corners {
-            None => told.filter_map(|(row, c)| Some((row as u32, *c, mesh.supplier(c)?))).collect(),
+            None => listed.filter_map(|(row, c)| Some((row as u32, *c, mesh.supplier(c)?))).collect(),
             Some(own) => {
-                let rows: Vec<(u32, Corner)> = told.map(|(row, corner)| (row as u32, *corner)).collect();
+                let rows: Vec<(u32, Corner)> = listed.map(|(row, corner)| (row as u32, *corner)).collect();
                 let wanted: Vec<u64> = rows.iter().filter_map(|(_, corner)| corner.number()).collect();
                 let owners = own.find_owners(ranks, &wanted)?;
                 rows.into_iter().zip(owners).map(|((row, corner), owner)| (row, corner, owner as usize)).collect()

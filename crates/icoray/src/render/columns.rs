@@ -5,7 +5,7 @@ use super::rendered::Rendered;
 use super::renderer::Renderer;
 use crate::fields::Fields;
 use crate::plan::CELL_CORNER;
-use crate::ranks::{Columns, Decomposition, GatherInputs, NodeFields, Ranks};
+use crate::ranks::{Columns, Decomposition, DistributedGrid, GatherInputs, NodeFields, Ranks};
 use icoray_grid::Grid;
 use icoray_grid::Layers;
 use icoray_grid::Result;
@@ -44,21 +44,20 @@ impl Renderer {
         rendered
     }
 
-    /// Renders `scene` together with the other ranks, whose data are distributed by `held`: [`Self::render_columns`],
-    /// or [`Self::render_over`] for a whole grid and whole fields. Collective.
+    /// Renders `scene` together with the other ranks: [`Self::render_columns`] for distributed columns, or
+    /// [`Self::render_over`] for a whole grid and whole fields. Collective.
     ///
     /// # Errors
     /// Those of these two.
-    pub fn render_held<'f>(
+    pub fn render_decomposed<'f>(
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
-        grid: &Grid,
-        held: Option<&Decomposition>,
-        layers: &Layers,
+        data: DistributedGrid,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
-        match held {
+        let DistributedGrid { grid, decomposition, layers } = data;
+        match decomposition {
             Some(Decomposition::Columns(columns)) => self.render_columns(ranks, scene, grid, columns, layers, fields),
             Some(Decomposition::Whole) | None => self.render_over(ranks, scene, grid, None, layers, fields),
         }

@@ -135,13 +135,13 @@ fn compare(context: &FrameContext, ranks: &mut Ranks, terrain: &Terrain) -> Resu
         Ok((1..fields.len()).map(range).collect::<Vec<_>>())
     });
     let facts = |found: &Vec<(&str, frame_cache::Range)>| {
-        let told = |(name, (range, missing)): &(&str, frame_cache::Range)| {
+        let range_fact = |(name, (range, missing)): &(&str, frame_cache::Range)| {
             ("has", format!("{name:?} of range and missing values {range:?} and {missing}"))
         };
         let [low, high] = terrain.core_radius.map(|radius| context.height_m(radius));
         let extent = format!("{low} to {high} m, at most {} m", context.height_m(terrain.outer));
         let extent = ("has heights of the lowest and highest layers", extent);
-        found.iter().map(told).chain([extent]).chain(heights.map(PreparedField::values_fact)).collect()
+        found.iter().map(range_fact).chain([extent]).chain(heights.map(PreparedField::values_fact)).collect()
     };
     ranks.agree_all(found, facts).map(drop)
 }

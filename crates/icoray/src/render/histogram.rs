@@ -18,7 +18,7 @@ pub struct Histogram {
 
 impl Renderer {
     /// The histogram of a field's values in `bins` parts of their range, equal on all ranks. With the decomposition
-    /// `held` it counts the values of all ranks, each once; if every rank has the whole field it is rank 0's.
+    /// `decomposition` it counts the values of all ranks, each once; if every rank has the whole field it is rank 0's.
     /// Collective.
     ///
     /// # Errors
@@ -28,10 +28,10 @@ impl Renderer {
         &self,
         ranks: &mut Ranks,
         field: &Field,
-        held: Option<&Decomposition>,
+        decomposition: Option<&Decomposition>,
         bins: usize,
     ) -> Result<Histogram> {
-        let own = ranks.attempt(|| held.map(|held| held.own_columns(field)).transpose());
+        let own = ranks.attempt(|| decomposition.map(|decomposition| decomposition.own_columns(field)).transpose());
         let own = ranks.collective(own)?;
         let is_own = own.as_ref().map(|own| |column: usize| own[column]);
         let counts = is_own.as_ref().map(|is_own| is_own as _);
@@ -39,7 +39,7 @@ impl Renderer {
         let [low, high] = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
         let all = ranks.share_values(&(low, high, missing))?;
         // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
-        let ranks_that_count = if held.is_some() { all.len() } else { 1 };
+        let ranks_that_count = if decomposition.is_some() { all.len() } else { 1 };
         let (low, high, missing) = all.into_iter().take(ranks_that_count).fold(
             (f64::INFINITY, f64::NEG_INFINITY, 0),
             |(low, high, missing), (its_low, its_high, its_missing)| {
@@ -85,14 +85,14 @@ mod tests {
         assert!(alone.counts[0] > 0 && alone.counts[15] > 0);
 
         let global: Vec<i64> = (0..cells as i64).collect();
-        let over = |is_held: bool| {
+        let over = |is_decomposed: bool| {
             let one = |team| {
                 let ranks = &mut Ranks::new(Box::new(team));
                 let is_own = |cell: usize| cell * ranks.size() / cells == ranks.rank();
                 let marks: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
                 let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-                let held = is_held.then(|| Decomposition::new(ranks, &grid, &said).unwrap());
-                renderer.histogram(ranks, &field, held.as_ref(), 16).unwrap()
+                let decomposition = is_decomposed.then(|| Decomposition::new(ranks, &grid, &said).unwrap());
+                renderer.histogram(ranks, &field, decomposition.as_ref(), 16).unwrap()
             };
             let one = &one;
             thread::scope(|scope| {
@@ -100,8 +100,8 @@ mod tests {
                 all.into_iter().map(|rank| rank.join().unwrap()).collect::<Vec<_>>()
             })
         };
-        for is_held in [false, true] {
-            assert!(over(is_held).iter().all(|found| *found == alone), "{is_held}");
+        for is_decomposed in [false, true] {
+            assert!(over(is_decomposed).iter().all(|found| *found == alone), "{is_decomposed}");
         }
     }
 }

@@ -53,7 +53,8 @@ pub(super) fn draw(
     let mut picture = None;
     let summary = sampled.and_then(|sampled| {
         let mut summary = FrameSummary { ranks: cost.ranks, ..FrameSummary::default() };
-        let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: told }) = sampled
+        let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: reported }) =
+            sampled
         else {
             return Ok(summary);
         };
@@ -62,7 +63,7 @@ pub(super) fn draw(
         summary.counts = counts;
         summary.edge_pixels = edge_pixels;
         let cells_per_pixel = ranks.attempt(|| Ok(cells_per_pixel(scene, grid, part, work.radius)))?;
-        summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: told, cells_per_pixel };
+        summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: reported, cells_per_pixel };
         picture = Some((drawn, error, off));
         Ok(summary)
     });

@@ -9,7 +9,7 @@ use super::draw::{ProbedScene, RayPart};
 use super::renderer::Renderer;
 use super::work::ray;
 use crate::fields::Fields;
-use crate::ranks::{Decomposition, GatherInputs, Part, Ranks};
+use crate::ranks::{Decomposition, DistributedGrid, GatherInputs, Ranks};
 use glam::DVec3;
 use icoray_grid::{Grid, Layers, Result};
 use icoray_scene::{Backend, Method, Paint, Precision, Scene};
@@ -89,42 +89,26 @@ impl Renderer {
         fields: impl Into<Fields<'f>>,
         at: [f64; 2],
     ) -> Result<Option<Probe>> {
-        self.probe_over(&mut Ranks::alone(), scene, (grid, None, layers), fields, at)
+        let given = RenderInputs { grid, part: None, layers, fields: &fields.into() };
+        self.probe_inputs(&mut Ranks::alone(), scene, &given, at)
     }
 
-    /// As [`Self::probe`], together with the other ranks, each with its own `part` of the grid and the field's values
-    /// there, halo included; without a part all ranks have the same data. Collective; the result is on rank 0, others
-    /// have `None`.
-    ///
-    /// # Errors
-    /// As [`Self::render_over`].
-    pub fn probe_over<'f>(
-        &self,
-        ranks: &mut Ranks,
-        scene: &Scene,
-        (grid, part, layers): (&Grid, Option<&Part>, &Layers),
-        fields: impl Into<Fields<'f>>,
-        at: [f64; 2],
-    ) -> Result<Option<Probe>> {
-        let given = RenderInputs { grid, part, layers, fields: &fields.into() };
-        self.probe_inputs(ranks, scene, &given, at)
-    }
-
-    /// As [`Self::probe`], for the `grid` and layers of ranks with the decomposition `held`. Collective; the result is
-    /// on rank 0, others have `None`. Ranks with columns or parts gather the fields as for a frame.
+    /// As [`Self::probe`], for a grid that may be distributed over ranks. Collective; the result is on rank 0, others
+    /// have `None`. Ranks with columns or parts gather the fields as for a frame.
     ///
     /// # Errors
     /// Those of [`Self::probe`]; on all ranks as [`Self::render_columns`].
-    pub fn probe_held<'f>(
+    pub fn probe_decomposed<'f>(
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
-        (grid, held, layers): (&Grid, Option<&Decomposition>, &Layers),
+        data: DistributedGrid,
         fields: impl Into<Fields<'f>>,
         at: [f64; 2],
     ) -> Result<Option<Probe>> {
+        let DistributedGrid { grid, decomposition, layers } = data;
         let fields = fields.into();
-        let Some(Decomposition::Columns(columns)) = held else {
+        let Some(Decomposition::Columns(columns)) = decomposition else {
             return if ranks.is_root() { self.probe(scene, grid, layers, fields, at) } else { Ok(None) };
         };
         let derivation_inputs = scene.derivation_inputs().collect();

@@ -8,7 +8,7 @@ use icoray_scene::{Statistic, Summary};
 
 impl Renderer {
     /// The statistics `asked` of a field, bitwise equal on all ranks, and so are decisions based on them. With the
-    /// decomposition `held` they cover the values of all ranks, each once; if every rank has the whole field they are
+    /// decomposition `decomposition` they cover the values of all ranks, each once; if every rank has the whole field they are
     /// rank 0's. Collective.
     ///
     /// # Errors
@@ -18,16 +18,16 @@ impl Renderer {
         &self,
         ranks: &mut Ranks,
         field: &Field,
-        held: Option<&Decomposition>,
+        decomposition: Option<&Decomposition>,
         asked: &[Statistic],
     ) -> Result<Summary> {
         let mine = ranks.attempt(|| {
-            let own = held.map(|held| held.own_columns(field)).transpose()?;
+            let own = decomposition.map(|decomposition| decomposition.own_columns(field)).transpose()?;
             let is_own = own.as_ref().map(|own| |column: usize| own[column]);
             Ok(self.run(|| Summary::of(field, is_own.as_ref().map(|is_own| is_own as _), asked)))
         });
         let mine = ranks.collective(mine)?;
-        let summaries = ranks.share_values(&(held.is_some(), mine))?;
+        let summaries = ranks.share_values(&(decomposition.is_some(), mine))?;
         // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
         let count = if summaries[0].0 { summaries.len() } else { 1 };
         let counted = summaries.into_iter().take(count);
@@ -64,10 +64,15 @@ mod tests {
         (0..columns * LAYERS).map(|at| value(at / LAYERS)).collect()
     }
 
-    fn summary_of(ranks: &mut Ranks, values: &[f32], at: Location, held: Option<&Decomposition>) -> Result<Summary> {
+    fn summary_of(
+        ranks: &mut Ranks,
+        values: &[f32],
+        at: Location,
+        decomposition: Option<&Decomposition>,
+    ) -> Result<Summary> {
         let shape = Shape::level_fastest(values.len() / LAYERS, LAYERS);
         let field = Field::new(values.into(), shape, at, None).unwrap();
-        Renderer::new(1).unwrap().summary(ranks, &field, held, &ASKED)
+        Renderer::new(1).unwrap().summary(ranks, &field, decomposition, &ASKED)
     }
 
     /// Parts of the whole grid, of stretches of its cells.
@@ -89,7 +94,7 @@ mod tests {
     fn values_count_once_whoever_has_them() {
         for location in [Location::Center, Location::Corner] {
             let found = over(3, |ranks, grid| {
-                let held = parts(ranks, grid);
+                let decomposition = parts(ranks, grid);
                 let (columns, number) = match location {
                     Location::Center => (grid.cells(), ranks.rank()),
                     Location::Corner => (grid.triangles(), ranks.rank()),
@@ -97,10 +102,10 @@ mod tests {
                 let zeros = vec![0.0f32; columns];
                 let shape = Shape::level_fastest(columns, 1);
                 let zeros = Field::new(zeros.as_slice().into(), shape, location, None).unwrap();
-                let is_own = held.own_columns(&zeros).unwrap();
+                let is_own = decomposition.own_columns(&zeros).unwrap();
                 let values = values(columns, number, |column| is_own[column]);
                 let own = values.iter().filter(|value| **value < 1e9).count();
-                ([own, own * number], summary_of(ranks, &values, location, Some(&held)))
+                ([own, own * number], summary_of(ranks, &values, location, Some(&decomposition)))
             });
             let (sums, found): (Vec<_>, Vec<_>) = found.into_iter().unzip();
             let [count, sum] = [0, 1].map(|k| sums.iter().map(|sums: &[usize; 2]| sums[k] as f64).sum::<f64>());
@@ -118,10 +123,10 @@ mod tests {
             let global: Vec<i64> = if rank == 0 { (0..cells).collect() } else { vec![4] };
             let marks: Vec<i32> = global.iter().map(|cell| ((*cell == 4) == (rank == 1)).into()).collect();
             let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-            let held = Decomposition::new(ranks, grid, &said).unwrap();
-            assert!(matches!(held, Decomposition::Columns(_)));
+            let decomposition = Decomposition::new(ranks, grid, &said).unwrap();
+            assert!(matches!(decomposition, Decomposition::Columns(_)));
             let values = values(global.len(), 7 * rank, |column| marks[column] == 1);
-            summary_of(ranks, &values, Location::Center, Some(&held))
+            summary_of(ranks, &values, Location::Center, Some(&decomposition))
         });
         let cells = 10.0 * 16.0 + 2.0;
         assert_eq!(numbers(found), [0.0, 7.0, 7.0 / cells]);
@@ -140,10 +145,10 @@ mod tests {
     #[test]
     fn a_field_that_does_not_fit_on_one_rank_is_refused_on_all() {
         let found = over(3, |ranks, grid| {
-            let held = parts(ranks, grid);
+            let decomposition = parts(ranks, grid);
             let columns = grid.cells() - ranks.rank() / 2;
             let values = values(columns, 1, |_| true);
-            summary_of(ranks, &values, Location::Center, Some(&held))
+            summary_of(ranks, &values, Location::Center, Some(&decomposition))
         });
         for error in found.into_iter().map(Result::unwrap_err) {
             assert_eq!(error.kind(), ErrorKind::Field);

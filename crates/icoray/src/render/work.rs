@@ -120,10 +120,11 @@ pub(super) fn with_ends(renderer: &Renderer, mut budget: Budget) -> Budget {
     budget
 }
 
-/// Only an unlit integral in f64 is bounded throughout, if each pixel is traced.
+/// Only the unlit integral of one volume in f64 is bounded throughout, beside any surfaces, if each pixel is traced.
 pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
-    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1 && scene.has_volume_alone();
+    let is_traced = scene.lighting.is_none() && quality.pixel_step == 1;
+    let is_bound = is_exact && is_traced && scene.has_one_field_of_volume();
     if is_bound { Certainty::Bound } else { Certainty::Estimate }
 }
 

@@ -37,7 +37,7 @@
 
 mod aim;
 mod completed;
-mod held;
+mod decomposed;
 mod look;
 mod numbers;
 mod sample;

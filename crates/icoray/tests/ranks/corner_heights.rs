@@ -7,8 +7,8 @@ use crate::common::{
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, directions, partitions, without_holes};
 use icoray::{
-    Decomposition, ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, OwnedReals, Part,
-    Ranks, Rendered, Renderer, Scene, Shape,
+    Decomposition, DistributedGrid, ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location,
+    OwnedReals, Part, Ranks, Rendered, Renderer, Scene, Shape,
 };
 
 const LAYERS: usize = 4;
@@ -184,14 +184,15 @@ fn culled_has(culled: &Culled, cell: i32) -> bool {
     culled.cells.binary_search(&(cell as usize)).is_ok()
 }
 
-fn render_held(
+fn render_decomposed(
     ranks: &mut Ranks,
     scene: &Scene,
     grid: &Grid,
-    held: &Decomposition,
+    decomposition: &Decomposition,
     fields: Fields,
 ) -> Result<Rendered, icoray::Error> {
-    Renderer::new(1).unwrap().render_held(ranks, scene, grid, Some(held), &layers(), fields)
+    let data = DistributedGrid { grid, decomposition: Some(decomposition), layers: &layers() };
+    Renderer::new(1).unwrap().render_decomposed(ranks, scene, data, fields)
 }
 
 /// The rims of parts get the corners that other ranks own.
@@ -204,10 +205,10 @@ fn parts_are_those_of_one_process() {
         for node_of in [&[0][..], &[0, 0], &[0, 0, 0], &[0, 1], &[0, 1, 0], &[2, 1, 0]] {
             let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + node_of.len()) % 4);
             let spread = Spread::new(&mesh, node_of.len(), &owner);
-            let (frame, reports) = picture(spread.on_nodes(node_of, |ranks, culled, grid, held| {
+            let (frame, reports) = picture(spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
                 let (field, heights) = own_of(&mesh, culled, &owner, ranks.rank());
                 let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-                render_held(ranks, &scene, grid, &held.unwrap(), fields).unwrap()
+                render_decomposed(ranks, &scene, grid, &decomposition.unwrap(), fields).unwrap()
             }));
             let trying = format!("scene {i}, {partition} on {node_of:?}");
             if node_of.iter().all(|node| *node == 0) {
@@ -262,10 +263,10 @@ fn parts_of_meshes_with_holes_are_bitwise_one_process() {
         let (partition, owner) = partitions(&mesh, ranks).swap_remove(i % 4);
         let owner = without_holes(owner, stays);
         let spread = Spread::with_corners(&mesh, ranks, &owner);
-        let (frame, _) = picture(spread.on_nodes(&vec![0; ranks], |ranks, culled, grid, held| {
+        let (frame, _) = picture(spread.on_nodes(&vec![0; ranks], |ranks, culled, grid, decomposition| {
             let (field, heights) = own_of(&mesh, culled, &owner, ranks.rank());
             let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-            render_held(ranks, scene, grid, &held.unwrap(), fields).unwrap()
+            render_decomposed(ranks, scene, grid, &decomposition.unwrap(), fields).unwrap()
         }));
         assert!(bits(&frame) == bits(&expected), "{name}, {partition} on {ranks}");
     }
@@ -296,7 +297,7 @@ fn bad_heights_on_one_rank_are_everybodys_error() {
     }
     // Of parts, on the rank that has the values.
     let (_, owner) = partitions(&mesh, 2).swap_remove(0);
-    let refused = Spread::new(&mesh, 2, &owner).on_nodes(&[0, 0], |ranks, culled, grid, held| {
+    let refused = Spread::new(&mesh, 2, &owner).on_nodes(&[0, 0], |ranks, culled, grid, decomposition| {
         let (field, mut heights) = own_of(&mesh, culled, &owner, ranks.rank());
         let first = |corner: &usize| owner[mesh.corner_cell[3 * corner] as usize] == ranks.rank() && corner % 11 != 4;
         let column = culled.corners.iter().position(first).unwrap();
@@ -304,7 +305,7 @@ fn bad_heights_on_one_rank_are_everybodys_error() {
             heights[column * LAYERS + 3] = -7e3;
         }
         let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-        (column, refusal(render_held(ranks, &scene, grid, &held.unwrap(), fields)))
+        (column, refusal(render_decomposed(ranks, &scene, grid, &decomposition.unwrap(), fields)))
     });
     let (columns, refused): (Vec<usize>, Vec<_>) = refused.into_iter().unzip();
     let words = format!("rank 1: heights: corner {} (counted from 1), layers 4 and 3 of 4: -7000 m", columns[1] + 1);
@@ -329,13 +330,13 @@ fn ranks_that_have_heights_at_other_places_are_told() {
     let start = "rank 1: has heights at centres, but heights of 4 layers of 64 bits at corners on rank 0";
     assert_same_refusal(&tiles, ErrorKind::Mpi, start);
     for node_of in [&[0, 0, 0], &[0, 1, 0]] {
-        let parts = spread.on_nodes(node_of, |ranks, culled, grid, held| {
+        let parts = spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
             let kept = columns_of(&all, &culled.cells, LAYERS);
             let centers = vec![0.0; culled.cells.len() * LAYERS];
             let good = columns_of(&good, &culled.corners, LAYERS);
             let heights = if ranks.rank() == 1 { at_centers(&centers, LAYERS) } else { corners(&good) };
             let fields = fields(at_centers(&kept, LAYERS), heights);
-            refusal(render_held(ranks, &scene, grid, &held.unwrap(), fields))
+            refusal(render_decomposed(ranks, &scene, grid, &decomposition.unwrap(), fields))
         });
         let start = "rank 1: has heights at centres, but heights at corners on rank 0";
         assert_same_refusal(&parts, ErrorKind::Mpi, start);

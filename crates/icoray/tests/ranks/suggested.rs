@@ -2,7 +2,7 @@
 
 use crate::culled::{Culled, Mark, Style, towards};
 use crate::spread::{NOBODY, Spread};
-use icoray::{Error, Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape, suggest};
+use icoray::{DistributedGrid, Error, Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape, suggest};
 use icoray_test_support::Random;
 
 /// Nodes of the ranks of each run.
@@ -50,12 +50,11 @@ fn check(
     let owner = |(cell, stays): (usize, &bool)| if *stays { Random::at(cell).below(nodes.len()) } else { NOBODY };
     let owner: Vec<usize> = stays.iter().enumerate().map(owner).collect();
     let spread = Spread::with_corners(mesh, nodes.len(), &owner);
-    let texts = spread.on_nodes(nodes, |ranks, part, grid, held| {
-        let (held, renderer) = (held.unwrap(), Renderer::new(1).unwrap());
+    let texts = spread.on_nodes(nodes, |ranks, part, grid, decomposition| {
+        let (decomposition, renderer) = (decomposition.unwrap(), Renderer::new(1).unwrap());
         suggested((&rows(part), value), of, |layers, field| {
-            renderer
-                .suggest_held(ranks, (grid, Some(&held), layers), ("q", field), options)
-                .map(|found| found.map(|s| s.text))
+            let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers };
+            renderer.suggest_decomposed(ranks, data, ("q", field), options).map(|found| found.map(|s| s.text))
         })
     });
     for text in texts {

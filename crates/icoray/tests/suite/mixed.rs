@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::common::{LIT, at_centers, count_beyond, difference, rays};
 use icoray::{
-    Clip, Error, Fields, Frame, Grid, HalfSpace, IcosahedralMesh, Isosurface, Knot, Layers, Level, LonLatBox, Opacity,
-    Paint, Renderer, Scene, Stretch, Surface, TransferFunction, Traversal, Volume,
+    Certainty, Clip, Error, Fields, Frame, Grid, HalfSpace, IcosahedralMesh, Isosurface, Knot, Layers, Level,
+    LonLatBox, Opacity, Paint, Renderer, Scene, Stretch, Surface, TransferFunction, Traversal, Volume,
 };
 use std::ops::ControlFlow;
 
@@ -257,6 +257,9 @@ fn isosurfaces_lie_where_values_cross_and_between_volumes() {
     let off = far(&frame, &expected);
     let wrong = off.iter().filter(|off| **off > 5e-3).count();
     assert!(wrong <= 3, "{wrong} of {} pixels: {off:?}", off.len());
+    assert_eq!(frame.report.error.certainty, Certainty::Bound);
+    scene.volumes.push(volume_beyond());
+    assert_eq!(data.draw(&scene).report.error.certainty, Certainty::Estimate, "two volumes");
 }
 
 #[test]

@@ -20,7 +20,7 @@ struct Rank<'s> {
     ranks: Ranks,
     background: Background,
     spread: Spread,
-    held: Option<Arc<Decomposition>>,
+    decomposition: Option<Arc<Decomposition>>,
     cells: Vec<usize>,
     /// The model's own communication.
     model: &'s Barrier,
@@ -34,17 +34,17 @@ impl<'s> Rank<'s> {
         let background = Background::over(&mut ranks, renderer, stage.writer.clone()).unwrap();
         let is_mine = |cell: &usize| spread == Spread::Whole || cell % size == rank;
         let cells: Vec<usize> = (0..stage.grid.cells()).filter(is_mine).collect();
-        let held = (spread == Spread::Columns).then(|| {
+        let decomposition = (spread == Spread::Columns).then(|| {
             let global: Vec<i64> = cells.iter().map(|cell| *cell as i64).collect();
             let owned = vec![1; cells.len()];
             let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
             Arc::new(Decomposition::new(&mut ranks, &stage.grid, &cells).unwrap())
         });
-        Rank { stage, ranks, background, spread, held, cells, model }
+        Rank { stage, ranks, background, spread, decomposition, cells, model }
     }
 
     fn job(&self, step: i64) -> Job {
-        Job { held: self.held.clone(), ..self.stage.job(step) }
+        Job { decomposition: self.decomposition.clone(), ..self.stage.job(step) }
     }
 
     /// Hands a step over and spoils the model's memory.
@@ -158,7 +158,7 @@ fn what_fails_on_one_rank_ends_the_frame_on_all() {
         let background = failing(&mut team, stage);
         let ranks = Ranks::new(Box::new(team));
         let cells = (0..stage.grid.cells()).collect();
-        let mut rank = Rank { stage, ranks, background, spread: Spread::Whole, held: None, cells, model };
+        let mut rank = Rank { stage, ranks, background, spread: Spread::Whole, decomposition: None, cells, model };
         for step in 1..=4 {
             rank.submit(rank.job(step)).unwrap();
             rank.compute();

@@ -30,7 +30,7 @@ pub(super) struct NodeMesh {
     /// Key of each corner, equal on all ranks.
     pub corners: Vec<Corner>,
     /// The rank whose piece contains each of the first corners, which are those with own cells of the node.
-    pub teller: Vec<u32>,
+    pub reporter: Vec<u32>,
 }
 
 impl NodeMesh {
@@ -48,10 +48,10 @@ impl NodeMesh {
     }
 
     fn of(received: &[Vec<u8>], base: i64) -> Result<Self> {
-        let (mut cells, mut corners, mut teller, mut outer) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut cells, mut corners, mut reporter, mut outer) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (rank, bytes) in received.iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
             let piece: NodePiece = decode(bytes)?;
-            teller.resize(teller.len() + piece.corners.len(), rank as u32);
+            reporter.resize(reporter.len() + piece.corners.len(), rank as u32);
             cells.extend(piece.cells);
             corners.extend(piece.corners);
             outer.extend(piece.outer);
@@ -67,7 +67,7 @@ impl NodeMesh {
         let tables = OwnedTables { cell_number, ..tables(&cells, &global, &corners)? };
         // A thread of its own: neither uses the caller's threads nor starts the process-wide pool.
         let grid = Threads::new(1)?.run(|| OwnedGrid::new(tables))?;
-        Ok(NodeMesh { grid, owner: cells.iter().map(|cell| cell.owner).collect(), global, corners, teller })
+        Ok(NodeMesh { grid, owner: cells.iter().map(|cell| cell.owner).collect(), global, corners, reporter })
     }
 
     /// The row of a cell of the whole grid.

@@ -83,7 +83,7 @@ impl Numbers<'_> {
     }
 
     /// The rank of the node whose piece contains a corner: the owner of the corner's lowest cell that the node owns.
-    fn teller(&self, corner: usize, nodes: &Nodes) -> Option<usize> {
+    fn reporter(&self, corner: usize, nodes: &Nodes) -> Option<usize> {
         let cells = self.cells_at(corner).into_iter().flatten();
         let own = cells.filter(|cell| nodes.is_mate(self.owner[*cell] as usize));
         own.min_by_key(|cell| self.global[*cell]).map(|cell| self.owner[cell] as usize)
@@ -104,7 +104,7 @@ impl Numbers<'_> {
         let mut corners = Vec::new();
         // Each rank that has a corner with a cell of another node includes that cell.
         let mut is_included: Vec<bool> = (0..self.global.len()).map(|cell| self.owns(cell)).collect();
-        for corner in (0..self.grid.triangles()).filter(|c| self.teller(*c, nodes) == Some(self.rank)) {
+        for corner in (0..self.grid.triangles()).filter(|c| self.reporter(*c, nodes) == Some(self.rank)) {
             corners.push(self.corner(corner));
             for cell in self.cells_at(corner).into_iter().flatten() {
                 is_included[cell] |= is_of_other_node(cell);

@@ -32,7 +32,7 @@ impl LocalCorners {
         LocalCorners { rows, numbers: None, is_own }
     }
 
-    fn held(&self, ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Decomposition, Error> {
+    fn decomposition(&self, ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Decomposition, Error> {
         let cells = PartCells { global: local.global.as_slice().into(), owned: Owned::Marked(&local.owned) };
         let corners = self
             .numbers
@@ -103,8 +103,8 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
                     true => LocalCorners::numbered(corners, rank, of_corners),
                     false => LocalCorners::whole(&mesh, rank, owner),
                 };
-                let held = mine.held(ranks, &grid, local).unwrap();
-                let Decomposition::Columns(columns) = &held else { panic!("not columns") };
+                let decomposition = mine.decomposition(ranks, &grid, local).unwrap();
+                let Decomposition::Columns(columns) = &decomposition else { panic!("not columns") };
                 assert_eq!(columns.of_field_at(Location::Corner), mine.rows.len());
                 assert_eq!(columns.of_field_at(Location::Center), local.cells.len());
                 let [of_t, of_heights] = layouts[i % 2];
@@ -114,7 +114,7 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
                 let shapes = [LevelFastest.shape(local.cells.len()), of_t.shape(count), of_heights.shape(count)];
                 scenes
                     .each_ref()
-                    .map(|scene| render(ranks, scene, &grid, &held, fields(&q, &at_corners, shapes)).unwrap())
+                    .map(|scene| render(ranks, scene, &grid, &decomposition, fields(&q, &at_corners, shapes)).unwrap())
             });
             let mut frames = [Vec::new(), Vec::new(), Vec::new()];
             drawn.into_iter().for_each(|drawn| frames.iter_mut().zip(drawn).for_each(|(all, one)| all.push(one)));
@@ -141,11 +141,11 @@ fn a_rank_without_corners_has_none_of_a_field() {
         if ranks.rank() == 1 {
             (mine.rows, mine.numbers) = (Vec::new(), None);
         }
-        let held = mine.held(ranks, &grid, &locals[ranks.rank()]).unwrap();
+        let decomposition = mine.decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap();
         let values: Vec<f64> = mine.rows.iter().map(|corner| *corner as f64).collect();
         let field = Field::new(values.as_slice().into(), Shape::level_fastest(values.len(), 1), Location::Corner, None);
         let asked = [icoray::Statistic::Max, icoray::Statistic::Mean];
-        let summary = Renderer::new(1).unwrap().summary(ranks, &field.unwrap(), Some(&held), &asked).unwrap();
+        let summary = Renderer::new(1).unwrap().summary(ranks, &field.unwrap(), Some(&decomposition), &asked).unwrap();
         asked.map(|statistic| summary.get(statistic).unwrap())
     });
     let most = corners as f64 - 1.0;
@@ -187,7 +187,7 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
                 *marks = vec![1; global.len()];
                 damage(global, marks);
             }
-            refusal(mine.held(ranks, &grid, &locals[ranks.rank()]))
+            refusal(mine.decomposition(ranks, &grid, &locals[ranks.rank()]))
         });
         assert_same_refusal(&refused, ErrorKind::Grid, words);
     }
@@ -237,12 +237,12 @@ fn fields_that_ranks_have_at_other_places_are_told() {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
             let grid = Grid::new(mesh.tables()).unwrap();
             let mine = LocalCorners::numbered(corners, ranks.rank(), &partitions(corners, 3)[1]);
-            let held = mine.held(ranks, &grid, &locals[ranks.rank()]).unwrap();
+            let decomposition = mine.decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap();
             let columns = if is_short == 1 { 5 } else { mine.rows.len() };
             let shape = Shape::level_fastest(columns, LAYERS);
             let odd = Field::new(wide[..columns * LAYERS].into(), shape, Location::Corner, None).unwrap();
             let good = at_centers(&wide[..locals[ranks.rank()].cells.len() * LAYERS], LAYERS);
-            refusal(render(ranks, &scene(""), &grid, &held, &if ranks.rank() == 1 { odd } else { good }))
+            refusal(render(ranks, &scene(""), &grid, &decomposition, &if ranks.rank() == 1 { odd } else { good }))
         });
         assert_same_refusal(&refusals, kind, words);
         assert!(is_short == 0 || refusals[0].1.contains("one per row of corner_global"), "{}", refusals[0].1);

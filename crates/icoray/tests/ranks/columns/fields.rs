@@ -51,12 +51,12 @@ fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
         let locals = locals(&mesh, node_of.len(), &partitions(all.len(), node_of.len())[1]);
         let (frame, reports) = picture(on_nodes(node_of, |ranks| {
             let local = &locals[ranks.rank()];
-            let held = held(ranks, &grid, local).unwrap();
+            let decomposition = decomposition(ranks, &grid, local).unwrap();
             let rich = Rich::of(&local.cells, layouts);
             // First one field only, so that the memory has to grow.
             let plain = scene("");
-            render(ranks, &plain, &grid, &held, rich.fields().get("q").unwrap()).unwrap();
-            render(ranks, &rich_scene(), &grid, &held, rich.fields()).unwrap()
+            render(ranks, &plain, &grid, &decomposition, rich.fields().get("q").unwrap()).unwrap();
+            render(ranks, &rich_scene(), &grid, &decomposition, rich.fields()).unwrap()
         }));
         assert!(bits(&frame) == bits(&whole), "{node_of:?}");
         let bytes = all.len() * LAYERS * (8 + 4 + 8);
@@ -97,12 +97,12 @@ fn every_field_and_heights_are_agreed_on() {
     for (damage, kind, words) in cases {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
             let local = &locals[ranks.rank()];
-            let held = held(ranks, &grid, local).unwrap();
+            let decomposition = decomposition(ranks, &grid, local).unwrap();
             let of = |layers| at_centers(&wide[..local.cells.len() * layers], layers);
             let (good, odd) = (of(LAYERS), of(LAYERS - 1));
             let right = Fields::new([("q", good), ("t", good)]).with_heights(good);
             let fields = if ranks.rank() == 1 { damage(good, odd) } else { right };
-            refusal(render(ranks, &rich_scene(), &grid, &held, fields))
+            refusal(render(ranks, &rich_scene(), &grid, &decomposition, fields))
         });
         assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
     }

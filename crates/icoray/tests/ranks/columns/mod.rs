@@ -91,7 +91,7 @@ fn scene(rest: &str) -> Scene {
     .unwrap()
 }
 
-fn held(ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Decomposition, Error> {
+fn decomposition(ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Decomposition, Error> {
     let cells = PartCells { global: local.global.as_slice().into(), owned: Owned::Marked(&local.owned) };
     Decomposition::new(ranks, grid, &cells)
 }
@@ -100,10 +100,10 @@ fn render<'f>(
     ranks: &mut Ranks,
     scene: &Scene,
     grid: &Grid,
-    held: &Decomposition,
+    decomposition: &Decomposition,
     fields: impl Into<Fields<'f>>,
 ) -> Result<Rendered, Error> {
-    let Decomposition::Columns(columns) = held else { panic!("not columns: {held:?}") };
+    let Decomposition::Columns(columns) = decomposition else { panic!("not columns: {decomposition:?}") };
     Renderer::new(1)?.render_columns(ranks, scene, grid, columns, &layers(), fields)
 }
 
@@ -157,14 +157,14 @@ fn columns_make_the_very_picture_of_the_whole() {
             let drawn = on_nodes(node_of, |ranks| {
                 let local = &locals[ranks.rank()];
                 let grid = Grid::new(mesh.tables()).unwrap();
-                let held = held(ranks, &grid, local).unwrap();
+                let decomposition = decomposition(ranks, &grid, local).unwrap();
                 let shape = layout.shape(local.cells.len());
                 // What is in a halo is not read.
                 let own = |c: usize| local.owned[local.cells.iter().position(|cell| *cell == c).unwrap()] == 1;
                 let value = |c, l, step| if own(c) { value(c, l, step) } else { 1e30 };
                 [0, 1, 2].map(|step| {
                     let values = lay(layout, &local.cells, step, &|c, l| value(c, l, step));
-                    render(ranks, &scenes[step], &grid, &held, &field(&values, shape)).unwrap()
+                    render(ranks, &scenes[step], &grid, &decomposition, &field(&values, shape)).unwrap()
                 })
             });
             let mut steps = [Vec::new(), Vec::new(), Vec::new()];
@@ -201,9 +201,9 @@ fn a_scene_may_ask_for_fragments_of_columns() {
     let locals = locals(&mesh, 3, &partitions(all.len(), 3)[1]);
     let (frame, reports) = picture(on_nodes(&[0, 1, 0], |ranks| {
         let local = &locals[ranks.rank()];
-        let held = held(ranks, &grid, local).unwrap();
+        let decomposition = decomposition(ranks, &grid, local).unwrap();
         let values = Layout::LevelFastest.lay(&local.cells, |c, l| value(c, l, 99));
-        render(ranks, &asked("fragments"), &grid, &held, &at_centers(&values, LAYERS)).unwrap()
+        render(ranks, &asked("fragments"), &grid, &decomposition, &at_centers(&values, LAYERS)).unwrap()
     }));
     assert!(reports[0].counts.fragments > 0);
     assert!(difference(&frame, &whole) <= 1e-6);
@@ -216,7 +216,7 @@ fn what_tables_are_is_agreed_on() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let cells = mesh.cells();
     let kinds = |locals: Vec<Local>| {
-        on_nodes(&vec![0; locals.len()], |ranks| match held(ranks, &grid, &locals[ranks.rank()]).unwrap() {
+        on_nodes(&vec![0; locals.len()], |ranks| match decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap() {
             Decomposition::Whole => "whole",
             Decomposition::Columns(columns) if columns.table_bytes() > 0 => "parts",
             Decomposition::Columns(_) => "columns",
@@ -252,8 +252,8 @@ fn columns_that_do_not_fit_are_refused_on_all_ranks() {
         damage(&mut locals[1]);
         let right = self::locals(&mesh, 3, owner);
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
-            let refusal = refusal(held(ranks, &grid, &locals[ranks.rank()]));
-            held(ranks, &grid, &right[ranks.rank()]).unwrap();
+            let refusal = refusal(decomposition(ranks, &grid, &locals[ranks.rank()]));
+            decomposition(ranks, &grid, &right[ranks.rank()]).unwrap();
             refusal
         });
         assert_same_refusal(&refusals, ErrorKind::Grid, "");
@@ -264,7 +264,7 @@ fn columns_that_do_not_fit_are_refused_on_all_ranks() {
     let locals = locals(&mesh, 3, owner);
     let found = on_nodes(&[0, 1, 0], |ranks| {
         let tables = if ranks.rank() == 2 { other.tables() } else { mesh.tables() };
-        held(ranks, &Grid::new(tables).unwrap(), &locals[ranks.rank()]).unwrap_err().to_string()
+        decomposition(ranks, &Grid::new(tables).unwrap(), &locals[ranks.rank()]).unwrap_err().to_string()
     });
     assert!(found.iter().all(|f| *f == found[0]), "{found:?}");
     let words = "or the whole grid on all ranks, which has 162 cells on rank 0 and 42 on rank 2";
@@ -290,14 +290,14 @@ fn fields_that_do_not_fit_are_refused_on_all_ranks() {
     for (more, layers, is_wide, location, fill, kind, words) in cases {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
             let local = &locals[ranks.rank()];
-            let held = held(ranks, &grid, local).unwrap();
+            let decomposition = decomposition(ranks, &grid, local).unwrap();
             let good = at_centers(&wide[..local.cells.len() * LAYERS], LAYERS);
             let shape = Shape::level_fastest(local.cells.len() + more, layers);
             let samples = if is_wide { wide.as_slice().into() } else { narrow.as_slice().into() };
             let odd = Field::new(samples, shape, location, fill).unwrap();
             let field = if ranks.rank() == 1 { &odd } else { &good };
-            let refusal = refusal(render(ranks, &scene(""), &grid, &held, field));
-            render(ranks, &scene(""), &grid, &held, &good).unwrap();
+            let refusal = refusal(render(ranks, &scene(""), &grid, &decomposition, field));
+            render(ranks, &scene(""), &grid, &decomposition, &good).unwrap();
             refusal
         });
         assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));

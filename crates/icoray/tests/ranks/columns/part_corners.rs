@@ -42,7 +42,7 @@ impl LocalPart {
         }
     }
 
-    fn held(&self, ranks: &mut Ranks, grid: &Grid) -> Result<Decomposition, Error> {
+    fn decomposition(&self, ranks: &mut Ranks, grid: &Grid) -> Result<Decomposition, Error> {
         let cells = PartCells { global: self.cell_number.as_slice().into(), owned: Owned::Marked(&self.owns_cell) };
         let global = self.corner_number.as_slice().into();
         let corners = PartCorners { global, owned: Owned::Marked(&self.owns_corner) };
@@ -100,11 +100,11 @@ fn corners_of_parts_are_read_where_they_are_own() {
                 let drawn = on_nodes(node_of, |ranks| {
                     let part = LocalPart::new(&mesh, ranks.rank(), &owner);
                     let grid = part.tables.grid();
-                    let held = part.held(ranks, &grid).unwrap();
-                    let Decomposition::Columns(columns) = &held else { panic!("not columns") };
+                    let decomposition = part.decomposition(ranks, &grid).unwrap();
+                    let Decomposition::Columns(columns) = &decomposition else { panic!("not columns") };
                     let [q, r, heights] = [value, other, height].map(|value| part.values(value));
                     let fields = fields([&q, &r, &heights], part.tables.corners.len());
-                    (columns.table_bytes(), render(ranks, &scene, &grid, &held, fields).unwrap())
+                    (columns.table_bytes(), render(ranks, &scene, &grid, &decomposition, fields).unwrap())
                 });
                 let (table_bytes, drawn): (Vec<usize>, Vec<_>) = drawn.into_iter().unzip();
                 let (frame, reports) = picture(drawn);
@@ -151,7 +151,7 @@ fn corners_of_parts_have_one_owner() {
                 damage(&mut part);
             }
             let grid = part.tables.grid();
-            refusal(part.held(ranks, &grid))
+            refusal(part.decomposition(ranks, &grid))
         });
         assert_same_refusal(&refused, ErrorKind::Grid, "rank ");
         assert!(refused[0].1.contains(words), "{}", refused[0].1);

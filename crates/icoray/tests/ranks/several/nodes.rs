@@ -5,7 +5,7 @@ use super::*;
 use crate::common::{picture, refusal};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Decomposition, ErrorKind, FrameReport, Probe, ScenePart};
+use icoray::{Decomposition, DistributedGrid, ErrorKind, FrameReport, Probe, ScenePart};
 use icoray_test_support::is_long;
 use std::f64::consts::TAU;
 
@@ -22,8 +22,8 @@ fn of_nodes(
     location: Location,
     node_of: &[usize],
 ) -> (Frame, Vec<FrameReport>) {
-    picture(spread.on_nodes(node_of, |ranks, culled, grid, held| {
-        let Decomposition::Columns(columns) = held.unwrap() else { panic!("there are several ranks") };
+    picture(spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
+        let Decomposition::Columns(columns) = decomposition.unwrap() else { panic!("there are several ranks") };
         let rows = (&culled.cells[..], &culled.corners[..]);
         let own = [0, 1].map(|step| {
             let mut model = Model::new(mesh, step, rows, location);
@@ -68,13 +68,15 @@ fn halos_that_lie_elsewhere_than_on_their_owners_are_refused() {
     for (_, owner) in partitions(&mesh, 2) {
         let mut spread = Spread::new(&mesh, 2, &owner);
         spread.parts[1].lon_lat[0].iter_mut().for_each(|lon| *lon = (*lon + 0.5) % TAU);
-        let refusals = spread.on_nodes(&[0, 1], |_, _, _, held| refusal(held));
+        let refusals = spread.on_nodes(&[0, 1], |_, _, _, decomposition| refusal(decomposition));
         assert!(refusals.iter().all(|refused| *refused == refusals[0]), "{refusals:?}");
         let (kind, message) = &refusals[0];
         assert!(*kind == ErrorKind::Grid && message.contains("degrees in the halo of rank"), "{message}");
         // The same position in another turn, and with another rounding.
         spread.parts[1].lon_lat[0].iter_mut().for_each(|lon| *lon = (*lon - 0.5 + 1e-7) % TAU);
-        assert!(spread.on_nodes(&[0, 1], |_, _, _, held| held.is_ok()).into_iter().all(|is_fit| is_fit));
+        assert!(
+            spread.on_nodes(&[0, 1], |_, _, _, decomposition| decomposition.is_ok()).into_iter().all(|is_fit| is_fit)
+        );
     }
 }
 
@@ -174,13 +176,15 @@ fn probes_over_nodes_are_those_of_one_process() {
             for (k, node_of) in nodes.into_iter().enumerate() {
                 let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + k) % 4);
                 let spread = Spread::new(&mesh, node_of.len(), &owner);
-                let found = spread.on_nodes(node_of, |ranks, culled, grid, held| {
-                    let (rows, held) = ((&culled.cells[..], &culled.corners[..]), held.unwrap());
+                let found = spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
+                    let (rows, decomposition) = ((&culled.cells[..], &culled.corners[..]), decomposition.unwrap());
                     let mut model = Model::new(&mesh, 1, rows, location);
                     model.spoil(&mesh, rows, location, |cell| owner[cell], ranks.rank());
                     let renderer = Renderer::new(1).unwrap();
-                    let data = (grid, Some(&held), &layers());
-                    let probe = |at: &[f64; 2]| renderer.probe_held(ranks, &scene, data, model.fields(), *at).unwrap();
+                    let layers = layers();
+                    let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &layers };
+                    let probe =
+                        |at: &[f64; 2]| renderer.probe_decomposed(ranks, &scene, data, model.fields(), *at).unwrap();
                     places.iter().map(probe).collect::<Vec<_>>()
                 });
                 assert!(found[1..].iter().flatten().all(Option::is_none));
@@ -211,12 +215,13 @@ fn probes_find_the_core_below_holes_over_nodes() {
         let expected: Vec<Option<Probe>> = places.iter().map(probe).collect();
         let (partition, owner) = partitions(&mesh, 3).swap_remove(i % 4);
         let owner = without_holes(owner, stays);
-        let found = Spread::new(&mesh, 3, &owner).on_nodes(&[0, 1, 1], |ranks, culled, grid, held| {
-            let held = held.unwrap();
+        let found = Spread::new(&mesh, 3, &owner).on_nodes(&[0, 1, 1], |ranks, culled, grid, decomposition| {
+            let decomposition = decomposition.unwrap();
             let model = Model::new(&mesh, 1, (&culled.cells[..], &culled.corners[..]), Location::Center);
             let renderer = Renderer::new(1).unwrap();
-            let data = (grid, Some(&held), &layers());
-            let probe = |at: &[f64; 2]| renderer.probe_held(ranks, &scene, data, model.fields(), *at).unwrap();
+            let layers = layers();
+            let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &layers };
+            let probe = |at: &[f64; 2]| renderer.probe_decomposed(ranks, &scene, data, model.fields(), *at).unwrap();
             places.iter().map(probe).collect::<Vec<_>>()
         });
         for ((found, expected), at) in found[0].iter().zip(&expected).zip(&places) {

@@ -59,8 +59,8 @@ impl Spread {
         on_nodes(node_of, |ranks| {
             let culled = &self.parts[ranks.rank()];
             let grid = culled.grid();
-            let held = Decomposition::new(ranks, &grid, &self.cells(ranks.rank()));
-            work(ranks, culled, &grid, held)
+            let decomposition = Decomposition::new(ranks, &grid, &self.cells(ranks.rank()));
+            work(ranks, culled, &grid, decomposition)
         })
     }
 

@@ -3,26 +3,26 @@
 use super::sample::Sample;
 use super::{Options, Suggestion, of_sample};
 use crate::fields::Fields;
-use crate::ranks::{Decomposition, GatherInputs, Part, Ranks};
+use crate::ranks::{Decomposition, DistributedGrid, GatherInputs, Part, Ranks};
 use crate::render::Renderer;
 use icoray_grid::{Field, Grid, Layers, Result};
 
 impl Renderer {
-    /// The text of [`suggest::scene`](super::scene) for a field with the decomposition `held`; `None` if all values are
-    /// missing. Collective; the text is equal on all ranks, and for any number of them to that of the whole field.
+    /// The text of [`suggest::scene`](super::scene) for a field over a distributed grid; `None` if all values are missing. Collective; the text is equal on all ranks, and for any number of them to that of the whole field.
     /// Ranks with columns or parts gather the field as for a frame; if nodes have parts, rank 0 receives the sampled
     /// values, at most 8 MiB.
     ///
     /// # Errors
     /// Equal on all ranks: as [`suggest::scene`](super::scene), and as [`Self::render_columns`].
-    pub fn suggest_held(
+    pub fn suggest_decomposed(
         &self,
         ranks: &mut Ranks,
-        (grid, held, layers): (&Grid, Option<&Decomposition>, &Layers),
+        data: DistributedGrid,
         (name, field): (&str, &Field),
         options: &Options,
     ) -> Result<Option<Suggestion>> {
-        let Some(Decomposition::Columns(columns)) = held else {
+        let DistributedGrid { grid, decomposition, layers } = data;
+        let Some(Decomposition::Columns(columns)) = decomposition else {
             return self.suggest_over(ranks, (grid, None, layers), (name, field), options);
         };
         let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs: Vec::new() };
