@@ -156,7 +156,7 @@ impl Context {
     fn take_scene(&mut self, text: &str, is_steered: bool, stamp: &Stamp) {
         self.viewers.next = None;
         let mine = caught(|| self.drawable(text, stamp));
-        let agreed = self.agree(mine, "icoray_execute");
+        let agreed = self.agree_for_viewers(mine);
         let outcome = agreed.map(|script| {
             let before = std::mem::replace(&mut self.scene, SceneChoice::Script(script));
             if let (SceneChoice::Script(before), None) = (before, &self.viewers.own) {
@@ -216,10 +216,15 @@ impl Context {
         Ok(largest)
     }
 
+    /// The outcome of [`Self::agree`]; the context of one process is not closed by what viewers ask.
+    fn agree_for_viewers<T>(&mut self, mine: Outcome<T>) -> Outcome<T> {
+        if self.is_shared() { self.agree(mine, "icoray_execute") } else { mine }
+    }
+
     /// Counts the values of a field. Collective.
     fn answer_histogram(&mut self, name: &str) {
         let mine = caught(|| self.inputs.condition_field(name));
-        let agreed = self.agree(mine, "icoray_execute");
+        let agreed = self.agree_for_viewers(mine);
         let found = match agreed {
             Ok(known) => {
                 let (renderer, decomposition) = (self.drawing.renderer(), known.decomposition.as_deref());
@@ -250,7 +255,7 @@ impl Context {
             given.check_whole()?;
             Ok(given)
         });
-        let agreed = self.agree(mine, "icoray_execute");
+        let agreed = self.agree_for_viewers(mine);
         let found = agreed.and_then(|given| {
             let (renderer, data) = (self.drawing.renderer(), given.distributed_grid());
             Ok(renderer.probe_decomposed(&mut self.ranks, &given.scene, data, given.fields.clone(), at)?)
