@@ -53,7 +53,7 @@ enum Command {
     Render(render::Args),
     /// Make an animated PNG, MP4 or GIF of pictures, or of the times of files
     Animate(animate::Args),
-    /// Look at a file on a page: turn it, colour it, ask it, save the scene
+    /// Look at a file on a page: turn, colour and probe it, save the scene
     View(view::Args),
     /// Draw the files of a directory as a model writes them
     Watch(watch::Args),

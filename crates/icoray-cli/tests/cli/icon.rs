@@ -15,7 +15,7 @@ fn pictures_with_tables_are_those_without() {
         Made::icon_grid().write_to(&folder.path().join("grid.nc"), Options::NETCDF4);
         let text = render(folder.path(), &["-o", "alone.png"]);
         let bytes = 42 * 4 * LAYERS;
-        has(&text, &[&format!("note      ta lives on corners: averaged to cell centres (derived, {bytes} bytes)")]);
+        has(&text, &[&format!("note      ta is at corners: averaged to cell centres (derived, {bytes} bytes)")]);
         render(folder.path(), &["-o", "with.png", "--mesh", "grid.nc"]);
         let read = |name: &str| image::open(folder.path().join(name)).unwrap().to_rgba8();
         // Positions differ in their last digits.

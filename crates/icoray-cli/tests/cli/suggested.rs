@@ -26,7 +26,7 @@ fn a_file_alone_is_drawn() {
     has(
         &text,
         &[
-            "scene     suggested for theta, the first field with layers; --field takes also w, vorticity, rho, surface_pressure\n",
+            "scene     suggested for theta, the first field with layers; --field also takes w, vorticity, rho, surface_pressure\n",
             // The last time.
             "picture   theta_2013-10-27_00.00.00_000002.png (96 x 72)",
             "time 2 (2013-10-27_00:00:00)",

@@ -156,7 +156,7 @@ fn meshes_are_completed_and_hexagons_with_bounds_drawn() {
     let apart = pictures[0].iter().zip(pictures[1].iter()).map(|(a, b)| a.abs_diff(*b)).max();
     assert!(apart <= Some(1), "{apart:?}");
     let (folder, _) = Made::dynamico(crate::made_icon::Angles::Degrees).write(Options::NETCDF4);
-    has(&plain(folder.path(), &[]), &["suggested for ta", "--field takes also ps"]);
+    has(&plain(folder.path(), &[]), &["suggested for ta", "--field also takes ps"]);
     let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
     has(&text, &["mesh       polygons: 162 cells, 320 corners, 480 edges", "passes the check"]);
 }

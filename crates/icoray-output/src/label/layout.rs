@@ -169,7 +169,9 @@ impl<'f> Page<'f> {
         let bars = &bars[..bars.len().min((room / (LEAST_SLOT * self.em()) as i64).max(1) as usize)];
         let block = match bars {
             [bar] => {
-                let most = if matches!(along, Along::Middle) { room } else { side / 2 };
+                // A caption in the middle of an upright bar ends below the title.
+                let title = if is_upright { self.title_height() + margin / 2 } else { 0 };
+                let most = if matches!(along, Along::Middle) { (room - 2 * title).max(side / 2) } else { side / 2 };
                 self.set_bar(bar, is_upright, share(part, side), most)
             }
             _ => self.set_row(bars, is_upright, share(several(part, bars.len()), side).min(room)),
@@ -278,8 +280,7 @@ impl<'f> Page<'f> {
         };
         let key = |key: Key| {
             let values = key.values.iter().map(|(value, color)| piece(*color, value));
-            let units = key.units.iter().map(|units| piece(None, units));
-            let pieces = std::iter::once(piece(None, &key.name)).chain(values).chain(units);
+            let pieces = std::iter::once(piece(None, &key.name)).chain(values);
             let (mut block, mut x, mut y) = (Block::default(), 0, 0);
             for piece in pieces {
                 if x > 0 && x + piece.width > most {
@@ -300,9 +301,9 @@ impl<'f> Page<'f> {
         if block.width == 0 {
             return;
         }
-        let rect = block.rect(x, y).grown(self.margin / 2);
+        let rect = block.rect(x, y);
         if self.hidden(rect) > HIDES_NONE {
-            canvas.fill(rect, self.paper, PANEL);
+            canvas.fill(rect.grown(self.margin / 2), self.paper, PANEL);
         }
         block.draw(canvas, x, y, self.ink);
     }
