@@ -32,7 +32,7 @@ fn info_says_what_is_known_of_layers_and_units() {
     has(
         &text,
         &[
-            "mesh       ICON: 42 cells, 80 corners, 120 edges",
+            "mesh       ICON: 42 cells, 80 corners, 120 edges; corners are the triangles of the file, cells its points",
             "radius     6371229 m",
             "passes the check",
             "0: 1979-01-31_18:00:00, 1: 1979-02-01_00:00:00",

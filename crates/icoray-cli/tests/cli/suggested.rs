@@ -47,7 +47,7 @@ fn the_saved_scene_draws_the_same_picture() {
     for more in [
         &[][..],
         &["--field", "w", "--time", "1", "--lon", "-120.5", "--lat", "-30", "--distance", "3.25"],
-        &["--field", "vorticity", "--exaggeration", "33", "--colormap", "plasma", "--range", "2000..2050"],
+        &["--field", "vorticity", "--exaggeration", "33", "--cmap", "plasma", "--range", "2000..2050"],
         &["--surface", "1", "--tolerance", "1e-5", "--backend", "cpu"],
         &["--layers", "1..4", "--time", "all"],
     ] {

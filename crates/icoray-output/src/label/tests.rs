@@ -234,7 +234,7 @@ fn labels_that_only_come_near_the_planet_have_no_panel() {
 
 #[test]
 fn captions_of_upright_bars_end_below_the_title() {
-    let name = "a name that is longer than the picture is high, of a field that nobody would call by it";
+    let name = "Zonal component of reconstructed horizontal velocity at cell centers";
     let canvas = drawn(&scene(720, 720, 8.0, &format!("place = \"right\"\nname = \"{name}\"")));
     assert_eq!(count(&canvas, [0.85, 1.0], [0.0, 0.07], is_ink), 0);
     assert!(count(&canvas, [0.85, 1.0], [0.1, 0.9], is_ink) > 500);
