@@ -252,9 +252,7 @@ impl<'f> Page<'f> {
         let y = if side == LabelPlace::Bottom { margin } else { height - margin - notes.height };
         self.put(canvas, &notes, x, y);
         let beside = if side == LabelPlace::Bottom { notes.width + margin } else { 0 };
-        let title = words::title(self.frame, self.legend);
-        let title = Block::lines(&title, self.title, width - 2 * margin - beside, false);
-        self.put(canvas, &title, margin, margin);
+        self.put_title(canvas, width - 2 * margin - beside);
     }
 
     /// Height of the title in pixels.
@@ -294,6 +292,24 @@ impl<'f> Page<'f> {
         };
         let keys = if self.legend.labels.bar { words::keys(self.frame, self.legend) } else { Vec::new() };
         keys.into_iter().map(key).collect()
+    }
+
+    /// Draws the title, each line on a panel of its own if the planet is behind it.
+    fn put_title(&self, canvas: &mut Canvas, most: i64) {
+        let (x, mut y, pad) = (self.margin, self.margin, self.margin / 2);
+        let lines = words::title(self.frame, self.legend);
+        for (i, line) in lines.iter().enumerate() {
+            let block = Block::lines(std::slice::from_ref(line), self.title, most, false);
+            let rect = block.rect(x, y);
+            if self.hidden(rect) > HIDES_NONE {
+                // Panels of successive lines meet.
+                let [above, below] = [i == 0, i + 1 == lines.len()].map(|is_end| if is_end { pad } else { 0 });
+                let (width, height) = (rect.width + 2 * pad, rect.height + above + below);
+                canvas.fill(Rect { x: x - pad, y: y - above, width, height }, self.paper, PANEL);
+            }
+            block.draw(canvas, x, y, self.ink);
+            y += block.height;
+        }
     }
 
     /// Draws a block, on a panel if the planet is behind it.

@@ -211,7 +211,9 @@ fn labels_over_the_planet_have_a_panel_behind_them() {
 #[test]
 fn labels_that_only_come_near_the_planet_have_no_panel() {
     let picture = |distance: f64| {
-        let scene = scene(300, 300, distance, "bar = false\nscale = false");
+        // Only the upper line reaches the planet's columns.
+        let title = "title = \"a long line of words\\nshort\"";
+        let scene = scene(300, 300, distance, &format!("bar = false\nscale = false\n{title}"));
         let frame = frame(&scene);
         let mut canvas = Canvas { width: 300, height: 300, rgba: vec![255; 4 * 300 * 300] };
         let legend = frame.legend.as_ref().unwrap();
@@ -224,11 +226,11 @@ fn labels_that_only_come_near_the_planet_have_no_panel() {
     let is_panel = |pixel: [u8; 3]| pixel == [51; 3];
     let (distance, (canvas, outer)) =
         panels.find(|(_, (canvas, _))| count(canvas, [0.0, 1.0], [0.0, 1.0], is_panel) > 0).unwrap();
-    // The corner of the text that is nearest the planet: the panel's, less its margin.
+    // The corner of the line's text that is nearest the planet.
     let corner = (0..300 * 300).map(|at| [at % 300, at / 300]).filter(|[x, y]| is_panel(pixel(&canvas, *x, *y)));
     let [x, y] = corner.fold([0, 0], |[x, y], [right, bottom]| [x.max(right), y.max(bottom)]);
-    let [across, down] = [x, y].map(|at| 150.0 - (at as f64 - 3.0));
-    let away = across.hypot(down) / 150.0 * 20f64.to_radians().tan();
+    assert!(y < 25, "a panel of {y} rows behind one line");
+    let away = (153.0 - x as f64).hypot(150.0 - y as f64) / 150.0 * 20f64.to_radians().tan();
     assert!(away.atan() < (outer / distance).asin(), "{distance}: a panel without the planet behind the text");
 }
 
