@@ -3,13 +3,13 @@
 use icoray::device::FallbackReason;
 use icoray::{Adapter, Renderer, Result, Scene};
 
-/// Who draws, where the command says so.
+/// Options of the command for the device that renders.
 #[derive(clap::Args)]
 pub struct DeviceOptions {
-    /// Who draws, instead of the scene's backend
-    #[arg(long, value_name = "WHO", value_enum)]
+    /// Device that renders, instead of the scene's backend
+    #[arg(long, value_name = "KIND", value_enum)]
     backend: Option<Backend>,
-    /// Which of several GPUs, instead of the scene's device: a number that `icoray devices` says, or a part of a name
+    /// Which of several GPUs, instead of the scene's device: a number of `icoray devices`, or a part of a name
     #[arg(long, value_name = "N|NAME")]
     device: Option<Adapter>,
 }
@@ -21,7 +21,7 @@ enum Backend {
     Auto,
     /// The CPU
     Cpu,
-    /// A GPU, or a processor that acts as one; the CPU for what that cannot, which is said
+    /// A GPU, or a processor that acts as one; the CPU, with a note, for what that does not support
     Gpu,
 }
 

@@ -49,7 +49,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a field of a file, as a scene says or as one that is suggested
+    /// Render a field of a file by a scene, given or suggested
     Render(render::Args),
     /// Make an animated PNG, MP4 or GIF of pictures, or of the times of files
     Animate(animate::Args),
@@ -57,9 +57,9 @@ enum Command {
     View(view::Args),
     /// Draw the files of a directory as a model writes them
     Watch(watch::Args),
-    /// Say what a file holds: mesh, times, layers, fields
+    /// List the contents of a file: mesh, times, layers, fields
     Info(info::Args),
-    /// Say what a scene reads of a file and leaves out
+    /// List the data of a file that a scene reads and leaves out, and the memory of a picture
     ///
     /// Takes the options of `icoray render` and draws nothing: -o names the planned picture, --save-scene writes
     /// the suggested scene, --error has no effect.
@@ -70,7 +70,7 @@ enum Command {
     Colormaps(color_maps::Args),
     /// Write manual pages of all commands, and completions for bash, zsh and fish
     Manual(manual::Args),
-    /// List the GPUs that can draw, with the numbers by which scenes choose them
+    /// List the GPUs that can render, with the numbers by which scenes select them
     Devices,
     /// Read a file that may end this process, and keep nothing
     #[command(hide = true)]
