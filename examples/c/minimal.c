@@ -51,7 +51,8 @@ int main(void)
     }
 
     /* 1 to 3, once: nothing is copied but the radii, so the grid's tables must live until icoray_close. */
-    icoray_config config = {.struct_size = sizeof config, .output_dir = "pictures"};
+    icoray_config config = {
+        .struct_size = sizeof config, .output_dir = "pictures", .existing = ICORAY_OVERWRITE};
     icoray_layers layers = {
         .struct_size = sizeof layers, .count = LAYERS, .radius_m = radius, .planet_radius_m = RADIUS};
     icoray_array array = {.struct_size = sizeof array, .data = q, .type = ICORAY_F64, .location = ICORAY_CENTER,

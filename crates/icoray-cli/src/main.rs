@@ -53,7 +53,7 @@ enum Command {
     Render(render::Args),
     /// Make an animated PNG, MP4 or GIF of pictures, or of the times of files
     Animate(animate::Args),
-    /// Look at a file on a page: turn it, colour it, ask it, save the scene
+    /// Look at a file on a page: turn, colour and probe it, save the scene
     View(view::Args),
     /// Draw the files of a directory as a model writes them
     Watch(watch::Args),
@@ -70,7 +70,7 @@ enum Command {
     Colormaps(color_maps::Args),
     /// Write manual pages of all commands, and completions for bash, zsh and fish
     Manual(manual::Args),
-    /// List the GPUs that can draw, with the numbers by which scenes choose them
+    /// List the GPUs that can render, with the numbers by which scenes select them
     Devices,
     /// Read a file whose damage may end this process, and keep nothing
     #[command(hide = true)]

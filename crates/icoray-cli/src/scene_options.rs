@@ -15,7 +15,7 @@ pub struct SceneOptions {
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// Colour map, such as viridis, vik or rdylbu_r (_r is the other way round)
-    #[arg(long, value_name = "NAME", conflicts_with = "scene", value_parser = color_map)]
+    #[arg(long, alias = "cmap", value_name = "NAME", conflicts_with = "scene", value_parser = color_map)]
     pub colormap: Option<String>,
     /// Values at the ends of the colour map, such as -7e-5..7e-5; opacities stretch with it
     #[arg(long, value_name = "A..B", conflicts_with = "scene", allow_hyphen_values = true, value_parser = range)]

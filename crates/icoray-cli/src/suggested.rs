@@ -121,7 +121,7 @@ fn summary(selection: &Selection, info: &FieldInfo, others: &[&FieldInfo]) -> St
     let more = names.len().saturating_sub(NAMED);
     let named = names[..names.len() - more].join(", ");
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    text + &format!("; --field takes also {named}{more}")
+    text + &format!("; --field also takes {named}{more}")
 }
 
 /// The scenes to render.

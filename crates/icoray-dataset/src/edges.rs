@@ -101,14 +101,14 @@ pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: 
     }
     Some(match made {
         [] if !are_in(sources, mesh) => format!(
-            "variable {variable} lies at edges, and variable {table}, which has the cells beside each, is missing: \
+            "variable {variable} is at edges, and variable {table}, which has the cells beside each, is missing: \
              {IN_ANOTHER_FILE}"
         ),
         [] => format!(
-            "variable {variable} lies at edges, expected there a scalar or a component normal to edges that changes \
+            "variable {variable} is at edges, expected there a scalar or a component normal to edges that changes \
              with time or has layers (`at` picks an entry of a further dimension)"
         ),
-        made => format!("variable {variable} lies at edges, its fields at cells are {}", made.join(" and ")),
+        made => format!("variable {variable} is at edges, its fields at cells are {}", made.join(" and ")),
     })
 }
 

@@ -140,10 +140,10 @@ impl<'a> SceneFields<'a> {
         for SceneField { info, range } in self.of(scene)? {
             let (name, bytes) = (&info.name, self.cells * range.len() * info.precision.bytes());
             if info.location == Location::Corner {
-                notes.push(format!("{name} lives on corners: averaged to cell centres (derived, {bytes} bytes)"));
+                notes.push(format!("{name} is at corners: averaged to cell centres (derived, {bytes} bytes)"));
             }
             if let Some(part) = info.part {
-                notes.push(format!("{} lies at edges: {name} is {} (derived)", info.variable, part.in_words()));
+                notes.push(format!("{} is at edges: {name} is {} (derived)", info.variable, part.in_words()));
             }
             for AssumedMark { value, count } in self.dataset.assumed_marks(name) {
                 // In the field's precision, not as the nearest number of double precision.

@@ -46,7 +46,7 @@ export async function ask(where, isAgain = false) {
     if (!isAgain) say('This pixel shows the background.', 'info');
   } else if (!isAgain) {
     const { lon, lat, value, units, field } = answer;
-    say(`${field} ${shown(value)} ${units ?? ''} at ${degrees(lon, 'E', 'W')}, ${degrees(lat, 'N', 'S')}`, 'info');
+    say(`${field} ${shown(value)} ${units ?? ''} at ${degrees(lat, 'N', 'S')}, ${degrees(lon, 'E', 'W')}`, 'info');
   }
   show();
   if (!isAgain) emit('probed', answer);

@@ -98,7 +98,7 @@ pub(super) fn folder(path: &Path) -> &Path {
 
 /// The error that `path` exists.
 pub(super) fn exists(path: &Path) -> Error {
-    let wish = "move it away, write to another directory or under another name, or ask for files to be overwritten";
+    let wish = "move it away, write to another directory or under another name, or let files be overwritten (existing)";
     Error::new(ErrorKind::Exists, format!("{}: is there already and is not modified; {wish}", path.display()))
 }
 

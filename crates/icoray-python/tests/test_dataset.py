@@ -297,6 +297,8 @@ def test_a_scene_that_names_a_field_alone_is_the_suggestion(mpas: Any):
         ({"layers": (0, 9)}, icoray.ArgumentError, ["0..9", "of the 4 layers of theta"]),
         ({"field": "theta", "colormap": "nomap"}, icoray.Error, ["nomap"]),
         ({"field": "theta", "surface": "up"}, icoray.ArgumentError, ["surface: 'up'"]),
+        ({"field": "surface_pressure", "isosurface": 1e5}, icoray.ArgumentError, ["2D field, expected"]),
+        ({"field": "theta", "isosurface": 300, "cmap": "vik"}, icoray.ArgumentError, ["colormap", "isosurfaces="]),
         ({"field": "theta", "size": 7}, icoray.ArgumentError, ["size: 7", "(width, height)"]),
         ({"field": "theta", "camra": {}}, TypeError, ["unexpected keyword argument 'camra'", "did you mean 'camera'"]),
         ({"field": "theta", "levels": 3}, TypeError, ["'levels'", "did you mean 'level'"]),
@@ -394,6 +396,11 @@ def test_refusals_of_objects_are_those_of_python(mesh: icoray.Grid, mpas: Any, t
         message = str(refused.value).replace("line 1 (field = 3)", "")
         assert not FOREIGN.search(message), message
     context.close()
+
+
+def test_an_isosurface_is_all_that_is_shown(mpas: Any):
+    scene = icoray.open(mpas).scene("theta", isosurface=300, **LOOK).to_toml()
+    assert "[[isosurfaces]]" in scene and "value = 300" in scene and "[transfer]" not in scene
 
 
 def test_names_of_matplotlib_and_xarray_are_understood(mpas: Any):

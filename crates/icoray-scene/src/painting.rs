@@ -52,8 +52,10 @@ impl Scene {
     /// greatest by name, as sentences.
     pub fn off_values(&self, values: &[(String, [f64; 2])]) -> Vec<String> {
         let of = |field: &str| values.iter().find(|(known, _)| known == field).map(|(_, range)| *range);
-        let lies_outside =
-            |field: &str, [from, to]: [f64; 2]| of(field).filter(|[low, high]| to < *low || *high < from);
+        // Rounded to f32, which sentences show with fewer digits.
+        let lies_outside = |field: &str, [from, to]: [f64; 2]| {
+            of(field).filter(|[low, high]| to < *low || *high < from).map(|range| range.map(|end| end as f32))
+        };
         let maps = self.paintings().into_iter().filter_map(|Painting { field, transfer, coloring, .. }| {
             let ends @ [from, to] = coloring.and_then(Coloring::fixed).unwrap_or(transfer.range());
             let [low, high] =

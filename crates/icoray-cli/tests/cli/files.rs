@@ -157,7 +157,7 @@ fn corner_fields_and_terrain_are_noted() {
     has(
         &text,
         &[
-            &format!("vorticity lives on corners: averaged to cell centres (derived, {bytes} bytes)"),
+            &format!("vorticity is at corners: averaged to cell centres (derived, {bytes} bytes)"),
             "concentric mean heights are rendered; columns deviate by up to 39.0 m",
             "field     vorticity at corners",
         ],

@@ -14,7 +14,7 @@ fn pictures_with_tables_are_those_without() {
         Made::icon_grid().write_to(&folder.at("grid.nc"), Options::NETCDF4);
         let text = folder.render(&["-o", "alone.png"]);
         let bytes = 42 * 4 * LAYERS;
-        has(&text, &[&format!("note      ta lives on corners: averaged to cell centres (derived, {bytes} bytes)")]);
+        has(&text, &[&format!("note      ta is at corners: averaged to cell centres (derived, {bytes} bytes)")]);
         folder.render(&["-o", "with.png", "--mesh", "grid.nc"]);
         // Positions differ in their last digits.
         let apart = difference(&folder.at("alone.png"), &folder.at("with.png"));
@@ -30,7 +30,7 @@ fn info_says_what_is_known_of_layers_and_units() {
     has(
         &text,
         &[
-            "mesh       ICON: 42 cells, 80 corners, 120 edges",
+            "mesh       ICON: 42 cells, 80 corners, 120 edges; corners are the triangles of the file, cells its points",
             "radius     6371229 m",
             "passes the check",
             "0: 1979-01-31_18:00:00, 1: 1979-02-01_00:00:00",

@@ -17,7 +17,7 @@ fn fields_of_the_baroclinic_wave_are_rendered() {
             render.arg("render").arg(&file).args(["--scene", "scene.toml", "--time", "2", "-o", name]);
             let text = prints(&mut render);
             has(&text, &[&format!("field     {field} at "), "time 2 (0000-01-10_00:00:00)"]);
-            assert_eq!(text.contains("vorticity lives on corners"), field == "vorticity", "{text}");
+            assert_eq!(text.contains("vorticity is at corners"), field == "vorticity", "{text}");
             shows_something(&folder.at(name), 96, 96);
         }
         let date = "0000-01-10_00:00:00";
@@ -54,7 +54,7 @@ fn temperatures_of_icon_are_rendered() {
     has(
         &text,
         &[
-            "note      t2m lives on corners: averaged to cell centres",
+            "note      t2m is at corners: averaged to cell centres",
             "note      lev gives pressures: rendered at the heights of the standard atmosphere",
             "picture   icon_t2m_1979-02-28.png (96 x 72)",
             "time 1 (1979-02-28_18:00:00)",

@@ -22,7 +22,7 @@ fn a_file_alone_is_drawn() {
     has(
         &text,
         &[
-            "scene     suggested for theta, the first field with layers; --field takes also w, vorticity, rho, surface_pressure\n",
+            "scene     suggested for theta, the first field with layers; --field also takes w, vorticity, rho, surface_pressure\n",
             // The last time.
             "picture   theta_2013-10-27_00.00.00_000002.png (96 x 72)",
             "time 2 (2013-10-27_00:00:00)",
@@ -42,7 +42,7 @@ fn the_saved_scene_draws_the_same_picture() {
     for more in [
         &[][..],
         &["--field", "w", "--time", "1", "--lon", "-120.5", "--lat", "-30", "--distance", "3.25"],
-        &["--field", "vorticity", "--exaggeration", "33", "--colormap", "plasma", "--range", "2000..2050"],
+        &["--field", "vorticity", "--exaggeration", "33", "--cmap", "plasma", "--range", "2000..2050"],
         &["--surface", "1", "--tolerance", "1e-5", "--backend", "cpu"],
         &["--layers", "1..4", "--time", "all"],
     ] {

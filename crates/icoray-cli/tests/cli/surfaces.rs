@@ -155,7 +155,7 @@ fn meshes_are_completed_and_hexagons_with_bounds_drawn() {
     let apart = difference(&whole.at("out.png"), &part.at("out.png"));
     assert!(apart.max <= 1, "{apart:?}");
     let folder = Folder::of_netcdf4(&Made::dynamico(crate::made_icon::Angles::Degrees));
-    has(&plain(&folder, &[]), &["suggested for ta", "--field takes also ps"]);
+    has(&plain(&folder, &[]), &["suggested for ta", "--field also takes ps"]);
     has(
         &folder.prints(["info", "made.nc"]),
         &["mesh       polygons: 162 cells, 320 corners, 480 edges", "passes the check"],

@@ -32,6 +32,9 @@ impl fmt::Display for Convention {
     }
 }
 
+/// What cells and corners are where a file has triangles.
+const OF_TRIANGLES: &str = "corners are the triangles of the file, cells its points";
+
 /// The tables of a mesh that icoray needs, owned.
 ///
 /// For MPAS, the tables as the file stores them, numbered from 1; missing ones are derived from the others if these
@@ -198,7 +201,8 @@ impl Mesh {
     /// A description of the tables with their sizes.
     pub fn in_words(&self) -> String {
         let [cells, corners, edges] = [self.cells(), self.corners(), self.edges()];
-        let made = self.made_in_words().map_or_else(String::new, |made| format!("; {made}"));
+        let of_triangles = || (self.kind() == "ICON").then(|| OF_TRIANGLES.to_owned());
+        let made = self.made_in_words().or_else(of_triangles).map_or_else(String::new, |made| format!("; {made}"));
         format!("{}: {cells} cells, {corners} corners, {edges} edges{made}", self.kind())
     }
 

@@ -173,7 +173,8 @@ impl<'a> Grid<'a> {
             let place = beside.map_or_else(String::new, |corner| {
                 let (number, at) = (table_names::number_of(&self.tables, corner), self.tables.corner);
                 let [lon, lat] = [at.lon_rad, at.lat_rad].map(|angle| angle.get(corner as usize).to_degrees());
-                format!(" beside corner {number} at {lon:.2} E {lat:.2} N")
+                let [east, north] = [if lon < 0.0 { 'W' } else { 'E' }, if lat < 0.0 { 'S' } else { 'N' }];
+                format!(" beside corner {number} at {:.2} {east} {:.2} {north}", lon.abs(), lat.abs())
             });
             format!("{triangles} void triangle{}{place}", plural(triangles))
         };

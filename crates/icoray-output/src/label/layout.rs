@@ -188,7 +188,10 @@ impl<'f> Page<'f> {
         let bars = &bars[..bars.len().min((room / (MIN_SLOT * self.em()) as i64).max(1) as usize)];
         let block = match bars {
             [bar] => {
-                let max_width = if matches!(along, Along::Middle) { room } else { length / 2 };
+                // A caption in the middle of an upright bar ends below the title.
+                let title = if is_upright { self.title_height() + margin / 2 } else { 0 };
+                let max_width =
+                    if matches!(along, Along::Middle) { (room - 2 * title).max(length / 2) } else { length / 2 };
                 self.set_bar(bar, is_upright, share(part, length), max_width)
             }
             _ => self.set_row(bars, is_upright, share(several(part, bars.len()), length).min(room)),
@@ -269,9 +272,7 @@ impl<'f> Page<'f> {
         let y = if side == LabelPlace::Bottom { margin } else { height - margin - notes.height };
         self.put(canvas, &notes, x, y);
         let beside = if side == LabelPlace::Bottom { notes.width + margin } else { 0 };
-        let title = words::title(self.frame, self.legend);
-        let title = Block::lines(&title, self.title, width - 2 * margin - beside, false);
-        self.put(canvas, &title, margin, margin);
+        self.put_title(canvas, width - 2 * margin - beside);
     }
 
     /// Height of the title in pixels.
@@ -297,8 +298,7 @@ impl<'f> Page<'f> {
         };
         let key = |key: Key| {
             let values = key.values.iter().map(|(value, color)| piece(*color, value));
-            let units = key.units.iter().map(|units| piece(None, units));
-            let pieces = std::iter::once(piece(None, &key.name)).chain(values).chain(units);
+            let pieces = std::iter::once(piece(None, &key.name)).chain(values);
             let (mut block, mut x, mut y) = (Block::default(), 0, 0);
             for piece in pieces {
                 if x > 0 && x + piece.width > max_width {
@@ -315,14 +315,32 @@ impl<'f> Page<'f> {
         keys.into_iter().map(key).collect()
     }
 
+    /// Draws the title, each line on a panel of its own if the planet is behind it.
+    fn put_title(&self, canvas: &mut Canvas, most: i64) {
+        let (x, mut y, pad) = (self.margin, self.margin, self.margin / 2);
+        let lines = words::title(self.frame, self.legend);
+        for (i, line) in lines.iter().enumerate() {
+            let block = Block::lines(std::slice::from_ref(line), self.title, most, false);
+            let rect = block.rect(x, y);
+            if self.hidden(rect) > HIDES_NONE {
+                // Panels of successive lines meet.
+                let [above, below] = [i == 0, i + 1 == lines.len()].map(|is_end| if is_end { pad } else { 0 });
+                let (width, height) = (rect.width + 2 * pad, rect.height + above + below);
+                canvas.fill(Rect { x: x - pad, y: y - above, width, height }, self.paper, PANEL);
+            }
+            block.draw(canvas, x, y, self.ink);
+            y += block.height;
+        }
+    }
+
     /// Draws a block, on a panel if the planet is behind it.
     fn put(&self, canvas: &mut Canvas, block: &Block, x: i64, y: i64) {
         if block.width == 0 {
             return;
         }
-        let rect = block.rect(x, y).grown(self.margin / 2);
+        let rect = block.rect(x, y);
         if self.hidden(rect) > HIDES_NONE {
-            canvas.fill(rect, self.paper, PANEL);
+            canvas.fill(rect.grown(self.margin / 2), self.paper, PANEL);
         }
         block.draw(canvas, x, y, self.ink);
     }

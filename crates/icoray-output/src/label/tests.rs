@@ -209,6 +209,40 @@ fn labels_over_the_planet_have_a_panel_behind_them() {
 }
 
 #[test]
+fn labels_that_only_come_near_the_planet_have_no_panel() {
+    let picture = |distance: f64| {
+        // Only the upper line reaches the planet's columns.
+        let title = "title = \"a long line of words\\nshort\"";
+        let scene = scene(300, 300, distance, &format!("bar = false\nscale = false\n{title}"));
+        let frame = frame(&scene);
+        let mut canvas = Canvas { width: 300, height: 300, rgba: vec![255; 4 * 300 * 300] };
+        let legend = frame.legend.as_ref().unwrap();
+        draw(&mut canvas, &frame, legend);
+        (canvas, legend.outer)
+    };
+    // The planet grows towards the title until a panel is there.
+    let distances = (0..200).map(|i| 6.0 - 0.02 * f64::from(i));
+    let mut panels = distances.map(|distance| (distance, picture(distance)));
+    let is_panel = |pixel: [u8; 3]| pixel == [51; 3];
+    let (distance, (canvas, outer)) =
+        panels.find(|(_, (canvas, _))| count(canvas, [0.0, 1.0], [0.0, 1.0], is_panel) > 0).unwrap();
+    // The corner of the line's text that is nearest the planet.
+    let corner = (0..300 * 300).map(|at| [at % 300, at / 300]).filter(|[x, y]| is_panel(pixel(&canvas, *x, *y)));
+    let [x, y] = corner.fold([0, 0], |[x, y], [right, bottom]| [x.max(right), y.max(bottom)]);
+    assert!(y < 25, "a panel of {y} rows behind one line");
+    let away = (153.0 - x as f64).hypot(150.0 - y as f64) / 150.0 * 20f64.to_radians().tan();
+    assert!(away.atan() < (outer / distance).asin(), "{distance}: a panel without the planet behind the text");
+}
+
+#[test]
+fn captions_of_upright_bars_end_below_the_title() {
+    let name = "Zonal component of reconstructed horizontal velocity at cell centers";
+    let canvas = drawn(&scene(720, 720, 8.0, &format!("place = \"right\"\nname = \"{name}\"")));
+    assert_eq!(count(&canvas, [0.85, 1.0], [0.0, 0.07], is_ink), 0);
+    assert!(count(&canvas, [0.85, 1.0], [0.1, 0.9], is_ink) > 500);
+}
+
+#[test]
 fn text_is_dark_on_bright_and_bright_on_dark() {
     let grey = |level: f64| Some([level; 3]);
     for (back, ink) in [(grey(0.0), 243), (grey(0.05), 243), (grey(1.0), 25), (grey(0.5), 25), (None, 25)] {

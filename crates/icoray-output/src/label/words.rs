@@ -44,10 +44,8 @@ pub(super) fn caption(frame: &Frame, legend: &Legend, bar: &Bar, exponent: i32) 
 pub(super) struct Key {
     /// The field's name.
     pub name: String,
-    /// Values with their colours; a surface that is painted by another field has none.
+    /// Values with their colours, the last with the field's units; a surface that is painted by another field has none.
     pub values: Vec<(String, Option<[f64; 3]>)>,
-    /// The field's units.
-    pub units: Option<String>,
 }
 
 /// Legend of the isosurfaces' colours, by field.
@@ -64,8 +62,11 @@ pub(super) fn keys(frame: &Frame, legend: &Legend) -> Vec<Key> {
             let color = if let Paint::Plain(color) = surface.paint { Some(color) } else { None };
             (value(surface.value), color)
         });
-        let (name, units) = (name(frame, legend, field).to_owned(), units(frame, legend, field, 0));
-        Key { name, values: values.collect(), units }
+        let mut values: Vec<_> = values.collect();
+        if let (Some((last, _)), Some(units)) = (values.last_mut(), units(frame, legend, field, 0)) {
+            *last += &format!(" {units}");
+        }
+        Key { name: name(frame, legend, field).to_owned(), values }
     };
     fields.into_iter().map(key).collect()
 }
@@ -143,6 +144,7 @@ pub(super) fn notes(frame: &Frame, legend: &Legend) -> Vec<String> {
 fn printed(number: &str) -> String {
     let parts = number.split_once('e').and_then(|(digits, power)| Some((digits, power.parse().ok()?)));
     match parts {
+        Some((digits, 0)) => digits.to_owned(),
         Some((digits, power)) => format!("{digits} × {}", power_of_ten(power)),
         None => number.replace("inf", "∞"),
     }

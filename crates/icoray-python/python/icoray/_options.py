@@ -92,6 +92,7 @@ class Options(Look, total=False):
     vmax: float | None
     surface: int | str | None
     level: int | str | None
+    isosurface: float | None
     size: tuple[int, int] | Sequence[int] | None
 
 

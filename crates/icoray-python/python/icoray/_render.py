@@ -243,7 +243,7 @@ def sample() -> Any:
     Raises
     ------
     ModuleNotFoundError
-        Where xarray is not installed.
+        Where xarray is not installed: ``pip install xarray``.
 
     Examples
     --------
@@ -307,6 +307,8 @@ def render(
     surface : int or str, optional
         Draw the values of a layer as a surface, in place of a volume: a number from 0, the innermost, "top" or "bottom".
         Its colours are set by `colormap` and `range`; `transfer` would draw a volume beside it. `level` is the same.
+    isosurface : float, optional
+        Draw the surface on which the field has this value, in place of a volume.
     size : (int, int), optional
         Width and height, pixels.
     tolerance : float, optional

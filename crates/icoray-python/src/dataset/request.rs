@@ -71,7 +71,8 @@ impl<'py> Request<'py> {
         let view: Option<String> = self.get("view", "the name of a view")?;
         let text = match self.given.get_item("scene")? {
             Some(given) => {
-                self.expect_none(&["colormap", "range", "surface"])?;
+                let instead = "give the scene's keys, such as transfer={...}";
+                self.expect_none(&["colormap", "range", "surface", "isosurface"], "scene", instead)?;
                 let text = match given.cast::<Scene>() {
                     Ok(scene) => scene.get().to_toml().to_owned(),
                     Err(_) => scene::parsed(&given)?,
@@ -95,6 +96,11 @@ impl<'py> Request<'py> {
             None => opened.dataset.first_field(),
         };
         let info = info.map_err(raised)?;
+        let isosurface: Option<f64> = self.get("isosurface", "a value of the field")?;
+        if isosurface.is_some() {
+            let instead = "give isosurfaces=[{...}] for its colours";
+            self.expect_none(&["colormap", "range", "surface"], "isosurface", instead)?;
+        }
         let degrees = "a number of degrees";
         let options = suggest::Options {
             lon_deg: self.get("lon", degrees)?,
@@ -104,6 +110,7 @@ impl<'py> Request<'py> {
             color_map: self.get("colormap", "the name of a colour map")?,
             range: self.get("range", "(low, high), two numbers")?,
             surface: self.given.get_item("surface")?.map(|level| surface(&level)).transpose()?,
+            isosurface,
             size: self.given.get_item("size")?.map(|size| scene::size(&size)).transpose()?,
             tolerance: self.get("tolerance", "a number")?,
             samples: self.get("samples", "an integer above 0")?,
@@ -115,10 +122,10 @@ impl<'py> Request<'py> {
         })
     }
 
-    fn expect_none(&self, names: &[&str]) -> PyResult<()> {
+    fn expect_none(&self, names: &[&str], beside: &str, instead: &str) -> PyResult<()> {
         for name in names {
             if let Some(value) = self.given.get_item(name)? {
-                let expected = "expected no such argument beside scene; give the scene's keys, such as transfer={...}";
+                let expected = format!("expected no such argument beside {beside}; {instead}");
                 return Err(argument(format!("{name}: {value:?}, {expected}")));
             }
         }

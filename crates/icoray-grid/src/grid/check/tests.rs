@@ -53,6 +53,8 @@ fn a_hole_is_named_and_one_row_too_few_too() {
     mesh.cell_corner[6 * 641..].fill(-1);
     let two = holes(mesh.tables());
     assert!(two.starts_with("2 holes, closed by ") && !two.contains("check their number"), "{two}");
+    // One at each pole.
+    assert!(two.contains(" N") && two.contains(" S") && !two.contains('-'), "{two}");
 }
 
 #[test]
