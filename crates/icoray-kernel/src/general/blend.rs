@@ -26,6 +26,22 @@ pub struct Medium {
     pub color: TransferMap,
     /// Extinction of the second field's values.
     pub extinction: TransferMap,
+    has_own_color: bool,
+}
+
+impl Medium {
+    /// A volume of these maps.
+    pub fn new(color: TransferMap, extinction: TransferMap) -> Self {
+        // Compared once instead of for each ray.
+        let has_own_color = color.source == extinction.source && color.knots() == extinction.knots();
+        Medium { color, extinction, has_own_color }
+    }
+
+    /// Whether both are the same transfer function of the same field.
+    #[inline]
+    pub fn has_own_color(&self) -> bool {
+        self.has_own_color
+    }
 }
 
 /// A medium on one piece.
@@ -64,7 +80,7 @@ impl<'w> MediumPiece<'w> {
     /// Extinction and colour, each with its slope.
     #[inline]
     fn at(&self, u: f64) -> MediumNode {
-        let Medium { color, extinction } = self.medium;
+        let Medium { color, extinction, .. } = self.medium;
         let [of_color, of_extinction] = &self.segments;
         let (value, slope) = (of_extinction.value(u), of_extinction.slope(u));
         let (other, other_slope) = match color.source == extinction.source {

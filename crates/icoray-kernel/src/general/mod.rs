@@ -87,7 +87,7 @@ impl KernelScene<'_> {
     pub fn has_one_field_of_volume(&self) -> bool {
         match self.media.as_slice() {
             [] => true,
-            [medium] => medium.color.is_of(&medium.extinction),
+            [medium] => medium.has_own_color(),
             _ => false,
         }
     }

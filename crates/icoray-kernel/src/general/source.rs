@@ -137,12 +137,6 @@ impl TransferMap {
         &self.knots
     }
 
-    /// Whether it is the same transfer function of the same source.
-    #[inline]
-    pub fn is_of(&self, other: &Self) -> bool {
-        self.source == other.source && self.knots == other.knots
-    }
-
     /// The factor from differences of field values to differences of normalised values.
     #[inline]
     pub fn scale(&self) -> f64 {

@@ -47,7 +47,7 @@ impl<'f> PacketVolumes<'f> {
         };
         for medium in &scene.media {
             let extinction = add(&medium.extinction)?;
-            let is_one = medium.color.is_of(&medium.extinction);
+            let is_one = medium.has_own_color();
             maps_of.push([extinction, if is_one { extinction } else { add(&medium.color)? }]);
         }
         Some(PacketVolumes { maps, maps_of })

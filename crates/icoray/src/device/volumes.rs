@@ -44,7 +44,7 @@ impl SceneVolume {
         }
         let volume = |medium: &Medium| SceneVolume {
             extinction: VolumeMap::new(&medium.extinction, fields),
-            color: (!medium.color.is_of(&medium.extinction)).then(|| VolumeMap::new(&medium.color, fields)),
+            color: (!medium.has_own_color()).then(|| VolumeMap::new(&medium.color, fields)),
         };
         scene.media.iter().map(volume).collect()
     }

@@ -9,7 +9,7 @@ fn knot(value: f64, color: [f64; 3], extinction: f64) -> KernelKnot {
 }
 
 fn medium(source: usize, knots: &[KernelKnot]) -> Medium {
-    Medium { color: TransferMap::new(source, knots.to_vec()), extinction: TransferMap::new(source, knots.to_vec()) }
+    Medium::new(TransferMap::new(source, knots.to_vec()), TransferMap::new(source, knots.to_vec()))
 }
 
 fn segment(f0: f64, f1: f64, kappa: f64, eps: f64, length: f64) -> Segment<f64> {

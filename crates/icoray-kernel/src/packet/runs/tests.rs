@@ -85,7 +85,7 @@ impl<'g> Model<'g> {
             grid: self.grid,
             levels: Levels::concentric(&RADII),
             sources: vec![FieldSource::new(&self.field(), false, light.into(), cuts, self.field().range().0)],
-            media: vec![Medium { color: map(), extinction: map() }],
+            media: vec![Medium::new(map(), map())],
             isosurfaces: Vec::new(),
             surface_layers: Vec::new(),
             clips: Clips::default(),

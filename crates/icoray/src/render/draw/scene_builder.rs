@@ -181,7 +181,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         seen_volumes(self.context.scene)
             .map(|(_, Volume { field, transfer, opacity, .. })| {
                 let (by, extinction) = opacity.as_ref().map_or((field, transfer), |by| (&by.field, &by.transfer));
-                Medium { color: self.map(field, transfer), extinction: self.map(by, extinction) }
+                Medium::new(self.map(field, transfer), self.map(by, extinction))
             })
             .collect()
     }
