@@ -1,7 +1,7 @@
 //! Layers at other heights over each cell.
 
 use super::common::*;
-use super::scenes::{HEAD, ISOSURFACES, SHINY, SURFACES, compare, compare_edges, second};
+use super::scenes::{HEAD, ISOSURFACES, SURFACES, compare, compare_edges, second};
 use super::volumes;
 use icoray::Fields;
 
@@ -26,7 +26,6 @@ const HIGH: &str = "[[surfaces]]\nheight_m = 9000\nfield = \"g\"\nopacity = 0.4\
     transfer = { map = \"magma\", range = [-0.9, 0.9] }\n";
 pub const LINES: &str =
     "[ground]\nland = \"#708050\"\nocean = \"#203060\"\n[[lines]]\non = 2\nopacity = 0.7\nspacing = 15\n";
-const CELLS: &str = "[[lines]]\npattern = \"cells\"\ncolor = \"red\"\n";
 
 #[test]
 fn layers_at_native_heights() {
@@ -41,11 +40,9 @@ fn layers_at_native_heights() {
     let both = (&grid, &sphere.layers);
     let hollow = format!("{NATIVE}\ncore = \"transparent\"");
     for (what, where_, text, rest) in [
-        ("smooth, hollow", FAR, SMOOTH.to_owned(), &*hollow),
         ("surfaces, cut", POLE, format!("{STEPS}\n{}", SURFACES[5].1), NATIVE),
         ("cells and spheres, lit", FAR, format!("{RAMP}\n{}\n{HIGH}\n{HEAD}", SURFACES[3].1), NATIVE),
         ("isosurfaces, cut, lit", INSIDE, format!("{RAMP}\n{}\n{HEAD}", ISOSURFACES[5].1), &hollow),
-        ("lines, lit", FAR, format!("{SMOOTH}\n{LINES}{CELLS}{SHINY}"), NATIVE),
     ] {
         let scene = scene(where_, &text, rest);
         compare(what, &scene, both, fields, 1);

@@ -1,7 +1,7 @@
 //! Spheres distributed over ranks, some of which trace on the GPU: the composed picture is that of the whole sphere.
 
 use super::common::*;
-use super::scenes::{ISOSURFACES, SURFACES, second};
+use super::scenes::{ISOSURFACES, second};
 use super::{native, volumes};
 use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
@@ -127,8 +127,6 @@ fn parts_of_scenes_make_the_picture_of_the_whole() {
         ("lines, lit", format!("{}{SUN}", native::LINES), &lakes, FAR),
         ("native heights, lit", format!("{}\n{HEAD}", ISOSURFACES[3].1), &all, FAR),
         ("two volumes", volumes::contents("two"), &all, FAR),
-        ("opacity of another field, lit", volumes::contents("opacity of another field") + HEAD, &all, INSIDE),
-        ("surfaces, cut", format!("{}\n{SUN}", SURFACES[5].1), &lakes, FAR),
         ("isosurfaces, cut", ISOSURFACES[5].1.to_owned(), &lakes, INSIDE),
     ]
     .into_iter()
