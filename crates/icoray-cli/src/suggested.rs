@@ -100,8 +100,8 @@ pub fn command(selection: &Selection, time: Option<usize>) -> String {
 
 /// Quotes a word for a shell if necessary.
 fn word(text: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-+:,=@%".contains(c);
-    if !text.is_empty() && text.chars().all(is_plain) {
+    let is_safe = |c: char| c.is_alphanumeric() || "/._-+:,=@%".contains(c);
+    if !text.is_empty() && text.chars().all(is_safe) {
         return text.to_owned();
     }
     format!("'{}'", text.replace('\'', "'\\''"))

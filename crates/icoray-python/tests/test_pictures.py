@@ -122,7 +122,7 @@ def test_labels_are_in_the_png_and_not_in_the_pixels(renderer, scene, grid, laye
     assert "camera" in plain.notes and plain.notes["field"] == "q"
 
 
-def test_a_report_is_plain_data(renderer, scene, grid, layers, wave):
+def test_a_report_consists_of_plain_data(renderer, scene, grid, layers, wave):
     report = renderer.render(scene, grid, layers, wave).report
     assert json.loads(json.dumps(report)) == report
     assert report["rays"] > 0 and report["render_s"] > 0

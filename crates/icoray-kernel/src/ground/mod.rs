@@ -55,8 +55,8 @@ impl Ground {
         let eye = View::of(scene);
         let shores = (land != ocean).then(|| (land, ocean, Coast::of(&eye)));
         let painter = Painter::new(scene, Level::Ground);
-        let is_plain = shores.is_none() && painter.is_none() && land == core;
-        (!is_plain).then_some(Ground { eye, shores, base: land, painter })
+        let has_one_color = shores.is_none() && painter.is_none() && land == core;
+        (!has_one_color).then_some(Ground { eye, shores, base: land, painter })
     }
 
     /// Linear RGB of the ground at a hit, before lighting. Cells and triangles are drawn if `triangle`, that over which

@@ -111,13 +111,13 @@ impl<'p, V: Machine> Integral<'p, V> {
         let allowed = absorbed * color_tolerance;
         let is_exact = error.simd_le(allowed);
         let half_change = self.medium.steepest * self.steep * 0.5;
-        let is_plain = half_change.simd_le(color_tolerance);
+        let is_uniform = half_change.simd_le(color_tolerance);
         let is_small = self.depth.simd_lt(LARGEST_DEPTH);
         Outcome {
             absorbed,
             weight: is_exact.select(weight, self.rise * absorbed * 0.5),
             error: is_exact.select(error, half_change * absorbed),
-            is_near: (is_exact | is_plain) & is_small,
+            is_near: (is_exact | is_uniform) & is_small,
         }
     }
 

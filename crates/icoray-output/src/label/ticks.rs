@@ -152,14 +152,14 @@ fn symlog([low, high]: [f64; 2], threshold: f64, max_count: usize) -> Ticks {
     let room = (max_count - usize::from(has_zero)).max(1) / if count[0] * count[1] > 0 { 2 } else { 1 };
     let top = last[0].max(last[1]);
     let stride = count[0].max(count[1]).div_ceil(room.max(1)) as i32;
-    let is_plain = PLAIN_DECADES.contains(&first) && PLAIN_DECADES.contains(&top);
+    let has_plain_labels = PLAIN_DECADES.contains(&first) && PLAIN_DECADES.contains(&top);
     let side = |sign: f64, last: i32| {
         let powers = (first..=last).map(move |power| (power, (top - power) % stride == 0));
         powers.map(move |(power, has_label)| {
             let label = if sign < 0.0 {
-                format!("−{}", decade_label(power, is_plain))
+                format!("−{}", decade_label(power, has_plain_labels))
             } else {
-                decade_label(power, is_plain)
+                decade_label(power, has_plain_labels)
             };
             (sign * decade(power), has_label.then_some(label))
         })
