@@ -66,7 +66,7 @@ pub(in crate::render) struct RayPart {
 impl RayPart {
     /// Whether it is a stretch of a frustum.
     pub fn is_stretch(&self) -> bool {
-        self.shares.iter().all(|(part, _)| matches!(part, ScenePart::Volume(_)))
+        self.t[0] < self.t[1]
     }
 }
 
