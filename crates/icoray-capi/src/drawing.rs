@@ -10,7 +10,7 @@ use crate::policy::Policy;
 use crate::types::{icoray_config, icoray_frame_report, icoray_status};
 use icoray_core::output::{Stamp, Writer};
 use icoray_core::{
-    Backend, Background, Error, Fields, Frame, FrameReport, Job, Quality, Ranks, Renderer, Scene, Script,
+    Backend, Background, Error, Fields, Frame, FrameReport, FrameSetup, Job, Quality, Ranks, Renderer, Scene, Script,
 };
 use std::sync::Arc;
 use std::thread::{ThreadId, current};
@@ -238,15 +238,14 @@ impl Drawing {
 
     /// Renders a frame, or this rank's share of it, and queues it for the writer.
     pub fn draw(&mut self, ranks: &mut Ranks, stamp: &Stamp, frame_inputs: FrameInputs) -> Outcome<()> {
-        self.devices.is_asked = frame_inputs.scene.backend == Backend::Gpu;
+        self.devices.is_asked = frame_inputs.setup.scene.backend == Backend::Gpu;
         if !ranks.is_alone() {
             return self.draw_collective(ranks, stamp, frame_inputs);
         }
         // A lone process has the whole grid and fields.
-        let FrameInputs { view, scene, grid, decomposition: _, layers, fields, description, descriptions, .. } =
+        let FrameInputs { view, setup: FrameSetup { scene, grid, layers, descriptions, .. }, fields, .. } =
             frame_inputs;
         let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
-        frame.description = description;
         frame.descriptions = descriptions;
         frame.notes.extend(self.notes(view));
         self.submit_to_writer(frame, &scene, stamp);
@@ -263,13 +262,13 @@ impl Drawing {
         let (Some(background), false) = (&mut self.background, frames.is_empty()) else {
             return Ok(Vec::new());
         };
-        self.devices.is_asked = frames.iter().any(|frame_inputs| frame_inputs.scene.backend == Backend::Gpu);
+        self.devices.is_asked = frames.iter().any(|frame_inputs| frame_inputs.setup.scene.backend == Backend::Gpu);
         let (mut jobs, mut views, mut all) = (Vec::new(), Vec::new(), Fields::default());
-        for FrameInputs { view, scene, grid, decomposition, layers, fields, description, descriptions, .. } in frames {
+        for FrameInputs { view, setup, fields, .. } in frames {
             all = all.with(fields);
             views.push(view.clone());
             let (stamp, notes) = (stamp.clone(), notes(view, self.note.as_ref()).collect());
-            jobs.push(Job { scene, grid, decomposition, layers, stamp, description, descriptions, notes });
+            jobs.push(Job { setup, stamp, notes });
         }
         let (count, mut refused) = (jobs.len(), Vec::new());
         let accepted = background.submit_all(ranks, jobs, all, &mut refused);

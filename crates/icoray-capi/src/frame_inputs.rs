@@ -3,44 +3,31 @@
 use crate::boundary::{Failure, Outcome};
 use crate::message::listed;
 use crate::types::icoray_status;
-use icoray_core::{ColumnCount, Decomposition, Description, DistributedGrid, Fields, Grid, Layers, Scene};
-use std::sync::Arc;
+use icoray_core::{ColumnCount, Fields, FrameSetup, Grid};
 
 /// The inputs of one frame.
 pub(crate) struct FrameInputs<'a> {
     /// Name of the view; empty if it has none.
     pub view: String,
-    pub scene: Arc<Scene>,
-    pub grid: Arc<Grid<'static>>,
-    pub decomposition: Option<Arc<Decomposition>>,
-    pub layers: Arc<Layers>,
+    pub setup: FrameSetup,
     /// The fields that the scene needs, by name; with heights if it shows native ones.
     pub fields: Fields<'a>,
     /// The names of those that have one value per column.
     pub fields_2d: Vec<String>,
-    /// Description of the first field of the scene.
-    pub description: Description,
-    /// Names and descriptions of the other fields that have one.
-    pub descriptions: Vec<(String, Description)>,
 }
 
 impl FrameInputs<'_> {
-    /// The grid with its distribution over ranks and its layers.
-    pub fn distributed_grid(&self) -> DistributedGrid<'_> {
-        DistributedGrid { grid: &self.grid, decomposition: self.decomposition.as_deref(), layers: &self.layers }
-    }
-
     /// Checks that the fields have as many columns as the whole grid, where several ranks render and no parts were set.
     pub fn check_whole(&self) -> Outcome<()> {
-        if self.decomposition.is_some() {
+        if self.setup.decomposition.is_some() {
             return Ok(());
         }
-        if self.grid.cells() == 0 {
+        if self.setup.grid.cells() == 0 {
             let message = "0 cells, expected at least 1, or icoray_part_set where ranks have parts of a grid";
             return Err(Failure::new(icoray_status::ICORAY_ERR_GRID, message));
         }
         for (name, field) in self.fields.iter() {
-            let (columns, expected) = (field.shape().columns, ColumnCount::new(&self.grid, field.location()));
+            let (columns, expected) = (field.shape().columns, ColumnCount::new(&self.setup.grid, field.location()));
             if columns != expected.columns {
                 let parts =
                     || "those of the whole grid; call icoray_part_set where ranks have some columns each".to_owned();
@@ -54,7 +41,10 @@ impl FrameInputs<'_> {
 
     /// The grid that the picture shows; `None` where each node draws a part of it.
     pub fn drawn_grid(&self) -> Option<&Grid<'_>> {
-        self.decomposition.as_ref().map_or(Some(&*self.grid), |decomposition| decomposition.drawn_grid(&self.grid))
+        self.setup
+            .decomposition
+            .as_ref()
+            .map_or(Some(&*self.setup.grid), |decomposition| decomposition.drawn_grid(&self.setup.grid))
     }
 
     /// The 2D fields as a fact that must be equal on all ranks, which show them as surfaces.
@@ -65,10 +55,11 @@ impl FrameInputs<'_> {
     /// This rank's grid as a fact that must be equal on all ranks: the verb of the error message, and the description.
     pub fn grid_description(&self) -> (&'static str, String) {
         const NAME: &str = "has a grid";
-        if self.decomposition.is_some() {
+        if self.setup.decomposition.is_some() {
             return (NAME, "in parts of icoray_part_set".into());
         }
-        let (cells, corners, center) = (self.grid.cells(), self.grid.triangles(), self.grid.tables().center);
+        let (cells, corners, center) =
+            (self.setup.grid.cells(), self.setup.grid.triangles(), self.setup.grid.tables().center);
         let place = if cells == 0 { [f64::NAN; 2] } else { [center.lon_rad.get(0), center.lat_rad.get(0)] };
         let [lon, lat] = place.map(f64::to_degrees);
         let whole = format!("of {cells} cells and {corners} corners, the first at {lon:.3} E {lat:.3} N");

@@ -33,11 +33,7 @@ impl Drawing<'_> {
         let rendered = self.renderer.render_over(ranks, scene, self.grid, None, layers, needed)?;
         let Rendered::Here(mut frame) = rendered else { return Ok(None) };
         for SceneField { info, .. } in self.scene_fields.of(scene)? {
-            if info.name == scene.field() {
-                frame.description = info.description.clone();
-            } else {
-                frame.descriptions.push((info.name.clone(), info.description.clone()));
-            }
+            frame.descriptions.insert(info.name.clone(), info.description.clone());
         }
         frame.notes.extend(self.scene_fields.notes(scene)?.into_iter().map(|note| ("note", note)));
         if let Some(native) = self.scene_fields.native(scene)? {

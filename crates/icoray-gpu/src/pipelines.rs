@@ -4,7 +4,6 @@ use crate::bindings::{READ, READ_WRITE, layout, page_layout};
 use crate::context::Context;
 use crate::shader::{self, Contents};
 use icoray::device::FallbackReason;
-use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use wgpu::BufferBindingType::{self, Uniform};
 
@@ -19,8 +18,15 @@ const TABLES: [BufferBindingType; 14] = {
 /// Override constants of a shader.
 pub(crate) type Constants = Vec<(&'static str, u32)>;
 
-/// The pipelines of a device, compiled on first use, and the layouts of their bind groups. Groups 1 and 3 are pages of
-/// the field and of the data that accompany it.
+/// The shader of a pipeline, its contents and its constants.
+type Key = (&'static str, Contents, Constants);
+
+/// Largest number of compiled pipelines that are kept: viewers of a running model can ask for hundreds of kinds of
+/// scenes, and a pipeline takes up to 100 MB with lavapipe.
+const MAX_PIPELINES: usize = 16;
+
+/// The pipelines of a device, compiled on first use, the last used of which are kept, and the layouts of their bind
+/// groups. Groups 1 and 3 are pages of the field and of the data that accompany it.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     /// Group 0.
@@ -35,7 +41,8 @@ pub(crate) struct Pipelines {
     pub scene_parts: wgpu::BindGroupLayout,
     /// Group 2 of `shaders/gradient.wgsl`.
     pub gradient: wgpu::BindGroupLayout,
-    compiled: Mutex<HashMap<(&'static str, Contents, Constants), wgpu::ComputePipeline>>,
+    /// The last used comes last.
+    compiled: Mutex<Vec<(Key, wgpu::ComputePipeline)>>,
 }
 
 impl Pipelines {
@@ -63,13 +70,17 @@ impl Pipelines {
     ) -> Result<wgpu::ComputePipeline, FallbackReason> {
         let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (name, contents, constants);
-        if let Some(pipeline) = compiled.get(&key) {
-            return Ok(pipeline.clone());
+        let pipeline = if let Some(at) = compiled.iter().position(|(kept, _)| *kept == key) {
+            compiled.remove(at).1
+        } else {
+            let page_layout = page_layout(ctx, pages);
+            let layouts = [&self.tables, &page_layout, own, &page_layout];
+            compile(ctx, name, shader::compose_for(name, contents, pages), Some(layouts), &key.2)?
+        };
+        if compiled.len() == MAX_PIPELINES {
+            compiled.remove(0);
         }
-        let page_layout = page_layout(ctx, pages);
-        let layouts = [&self.tables, &page_layout, own, &page_layout];
-        let pipeline = compile(ctx, name, shader::compose_for(name, contents, pages), Some(layouts), &key.2)?;
-        compiled.insert(key, pipeline.clone());
+        compiled.push((key, pipeline.clone()));
         Ok(pipeline)
     }
 }

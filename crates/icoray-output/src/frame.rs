@@ -4,6 +4,7 @@ use icoray_grid::{Description, printable};
 use icoray_scene::name::Stamp;
 use icoray_scene::{Coloring, Scene};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 
 pub mod figures;
@@ -162,10 +163,8 @@ pub struct Frame {
     pub sampling_error: Vec<f32>,
     /// Name of the displayed field.
     pub field: String,
-    /// Description of the field; set by the caller.
-    pub description: Description,
-    /// Descriptions of other fields, by name; set by the caller.
-    pub descriptions: Vec<(String, Description)>,
+    /// Descriptions of the scene's fields, by name; set by the caller.
+    pub descriptions: BTreeMap<String, Description>,
     /// Labels to be written into the picture.
     pub legend: Option<Box<Legend>>,
     /// Camera and transfer range in words.
@@ -190,16 +189,17 @@ impl Frame {
             ("Software".into(), format!("icoray {}", env!("CARGO_PKG_VERSION"))),
             ("field".into(), self.field.clone()),
         ];
-        let Description { long_name, units } = &self.description;
-        lines.extend(long_name.iter().map(|name| ("long name".into(), name.clone())));
-        lines.extend(units.iter().map(|units| ("units".into(), units.clone())));
-        if !self.descriptions.is_empty() {
-            let others = self.descriptions.iter().map(|(name, Description { long_name, units })| {
-                let said = [long_name, units].into_iter().flatten().map(String::as_str);
-                format!("{name}: {}", said.collect::<Vec<_>>().join(", "))
-            });
-            lines.push(("other fields".into(), others.collect::<Vec<_>>().join("; ")));
+        if let Some(Description { long_name, units }) = self.descriptions.get(&self.field) {
+            lines.extend(long_name.iter().map(|name| ("long name".into(), name.clone())));
+            lines.extend(units.iter().map(|units| ("units".into(), units.clone())));
         }
+        let others = self.descriptions.iter().filter(|(name, _)| **name != self.field);
+        let others = others.map(|(name, Description { long_name, units })| {
+            let texts = [long_name, units].into_iter().flatten().map(String::as_str);
+            format!("{name}: {}", texts.collect::<Vec<_>>().join(", "))
+        });
+        let others = others.collect::<Vec<_>>().join("; ");
+        lines.extend((!others.is_empty()).then(|| ("other fields".into(), others)));
         let figures = self.figures(Scope::Picture).map(|(figure, value)| (figure.name.into(), value.to_string()));
         lines.extend(figures.filter(|(_, text)| !text.is_empty()));
         lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
@@ -224,8 +224,7 @@ pub(crate) mod tests {
             error,
             sampling_error: Vec::new(),
             field: "q".into(),
-            description: Description::default(),
-            descriptions: Vec::new(),
+            descriptions: BTreeMap::new(),
             legend: None,
             notes: vec![("camera", "far away".into())],
             stamp: Stamp { step: 7, time_s: 60.0, date: None },
@@ -302,8 +301,8 @@ pub(crate) mod tests {
         assert_eq!(text(&frame, "colors").unwrap(), "q: vik, -1 to 2; w: vik, -1 to 3.5");
         assert_eq!([text(&frame, "color_min").unwrap(), text(&frame, "color_max").unwrap()], ["-1", "2"]);
         let wind = Description { long_name: Some("wind".into()), units: Some("m s-1".into()) };
-        frame.descriptions = vec![("w".into(), wind), ("v".into(), Description::default())];
-        assert_eq!(text(&frame, "other fields").unwrap(), "w: wind, m s-1; v: ");
+        frame.descriptions = [("w".into(), wind), ("v".into(), Description::default())].into();
+        assert_eq!(text(&frame, "other fields").unwrap(), "v: ; w: wind, m s-1");
     }
 
     #[test]

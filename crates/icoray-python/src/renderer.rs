@@ -97,10 +97,11 @@ impl Renderer {
         let (scene, fields) = (&scene, fields.on_layers(layers));
         let mut frame = self.draw(py, None, |inner| inner.render(scene, grid, layers, fields))?;
         frame.report.bytes_copied += given.bytes_copied();
-        let described = |name: &str| given.get(name).map(|field| field.get().description.clone());
-        frame.description = given.first(scene.field()).map(|f| f.get().description.clone()).unwrap_or_default();
-        let others = scene.shown_fields().into_iter().skip(1);
-        frame.descriptions = others.filter_map(|name| Some((name.to_owned(), described(name)?))).collect();
+        let described = |name: &str| {
+            let field = if name == scene.field() { given.first(name) } else { given.get(name) };
+            Some((name.to_owned(), field?.get().description.clone()))
+        };
+        frame.descriptions = scene.shown_fields().into_iter().filter_map(described).collect();
         Ok(Image::new(frame))
     }
 

@@ -1,7 +1,8 @@
 //! Pictures side by side with labels, as one picture.
 
 use icoray::output::{Mask, Stamp, write_picture};
-use icoray::{Description, Frame, FrameReport, Result};
+use icoray::{Frame, FrameReport, Result};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Size of text and height of a line, pixels.
@@ -67,8 +68,7 @@ pub(crate) fn frame(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Frame {
         sampling_error: Vec::new(),
         pixels,
         field: String::new(),
-        description: Description::default(),
-        descriptions: Vec::new(),
+        descriptions: BTreeMap::new(),
         legend: None,
         notes: Vec::new(),
         stamp: Stamp::default(),

@@ -26,7 +26,7 @@ mod copies;
 mod job;
 
 use copies::{Copies, check_gathered, needed};
-pub use job::{Accepted, Drawn, Job};
+pub use job::{Accepted, Drawn, FrameSetup, Job};
 
 /// The jobs of a step, the copies that they are drawn from, and the cost of submitting them.
 type Step = (Vec<Job>, Copies, Accepted);
@@ -171,7 +171,7 @@ impl Background {
         accepted_jobs.retain(ranks, refused, |job, _| {
             // After the wait: only then does the writer have the names of the previous frames.
             if writes {
-                writer.check(&job.scene.output, &job.stamp, job.scene.field())?;
+                writer.check(&job.setup.scene.output, &job.stamp, job.setup.scene.field())?;
             }
             Ok(())
         });
@@ -345,7 +345,7 @@ fn draw(
     accepted: Accepted,
 ) -> Result<(FrameReport, Option<Stamp>)> {
     let rendered = render(renderer, ranks, &job, copies)?;
-    let Job { scene, stamp, description, descriptions, notes, .. } = job;
+    let Job { setup: FrameSetup { scene, descriptions, .. }, stamp, notes } = job;
     let cost = |mut report: FrameReport| {
         report.timing.waited_s = accepted.waited_s;
         report.timing.copy_s = accepted.copy_s;
@@ -356,7 +356,7 @@ fn draw(
         Rendered::Here(frame) => frame,
         Rendered::AtRoot(report) => return Ok((cost(report), None)),
     };
-    (frame.description, frame.descriptions) = (description, descriptions);
+    frame.descriptions = descriptions;
     frame.notes.extend(notes);
     frame.report = cost(frame.report);
     let report = frame.report.clone();
@@ -365,7 +365,7 @@ fn draw(
 }
 
 fn render(renderer: &Renderer, ranks: &mut Ranks, job: &Job, copies: &Copies) -> Result<Rendered> {
-    let Job { scene, grid, layers, .. } = job;
+    let FrameSetup { scene, grid, layers, .. } = &job.setup;
     if let Some(gathered) = copies.gathered(job) {
         return renderer.render_gathered(Instant::now(), ranks, scene, (grid, layers), gathered);
     }

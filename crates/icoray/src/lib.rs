@@ -84,7 +84,7 @@ mod snapshot;
 pub mod suggest;
 mod time_budget;
 
-pub use background::{Accepted, Background, Drawn, Job};
+pub use background::{Accepted, Background, Drawn, FrameSetup, Job};
 pub use fields::Fields;
 pub use icoray_grid::memory;
 pub use icoray_grid::{

@@ -7,8 +7,8 @@ use crate::frame_inputs::FrameInputs;
 use crate::message::listed;
 use crate::types::{icoray_array, icoray_ndarray, icoray_status};
 use icoray_core::{
-    ColumnCount, Decomposition, Description, Field, Fields, Grid, Heights, Layers, Location, OwnedTables, Scene,
-    Script, Shot,
+    ColumnCount, Decomposition, Description, Field, Fields, FrameSetup, Grid, Heights, Layers, Location, OwnedTables,
+    Scene, Script, Shot,
 };
 use std::collections::BTreeMap;
 use std::ffi::c_char;
@@ -208,12 +208,15 @@ impl Inputs {
             let heights = self.heights_for(grid_input, layers, called, first);
             fields = fields.with_heights(heights.map_err(|f| f.within("heights"))?);
         }
-        let described = |name: &str| self.descriptions.get(name).cloned();
-        let description = described(scene.field()).unwrap_or_default();
-        let others = scene.shown_fields().into_iter().skip(1);
-        let descriptions = others.filter_map(|name| Some((name.to_owned(), described(name)?))).collect();
-        let (grid, decomposition, layers) = (grid_input.grid.clone(), grid_input.decomposition.clone(), layers.clone());
-        Ok(FrameInputs { view, scene, grid, decomposition, layers, fields, fields_2d, description, descriptions })
+        let described = |name: &str| Some((name.to_owned(), self.descriptions.get(name)?.clone()));
+        let setup = FrameSetup {
+            descriptions: scene.shown_fields().into_iter().filter_map(described).collect(),
+            scene,
+            grid: grid_input.grid.clone(),
+            decomposition: grid_input.decomposition.clone(),
+            layers: layers.clone(),
+        };
+        Ok(FrameInputs { view, setup, fields, fields_2d })
     }
 
     /// The fields that a scene needs, at least one.

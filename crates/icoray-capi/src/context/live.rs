@@ -207,9 +207,9 @@ impl Context {
             given.check_whole()?;
             let (_, field) = given.fields.iter().next().ok_or_else(|| Failure::null("the scene's field"))?;
             // Some columns over the whole grid have no plan of their own.
-            if field.shape().columns == ColumnCount::new(&given.grid, field.location()).columns {
-                let plan = Plan::new(&given.scene, &given.grid, &given.layers, field)?;
-                let memory = self.drawing.renderer().run(|| plan.memory(&given.scene, &given.grid));
+            if field.shape().columns == ColumnCount::new(&given.setup.grid, field.location()).columns {
+                let plan = Plan::new(&given.setup.scene, &given.setup.grid, &given.setup.layers, field)?;
+                let memory = self.drawing.renderer().run(|| plan.memory(&given.setup.scene, &given.setup.grid));
                 largest = largest.max(memory.total());
             }
         }
@@ -257,8 +257,8 @@ impl Context {
         });
         let agreed = self.agree_for_viewers(mine);
         let found = agreed.and_then(|given| {
-            let (renderer, data) = (self.drawing.renderer(), given.distributed_grid());
-            Ok(renderer.probe_decomposed(&mut self.ranks, &given.scene, data, given.fields.clone(), at)?)
+            let (renderer, data) = (self.drawing.renderer(), given.setup.distributed_grid());
+            Ok(renderer.probe_decomposed(&mut self.ranks, &given.setup.scene, data, given.fields.clone(), at)?)
         });
         if let Some(page) = &mut self.viewers.page {
             page.answer_probe(found, stamp, &self.inputs);

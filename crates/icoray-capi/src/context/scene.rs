@@ -132,9 +132,10 @@ impl Context {
         let no_field = || Error::new(ErrorKind::Internal, "a picture without a field");
         let field = given.fields.iter().next().ok_or_else(no_field)?;
         let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
-        let is_length = given.description.is_length() && !given.description.is_precipitation(None);
+        let description = given.setup.descriptions.get(given.setup.scene.field());
+        let is_length = description.is_some_and(|its| its.is_length() && !its.is_precipitation(None));
         let options = Options { is_length, ..options };
-        let (renderer, data) = (self.drawing.renderer(), given.distributed_grid());
+        let (renderer, data) = (self.drawing.renderer(), given.setup.distributed_grid());
         let found = renderer.suggest_decomposed(&mut self.ranks, data, field, &options);
         found.map_err(|error| Failure::from(error).of_picture(view, stamp.step))
     }

@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome};
 use crate::frame_inputs::FrameInputs;
 use crate::host::without_signals;
 use icoray_core::output::Stamp;
-use icoray_core::{Background, Ranks, Rendered};
+use icoray_core::{Background, FrameSetup, Ranks, Rendered};
 use serde::{Deserialize, Serialize};
 use std::thread::current;
 
@@ -78,12 +78,11 @@ impl Drawing {
         stamp: &Stamp,
         frame_inputs: FrameInputs,
     ) -> Outcome<()> {
-        let (data, fields) = (frame_inputs.distributed_grid(), frame_inputs.fields.clone());
-        let rendered = self.renderer.render_decomposed(ranks, &frame_inputs.scene, data, fields)?;
-        let FrameInputs { view, scene, description, descriptions, .. } = frame_inputs;
+        let (data, fields) = (frame_inputs.setup.distributed_grid(), frame_inputs.fields.clone());
+        let rendered = self.renderer.render_decomposed(ranks, &frame_inputs.setup.scene, data, fields)?;
+        let FrameInputs { view, setup: FrameSetup { scene, descriptions, .. }, .. } = frame_inputs;
         match rendered {
             Rendered::Here(mut frame) => {
-                frame.description = description;
                 frame.descriptions = descriptions;
                 frame.notes.extend(self.notes(view));
                 self.submit_to_writer(frame, &scene, stamp);

@@ -18,6 +18,11 @@ fn scene(width: u32, height: u32, distance: f64, more: &str) -> Scene {
     Scene::parse(&text).unwrap()
 }
 
+/// A field's name with its description.
+fn described(name: &str, long: &str, units: &str) -> (String, Description) {
+    (name.to_owned(), Description { long_name: Some(long.into()), units: Some(units.into()) })
+}
+
 fn frame(scene: &Scene) -> Frame {
     let like = crate::frame::tests::frame();
     let pixels = vec![[0.0, 0.0, 0.0, 1.0]; (scene.width * scene.height) as usize];
@@ -27,7 +32,7 @@ fn frame(scene: &Scene) -> Frame {
         error: vec![0.0; pixels.len()],
         pixels,
         field: scene.field().to_owned(),
-        description: Description { long_name: Some("temperature".into()), units: Some("K".into()) },
+        descriptions: [described(scene.field(), "temperature", "K")].into(),
         legend: Legend::of(scene, &[1.0]),
         stamp: Stamp { step: 7, time_s: 3600.0, date: None },
         ..like

@@ -3,23 +3,14 @@
 use super::bar::Bar;
 use super::units::{power_of_ten, pretty};
 use crate::frame::{Frame, Legend, two_digits_up};
-use icoray_grid::Description;
 use icoray_scene::Paint;
 use icoray_scene::name::Stamp;
 use icoray_scene::template::date;
 
-/// Description of a field of the scene.
-fn description<'f>(frame: &'f Frame, field: &str) -> Option<&'f Description> {
-    if field == frame.field {
-        return Some(&frame.description);
-    }
-    frame.descriptions.iter().find(|(name, _)| name == field).map(|(_, description)| description)
-}
-
 /// A field's name. The scene may give one to the first field.
 pub(super) fn name<'f>(frame: &'f Frame, legend: &'f Legend, field: &'f str) -> &'f str {
     let given = legend.labels.name.as_deref().filter(|_| field == frame.field);
-    let known = || description(frame, field).and_then(|known| known.long_name.as_deref());
+    let known = || frame.descriptions.get(field).and_then(|known| known.long_name.as_deref());
     given.or_else(known).unwrap_or(field)
 }
 
@@ -27,7 +18,7 @@ pub(super) fn name<'f>(frame: &'f Frame, legend: &'f Legend, field: &'f str) -> 
 /// field without units or factor.
 pub(super) fn units(frame: &Frame, legend: &Legend, field: &str, exponent: i32) -> Option<String> {
     let given = legend.labels.units.as_deref().filter(|_| field == frame.field);
-    let known = || description(frame, field).and_then(|known| known.units.as_deref());
+    let known = || frame.descriptions.get(field).and_then(|known| known.units.as_deref());
     pretty(given.or_else(known).unwrap_or(""), exponent)
 }
 

@@ -1,6 +1,6 @@
 //! Copies of the fields of a step, from which its frames are rendered.
 
-use super::Job;
+use super::{FrameSetup, Job};
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranks::{Columns, Decomposition, GatherInputs, NodeFields, Ranks};
@@ -34,16 +34,16 @@ impl Copies {
                 own = own.with(needed.clone());
                 continue;
             };
-            let of_derived = job.scene.derivation_inputs();
+            let of_derived = job.setup.scene.derivation_inputs();
             match spread.iter_mut().find(|(known, ..)| Arc::ptr_eq(known, decomposition)) {
                 Some((_, _, inputs, fields)) => {
                     inputs.derivation_inputs.extend(of_derived);
                     // The heights are those of the first picture that needs heights.
-                    inputs.layers = if fields.heights().is_some() { inputs.layers } else { &job.layers };
+                    inputs.layers = if fields.heights().is_some() { inputs.layers } else { &job.setup.layers };
                     *fields = take(fields).with(needed.clone());
                 }
                 None => {
-                    let (grid, layers, threads) = (&*job.grid, &*job.layers, &renderer.threads);
+                    let (grid, layers, threads) = (&*job.setup.grid, &*job.setup.layers, &renderer.threads);
                     let inputs = GatherInputs { threads, grid, layers, derivation_inputs: of_derived.collect() };
                     spread.push((decomposition, columns, inputs, needed.clone()));
                 }
@@ -90,7 +90,7 @@ impl fmt::Debug for Copies {
 
 /// The columns of a job's grid that this rank has; `None` if it has the whole grid.
 fn columns(job: &Job) -> Option<(&Arc<Decomposition>, &Columns)> {
-    match job.decomposition.as_ref() {
+    match job.setup.decomposition.as_ref() {
         Some(decomposition) => match &**decomposition {
             Decomposition::Columns(columns) => Some((decomposition, columns)),
             Decomposition::Whole => None,
@@ -101,9 +101,10 @@ fn columns(job: &Job) -> Option<(&Arc<Decomposition>, &Columns)> {
 
 /// The fields that a job needs, if `fields` suffice to render it. For ranks with columns, gathering checks that.
 pub(super) fn needed<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
-    let needed = fields.needed_by(&job.scene)?;
+    let FrameSetup { scene, grid, layers, .. } = &job.setup;
+    let needed = fields.needed_by(scene)?;
     if let (Some(first), None) = (needed.each().next(), columns(job)) {
-        Plan::new(&job.scene, &job.grid, &job.layers, first)?;
+        Plan::new(scene, grid, layers, first)?;
     }
     Ok(needed)
 }
@@ -112,6 +113,6 @@ pub(super) fn needed<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
 pub(super) fn check_gathered(job: &Job, copies: &Copies) -> Result<()> {
     let Some(gathered) = copies.gathered(job) else { return Ok(()) };
     let fields = gathered.fields()?;
-    let first = fields.first(job.scene.field())?;
-    Plan::new(&job.scene, gathered.grid(&job.grid), &job.layers, first).map(drop)
+    let FrameSetup { scene, grid, layers, .. } = &job.setup;
+    Plan::new(scene, gathered.grid(grid), layers, fields.first(scene.field())?).map(drop)
 }

@@ -1,16 +1,17 @@
 //! Jobs for background rendering, and their outcomes.
 
-use crate::ranks::Decomposition;
+use crate::ranks::{Decomposition, DistributedGrid};
 use icoray_grid::{Description, Error, Grid, Layers, Result};
 use icoray_output::FrameReport;
 use icoray_output::outcomes::Outcome;
 use icoray_scene::Scene;
 use icoray_scene::name::Stamp;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A frame to draw, without its fields.
+/// What a frame shows, without the values of its fields.
 #[derive(Debug, Clone)]
-pub struct Job {
+pub struct FrameSetup {
     /// The scene to draw.
     pub scene: Arc<Scene>,
     /// The grid.
@@ -19,12 +20,24 @@ pub struct Job {
     pub decomposition: Option<Arc<Decomposition>>,
     /// The layers.
     pub layers: Arc<Layers>,
+    /// Descriptions of the scene's fields, by name.
+    pub descriptions: BTreeMap<String, Description>,
+}
+
+impl FrameSetup {
+    /// The grid with its distribution over ranks and its layers.
+    pub fn distributed_grid(&self) -> DistributedGrid<'_> {
+        DistributedGrid { grid: &self.grid, decomposition: self.decomposition.as_deref(), layers: &self.layers }
+    }
+}
+
+/// A frame to draw, without its fields.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// What it shows.
+    pub setup: FrameSetup,
     /// The model's step and time.
     pub stamp: Stamp,
-    /// Description of the field.
-    pub description: Description,
-    /// Descriptions of the other fields, by name.
-    pub descriptions: Vec<(String, Description)>,
     /// Further text entries of the picture's file: key and text.
     pub notes: Vec<(&'static str, String)>,
 }

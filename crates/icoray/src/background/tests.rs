@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::ranks::Decomposition;
-use icoray_grid::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
 use icoray_output::Frame;
 use icoray_output::writer::WriterOptions;
 use icoray_scene::{Derivation, Heights, How, Scene, Volume};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::mpsc::channel;
 
@@ -58,16 +59,14 @@ impl Stage {
     }
 
     fn job(&self, step: i64) -> Job {
-        Job {
+        let setup = FrameSetup {
             scene: Arc::clone(&self.scene),
             grid: Arc::clone(&self.grid),
             decomposition: None,
             layers: Arc::clone(&self.layers),
-            stamp: Stamp { step, ..Stamp::default() },
-            description: Description::default(),
-            descriptions: Vec::new(),
-            notes: Vec::new(),
-        }
+            descriptions: BTreeMap::new(),
+        };
+        Job { setup, stamp: Stamp { step, ..Stamp::default() }, notes: Vec::new() }
     }
 
     /// Values of a step, in another layout at each.
@@ -297,7 +296,8 @@ fn frames_of_a_step_are_drawn_of_one_copy() {
         let mut scene = (*stage.scene).clone();
         scene.volumes[0].field = shown.into();
         scene.output.file = Scene::parse(&SCENE.replace("{step}", file)).unwrap().output.file;
-        Job { scene: Arc::new(scene), ..stage.job(5) }
+        let Job { setup, stamp, notes } = stage.job(5);
+        Job { setup: FrameSetup { scene: Arc::new(scene), ..setup }, stamp, notes }
     };
     let mut background = stage.background();
     let jobs = vec![job("q", "a"), job("lost", "b"), job("t", "c"), job("q", "d")];

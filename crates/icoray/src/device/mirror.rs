@@ -48,6 +48,11 @@ pub fn segment_part(s: [f32; 5], from: (f32, f32), to: (f32, f32)) -> [f32; 5] {
     [f0, f1, kappa, eps, length]
 }
 
+/// `Segment::reach`, of values of up to `size` at vertices.
+pub fn segment_reach(s: [f32; 5], size: f32) -> f32 {
+    segment(s).reach(size)
+}
+
 /// `bend_factor`.
 pub fn bend_factor(eps: f32) -> f32 {
     piece::bend_factor(eps)

@@ -10,11 +10,11 @@ use super::work::{Work, certainty, notes};
 use crate::cells_per_pixel::cells_per_pixel;
 use crate::ranks::{FrameSummary, Ranks};
 use crate::raster::Raster;
-use icoray_grid::Description;
 use icoray_grid::Result;
 use icoray_output::Legend;
 use icoray_output::{ErrorSummary, Frame, FrameReport, RanksReport, SamplingReport, Timing};
 use icoray_scene::name::Stamp;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Draws the picture of `work`. Collective. The caller sets the report's `bytes_derived`.
@@ -96,8 +96,7 @@ pub(super) fn draw(
         error,
         sampling_error,
         field: scene.field().to_owned(),
-        description: Description::default(),
-        descriptions: Vec::new(),
+        descriptions: BTreeMap::new(),
         legend: Legend::of(scene, &plan.radius),
         notes: notes(scene),
         stamp: Stamp::default(),

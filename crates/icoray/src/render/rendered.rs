@@ -4,7 +4,6 @@ use icoray_output::{Frame, FrameReport};
 
 /// A rank's result of a finished picture.
 #[derive(Debug, Clone, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
 pub enum Rendered {
     /// The picture, on rank 0.
     Here(Frame),

@@ -42,7 +42,8 @@ impl Sphere {
             (0..count).map(|i| most * (2.0 * (i * 7919 % count) as f32 / (count - 1) as f32 - 1.0)).collect();
         let field = at_centers(&values, LAYERS);
         let mut frame = self.renderer.render(scene, &grid, &self.layers, &field).unwrap();
-        frame.description = Description { long_name: Some("a field".into()), units: Some("m s-1".into()) };
+        let description = Description { long_name: Some("a field".into()), units: Some("m s-1".into()) };
+        frame.descriptions.insert(scene.field().to_owned(), description);
         frame.stamp = Stamp { step: 3, time_s: 60.0, date: None };
         frame
     }

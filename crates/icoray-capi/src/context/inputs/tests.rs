@@ -119,8 +119,10 @@ fn a_scene_is_given_its_fields_in_place_and_no_others() {
     assert_eq!(["q", "t", "v"].map(at), places, "read where the model has them");
     assert_eq!(frame_inputs.fields.get("t").unwrap().location(), Location::Corner);
     assert!(frame_inputs.fields.heights().is_none());
-    assert_eq!(frame_inputs.description, described("q"));
-    assert_eq!(frame_inputs.descriptions, ["t", "speed"].map(|name| (name.to_owned(), described(name))));
+    assert_eq!(
+        frame_inputs.setup.descriptions,
+        ["q", "t", "speed"].map(|name| (name.to_owned(), described(name))).into()
+    );
 }
 
 #[test]
@@ -154,7 +156,8 @@ fn a_2d_field_has_its_values_on_all_layers_and_is_shown_as_a_surface() {
         let given = model.inputs.frame_inputs(shot(text)).unwrap();
         let fact = given.fields_2d().1;
         let renderer = Renderer::new(1).unwrap();
-        (renderer.render(&given.scene, &given.grid, &given.layers, given.fields).unwrap().pixels, fact)
+        let FrameSetup { scene, grid, layers, .. } = &given.setup;
+        (renderer.render(scene, grid, layers, given.fields).unwrap().pixels, fact)
     };
     let (surface, fact) = drawn(&volume.replace("\"q\"", "\"ps\""));
     assert_eq!(fact, "[\"ps\"]");

@@ -2,6 +2,7 @@
 
 use super::*;
 use icoray_scene::Opacity;
+use std::collections::BTreeMap;
 
 /// A surface and an isosurface, each with colours of its own.
 const PAINTED: &str = "[[surfaces]]\nlayer = \"top\"\nfield = \"w\"\ntransfer = { map = \"plasma\", range = [-2, 2] }\n\
@@ -18,7 +19,7 @@ fn drawn(width: u32, height: u32, labels: &str, more: &str) -> Canvas {
 }
 
 fn picture(scene: &Scene) -> Canvas {
-    let frame = described(scene);
+    let frame = described_frame(scene);
     let rgba = frame.pixels.iter().flat_map(|_| [0, 0, 0, 255]).collect();
     let mut canvas = Canvas { width: frame.width, height: frame.height, rgba };
     draw(&mut canvas, &frame, frame.legend.as_ref().unwrap());
@@ -31,16 +32,14 @@ fn by_w(mut scene: Scene) -> Scene {
     scene
 }
 
-fn described(scene: &Scene) -> Frame {
-    let of = |name: &str, long: &str, units: &str| {
-        (name.to_owned(), Description { long_name: Some(long.into()), units: Some(units.into()) })
-    };
-    let descriptions = vec![
-        of("w", "vertical velocity", "m s-1"),
-        of("zeta", "relative vorticity", "s-1"),
-        of("pv", "potential vorticity", "K m2 kg-1 s-1"),
-    ];
-    Frame { descriptions, ..frame(scene) }
+fn described_frame(scene: &Scene) -> Frame {
+    let mut frame = frame(scene);
+    frame.descriptions.extend([
+        described("w", "vertical velocity", "m s-1"),
+        described("zeta", "relative vorticity", "s-1"),
+        described("pv", "potential vorticity", "K m2 kg-1 s-1"),
+    ]);
+    frame
 }
 
 /// Runs of `true` that are longer than one: where each begins and ends.
@@ -151,14 +150,14 @@ fn there_is_a_bar_for_all_that_values_colour() {
 #[test]
 fn captions_are_of_the_bars_own_fields() {
     let scene = scene(64, 64, 8.0, &format!("name = \"first\"\nunits = \"1\"\n{PAINTED}"));
-    let frame = described(&scene);
+    let frame = described_frame(&scene);
     let legend = frame.legend.as_ref().unwrap();
     let captions: Vec<_> = bar::Bar::all(&scene).iter().map(|bar| words::caption(&frame, legend, bar, 0)).collect();
     assert_eq!(captions, [["first"], ["vertical velocity (m s⁻¹)"], ["relative vorticity (s⁻¹)"]]);
-    let unknown = Frame { descriptions: Vec::new(), ..frame.clone() };
+    let unknown = Frame { descriptions: BTreeMap::new(), ..frame.clone() };
     assert_eq!(words::caption(&unknown, legend, &bar::Bar::all(&scene)[1], 0), ["w"]);
     let by = by_w(super::scene(64, 64, 8.0, ""));
-    let frame = described(&by);
+    let frame = described_frame(&by);
     let caption = words::caption(&frame, frame.legend.as_ref().unwrap(), &bar::Bar::all(&by)[0], -3);
     assert_eq!(caption, ["temperature (10⁻³ K)", "opacity by vertical velocity"]);
 }
@@ -180,7 +179,7 @@ fn opacity_is_shown_in_a_volumes_own_bar_only() {
 #[test]
 fn isosurfaces_are_named_with_their_colours() {
     let scene = scene(64, 64, 8.0, &format!("{PLAIN}{PAINTED}"));
-    let frame = described(&scene);
+    let frame = described_frame(&scene);
     let keys = words::keys(&frame, frame.legend.as_ref().unwrap());
     let [pv, w] = &keys[..] else { panic!("{}", keys.len()) };
     let value = |text: &str, color| (text.to_owned(), color);

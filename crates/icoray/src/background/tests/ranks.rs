@@ -44,7 +44,9 @@ impl<'s> Rank<'s> {
     }
 
     fn job(&self, step: i64) -> Job {
-        Job { decomposition: self.decomposition.clone(), ..self.stage.job(step) }
+        let mut job = self.stage.job(step);
+        job.setup.decomposition = self.decomposition.clone();
+        job
     }
 
     /// Hands a step over and spoils the model's memory.
@@ -190,9 +192,11 @@ fn what_is_wrong_on_one_rank_is_refused_on_all() {
         rank.submit(rank.job(1)).unwrap();
         let taken = rank.submit(rank.job(1)).unwrap_err();
         let few = Arc::new(Layers::from_heights(&[0.0, 1e4], 6.371e6).unwrap());
-        let is_odd = rank.ranks.rank() == 1;
-        let job = rank.job(2);
-        let odd = rank.submit(if is_odd { Job { layers: few, ..job } } else { job }).unwrap_err();
+        let mut odd = rank.job(2);
+        if rank.ranks.rank() == 1 {
+            odd.setup.layers = few;
+        }
+        let odd = rank.submit(odd).unwrap_err();
         rank.submit(rank.job(3)).unwrap();
         let steps: Vec<_> = rank.outcomes().iter().map(|drawn| drawn.stamp.step).collect();
         assert_eq!(steps, [1, 3]);
