@@ -71,10 +71,12 @@ impl Suite<'_> {
         if self.all { self.cargo_all(subcommand, features) } else { self.cargo_default(subcommand) }
     }
 
-    /// The variables of this run's tests: its counts, and the file in which they list those that they skip.
+    /// The variables of this run's tests: its counts, the file in which they list those that they skip, and lavapipe
+    /// without optimisations, as its compiler takes most of the GPU tests' time.
     fn variables(&self) -> Vec<(&'static str, OsString)> {
         let counts = self.all.then(|| ("ICORAY_TESTS", "all".into()));
-        [("ICORAY_SKIPPED", self.skips().into())].into_iter().chain(counts).collect()
+        let always = [("ICORAY_SKIPPED", self.skips().into()), ("GALLIVM_PERF", "nopt".into())];
+        always.into_iter().chain(counts).collect()
     }
 
     fn skips(&self) -> PathBuf {

@@ -6,9 +6,9 @@ use glam::{DVec2, DVec3};
 use icoray_grid::Grid;
 use icoray_grid::grid::unit_vector;
 
-/// The fraction of the pixel that edges of Voronoi cells cover over `triangle`: those that begin at its corner and, if
-/// a corner lies outside of its triangle, at those of its neighbours. Holes have none; beside one, the edge that leads
-/// into it runs across the side of which it is the bisector.
+/// The fraction of the pixel that edges of Voronoi cells cover over `triangle`: those that run from its corner across its
+/// sides, and those of a neighbour whose corner lies on this side of the common one. Other triangles do not matter, so
+/// that parts of a grid have the lines of the whole.
 pub(super) fn cells(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
     let shown = if grid.is_triangle(triangle) { pen.shows(gap(&sides(grid, triangle, jacobian))) } else { 0.0 };
     if shown == 0.0 {
@@ -16,21 +16,18 @@ pub(super) fn cells(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian, pen: 
     }
     let here = corner(grid, triangle);
     let mut nearest = f64::INFINITY;
+    let mut add = |from: DVec3, to: DVec3| nearest = nearest.min(jacobian.distance(from, to));
     for k in 0..3 {
         let beyond = grid.across(triangle, k);
-        if !grid.is_triangle(beyond) {
-            let [a, b, c] = [0, 1, 2].map(|j| grid.direction(grid.triangle(triangle)[(k + j) % 3]));
-            let side = b.cross(c).normalize();
-            let height = side.dot(here);
-            if height * side.dot(a) > 0.0 {
-                nearest = nearest.min(jacobian.distance(here, here - 2.0 * height * side));
-            }
-            continue;
-        }
-        let there = corner(grid, beyond);
-        nearest = nearest.min(jacobian.distance(here, there));
-        for next in neighbours(grid, beyond).filter(|next| *next != triangle) {
-            nearest = nearest.min(jacobian.distance(there, corner(grid, next)));
+        let is_common = |j: &usize| grid.across(beyond, *j) == triangle;
+        let common = grid.is_triangle(beyond).then(|| (0..3).find(is_common)).flatten();
+        if common.is_some_and(|j| across(grid, beyond, j).is_none()) {
+            let there = corner(grid, beyond);
+            add(here, there);
+            let others = (0..3).filter(|j| !is_common(j));
+            others.filter_map(|j| across(grid, beyond, j)).for_each(|end| add(there, end));
+        } else if let Some(end) = across(grid, triangle, k) {
+            add(here, end);
         }
     }
     shown * pen.covers(nearest)
@@ -46,8 +43,14 @@ pub(super) fn triangles(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian, p
     pen.shows(gap(&sides)) * pen.covers(nearest)
 }
 
-fn neighbours(grid: &Grid, triangle: u32) -> impl Iterator<Item = u32> {
-    [0, 1, 2].map(|k| grid.across(triangle, k)).into_iter().filter(|beyond| grid.is_triangle(*beyond))
+/// A point of the cells' edge that runs from the corner of `triangle` across its side `k`, beyond that side: the corner's
+/// image. `None` if the corner lies beyond the side.
+fn across(grid: &Grid, triangle: u32, k: usize) -> Option<DVec3> {
+    let [a, b, c] = [0, 1, 2].map(|j| grid.direction(grid.triangle(triangle)[(k + j) % 3]));
+    let here = corner(grid, triangle);
+    let side = b.cross(c).normalize();
+    let height = side.dot(here);
+    (height * side.dot(a) > 0.0).then(|| here - 2.0 * height * side)
 }
 
 fn sides(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian) -> [[DVec2; 2]; 3] {

@@ -6,11 +6,11 @@ use icoray::Fields;
 
 const COASTS: &str = "[[lines]]\npattern = \"coast\"\non = 2\ncolor = \"black\"\nopacity = 0.9\nwidth = 1.5\n";
 const GRATICULE: &str = "[[lines]]\non = \"top\"\ncolor = \"yellow\"\nopacity = 0.6\nspacing = 15\n";
-const CELLS: &str = "[[lines]]\npattern = \"cells\"\non = 3\ncolor = \"red\"\nopacity = 0.8\nregion = { lon = [-20, 90] }\n\
+pub const CELLS: &str = "[[lines]]\npattern = \"cells\"\non = 3\ncolor = \"red\"\nopacity = 0.8\nregion = { lon = [-20, 90] }\n\
     [[lines]]\npattern = \"triangles\"\non = 1\nopacity = 0.5\n";
 const HIGH: &str = "[[lines]]\nheight_m = 8000\ncolor = \"#40ff40\"\nopacity = 0.7\nspacing = 20\n";
 const EARTH: &str = "[ground]\nland = \"#708050\"\nocean = \"#203060\"\n";
-const ON_CORE: &str =
+pub const ON_CORE: &str =
     "[[lines]]\npattern = \"coast\"\ncolor = \"white\"\n[[lines]]\npattern = \"cells\"\ncolor = \"orange\"\n";
 
 #[test]

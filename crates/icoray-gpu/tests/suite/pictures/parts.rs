@@ -1,6 +1,7 @@
 //! Spheres distributed over ranks, some of which trace on the GPU: the composed picture is that of the whole sphere.
 
 use super::common::*;
+use super::lines::{CELLS, ON_CORE};
 use super::scenes::{ISOSURFACES, second};
 use super::{native, volumes};
 use crate::common::{columns_of, picture};
@@ -128,6 +129,7 @@ fn parts_of_scenes_make_the_picture_of_the_whole() {
         ("native heights, lit", format!("{}\n{HEAD}", ISOSURFACES[3].1), &all, FAR),
         ("two volumes", volumes::contents("two"), &all, FAR),
         ("isosurfaces, cut", ISOSURFACES[5].1.to_owned(), &lakes, INSIDE),
+        ("cells, a lake", format!("{CELLS}{ON_CORE}"), &lakes, FAR),
     ]
     .into_iter()
     .enumerate()
