@@ -10,6 +10,7 @@
 
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
+use crate::ranks::agree;
 use crate::types::icoray_status;
 use crate::viewer_message::{LookRequest, ProbeRequest, ViewerMessage};
 use icoray_core::output::Stamp;
@@ -216,23 +217,20 @@ impl Context {
         Ok(largest)
     }
 
-    /// The outcome of [`Self::agree`]; the context of one process is not closed by what viewers ask.
+    /// The outcome of all ranks. What viewers ask closes no context, not even by an internal error.
     fn agree_for_viewers<T>(&mut self, mine: Outcome<T>) -> Outcome<T> {
-        if self.is_shared() { self.agree(mine, "icoray_execute") } else { mine }
+        agree(&mut self.ranks, mine, "icoray_execute", Vec::new(), &()).outcome
     }
 
     /// Counts the values of a field. Collective.
     fn answer_histogram(&mut self, name: &str) {
         let mine = caught(|| self.inputs.condition_field(name));
         let agreed = self.agree_for_viewers(mine);
-        let found = match agreed {
-            Ok(known) => {
-                let (renderer, decomposition) = (self.drawing.renderer(), known.decomposition.as_deref());
-                let found = renderer.histogram(&mut self.ranks, &known.field, decomposition, Histogram::FINE_BINS);
-                found.map_err(Failure::from)
-            }
-            Err(failure) => Err(failure),
-        };
+        let found = agreed.and_then(|known| {
+            let (renderer, decomposition) = (self.drawing.renderer(), known.decomposition.as_deref());
+            let bins = Histogram::FINE_BINS;
+            caught(|| Ok(renderer.histogram(&mut self.ranks, &known.field, decomposition, bins)?))
+        });
         if let Some(page) = &mut self.viewers.page {
             page.answer_histogram(name, found, &self.inputs);
         }
@@ -258,7 +256,8 @@ impl Context {
         let agreed = self.agree_for_viewers(mine);
         let found = agreed.and_then(|given| {
             let (renderer, data) = (self.drawing.renderer(), given.setup.distributed_grid());
-            Ok(renderer.probe_decomposed(&mut self.ranks, &given.setup.scene, data, given.fields.clone(), at)?)
+            let (scene, fields) = (&given.setup.scene, given.fields.clone());
+            caught(|| Ok(renderer.probe_decomposed(&mut self.ranks, scene, data, fields, at)?))
         });
         if let Some(page) = &mut self.viewers.page {
             page.answer_probe(found, stamp, &self.inputs);
@@ -278,5 +277,32 @@ impl Context {
         {
             page.load(live, &self.scene_text, &mut self.drawing);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::tests::config;
+    use icoray_core::Ranks;
+    use icoray_core::ranks::local_team;
+    use std::thread::scope;
+
+    #[test]
+    fn an_internal_error_of_a_viewers_question_closes_no_context() {
+        let ask = |ranks: Ranks| {
+            let mut context = Context::new(&config(), "", &ranks, 1).unwrap();
+            let is_root = ranks.is_root();
+            context.join(ranks).unwrap();
+            let outcome = context.agree_for_viewers(caught(|| if is_root { panic!("a bug") } else { Ok(()) }));
+            assert_eq!(outcome.unwrap_err().status, icoray_status::ICORAY_ERR_INTERNAL);
+            context.refuse_if_over().unwrap();
+            context.refuse_if_poisoned().unwrap();
+            assert!(!context.is_over);
+        };
+        ask(Ranks::alone());
+        scope(|threads| {
+            local_team(2).into_iter().for_each(|team| drop(threads.spawn(|| ask(Ranks::new(Box::new(team))))));
+        });
     }
 }
