@@ -135,7 +135,7 @@ fn the_module_declares_what_the_header_does() {
     assert_eq!(c.differences(&fortran), Vec::<String>::new());
 
     // Each of these changes is seen, and nothing else is.
-    for (from, to, told) in [
+    for (from, to, item) in [
         ("icoray_wants_c(ctx, step, time_s, wants)", "icoray_wants_c(ctx, step, wants)", "icoray_wants"),
         ("name='icoray_wait')", "name='icoray_waits')", "icoray_wait"),
         ("function icoray_close_c(ctx) bind", "function icoray_close_c(ctx) bind_not", "icoray_close"),
@@ -162,7 +162,7 @@ fn the_module_declares_what_the_header_does() {
         assert_ne!(changed, module, "{from}");
         let differences = c.differences(&Interface::of_fortran(&changed));
         assert!(!differences.is_empty(), "{to} is not seen");
-        assert!(differences.iter().all(|d| d.starts_with(told)), "{to}: {differences:?}");
+        assert!(differences.iter().all(|d| d.starts_with(item)), "{to}: {differences:?}");
     }
 }
 

@@ -42,8 +42,8 @@ impl Hook {
         program
     }
 
-    /// A directory for a run, with the example's scene in small: labels tell errors, and all else depends on pixels
-    /// only.
+    /// A directory for a run, with the example's scene in small and without labels, as their text contains
+    /// errors.
     fn prepared(&self, directory: &Path, name: &str) -> PathBuf {
         let scene = std::fs::read_to_string(self.file("icoray.toml")).unwrap();
         let scene = scene.replace("width = 640", "width = 120").replace("height = 480", "height = 90");
@@ -66,8 +66,8 @@ impl Hook {
         for ranks in [1, 2] {
             let run = self.prepared(directory, &ranks.to_string());
             let output = succeeded(FIRST.on_ranks(ranks, program, &run).arg("hook").args(case));
-            let told = text(&output.stdout);
-            assert!(told.lines().all(|line| line.contains("holes are drawn as nothing")), "MPAS's log: {told}");
+            let log = text(&output.stdout);
+            assert!(log.lines().all(|line| line.contains("holes are drawn as nothing")), "MPAS's log: {log}");
             assert_same(&pictures(&run.join("pictures")), &expected, format!("{ranks} ranks {case:?}"));
             let copied = column(&run.join("pictures/report.csv"), "bytes_copied");
             assert_eq!(copied.len(), names.len());
@@ -135,8 +135,8 @@ fn a_scene_that_is_missing_or_wrong_is_a_line_in_the_log() {
         if let Some(scene) = change(scene) {
             std::fs::write(&file, scene).unwrap();
         }
-        let told = text(&succeeded(FIRST.on_ranks(2, &program, &run).arg("hook")).stdout);
-        assert!(told.contains("log 2: icoray: ") && told.contains(said), "{name}: {told}");
-        assert!(told.lines().all(|line| line.len() <= 400 + "log 2: icoray: ".len()), "{told}");
+        let log = text(&succeeded(FIRST.on_ranks(2, &program, &run).arg("hook")).stdout);
+        assert!(log.contains("log 2: icoray: ") && log.contains(said), "{name}: {log}");
+        assert!(log.lines().all(|line| line.len() <= 400 + "log 2: icoray: ".len()), "{log}");
     }
 }

@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-/* What the log was told of who draws. */
+/* Lines of the log that name the drawing device. */
 typedef struct {
     int drawn, warned;
     char last[512];

@@ -210,7 +210,7 @@ static void derived(const char *directory, const World *w)
             Use thick = use(directory, w, BLOCKED, 32, type, ICORAY_CORNER, 0, light);
             long size = type == ICORAY_F32 ? 4 : 8;
             CHECK((long)thick.report.bytes_derived == w->grid.cells * (32 * (size + (lit ? 8 : 0)) + lit));
-            /* Lit tiles have rows of their own for rays side by side, whatever the layers: told by the check of thick ones. */
+            /* Lit tiles have rows of their own for rays side by side, whatever the layers, as thick ones check. */
             CHECK(lit || near(thin.first - plainly.first, (long)thin.report.bytes_derived, 24 * PER_LAYER + SLACK));
             CHECK(near(thick.later, thin.later, 24 * PER_LAYER + SLACK));
             CHECK(near(thick.first - thin.first,

@@ -11,7 +11,7 @@
 static const int rank = 0;
 #endif
 
-/* Whether rank 0 is told to go on. */
+/* Whether rank 0 reads another line, the request to go on. */
 static int goes_on(void)
 {
     char line[16];

@@ -203,13 +203,13 @@ static void fail_late(const char *directory)
     spoil(&m);
     compute(&m, 0);
     set_scene(ctx, PIXELS, "");
-    /* The next frame is drawn nevertheless; the failure is told once, by whichever call comes after it. */
+    /* The next frame is drawn nevertheless; the next call returns the failure, once. */
     said_before();
     status = icoray_execute(ctx, 1, 60.0, NULL);
     if (status == ICORAY_OK) {
-        TOLD(LAYERS, "step 0", icoray_wait(ctx));
+        ALL_REFUSED(LAYERS, "step 0", icoray_wait(ctx));
     } else {
-        told_all(status, ICORAY_ERR_LAYERS, "step 0", "icoray_execute", HERE);
+        refused_by_all(status, ICORAY_ERR_LAYERS, "step 0", "icoray_execute", HERE);
         OK(icoray_wait(ctx));
     }
     DRAW(ctx, 2, 120.0, NULL);
@@ -230,7 +230,7 @@ static void part_ways(const char *directory)
     trying = "ways";
     if (ranks > 1) {
         config.async_render = rank == 1;
-        TOLD(MPI, "async_render", icoray_open(&config, EVERYONE, &ctx));
+        ALL_REFUSED(MPI, "async_render", icoray_open(&config, EVERYONE, &ctx));
         CHECK(ctx == NULL);
     }
     ctx = open_model(&m, path_of(directory, "ways"), 1);

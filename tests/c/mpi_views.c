@@ -61,7 +61,7 @@ static void lost(icoray_ctx *ctx, const icoray_array *w)
         OK(icoray_field_set(ctx, "u", w));
     }
     OK(icoray_scene_text(ctx, text));
-    TOLD(FIELD, "rank 1: step 20: view \"lost\": when: field \"u\" was not given by icoray_field_set",
+    ALL_REFUSED(FIELD, "rank 1: step 20: view \"lost\": when: field \"u\" was not given by icoray_field_set",
          icoray_execute(ctx, 20, 0.0, NULL));
     CHECK(report_of(ctx).frames == 2 && report_of(ctx).frames_failed == 2);
 }

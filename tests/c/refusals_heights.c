@@ -139,7 +139,7 @@ static void native(icoray_ctx *ctx)
     OK(icoray_scene_text(ctx, good_scene));
 }
 
-/* At corners, wrong heights are told by the corner. */
+/* Messages about wrong heights at corners name the corner. */
 static void native_at_corners(icoray_ctx *ctx)
 {
     static float metres[80 * LAYERS];

@@ -42,7 +42,7 @@ void names(icoray_ctx *ctx)
     }
     trying = "";
 
-    /* A name is copied, and tells grids apart: a field of the one does not fit the other. */
+    /* A name is copied, and distinguishes grids: a field of the one does not fit the other. */
     grid.name = layers.name = name;
     OK(icoray_grid_set(ctx, &grid));
     OK(icoray_layers_set(ctx, &layers));

@@ -66,8 +66,8 @@ void host_read_domain(int id, host_domain *domain);
  * edges. In the secondary constructor only. */
 void *host_request(const char *name, int domain, host_place *place);
 
-/* Copies what ICON tells of a variable that was requested ("long_name", "units"); nothing where it tells nothing or `size`
- * bytes are too few. */
+/* Copies the metadata of a requested variable ("long_name", "units"); nothing where they are absent or `size` bytes are
+ * too few. */
 void host_describe(const char *name, int domain, const char *key, char *to, size_t size);
 
 /* Where the values of a variable are now: ICON exchanges time levels. Returns NULL or why they cannot be read. */

@@ -20,7 +20,7 @@ export function on(event, listener) {
   listeners.get(event).push(listener);
 }
 
-/** Tells the listeners of an event. */
+/** Calls the listeners of an event. */
 export function emit(event, value) {
   for (const listener of listeners.get(event) ?? []) listener(value);
 }

@@ -75,7 +75,7 @@ def _record(wave):
 
 
 @pytest.mark.parametrize("kind", COPIES)
-def test_what_cannot_be_borrowed_is_copied_and_told(kind, renderer, scene, grid, layers, wave):
+def test_arrays_that_cannot_be_borrowed_are_copied_and_reported(kind, renderer, scene, grid, layers, wave):
     scene = scene.replace(transfer={"range": [0, 100]}) if "integers" in kind else scene
     given = COPIES[kind](wave)
     field = icoray.Field(given)

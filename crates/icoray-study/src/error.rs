@@ -225,6 +225,6 @@ impl Study<'_> {
 
 const NOTE: &str = "\
 The oracle integrates the wedge interpolant. \"tetrahedra\", \"mean value\" and \"constant\" interpolate otherwise between\n\
-the same values, so that their distance from it does not go to zero with the step; that difference does not tell\n\
+the same values, so that their distance from it does not go to zero with the step; that difference does not show\n\
 which interpolant is nearer to the field. Seconds are those in the rays, without set-up such as gradients and tables.\n\
 In single precision and under light \"exact\" reports an estimate of its error; unlit in double precision a bound.\n";

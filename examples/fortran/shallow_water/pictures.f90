@@ -112,7 +112,7 @@ contains
       p%seconds = p%seconds + clock() - start
    end subroutine pictures_draw
 
-   !> Waits for the last picture: they are written by a thread of icoray's, and a failure is told by the next call.
+   !> Waits for the last picture: a thread of icoray writes them, and the next call returns a failure.
    subroutine pictures_close(p)
       type(pictures_type), intent(inout) :: p
       real(wp) :: start

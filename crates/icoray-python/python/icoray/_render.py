@@ -127,9 +127,9 @@ class Dataset:
         **options: Unpack[Options],
     ) -> Image:
         """Draws a picture. The arguments are those of `icoray.render`."""
-        tell, finish = _progress(progress)
+        report, finish = _progress(progress)
         try:
-            return self._inner.render(renderer or _renderer(), _request(field, options), tell)
+            return self._inner.render(renderer or _renderer(), _request(field, options), report)
         finally:
             finish()
 
@@ -417,7 +417,7 @@ def _expect_one(options: dict[str, Any], synonym: str, name: str) -> None:
 def _progress(
     progress: bool | Callable[[int, int], object],
 ) -> tuple[Callable[[int, int], object] | None, Callable[[], object]]:
-    """What is told of progress, and what ends the bar."""
+    """The function that reports progress, and the one that ends the bar."""
     if progress is False:
         return None, lambda: None
     if progress is not True:
@@ -430,9 +430,9 @@ def _progress(
         return None, lambda: None
     bar = tqdm(unit=" tiles")
 
-    def tell(drawn: int, of: int) -> None:
+    def report(drawn: int, of: int) -> None:
         bar.total = of
         bar.update(drawn - bar.n)
 
-    return tell, bar.close
+    return report, bar.close
 

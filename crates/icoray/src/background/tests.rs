@@ -211,12 +211,12 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
     let mut stage = Stage::new();
     stage.scene = Arc::new(rich(&stage.scene));
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, _, copies, accepted| {
         let fields = copies.fields()?;
         let named = fields.iter().chain(fields.heights().map(|heights| ("heights", heights)));
         let seen = named.map(|(name, field)| (name.to_owned(), field.location(), field.range().0));
-        tell.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
+        sender.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
         Ok((FrameReport::default(), None))
     })
     .unwrap();
@@ -236,7 +236,7 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
         corner.fill(f32::NAN);
         let center = |name: &str| (name.to_owned(), Location::Center, Some([level; 2]));
         let t = ("t".to_owned(), Location::Corner, Some([-level; 2]));
-        let (seen, bytes) = told.recv().unwrap();
+        let (seen, bytes) = receiver.recv().unwrap();
         assert_eq!(seen, [center("q"), center("u"), t, center("heights")]);
         assert_eq!(bytes, (3 * (3 * cells * 8) + 3 * corners * 4) as u64);
     }

@@ -254,8 +254,8 @@ fn a_field_without_a_name_is_what_the_first_is_made_of() {
     let mut beside = scene("anything", &[twice]);
     beside.volumes[0].opacity = Some(Opacity { field: "twice".into(), transfer: beside.volumes[0].transfer.clone() });
     let error = world.make(&DerivedFieldCache::default(), &beside, &unnamed, |_, _| ()).unwrap_err();
-    let told = "\"twice\": the scene shows field \"q\", and there is only the first";
-    assert!(error.to_string().contains(told), "{error}");
+    let found = "\"twice\": the scene shows field \"q\", and there is only the first";
+    assert!(error.to_string().contains(found), "{error}");
     let named = Fields::new([("anything", field), ("q", field)]);
     assert_eq!(world.made("twice", &beside, &named), expected(2.0));
 }
@@ -278,14 +278,14 @@ fn what_does_not_fit_is_named() {
         let scene = scene("odd", &[("odd", how)]);
         world.make(&DerivedFieldCache::default(), &scene, &fields, |_, _| ()).unwrap_err()
     };
-    for (odd, told) in [
+    for (odd, found) in [
         ("interfaces", "162 columns of 4 layers at Center, expected 162 columns of 3 layers at Center"),
         ("corners", "320 columns of 3 layers at Corner, expected 162"),
         ("more", "163 columns of 3 layers at Center, expected 162"),
     ] {
         let error = error(How::Magnitude(names(&["q", odd])));
         assert_eq!(error.kind(), ErrorKind::Field);
-        let expected = format!("\"odd\": field {odd:?} has {told}");
+        let expected = format!("\"odd\": field {odd:?} has {found}");
         assert!(error.to_string().contains(&expected), "{error}");
     }
     let unknown = error(How::FromFirst("odd".into())).to_string();

@@ -262,11 +262,11 @@ fn a_panic_on_one_rank_is_everybodys_error() {
                 let draw = |places: &[SamplePoint], _: &mut Counts| places.iter().map(pixel).collect();
                 let gathered =
                     ranks.gather(&threads, &raster, 0.0, |give| trace(&raster, &mine, || false, draw).for_each(give));
-                let told = gathered.map(|gathered| {
+                let summary = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
                     FrameSummary::default()
                 });
-                ranks.conclude(told).map(drop)
+                ranks.conclude(summary).map(drop)
             };
             let error = frame(true).unwrap_err().to_string();
             frame(false).unwrap();
@@ -356,8 +356,8 @@ fn what_cannot_be_read_is_an_error_and_no_hang() {
             if ranks.rank() == 2 {
                 ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
             }
-            let told = ranks.gather(&threads, &raster, 0.0, |_| ()).map(|_| FrameSummary::default());
-            ranks.conclude(told).unwrap_err().to_string()
+            let summary = ranks.gather(&threads, &raster, 0.0, |_| ()).map(|_| FrameSummary::default());
+            ranks.conclude(summary).unwrap_err().to_string()
         });
         assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
     }

@@ -39,7 +39,7 @@ impl Data {
     }
 }
 
-/// The picture; what other ranks are told of its edges is the same.
+/// The picture; all ranks report the same number of edge pixels.
 fn here(drawn: Vec<Rendered>) -> Frame {
     let (frame, reports) = picture(drawn);
     assert!(reports.iter().all(|report| report.edge_pixels == frame.report.edge_pixels));

@@ -115,7 +115,7 @@ fn in_little_memory() {
     assert_eq!(error.kind(), ErrorKind::Memory);
     assert!(error.context().starts_with("a generated mesh: 7046431056 bytes (6.56 GiB) are needed, "), "{error}");
     let mesh = IcosahedralMesh::new(9).unwrap();
-    let left = icoray::memory::available().expect("Linux tells");
+    let left = icoray::memory::available().expect("Linux reports it");
     let taken = vec![0u8; left as usize - (100 << 20)];
     let error = Grid::new(mesh.tables()).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Memory);

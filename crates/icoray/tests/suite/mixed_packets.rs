@@ -117,7 +117,7 @@ fn scene(contents: &[&str], keys: &str, camera: &str, light: &str) -> Scene {
 }
 
 /// Checks packets against single rays, of which no more than `beyond` pixels in a thousand may differ by more than
-/// both tell.
+/// both errors.
 fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
     let mut exact = scene.clone();
     exact.precision = Precision::F64;

@@ -292,7 +292,7 @@ fn what_is_known_of_a_field_serves_the_scenes_that_it_fits() {
     }
 }
 
-/// Rays in packets meet the frusta that rays one after the other meet, and differ from these by less than both tell. Where
+/// Rays in packets meet the frusta that rays one after the other meet, and differ by less than both errors. Where
 /// the mesh, the transfer function and the values are usual, hardly a piece is left to scalar code.
 #[test]
 fn packets_differ_by_less_than_errors() {

@@ -101,7 +101,7 @@ fn random_medium(random: &mut Random, source: usize) -> Medium {
 }
 
 #[test]
-fn one_panel_tells_its_error() {
+fn one_panel_is_within_its_reported_error() {
     let mut random = Random::new(7);
     let mut ratios = Vec::new();
     for case in 0..count(500, 50_000) {
@@ -127,14 +127,14 @@ fn one_panel_tells_its_error() {
         }
         let exact = by_gauss(&parts, length);
         let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
-        assert!(off <= light.error + 1e-12, "case {case}: {off} off, {} told", light.error);
+        assert!(off <= light.error + 1e-12, "case {case}: {off} off, {} reported", light.error);
         if off > 1e-11 {
             ratios.push(light.error / off);
         }
     }
     ratios.sort_by(f64::total_cmp);
     let median = ratios[ratios.len() / 2];
-    assert!(ratios.len() > 200 && median < 40.0, "told {median} times the truth in the median of {}", ratios.len());
+    assert!(ratios.len() > 200 && median < 40.0, "{median} times the true error in the median of {}", ratios.len());
 }
 
 /// A field that rises above a value without extinction and falls back, beside another: nothing absorbs at either end.
@@ -312,10 +312,10 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
             let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
             // The steps' own error.
             if off > light.error + 3e-6 {
-                beyond.push(format!("{case}, {share}: {off} off, {} told", light.error));
-                assert!(off <= 3.0 * light.error + 3e-6, "{case}, {share}: {off} off, {} told", light.error);
+                beyond.push(format!("{case}, {share}: {off} off, {} reported", light.error));
+                assert!(off <= 3.0 * light.error + 3e-6, "{case}, {share}: {off} off, {} reported", light.error);
             }
-            assert!(light.error <= 1.0001 * share * light.alpha, "{case}, {share}: {} told", light.error);
+            assert!(light.error <= 1.0001 * share * light.alpha, "{case}, {share}: {} reported", light.error);
         }
     }
     // The rule is an estimate: gradients at random are harder than those of a field.

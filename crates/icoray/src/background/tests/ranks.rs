@@ -163,19 +163,19 @@ fn what_fails_on_one_rank_ends_the_frame_on_all() {
             rank.submit(rank.job(step)).unwrap();
             rank.compute();
         }
-        let told = |drawn: Drawn| match drawn.result {
+        let outcome = |drawn: Drawn| match drawn.result {
             Ok(_) => "drawn".to_string(),
             Err(error) => format!("{error}{}", if drawn.is_of_all { "" } else { ", alone" }),
         };
-        rank.outcomes().into_iter().map(told).collect::<Vec<_>>()
+        rank.outcomes().into_iter().map(outcome).collect::<Vec<_>>()
     });
     for (rank, said) in said.into_iter().enumerate() {
-        let told = |by: usize, text: &str| match by == rank {
+        let message = |by: usize, text: &str| match by == rank {
             true => format!("internal error: {text}, alone"),
             false => format!("internal error: rank {by}: {text}"),
         };
         let of_all = "internal error: rank 1: a phase".to_string();
-        let expected = [told(2, "before the frame"), told(1, "within the frame of 3"), of_all, "drawn".into()];
+        let expected = [message(2, "before the frame"), message(1, "within the frame of 3"), of_all, "drawn".into()];
         assert_eq!(said, expected, "rank {rank}");
     }
     stage.writer.wait();

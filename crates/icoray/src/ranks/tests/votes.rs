@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn the_lowest_refusal_is_told_and_rank_0_is_heard_all_the_same() {
+fn the_error_of_the_lowest_rank_is_returned_beside_the_answer_of_rank_0() {
     let heard = on_ranks(4, |ranks| {
         let rank = ranks.rank();
         let value = format!("from {rank}").into_bytes();

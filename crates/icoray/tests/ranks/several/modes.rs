@@ -35,7 +35,7 @@ fn threads_change_no_bit() {
     }
 }
 
-/// Packets are in single precision; `paper` is not for scenes of several volumes, which is told.
+/// Packets are in single precision; with several volumes `paper` is not supported and listed among what is left out.
 #[test]
 fn precision_is_what_is_asked_and_method_that_of_one_volume() {
     let world = World::new();
