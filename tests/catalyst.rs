@@ -71,7 +71,7 @@ fn draws_the_same(directory: &Path, host: &Host, ranks: &[usize]) {
 }
 
 #[test]
-fn hosts_draw_what_whole_arrays_show() {
+fn hosts_draw_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     draws_the_same(directory, &Host::of_double(directory, true), &[1, 2, 3]);

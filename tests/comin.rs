@@ -124,7 +124,7 @@ fn bytes_copied(run: &Path) -> Vec<String> {
 }
 
 #[test]
-fn icon_draws_what_whole_arrays_show() {
+fn icon_draws_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let expected = direct(directory);

@@ -56,7 +56,7 @@ impl Hook {
 
     /// Compares the pictures of a run with the hook, on 1 and 2 ranks, with those of the whole arrays, and their names
     /// with `names`.
-    fn draws_what_whole_arrays_show(&self, program: &Path, case: &[&str], names: &[String]) {
+    fn draws_the_pictures_of_whole_arrays(&self, program: &Path, case: &[&str], names: &[String]) {
         let directory = TempDir::new().unwrap();
         let directory = directory.path();
         let direct = self.prepared(directory, "direct");
@@ -84,23 +84,23 @@ fn at(view: &str, times: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn the_hook_draws_what_whole_arrays_show() {
+fn the_hook_draws_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = ATMOSPHERE.compile(&[], directory.path());
     let all = ["01_00", "01_12", "02_00", "02_12"];
     let names = [at("theta", &all), at("vorticity", &["02_00"]), at("w", &all)].concat();
-    ATMOSPHERE.draws_what_whole_arrays_show(&program, &[], &names);
+    ATMOSPHERE.draws_the_pictures_of_whole_arrays(&program, &[], &names);
 }
 
 /// With levels that are missing above, under ice, the mesh has `minLevelCell`; without, it has not.
 #[test]
-fn the_hook_of_the_ocean_draws_what_whole_arrays_show() {
+fn the_hook_of_the_ocean_draws_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = OCEAN.compile(&[], directory.path());
     let temperature = at("temperature", &["01_00", "01_12", "02_00", "02_12"]);
     let names = [at("salinity", &["01_00", "02_00"]), temperature, at("vorticity", &["02_00"])].concat();
     for case in [&[][..], &["ice"]] {
-        OCEAN.draws_what_whole_arrays_show(&program, case, &names);
+        OCEAN.draws_the_pictures_of_whole_arrays(&program, case, &names);
     }
 }
 

@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_no_columns_is_refused() {
+    fn elements_without_columns_are_refused() {
         let place = |point: u32| DVec3::new(0.0, 0.0, 1.0 + f64::from(point / 4));
         let refused = |table: &[i64], points| Columns::find(&elements(table, points), place).unwrap_err().to_string();
         let contains = |message: String, part: &str| assert!(message.contains(part), "{message}");

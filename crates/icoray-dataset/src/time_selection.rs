@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_there_are_not_are_said() {
+    fn errors_name_times_that_do_not_exist() {
         for (text, part) in [
             ("5", "expected -5 to 4, the file's times"),
             ("-6", "expected -5 to 4"),
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_not_understood() {
+    fn texts_that_are_not_times_are_refused() {
         for text in ["", "now", "1.5", "2003-", "2003-01T00", "2003-01-01T", "1..2..3", "0..2003-01", "2003-01-01-01"] {
             assert_eq!(text.parse::<TimeSelection>(), Err(EXPECTED), "{text}");
         }

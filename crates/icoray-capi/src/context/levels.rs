@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_right_is_not_pointed_out() {
+    fn correct_fields_are_not_reported_as_old_time_levels() {
         let quiet = |value: fn(i64) -> u64, is_given: bool| {
             let steps = (0..40).map(|s| (s, vec![("a", value(s), is_given), ("b", s as u64, false)]));
             assert_eq!(reports(steps), []);
@@ -180,7 +180,7 @@ mod tests {
 
     /// A diagnostic that a model computes for its output, seen by pictures in between.
     #[test]
-    fn what_a_model_computes_at_some_steps_is_pointed_out_once() {
+    fn fields_that_are_computed_at_some_steps_are_reported_once() {
         let both = reports((0..40).map(|s| (5 * s, vec![("a", level(s, 4), true), ("b", s as u64, true)])));
         assert_eq!(both, [(25, "a".to_owned(), Unchanged)]);
         let alone = reports((0..40).map(|s| (5 * s, vec![("a", level(s, 4), true)])));

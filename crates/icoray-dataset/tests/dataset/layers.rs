@@ -156,7 +156,7 @@ fn pressures_of_columns_and_of_hybrid_levels_are_heights_of_the_standard_atmosph
 }
 
 #[test]
-fn heights_radius_and_marks_are_said_by_options() {
+fn options_give_heights_radius_and_marks() {
     let mut made = Made::history();
     made.f32s("theta")[9] = -999.0;
     let with = |options: DatasetOptions| opened_with(&made, &[], options);

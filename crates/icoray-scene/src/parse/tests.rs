@@ -73,7 +73,7 @@ fn a_good_scene_is_read() {
 }
 
 #[test]
-fn a_scene_says_who_draws() {
+fn a_scene_selects_backend_and_device() {
     let plain = Scene::parse(GOOD).unwrap();
     assert_eq!((plain.backend, plain.device), (Backend::Auto, None));
     for (keys, backend, device) in [
@@ -206,7 +206,7 @@ fn every_which_step_is_drawn() {
 }
 
 #[test]
-fn a_scene_says_how_colours_run_along_values() {
+fn a_scene_selects_the_scale_of_colours() {
     let with = |lines: &str| {
         Scene::parse(&GOOD.replacen("range = [250, 400]", lines, 1)).unwrap().volumes[0].coloring.clone().unwrap()
     };

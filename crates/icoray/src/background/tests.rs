@@ -143,7 +143,7 @@ fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
 }
 
 #[test]
-fn what_is_wrong_with_a_job_is_known_at_once() {
+fn errors_of_a_job_are_returned_at_once() {
     let stage = Stage::new();
     let mut background = stage.background();
     let field = stage.field(1);
@@ -243,7 +243,7 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
 }
 
 #[test]
-fn a_field_that_is_not_there_is_known_at_once() {
+fn a_missing_field_is_an_error_at_once() {
     let mut stage = Stage::new();
     let field = stage.field(1);
     stage.scene = Arc::new(rich(&stage.scene));
@@ -273,7 +273,7 @@ fn dropping_it_finishes_the_frame() {
 }
 
 #[test]
-fn a_writer_that_drops_frames_is_heard_of() {
+fn dropped_frames_of_the_writer_are_reported() {
     let stage = Stage::new();
     let field = stage.field(1);
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));

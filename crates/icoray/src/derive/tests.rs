@@ -236,7 +236,7 @@ fn first_frames_are_remembered_by_field_and_shape() {
 }
 
 #[test]
-fn a_field_without_a_name_is_what_the_first_is_made_of() {
+fn unnamed_fields_are_inputs_of_derived_fields() {
     let world = World::new(2, 2);
     let array = world.array(1, 0, true);
     let twice = ("twice", How::Combination(vec![(2.0, "q".into())]));
@@ -261,7 +261,7 @@ fn a_field_without_a_name_is_what_the_first_is_made_of() {
 }
 
 #[test]
-fn what_does_not_fit_is_named() {
+fn errors_name_fields_that_do_not_fit() {
     let world = World::new(2, 1);
     let cells = world.mesh.cells();
     let array = |columns, layers, location| {

@@ -140,7 +140,7 @@ fn a_shared_picture_is_that_of_one_to_the_bit() {
 }
 
 #[test]
-fn within_a_budget_all_draw_what_rank_0_picks() {
+fn within_a_budget_all_ranks_draw_the_quality_of_rank_0() {
     let world = World::new();
     let scene = scene(600, 400, "time_budget_ms = 1\n[light]\nkind = \"headlight\"");
     for (frame, others) in together(&world, &scene, 3) {
@@ -171,7 +171,7 @@ fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<Stri
 }
 
 #[test]
-fn what_is_wrong_on_one_rank_is_everybodys_error() {
+fn an_error_on_one_rank_is_the_error_of_all() {
     for odd in 0..3 {
         let same = |errors: &[String], start: &str| {
             assert!(errors.iter().all(|e| *e == errors[0] && e.starts_with(start)), "{errors:?}");
@@ -348,7 +348,7 @@ impl Team for Counted {
 }
 
 #[test]
-fn what_cannot_be_read_is_an_error_and_no_hang() {
+fn unreadable_messages_are_an_error_and_no_hang() {
     let raster = Raster { width: 20, height: 4, step: 1 };
     let threads = Threads::new(1).unwrap();
     for odd in [&[][..], &[7; 8], &[0; 8], &[0; 64], &[2; 3], &[1, 0, 0, 0, 0, 0, 0, 0, 1]] {

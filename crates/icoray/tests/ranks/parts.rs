@@ -199,7 +199,7 @@ fn corners_are_averaged_over_all_that_a_cell_has() {
 
 /// At the usual tolerance parts and whole are both within their errors of the exact picture.
 #[test]
-fn parts_are_as_near_to_the_exact_picture_as_they_say() {
+fn parts_are_within_their_errors_of_the_exact_picture() {
     let mesh = IcosahedralMesh::new(4).unwrap();
     for (precision, rest) in [("f64", HOLLOW), ("f32", "core = \"#804020\"")] {
         let exact = whole(&mesh, &scene(NEAR, "f64", &format!("{rest}\ntolerance = 1e-7")), Location::Center);
@@ -272,7 +272,7 @@ fn ranks_without_cells_and_one_rank_alone_have_parts_too() {
 
 /// Data that every rank has can be drawn by fragments too, where the scene asks for it; parts cannot be drawn by tiles.
 #[test]
-fn a_scene_may_ask_for_fragments_but_not_for_what_cannot_be() {
+fn scenes_may_request_fragments_but_no_impossible_scheme() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let asked = |ranks: &str| scene(FAR, "f64", &format!("ranks = \"{ranks}\""));
     let expected = whole(&mesh, &asked("auto"), Location::Center);

@@ -135,7 +135,7 @@ fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
 
 /// All scenes with all lights, one of the cameras and tolerances each, on concentric and on native layers.
 #[test]
-fn packets_show_what_single_rays_show() {
+fn packets_show_the_pictures_of_single_rays() {
     let model = Model::new(4);
     for (i, contents) in SCENES.into_iter().enumerate() {
         for (k, light) in LIGHTS.into_iter().enumerate() {

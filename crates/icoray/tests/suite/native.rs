@@ -109,7 +109,7 @@ fn transfer_has_steps(scene: &Scene) -> bool {
 }
 
 #[test]
-fn packets_show_what_the_general_kernel_shows() {
+fn packets_show_the_picture_of_single_rays() {
     let model = Model::new(4, LAYERS);
     for tolerance in ["1e-2", "1e-3", "1e-4", "1e-5"] {
         for (i, camera) in CAMERAS.into_iter().enumerate() {

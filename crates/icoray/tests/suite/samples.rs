@@ -229,7 +229,7 @@ fn samples_are_taken_where_a_budget_leaves_time() {
 }
 
 #[test]
-fn nothing_is_known_of_pixels_that_are_not_traced() {
+fn pixels_that_are_not_traced_have_the_largest_error() {
     let (noise, smooth) = (Data::noise(4), Data::smooth(4));
     for (name, data, tables) in shown(&noise, &smooth).into_iter().filter(|(name, ..)| !name.starts_with("lit")) {
         let whole = data.draw(&scene(100, "tolerance = 1e-6\nantialias = false", &tables));

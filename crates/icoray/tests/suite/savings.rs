@@ -273,7 +273,7 @@ fn gradients_beside_the_view_are_not_read() {
 
 /// One renderer, one field, scenes that ask for other things of it: each frame is that of a renderer of its own.
 #[test]
-fn what_is_known_of_a_field_serves_the_scenes_that_it_fits() {
+fn cached_data_of_a_field_serve_matching_scenes() {
     let model = Model::new(20, true, true);
     let grid = Grid::new(model.mesh.tables()).unwrap();
     let fill = Some(f64::from(-9e33f32));

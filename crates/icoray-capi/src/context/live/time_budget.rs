@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_one_picture_takes_too_long_is_taken_from_the_others() {
+    fn time_beyond_the_budget_is_subtracted_from_later_pictures() {
         let script = Script::parse(TEXT).unwrap();
         let mut budget = TimeBudget::new(Some(100.0));
         budget.begin(true, 3);

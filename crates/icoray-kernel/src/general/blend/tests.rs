@@ -139,7 +139,7 @@ fn one_panel_is_within_its_reported_error() {
 
 /// A field that rises above a value without extinction and falls back, beside another: nothing absorbs at either end.
 #[test]
-fn what_absorbs_between_two_clear_ends_is_seen() {
+fn absorption_between_two_clear_ends_is_integrated() {
     let hill = medium(0, &[knot(1.0, [1.0, 0.0, 0.0], 0.0), knot(2.0, [0.0, 1.0, 0.2], 400.0)]);
     let other = medium(0, &[knot(1.0, [0.0, 0.3, 1.0], 0.0), knot(2.0, [0.9, 0.6, 0.0], 150.0)]);
     for (length, eps) in [(0.01, 0.0), (0.1, 0.05), (1.0, -0.2)] {
@@ -217,7 +217,7 @@ fn one_colour_is_itself_to_the_digit_however_dense() {
 }
 
 #[test]
-fn light_follows_the_gradient_of_what_absorbs() {
+fn light_follows_the_gradient_of_the_absorbing_medium() {
     let white = medium(0, &[knot(0.0, [1.0; 3], 2.0), knot(1.0, [1.0; 3], 2.0)]);
     let f = segment(0.0, 1.0, 0.0, 0.0, 0.1);
     let shading = crate::shade::Shading {

@@ -68,7 +68,7 @@ fn a_centre_is_clear_where_no_opacity_is_given() {
 }
 
 #[test]
-fn what_is_shown_beside_the_volume_is_of_the_first_field() {
+fn surfaces_beside_the_volume_show_the_first_field() {
     let both = parsed(
         "field = \"q\"\n[transfer]\n[opacity]\nvalues = [[0, 0], [1, 0.5]]\n[[surfaces]]\n[[isosurfaces]]\nvalue = 3\n",
     );

@@ -152,7 +152,7 @@ fn failing(team: &mut LocalTeam, stage: &Stage) -> Background {
 /// A panic in a phase is the failure of all; one outside of any ends the frame on the others too. Frames behind it are
 /// drawn.
 #[test]
-fn what_fails_on_one_rank_ends_the_frame_on_all() {
+fn a_failure_on_one_rank_ends_the_frame_on_all() {
     let (stage, model) = (&Stage::new(), &Barrier::new(3));
     let said = on_teams(&[0; 3], |mut team| {
         let background = failing(&mut team, stage);
@@ -184,7 +184,7 @@ fn what_fails_on_one_rank_ends_the_frame_on_all() {
 
 /// An error of a job on one rank only is refused on all, and so is a name that rank 0 may not write.
 #[test]
-fn what_is_wrong_on_one_rank_is_refused_on_all() {
+fn a_job_that_is_wrong_on_one_rank_is_refused_on_all() {
     let stage = Stage::new();
     let said = on_each(&stage, &[0, 0], Spread::Whole, |rank| {
         rank.submit(rank.job(1)).unwrap();

@@ -211,7 +211,7 @@ fn a_scene_may_ask_for_fragments_of_columns() {
 
 /// The tables are the part's own only where that fits on all ranks.
 #[test]
-fn what_tables_are_is_agreed_on() {
+fn ranks_agree_on_the_kind_of_their_tables() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let cells = mesh.cells();
