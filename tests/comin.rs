@@ -261,7 +261,7 @@ fn no_failure_ends_icon() {
     assert!(log.contains("icoray: warning: ") && log.contains("pictures"), "{log}");
 }
 
-/// In a small file system of its own, which nobody else sees and which goes with the host.
+/// In a small file system in a mount namespace, which ends with the host.
 #[test]
 fn a_full_disk_does_not_end_icon() {
     let Some(directory) = FIRST.directory() else { return };

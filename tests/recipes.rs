@@ -1,4 +1,4 @@
-//! The recipes of the book: each draws what plain arrays show.
+//! The recipes of the book draw the pictures of plain arrays.
 
 use icoray_test_support::{Need, has_tool, skip_because};
 use icoray_tests::native::{command, library, linked, root, succeeded, text};

@@ -1,4 +1,4 @@
-//! The Fortran model over ranks: it has the bits of one process, on however many ranks and however its cells are dealt.
+//! The Fortran model over ranks has the bits of one process, for any number of ranks and any partition.
 
 use icoray_test_support::{Need, has_tool};
 use icoray_tests::native::{command, library, mpi_library, root, succeeded, text};

@@ -1,4 +1,4 @@
-//! The C model over ranks: each computes all of it, and together they draw the pictures of one process.
+//! The C model over ranks: each computes the whole model, and together they draw the pictures of one process.
 
 use icoray_tests::native::{command, library, linked, mpi_library, root, succeeded, text};
 use icoray_tests::ranks::FIRST;

@@ -1,4 +1,4 @@
-//! The least of a program that draws a field on a geodesic grid: a wave of the jet stream around the northern hemisphere.
+//! A minimal program that draws a field on a geodesic grid: a wave of the jet stream around the northern hemisphere.
 //!
 //! `cargo run --release --package first-picture` writes `first_picture.png`; an argument gives another name.
 

@@ -100,7 +100,7 @@ int main(int argc, char **argv)
     is_of_the_cpu(&report);
     CHECK(lines.drawn == 1 && lines.warned == 1);
     CHECK(is_gone || strstr(lines.last, "\"Voodoo\"") != NULL);
-    /* Where nobody asks, there is a word and no warning. */
+    /* Without a requested device the log has a line and no warning. */
     report = drawn(directory, "auto", "", &w, 0, &lines);
     CHECK(lines.drawn == 1 && lines.warned == 0);
     CHECK(settles_at(threads));

@@ -141,7 +141,7 @@ static int32_t threads_of(const char *directory, const char *name, const World *
     return threads;
 }
 
-/* As many threads as the mask allows, whatever the environment says to others. */
+/* As many threads as the mask allows, independent of the environment. */
 static void affinity(const char *directory, const World *w)
 {
     cpu_set_t all, one;

@@ -22,7 +22,7 @@ static int goes_on(void)
     return is_more;
 }
 
-/* Values of a field at a step, or what is in an array that nobody needs. */
+/* Values of a field at a step, or the contents of an array that no scene needs. */
 static void compute(float *values, size_t count, int step, float factor, int is_wanted)
 {
     for (size_t i = 0; i < count; i++) {

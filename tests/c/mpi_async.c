@@ -178,7 +178,7 @@ static void run(const char *directory, int kind, int async)
             CHECK(report.host_s > 0.0 && report.balance > 0.0 && report.tiles >= 0);
         }
     }
-    OK(icoray_close(&ctx)); /* of the last frame nobody has waited */
+    OK(icoray_close(&ctx)); /* without a wait for the last frame */
     end_model(&m);
 }
 

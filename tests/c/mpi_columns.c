@@ -48,7 +48,7 @@ static icoray_ctx *fresh(const char *directory, const World *w)
     return ctx;
 }
 
-/* Each node wrote every field of the scene once, and heights where it needs them, in whatever shares. */
+/* Each node wrote every field of the scene once, and heights where it needs them, in any shares. */
 static void check_report(const icoray_frame_report *r, const World *w, double nodes, int scene)
 {
     double values = (double)(w->grid.cells * w->layers), of = scene == TWO ? KINDS_OF_VALUES : 1;

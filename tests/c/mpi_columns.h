@@ -9,7 +9,7 @@
 /* What ranks have columns of: two fields, of which the second is in the last scene only, and so are the heights. */
 enum { F, G, HEIGHTS, KINDS_OF_VALUES };
 
-/* What one rank has: its columns, whatever their order. */
+/* The columns of one rank, in any order. */
 typedef struct {
     icoray_part part;
     icoray_array array; /* of the first field; the others lie alike */

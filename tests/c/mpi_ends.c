@@ -27,7 +27,7 @@ int main(int argc, char **argv)
     OK(icoray_execute(left, 0, 0.0, NULL));
     MPI_Finalize();
 
-    /* What was drawn before is written, and nobody calls MPI any more. */
+    /* What was drawn before is written, and no call of MPI follows. */
     REFUSED(left, MPI, "finalised", icoray_execute(left, 1, 0.0, NULL));
     OK(icoray_close(&left));
     CHECK(left == NULL);

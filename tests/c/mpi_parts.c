@@ -161,7 +161,7 @@ static void draw_alone(const char *directory, const World *w, int has_part)
         icoray_part part = all.part;
         int32_t *number = (int32_t *)(uintptr_t)part.cell_global;
         OK(icoray_part_set(ctx, &part));
-        /* Nothing is owned twice or by nobody here either. */
+        /* Each cell and corner has one owner here too. */
         part.owned_cells--;
         REFUSED(ctx, GRID, "owned by no rank", icoray_part_set(ctx, &part));
         part.owned_cells++;

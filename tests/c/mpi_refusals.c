@@ -142,7 +142,7 @@ static void inside(int odd)
     OK(icoray_close(&ctx));
 }
 
-/* A model that closes where something failed, and goes on elsewhere: nobody waits for the one that has left. */
+/* A model that closes on the failed rank and continues on the others: no rank waits for the closed one. */
 static void leaves(int odd)
 {
     icoray_ctx *ctx = fresh();

@@ -1,6 +1,6 @@
 /*
  * Scene files of several views on a grid that is spread over ranks: mpi_views DIRECTORY. What conditions find is decided
- * alike on all ranks, whoever has the values.
+ * alike on all ranks, for any distribution of the values.
  */
 #include "mpi_cut.h"
 

@@ -63,7 +63,7 @@ void background(const char *directory)
     OK(icoray_execute(ctx, step++, 0.0, NULL));
     OK(icoray_close(&ctx)); /* finishes what was begun */
 
-    /* One frame after the other, nobody waiting, the time levels swapped below them. */
+    /* One frame after the other without a wait, with time levels that are swapped meanwhile. */
     ctx = opened(directory, "background/run", 2);
     for (int i = 0; i < 12; i++) {
         Field *now = &fields[i % count];

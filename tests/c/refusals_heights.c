@@ -87,7 +87,7 @@ static void ndarrays_of_heights(icoray_ctx *ctx)
     trying = "";
 }
 
-/* In memory that cannot be read, heights end the process of whoever does. */
+/* Heights in unreadable memory end a process that reads them. */
 static void left_alone(icoray_ctx *ctx)
 {
     size_t bytes = (size_t)good_grid.cells * LAYERS * sizeof *values;

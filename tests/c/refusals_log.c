@@ -45,7 +45,7 @@ static void story(int32_t on_error, int32_t level)
     CHECK(lines.others == 0 && lines.lines[0] == 0);
     CHECK(lines.lines[ICORAY_LOG_ERROR] == (off && level >= ICORAY_LOG_ERROR));
     CHECK(!off || level < ICORAY_LOG_ERROR || strstr(lines.last[ICORAY_LOG_ERROR], "2 failures in a row") != NULL);
-    /* The argument, the scene whose field nobody has set, and two frames; what is off is not logged again and again. */
+    /* The argument, the scene whose field is not set, and two frames; what is off is not logged again and again. */
     CHECK(lines.lines[ICORAY_LOG_WARN] == logs + (off ? 3 : 5) * warns);
     CHECK(warns == 0 || strstr(lines.last[ICORAY_LOG_WARN], "\"q\"") != NULL);
     CHECK(lines.lines[ICORAY_LOG_INFO] == (level >= ICORAY_LOG_INFO));

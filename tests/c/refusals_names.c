@@ -82,6 +82,6 @@ void names(icoray_ctx *ctx)
     CHECK(says("names_5.png", "gr\xc3\xb6\xc3\x9f" "e of n") && says("names_5.png", "m s-1"));
     CHECK(is_picture("names_6.png") && !says("names_6.png", "long name") && !says("names_6.png", "units"));
     CHECK(is_picture("names_3.png") && !file_exists("names_4.png"));
-    OK(icoray_mesh_free(&fine)); /* nobody reads it any more */
+    OK(icoray_mesh_free(&fine)); /* no context reads it any more */
     OK(icoray_scene_text(ctx, good_scene));
 }

@@ -112,7 +112,7 @@ fn with_arguments(mut command: Command, to: &Path, scene: &Path, way: &str) -> C
     command
 }
 
-/// The picture of a step of a model that nobody watches.
+/// The picture of a step of a model without viewers.
 pub fn drawn_alone(
     run: impl Fn(&Path, &Path) -> Command,
     folder: &Path,

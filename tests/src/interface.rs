@@ -1,6 +1,6 @@
 //! The declarations of `icoray.h` and `icoray.f90`, read from their texts in one form, to compare them.
 //!
-//! No parser of C or Fortran: it reads what cbindgen writes and how `icoray.f90` is written, and panics at the rest.
+//! The parsers read only the forms that cbindgen writes and `icoray.f90` has, and panic at others.
 
 use std::collections::BTreeMap;
 
@@ -91,7 +91,7 @@ impl Interface {
         }
     }
 
-    /// What a C header has that a Fortran module does not have, or has otherwise, and what is too much there.
+    /// Items of a C header that a Fortran module lacks or has in another form, and superfluous items there.
     pub fn differences(&self, fortran: &Self) -> Vec<String> {
         // A plain address may stand for that of a string or of what is only read.
         let fits = |c: &str, f: &str| c == f || (f == "ptr" && (c == "in text" || c.starts_with("in ref ")));

@@ -180,7 +180,7 @@ impl Adaptor {
                     self.context.refuse_field(&name, &error.to_string());
                     refused.insert(name);
                 }
-                // Nobody has asked for it.
+                // The scene does not name the field.
                 Err(_) => {}
             }
         }

@@ -48,7 +48,7 @@ pub fn begin() {
         end_process(1)
     });
     thread::spawn(|| {
-        // The parent never writes to it, and has it open until it ends, in whatever way.
+        // The parent never writes to it, and has it open until it ends or is killed.
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
         end_process(1);
     });

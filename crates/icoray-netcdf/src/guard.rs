@@ -1,7 +1,7 @@
-//! Calls of the NetCDF binding, which a damaged file must not make print, unwind or run for ever.
+//! Guards calls of the NetCDF binding: a damaged file must not make them print, unwind or loop.
 //!
 //! A call that waits for a disk, even for hours, uses no processor time; one that unpacks a whole file uses a time that
-//! its length bounds. A damaged structure that leads HDF5 in a circle uses more.
+//! its length bounds. An endless loop of HDF5 over a damaged structure uses more.
 
 use crate::hdf5_errors;
 use icoray::{Error, ErrorKind, Result};

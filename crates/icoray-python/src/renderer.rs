@@ -160,7 +160,7 @@ pub(crate) fn made(threads: i64, stop: Arc<AtomicBool>) -> PyResult<icoray::Rend
 
 /// The fields of a call, which keep their arrays.
 struct GivenFields<'py> {
-    /// By name; one without a name is whatever field the scene shows first.
+    /// By name; a field without a name is the one that the scene shows first.
     named: Vec<(String, Bound<'py, Field>)>,
     unnamed: Option<Bound<'py, Field>>,
     heights: Option<Bound<'py, Field>>,

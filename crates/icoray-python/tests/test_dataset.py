@@ -359,7 +359,7 @@ WRONG: list[dict[str, Any]] = [
     {"scene": 3},
     {"derive": [{"name": 3}]},
 ]
-# Types of Rust, lines of a text that nobody wrote, options of the command and names of C.
+# Types of Rust, lines of generated text, options of the command and names of C.
 FOREIGN = re.compile(r"struct |Raw|\b[iuf](16|32|64)\b|usize|out of range integral|line \d|(^|\s)--\w|\d\.\.|icoray_")
 
 

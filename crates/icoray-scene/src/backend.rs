@@ -20,7 +20,7 @@ pub enum Backend {
 pub enum Adapter {
     /// The one of this number, from 0 (`icoray devices` lists them).
     Number(usize),
-    /// Those whose name holds this, whatever the case.
+    /// Devices whose name contains this text, in any case.
     Name(String),
 }
 

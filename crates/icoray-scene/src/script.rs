@@ -27,7 +27,7 @@ use icoray_grid::{Error, ErrorKind, Result};
 
 /// All that a scene file asks for.
 ///
-/// A file describes one picture, or several by `[[views]]`: tables with a `name` and whatever keys differ from the
+/// A file describes one picture, or several by `[[views]]`: tables with a `name` and the keys that differ from the
 /// file's own. Tables are merged key by key, arrays are replaced; a key that goes instead of others (`eye` instead of
 /// `lon` and `lat`, `knots` instead of `map`) takes their place.
 ///

@@ -3,10 +3,10 @@
 //! With two time levels such an array changes at every second step, with three at every third, while the model's state
 //! changes at each. A field is reported, once, after one period of this pattern if another field of the pictures
 //! changed at the other steps, else after two. Fields that never change, change at each step or irregularly, or are set
-//! for each picture are not reported so.
+//! for each picture are not reported.
 //!
 //! A field that is set for each picture and keeps its values while the others change is one that the model computes at
-//! some steps only: it is reported once too, unless it has never changed.
+//! some steps only: it is reported once, unless it has never changed.
 
 use std::collections::BTreeMap;
 

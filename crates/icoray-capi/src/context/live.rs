@@ -1,12 +1,12 @@
 //! The page of a running model, which rank 0 serves where the scene has `[live]`.
 //!
-//! Viewers see each picture once it is written. What they set is taken by rank 0 in icoray_execute, sent to all ranks
-//! with the agreement of that call, and is the scene from then on; what they ask of the data is answered there too.
-//! Nothing waits for a viewer, and what fails for one is a sentence on the page.
+//! Viewers see each picture once it is written. In icoray_execute rank 0 takes their changes and sends them to all
+//! ranks with the agreement of that call; from then on they are part of the scene. Questions about the data are
+//! answered there too. No call waits for a viewer, and failures of viewers' requests are messages on the page.
 //!
 //! A scene that reads a field that icoray_wants_field did not want is announced to the ranks first: its fields are
-//! wanted from then on, and the next icoray_execute draws it. A process alone takes what viewers have set in
-//! icoray_wants_field, so that it draws it in the same step.
+//! wanted from then on, and the next icoray_execute draws it. A single process takes the viewers' changes in
+//! icoray_wants_field, and draws them in the same step.
 
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};

@@ -1,4 +1,4 @@
-//! What lies over the picture and around it: labels, values under the mouse, links, full screen, the light theme.
+//! Overlays and surroundings of the picture: labels, values under the mouse, links, full screen, the light theme.
 
 use crate::browser::Browser;
 use crate::looks::{TABS, looks_right};

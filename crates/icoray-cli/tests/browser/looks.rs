@@ -1,4 +1,4 @@
-//! The page on a screen and on a phone: everything is in sight and can be read; fingers.
+//! The page on a screen and on a phone: visibility, contrast, and touch.
 
 use crate::browser::Browser;
 use crate::page::{PHONE, SCREEN, Shown};

@@ -1,4 +1,4 @@
-//! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
+//! The commands on small MPAS files, whose fields have the values `1000·time + column + 0.125·layer` in 42 columns.
 
 use crate::made::{Made, RECORDS, Values};
 use crate::run::{Folder, fails, has, icoray, says, scene, shows_something, software};

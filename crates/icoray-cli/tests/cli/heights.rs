@@ -1,4 +1,4 @@
-//! Heights that each column has of its own, and fields that lie on different layers.
+//! Native heights, and fields on different layers.
 
 use crate::files::folder;
 use crate::made::{HEIGHT_M, LAYERS, Made, RECORDS, Values};

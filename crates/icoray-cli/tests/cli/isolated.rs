@@ -23,7 +23,7 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) {
     }
 }
 
-/// By signals of which HDF5 ends a process, whatever damage that takes in its version.
+/// Signals by which HDF5 ends a process; the necessary damage depends on its version.
 #[test]
 fn the_end_of_the_reading_process_is_an_error() {
     let folder = Folder::of_netcdf4(&Made::history());

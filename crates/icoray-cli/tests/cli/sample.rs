@@ -1,4 +1,4 @@
-//! The file that the command writes to try it on.
+//! The sample file that the command writes.
 
 use crate::run::{Folder, has};
 use std::fs;

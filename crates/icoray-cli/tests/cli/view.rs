@@ -1,4 +1,4 @@
-//! `icoray view`: its server is asked as a page asks it, and as others should not.
+//! `icoray view`: requests of its page, and of hostile clients.
 
 use crate::made::Made;
 use crate::run::{Folder, fails, icoray, scene};

@@ -1,4 +1,4 @@
-//! Scene files of several pictures: what is drawn when, what is kept of it, and animations.
+//! Scene files of several pictures: schedules, lists of pictures, and animations.
 
 use crate::files::folder;
 use crate::made::Made;

@@ -1,4 +1,4 @@
-//! Meshes whose tables are made of others.
+//! Meshes with tables that are derived from others.
 
 use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};

@@ -1,4 +1,4 @@
-//! What is wrong is refused, by name.
+//! Wrong datasets are refused with the name of the fault.
 
 use crate::made::{Made, RADIUS_M, Values};
 use crate::memory::{expect, open, open_error, opened};

@@ -15,7 +15,7 @@ fn files_that_are_not_netcdf_are_refused() {
     }
 }
 
-/// Nobody listens at port 1 of this machine, and the store is not there.
+/// No server listens at port 1 of this machine, and the store does not exist.
 #[test]
 fn addresses_are_refused_in_the_words_of_the_library() {
     let folder = tempfile::tempdir().unwrap();

@@ -167,8 +167,8 @@ figures! {
     ///
     /// The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
     /// integral of the interpolated field along its ray. It does not include the error of the interpolation between
-    /// cells and layers. Of a pixel that was not traced (pixel_step) nothing is known: its error is 1, or the brightest
-    /// that the scene may show.
+    /// cells and layers. A pixel that was not traced (pixel_step) has an error of 1, or of the brightest that the scene
+    /// may show.
     struct {
         /// Step passed to icoray_execute.
         Picture step: i64 INTEGER = |f| f.stamp.step,

@@ -240,7 +240,7 @@ fn opacities_are_of_values_or_of_the_range() {
 }
 
 #[test]
-fn a_map_that_is_not_named_is_one_for_everybody() {
+fn the_default_map_depends_on_a_center() {
     let name = |more: &str| {
         let text = GOOD.replacen("map = \"viridis\"", more, 1);
         Scene::parse(&text).unwrap().volumes[0].coloring.clone().unwrap().describe()

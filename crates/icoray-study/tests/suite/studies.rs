@@ -1,4 +1,4 @@
-//! The studies run to their end on small grids and leave what they promise.
+//! The studies run to their end on small grids and write their results.
 
 use crate::{rows, study};
 use std::collections::HashMap;

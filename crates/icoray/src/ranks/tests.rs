@@ -245,7 +245,7 @@ fn ranks_with_other_tables_or_values_draw_no_picture() {
 }
 
 #[test]
-fn a_panic_on_one_rank_is_everybodys_error() {
+fn a_panic_on_one_rank_is_the_error_of_all() {
     let raster = Raster { width: 90, height: 40, step: 1 };
     let all: Vec<u32> = (0..raster.tiles()).collect();
     for odd in 0..3 {

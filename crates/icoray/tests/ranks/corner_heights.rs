@@ -273,7 +273,7 @@ fn parts_of_meshes_with_holes_are_bitwise_one_process() {
 }
 
 #[test]
-fn bad_heights_on_one_rank_are_everybodys_error() {
+fn bad_heights_on_one_rank_are_the_error_of_all() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let scene = scene(FAR, "", "");
     let (all, good) = (values(&mesh, Location::Center), corner_heights(&mesh));

@@ -302,13 +302,13 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
     assert_same_refusal(&refused, ErrorKind::Scene, start);
 }
 
-/// Whatever does not fit is the same error on all ranks, with the cell and the ranks.
+/// A part that does not fit is the same error on all ranks, with the cell and the ranks.
 #[test]
 fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let (_, owner) = partitions(&mesh, 3).swap_remove(0);
     type Damage = fn(&mut Spread);
-    // Owned twice or by nobody; a number twice or too low; too few numbers and too many marks.
+    // Two owners or none; a number twice or too low; too few numbers and too many marks.
     let cases: [(Damage, &[&str]); 7] = [
         (|s| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
         (|s| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),

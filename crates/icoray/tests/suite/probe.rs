@@ -1,4 +1,4 @@
-//! Probes of rays against what is known of a field, and frames that are given up.
+//! Probes of rays against analytic fields, and cancelled frames.
 
 use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, ScenePart, Shape};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What is left out where a scene does not need it changes no picture: skipped space not in a bit, packets by less than errors.
+//! Savings do not change pictures: skipped space changes no bit, packets change less than the errors.
 
 use crate::common::{FAR, count_beyond, difference};
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};

@@ -1,4 +1,4 @@
-//! The stretches of a ray: that they join, lie on the ray, in their layer, and leave nothing of it out.
+//! The stretches of a ray join, lie on the ray and in their layer, and cover the whole ray.
 
 use glam::DVec3;
 use icoray::{ErrorKind, Frustum, Grid, IcosahedralMesh, Stretch, Traversal};

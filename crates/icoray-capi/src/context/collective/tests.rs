@@ -1,4 +1,4 @@
-//! Two ranks that are threads of this process, and what fails on one of them only.
+//! Two ranks, which are threads of this process, and failures on one of them.
 
 use super::*;
 use crate::boundary::tests::config;

@@ -1,4 +1,4 @@
-//! The page itself, on rank 0: its address, its scene, its questions.
+//! The page on rank 0: its address, its scene, and questions of viewers.
 
 use super::time_budget::TimeBudget;
 use crate::boundary::Outcome;

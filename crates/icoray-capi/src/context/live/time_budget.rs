@@ -1,8 +1,8 @@
-//! The time of pictures whose scene viewers have set.
+//! The time budget of pictures of the viewers' scene.
 //!
-//! Each such picture has a budget: that of the scene, or a share more than the last picture of the model's own scene
-//! took. What one takes beyond its budget is taken from the budgets of those after it, and no change is drawn until it
-//! is made up for. So viewers cost a model no more than the budgets of its pictures, but for one picture.
+//! Each such picture has the scene's budget, or a multiple of the time of the last picture of the model's own scene.
+//! Time beyond a budget is subtracted from the budgets of later pictures, and no change is drawn until it is recovered.
+//! So viewers cost a model no more than the budgets of its pictures, except for one picture.
 
 use crate::drawing::PictureCost;
 use icoray_core::Script;

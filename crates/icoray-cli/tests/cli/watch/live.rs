@@ -1,4 +1,4 @@
-//! `icoray watch --live`: the page follows what is drawn, and what is set there is drawn next.
+//! `icoray watch --live`: the page shows each picture, and its changes apply to the next ones.
 
 use super::model::records;
 use super::{NAMED_BY_DATE, Watcher, folder};

@@ -118,7 +118,7 @@ fn fields_without_layers_are_surfaces_unless_an_opacity_is_given() {
     }
 }
 
-/// Whatever is left out, no message is serde's about a field of a struct.
+/// For any omitted key, no message is serde's about a field of a struct.
 #[test]
 fn no_key_is_missing_in_words_of_the_parser() {
     for (text, words) in [

@@ -1,4 +1,4 @@
-//! Frames that ranks draw together in the background, between calls in which the model moves messages on.
+//! Frames that ranks draw together in the background; calls of the model transfer their messages.
 
 use super::*;
 use crate::ranks::tests::on_teams;

@@ -231,7 +231,7 @@ fn ranks_agree_on_the_kind_of_their_tables() {
     assert_eq!(kinds(vec![halo(true), halo(false)]), ["parts"; 2]);
 }
 
-/// Whatever does not fit on one rank is the same error on all, and what fits is agreed on afterwards.
+/// Columns that do not fit on one rank are the same error on all; correct ones are accepted afterwards.
 #[test]
 fn columns_that_do_not_fit_are_refused_on_all_ranks() {
     let mesh = IcosahedralMesh::new(2).unwrap();

@@ -1,4 +1,4 @@
-//! Pictures that a device traces some tiles of: whatever it gives or keeps, each pixel is its own or the CPU's.
+//! Pictures of which a device traces some tiles: each pixel is the device's or the CPU's.
 
 use crate::common::{at_centers, columns_of, on_nodes, on_ranks, picture};
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};

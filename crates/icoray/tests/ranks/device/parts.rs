@@ -1,4 +1,4 @@
-//! Fragments that a device traces some tiles of: whatever it gives or keeps, the CPU traces the rest.
+//! Fragments of which a device traces some tiles: the CPU traces all tiles that it does not return.
 
 use super::{Manner, Painter, World, count_painted, painted, renderer_with, scene};
 use crate::common::{on_ranks, picture};

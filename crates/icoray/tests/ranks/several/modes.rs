@@ -1,4 +1,4 @@
-//! In every mode of the renderer.
+//! Scenes of several fields in every mode of the renderer.
 
 use super::*;
 use icoray::device::{Device, DeviceRequest, Devices, FallbackReason};
