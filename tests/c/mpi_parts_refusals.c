@@ -1,5 +1,5 @@
 /*
- * Parts of a grid that are wrong on one rank only: the same status on all, no rank waits for ever, and the next frame is
+ * Parts of a grid that are wrong on one rank only: the same status on all, no rank hangs, and the next frame is
  * drawn. mpi_parts_refusals DIRECTORY [full]; `full` needs a small file system there.
  */
 #include "mpi_cut.h"
@@ -116,7 +116,7 @@ static void cells(int odd)
     marks[halo] = is_odd;
     ALL_REFUSED(GRID, "is owned by ranks", icoray_part_set(ctx, &part));
     marks[halo] = 0;
-    /* No other rank owns the halo of a lone rank; this one gives up a cell that others have in theirs, or has itself. */
+    /* No other rank owns a lone rank's halo; this one gives up a cell that others have in their halo, or an own one. */
     marks[own] = !is_odd;
     ALL_REFUSED(GRID, "but owned by no rank", icoray_part_set(ctx, &part));
     marks[own] = 1;

@@ -129,7 +129,7 @@ static void counts_drops(void *user, int32_t level, const char *message)
 }
 
 /*
- * Every frame is written or dropped, for any length of the queue; by default none is dropped. The planet is far away, so that
+ * Every frame is written or dropped, for any queue; by default none is dropped. The planet is far away, so that
  * drawing takes less time than writing.
  */
 void dropped(void)
