@@ -186,7 +186,7 @@ fn a_nest_is_a_grid_of_its_own() {
         let log = double.run(ranks, &run, &["scene.toml", "2", "0", "1"]);
         assert_eq!(log.matches("requested temp of domain 2").count(), ranks, "{log}");
         let mut logged = log.lines().filter(|line| line.contains("icoray:"));
-        assert!(logged.all(|line| line.contains("holes are drawn as nothing")), "{log}");
+        assert!(logged.all(|line| line.contains("only the core is drawn there")), "{log}");
         run
     });
     let expected = pictures(&one.join("pictures"));

@@ -67,7 +67,7 @@ impl Hook {
             let run = self.prepared(directory, &ranks.to_string());
             let output = succeeded(FIRST.on_ranks(ranks, program, &run).arg("hook").args(case));
             let log = text(&output.stdout);
-            assert!(log.lines().all(|line| line.contains("holes are drawn as nothing")), "MPAS's log: {log}");
+            assert!(log.lines().all(|line| line.contains("only the core is drawn there")), "MPAS's log: {log}");
             assert_same(&pictures(&run.join("pictures")), &expected, format!("{ranks} ranks {case:?}"));
             let copied = column(&run.join("pictures/report.csv"), "bytes_copied");
             assert_eq!(copied.len(), names.len());

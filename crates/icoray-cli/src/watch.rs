@@ -212,7 +212,7 @@ impl Watch<'_> {
             self.progress.wait(format!("watching {}", self.args.directory.display()));
             for error in self.folder.read_outlines(now) {
                 let context = error.context();
-                self.print_once(&format!("skipped   {context}; it is looked at again when it changes"), out)?;
+                self.print_once(&format!("skipped   {context}; it is read again when it changes"), out)?;
             }
             let (folder, settle) = (&self.folder, self.args.settle);
             let (open, lacking) = plan::open_times(folder, &self.needed, &mut self.history, now, settle);

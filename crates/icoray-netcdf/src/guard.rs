@@ -82,7 +82,7 @@ pub fn watch_calls(min_time: Duration, on_hang: impl Fn(Error) + Send + 'static)
                 if used > min_time + Duration::from_secs(length / BYTES_PER_SECOND) {
                     let (path, what, used) = (call.path.display(), &call.what, used.as_secs());
                     let context =
-                        format!("{path}: {what}: no end after {used} s of processor time: not whole, or damaged");
+                        format!("{path}: {what}: no end after {used} s of processor time: incomplete or damaged");
                     on_hang(Error::new(ErrorKind::Io, context));
                 }
             }
@@ -139,7 +139,7 @@ mod tests {
         assert!(reports.try_iter().all(|error| !error.context().contains("slow.nc")));
     }
 
-    /// Set in the process whose stderr is looked at.
+    /// Set in the process whose stderr is checked.
     const CHILD: &str = "ICORAY_TEST_GUARDED_PANIC";
 
     #[test]

@@ -338,7 +338,7 @@ impl View {
         let Some(word) = template.words().find(|word| !stands(word)) else { return Ok(()) };
         let there: Vec<String> =
             Template::WORDS.iter().filter(|word| stands(word)).map(|word| format!("{{{word}}}")).collect();
-        let what = format!("{{{word}}} stands for nothing here, expected of {}", there.join(", "));
+        let what = format!("{{{word}}} is no placeholder here, expected one of {}", there.join(", "));
         Err(Error::new(ErrorKind::Scene, what))
     }
 }

@@ -109,7 +109,7 @@ fn coordinates_that_count_layers_space_them_evenly() {
         let found = file.layer_heights("ta").unwrap();
         let [first, middle, last] = found.height_m[..] else { panic!("{found:?}") };
         assert!(found.is_counted && (first < last) == is_rising && middle == 0.5 * (first + last), "{found:?}");
-        assert!(notes(&file, "ta").contains("lev only counts layers: shown evenly spaced"));
+        assert!(notes(&file, "ta").contains("lev only numbers the layers: shown evenly spaced"));
     }
     let mut made = Made::icon_data(Angles::Degrees);
     made.variable("lev").attributes.clear();

@@ -353,7 +353,7 @@ def view(
     height: int = 640,
     **options: Unpack[Options],
 ) -> View:
-    """Serves a page on which a dataset is looked at, turned and coloured; a notebook shows it in a frame.
+    """Serves the live page of a dataset; a notebook shows it in a frame.
 
     Parameters
     ----------

@@ -278,7 +278,7 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
     let expected = whole(&mesh, &asked("auto"), Location::Center);
     let all = values(&mesh, Location::Center);
     for (scheme, sentence) in [
-        ("fragments", "fragments: asked for; every rank has the whole grid"),
+        ("fragments", "fragments: requested; every rank has the whole grid"),
         ("auto", "tiles: every rank has the whole grid"),
     ] {
         let drawn = on_ranks(3, |ranks| {

@@ -209,7 +209,7 @@ fn errors_of_views_sweeps_and_outputs_name_line_and_key() {
         ("[sweep]\nlon = 3", "line 21 (lon = 3)"),
         ("[sweep]\nfield = [\"a\", \"\"]", "line 21, key sweep.field | \"\""),
         ("[sweep]", "line 20, key sweep: nothing"),
-        ("[output]\nfile = \"{lon}.png\"", "line 21, key output.file: {lon} stands for nothing | of {field}"),
+        ("[output]\nfile = \"{lon}.png\"", "line 21, key output.file: {lon} is no placeholder here | one of {field}"),
         (
             "[sweep]\nlon = [1]\n[output]\nfile = \"{view}_{lon}.png\"",
             "line 23, key output.file: {view} | {field}, {lon}",
