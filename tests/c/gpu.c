@@ -1,6 +1,6 @@
 /*
  * Scenes that ask for a GPU, and for the CPU: gpu DIRECTORY here|gone. Pictures of a kind have the same names in the folders
- * cpu and gpu. `gone` says that no adapter is to be found: then both are the CPU's.
+ * cpu and gpu. `gone` means that there is no adapter: then the CPU draws both.
  */
 #include "host.h"
 

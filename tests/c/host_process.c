@@ -1,5 +1,5 @@
 /*
- * What else is the host's: host_process <directory> [loud]
+ * Other state of the host's process: host_process <directory> [loud]
  *
  * The calls do not change affinity, environment, directory, umask, locale, open files and threads, and print nothing,
  * which the Rust test checks. `loud` fails with icoray_log_stderr, the only function that prints.

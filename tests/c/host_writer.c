@@ -170,7 +170,7 @@ static void gone(const char *directory, const World *w)
     CHECK(strstr(message_of(ctx), "gone") != NULL);
     CHECK(remove(at) == 0);
     well(ctx, at, 31);
-    /* Where the working directory goes does not matter. */
+    /* A change of the working directory has no effect. */
     CHECK(chdir("/") == 0);
     well(ctx, at, 32);
     OK(icoray_close(&ctx));

@@ -1,7 +1,7 @@
 /*
- * A model that is watched: live DIRECTORY SCENE [parts|async|wants|large]
+ * A model with viewers: live DIRECTORY SCENE [parts|async|wants|large]
  *
- * Draws a step for each line of its standard input, and says so on its standard output. With `wants` it has a field "g"
+ * Draws a step for each line of its standard input, and prints a line for it. With `wants` it has a field "g"
  * too, and computes in each step the fields that are wanted.
  */
 #ifdef LIVE_MPI

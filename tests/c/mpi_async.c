@@ -1,8 +1,8 @@
 /*
  * Pictures that ranks draw in the background, and the same ones drawn within icoray_execute, of a grid and field that every
  * rank has, of columns over whole tables and of parts: mpi_async DIRECTORY. Files of DIRECTORY/KIND_async and
- * DIRECTORY/KIND_sync are to be the same. With `apart` as a second word: what happens to a frame in the background where
- * one rank closes its context, or all end MPI, before it is drawn.
+ * DIRECTORY/KIND_sync are to be the same. With `apart` as a second word: frames in the background of
+ * which one rank closes its context, or all end MPI, before they are drawn.
  */
 #include "mpi_cut.h"
 
@@ -130,7 +130,7 @@ static void compute(Model *m, int step)
     memcpy(m->heights, m->heights_start, m->heights_count * sizeof *m->heights);
 }
 
-/* What the model computes next goes over what was drawn. */
+/* The model overwrites the drawn values with the next ones. */
 static void spoil(Model *m)
 {
     for (size_t i = 0; i < m->count; i++) {

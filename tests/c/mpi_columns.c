@@ -144,7 +144,7 @@ static void draw_alone(const char *directory, const World *w)
     }
 }
 
-/* What is wrong on the last rank only is the same status on all, and what is right afterwards is drawn. */
+/* Errors on the last rank only are the same status on all, and correct inputs are drawn afterwards. */
 static void refusals(const char *directory, const World *w)
 {
     int *owner = partition(w, CONTIGUOUS, ranks);
@@ -278,7 +278,7 @@ static void take_all(void)
     }
 }
 
-/* How many nodes the environment makes of this one. */
+/* Number of nodes into which the environment divides this one. */
 static double count_nodes(void)
 {
     const char *most = getenv("ICORAY_NODE_RANKS");

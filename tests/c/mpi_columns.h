@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-/* What ranks have columns of: two fields, of which the second is in the last scene only, and so are the heights. */
+/* Arrays with columns on ranks: two fields and heights; only the last scene shows the second field and the heights. */
 enum { F, G, HEIGHTS, KINDS_OF_VALUES };
 
 /* The columns of one rank, in any order. */

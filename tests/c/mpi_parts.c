@@ -52,7 +52,7 @@ static void set(icoray_ctx *ctx, size_t scene)
         SCENES[scene].camera, SCENES[scene].name, SCENES[scene].light)));
 }
 
-/* What the report says is of the whole picture. */
+/* The report is that of the whole picture. */
 static void check_report(const icoray_frame_report *r, const World *w, size_t scene)
 {
     const char *field = SCENES[scene].field;

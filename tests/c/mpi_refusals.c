@@ -24,7 +24,7 @@ static void good(icoray_ctx *ctx)
     OK(icoray_execute(ctx, step, 0.0, NULL));
 }
 
-/* What is wrong in the call itself or was before, on the rank that is odd. */
+/* Wrong arguments of a call, or earlier failures, on the odd rank. */
 static void at_execute(int odd)
 {
     icoray_ctx *ctx = fresh();
@@ -71,7 +71,7 @@ static void at_execute(int odd)
     OK(icoray_close(&ctx));
 }
 
-/* What was never given, or was refused. */
+/* Inputs that were never given, or were refused. */
 static void before_execute(int odd)
 {
     icoray_config config = plain(directory);
@@ -79,7 +79,7 @@ static void before_execute(int odd)
     const char *text = by_rank(odd);
     int is_odd = rank == odd;
     icoray_ctx *ctx = opened_by_all(&config);
-    /* What is to be drawn is asked first, before what it is drawn of. */
+    /* The scene is checked first, before its inputs. */
     ALL_REFUSED(ORDER, "rank 0: ", icoray_execute(ctx, step + 1, 0.0, NULL));
     set_scene(ctx, 48, "");
     set_layers(ctx, w.layers);

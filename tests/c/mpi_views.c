@@ -1,6 +1,6 @@
 /*
- * Scene files of several views on a grid that is spread over ranks: mpi_views DIRECTORY. What conditions find is decided
- * alike on all ranks, for any distribution of the values.
+ * Scene files of several views on a grid that is spread over ranks: mpi_views DIRECTORY. Conditions have the
+ * same result on all ranks, for any distribution of the values.
  */
 #include "mpi_cut.h"
 

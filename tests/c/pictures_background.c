@@ -1,4 +1,4 @@
-/* Frames that a thread draws from a copy of the field while the model goes on. */
+/* Frames that a thread draws from a copy of the field while the model continues. */
 #include "pictures.h"
 
 static icoray_ctx *opened(const char *directory, const char *name, int with_threads)

@@ -87,7 +87,7 @@ void overwritten(void)
     OK(icoray_close(&ctx));
 }
 
-/* What is in the way with either policy: a directory of the picture's name, and another program's report. */
+/* Obstacles for either policy: a directory of the picture's name, and another program's report. */
 void in_the_way(void)
 {
     static const struct {

@@ -1,4 +1,4 @@
-/* Heights that are refused, taken back, and left alone by scenes that do not ask for them. */
+/* Heights that are refused, taken back, and not read by scenes without native heights. */
 #define _POSIX_C_SOURCE 200809L /* mmap */
 
 #include "refusals.h"
@@ -102,7 +102,7 @@ static void left_alone(icoray_ctx *ctx)
     CHECK(munmap(none, bytes) == 0 && close(zero) == 0);
 }
 
-/* What scenes with heights = "native" make of them, as they are when a frame is drawn. */
+/* Scenes with heights = "native" read the values at the time of the frame. */
 static void native(icoray_ctx *ctx)
 {
     static float metres[42 * LAYERS];

@@ -8,7 +8,7 @@
 #define LATE SCENE("f", "4", "late/pictures/f_{step}.png")
 
 /*
- * A directory that looks as if it could be made until it is: its parent is a link to nothing. Removing the link heals it.
+ * A directory that passes the check but cannot be made: its parent is a link to nothing. Removing the link repairs it.
  */
 static void broken(int is_broken)
 {

@@ -1,4 +1,4 @@
-/* What is logged, at which level; and the callback that writes to stderr. */
+/* Log lines and their levels, and the callback that writes to stderr. */
 #define _POSIX_C_SOURCE 200809L /* dup, dup2, symlink */
 
 #include "refusals.h"

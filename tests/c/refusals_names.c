@@ -1,7 +1,7 @@
-/* Several grids and sets of layers in one context, asked for by names that are not there. */
+/* Several grids and sets of layers in one context, and unknown names of these. */
 #include "refusals.h"
 
-/* Says what the field "n" is called, with strings that last no longer than the call. */
+/* Describes the field "n", with strings that are freed after the call. */
 static void described(icoray_ctx *ctx)
 {
     char name[] = "n", long_name[] = "gr\xc3\xb6\xc3\x9f" "e of n", units[] = "m s-1";

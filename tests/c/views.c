@@ -1,7 +1,7 @@
 /*
  * Scene files of several views: views <directory>
  *
- * The same run twice, in the call and from copies; abi.rs looks at the pictures and at what is kept of them.
+ * The same run twice, in the call and from copies; abi.rs compares the pictures and their lists.
  */
 #include "pictures.h"
 

@@ -1,4 +1,4 @@
-// What the page knows: the description, the scene, the last frame. Modules listen to its events.
+// The state of the page: the description, the scene, the last frame. Modules listen to its events.
 'use strict';
 
 import { get } from './api.js';

@@ -97,7 +97,7 @@ contains
 
       start = clock()
       if (p%open) then
-         ! What fails here on one rank fails in icoray_execute on all.
+         ! A failure here on one rank is the status of icoray_execute on all.
          call icoray_field_set(p%context, 'height', height)
          call icoray_field_set(p%context, 'vorticity', vorticity, location=ICORAY_CORNER)
          call icoray_execute(p%context, step, time, date, ierr)

@@ -87,7 +87,7 @@ class Dataset:
 
     @property
     def convention(self) -> str:
-        """What the mesh is: "MPAS", "ICON" (triangles), "polygons" or "points" (columns without tables)."""
+        """The kind of mesh: "MPAS", "ICON" (triangles), "polygons" or "points" (columns without tables)."""
         return self._inner.convention
 
     @property
@@ -391,7 +391,7 @@ def _request(field: str | None, given: Options) -> dict[str, Any]:
         raise ArgumentError(f"{ends[0]}: {options[ends[0]]!r}, expected vmin and vmax together, or range=(low, high)")
     if ends:
         options["range"] = (options.pop("vmin"), options.pop("vmax"))
-    # What the suggestion takes into account; all else is put into its scene.
+    # Options of the suggestion; all others are put into its scene.
     suggested = {"exaggeration", "tolerance", "samples"}
     keys = {name: options.pop(name) for name in Look.__annotations__ if name in options and name not in suggested}
     if field is not None:
