@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 const LAYERS: usize = 16;
 
-/// What to draw and from where. Lengths are in planet radii, angles in degrees.
+/// Content and camera of the picture. Lengths are in planet radii, angles in degrees.
 const SCENE: &str = r##"
 field = "wave"
 exaggeration = 40

@@ -11,7 +11,7 @@ use crate::{libclang, mpi};
 pub struct Package {
     /// Its name in Debian.
     pub name: &'static str,
-    /// What it is for, as text in brackets after its name.
+    /// Its purpose, as text in brackets after its name.
     pub purpose: &'static str,
     seen: Seen,
 }

@@ -11,7 +11,7 @@ use crate::team;
 use icoray::{Error, ErrorKind, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is drawn, and with whom.
+/// The context of a host, its grids and its other ranks.
 pub struct Adaptor {
     /// Dropped first, as it reads what follows.
     context: Context,

@@ -194,7 +194,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// What a message says of a node: its type, or the names of its children.
+    /// Description of a node in messages: its type, or the names of its children.
     pub fn described(self) -> String {
         match self.text() {
             Some(text) => format!("{text:?}"),

@@ -49,7 +49,7 @@ pub struct Args {
     mesh: Vec<PathBuf>,
     #[command(flatten)]
     data_options: DataOptions,
-    /// What to draw and how
+    /// The scene file
     #[arg(long, value_name = "SCENE.toml")]
     scene: PathBuf,
     /// Directory for pictures, named by the scene or else by date and time's number, and for report.csv

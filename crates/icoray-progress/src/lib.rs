@@ -86,7 +86,7 @@ impl Progress {
         self.bar.set_position(PER_PICTURE * drawn as u64);
     }
 
-    /// What a renderer calls after each tile: it moves the bar within the picture that is being drawn.
+    /// A function for the renderer to call after each tile: it moves the bar within the current picture.
     pub fn tiles(&self) -> Arc<dyn Fn(usize, usize) + Send + Sync> {
         let bar = self.bar.clone();
         Arc::new(move |finished, total| {

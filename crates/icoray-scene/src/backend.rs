@@ -24,7 +24,7 @@ pub enum Adapter {
     Name(String),
 }
 
-/// What a person types: a number, or else a part of a name.
+/// Text of a user: a number, or else a part of a name.
 impl From<&str> for Adapter {
     fn from(text: &str) -> Self {
         text.parse().map_or_else(|_| Adapter::Name(text.to_owned()), Adapter::Number)

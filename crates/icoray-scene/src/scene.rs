@@ -116,7 +116,7 @@ pub struct Scene {
     pub precision: Precision,
     /// How several ranks share out the picture.
     pub ranks: Scheme,
-    /// Who traces rays.
+    /// Device that traces rays.
     pub backend: Backend,
     /// Which of several GPUs; `None` is one of the fastest kind, another for each rank on a node.
     pub device: Option<Adapter>,

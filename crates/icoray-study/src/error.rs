@@ -23,7 +23,7 @@ use measure::{Effort, MEASURES, Measure, Measured};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Scenes, with commas between; a name ending in * stands for all that begin so. All without it.

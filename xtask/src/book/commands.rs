@@ -32,7 +32,7 @@ const FILE: &str = "mpas_jw_10242.nc";
 /// The word of blocks that are run in the long run only.
 const SLOW: &str = "slow";
 
-/// What a page calls that builds and installs the library.
+/// Command of pages that build and install the library.
 const INSTALLING: &str = "cargo xtask install";
 
 /// The start of the command by which a block writes its own data file.

@@ -18,7 +18,7 @@ use std::time::Instant;
 /// Statistics of fields in this step, by field name.
 type Summaries = BTreeMap<String, Summary>;
 
-/// What has failed in a step.
+/// Failures of a step.
 #[derive(Default)]
 struct Failures {
     first: Option<Failure>,

@@ -16,7 +16,7 @@ pub(super) const SAMPLES: usize = 1024;
 /// Numbers of time levels of models.
 const LEVELS: [usize; 2] = [2, 3];
 
-/// What the values of a field look like.
+/// Pattern of a field's values over the pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Pattern {
     /// One of so many time levels.

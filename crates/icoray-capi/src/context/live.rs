@@ -27,7 +27,7 @@ use page::Page;
 /// A picture of viewers' scene may take so many times the memory of the model's own.
 const MEMORY_SHARE: u64 = 4;
 
-/// What viewers do to the scene, and on rank 0 the page.
+/// Changes of the scene by viewers, and on rank 0 the page.
 #[derive(Default)]
 pub(super) struct Viewers {
     page: Option<Page>,

@@ -290,7 +290,7 @@ def render(
     layers : slice, (int, int) or str, optional
         The layers that are read and drawn, counted from 0.
     scene : Scene, str or os.PathLike, optional
-        What to draw and how; without it a scene is suggested for the field's values. One that names a field alone, or
+        The scene to draw; without it a scene is suggested for the field's values. One that names a field alone, or
         to which `field` gives another, has the look of the suggestion.
     view : str, optional
         The one to draw of a scene with several [[views]].

@@ -154,7 +154,7 @@ impl Measured<'_> {
         text
     }
 
-    /// What is left to scalar code, at the first number of threads and this tolerance.
+    /// Share of scalar code, at the first number of threads and this tolerance.
     fn scalar(&self, names: &[&str], tolerance: f64) -> String {
         let mut text = String::new();
         for (size, light) in

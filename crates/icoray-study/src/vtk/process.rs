@@ -24,7 +24,7 @@ pub(super) struct Environment {
     script: PathBuf,
 }
 
-/// What a process printed, or else the reason why it failed.
+/// Output of a process, or else the reason of its failure.
 pub(super) type Outcome = std::result::Result<ProcessOutput, String>;
 
 /// Names and numbers that a process printed.

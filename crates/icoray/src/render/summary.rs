@@ -47,7 +47,7 @@ mod tests {
     const ASKED: [Statistic; 3] = [Statistic::Min, Statistic::Max, Statistic::Mean];
     const LAYERS: usize = 3;
 
-    /// What each of some ranks makes of its columns; each has a part or some columns of a field, or the whole of it.
+    /// Results of `make` on each of some ranks; each has a part or some columns of a field, or the whole of it.
     fn over<T: Send>(ranks: usize, make: impl Fn(&mut Ranks, &Grid) -> T + Sync) -> Vec<T> {
         let mesh = IcosahedralMesh::new(2).unwrap();
         let grid = Grid::new(mesh.tables()).unwrap();
