@@ -240,7 +240,7 @@ impl Adaptor {
         self.copies.push(values);
     }
 
-    /// Fills in what is known of the last frame.
+    /// Adds the report of the last frame.
     pub fn fill_results(&mut self, to: Node) {
         // A context without a report says so in the log.
         let report = if self.may_have_report { self.context.report() } else { None };

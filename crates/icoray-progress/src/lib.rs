@@ -10,7 +10,7 @@ use std::time::Duration;
 
 pub use indicatif::ProgressBar as Bar;
 
-/// A stage of which nothing but its duration is known.
+/// A stage without steps: only its duration is shown.
 const STAGE: &str = "{spinner} {msg} ({elapsed})";
 /// Parts of the whole that are finished.
 const PARTS: &str = "{spinner} {msg} {bar:30} {percent:>3} %, {eta} left";

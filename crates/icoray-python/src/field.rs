@@ -45,7 +45,7 @@ pub(crate) struct Field {
     pub layer_axis: Option<usize>,
     pub description: Description,
     is_constant: bool,
-    /// The last borrow of a constant array: caches know it again.
+    /// The last borrow of a constant array, by which caches identify it.
     last: Mutex<Option<icoray::Field<'static>>>,
 }
 

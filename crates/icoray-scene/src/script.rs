@@ -196,7 +196,7 @@ impl Script {
         Ok(shots)
     }
 
-    /// Whether anything may be due at a step of which only the number is known.
+    /// Whether anything may be due at a step, from its number alone.
     pub fn may_be_due(&self, step: i64) -> bool {
         self.views.iter().any(|view| view.schedule.may_be_due(step))
     }

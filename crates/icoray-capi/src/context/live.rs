@@ -121,7 +121,7 @@ impl Context {
         sent
     }
 
-    /// Takes what viewers have set before fields are computed, in a process alone: other ranks would not know of it.
+    /// Takes the viewers' changes before fields are computed, in a single process only: other ranks would miss them.
     pub(super) fn hear_viewers_early(&mut self) {
         if let (Some(page), SceneChoice::Script(script), false) =
             (&mut self.viewers.page, &self.scene, self.ranks.size() > 1)
@@ -187,7 +187,7 @@ impl Context {
             (Some(own), _) | (None, SceneChoice::Script(own)) => self.memory_of(own, stamp),
             (None, SceneChoice::Open | SceneChoice::Nothing) => Ok(0),
         };
-        // Of a scene that cannot be drawn nothing is known.
+        // The memory of a scene of the model that cannot be drawn is not known: no limit.
         let limit = own.map_or(u64::MAX, |own| MEMORY_SHARE * own);
         if bytes > limit {
             let message = format!(
