@@ -266,8 +266,8 @@ module icoray
     integer(c_int64_t) :: fragment_bytes = 0
     !> Seconds in which this rank composed rays of fragments.
     real(c_double) :: compose_s = 0
-    !> What traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU and the
-    !> reason for using the CPU, each once.
+    !> Devices that traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU
+    !> and the reason for using the CPU, each once.
     integer(c_int32_t) :: drawn_on = 0
     !> Part of render_s before rays could start on the GPU: preparing and uploading data, seconds.
     real(c_double) :: upload_s = 0

@@ -435,8 +435,8 @@ typedef struct icoray_frame_report {
    */
   double compose_s;
   /**
-   * What traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU and the
-   * reason for using the CPU, each once.
+   * Devices that traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU
+   * and the reason for using the CPU, each once.
    */
   int32_t drawn_on;
   /**
