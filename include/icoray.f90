@@ -174,8 +174,8 @@ module icoray
   !> 
   !> The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
   !> integral of the interpolated field along its ray. It does not include the error of the interpolation between
-  !> cells and layers. Of a pixel that was not traced (pixel_step) nothing is known: its error is 1, or the brightest
-  !> that the scene may show.
+  !> cells and layers. A pixel that was not traced (pixel_step) has an error of 1, or of the brightest that the scene
+  !> may show.
   type, bind(C), public :: icoray_frame_report
     integer(c_size_t) :: struct_size = 0
     !> Step passed to icoray_execute.
@@ -266,8 +266,8 @@ module icoray
     integer(c_int64_t) :: fragment_bytes = 0
     !> Seconds in which this rank composed rays of fragments.
     real(c_double) :: compose_s = 0
-    !> What traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU and the
-    !> reason for using the CPU, each once.
+    !> Devices that traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU
+    !> and the reason for using the CPU, each once.
     integer(c_int32_t) :: drawn_on = 0
     !> Part of render_s before rays could start on the GPU: preparing and uploading data, seconds.
     real(c_double) :: upload_s = 0
@@ -328,9 +328,9 @@ module icoray
   !> Each rank has the whole grid and field, or its part of them, or the whole grid and columns of its own cells
   !> (icoray_part_set). The picture is written at rank 0. icoray_open, icoray_part_set, icoray_scene_load,
   !> icoray_scene_text, icoray_execute, icoray_wait and icoray_close are collective: all ranks call them in the same
-  !> order, whatever calls have failed before, and get the same ierr. All other calls are local. MPI is initialised
-  !> before and finalised after. ICORAY_ERR_UNSUPPORTED if the library was built without MPI. With async_render each
-  !> call on ctx moves messages between ranks on, and icoray_grid_set is collective too.
+  !> order, also after failed calls, and get the same ierr. All other calls are local. MPI is initialised before and
+  !> finalised after. ICORAY_ERR_UNSUPPORTED if the library was built without MPI. With async_render each call on ctx
+  !> transfers messages between ranks, and icoray_grid_set is collective too.
   interface icoray_open
     procedure :: open_i4, open_i8, open_config_i4, open_config_i8
   end interface icoray_open
@@ -364,9 +364,9 @@ module icoray
   !>   lon(cells), lat(cells)   radians, of one kind and any strides
   !>   name                     name of the grid, for contexts with several grids
   !> The points cover the sphere or regions; a triangle whose circumcircle is more than 5 times as large as others at its
-  !> points lies outside. Of points less than 3e-7 rad apart one is shown. Each rank gives all points; icoray_part_set then
-  !> says which are its columns. ICORAY_ERR_GRID if a point is not finite or the points span no area; the previous grid
-  !> then stays in effect.
+  !> points lies outside. Of points less than 3e-7 rad apart one is shown. Each rank gives all points; icoray_part_set
+  !> then states which are its columns. ICORAY_ERR_GRID if a point is not finite or the points span no area; the
+  !> previous grid then stays in effect.
   interface icoray_points_set
     procedure :: points_r4, points_r8
   end interface icoray_points_set
@@ -415,7 +415,7 @@ module icoray
   !>                their numbers: (layers, cells), (cells, layers), (nproma, layers, blocks) with a last block that may
   !>                be partly filled, (layers*cells), (cells) of a 2D field. Dimensions of extent 1 are ignored. That of
   !>                cells may be longer by at most 64, as MPAS's nCells + 1, but not as long as the grid has corners or
-  !>                edges, or one longer: ICORAY_ERR_FIELD says what it looks like
+  !>                edges, or one longer: ICORAY_ERR_FIELD names the likely location
   !>   location     ICORAY_CENTER (default), or ICORAY_CORNER for values at corners
   !>   fill_value   marks missing values, in the kind of values; NaN and infinities always do
   !>   grid_name, layers_name   grid and layers of the field; default: the unnamed ones
@@ -446,10 +446,10 @@ module icoray
 
   !> Sets wants to .true. if icoray_execute may draw a picture at this step, from any field or from the named one.
   !> Conditions of a scene are not evaluated here; a field that one of them needs counts as wanted, and so does one that
-  !> viewers of a page ([live]) have chosen, before a picture shows it. Local, without
-  !> communication; on all ranks that give the same step and time_s the answer is the same, whatever calls have failed
-  !> on some of them, so that all call icoray_execute or none. If time_s is not finite, the step alone decides
-  !> (ICORAY_ERR_ARGUMENT); wants is .false. after other failures. time_s has 32 or 64 bits.
+  !> viewers of a page ([live]) have chosen, before a picture shows it. Local, without communication; on all ranks that
+  !> give the same step and time_s the answer is the same, also after calls that failed on some of them, so that all
+  !> call icoray_execute or none. If time_s is not finite, the step alone decides (ICORAY_ERR_ARGUMENT); wants is
+  !> .false. after other failures. time_s has 32 or 64 bits.
   !>   call icoray_wants(ctx, step, time_s, wants, [ierr])
   !>   call icoray_wants_field(ctx, name, step, time_s, wants, [ierr])
   interface icoray_wants

@@ -227,7 +227,7 @@ enum icoray_status
    */
   ICORAY_ERR_MPI = 16,
   /**
-   * A grid or a frame needs more memory than there is; the message says how many bytes are missing.
+   * A grid or a frame needs more than the available memory; the message states the missing bytes.
    */
   ICORAY_ERR_MEMORY = 17,
 };
@@ -258,8 +258,8 @@ typedef struct icoray_mesh icoray_mesh;
  *
  * The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
  * integral of the interpolated field along its ray. It does not include the error of the interpolation between
- * cells and layers. Of a pixel that was not traced (pixel_step) nothing is known: its error is 1, or the brightest
- * that the scene may show.
+ * cells and layers. A pixel that was not traced (pixel_step) has an error of 1, or of the brightest that the scene
+ * may show.
  */
 typedef struct icoray_frame_report {
   /**
@@ -435,8 +435,8 @@ typedef struct icoray_frame_report {
    */
   double compose_s;
   /**
-   * What traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU and the
-   * reason for using the CPU, each once.
+   * Devices that traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU
+   * and the reason for using the CPU, each once.
    */
   int32_t drawn_on;
   /**
@@ -708,8 +708,8 @@ typedef struct icoray_array {
    */
   int32_t location;
   /**
-   * Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by
-   * icoray_execute, which says what it looks like.
+   * Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by icoray_execute,
+   * whose message names the likely location.
    */
   int64_t columns;
   /**
@@ -858,8 +858,8 @@ typedef struct icoray_config {
   /**
    * Nonzero: icoray_execute copies the fields that the step's pictures need, each once, and returns; a thread
    * renders from the copies. Only one step is in progress: icoray_execute first waits for the frames of the step
-   * before. Over several ranks it must be the same on all; icoray_open says how their messages are moved on. A scene
-   * with async_render = true switches it on when it is loaded, until the context is closed.
+   * before. Over several ranks it must be the same on all; icoray_open describes the transfer of their messages. A
+   * scene with async_render = true switches it on when it is loaded, until the context is closed.
    */
   int32_t async_render;
   /**
@@ -894,10 +894,10 @@ extern "C" {
  * icoray_execute decides. A time of a scene (`at_times`) is due at the first icoray_execute at or after that time.
  *
  * The call is local and without communication. On all ranks of icoray_open that give the same step and time_s the
- * answer is the same, whatever calls have failed on some of them: it depends only on the arguments and on what
- * collective calls have agreed on (the scene, the last icoray_execute, whether the context is switched off). All ranks
- * therefore reach or skip `if (wants) icoray_execute` together. With a time_s that is not finite
- * (ICORAY_ERR_ARGUMENT) *wants is what the step alone says; after other failures it is 0.
+ * answer is the same, also after calls that failed on some of them: it depends only on the arguments and on state that
+ * collective calls change (the scene, the last icoray_execute, whether the context is switched off). All ranks
+ * therefore reach or skip `if (wants) icoray_execute` together. With a time_s that is not finite (ICORAY_ERR_ARGUMENT)
+ * *wants is the answer for the step alone; after other failures it is 0.
  *
  * # Safety
  * `ctx` is open; `wants` is NULL or writable.
@@ -997,9 +997,10 @@ icoray_status icoray_grid_set(struct icoray_ctx *ctx,
  * which icoray makes and owns: both arrays are read during the call only. Fields at centres have a value for each point.
  *
  * The points cover the sphere or regions: a triangle whose circumcircle is more than 5 times as large as others at its
- * points lies outside. Of points less than 3e-7 rad (2 m on the Earth) apart, as at the poles of a lat-lon grid, one is
- * a vertex of triangles, and the values at the others are not shown. With the ranks of icoray_open each rank gives all
- * points, and icoray_part_set then says which of them are its columns. The same points give the same grid on all ranks.
+ * points lies outside. Of points less than 3e-7 rad (2 m on the Earth) apart, as at the poles of a lat-lon grid, one
+ * is a vertex of triangles, and the values at the others are not shown. With the ranks of icoray_open each rank gives
+ * all points, and icoray_part_set then states which of them are its columns. The same points give the same grid on all
+ * ranks.
  *
  * - `name`: the name of the grid, for contexts with several grids; NULL is the unnamed grid. It replaces a grid of that
  *   name, as icoray_grid_set does, and waits for frames as that does.
@@ -1109,11 +1110,11 @@ icoray_status icoray_heights_set_ndarray(struct icoray_ctx *ctx,
                                          const struct icoray_ndarray *heights);
 
 /**
- * Records that a binding of another language has refused what the model gave to `call`, before it called this
- * library: the message is that of the context's last failed call and is logged, and an icoray_execute that lacks what
- * was refused says why. An array that icoray_field_set had for a field is not read any more. The Fortran module calls
- * this function. Returns `status`, or ICORAY_ERR_ARGUMENT if that is none of ICORAY_ERR_NULL, ICORAY_ERR_ARGUMENT and
- * ICORAY_ERR_ORDER.
+ * Records that a binding of another language has refused what the model gave to `call`, before it called this library:
+ * the message is that of the context's last failed call and is logged, and an icoray_execute that lacks what was
+ * refused states the reason. An array that icoray_field_set had for a field is not read any more. The Fortran module
+ * calls this function. Returns `status`, or ICORAY_ERR_ARGUMENT if that is none of ICORAY_ERR_NULL,
+ * ICORAY_ERR_ARGUMENT and ICORAY_ERR_ORDER.
  *
  * - `call`: the name of the function, such as "icoray_field_set".
  * - `name`: the name of the grid, layers or field; NULL or "" if it has none.
@@ -1246,15 +1247,15 @@ icoray_status icoray_open_serial(const struct icoray_config *config,
  * initialises MPI before, at any thread level, and finalises it after icoray_close.
  *
  * icoray_open, icoray_part_set, icoray_scene_load, icoray_scene_text, icoray_execute, icoray_wait and icoray_close are
- * collective: all ranks call them in the same order, whatever calls have failed before, and get the same status. All
- * other calls are local, and their failures differ from rank to rank: the next icoray_execute that needs what failed
- * has the status on all ranks. icoray_wants is local with the same answer on all ranks. MPI is called only inside
- * collective calls, on their thread, and with async_render in every call on the thread that opened the context.
+ * collective: all ranks call them in the same order, also after failed calls, and get the same status. All other calls
+ * are local, and their failures differ from rank to rank: the next icoray_execute that needs a refused input has the
+ * status on all ranks. icoray_wants is local with the same answer on all ranks. MPI is called only inside collective
+ * calls, on their thread, and with async_render in every call on the thread that opened the context.
  *
  * With async_render (the same on all ranks) icoray_execute copies the fields and returns; a thread of each rank
- * renders. Calls of MPI remain the model's: each call on the context moves messages between the threads on, half a
- * millisecond at most, and waits for nobody; icoray_wait, icoray_close, and an icoray_execute that draws while the
- * frame before is not finished, wait until it is on all ranks.
+ * renders. MPI is called on the model's thread: each call on the context transfers the messages of the threads, for
+ * half a millisecond at most, and never blocks. Only icoray_wait, icoray_close, and an icoray_execute that draws while
+ * the previous frame is not finished wait until that frame is finished on all ranks.
  *
  * Ranks of a node share memory for data that all of them need. The environment variable ICORAY_NODE_RANKS limits how
  * many ranks share it; with 1, none do.

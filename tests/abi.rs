@@ -110,7 +110,7 @@ fn the_library_exports_its_functions_and_nothing_else() {
 }
 
 #[test]
-fn what_is_wrong_is_refused() {
+fn wrong_calls_are_refused() {
     let directory = TempDir::new().unwrap();
     let program = compile_all("refusals", compile_c);
     checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
@@ -118,7 +118,7 @@ fn what_is_wrong_is_refused() {
 
 /// What C++ makes of the enum and the macros.
 #[test]
-fn what_is_wrong_is_refused_in_cpp() {
+fn wrong_calls_are_refused_in_cpp() {
     if !has_tool(Need::Cxx, "c++") {
         return;
     }

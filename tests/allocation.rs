@@ -1,7 +1,7 @@
-//! That the model's memory is not copied, proved with an allocator that counts: what a picture allocates does not grow
-//! with the field, in any layout, and what is derived grows by exactly the bytes that the report names.
+//! A counting allocator proves that the model's memory is not copied: allocations of a picture do not grow with the
+//! field, in any layout, and derived data grow by exactly the reported bytes.
 //!
-//! One test only: another one beside it would be counted too.
+//! This program has one test, as allocations of others would be counted too.
 
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Reals, Renderer, Scene};
 use icoray_tests::layouts::{LAYOUTS, Layout, Numbered};

@@ -54,13 +54,13 @@ fn draws_the_same(directory: &Path, host: &Host, ranks: &[usize]) {
             // Other orders are read in the same way on all ranks.
             for &ranks in ranks.iter().filter(|ranks| **ranks == 1 || ["column", "shuffled"].contains(&order)) {
                 let run = prepared(directory, &format!("{shape} {heights} {order} {ranks}"), heights);
-                let told = host.run(ranks, &run, &["scene.toml", shape, heights, &STEPS.to_string(), order]);
+                let log = host.run(ranks, &run, &["scene.toml", shape, heights, &STEPS.to_string(), order]);
                 let is_copied = order == "shuffled";
-                let said = told.matches("icoray: warning: ").count();
-                assert_eq!(said, if is_copied { 2 } else { 0 }, "{told}");
-                assert_eq!(told.matches("are copied for each picture").count(), said, "{told}");
-                assert!(ranks > 1 || is_copied || told.contains("\n0 bytes copied"), "{told}");
-                assert!(!is_copied || !told.contains("\n0 bytes copied"), "{told}");
+                let said = log.matches("icoray: warning: ").count();
+                assert_eq!(said, if is_copied { 2 } else { 0 }, "{log}");
+                assert_eq!(log.matches("are copied for each picture").count(), said, "{log}");
+                assert!(ranks > 1 || is_copied || log.contains("\n0 bytes copied"), "{log}");
+                assert!(!is_copied || !log.contains("\n0 bytes copied"), "{log}");
                 assert_drew(&run, &expected);
             }
         }
@@ -71,7 +71,7 @@ fn draws_the_same(directory: &Path, host: &Host, ranks: &[usize]) {
 }
 
 #[test]
-fn hosts_draw_what_whole_arrays_show() {
+fn hosts_draw_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     draws_the_same(directory, &Host::of_double(directory, true), &[1, 2, 3]);
@@ -86,8 +86,8 @@ fn hosts_on_one_process_draw_too() {
     for kind in ["", "EXTERNAL_CONDUIT"] {
         let host = Host::of_kind(directory, kind, false);
         let run = prepared(directory, &format!("run {kind}"), "flat");
-        let told = host.run(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
-        assert!(!told.contains("icoray:"), "{told}");
+        let log = host.run(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
+        assert!(!log.contains("icoray:"), "{log}");
         assert_drew(&run, &expected);
     }
     // A host that is a module, with a libcatalyst that is loaded for it alone.
@@ -103,15 +103,15 @@ fn hosts_on_one_process_draw_too() {
     let mut command = command(&loader, &run);
     command.arg(&module).args(["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
     command.env("CATALYST_IMPLEMENTATION_NAME", "icoray").env("CATALYST_IMPLEMENTATION_PATHS", &alone.implementation);
-    let told = ended_well(1, command);
-    assert!(!told.contains("icoray:"), "{told}");
+    let log = ended_well(1, command);
+    assert!(!log.contains("icoray:"), "{log}");
     assert_drew(&run, &expected);
     // Without a planet's radius the innermost layer is its surface, as it is here; the environment may name the scene.
     let host = Host::of_double(directory, true);
     for (fault, ranks) in [("no radius", 1), ("list", 2), ("count", 2)] {
         let run = prepared(directory, fault, "flat");
-        let told = host.run(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault]);
-        assert!(!told.contains("icoray:"), "{told}");
+        let log = host.run(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault]);
+        assert!(!log.contains("icoray:"), "{log}");
         assert_drew(&run, &expected);
     }
     let run = prepared(directory, "environment", "flat");
@@ -133,13 +133,13 @@ fn ranks_without_elements_draw_with_the_others() {
     let expected = direct(directory, "wedges", "flat");
     for kind in ["empty", "no data", "mesh state"] {
         let run = prepared(directory, kind, "flat");
-        let told = host.run(3, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", kind]);
-        assert!(!told.contains("icoray:"), "{kind}: {told}");
+        let log = host.run(3, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", kind]);
+        assert!(!log.contains("icoray:"), "{kind}: {log}");
         assert_drew(&run, &expected);
     }
 }
 
-/// A mesh may change at each step: its heights alone, or all of it. Channels with the same field are told apart.
+/// A mesh may change at each step: its heights alone, or all of it. Names distinguish channels with the same field.
 #[test]
 fn meshes_of_each_step_are_drawn() {
     let Some(directory) = FIRST.directory() else { return };
@@ -154,25 +154,25 @@ fn meshes_of_each_step_are_drawn() {
             for (change, heights, expected) in [("moving", "hills", &moving), ("renumbered", "flat", &flat)] {
                 let run = prepared(directory, &format!("{shape} {change} {ranks}"), heights);
                 let arguments = ["scene.toml", shape, heights, &STEPS.to_string(), "column", change];
-                let told = host.run(ranks, &run, &arguments);
-                assert!(!told.contains("icoray:"), "{told}");
+                let log = host.run(ranks, &run, &arguments);
+                assert!(!log.contains("icoray:"), "{log}");
                 assert_drew(&run, expected);
             }
         }
         let run = prepared(directory, &format!("{shape} two"), "flat");
         let two = ["scene.toml", shape, "flat", &STEPS.to_string(), "column", "two"];
-        let told = host.run(2, &run, &two);
-        assert!(told.contains("several channels have theta, name one of grid.theta, other.theta"), "{told}");
+        let log = host.run(2, &run, &two);
+        assert!(log.contains("several channels have theta, name one of grid.theta, other.theta"), "{log}");
         // The other view is drawn, until too many pictures of this one have failed.
         let others = drawn(&run);
-        assert!(others.keys().all(|name| name.starts_with("q_")) && !others.is_empty(), "{told}");
+        assert!(others.keys().all(|name| name.starts_with("q_")) && !others.is_empty(), "{log}");
         let scene = std::fs::read_to_string(run.join("scene.toml")).unwrap();
         std::fs::write(run.join("scene.toml"), scene.replace("field = \"theta\"", "field = \"grid.theta\"")).unwrap();
         // That name is also good where there is one channel.
         for arguments in [&two[..], &two[..5]] {
             std::fs::remove_dir_all(run.join("pictures")).unwrap();
-            let told = host.run(2, &run, arguments);
-            assert!(!told.contains("icoray:"), "{told}");
+            let log = host.run(2, &run, arguments);
+            assert!(!log.contains("icoray:"), "{log}");
             let named = drawn(&run).into_iter().map(|(name, picture)| (name.replace("grid.", ""), picture));
             assert_same(&named.collect(), &flat, run.display());
         }
@@ -213,10 +213,10 @@ fn the_real_libcatalyst_draws_the_same() {
         player.arg(&dump).env("CATALYST_IMPLEMENTATION_NAME", "icoray");
         player.env("CATALYST_IMPLEMENTATION_PATHS", directory.join("implementation"));
         let output = succeeded(player.env("LD_LIBRARY_PATH", library.parent().unwrap()));
-        let told = text(&output.stdout) + &text(&output.stderr);
+        let log = text(&output.stdout) + &text(&output.stderr);
         // Files are packed, so that numbers may lie at odd addresses.
-        let copies = told.matches("are not at multiples of their size in memory, and are copied").count();
-        assert_eq!(told.matches("icoray:").count(), copies, "{told}");
+        let copies = log.matches("are not at multiples of their size in memory, and are copied").count();
+        assert_eq!(log.matches("icoray:").count(), copies, "{log}");
         assert_drew(&first, &expected);
         assert_drew(&again, &expected);
     }

@@ -82,10 +82,10 @@ impl Double {
 
 fn ended_well(ranks: usize, mut host: Command) -> String {
     let output = succeeded(&mut host);
-    let told = text(&output.stdout) + &text(&output.stderr);
-    assert_eq!(told.matches("the host ended well").count(), ranks, "{told}");
-    assert!(!told.contains("an error is left in ComIn"), "{told}");
-    told
+    let log = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(log.matches("the host ended well").count(), ranks, "{log}");
+    assert!(!log.contains("an error is left in ComIn"), "{log}");
+    log
 }
 
 /// A directory for a run, with the test's scene or another one.
@@ -124,7 +124,7 @@ fn bytes_copied(run: &Path) -> Vec<String> {
 }
 
 #[test]
-fn icon_draws_what_whole_arrays_show() {
+fn icon_draws_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let expected = direct(directory);
@@ -132,8 +132,8 @@ fn icon_draws_what_whole_arrays_show() {
         let double = Double::new(directory, version);
         for ranks in [1, 2, 3] {
             let run = prepared(directory, &format!("{version}_{ranks}"), |scene| scene);
-            let told = double.run(ranks, &run, &["scene.toml", "1", "0", "3"]);
-            assert!(!told.contains("icoray:"), "{told}");
+            let log = double.run(ranks, &run, &["scene.toml", "1", "0", "3"]);
+            assert!(!log.contains("icoray:"), "{log}");
             assert_drew(&run, &expected);
             assert_eq!(bytes_copied(&run), ["0"; 8], "{ranks} ranks");
         }
@@ -158,9 +158,9 @@ fn icon_draws_what_whole_arrays_show() {
         let run = prepared(directory, &format!("{version}_again"), |scene| {
             scene[..scene.match_indices("[[views]]").nth(2).unwrap().0].to_owned()
         });
-        let told = double.run(2, &run, &["scene.toml", "1", "2", "3"]);
-        assert_eq!(told.matches("requested temp").count() + told.matches("requested w ").count(), 4, "{told}");
-        assert_eq!(told.matches("requested").count(), 4, "{told}");
+        let log = double.run(2, &run, &["scene.toml", "1", "2", "3"]);
+        assert_eq!(log.matches("requested temp").count() + log.matches("requested w ").count(), 4, "{log}");
+        assert_eq!(log.matches("requested").count(), 4, "{log}");
         let is_of_it = |name: &str| {
             ["temp_temp", "w_w"].iter().any(|view| name.starts_with(view))
                 && (name.contains("_000002") || name.contains("_000003"))
@@ -183,10 +183,10 @@ fn a_nest_is_a_grid_of_its_own() {
     };
     let [one, three] = [1, 3].map(|ranks| {
         let run = prepared(directory, &ranks.to_string(), of_nest);
-        let told = double.run(ranks, &run, &["scene.toml", "2", "0", "1"]);
-        assert_eq!(told.matches("requested temp of domain 2").count(), ranks, "{told}");
-        let mut logged = told.lines().filter(|line| line.contains("icoray:"));
-        assert!(logged.all(|line| line.contains("holes are drawn as nothing")), "{told}");
+        let log = double.run(ranks, &run, &["scene.toml", "2", "0", "1"]);
+        assert_eq!(log.matches("requested temp of domain 2").count(), ranks, "{log}");
+        let mut logged = log.lines().filter(|line| line.contains("icoray:"));
+        assert!(logged.all(|line| line.contains("only the core is drawn there")), "{log}");
         run
     });
     let expected = pictures(&one.join("pictures"));
@@ -205,8 +205,8 @@ fn one_process_draws_values_at_vertices() {
     assert_eq!(expected.keys().filter(|name| name.starts_with("w_omega_z")).count(), 2, "{expected:?}");
     for version in [2, 3] {
         let run = prepared(directory, &version.to_string(), of_vertices);
-        let told = Double::new(directory, version).run(1, &run, &["scene.toml", "1", "0", "3"]);
-        assert!(!told.contains("icoray:"), "{told}");
+        let log = Double::new(directory, version).run(1, &run, &["scene.toml", "1", "0", "3"]);
+        assert!(!log.contains("icoray:"), "{log}");
         assert_drew(&run, &expected);
     }
 }
@@ -236,32 +236,32 @@ fn no_failure_ends_icon() {
                 "vn" | "omega_z" | "few" | "many" => scene.replace("field = \"w\"", &format!("field = \"{name}\"")),
                 _ => scene,
             });
-            let told = double.run(3, &run, arguments);
-            assert!(told.contains("icoray: warning: ") && told.contains(said), "{name}: {told}");
-            assert!(told.lines().all(|line| line.len() < 480), "{told}");
+            let log = double.run(3, &run, arguments);
+            assert!(log.contains("icoray: warning: ") && log.contains(said), "{name}: {log}");
+            assert!(log.lines().all(|line| line.len() < 480), "{log}");
             // Once, not once per rank.
-            assert!(["rank", "few", "many"].contains(&name) || told.matches(said).count() == 1, "{name}: {told}");
+            assert!(["rank", "few", "many"].contains(&name) || log.matches(said).count() == 1, "{name}: {log}");
             // Other views are drawn.
             let has_others = ["field", "nest", "vn", "omega_z", "few", "many"].contains(&name);
             let others = pictures(&run.join("pictures")).into_keys().filter(|name| name.starts_with("temp_")).count();
-            assert_eq!(others > 0, has_others, "{name}: {told}");
+            assert_eq!(others > 0, has_others, "{name}: {log}");
         }
     }
     // A plugin of another release than the library that is loaded.
     for (host, plugin) in [(&old, &new), (&new, &old)] {
         let run = directory.join("scene.toml");
         std::fs::write(&run, "").unwrap();
-        let told = ended_well(2, host.host(2, directory, &plugin.plugin(), &["scene.toml", "1", "0", "1"]));
-        assert!(told.contains("was built for another ComIn than ICON's"), "{told}");
+        let log = ended_well(2, host.host(2, directory, &plugin.plugin(), &["scene.toml", "1", "0", "1"]));
+        assert!(log.contains("was built for another ComIn than ICON's"), "{log}");
     }
     // Where pictures cannot be written.
     let run = prepared(directory, "in the way", |scene| scene);
     std::fs::write(run.join("pictures"), "").unwrap();
-    let told = new.run(2, &run, &["scene.toml", "1", "0", "1"]);
-    assert!(told.contains("icoray: warning: ") && told.contains("pictures"), "{told}");
+    let log = new.run(2, &run, &["scene.toml", "1", "0", "1"]);
+    assert!(log.contains("icoray: warning: ") && log.contains("pictures"), "{log}");
 }
 
-/// In a small file system of its own, which nobody else sees and which goes with the host.
+/// In a small file system in a mount namespace, which ends with the host.
 #[test]
 fn a_full_disk_does_not_end_icon() {
     let Some(directory) = FIRST.directory() else { return };
@@ -270,10 +270,10 @@ fn a_full_disk_does_not_end_icon() {
     std::fs::create_dir(run.join("pictures")).unwrap();
     let inner = double.host(2, &run, &double.plugin(), &["scene.toml", "1", "0", "9"]);
     let Some(host) = with_small_disk(&inner, "24k", "pictures") else { return };
-    let told = ended_well(2, host);
-    assert!(told.contains("No space left on device"), "{told}");
+    let log = ended_well(2, host);
+    assert!(log.contains("No space left on device"), "{log}");
     // After three failed frames in a row icoray switches itself off.
-    assert!(told.matches("icoray: warning").count() < 12, "{told}");
+    assert!(log.matches("icoray: warning").count() < 12, "{log}");
 }
 
 /// The real library, with values that ComIn's own replay plugin sets.
@@ -308,8 +308,8 @@ fn the_real_comin_draws_the_same() {
         succeeded(data.args([number("VERSION_MAJOR"), number("VERSION_MINOR")]));
         let mut host = FIRST.on_ranks(ranks, &replay, &run);
         let output = succeeded(host.env("LD_LIBRARY_PATH", prefix.join("lib")));
-        let told = text(&output.stdout) + &text(&output.stderr);
-        assert!(!told.contains("icoray: "), "{told}");
+        let log = text(&output.stdout) + &text(&output.stderr);
+        assert!(!log.contains("icoray: "), "{log}");
         assert_drew(&run, &expected);
         assert_eq!(bytes_copied(&run), ["0"; 8], "{ranks} ranks");
     }

@@ -68,7 +68,7 @@ fn the_module_is_standard_fortran() {
 
 /// An array without TARGET could be a copy that is gone when icoray reads it; so the compiler must refuse it.
 #[test]
-fn what_cannot_be_read_in_place_does_not_compile() {
+fn arrays_that_cannot_be_read_in_place_do_not_compile() {
     let Some(directory) = directory() else { return };
     let program = |call: &str, attribute: &str, actual: &str| {
         let code = format!(
@@ -91,10 +91,10 @@ fn what_cannot_be_read_in_place_does_not_compile() {
     }
 }
 
-/// Own cells are said in one way: what says nothing, or says it twice, is refused before a rank could be the only one
-/// to.
+/// Own cells are declared in one way: calls without a declaration or with two do not compile, so that no rank fails
+/// alone.
 #[test]
-fn own_cells_are_said_in_one_way() {
+fn own_cells_are_declared_in_one_way() {
     let Some(directory) = directory() else { return };
     for (arguments, is_good) in [
         ("n, ierr, owned=4", true),
@@ -126,7 +126,7 @@ fn own_cells_are_said_in_one_way() {
 }
 
 #[test]
-fn the_module_declares_what_the_header_does() {
+fn the_module_declares_the_items_of_the_header() {
     let header = std::fs::read_to_string(root().join("include/icoray.h")).unwrap();
     let module = std::fs::read_to_string(module()).unwrap();
     let c = Interface::of_c(&header);
@@ -135,7 +135,7 @@ fn the_module_declares_what_the_header_does() {
     assert_eq!(c.differences(&fortran), Vec::<String>::new());
 
     // Each of these changes is seen, and nothing else is.
-    for (from, to, told) in [
+    for (from, to, item) in [
         ("icoray_wants_c(ctx, step, time_s, wants)", "icoray_wants_c(ctx, step, wants)", "icoray_wants"),
         ("name='icoray_wait')", "name='icoray_waits')", "icoray_wait"),
         ("function icoray_close_c(ctx) bind", "function icoray_close_c(ctx) bind_not", "icoray_close"),
@@ -162,7 +162,7 @@ fn the_module_declares_what_the_header_does() {
         assert_ne!(changed, module, "{from}");
         let differences = c.differences(&Interface::of_fortran(&changed));
         assert!(!differences.is_empty(), "{to} is not seen");
-        assert!(differences.iter().all(|d| d.starts_with(told)), "{to}: {differences:?}");
+        assert!(differences.iter().all(|d| d.starts_with(item)), "{to}: {differences:?}");
     }
 }
 

@@ -1,5 +1,5 @@
-//! Scenes with `backend = "gpu"` through the C ABI: in C and under mpirun, on whatever adapter is there, which may
-//! be a processor; and where there is none.
+//! Scenes with `backend = "gpu"` through the C ABI: in C and under mpirun, on any adapter, which may be a processor,
+//! and without one.
 
 use icoray_test_support::{Need, skip, skip_because};
 use icoray_tests::native::{checked, command, compile_c};

@@ -1,7 +1,7 @@
-//! The library never harms its host: what is the model's is left as it was, and what goes wrong is a status.
+//! The library never harms its host: the model's state is unchanged after each call, and failures are statuses.
 //!
-//! Programs in C that do what models do, one for each of the things that could be harmed; what they cannot have here
-//! (a file system that is full, another user) is skipped.
+//! Programs in C make the calls of models, one program for each state that could be harmed; checks that need a missing
+//! resource (a small file system, another user) are skipped.
 
 use icoray_test_support::{Need, count, runs, skip};
 use icoray_tests::native::{checked, command, compile, compile_c, succeeded, text, with_small_disk};

@@ -36,11 +36,11 @@ fn count(program: &PathBuf, [transfer, light, heights]: [&str; 3], frames: &str)
     command.args(["speed", "--bare", "--pixels", "192", "--threads", "1", "--sizes", "4x31", "--transfers", transfer]);
     command.args(["--lights", light, "--tolerance", "1e-3", "--method", "exact", "--precision", "f32"]);
     let output = command.args(["--heights", heights, "--frames", frames]).output().unwrap();
-    let [out, told] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-    assert!(output.status.success(), "{told}");
-    let collected = told.lines().find_map(|line| line.split_once("Collected : ")?.1.trim().parse().ok());
+    let [out, log] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert!(output.status.success(), "{log}");
+    let collected = log.lines().find_map(|line| line.split_once("Collected : ")?.1.trim().parse().ok());
     let frusta = out.lines().find_map(|line| line.strip_prefix("frusta ")?.parse().ok());
-    (collected.unwrap_or_else(|| panic!("{told}")), frusta.unwrap_or(0.0))
+    (collected.unwrap_or_else(|| panic!("{log}")), frusta.unwrap_or(0.0))
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A running model that is watched: what viewers see, set and ask, on one process and over ranks.
+//! A running model with viewers: its pictures, their changes and questions, on one process and over ranks.
 
 mod bounds;
 mod hostile;

@@ -1,4 +1,4 @@
-//! Models that draw themselves, alone and over ranks: the examples, the hooks and plugins for real models, live pages.
+//! Models that draw pictures, alone and over ranks: the examples, the hooks and plugins for real models, live pages.
 
 mod catalyst;
 mod comin;

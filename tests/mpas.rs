@@ -42,8 +42,8 @@ impl Hook {
         program
     }
 
-    /// A directory for a run, with the example's scene in small: labels tell errors, and all else depends on pixels
-    /// only.
+    /// A directory for a run, with the example's scene in small and without labels, as their text contains
+    /// errors.
     fn prepared(&self, directory: &Path, name: &str) -> PathBuf {
         let scene = std::fs::read_to_string(self.file("icoray.toml")).unwrap();
         let scene = scene.replace("width = 640", "width = 120").replace("height = 480", "height = 90");
@@ -56,7 +56,7 @@ impl Hook {
 
     /// Compares the pictures of a run with the hook, on 1 and 2 ranks, with those of the whole arrays, and their names
     /// with `names`.
-    fn draws_what_whole_arrays_show(&self, program: &Path, case: &[&str], names: &[String]) {
+    fn draws_the_pictures_of_whole_arrays(&self, program: &Path, case: &[&str], names: &[String]) {
         let directory = TempDir::new().unwrap();
         let directory = directory.path();
         let direct = self.prepared(directory, "direct");
@@ -66,8 +66,8 @@ impl Hook {
         for ranks in [1, 2] {
             let run = self.prepared(directory, &ranks.to_string());
             let output = succeeded(FIRST.on_ranks(ranks, program, &run).arg("hook").args(case));
-            let told = text(&output.stdout);
-            assert!(told.lines().all(|line| line.contains("holes are drawn as nothing")), "MPAS's log: {told}");
+            let log = text(&output.stdout);
+            assert!(log.lines().all(|line| line.contains("only the core is drawn there")), "MPAS's log: {log}");
             assert_same(&pictures(&run.join("pictures")), &expected, format!("{ranks} ranks {case:?}"));
             let copied = column(&run.join("pictures/report.csv"), "bytes_copied");
             assert_eq!(copied.len(), names.len());
@@ -84,23 +84,23 @@ fn at(view: &str, times: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn the_hook_draws_what_whole_arrays_show() {
+fn the_hook_draws_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = ATMOSPHERE.compile(&[], directory.path());
     let all = ["01_00", "01_12", "02_00", "02_12"];
     let names = [at("theta", &all), at("vorticity", &["02_00"]), at("w", &all)].concat();
-    ATMOSPHERE.draws_what_whole_arrays_show(&program, &[], &names);
+    ATMOSPHERE.draws_the_pictures_of_whole_arrays(&program, &[], &names);
 }
 
 /// With levels that are missing above, under ice, the mesh has `minLevelCell`; without, it has not.
 #[test]
-fn the_hook_of_the_ocean_draws_what_whole_arrays_show() {
+fn the_hook_of_the_ocean_draws_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = OCEAN.compile(&[], directory.path());
     let temperature = at("temperature", &["01_00", "01_12", "02_00", "02_12"]);
     let names = [at("salinity", &["01_00", "02_00"]), temperature, at("vorticity", &["02_00"])].concat();
     for case in [&[][..], &["ice"]] {
-        OCEAN.draws_what_whole_arrays_show(&program, case, &names);
+        OCEAN.draws_the_pictures_of_whole_arrays(&program, case, &names);
     }
 }
 
@@ -135,8 +135,8 @@ fn a_scene_that_is_missing_or_wrong_is_a_line_in_the_log() {
         if let Some(scene) = change(scene) {
             std::fs::write(&file, scene).unwrap();
         }
-        let told = text(&succeeded(FIRST.on_ranks(2, &program, &run).arg("hook")).stdout);
-        assert!(told.contains("log 2: icoray: ") && told.contains(said), "{name}: {told}");
-        assert!(told.lines().all(|line| line.len() <= 400 + "log 2: icoray: ".len()), "{told}");
+        let log = text(&succeeded(FIRST.on_ranks(2, &program, &run).arg("hook")).stdout);
+        assert!(log.contains("log 2: icoray: ") && log.contains(said), "{name}: {log}");
+        assert!(log.lines().all(|line| line.len() <= 400 + "log 2: icoray: ".len()), "{log}");
     }
 }

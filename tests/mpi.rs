@@ -177,7 +177,7 @@ fn background(mpi: &Mpi, runs: &[(usize, &str)]) {
 }
 
 /// In a mount namespace with another `/dev/shm`, where this user may make one. Open MPI itself is to do without, too;
-/// MPICH makes its window elsewhere than where room is looked for then, so that only its pages tell.
+/// MPICH makes its window elsewhere than where room is looked for then, so that only its pages show it.
 fn columns_without_shared_memory(mpi: &Mpi) {
     let run = Run::new(mpi, "mpi_columns");
     let mut inner = run.on(3, "", "small");
@@ -239,7 +239,7 @@ fn wrong_parts(mpi: &Mpi, sizes: &[usize]) {
 }
 
 #[test]
-fn a_full_disk_at_rank_0_is_told_on_all() {
+fn a_full_disk_at_rank_0_is_an_error_on_all() {
     if !FIRST.is_there() {
         return;
     }

@@ -1,4 +1,4 @@
-//! The recipes of the book: each draws what plain arrays show.
+//! The recipes of the book draw the pictures of plain arrays.
 
 use icoray_test_support::{Need, has_tool, skip_because};
 use icoray_tests::native::{command, library, linked, root, succeeded, text};
@@ -46,9 +46,9 @@ fn drawn(
     let mut command = command(program, &run);
     change(&mut command);
     let output = succeeded(&mut command);
-    let told = text(&output.stdout) + &text(&output.stderr);
-    assert!(!told.contains("icoray:"), "{told}");
-    (pictures(&run.join("pictures")).into_values().collect(), told)
+    let log = text(&output.stdout) + &text(&output.stderr);
+    assert!(!log.contains("icoray:"), "{log}");
+    (pictures(&run.join("pictures")).into_values().collect(), log)
 }
 
 /// What plain arrays show, in so many steps.
@@ -77,18 +77,18 @@ fn hosts_with_openmp_and_openacc() {
         }
         let program = of_c(directory, &format!("examples/recipes/{name}"), &[option]);
         for bind in ["false", "true"] {
-            let (pictures, told) = drawn(directory, &format!("{name} {bind}"), &program, "", |command| {
+            let (pictures, log) = drawn(directory, &format!("{name} {bind}"), &program, "", |command| {
                 command.env("OMP_PROC_BIND", bind).env("OMP_NUM_THREADS", "2").env("ACC_DEVICE_TYPE", "host");
             });
             let count = if name == "openmp" { 2 } else { 4 };
             assert!(pictures[..] == expected[..count], "{name}, bound: {bind}");
-            assert!(name == "openmp" || told.contains("4 updates of the host"), "{told}");
+            assert!(name == "openmp" || log.contains("4 updates of the host"), "{log}");
         }
     }
     // A field is copied from the device where a picture reads it only.
     let program = directory.join("openacc");
-    let (pictures, told) = drawn(directory, "every second", &program, "every = 2\n", |_| {});
-    assert!(pictures.len() == 2 && told.contains("2 updates of the host"), "{told}");
+    let (pictures, log) = drawn(directory, "every second", &program, "every = 2\n", |_| {});
+    assert!(pictures.len() == 2 && log.contains("2 updates of the host"), "{log}");
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn arrays_of_nicam() {
     let directory = directory.path();
     let expected = plain(directory, 2);
     let program = of_fortran(directory, "nicam");
-    let (pictures, told) = drawn(directory, "nicam", &program, "", |_| {});
+    let (pictures, log) = drawn(directory, "nicam", &program, "", |_| {});
     assert!(pictures == expected);
-    assert!(told.contains("bytes copied: 0"), "{told}");
+    assert!(log.contains("bytes copied: 0"), "{log}");
 }

@@ -1,4 +1,4 @@
-//! The Fortran model over ranks: it has the bits of one process, on however many ranks and however its cells are dealt.
+//! The Fortran model over ranks has the bits of one process, for any number of ranks and any partition.
 
 use icoray_test_support::{Need, has_tool};
 use icoray_tests::native::{command, library, mpi_library, root, succeeded, text};
@@ -23,8 +23,8 @@ fn build(with_mpi: bool, directory: &Path) -> PathBuf {
 
 /// What a run says but for seconds and ranks: a line per day, its last with the fingerprint of all bits of the state.
 fn said(output: &[u8]) -> Vec<String> {
-    let told = text(output);
-    let diagnostics = told.lines().filter_map(|line| {
+    let log = text(output);
+    let diagnostics = log.lines().filter_map(|line| {
         let words: Vec<&str> = line.split_whitespace().collect();
         match *words.first()? {
             "height" | "mass" | "energy" | "enstrophy" => Some(line.to_owned()),
@@ -97,8 +97,8 @@ fn it_draws_the_same_pictures(alone: &Path, together: &Path, directory: &Path) {
 fn it_checks_itself(together: &Path, directory: &Path) {
     for ranks in [1, 3] {
         let run = succeeded(FIRST.on_ranks(ranks, together, directory).args(["--self-test", "--level", "3"]));
-        let told = text(&run.stdout);
-        assert!(told.ends_with("self-test passed\n") && told.lines().count() > 30, "{told}");
+        let log = text(&run.stdout);
+        assert!(log.ends_with("self-test passed\n") && log.lines().count() > 30, "{log}");
     }
 }
 
@@ -106,8 +106,8 @@ fn it_refuses_partitions_that_do_not_fit(together: &Path, directory: &Path) {
     for (partition, ranks) in [("scattered", 2), ("scattered", 4), ("nowhere", 2)] {
         let mut run = FIRST.on_ranks(ranks, together, directory);
         let output = run.args(SIZE).args(["--no-pictures", "--partition", partition]).output().unwrap();
-        let told = text(&output.stderr);
+        let log = text(&output.stderr);
         assert!(!output.status.success(), "{partition} on {ranks} ranks");
-        assert_eq!(told.matches(&format!("shallow_water: {partition}: ")).count(), 1, "{told}");
+        assert_eq!(log.matches(&format!("shallow_water: {partition}: ")).count(), 1, "{log}");
     }
 }

@@ -1,4 +1,4 @@
-//! The C model over ranks: each computes all of it, and together they draw the pictures of one process.
+//! The C model over ranks: each computes the whole model, and together they draw the pictures of one process.
 
 use icoray_tests::native::{command, library, linked, mpi_library, root, succeeded, text};
 use icoray_tests::ranks::FIRST;
@@ -26,8 +26,8 @@ const SIZE: [&str; 8] = ["--level", "3", "--layers", "6", "--days", "1", "--thre
 fn drawn(run: &mut Command, scene: &Path, to: &Path) -> BTreeMap<String, Vec<u8>> {
     std::fs::create_dir(to).unwrap();
     let output = succeeded(run.args(SIZE).arg("--scene").arg(scene).arg("--out").arg(to));
-    let told = text(&output.stdout);
-    assert_eq!(told.matches("summary ").count(), 1, "only rank 0 speaks:\n{told}");
+    let log = text(&output.stdout);
+    assert_eq!(log.matches("summary ").count(), 1, "only rank 0 speaks:\n{log}");
     let paths = std::fs::read_dir(to).unwrap().map(|entry| entry.unwrap().path());
     let pictures = paths.filter(|path| path.extension().is_some_and(|extension| extension == "png"));
     let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();

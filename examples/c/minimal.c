@@ -14,8 +14,8 @@
 enum { LAYERS = 8, STEPS = 12 };
 static const double RADIUS = 6371e3, PI = 3.14159265358979323846; /* metres; half a turn */
 
-/* What to draw and from where, in the words of a scene file; lengths in planet radii, angles in degrees. Colours and
- * opacities are those that suit the first values. */
+/* Content and camera of the picture, as a scene file; lengths in planet radii, angles in degrees. Colours and opacities
+ * suit the first values. */
 static const char SCENE[] = "field = 'q'\n"
                             "image = { width = 640, height = 512 }\n"
                             "camera = { lon = 0, lat = 20 }\n"

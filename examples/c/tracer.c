@@ -168,7 +168,7 @@ static void pictures_close(Pictures *pictures)
     pictures->seconds += wall_clock() - start;
 }
 
-/* How far the pictures may be from the exact integrals, in words. */
+/* Prints the largest errors of the pictures. */
 static void print_errors(const Pictures *p)
 {
     if (p->taken > 0) {

@@ -44,23 +44,23 @@ program nicam
   corner_cell = reshape([(point(whole%corner_cell(:, c)), c=1, size(whole%lon_corner))], shape(whole%corner_cell))
 
   call icoray_open_serial(ctx, ierr, output_dir='pictures', existing=ICORAY_OVERWRITE)
-  call told(ierr)
+  call check(ierr)
   call set_grid(whole%corner_edge + 1, whole%edge_corner + 1)
   call icoray_layers_set(ctx, [(6371d3 + 5d3*(k - kmin), k=kmin, kmax)], 6371d3, ierr)
-  call told(ierr)
+  call check(ierr)
   call icoray_scene_load(ctx, 'scene.toml', ierr)
-  call told(ierr)
+  call check(ierr)
   do step = 0, 1
     call advance(step)
     call icoray_field_set(ctx, 'q', q(:, kmin:kmax, :), ierr)   ! without the ghost levels
-    call told(ierr)
+    call check(ierr)
     call icoray_execute(ctx, step, 3600d0*step, ierr=ierr)
-    call told(ierr)
+    call check(ierr)
   end do
   call icoray_report(ctx, report)
   print '(a, i0)', 'bytes copied: ', report%bytes_copied
   call icoray_close(ctx, ierr)
-  call told(ierr)
+  call check(ierr)
   call icoray_mesh_free(mesh)
 
 contains
@@ -73,7 +73,7 @@ contains
     edge_corner = corners_of_edges
     call icoray_grid_set(ctx, lon, lat, whole%lon_corner, whole%lat_corner, cell_corner, corner_cell, corner_edge, &
       edge_corner, ierr, index_base=1, cell_corner_count=count)
-    call told(ierr)
+    call check(ierr)
   end subroutine set_grid
 
   !> The model: halo points that were not exchanged and ghost levels have no numbers.
@@ -90,11 +90,11 @@ contains
     end do
   end subroutine advance
 
-  subroutine told(ierr)
+  subroutine check(ierr)
     integer, intent(in) :: ierr
     character(len=400) :: message
     if (ierr == ICORAY_OK) return
     call icoray_last_error(ctx, message)
     print '(2a)', 'icoray: ', trim(message)
-  end subroutine told
+  end subroutine check
 end program nicam

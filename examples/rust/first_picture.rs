@@ -1,4 +1,4 @@
-//! The least of a program that draws a field on a geodesic grid: a wave of the jet stream around the northern hemisphere.
+//! A minimal program that draws a field on a geodesic grid: a wave of the jet stream around the northern hemisphere.
 //!
 //! `cargo run --release --package first-picture` writes `first_picture.png`; an argument gives another name.
 
@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 const LAYERS: usize = 16;
 
-/// What to draw and from where. Lengths are in planet radii, angles in degrees.
+/// Content and camera of the picture. Lengths are in planet radii, angles in degrees.
 const SCENE: &str = r##"
 field = "wave"
 exaggeration = 40

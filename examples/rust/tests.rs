@@ -1,4 +1,4 @@
-//! The example's picture shows what its head says: lows in blue and highs in orange.
+//! The example's picture shows lows in blue and highs in orange.
 
 use std::fs::File;
 use std::io::BufReader;

@@ -56,9 +56,9 @@ int entries(const char *directory, const char *part);
 /* Seconds that a test waits for an event that always comes before it takes it for a hang. */
 #define PATIENCE_S 900
 
-/* Threads of this process, or -1 where the system does not tell. */
+/* Threads of this process, or -1 where the system does not report them. */
 int threads_now(void);
-/* Whether there come to be that many within PATIENCE_S, as joined threads linger; true where the system does not tell. */
+/* Whether there come to be that many within PATIENCE_S, as joined threads linger; true where they are not reported. */
 int settles_at(int threads);
 void rest_ms(int ms);
 

@@ -1,12 +1,12 @@
 /*
  * Scenes that ask for a GPU, and for the CPU: gpu DIRECTORY here|gone. Pictures of a kind have the same names in the folders
- * cpu and gpu. `gone` says that no adapter is to be found: then both are the CPU's.
+ * cpu and gpu. `gone` means that there is no adapter: then the CPU draws both.
  */
 #include "host.h"
 
 #include <math.h>
 
-/* What the log was told of who draws. */
+/* Lines of the log that name the drawing device. */
 typedef struct {
     int drawn, warned;
     char last[512];
@@ -100,7 +100,7 @@ int main(int argc, char **argv)
     is_of_the_cpu(&report);
     CHECK(lines.drawn == 1 && lines.warned == 1);
     CHECK(is_gone || strstr(lines.last, "\"Voodoo\"") != NULL);
-    /* Where nobody asks, there is a word and no warning. */
+    /* Without a requested device the log has a line and no warning. */
     report = drawn(directory, "auto", "", &w, 0, &lines);
     CHECK(lines.drawn == 1 && lines.warned == 0);
     CHECK(settles_at(threads));

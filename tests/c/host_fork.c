@@ -1,7 +1,7 @@
 /*
  * Processes that were forked: host_fork <directory>
  *
- * In the child of a process with an open context, whatever its threads do, each call returns at once; the child can
+ * In the child of a process with an open context and running threads, each call returns at once; the child can
  * close that context and open its own. The parent's frames are not affected.
  */
 #define _GNU_SOURCE

@@ -1,4 +1,4 @@
-/* What leak checks must find: host_leak <directory> forgets a mesh and a context. */
+/* Leaks that leak checks must find: host_leak <directory> leaks a mesh and a context. */
 #include "host.h"
 
 int main(int argc, char **argv)

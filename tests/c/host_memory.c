@@ -1,9 +1,8 @@
 /*
  * Allocation as the host sees it: host_memory <directory>
  *
- * The program's own malloc counts what the library asks for. From the second frame on that is what a picture takes, and
- * does not depend on the size of the field or of the mesh, whatever the layout; averages of corners and copies for
- * async_render are what the report says.
+ * The program's own malloc counts the library's allocations. From the second frame on they are those of a picture, for
+ * any size of field and mesh and any layout; averages of corners and copies for async_render have the reported size.
  */
 #define _GNU_SOURCE
 
@@ -15,7 +14,7 @@
 
 #define PIXELS 48
 #define FRAMES 4
-/* What a frame of more layers may take beside: tables of radii and spans, per layer. */
+/* Further bytes of a frame with more layers: tables of radii and spans, per layer. */
 #define PER_LAYER 256
 /* Queues of the pool grow when they like. */
 #define SLACK 16384
@@ -126,7 +125,7 @@ typedef struct {
     icoray_frame_report report;
 } Use;
 
-/* What frames of a field allocate: the first, and the most of the later ones. */
+/* Bytes that frames of a field allocate: the first one, and the largest of the later ones. */
 static Use use(const char *directory, const World *w, enum layout layout, int layers, int type, int location, int async,
                const char *light)
 {
@@ -210,7 +209,7 @@ static void derived(const char *directory, const World *w)
             Use thick = use(directory, w, BLOCKED, 32, type, ICORAY_CORNER, 0, light);
             long size = type == ICORAY_F32 ? 4 : 8;
             CHECK((long)thick.report.bytes_derived == w->grid.cells * (32 * (size + (lit ? 8 : 0)) + lit));
-            /* Lit tiles have rows of their own for rays side by side, whatever the layers: told by the check of thick ones. */
+            /* Lit tiles have rows of their own for rays side by side, whatever the layers, as thick ones check. */
             CHECK(lit || near(thin.first - plainly.first, (long)thin.report.bytes_derived, 24 * PER_LAYER + SLACK));
             CHECK(near(thick.later, thin.later, 24 * PER_LAYER + SLACK));
             CHECK(near(thick.first - thin.first,
@@ -261,7 +260,7 @@ int main(int argc, char **argv)
     in_place(argv[1], &small, &large);
     derived(argv[1], &small);
     copied(argv[1], &small);
-    /* What the library says of itself is what its allocations add up to, but for the host's own and rounding up. */
+    /* The reported peak is the sum of the library's allocations, up to rounding and the host's own. */
     Use last = use(argv[1], &small, LEVEL_FASTEST, 8, ICORAY_F32, ICORAY_CENTER, 0, "");
     long said = (long)last.report.bytes_peak;
     CHECK(said <= peak && said >= peak - peak / 20 - 65536);

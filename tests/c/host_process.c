@@ -1,5 +1,5 @@
 /*
- * What else is the host's: host_process <directory> [loud]
+ * Other state of the host's process: host_process <directory> [loud]
  *
  * The calls do not change affinity, environment, directory, umask, locale, open files and threads, and print nothing,
  * which the Rust test checks. `loud` fails with icoray_log_stderr, the only function that prints.
@@ -141,7 +141,7 @@ static int32_t threads_of(const char *directory, const char *name, const World *
     return threads;
 }
 
-/* As many threads as the mask allows, whatever the environment says to others. */
+/* As many threads as the mask allows, independent of the environment. */
 static void affinity(const char *directory, const World *w)
 {
     cpu_set_t all, one;

@@ -93,7 +93,7 @@ static pthread_t started(void *(*work)(void *), void *data, int blocked)
     return thread;
 }
 
-/* How many threads of the library's there are, and that each of them blocks all that can be blocked. */
+/* Number of the library's threads; checks that each of them blocks all signals that can be blocked. */
 static int library_threads_now(void)
 {
     int count = 0;

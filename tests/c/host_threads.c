@@ -161,7 +161,7 @@ static Heard logged(const char *directory, const World *w, int async, int on_err
     INSIDE(heard, icoray_execute(ctx, 3, 0.0, NULL));
     FAILS(heard, icoray_wait(ctx));
     int warnings = heard.lines[ICORAY_LOG_WARN];
-    /* The last frame's failure is told by icoray_close, and by it alone. */
+    /* icoray_close alone returns the last frame's failure. */
     INSIDE(heard, icoray_execute(ctx, 4, 0.0, NULL));
     FAILS(heard, icoray_close(&ctx));
     CHECK(ctx == NULL);

@@ -39,12 +39,12 @@ static void fails(icoray_ctx *ctx, int step, const char *part, const char *path)
     CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
     CHECK(strstr(message_of(ctx), text_of("step %d: ", step)) != NULL);
     CHECK(strstr(message_of(ctx), part) != NULL && strstr(message_of(ctx), path) != NULL);
-    OK(icoray_wait(ctx)); /* told once */
+    OK(icoray_wait(ctx)); /* returned once */
     OK(icoray_execute(ctx, step + 1, 0.0, NULL));
     for (int i = 0; i < 1000 * PATIENCE_S && report_of(ctx).frames_failed % 2 != 0; i++) {
         rest_ms(1);
     }
-    /* The next call tells, and draws its own frame all the same. */
+    /* The next call returns the failure, and draws its own frame. */
     CHECK(icoray_execute(ctx, step + 2, 0.0, NULL) == ICORAY_ERR_IO);
     CHECK(strstr(message_of(ctx), text_of("step %d: ", step + 1)) != NULL);
     CHECK(report_of(ctx).step == step + 2);
@@ -136,7 +136,7 @@ static void denied(const char *directory, const World *w)
         if (!is_user) {
             note("skipped: cannot become another user");
         }
-        /* Its own verdict tells of its checks; only a failure's lines are for the test to see. */
+        /* The child's verdict covers its checks; only the lines of failures belong in the test's output. */
         int status = is_user ? silent_verdict() : EXIT_SUCCESS;
         fflush(stdout);
         _exit(status);
@@ -170,7 +170,7 @@ static void gone(const char *directory, const World *w)
     CHECK(strstr(message_of(ctx), "gone") != NULL);
     CHECK(remove(at) == 0);
     well(ctx, at, 31);
-    /* Where the working directory goes does not matter. */
+    /* A change of the working directory has no effect. */
     CHECK(chdir("/") == 0);
     well(ctx, at, 32);
     OK(icoray_close(&ctx));

@@ -1,7 +1,7 @@
 /*
- * A model that is watched: live DIRECTORY SCENE [parts|async|wants|large]
+ * A model with viewers: live DIRECTORY SCENE [parts|async|wants|large]
  *
- * Draws a step for each line of its standard input, and says so on its standard output. With `wants` it has a field "g"
+ * Draws a step for each line of its standard input, and prints a line for it. With `wants` it has a field "g"
  * too, and computes in each step the fields that are wanted.
  */
 #ifdef LIVE_MPI
@@ -11,7 +11,7 @@
 static const int rank = 0;
 #endif
 
-/* Whether rank 0 is told to go on. */
+/* Whether rank 0 reads another line, the request to go on. */
 static int goes_on(void)
 {
     char line[16];
@@ -22,7 +22,7 @@ static int goes_on(void)
     return is_more;
 }
 
-/* Values of a field at a step, or what is in an array that nobody needs. */
+/* Values of a field at a step, or the contents of an array that no scene needs. */
 static void compute(float *values, size_t count, int step, float factor, int is_wanted)
 {
     for (size_t i = 0; i < count; i++) {

@@ -1,8 +1,8 @@
 /*
  * Pictures that ranks draw in the background, and the same ones drawn within icoray_execute, of a grid and field that every
  * rank has, of columns over whole tables and of parts: mpi_async DIRECTORY. Files of DIRECTORY/KIND_async and
- * DIRECTORY/KIND_sync are to be the same. With `apart` as a second word: what happens to a frame in the background where
- * one rank closes its context, or all end MPI, before it is drawn.
+ * DIRECTORY/KIND_sync are to be the same. With `apart` as a second word: frames in the background of
+ * which one rank closes its context, or all end MPI, before they are drawn.
  */
 #include "mpi_cut.h"
 
@@ -130,7 +130,7 @@ static void compute(Model *m, int step)
     memcpy(m->heights, m->heights_start, m->heights_count * sizeof *m->heights);
 }
 
-/* What the model computes next goes over what was drawn. */
+/* The model overwrites the drawn values with the next ones. */
 static void spoil(Model *m)
 {
     for (size_t i = 0; i < m->count; i++) {
@@ -178,7 +178,7 @@ static void run(const char *directory, int kind, int async)
             CHECK(report.host_s > 0.0 && report.balance > 0.0 && report.tiles >= 0);
         }
     }
-    OK(icoray_close(&ctx)); /* of the last frame nobody has waited */
+    OK(icoray_close(&ctx)); /* without a wait for the last frame */
     end_model(&m);
 }
 
@@ -203,13 +203,13 @@ static void fail_late(const char *directory)
     spoil(&m);
     compute(&m, 0);
     set_scene(ctx, PIXELS, "");
-    /* The next frame is drawn nevertheless; the failure is told once, by whichever call comes after it. */
+    /* The next frame is drawn nevertheless; the next call returns the failure, once. */
     said_before();
     status = icoray_execute(ctx, 1, 60.0, NULL);
     if (status == ICORAY_OK) {
-        TOLD(LAYERS, "step 0", icoray_wait(ctx));
+        ALL_REFUSED(LAYERS, "step 0", icoray_wait(ctx));
     } else {
-        told_all(status, ICORAY_ERR_LAYERS, "step 0", "icoray_execute", HERE);
+        refused_by_all(status, ICORAY_ERR_LAYERS, "step 0", "icoray_execute", HERE);
         OK(icoray_wait(ctx));
     }
     DRAW(ctx, 2, 120.0, NULL);
@@ -230,7 +230,7 @@ static void part_ways(const char *directory)
     trying = "ways";
     if (ranks > 1) {
         config.async_render = rank == 1;
-        TOLD(MPI, "async_render", icoray_open(&config, EVERYONE, &ctx));
+        ALL_REFUSED(MPI, "async_render", icoray_open(&config, EVERYONE, &ctx));
         CHECK(ctx == NULL);
     }
     ctx = open_model(&m, path_of(directory, "ways"), 1);

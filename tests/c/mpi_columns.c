@@ -48,7 +48,7 @@ static icoray_ctx *fresh(const char *directory, const World *w)
     return ctx;
 }
 
-/* Each node wrote every field of the scene once, and heights where it needs them, in whatever shares. */
+/* Each node wrote every field of the scene once, and heights where it needs them, in any shares. */
 static void check_report(const icoray_frame_report *r, const World *w, double nodes, int scene)
 {
     double values = (double)(w->grid.cells * w->layers), of = scene == TWO ? KINDS_OF_VALUES : 1;
@@ -144,7 +144,7 @@ static void draw_alone(const char *directory, const World *w)
     }
 }
 
-/* What is wrong on the last rank only is the same status on all, and what is right afterwards is drawn. */
+/* Errors on the last rank only are the same status on all, and correct inputs are drawn afterwards. */
 static void refusals(const char *directory, const World *w)
 {
     int *owner = partition(w, CONTIGUOUS, ranks);
@@ -158,21 +158,21 @@ static void refusals(const char *directory, const World *w)
     if (is_odd) {
         mine.global[0] = (int32_t)w->grid.cells + w->grid.index_base;
     }
-    TOLD(GRID, "a row of the grid's tables", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "a row of the grid's tables", icoray_part_set(ctx, &part));
     if (is_odd) {
         mine.global[0] = w->grid.index_base - 1;
     }
-    TOLD(GRID, text, icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, text, icoray_part_set(ctx, &part));
     mine.global[0] = kept;
     part.is_owned = is_odd ? NULL : mine.is_owned;
-    TOLD(GRID, "is owned by no rank", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "is owned by no rank", icoray_part_set(ctx, &part));
     part.owned_cells = part.cells + 1;
-    TOLD(GRID, text, icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, text, icoray_part_set(ctx, &part));
     part.is_owned = mine.is_owned;
     if (is_odd) {
         mine.global[0] = 0; /* the first rank's */
     }
-    TOLD(GRID, "cell 0 is owned by ranks 0 and", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "cell 0 is owned by ranks 0 and", icoray_part_set(ctx, &part));
     mine.global[0] = kept;
 
     /* Corners. */
@@ -180,14 +180,14 @@ static void refusals(const char *directory, const World *w)
     if (is_odd) {
         mine.corner_global[0] = (int32_t)w->grid.corners + w->grid.index_base;
     }
-    TOLD(GRID, "corner_global row 0: ", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "corner_global row 0: ", icoray_part_set(ctx, &part));
     mine.corner_global[0] = kept;
     part.is_corner_owned = is_odd ? NULL : mine.is_corner_owned;
-    TOLD(GRID, "of the whole grid is owned by no rank", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "of the whole grid is owned by no rank", icoray_part_set(ctx, &part));
     part.owned_corners = part.corners;
     /* The second rank has some of the others as a halo. */
     part.is_corner_owned = rank == 1 ? NULL : mine.is_corner_owned;
-    TOLD(GRID, "expected one owner", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "expected one owner", icoray_part_set(ctx, &part));
     part = mine.part;
     OK(icoray_part_set(ctx, &part));
 
@@ -196,13 +196,13 @@ static void refusals(const char *directory, const World *w)
     set(ctx, 0);
     array.columns -= is_odd;
     OK(icoray_field_set(ctx, "f", &array));
-    TOLD(FIELD, text, icoray_execute(ctx, 1, 0.0, NULL));
+    ALL_REFUSED(FIELD, text, icoray_execute(ctx, 1, 0.0, NULL));
     OK(icoray_field_set(ctx, "f", is_odd ? &mine.corner_array : &mine.array));
-    TOLD(MPI, "has \"f\" at corners, but \"f\" at centres on rank 0", icoray_execute(ctx, 2, 0.0, NULL));
+    ALL_REFUSED(MPI, "has \"f\" at corners, but \"f\" at centres on rank 0", icoray_execute(ctx, 2, 0.0, NULL));
     array = mine.corner_array;
     array.columns -= is_odd;
     OK(icoray_field_set(ctx, "f", &array));
-    TOLD(FIELD, "one per row of corner_global", icoray_execute(ctx, 2, 0.0, NULL));
+    ALL_REFUSED(FIELD, "one per row of corner_global", icoray_execute(ctx, 2, 0.0, NULL));
     OK(icoray_field_set(ctx, "f", &mine.array));
     OK(icoray_execute(ctx, 3, 0.0, NULL));
 
@@ -211,15 +211,15 @@ static void refusals(const char *directory, const World *w)
     if (!is_odd) {
         set_more(ctx, mine.array, mine.all);
     }
-    TOLD(FIELD, "the scene's field \"g\" was not given", icoray_execute(ctx, 5, 0.0, NULL));
+    ALL_REFUSED(FIELD, "the scene's field \"g\" was not given", icoray_execute(ctx, 5, 0.0, NULL));
     array = mine.array;
     array.data = mine.all[G];
     array.has_fill = is_odd;
     OK(icoray_field_set(ctx, "g", &array));
-    TOLD(FIELD, "none were given by icoray_heights_set", icoray_execute(ctx, 6, 0.0, NULL));
+    ALL_REFUSED(FIELD, "none were given by icoray_heights_set", icoray_execute(ctx, 6, 0.0, NULL));
     set_more(ctx, mine.array, mine.all);
     OK(icoray_field_set(ctx, "g", &array));
-    TOLD(MPI, "has \"g\" with missing values marked by Some(0.0)", icoray_execute(ctx, 7, 0.0, NULL));
+    ALL_REFUSED(MPI, "has \"g\" with missing values marked by Some(0.0)", icoray_execute(ctx, 7, 0.0, NULL));
     set_more(ctx, mine.array, mine.all);
     OK(icoray_execute(ctx, 8, 0.0, NULL));
     set(ctx, 0);
@@ -257,7 +257,7 @@ static void leaves(const char *directory, const World *w)
     compute(&mine, w, 0);
     set(ctx, 0);
     OK(icoray_execute(ctx, 100, 0.0, NULL));
-    TOLD(MPI, "call", rank == 0 ? icoray_close(&ctx) : icoray_execute(ctx, 101, 0.0, NULL));
+    ALL_REFUSED(MPI, "call", rank == 0 ? icoray_close(&ctx) : icoray_execute(ctx, 101, 0.0, NULL));
     if (rank != 0) {
         OK(icoray_close(&ctx));
     }
@@ -278,7 +278,7 @@ static void take_all(void)
     }
 }
 
-/* How many nodes the environment makes of this one. */
+/* Number of nodes into which the environment divides this one. */
 static double count_nodes(void)
 {
     const char *most = getenv("ICORAY_NODE_RANKS");

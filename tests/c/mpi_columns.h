@@ -6,10 +6,10 @@
 
 #include <math.h>
 
-/* What ranks have columns of: two fields, of which the second is in the last scene only, and so are the heights. */
+/* Arrays with columns on ranks: two fields and heights; only the last scene shows the second field and the heights. */
 enum { F, G, HEIGHTS, KINDS_OF_VALUES };
 
-/* What one rank has: its columns, whatever their order. */
+/* The columns of one rank, in any order. */
 typedef struct {
     icoray_part part;
     icoray_array array; /* of the first field; the others lie alike */

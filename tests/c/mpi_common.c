@@ -68,16 +68,16 @@ void said_before(void)
     icoray_mesh_create(-76543, &none);
 }
 
-void told_all(icoray_status status, icoray_status expected, const char *part, const char *what, Place at)
+void refused_by_all(icoray_status status, icoray_status expected, const char *part, const char *what, Place at)
 {
     char mine[512] = "", roots[512];
     icoray_last_error(NULL, mine, sizeof mine);
     memcpy(roots, mine, sizeof roots);
     MPI_Bcast(roots, sizeof roots, MPI_CHAR, 0, MPI_COMM_WORLD);
-    int is_told = strstr(mine, part) != NULL && strcmp(mine, roots) == 0;
+    int has_message = strstr(mine, part) != NULL && strcmp(mine, roots) == 0;
     check(is_same_on_all((int)status) && status == expected, what, at);
-    check(is_told, "the message", at);
-    if (status != expected || !is_told) {
+    check(has_message, "the message", at);
+    if (status != expected || !has_message) {
         printf("  rank %d: %d, expected %d with '%s': %s\n", rank, (int)status, (int)expected, part, mine);
     }
 }

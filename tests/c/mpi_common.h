@@ -30,7 +30,7 @@ int is_same_on_all(int value);
 void fill(icoray_ctx *ctx, const World *w);
 
 /* Checks that all ranks got this status and the same message, which contains `part`. */
-void told_all(icoray_status status, icoray_status expected, const char *part, const char *what, Place at);
+void refused_by_all(icoray_status status, icoray_status expected, const char *part, const char *what, Place at);
 
 /* The communicator of all ranks, as icoray_open takes it. */
 #define EVERYONE ((int32_t)MPI_Comm_c2f(MPI_COMM_WORLD))
@@ -47,8 +47,8 @@ icoray_status execute_spoilt(icoray_ctx *ctx, const icoray_grid *grid, int64_t s
 /* "rank %d: ", with which messages about a failure on one rank begin. */
 const char *by_rank(int odd);
 
-#define TOLD(error, part, call) (said_before(), told_all((call), ICORAY_ERR_##error, (part), #call, HERE))
-#define TOLD_AS(status, part, call) (said_before(), told_all((call), (status), (part), #call, HERE))
+#define ALL_REFUSED(error, part, call) (said_before(), refused_by_all((call), ICORAY_ERR_##error, (part), #call, HERE))
+#define ALL_REFUSED_AS(status, part, call) (said_before(), refused_by_all((call), (status), (part), #call, HERE))
 
 /* Sets another last message, so that a stale one cannot pass for that of the next call. */
 void said_before(void);

@@ -83,7 +83,7 @@ static icoray_array columns(Cut *c, const World *w, const float *whole, const Ke
     return array;
 }
 
-/* How the cells are said to be own. */
+/* The declaration of own cells. */
 static void say(Cut *c, const Kept *cells, const char *is_own, int is_first)
 {
     int32_t *marks = keep(c, (size_t)cells->count, sizeof *marks);

@@ -14,8 +14,8 @@ typedef struct {
 } Cut;
 
 /*
- * The part of the rank that owns the cells of which owner is `mine`. Ranks differ in how they say it: the first cells or
- * marks, 32 or 64 bits, counted from 0 or 1, three marks of what is missing. Without a halo there are own cells only.
+ * The part of the rank that owns the cells with the owner `mine`. Ranks declare it in different forms: first cells or
+ * marks, 32 or 64 bits, counted from 0 or 1, three marks of missing entries. Without a halo there are own cells only.
  */
 Cut cut(const World *w, const int *owner, int mine, int has_halo);
 void end_cut(Cut *c);
@@ -26,7 +26,7 @@ void fill_cut(icoray_ctx *ctx, const Cut *c, int layers);
 /* A field at all corners of a mesh, to be freed. */
 float *corner_values(const World *w);
 
-/* Who owns each cell of a mesh, to be freed; NULL where the kind makes no sense for so few ranks. */
+/* The owner of each cell of a mesh, to be freed; NULL where the kind makes no sense for so few ranks. */
 enum { CONTIGUOUS, RANDOM, SINGLE_CELL, NO_CELL, PARTITIONS };
 int *partition(const World *w, int kind, int of);
 

@@ -1,4 +1,4 @@
-/* Before MPI is there, and after it has gone; and a library without MPI: mpi_ends DIRECTORY [without]. */
+/* Calls before MPI is initialised and after its end, and a library without MPI: mpi_ends DIRECTORY [without]. */
 #include "mpi_common.h"
 
 int main(int argc, char **argv)
@@ -27,7 +27,7 @@ int main(int argc, char **argv)
     OK(icoray_execute(left, 0, 0.0, NULL));
     MPI_Finalize();
 
-    /* What was drawn before is written, and nobody calls MPI any more. */
+    /* Earlier pictures are written, and no call of MPI follows. */
     REFUSED(left, MPI, "finalised", icoray_execute(left, 1, 0.0, NULL));
     OK(icoray_close(&left));
     CHECK(left == NULL);

@@ -18,7 +18,7 @@
     "[camera]\nlon = 20\nlat = 35\ndistance = 3\n"                                                  \
     "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [1.5, 0.9]]\n"
 
-/* What goes wrong with a call. */
+/* The failure of a call. */
 enum { NO_POINTER, BAD_STRUCT, BAD_VALUE, NO_FILE, BAD_TEXT, SPOILT, BUSY };
 
 static const struct {

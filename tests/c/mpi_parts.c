@@ -52,7 +52,7 @@ static void set(icoray_ctx *ctx, size_t scene)
         SCENES[scene].camera, SCENES[scene].name, SCENES[scene].light)));
 }
 
-/* What the report says is of the whole picture. */
+/* The report is that of the whole picture. */
 static void check_report(const icoray_frame_report *r, const World *w, size_t scene)
 {
     const char *field = SCENES[scene].field;
@@ -161,7 +161,7 @@ static void draw_alone(const char *directory, const World *w, int has_part)
         icoray_part part = all.part;
         int32_t *number = (int32_t *)(uintptr_t)part.cell_global;
         OK(icoray_part_set(ctx, &part));
-        /* Nothing is owned twice or by nobody here either. */
+        /* Each cell and corner has one owner here too. */
         part.owned_cells--;
         REFUSED(ctx, GRID, "owned by no rank", icoray_part_set(ctx, &part));
         part.owned_cells++;

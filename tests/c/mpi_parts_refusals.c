@@ -1,5 +1,5 @@
 /*
- * Parts of a grid that are wrong on one rank only: the same status on all, nobody waits for ever, and the next frame is
+ * Parts of a grid that are wrong on one rank only: the same status on all, no rank hangs, and the next frame is
  * drawn. mpi_parts_refusals DIRECTORY [full]; `full` needs a small file system there.
  */
 #include "mpi_cut.h"
@@ -74,14 +74,14 @@ static void members(int odd)
             memcpy((char *)&part + cases[i].offset, cases[i].value, cases[i].size);
         }
         trying = cases[i].part;
-        TOLD_AS(cases[i].status, text, icoray_part_set(ctx, &part));
-        TOLD_AS(cases[i].status, cases[i].part, icoray_part_set(ctx, &part));
+        ALL_REFUSED_AS(cases[i].status, text, icoray_part_set(ctx, &part));
+        ALL_REFUSED_AS(cases[i].status, cases[i].part, icoray_part_set(ctx, &part));
     }
 #undef MEMBER
     trying = "";
-    TOLD(NULL, text, icoray_part_set(ctx, rank == odd ? NULL : &mine.part));
+    ALL_REFUSED(NULL, text, icoray_part_set(ctx, rank == odd ? NULL : &mine.part));
     mine.part.struct_size -= rank == odd;
-    TOLD(STRUCT_SIZE, text, icoray_part_set(ctx, &mine.part));
+    ALL_REFUSED(STRUCT_SIZE, text, icoray_part_set(ctx, &mine.part));
     mine.part.struct_size = sizeof mine.part;
     /* The part before stays. */
     good(ctx);
@@ -110,34 +110,34 @@ static void cells(int odd)
     part.is_owned = marks;
 
     part.cells -= is_odd;
-    TOLD(GRID, text, icoray_part_set(ctx, &part));
-    TOLD(GRID, "one per cell", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, text, icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "one per cell", icoray_part_set(ctx, &part));
     part.cells += is_odd;
     marks[halo] = is_odd;
-    TOLD(GRID, "is owned by ranks", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "is owned by ranks", icoray_part_set(ctx, &part));
     marks[halo] = 0;
-    /* Of a lone rank's halo nobody else is the owner; this one gives up a cell that others have in theirs, or has itself. */
+    /* No other rank owns a lone rank's halo; this one gives up a cell that others have in their halo, or an own one. */
     marks[own] = !is_odd;
-    TOLD(GRID, "but owned by no rank", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "but owned by no rank", icoray_part_set(ctx, &part));
     marks[own] = 1;
     if (is_odd) {
         memset(marks, 0, (size_t)part.cells * sizeof *marks);
     }
-    TOLD(GRID, "but owned by no rank", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, "but owned by no rank", icoray_part_set(ctx, &part));
     for (int64_t i = 0; is_odd && i < part.cells; i++) {
         marks[i] = mine.part.is_owned != NULL ? mine.part.is_owned[i] : i < mine.part.owned_cells;
     }
     numbers[own] -= is_odd ? numbers[own] + 9 : 0;
-    TOLD(GRID, text, icoray_part_set(ctx, &part));
-    TOLD(GRID, ": -9, expected", icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, text, icoray_part_set(ctx, &part));
+    ALL_REFUSED(GRID, ": -9, expected", icoray_part_set(ctx, &part));
     numbers[own] = numbers[is_odd ? halo : own];
-    TOLD(GRID, "expected different numbers", icoray_part_set(ctx, is_odd ? &part : &mine.part));
+    ALL_REFUSED(GRID, "expected different numbers", icoray_part_set(ctx, is_odd ? &part : &mine.part));
     OK(icoray_part_set(ctx, &mine.part));
     good(ctx);
 
     /* Own cells only: no triangle that has cells of two ranks is whole anywhere. */
     OK(icoray_grid_set(ctx, is_odd ? &narrow.grid : &mine.grid));
-    TOLD(GRID, "halo", icoray_part_set(ctx, is_odd ? &narrow.part : &mine.part));
+    ALL_REFUSED(GRID, "halo", icoray_part_set(ctx, is_odd ? &narrow.part : &mine.part));
     OK(icoray_grid_set(ctx, &mine.grid));
     OK(icoray_part_set(ctx, &mine.part));
     good(ctx);
@@ -183,30 +183,30 @@ static void order(int odd)
     if (!is_odd) {
         fill_cut(ctx, &mine, w.layers);
     }
-    TOLD(ORDER, text, icoray_part_set(ctx, &mine.part));
+    ALL_REFUSED(ORDER, text, icoray_part_set(ctx, &mine.part));
     fill_cut(ctx, &mine, w.layers);
     set_scene(ctx, 40, "");
     /* Without parts each rank says that it has the whole grid, which they do not. */
-    TOLD(MPI, "the first at ", icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(MPI, "the first at ", icoray_execute(ctx, step + 1, 0.0, NULL));
     OK(icoray_part_set(ctx, &mine.part));
     good(ctx);
 
     named.name = "other";
     OK(icoray_grid_set(ctx, &named));
     part.grid = is_odd ? "other" : NULL;
-    TOLD(MPI, "grid", icoray_part_set(ctx, &part));
+    ALL_REFUSED(MPI, "grid", icoray_part_set(ctx, &part));
     part.grid = "other";
     OK(icoray_part_set(ctx, &part));
     good(ctx);
 
-    TOLD(MPI, "call", is_odd ? icoray_part_set(ctx, &mine.part) : icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(MPI, "call", is_odd ? icoray_part_set(ctx, &mine.part) : icoray_execute(ctx, step + 1, 0.0, NULL));
     good(ctx);
 
     /* A grid that is set anew has no part. */
     if (is_odd) {
         OK(icoray_grid_set(ctx, &mine.grid));
     }
-    TOLD(MPI, "without icoray_part_set", icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(MPI, "without icoray_part_set", icoray_execute(ctx, step + 1, 0.0, NULL));
     /* One that is refused leaves the grid before, and its part. */
     OK(icoray_part_set(ctx, &mine.part));
     if (is_odd) {
@@ -237,7 +237,7 @@ static void whole(int odd)
     if (rank == odd) {
         OK(icoray_grid_set(ctx, &none));
     }
-    TOLD(GRID, "0 cells, expected at least 1, or icoray_part_set", icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(GRID, "0 cells, expected at least 1, or icoray_part_set", icoray_execute(ctx, step + 1, 0.0, NULL));
     OK(icoray_close(&ctx));
 }
 
@@ -247,12 +247,12 @@ static void inside(int odd)
     icoray_ctx *ctx = together(MPI_COMM_WORLD, directory, &w, (icoray_config){0});
     set_scene(ctx, 40, READS_TABLES);
     drawn(ctx, ICORAY_TILES);
-    TOLD(INTERNAL, by_rank(odd), execute_spoilt(ctx, &w.grid, step + 1, rank == odd));
-    TOLD(INTERNAL, "accepts no more calls", icoray_part_set(ctx, &mine.part));
+    ALL_REFUSED(INTERNAL, by_rank(odd), execute_spoilt(ctx, &w.grid, step + 1, rank == odd));
+    ALL_REFUSED(INTERNAL, "accepts no more calls", icoray_part_set(ctx, &mine.part));
     OK(icoray_close(&ctx));
 }
 
-/* A file system that is full at rank 0 is told on all, and the next frame is tried. */
+/* A full file system at rank 0 is an error on all ranks, and the next frame is tried. */
 static void full(void)
 {
     static char nothing[4096];
@@ -269,7 +269,7 @@ static void full(void)
         CHECK(fwrite(nothing, 1, 1, filler) == 0);
     }
     good(ctx);
-    TOLD(IO, "No space left", icoray_wait(ctx));
+    ALL_REFUSED(IO, "No space left", icoray_wait(ctx));
     if (rank == 0) {
         CHECK(entries(directory, ".png") == 1 && entries(directory, ".tmp") == 0);
         fclose(filler);

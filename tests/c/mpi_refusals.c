@@ -24,7 +24,7 @@ static void good(icoray_ctx *ctx)
     OK(icoray_execute(ctx, step, 0.0, NULL));
 }
 
-/* What is wrong in the call itself or was before, on the rank that is odd. */
+/* Wrong arguments of a call, or earlier failures, on the odd rank. */
 static void at_execute(int odd)
 {
     icoray_ctx *ctx = fresh();
@@ -35,14 +35,14 @@ static void at_execute(int odd)
     icoray_array other = w.array;
     good(ctx);
 
-    TOLD(ARGUMENT, text, icoray_execute(ctx, step + 1, is_odd ? NAN : 0.0, NULL));
+    ALL_REFUSED(ARGUMENT, text, icoray_execute(ctx, step + 1, is_odd ? NAN : 0.0, NULL));
     good(ctx);
 
     /* Arguments that differ between ranks; if rank 0 is the odd one, rank 1 is the first that differs from it. */
-    TOLD(MPI, odd == 0 ? "rank 1: step" : text, icoray_execute(ctx, step + 1 + is_odd, 0.0, NULL));
-    TOLD(MPI, "time_s", icoray_execute(ctx, step + 1, is_odd ? 60.0 : 0.0, NULL));
+    ALL_REFUSED(MPI, odd == 0 ? "rank 1: step" : text, icoray_execute(ctx, step + 1 + is_odd, 0.0, NULL));
+    ALL_REFUSED(MPI, "time_s", icoray_execute(ctx, step + 1, is_odd ? 60.0 : 0.0, NULL));
     good(ctx);
-    TOLD(MPI, "call", is_odd ? icoray_wait(ctx) : icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(MPI, "call", is_odd ? icoray_wait(ctx) : icoray_execute(ctx, step + 1, 0.0, NULL));
     good(ctx);
 
     /* The scene is rank 0's on all; one that is refused leaves all with the one before. */
@@ -50,28 +50,28 @@ static void at_execute(int odd)
     OK(icoray_wants(ctx, step + 1, 0.0, &wants));
     CHECK(wants == 1);
     good(ctx);
-    TOLD(SCENE, "rank 0: ", icoray_scene_text(ctx, rank == 0 ? "field = 1" : ""));
-    TOLD(NULL, text, icoray_scene_text(ctx, is_odd ? NULL : ""));
-    TOLD(NULL, text, icoray_scene_load(ctx, is_odd ? NULL : "/dev/null"));
-    TOLD(IO, "rank 0: nowhere/0: cannot read", icoray_scene_load(ctx, rank == 0 ? "nowhere/0" : ""));
+    ALL_REFUSED(SCENE, "rank 0: ", icoray_scene_text(ctx, rank == 0 ? "field = 1" : ""));
+    ALL_REFUSED(NULL, text, icoray_scene_text(ctx, is_odd ? NULL : ""));
+    ALL_REFUSED(NULL, text, icoray_scene_load(ctx, is_odd ? NULL : "/dev/null"));
+    ALL_REFUSED(IO, "rank 0: nowhere/0: cannot read", icoray_scene_load(ctx, rank == 0 ? "nowhere/0" : ""));
     good(ctx);
-    TOLD(MPI, "call", is_odd ? icoray_scene_text(ctx, "") : icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(MPI, "call", is_odd ? icoray_scene_text(ctx, "") : icoray_execute(ctx, step + 1, 0.0, NULL));
     good(ctx);
 
     /* Other data: their shape, and their values. */
     other.columns = is_odd ? other.columns - 1 : other.columns;
     OK(icoray_field_set(ctx, "f", &other));
-    TOLD(FIELD, text, icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(FIELD, text, icoray_execute(ctx, step + 1, 0.0, NULL));
     OK(icoray_field_set(ctx, "f", &w.array));
     kept = w.values[5];
     w.values[5] += is_odd ? 100.0f : 0.0f;
-    TOLD(MPI, "\"f\" with values of hash", icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(MPI, "\"f\" with values of hash", icoray_execute(ctx, step + 1, 0.0, NULL));
     w.values[5] = kept;
     good(ctx);
     OK(icoray_close(&ctx));
 }
 
-/* What was never given, or was refused. */
+/* Inputs that were never given, or were refused. */
 static void before_execute(int odd)
 {
     icoray_config config = plain(directory);
@@ -79,14 +79,14 @@ static void before_execute(int odd)
     const char *text = by_rank(odd);
     int is_odd = rank == odd;
     icoray_ctx *ctx = opened_by_all(&config);
-    /* What is to be drawn is asked first, before what it is drawn of. */
-    TOLD(ORDER, "rank 0: ", icoray_execute(ctx, step + 1, 0.0, NULL));
+    /* The scene is checked first, before its inputs. */
+    ALL_REFUSED(ORDER, "rank 0: ", icoray_execute(ctx, step + 1, 0.0, NULL));
     set_scene(ctx, 48, "");
     set_layers(ctx, w.layers);
     OK(icoray_field_set(ctx, "f", &w.array));
     bad.edges = is_odd ? bad.edges - 1 : bad.edges;
     CHECK(icoray_grid_set(ctx, &bad) == (is_odd ? ICORAY_ERR_GRID : ICORAY_OK));
-    TOLD(ORDER, text, icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(ORDER, text, icoray_execute(ctx, step + 1, 0.0, NULL));
     OK(icoray_grid_set(ctx, &w.grid));
     good(ctx);
     OK(icoray_close(&ctx));
@@ -97,7 +97,7 @@ static void before_execute(int odd)
     set_layers(ctx, w.layers);
     set_scene(ctx, 48, "");
     OK(icoray_field_set(ctx, is_odd ? "g" : "f", &w.array));
-    TOLD(FIELD, text, icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(FIELD, text, icoray_execute(ctx, step + 1, 0.0, NULL));
     OK(icoray_field_set(ctx, "f", &w.array));
     good(ctx);
     OK(icoray_close(&ctx));
@@ -111,17 +111,17 @@ static void at_open(int odd)
     int32_t comm = EVERYONE;
     const char *text = by_rank(odd);
     int is_odd = rank == odd;
-    TOLD(NULL, text, icoray_open(is_odd ? NULL : &config, comm, &ctx));
-    TOLD(NULL, text, icoray_open(&config, comm, is_odd ? NULL : &ctx));
+    ALL_REFUSED(NULL, text, icoray_open(is_odd ? NULL : &config, comm, &ctx));
+    ALL_REFUSED(NULL, text, icoray_open(&config, comm, is_odd ? NULL : &ctx));
     CHECK(ctx == NULL);
     config.struct_size -= (size_t)is_odd;
-    TOLD(STRUCT_SIZE, text, icoray_open(&config, comm, &ctx));
+    ALL_REFUSED(STRUCT_SIZE, text, icoray_open(&config, comm, &ctx));
     config.struct_size = sizeof config;
     config.threads = is_odd ? -1 : 1;
-    TOLD(ARGUMENT, text, icoray_open(&config, comm, &ctx));
+    ALL_REFUSED(ARGUMENT, text, icoray_open(&config, comm, &ctx));
     config.threads = 1;
     config.async_render = is_odd;
-    TOLD(MPI, "async_render", icoray_open(&config, comm, &ctx));
+    ALL_REFUSED(MPI, "async_render", icoray_open(&config, comm, &ctx));
     CHECK(ctx == NULL);
 }
 
@@ -132,17 +132,17 @@ static void inside(int odd)
     int32_t wants = 1;
     set_scene(ctx, 48, READS_TABLES);
     good(ctx);
-    TOLD(INTERNAL, by_rank(odd), execute_spoilt(ctx, &w.grid, step + 1, rank == odd));
-    TOLD(INTERNAL, "accepts no more calls", icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(INTERNAL, by_rank(odd), execute_spoilt(ctx, &w.grid, step + 1, rank == odd));
+    ALL_REFUSED(INTERNAL, "accepts no more calls", icoray_execute(ctx, step + 1, 0.0, NULL));
     CHECK(icoray_wants(ctx, step + 1, 0.0, &wants) == ICORAY_ERR_INTERNAL && wants == 0);
-    TOLD(INTERNAL, "accepts no more calls", icoray_wait(ctx));
+    ALL_REFUSED(INTERNAL, "accepts no more calls", icoray_wait(ctx));
     OK(icoray_close(&ctx));
     ctx = fresh();
     good(ctx);
     OK(icoray_close(&ctx));
 }
 
-/* A model that closes where something failed, and goes on elsewhere: nobody waits for the one that has left. */
+/* A model that closes on the failed rank and continues on the others: no rank waits for the closed one. */
 static void leaves(int odd)
 {
     icoray_ctx *ctx = fresh();
@@ -150,7 +150,7 @@ static void leaves(int odd)
     if (rank == odd) {
         CHECK(icoray_layers_set(ctx, NULL) == ICORAY_ERR_NULL);
     }
-    TOLD(MPI, "call", rank == odd ? icoray_close(&ctx) : icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(MPI, "call", rank == odd ? icoray_close(&ctx) : icoray_execute(ctx, step + 1, 0.0, NULL));
     if (rank != odd) {
         REFUSED(NULL, MPI, "has closed its context", icoray_execute(ctx, step + 1, 0.0, NULL));
         REFUSED(NULL, MPI, "has closed its context", icoray_wait(ctx));
@@ -182,14 +182,14 @@ static void refused_at_once(const char *late, const char *link)
     icoray_config config = plain(rank == 0 ? late : directory);
     icoray_ctx *ctx = NULL;
     int32_t comm = EVERYONE;
-    TOLD(IO, "rank 0: ", icoray_open(&config, comm, &ctx));
+    ALL_REFUSED(IO, "rank 0: ", icoray_open(&config, comm, &ctx));
     CHECK(ctx == NULL);
     config = plain(rank == 0 ? directory : link);
     OK(icoray_open(&config, comm, &ctx));
     OK(icoray_close(&ctx));
 }
 
-/* A directory at rank 0 that cannot be made: told on all ranks by the next call of each kind, once. */
+/* A directory at rank 0 that cannot be made: the next call of each kind returns the error on all ranks, once. */
 static void at_the_disk(void)
 {
     icoray_ctx *ctx;
@@ -204,17 +204,17 @@ static void at_the_disk(void)
     MPI_Barrier(MPI_COMM_WORLD);
     /* Looked at when a context is opened or a scene is loaded, at rank 0 alone. */
     refused_at_once(late, path);
-    TOLD(IO, "rank 0: ", icoray_scene_text(ctx, SCENE("never.png")));
+    ALL_REFUSED(IO, "rank 0: ", icoray_scene_text(ctx, SCENE("never.png")));
     OK(icoray_execute(ctx, 10, 0.0, NULL));
-    TOLD(IO, "step 10: ", icoray_wait(ctx));
+    ALL_REFUSED(IO, "step 10: ", icoray_wait(ctx));
     OK(icoray_wait(ctx));
 
     /* By a call that draws another frame, or none. */
     OK(icoray_execute(ctx, 20, 0.0, NULL));
     await_failures(ctx, 2);
-    TOLD(IO, "step 20: ", icoray_execute(ctx, 30, 0.0, NULL));
+    ALL_REFUSED(IO, "step 20: ", icoray_execute(ctx, 30, 0.0, NULL));
     await_failures(ctx, 3);
-    TOLD(IO, "step 30: ", icoray_execute(ctx, 31, 0.0, NULL));
+    ALL_REFUSED(IO, "step 30: ", icoray_execute(ctx, 31, 0.0, NULL));
     OK(icoray_execute(ctx, 32, 0.0, NULL));
 
     /* The fourth in a row switches all off. */
@@ -224,11 +224,11 @@ static void at_the_disk(void)
     await_failures(ctx, 4);
     OK(icoray_wants(ctx, 50, 0.0, &wants));
     CHECK(wants == 1); /* the same on all until they have talked */
-    TOLD(DISABLED, "4 failures in a row", icoray_execute(ctx, 50, 0.0, NULL));
+    ALL_REFUSED(DISABLED, "4 failures in a row", icoray_execute(ctx, 50, 0.0, NULL));
     OK(icoray_wants(ctx, 60, 0.0, &wants));
     CHECK(wants == 0);
-    TOLD(DISABLED, "4 failures in a row", icoray_execute(ctx, 60, 0.0, NULL));
-    TOLD(IO, "step 40: ", icoray_close(&ctx));
+    ALL_REFUSED(DISABLED, "4 failures in a row", icoray_execute(ctx, 60, 0.0, NULL));
+    ALL_REFUSED(IO, "step 40: ", icoray_close(&ctx));
     CHECK(ctx == NULL);
     if (rank == 0) {
         CHECK(unlink(path) == 0);
@@ -237,7 +237,7 @@ static void at_the_disk(void)
     /* A picture that is there. */
     ctx = fresh();
     DRAW(ctx, step + 1, 0.0, NULL);
-    TOLD(EXISTS, "rank 0: ", icoray_execute(ctx, step + 1, 0.0, NULL));
+    ALL_REFUSED(EXISTS, "rank 0: ", icoray_execute(ctx, step + 1, 0.0, NULL));
     step++;
     good(ctx);
     OK(icoray_close(&ctx));

@@ -1,8 +1,8 @@
 /*
  * Pictures through the ABI: pictures <directory> <level> <pixels>
  *
- * A picture's name is its group and its step. abi.rs compares the pixels: those of a group are equal, whatever the
- * layout, the context, the directory or the thread; those of different groups are not.
+ * A picture's name is its group and its step. abi.rs compares the pixels: those of a group are equal, for any
+ * layout, context, directory and thread; those of different groups are not.
  */
 #include "pictures.h"
 

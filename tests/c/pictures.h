@@ -12,7 +12,7 @@ extern icoray_grid grid;
 extern int cells, corners, pixels;
 extern const double radius[LAYERS];
 
-/* What frame() expects of a report: bytes copied, which are 0 but where a thread draws, and failures so far. */
+/* Figures that frame() expects of a report: bytes copied, 0 unless a thread draws, and failures so far. */
 extern uint64_t copy_expected, failures_expected;
 
 /* Makes the mesh of this level. */
@@ -63,7 +63,7 @@ icoray_frame_report frame_of(icoray_ctx *ctx, int step, const Field *f);
 /* A scene and its frame. */
 icoray_frame_report picture(icoray_ctx *ctx, const char *group, const char *light, int step, const Field *f);
 
-/* What is drawn: see the files pictures_*.c. */
+/* The pictures of the files pictures_*.c. */
 typedef void Part(const char *directory);
 Part layouts, ndarrays, in_place, swapped, missing, places, tables, names, by_turns, at_once, fields, background;
 

@@ -1,4 +1,4 @@
-/* Frames that a thread draws from a copy of the field while the model goes on. */
+/* Frames that a thread draws from a copy of the field while the model continues. */
 #include "pictures.h"
 
 static icoray_ctx *opened(const char *directory, const char *name, int with_threads)
@@ -63,7 +63,7 @@ void background(const char *directory)
     OK(icoray_execute(ctx, step++, 0.0, NULL));
     OK(icoray_close(&ctx)); /* finishes what was begun */
 
-    /* One frame after the other, nobody waiting, the time levels swapped below them. */
+    /* One frame after the other without a wait, with time levels that are swapped meanwhile. */
     ctx = opened(directory, "background/run", 2);
     for (int i = 0; i < 12; i++) {
         Field *now = &fields[i % count];

@@ -24,7 +24,7 @@ void by_turns(const char *directory)
     release(&g);
 }
 
-/* What a thread of the test draws. check.c counts without locks, so the thread keeps its own statuses. */
+/* The pictures of a thread of the test. check.c counts without locks, so the thread keeps its own statuses. */
 typedef struct {
     icoray_ctx *ctx;
     const char *wrong;

@@ -1,4 +1,4 @@
-/* Several fields in one scene, and layers at heights of their own: drawn in the call and from copies. */
+/* Several fields in one scene, and native heights: drawn in the call and from copies. */
 #include "pictures.h"
 
 #include <math.h>
@@ -82,7 +82,7 @@ static icoray_ctx *opened(const char *directory, const char *name, int in_backgr
     return context_with(directory, name, config);
 }
 
-/* What is missing is said by name, with all that the scene needs; nothing was drawn. */
+/* Errors name the missing field and all fields that the scene needs; nothing is drawn. */
 static void refused_fields(const char *directory, const Field *f, const Field *v)
 {
     icoray_ctx *ctx = opened(directory, "fields/refused", 0);

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-/* What NICAM calls undefined. As a double it is another number than as a float. */
+/* NICAM's undefined value. As a double it is another number than as a float. */
 #define UNDEFINED -9.9999e30
 
 /* A field is read where it lies, when it is drawn: handed over once, it may change. */
@@ -29,7 +29,7 @@ void in_place(const char *directory)
     scene(ctx, "plain", "none");
     frame(ctx, 3);
 
-    /* What is refused in between changes nothing: neither the grid nor the field. */
+    /* Refused calls in between change neither the grid nor the field. */
     icoray_grid bad = grid;
     icoray_array far = f.array;
     bad.edge_corner = grid.corner_cell;

@@ -13,7 +13,7 @@ static Part *const parts[] = {
 };
 
 static LonePart *const lone_parts[] = {
-    openings, restarts, time_levels, existing, overwritten, in_the_way, blocked, told_once, dropped,
+    openings, restarts, time_levels, existing, overwritten, in_the_way, blocked, returned_once, dropped,
     switched_off, busy, forked, logged, long_messages, given_and_refused, standard_error,
 };
 

@@ -85,7 +85,7 @@ Part nulls, struct_sizes, misaligned, messages, grids, bad_tables, wide_tables, 
 /* The parts that open contexts of their own. */
 typedef void LonePart(void);
 LonePart openings, ndarrays_too_early, long_messages, given_and_refused, fields_of_scenes, empty_scenes, order, restarts,
-    existing, overwritten, in_the_way, blocked, told_once, dropped, switched_off, busy, forked, time_levels, logged,
+    existing, overwritten, in_the_way, blocked, returned_once, dropped, switched_off, busy, forked, time_levels, logged,
     standard_error;
 
 #endif

@@ -1,4 +1,4 @@
-/* Null pointers, struct sizes, opening, and the messages: what every call has in common. */
+/* Checks that all calls share: null pointers, struct sizes, opening, and messages. */
 #include "refusals.h"
 
 void nulls(icoray_ctx *ctx)

@@ -8,7 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* Every call on a context says this, in words with this part. */
+/* Every call on a context returns this status, with this part in its message. */
 static void all_say(icoray_ctx *ctx, icoray_status status, const char *part)
 {
     icoray_ndarray ndarray = {0};
@@ -75,7 +75,7 @@ void busy(void)
     OK(icoray_close(&caller.other));
 }
 
-/* How many checks of the child failed: they are not counted in the parent. */
+/* Number of failed checks in the child; the parent does not count them. */
 static int child_of_a_fork(icoray_ctx *inherited)
 {
     icoray_ctx *ctx;

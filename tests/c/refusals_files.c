@@ -87,7 +87,7 @@ void overwritten(void)
     OK(icoray_close(&ctx));
 }
 
-/* What is in the way with either policy: a directory of the picture's name, and another program's report. */
+/* Obstacles for either policy: a directory of the picture's name, and another program's report. */
 void in_the_way(void)
 {
     static const struct {
@@ -123,7 +123,7 @@ void in_the_way(void)
             trying = cases[i].part;
             OK(icoray_scene_text(ctx, text_of(SCENE("f", "4", "%s"), cases[i].file)));
             REFUSED_AS(ctx, cases[i].status, cases[i].part, icoray_execute(ctx, 5, 0.0, NULL));
-            OK(icoray_wait(ctx)); /* it was told */
+            OK(icoray_wait(ctx)); /* icoray_execute returned it */
             failed += cases[i].status != ICORAY_ERR_EXISTS;
         }
         for (size_t i = 0; i < COUNT(never); i++) {

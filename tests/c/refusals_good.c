@@ -1,4 +1,4 @@
-/* The valid structs, of which the refusals make one member invalid, and what is looked up in files. */
+/* The valid structs, of which the refusals make one member invalid, and contents of files. */
 #include "refusals.h"
 
 icoray_mesh *mesh;
@@ -27,7 +27,7 @@ int write_file(const char *path, const char *text)
     return fclose(file) == 0;
 }
 
-/* How many bytes of a file were read, at most `room`, or -1 where there is none. */
+/* Number of bytes read from a file, at most `room`, or -1 if there is no file. */
 static int read_file(const char *name, char *there, size_t room)
 {
     FILE *file = fopen(in_output(name), "rb");

@@ -1,4 +1,4 @@
-/* Heights that are refused, taken back, and left alone by scenes that do not ask for them. */
+/* Heights that are refused, taken back, and not read by scenes without native heights. */
 #define _POSIX_C_SOURCE 200809L /* mmap */
 
 #include "refusals.h"
@@ -87,7 +87,7 @@ static void ndarrays_of_heights(icoray_ctx *ctx)
     trying = "";
 }
 
-/* In memory that cannot be read, heights end the process of whoever does. */
+/* Heights in unreadable memory end a process that reads them. */
 static void left_alone(icoray_ctx *ctx)
 {
     size_t bytes = (size_t)good_grid.cells * LAYERS * sizeof *values;
@@ -102,7 +102,7 @@ static void left_alone(icoray_ctx *ctx)
     CHECK(munmap(none, bytes) == 0 && close(zero) == 0);
 }
 
-/* What scenes with heights = "native" make of them, as they are when a frame is drawn. */
+/* Scenes with heights = "native" read the values at the time of the frame. */
 static void native(icoray_ctx *ctx)
 {
     static float metres[42 * LAYERS];
@@ -139,7 +139,7 @@ static void native(icoray_ctx *ctx)
     OK(icoray_scene_text(ctx, good_scene));
 }
 
-/* At corners, wrong heights are told by the corner. */
+/* Messages about wrong heights at corners name the corner. */
 static void native_at_corners(icoray_ctx *ctx)
 {
     static float metres[80 * LAYERS];

@@ -8,7 +8,7 @@
 #define LATE SCENE("f", "4", "late/pictures/f_{step}.png")
 
 /*
- * A directory that looks as if it could be made until it is: its parent is a link to nothing. Removing the link heals it.
+ * A directory that passes the check but cannot be made: its parent is a link to nothing. Removing the link repairs it.
  */
 static void broken(int is_broken)
 {
@@ -23,7 +23,7 @@ static void load_late(icoray_ctx *ctx, const char *text)
     broken(1);
 }
 
-/* Waits, without a call that tells, until that many frames have failed. */
+/* Waits, without a call that returns a failure, until that many frames have failed. */
 static void fails(icoray_ctx *ctx, uint64_t count)
 {
     for (int i = 0; i < 1000 * PATIENCE_S && report_of(ctx).frames_failed < count; i++) {
@@ -32,7 +32,7 @@ static void fails(icoray_ctx *ctx, uint64_t count)
     CHECK(report_of(ctx).frames_failed == count);
 }
 
-static void told_by_each_call(int is_async)
+static void returned_by_each_call(int is_async)
 {
     icoray_frame_report report;
     icoray_ctx *ctx = filled_async(is_async);
@@ -81,7 +81,7 @@ static void told_by_each_call(int is_async)
     /* Of several, the first. */
     load_late(ctx, LATE);
     OK(icoray_execute(ctx, first + 5, 0.0, NULL));
-    icoray_execute(ctx, first + 6, 0.0, NULL); /* may tell of the one before, or not yet */
+    icoray_execute(ctx, first + 6, 0.0, NULL); /* may return the failure of the one before */
     icoray_wait(ctx);
     OK(icoray_wait(ctx));
     CHECK(report_of(ctx).frames_failed == 8);
@@ -94,7 +94,7 @@ static void told_by_each_call(int is_async)
 }
 
 /* By icoray_close, which closes all the same. */
-static void told_by_close(int is_async)
+static void returned_by_close(int is_async)
 {
     for (int by_wait = 0; by_wait < 2; by_wait++) {
         icoray_ctx *ctx = filled_async(is_async);
@@ -103,7 +103,7 @@ static void told_by_close(int is_async)
         OK(icoray_execute(ctx, 77 + by_wait, 0.0, NULL));
         if (by_wait) {
             REFUSED(ctx, IO, "step 78: ", icoray_wait(ctx));
-            OK(icoray_close(&ctx)); /* it was told */
+            OK(icoray_close(&ctx)); /* icoray_wait returned it */
         } else {
             REFUSED(NULL, IO, "step 77: ", icoray_close(&ctx));
         }
@@ -113,23 +113,23 @@ static void told_by_close(int is_async)
     }
 }
 
-void told_once(void)
+void returned_once(void)
 {
     for (int is_async = 0; is_async < 2; is_async++) {
-        told_by_each_call(is_async);
-        told_by_close(is_async);
+        returned_by_each_call(is_async);
+        returned_by_close(is_async);
         CHECK(rename(in_output("late"), in_output(is_async ? "late_1" : "late_0")) == 0);
     }
 }
 
-/* Lines of the log that tell of a dropped frame. */
+/* Lines of the log about a dropped frame. */
 static void counts_drops(void *user, int32_t level, const char *message)
 {
     *(uint64_t *)user += level == ICORAY_LOG_WARN && strstr(message, "dropped") != NULL;
 }
 
 /*
- * Every frame is written or dropped, whatever the queue; by default none is dropped. The planet is far away, so that
+ * Every frame is written or dropped, for any queue; by default none is dropped. The planet is far away, so that
  * drawing takes less time than writing.
  */
 void dropped(void)

@@ -3,7 +3,7 @@
 
 #define STEPS 9
 
-/* How a model gives the field that has time levels. */
+/* The ways in which a model sets the field that has time levels. */
 enum { ONCE, ONCE_OF_THREE, AT_EACH_STEP, IN_PLACE, SELDOM, WAYS };
 
 typedef struct {

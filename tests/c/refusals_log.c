@@ -1,4 +1,4 @@
-/* What is logged, at which level; and the callback that writes to stderr. */
+/* Log lines and their levels, and the callback that writes to stderr. */
 #define _POSIX_C_SOURCE 200809L /* dup, dup2, symlink */
 
 #include "refusals.h"
@@ -31,7 +31,7 @@ static void story(int32_t on_error, int32_t level)
     icoray_ctx *ctx;
     Lines lines = {0};
     int off = on_error == ICORAY_DISABLE;
-    int told = level >= ICORAY_LOG_WARN, warns = told && on_error != ICORAY_IGNORE;
+    int logs = level >= ICORAY_LOG_WARN, warns = logs && on_error != ICORAY_IGNORE;
     config.on_error = on_error;
     config.disable_after = 2;
     ctx = filled_logging(config, counts, &lines, level);
@@ -45,8 +45,8 @@ static void story(int32_t on_error, int32_t level)
     CHECK(lines.others == 0 && lines.lines[0] == 0);
     CHECK(lines.lines[ICORAY_LOG_ERROR] == (off && level >= ICORAY_LOG_ERROR));
     CHECK(!off || level < ICORAY_LOG_ERROR || strstr(lines.last[ICORAY_LOG_ERROR], "2 failures in a row") != NULL);
-    /* The argument, the scene whose field nobody has set, and two frames; what is off is not logged again and again. */
-    CHECK(lines.lines[ICORAY_LOG_WARN] == told + (off ? 3 : 5) * warns);
+    /* The argument, the scene whose field is not set, and two frames; what is off is not logged again and again. */
+    CHECK(lines.lines[ICORAY_LOG_WARN] == logs + (off ? 3 : 5) * warns);
     CHECK(warns == 0 || strstr(lines.last[ICORAY_LOG_WARN], "\"q\"") != NULL);
     CHECK(lines.lines[ICORAY_LOG_INFO] == (level >= ICORAY_LOG_INFO));
     CHECK(level < ICORAY_LOG_INFO || strstr(lines.last[ICORAY_LOG_INFO], ".png") != NULL);
@@ -54,7 +54,7 @@ static void story(int32_t on_error, int32_t level)
     CHECK(level < ICORAY_LOG_DEBUG || strstr(lines.last[ICORAY_LOG_DEBUG], "left out") != NULL);
 }
 
-/* A frame that fails when it is written is logged once, by whichever call tells of it. */
+/* A frame that fails when it is written is logged once, by the call that returns its failure. */
 static void late(int by_close, int32_t on_error)
 {
     icoray_config config = good_config;
@@ -76,7 +76,7 @@ static void late(int by_close, int32_t on_error)
     "[[volumes]]\nfield = \"" field "\"\n"                                                                             \
     "transfer = { map = \"viridis\", range = [0, 2], opacity = [[0, 0.1], [2, 0.9]] }\n"
 
-/* Holes of a grid, and fields without values, are told of once. */
+/* Holes of a grid, and fields without values, are logged once. */
 static void oddities(void)
 {
     static const char scene[] = "backend = \"cpu\"\n[image]\nwidth = 16\nheight = 16\n"

@@ -81,7 +81,7 @@ void long_messages(void)
     CHECK(longest > 300);
 }
 
-/* What a later call says of it. */
+/* The message of a later call. */
 void given_and_refused(void)
 {
     icoray_ctx *ctx = opened();

@@ -1,7 +1,7 @@
-/* Several grids and sets of layers in one context, asked for by names that are not there. */
+/* Several grids and sets of layers in one context, and unknown names of these. */
 #include "refusals.h"
 
-/* Says what the field "n" is called, with strings that last no longer than the call. */
+/* Describes the field "n", with strings that are freed after the call. */
 static void described(icoray_ctx *ctx)
 {
     char name[] = "n", long_name[] = "gr\xc3\xb6\xc3\x9f" "e of n", units[] = "m s-1";
@@ -42,7 +42,7 @@ void names(icoray_ctx *ctx)
     }
     trying = "";
 
-    /* A name is copied, and tells grids apart: a field of the one does not fit the other. */
+    /* A name is copied, and distinguishes grids: a field of the one does not fit the other. */
     grid.name = layers.name = name;
     OK(icoray_grid_set(ctx, &grid));
     OK(icoray_layers_set(ctx, &layers));
@@ -82,6 +82,6 @@ void names(icoray_ctx *ctx)
     CHECK(says("names_5.png", "gr\xc3\xb6\xc3\x9f" "e of n") && says("names_5.png", "m s-1"));
     CHECK(is_picture("names_6.png") && !says("names_6.png", "long name") && !says("names_6.png", "units"));
     CHECK(is_picture("names_3.png") && !file_exists("names_4.png"));
-    OK(icoray_mesh_free(&fine)); /* nobody reads it any more */
+    OK(icoray_mesh_free(&fine)); /* no context reads it any more */
     OK(icoray_scene_text(ctx, good_scene));
 }

@@ -83,7 +83,7 @@ static void in_a_row(int32_t limit)
     OK(icoray_close(&ctx));
 }
 
-/* Frames that fail when they are written count as well, and are told. */
+/* Frames that fail when they are written count as well, and are reported. */
 static void late(int is_async)
 {
     icoray_config config = good_config;

@@ -1,9 +1,9 @@
-/* Whether a step is drawn, asked in every wrong way; and steps that are not due. */
+/* Wrong calls of icoray_wants, and steps that are not due. */
 #include "refusals.h"
 
 #include <math.h>
 
-/* What is due, asked of the whole context and of a field, and what execute makes of it. */
+/* Steps that are due, by icoray_wants, by icoray_wants_field and in icoray_execute. */
 static void due(icoray_ctx *ctx)
 {
     static const struct {

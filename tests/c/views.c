@@ -1,7 +1,7 @@
 /*
  * Scene files of several views: views <directory>
  *
- * The same run twice, in the call and from copies; abi.rs looks at the pictures and at what is kept of them.
+ * The same run twice, in the call and from copies; abi.rs compares the pictures and their lists.
  */
 #include "pictures.h"
 
@@ -100,7 +100,7 @@ static void run(const char *directory, int in_background)
     OK(icoray_close(&ctx));
 }
 
-/* What is wrong with one view keeps no other from being drawn; the first failure is told. */
+/* A failure of one view does not stop the others; the first failure is returned. */
 static void failures(const char *directory, int in_background)
 {
     static const char parts[] =
@@ -130,7 +130,7 @@ static void failures(const char *directory, int in_background)
     OK(icoray_close(&ctx));
 }
 
-/* Told with line and key; the script before stays. */
+/* The message names line and key; the script before stays. */
 static void refused_scripts(const char *directory)
 {
     static const struct {

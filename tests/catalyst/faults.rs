@@ -26,12 +26,12 @@ fn no_failure_ends_the_host() {
     ];
     for (fault, scene, said, drawn) in cases {
         let run = prepared(directory, &format!("fault {fault} {scene}"), "flat");
-        let told = host.run(3, &run, &[scene, "wedges", "flat", "4", "column", fault]);
-        assert!(told.contains("icoray: warning: ") && told.contains(said), "{fault}: {told}");
-        assert!(told.lines().all(|line| line.len() < 480), "{told}");
+        let log = host.run(3, &run, &[scene, "wedges", "flat", "4", "column", fault]);
+        assert!(log.contains("icoray: warning: ") && log.contains(said), "{fault}: {log}");
+        assert!(log.lines().all(|line| line.len() < 480), "{log}");
         // No picture is said to lack what a host of Catalyst has never heard of.
-        assert!(!told.contains("was called before"), "{told}");
-        assert_eq!(pictures_of(&run).len(), drawn, "{fault}: {told}");
+        assert!(!log.contains("was called before"), "{log}");
+        assert_eq!(pictures_of(&run).len(), drawn, "{fault}: {log}");
     }
     // Another Conduit than is known.
     let other = Host::of_kind(directory, "OTHER_CONDUIT", true);
@@ -43,8 +43,8 @@ fn no_failure_ends_the_host() {
     assert!(!stdout.contains("returned") && pictures_of(&run).is_empty(), "{stdout}");
     let run = prepared(directory, "in the way", "flat");
     std::fs::write(run.join("pictures"), "").unwrap();
-    let told = host.run(2, &run, &["scene.toml", "wedges", "flat", "1", "column"]);
-    assert!(told.contains("icoray: warning: ") && told.contains("pictures"), "{told}");
+    let log = host.run(2, &run, &["scene.toml", "wedges", "flat", "1", "column"]);
+    assert!(log.contains("icoray: warning: ") && log.contains("pictures"), "{log}");
 }
 
 /// Files for `catalyst_replay`: where they cannot be made, the double ends the process, as the real one does.
@@ -58,10 +58,10 @@ fn files_of_calls_that_cannot_be_made_do_not_end_the_host() {
             let run = prepared(directory, &format!("{name} on {ranks}"), "flat");
             let mut command = host.command(ranks, &run, &["scene.toml", "wedges", "flat", "2", "column"]);
             command.env("CATALYST_DATA_DUMP_DIRECTORY", run.join(name));
-            let told = ended_well(ranks, command);
-            assert_eq!(told.matches("no files for catalyst_replay are written: ").count(), warnings, "{told}");
-            assert_eq!(std::fs::read_dir(run.join(name)).map_or(0, Iterator::count), files, "{told}");
-            assert_eq!(pictures_of(&run).len(), 3, "{told}");
+            let log = ended_well(ranks, command);
+            assert_eq!(log.matches("no files for catalyst_replay are written: ").count(), warnings, "{log}");
+            assert_eq!(std::fs::read_dir(run.join(name)).map_or(0, Iterator::count), files, "{log}");
+            assert_eq!(pictures_of(&run).len(), 3, "{log}");
         }
     }
 }
@@ -75,7 +75,7 @@ fn a_full_disk_does_not_end_the_host() {
     std::fs::create_dir(run.join("pictures")).unwrap();
     let inner = host.command(2, &run, &["scene.toml", "wedges", "flat", "10", "column"]);
     let Some(outer) = with_small_disk(&inner, "24k", "pictures") else { return };
-    let told = ended_well(2, outer);
-    assert!(told.contains("No space left on device"), "{told}");
-    assert!(told.matches("icoray: warning").count() < 12, "{told}");
+    let log = ended_well(2, outer);
+    assert!(log.contains("No space left on device"), "{log}");
+    assert!(log.matches("icoray: warning").count() < 12, "{log}");
 }

@@ -93,10 +93,10 @@ impl Host {
 
 pub(super) fn ended_well(ranks: usize, mut host: Command) -> String {
     let output = succeeded(&mut host);
-    let told = text(&output.stdout) + &text(&output.stderr);
-    assert_eq!(told.matches("the host ended well").count(), ranks, "{told}");
-    assert!(!told.contains("returned") && told.contains("implementation icoray"), "{told}");
-    told
+    let log = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(log.matches("the host ended well").count(), ranks, "{log}");
+    assert!(!log.contains("returned") && log.contains("implementation icoray"), "{log}");
+    log
 }
 
 /// A new directory of that name.

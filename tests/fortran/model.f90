@@ -1,4 +1,4 @@
-!> What the pictures share: a mesh, a field on it, and contexts that draw it.
+!> Shared by the pictures: a mesh, a field on it, and contexts that draw it.
 module model
   use icoray
   use check
@@ -9,7 +9,7 @@ module model
   integer, parameter, public :: nz = 4
   real(real64), parameter, public :: planet = 6371220.0_real64
   real(real64), parameter, public :: radius(nz) = planet + [0.0_real64, 4e3_real64, 9e3_real64, 20e3_real64]
-  !> What a picture must not show: values beyond the grid's.
+  !> Values beyond the grid's, which a picture must not show.
   real(real32), parameter, public :: garbage = 1e30_real32
   character(len=:), allocatable, public :: directory
   integer, public :: pixels

@@ -1,4 +1,4 @@
-!> What is wrong is refused with its status and a message that has the number, and nothing stops.
+!> Wrong calls are refused with a status and a message that has the number; the program continues.
 module refusals
   use icoray
   use check
@@ -338,7 +338,7 @@ contains
     call icoray_execute(ctx, 1, 0.0_real64)
     call refused(ctx, ICORAY_OK, ICORAY_OK, 'icoray_grid_set')
     call expect(lines == 1 .and. level_seen == ICORAY_LOG_WARN .and. index(line_seen, 'icoray_grid_set') > 0, 'the log')
-    ! What this module refuses is logged, and remembered by the library.
+    ! Refusals of this module are logged, and stored by the library.
     lon = [tables%lon_center, tables%lon_center]
     associate (t => tables)
       call icoray_grid_set(ctx, lon(2::2), t%lat_center, t%lon_corner, t%lat_corner, t%cell_corner, t%corner_cell, &

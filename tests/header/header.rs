@@ -1,5 +1,5 @@
-//! What is checked in is what its sources generate: the interfaces of C and Fortran from `crates/icoray-capi`, and what
-//! the types of Python and the book state of a frame's figures, from the list of `icoray-output`.
+//! Checked-in files equal those that their sources generate: the interfaces of C and Fortran from `crates/icoray-capi`,
+//! and the figures of a frame in Python's types and the book from the list of `icoray-output`.
 
 use icoray_output::figures::{ABOUT, FIGURES, Figure, Scope};
 use minijinja::context;

@@ -14,7 +14,7 @@ fn isosurfaces(count: u32) -> String {
 
 /// A picture of eight isosurfaces among 1.3 million values takes more than a millisecond, however few pixels it has.
 #[test]
-fn what_takes_too_long_gets_coarser_and_ends() {
+fn slow_scenes_of_viewers_get_coarser_and_end() {
     let Watched { folder: _kept, to, mut model, viewer } =
         Watched::start("large", &format!("{SCENE}[live]\ntime_budget_ms = 1\n"));
     assert_eq!(viewer.set(&isosurfaces(8)).status, 200);
@@ -43,7 +43,7 @@ fn what_takes_too_long_gets_coarser_and_ends() {
 
 /// Eight lit volumes and isosurfaces, where the model's own scene shows one without light.
 #[test]
-fn what_takes_too_much_memory_is_refused_with_the_bytes() {
+fn scenes_beyond_the_memory_budget_are_refused_with_the_bytes() {
     let Watched { folder: _kept, to, mut model, viewer } = Watched::start("large", &format!("{SCENE}{LIVE}"));
     let volumes = [r#"{"field":"f"}"#; 8].join(",");
     let changes = format!(

@@ -1,4 +1,4 @@
-//! A model that draws a step when it is told to.
+//! A model that draws a step on request.
 
 use super::viewer::Viewer;
 use super::{drawn, written};
@@ -10,7 +10,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::thread;
 use tempfile::TempDir;
 
-/// A program that draws a step when it is told to.
+/// A program that draws a step on request.
 pub struct Model {
     child: Child,
     input: Option<ChildStdin>,
@@ -112,7 +112,7 @@ fn with_arguments(mut command: Command, to: &Path, scene: &Path, way: &str) -> C
     command
 }
 
-/// The picture of a step of a model that nobody watches.
+/// The picture of a step of a model without viewers.
 pub fn drawn_alone(
     run: impl Fn(&Path, &Path) -> Command,
     folder: &Path,

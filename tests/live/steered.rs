@@ -1,4 +1,4 @@
-//! What viewers set and ask, on one process and over ranks.
+//! Changes and questions of viewers, on one process and over ranks.
 
 use super::model::{Model, Watched, drawn_alone, one_process, over_ranks};
 use super::{LIVE, SCENE, drawn};
@@ -75,8 +75,7 @@ fn watch(run: impl Fn(&Path, &Path) -> Command) {
     assert!(log.contains("step 1: a viewer has set camera.lon, transfer.map"), "{log}");
     assert!(!to.join("live.url").exists());
 
-    // The scene that was kept draws the same without anybody who watches; one that nobody watches does as without
-    // [live].
+    // The saved scene draws the same without viewers; [live] without viewers changes no picture.
     for (name, scene, step) in [("kept", kept.replace(LIVE, ""), last), ("plain", SCENE.to_owned(), 0)] {
         assert!(drawn_alone(&run, folder, name, &scene, step) == drawn(&to, step), "{name}");
     }

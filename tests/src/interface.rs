@@ -1,6 +1,6 @@
 //! The declarations of `icoray.h` and `icoray.f90`, read from their texts in one form, to compare them.
 //!
-//! No parser of C or Fortran: it reads what cbindgen writes and how `icoray.f90` is written, and panics at the rest.
+//! The parsers read only the forms that cbindgen writes and `icoray.f90` has, and panic at others.
 
 use std::collections::BTreeMap;
 
@@ -91,36 +91,36 @@ impl Interface {
         }
     }
 
-    /// What a C header has that a Fortran module does not have, or has otherwise, and what is too much there.
+    /// Items of a C header that a Fortran module lacks or has in another form, and superfluous items there.
     pub fn differences(&self, fortran: &Self) -> Vec<String> {
         // A plain address may stand for that of a string or of what is only read.
         let fits = |c: &str, f: &str| c == f || (f == "ptr" && (c == "in text" || c.starts_with("in ref ")));
-        let mut told = Vec::new();
-        compare(&mut told, &self.functions, &fortran.functions, |c, f| {
+        let mut differences = Vec::new();
+        compare(&mut differences, &self.functions, &fortran.functions, |c, f| {
             c.len() == f.len() && c.iter().zip(f).all(|(c, f)| fits(c, f))
         });
-        compare(&mut told, &self.structs, &fortran.structs, |c, f| {
+        compare(&mut differences, &self.structs, &fortran.structs, |c, f| {
             c.len() == f.len() && c.iter().zip(f).all(|(c, f)| c.0 == f.0 && fits(&c.1, &f.1))
         });
-        compare(&mut told, &self.constants, &fortran.constants, PartialEq::eq);
-        told
+        compare(&mut differences, &self.constants, &fortran.constants, PartialEq::eq);
+        differences
     }
 }
 
 fn compare<T: std::fmt::Debug>(
-    told: &mut Vec<String>,
+    differences: &mut Vec<String>,
     ours: &BTreeMap<String, T>,
     theirs: &BTreeMap<String, T>,
     same: impl Fn(&T, &T) -> bool,
 ) {
     for (name, a) in ours {
         match theirs.get(name) {
-            None => told.push(format!("{name}: missing")),
-            Some(b) if !same(a, b) => told.push(format!("{name}: {a:?} and {b:?}")),
+            None => differences.push(format!("{name}: missing")),
+            Some(b) if !same(a, b) => differences.push(format!("{name}: {a:?} and {b:?}")),
             Some(_) => {}
         }
     }
-    told.extend(theirs.keys().filter(|name| !ours.contains_key(*name)).map(|name| format!("{name}: too much")));
+    differences.extend(theirs.keys().filter(|name| !ours.contains_key(*name)).map(|name| format!("{name}: too much")));
 }
 
 /// Where a Fortran declaration stands.

@@ -1,4 +1,4 @@
-//! Sizes, offsets and numbers of the ABI, which C and Fortran must see as Rust does.
+//! Sizes, offsets and numbers of the ABI, which must be the same in C, Fortran and Rust.
 
 use std::fmt::Write;
 

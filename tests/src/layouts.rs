@@ -11,7 +11,7 @@ pub const NPROMA: usize = 50;
 pub struct Layout {
     /// Whose it is.
     pub name: &'static str,
-    /// How the library is told, from columns and layers.
+    /// Its description for the library, from columns and layers.
     pub shape: fn(usize, usize) -> Shape,
     /// Length of the array, from columns and layers.
     pub len: fn(usize, usize) -> usize,

@@ -1,4 +1,4 @@
-//! Programs in C against the library as a model has it: compiled and run.
+//! Compiles and runs programs in C that link the library as a model does.
 
 use crate::programs::Program;
 use icoray_test_support::{Need, runs, skip};
@@ -122,8 +122,8 @@ pub fn valgrind(directory: &Path) -> Command {
     command
 }
 
-/// A command that runs `inner` with a small file system at `place`, of so many bytes as mount has them, which nobody
-/// else sees and which goes with the command. Skips the test where the user may mount none.
+/// A command that runs `inner` with a small file system at `place`, of `bytes` in mount's notation, in a mount
+/// namespace that ends with the command. Skips the test where the user may mount none.
 pub fn with_small_disk(inner: &Command, bytes: &str, place: &str) -> Option<Command> {
     let directory = inner.get_current_dir().unwrap_or(Path::new("."));
     let script = format!("mount -t tmpfs -o size={bytes} none {place} && exec \"$@\"");

@@ -118,7 +118,7 @@ static CHECKS: &[Check] = &[
     check("the book", WithAll, Ordered, the_book),
 ];
 
-/// What `--all` adds to the default run.
+/// Checks that `--all` adds to the default run.
 const ADDED: &str = "GPU and MPI with their tests, pictures against references, valgrind, long counts of rays, \
                      damaged grids and frames, the Python package, each feature alone, programs linked with the \
                      installed library, slow commands of the pages, the book (about 30 minutes on 2 cores)";

@@ -121,7 +121,7 @@ pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -
 pub struct Built {
     shared: PathBuf,
     archive: PathBuf,
-    /// What was asked for besides the libraries: its path below the prefix, and the file.
+    /// Requested files besides the libraries: the path below the prefix, and the file.
     others: Vec<(PathBuf, PathBuf)>,
 }
 

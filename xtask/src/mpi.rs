@@ -1,4 +1,4 @@
-//! One MPI for everything: the C compiler that rsmpi is built for, the Fortran compiler of the model, and the launcher.
+//! Selects one MPI: the C compiler for rsmpi, the Fortran compiler for the model, and the launcher.
 //!
 //! A machine may have Open MPI and another MPI, and Debian selects `mpicc` and `mpirun` independently.
 

@@ -86,7 +86,7 @@ pub struct DemoOptions {
     /// Directory of the pictures [default: out/demo in the workspace]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What renders; auto takes a GPU if there is one. With auto or gpu the library is built with GPUs
+    /// Device that renders; auto takes a GPU if there is one. With auto or gpu the library is built with GPUs
     #[arg(long, value_name = "WHO", value_parser = ["auto", "cpu", "gpu"])]
     pub backend: Option<String>,
     /// Simulated days of the tracer model

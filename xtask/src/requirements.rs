@@ -11,7 +11,7 @@ use crate::{libclang, mpi};
 pub struct Package {
     /// Its name in Debian.
     pub name: &'static str,
-    /// What it is for, as text in brackets after its name.
+    /// Its purpose, as text in brackets after its name.
     pub purpose: &'static str,
     seen: Seen,
 }
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_machine_lacks_is_reported_in_the_words_of_its_tools() {
+    fn missing_packages_are_reported_in_the_words_of_the_tools() {
         let lacking = debian("x", "nothing", Shell("no-such-program --version"));
         assert!(lacking.check().unwrap_err().contains("no-such-program: not found"));
         assert_eq!(debian("x", "nothing", Shell("false")).check(), Err("false".into()));

@@ -1,4 +1,4 @@
-//! Work done side by side, as much at a time as there are processors.
+//! Runs tasks in parallel, as many at a time as there are processors.
 
 use std::sync::{Mutex, PoisonError};
 use std::thread;

@@ -21,7 +21,8 @@ struct Missing<'a> {
 /// Installs the packages of `needed` that the machine lacks, if `install` allows it.
 ///
 /// # Errors
-/// What is missing and what to type, if it cannot be installed; what is still missing after it was installed.
+/// The missing packages and the command that installs them, if they cannot be installed; packages that are missing
+/// after the installation.
 pub fn provide(needed: &[&Package], install: bool, step: &mut Step) -> Result<(), Error> {
     let missing = missing(needed);
     if missing.is_empty() {

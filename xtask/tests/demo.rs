@@ -138,7 +138,7 @@ fn a_c_compiler_is_enough() {
 }
 
 #[test]
-fn what_is_missing_is_installed_at_once() {
+fn missing_packages_are_installed_at_once() {
     let machine = Machine::new(&[]);
     machine.add("bin/apt-get", APT_GET);
     machine.add("later", OPEN_MPI);

@@ -1,4 +1,4 @@
-//! Exported: whether a step is drawn, drawing it, and what that cost.
+//! Exported: queries of the steps to draw, drawing, and the report of a frame.
 
 use crate::borrow::{argument, check_struct, text};
 use crate::boundary::{Failure, Outcome};
@@ -16,10 +16,10 @@ fn finite(time_s: f64) -> Outcome<()> {
 /// icoray_execute decides. A time of a scene (`at_times`) is due at the first icoray_execute at or after that time.
 ///
 /// The call is local and without communication. On all ranks of icoray_open that give the same step and time_s the
-/// answer is the same, whatever calls have failed on some of them: it depends only on the arguments and on what
-/// collective calls have agreed on (the scene, the last icoray_execute, whether the context is switched off). All ranks
-/// therefore reach or skip `if (wants) icoray_execute` together. With a time_s that is not finite
-/// (ICORAY_ERR_ARGUMENT) *wants is what the step alone says; after other failures it is 0.
+/// answer is the same, also after calls that failed on some of them: it depends only on the arguments and on state that
+/// collective calls change (the scene, the last icoray_execute, whether the context is switched off). All ranks
+/// therefore reach or skip `if (wants) icoray_execute` together. With a time_s that is not finite (ICORAY_ERR_ARGUMENT)
+/// *wants is the answer for the step alone; after other failures it is 0.
 ///
 /// # Safety
 /// `ctx` is open; `wants` is NULL or writable.

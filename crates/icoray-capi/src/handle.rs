@@ -147,8 +147,8 @@ pub(crate) unsafe fn with(ctx: *const icoray_ctx, call: impl FnOnce(&mut Context
     }
 }
 
-/// As [`with`], for a call that first waits for frames in the background. The wait is collective, whatever fails on
-/// some ranks.
+/// As [`with`], for a call that first waits for frames in the background. The wait is collective, also after failures
+/// on some ranks.
 ///
 /// # Safety
 /// As [`with`].

@@ -39,9 +39,10 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
 /// which icoray makes and owns: both arrays are read during the call only. Fields at centres have a value for each point.
 ///
 /// The points cover the sphere or regions: a triangle whose circumcircle is more than 5 times as large as others at its
-/// points lies outside. Of points less than 3e-7 rad (2 m on the Earth) apart, as at the poles of a lat-lon grid, one is
-/// a vertex of triangles, and the values at the others are not shown. With the ranks of icoray_open each rank gives all
-/// points, and icoray_part_set then says which of them are its columns. The same points give the same grid on all ranks.
+/// points lies outside. Of points less than 3e-7 rad (2 m on the Earth) apart, as at the poles of a lat-lon grid, one
+/// is a vertex of triangles, and the values at the others are not shown. With the ranks of icoray_open each rank gives
+/// all points, and icoray_part_set then states which of them are its columns. The same points give the same grid on all
+/// ranks.
 ///
 /// - `name`: the name of the grid, for contexts with several grids; NULL is the unnamed grid. It replaces a grid of that
 ///   name, as icoray_grid_set does, and waits for frames as that does.
@@ -209,11 +210,11 @@ pub unsafe extern "C" fn icoray_heights_set_ndarray(
     }
 }
 
-/// Records that a binding of another language has refused what the model gave to `call`, before it called this
-/// library: the message is that of the context's last failed call and is logged, and an icoray_execute that lacks what
-/// was refused says why. An array that icoray_field_set had for a field is not read any more. The Fortran module calls
-/// this function. Returns `status`, or ICORAY_ERR_ARGUMENT if that is none of ICORAY_ERR_NULL, ICORAY_ERR_ARGUMENT and
-/// ICORAY_ERR_ORDER.
+/// Records that a binding of another language has refused what the model gave to `call`, before it called this library:
+/// the message is that of the context's last failed call and is logged, and an icoray_execute that lacks what was
+/// refused states the reason. An array that icoray_field_set had for a field is not read any more. The Fortran module
+/// calls this function. Returns `status`, or ICORAY_ERR_ARGUMENT if that is none of ICORAY_ERR_NULL,
+/// ICORAY_ERR_ARGUMENT and ICORAY_ERR_ORDER.
 ///
 /// - `call`: the name of the function, such as "icoray_field_set".
 /// - `name`: the name of the grid, layers or field; NULL or "" if it has none.

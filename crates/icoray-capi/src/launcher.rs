@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn launchers_say_how_many_ranks_there_are() {
+    fn launchers_state_the_number_of_ranks() {
         let from_variables = |set: &[(&str, &str)]| {
             of_launcher(|name| set.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned()))
         };

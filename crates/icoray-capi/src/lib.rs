@@ -4,13 +4,13 @@
 //! memory); [`boundary`] statuses, messages and panics; [`host`] the host's floating-point state and signals;
 //! [`memory`] allocation counters; [`handle`] locks of a context; [`context`] inputs and calls of a context;
 //! [`frame_inputs`] the inputs of one frame; [`drawing`] rendering and writing of frames; [`message`] the length of
-//! messages; [`ranks`] MPI communicators and agreement; [`viewer_message`] what viewers of the live page ask of all
-//! ranks; [`launcher`] the ranks that a program was started as; [`processors`] the
-//! default number of threads; [`policy`] the answer to failed frames; [`log`] the host's log. Exported functions are in
-//! [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
+//! messages; [`ranks`] MPI communicators and agreement; [`viewer_message`] requests of viewers for all ranks;
+//! [`launcher`] the ranks that a program was started as; [`processors`] the default number of threads; [`policy`] the
+//! answer to failed frames; [`log`] the host's log. Exported functions are in [`open`], [`inputs`], [`frames`],
+//! [`mesh`] and [`log`].
 //!
-//! Modules are public for bindings of other languages, which build these sources as a Rust library
-//! (`context` beside them); beside the exported functions they find [`open::open_over`], [`open::last_error`],
+//! Modules are public for bindings of other languages, which build these sources as a Rust library (`context` beside
+//! them); beside the exported functions these use [`open::open_over`], [`open::last_error`],
 //! [`inputs::set_checked_grid`], [`inputs::scene_may_need_heights`] and [`boundary::protected`].
 
 mod borrow;

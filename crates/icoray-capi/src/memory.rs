@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_peak_counts_what_is_allocated_at_once() {
+    fn the_peak_counts_bytes_that_are_allocated_at_once() {
         let size = 16 << 20;
         let before = ALLOCATED.load(Relaxed);
         drop(vec![1u8; size]);

@@ -1,4 +1,4 @@
-//! Exported: opening, closing, and what went wrong.
+//! Exported: opening and closing of contexts, and the last error.
 
 use crate::borrow::{sized, text};
 use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_by, status};
@@ -51,15 +51,15 @@ pub unsafe extern "C" fn icoray_open_serial(config: *const icoray_config, ctx: *
 /// initialises MPI before, at any thread level, and finalises it after icoray_close.
 ///
 /// icoray_open, icoray_part_set, icoray_scene_load, icoray_scene_text, icoray_execute, icoray_wait and icoray_close are
-/// collective: all ranks call them in the same order, whatever calls have failed before, and get the same status. All
-/// other calls are local, and their failures differ from rank to rank: the next icoray_execute that needs what failed
-/// has the status on all ranks. icoray_wants is local with the same answer on all ranks. MPI is called only inside
-/// collective calls, on their thread, and with async_render in every call on the thread that opened the context.
+/// collective: all ranks call them in the same order, also after failed calls, and get the same status. All other calls
+/// are local, and their failures differ from rank to rank: the next icoray_execute that needs a refused input has the
+/// status on all ranks. icoray_wants is local with the same answer on all ranks. MPI is called only inside collective
+/// calls, on their thread, and with async_render in every call on the thread that opened the context.
 ///
 /// With async_render (the same on all ranks) icoray_execute copies the fields and returns; a thread of each rank
-/// renders. Calls of MPI remain the model's: each call on the context moves messages between the threads on, half a
-/// millisecond at most, and waits for nobody; icoray_wait, icoray_close, and an icoray_execute that draws while the
-/// frame before is not finished, wait until it is on all ranks.
+/// renders. MPI is called on the model's thread: each call on the context transfers the messages of the threads, for
+/// half a millisecond at most, and never blocks. Only icoray_wait, icoray_close, and an icoray_execute that draws while
+/// the previous frame is not finished wait until that frame is finished on all ranks.
 ///
 /// Ranks of a node share memory for data that all of them need. The environment variable ICORAY_NODE_RANKS limits how
 /// many ranks share it; with 1, none do.

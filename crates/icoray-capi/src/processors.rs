@@ -9,7 +9,7 @@ use std::thread::available_parallelism;
 /// Collective.
 pub(crate) fn share(ranks: &mut Ranks) -> Outcome<usize> {
     let sharing = ranks.sharing_processors(&mask())?;
-    // Beside the mask this knows the limits of containers.
+    // Beside the mask this respects the limits of containers.
     let mine = available_parallelism().map_or(1, NonZero::get);
     Ok((mine / sharing).max(1))
 }

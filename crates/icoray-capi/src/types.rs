@@ -43,7 +43,7 @@ pub enum icoray_status {
     ICORAY_ERR_FORKED = 15,
     /// MPI is not initialised or has failed, or ranks differ in call, step, scene or data.
     ICORAY_ERR_MPI = 16,
-    /// A grid or a frame needs more memory than there is; the message says how many bytes are missing.
+    /// A grid or a frame needs more than the available memory; the message states the missing bytes.
     ICORAY_ERR_MEMORY = 17,
 }
 
@@ -128,8 +128,8 @@ pub struct icoray_config {
     pub disable_after: i32,
     /// Nonzero: icoray_execute copies the fields that the step's pictures need, each once, and returns; a thread
     /// renders from the copies. Only one step is in progress: icoray_execute first waits for the frames of the step
-    /// before. Over several ranks it must be the same on all; icoray_open says how their messages are moved on. A scene
-    /// with async_render = true switches it on when it is loaded, until the context is closed.
+    /// before. Over several ranks it must be the same on all; icoray_open describes the transfer of their messages. A
+    /// scene with async_render = true switches it on when it is loaded, until the context is closed.
     pub async_render: i32,
     /// Number of frames that may wait for the writing thread, 1 to 1024; 0 is 2.
     pub writer_queue: i32,
@@ -283,8 +283,8 @@ pub struct icoray_array {
     pub r#type: i32,
     /// ICORAY_CENTER or ICORAY_CORNER.
     pub location: i32,
-    /// Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by
-    /// icoray_execute, which says what it looks like.
+    /// Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by icoray_execute,
+    /// whose message names the likely location.
     pub columns: i64,
     /// Number of layers: count of icoray_layers, or count - 1; or 1 of a 2D field, which has the same values on all
     /// layers. A volume of a 2D field is shown as a surface on the innermost layer, unless the scene gives it an opacity.

@@ -11,7 +11,7 @@ use crate::team;
 use icoray::{Error, ErrorKind, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is drawn, and with whom.
+/// The context of a host, its grids and its other ranks.
 pub struct Adaptor {
     /// Dropped first, as it reads what follows.
     context: Context,
@@ -180,7 +180,7 @@ impl Adaptor {
                     self.context.refuse_field(&name, &error.to_string());
                     refused.insert(name);
                 }
-                // Nobody has asked for it.
+                // The scene does not name the field.
                 Err(_) => {}
             }
         }
@@ -240,7 +240,7 @@ impl Adaptor {
         self.copies.push(values);
     }
 
-    /// Fills in what is known of the last frame.
+    /// Adds the report of the last frame.
     pub fn fill_results(&mut self, to: Node) {
         // A context without a report says so in the log.
         let report = if self.may_have_report { self.context.report() } else { None };

@@ -27,7 +27,7 @@ impl<'a> Channel<'a> {
         all.map(channel).collect()
     }
 
-    /// What a message says of it.
+    /// Its description in messages.
     fn described(&self) -> String {
         if let Err(error) = &self.mesh {
             return format!("channel {}: {error}", self.name);

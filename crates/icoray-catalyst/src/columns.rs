@@ -1,7 +1,7 @@
 //! Columns of points and elements, found by following the vertical edges of prisms.
 //!
-//! A vertical edge joins a point with the one above it in the same column, whatever the order of points and elements is
-//! and however thin layers are: nothing is rounded. Which end of a column is inner is seen from the radii of its ends.
+//! A vertical edge joins a point with the one above it in the same column, for any order of points and elements and for
+//! layers of any thickness: nothing is rounded. The radii of a column's ends determine which of them is the inner one.
 
 use crate::elements::Elements;
 use glam::DVec3;
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_no_columns_is_refused() {
+    fn elements_without_columns_are_refused() {
         let place = |point: u32| DVec3::new(0.0, 0.0, 1.0 + f64::from(point / 4));
         let refused = |table: &[i64], points| Columns::find(&elements(table, points), place).unwrap_err().to_string();
         let contains = |message: String, part: &str| assert!(message.contains(part), "{message}");

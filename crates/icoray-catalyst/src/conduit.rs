@@ -1,12 +1,12 @@
 //! Nodes of Conduit, by functions that are found in the host's process.
 //!
-//! libcatalyst has Conduit inside, under names that begin with `catalyst_`, or links an external one. Which of them the
-//! host has is found at run time, so that this library is built without either.
+//! libcatalyst contains Conduit, under names that begin with `catalyst_`, or links an external one. The host's is found
+//! at run time, so that this library is built without either.
 //!
-//! Behind its C interface Conduit is C++ and throws, and no exception may reach Rust. Whatever it throws for (a path that
-//! does not exist, a child beyond their number, a value of another type) is asked before each call. Exhausted memory
-//! remains: C++ then ends the process, as Rust does where one of its own small allocations fails.
-//! Reference: Conduit's C interface, `conduit_node.h` and `conduit_datatype.h`.
+//! Behind its C interface Conduit is C++ and throws, and no exception may reach Rust. The conditions under which it
+//! throws (a path that does not exist, a child beyond their number, a value of another type) are checked before each
+//! call. Exhausted memory remains: C++ then ends the process, as Rust does where one of its own small allocations
+//! fails. Reference: Conduit's C interface, `conduit_node.h` and `conduit_datatype.h`.
 
 mod array;
 mod symbols;
@@ -194,7 +194,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// What a message says of a node: its type, or the names of its children.
+    /// Description of a node in messages: its type, or the names of its children.
     pub fn described(self) -> String {
         match self.text() {
             Some(text) => format!("{text:?}"),

@@ -9,7 +9,7 @@ use crate::strides::Strides;
 use icoray::{Error, ErrorKind, Result};
 use serde::{Deserialize, Serialize};
 
-/// What ranks without elements must know of a field that others have.
+/// Properties of a field of other ranks, for ranks without elements.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FieldKind {
     pub is_at_elements: bool,
@@ -124,7 +124,7 @@ pub fn set(
 /// Sets a field that other ranks have on a rank that has no elements.
 ///
 /// # Errors
-/// What the context returns.
+/// Those of the context.
 pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, on: NamedGrid) -> Result<()> {
     let strides = Strides::by_column(kind.layout(on.grid).layers);
     context.set_field(name, &kind.values(on, std::ptr::dangling::<f64>().cast(), strides))

@@ -35,7 +35,7 @@ pub struct HostGrid {
 #[derive(Default)]
 pub struct HostMesh(Option<Box<Mesh>>);
 
-/// What a grid is made with.
+/// Inputs of a grid.
 pub struct Setting<'a> {
     /// The name of the grid and its layers.
     pub name: &'a str,
@@ -50,7 +50,7 @@ struct Fingerprint {
     coordinates: u128,
 }
 
-/// What a rank has to do about its mesh.
+/// The change of a rank's mesh since the last call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 enum Change {
     None,

@@ -48,7 +48,7 @@ pub struct Implementation {
     results: unsafe extern "C" fn(*mut RawNode) -> c_int,
 }
 
-/// What libcatalyst looks for.
+/// The symbol that libcatalyst loads.
 #[unsafe(no_mangle)]
 pub static catalyst_api_impl: Implementation =
     Implementation { version: 1, initialize, execute, finalize, about, results };

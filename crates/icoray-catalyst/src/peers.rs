@@ -32,8 +32,8 @@ impl Peers {
         team.share(&bytes)?.iter().map(|bytes| postcard::from_bytes(bytes).map_err(failed)).collect()
     }
 
-    /// What `work` makes of this rank's data, if no rank fails; a panic is a failure too, and no rank waits for one that
-    /// had one. Collective.
+    /// The result of `work` on this rank's data, if no rank fails. A panic is a failure too; no rank waits for one that
+    /// panicked. Collective.
     ///
     /// # Errors
     /// As [`Self::share_all`].
@@ -43,7 +43,7 @@ impl Peers {
         mine
     }
 
-    /// What all ranks have, or the failure of the first one that failed. Collective.
+    /// The values of all ranks, or the failure of the first one that failed. Collective.
     ///
     /// # Errors
     /// The failure of a rank, with its number, the same on all; [`ErrorKind::Mpi`] as [`Self::share`].

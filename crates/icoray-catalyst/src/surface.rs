@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// What a rank has of a mesh.
+/// A rank's piece of a mesh.
 #[derive(Debug, Default, Clone, Serialize, Deserialize)]
 pub struct Piece {
     /// Number of points in a column; 0 on a rank without elements.

@@ -27,7 +27,7 @@ pub struct Args {
     /// Pictures per second, 0.001 to 1000
     #[arg(long, value_name = "N", default_value_t = 10.0)]
     fps: f64,
-    /// What is done with a file of the same name
+    /// Treatment of a file of the same name
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
     existing: ExistingFiles,
 }

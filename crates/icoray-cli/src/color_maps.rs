@@ -12,7 +12,7 @@ pub struct Args {
     /// The picture
     #[arg(short, long, value_name = "PICTURE.png", default_value = "colormaps.png")]
     output: PathBuf,
-    /// What is done with a file of the same name
+    /// Treatment of a file of the same name
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
     existing: ExistingFiles,
 }

@@ -48,7 +48,7 @@ pub fn begin() {
         end_process(1)
     });
     thread::spawn(|| {
-        // The parent never writes to it, and has it open until it ends, in whatever way.
+        // The parent never writes to it, and has it open until it ends or is killed.
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
         end_process(1);
     });
@@ -76,7 +76,7 @@ pub fn run_apart(input: &Input) -> Result<Option<ExitCode>> {
 fn own_program() -> Result<Command> {
     // The file of a running program may be replaced or removed; this name stays.
     let own = Path::new("/proc/self/exe");
-    let failed = |e| Error::new(ErrorKind::Io, format!("cannot find the own program: {e}"));
+    let failed = |e| Error::new(ErrorKind::Io, format!("cannot find the path of this program: {e}"));
     let path = if own.exists() { own.to_owned() } else { std::env::current_exe().map_err(failed)? };
     let mut command = Command::new(path);
     #[cfg(unix)]
@@ -149,7 +149,7 @@ fn reason(printed: &str) -> Option<String> {
 
 /// A description of a child's end, whose probable reason is HDF5.
 fn ending(status: ExitStatus) -> String {
-    format!("the process that read it was ended, mostly by the HDF5 library ({status}): not whole, or damaged")
+    format!("the process that read it ended ({status}), usually in the HDF5 library: incomplete or damaged")
 }
 
 #[cfg(test)]

@@ -55,9 +55,9 @@ pub struct OutputOptions {
     /// Print all lines of a picture's summary, in place of picture, field and range
     #[arg(short, long)]
     verbose: bool,
-    /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete;
-    /// never-modify keeps them, and the command fails before it draws. report.csv, and the scene's lists and
-    /// databases, are added to either way
+    /// Treatment of pictures of the same name: overwrite replaces each one when the new one is complete; never-modify
+    /// keeps them, and the command fails before it draws. report.csv, and the scene's lists and databases, are added to
+    /// either way
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
     existing: ExistingFiles,
 }

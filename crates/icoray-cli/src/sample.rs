@@ -13,7 +13,7 @@ pub struct Args {
     /// The file (.nc)
     #[arg(value_name = "SAMPLE.nc")]
     output: PathBuf,
-    /// What is done with a file of the same name
+    /// Treatment of a file of the same name
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
     existing: ExistingFiles,
 }

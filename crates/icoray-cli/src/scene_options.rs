@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// The scene file, or settings of a suggested scene.
 #[derive(clap::Args)]
 pub struct SceneOptions {
-    /// What to draw and how; without it a scene is suggested for one field of the file
+    /// The scene file; without it a scene is suggested for one field of the file
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Option<PathBuf>,
     /// Field to draw, instead of the first one that looks like a physical field (no heights or other variables of the

@@ -10,7 +10,7 @@ use icoray_dataset::TimeSelection;
 use icoray_progress::Progress;
 use std::path::Path;
 
-/// What is drawn.
+/// The files, scene and times to draw.
 #[derive(clap::Args)]
 pub struct Selection {
     #[command(flatten)]

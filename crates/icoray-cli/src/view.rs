@@ -1,4 +1,4 @@
-//! `icoray view`: a page on which a file is looked at, turned and coloured.
+//! `icoray view`: serves a page that shows a file, turns the globe and edits colours.
 
 use crate::failure::CommandResult;
 use crate::selection::{Opened, Selection};

@@ -49,7 +49,7 @@ pub struct Args {
     mesh: Vec<PathBuf>,
     #[command(flatten)]
     data_options: DataOptions,
-    /// What to draw and how
+    /// The scene file
     #[arg(long, value_name = "SCENE.toml")]
     scene: PathBuf,
     /// Directory for pictures, named by the scene or else by date and time's number, and for report.csv
@@ -212,7 +212,7 @@ impl Watch<'_> {
             self.progress.wait(format!("watching {}", self.args.directory.display()));
             for error in self.folder.read_outlines(now) {
                 let context = error.context();
-                self.print_once(&format!("skipped   {context}; it is looked at again when it changes"), out)?;
+                self.print_once(&format!("skipped   {context}; it is read again when it changes"), out)?;
             }
             let (folder, settle) = (&self.folder, self.args.settle);
             let (open, lacking) = plan::open_times(folder, &self.needed, &mut self.history, now, settle);

@@ -22,7 +22,7 @@ typedef struct {
 int grid_make(grid_tables *grid, int domain);
 void grid_free(grid_tables *grid);
 
-/* What icoray_grid_set and icoray_part_set take. */
+/* Fill the arguments of icoray_grid_set and icoray_part_set. */
 void grid_describe(const grid_tables *grid, icoray_grid *to);
 void grid_describe_part(const grid_tables *grid, icoray_part *to);
 

@@ -181,20 +181,20 @@ static int is_there(const struct t_comin_var_descriptor *wanted)
     return found;
 }
 
-/* Whether ICON tells this of a variable: asking for a key that is not there leaves an error too. */
+/* Whether a variable has this key in its metadata. The request for an absent key would leave an error. */
 static int has_key(struct t_comin_var_descriptor of, const char *key)
 {
-    int is_told = 0;
+    int is_found = 0;
     void *at = comin_metadata_get_iterator_begin(of), *end = comin_metadata_get_iterator_end(of);
     for (; !comin_metadata_iterator_compare(at, end); comin_metadata_iterator_next(at)) {
-        is_told |= strcmp(comin_metadata_iterator_get_key(at), key) == 0;
+        is_found |= strcmp(comin_metadata_iterator_get_key(at), key) == 0;
     }
     comin_metadata_iterator_delete(at);
     comin_metadata_iterator_delete(end);
-    return is_told;
+    return is_found;
 }
 
-/* Of variables of plugins ICON tells no place: they are at triangles. */
+/* ICON gives no place for variables of plugins: they are at triangles. */
 static host_place place_of(struct t_comin_var_descriptor of)
 {
     int place = COMIN_HGRID_UNSTRUCTURED_CELL;
@@ -268,7 +268,7 @@ const char *host_values_of(void *variable, host_values *values)
     memset(values, 0, sizeof *values);
     positions(variable, &column, &level, &block);
     comin_var_get_shape(variable, shape);
-    /* In ICON's containers a variable is a slice, whose strides ComIn does not tell unless it is in one piece. */
+    /* In ICON's containers a variable is a slice, whose strides ComIn gives only if it is in one piece. */
     if (column != 0 || !((level < 0 && block == 1) || (level == 1 && block == 2))) {
         return "not an array (nproma, blocks) or (nproma, levels, blocks)";
     }

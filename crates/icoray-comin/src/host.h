@@ -1,5 +1,5 @@
-/* What the plugin reads of ICON. Only host.c includes comin.h: that of ComIn 0.2 defines constants, which two files of
- * a library must not. */
+/* The data of ICON that the plugin reads. Only host.c includes comin.h: that of ComIn 0.2 defines constants, which two
+ * files of a library must not. */
 #ifndef ICORAY_COMIN_HOST_H
 #define ICORAY_COMIN_HOST_H
 
@@ -20,7 +20,7 @@ typedef struct {
     const double *heights; /* of half levels, metres, from the top (nproma, levels + 1, cell_blocks) */
 } host_domain;
 
-/* Where ICON has the values of a variable. */
+/* The location of a variable's values in ICON. */
 typedef enum { HOST_NOWHERE, HOST_TRIANGLES, HOST_EDGES, HOST_VERTICES } host_place;
 
 /* Values at triangles or vertices as ICON has them at this time. */
@@ -66,11 +66,11 @@ void host_read_domain(int id, host_domain *domain);
  * edges. In the secondary constructor only. */
 void *host_request(const char *name, int domain, host_place *place);
 
-/* Copies what ICON tells of a variable that was requested ("long_name", "units"); nothing where it tells nothing or `size`
- * bytes are too few. */
+/* Copies the metadata of a requested variable ("long_name", "units"); nothing where they are absent or `size` bytes are
+ * too few. */
 void host_describe(const char *name, int domain, const char *key, char *to, size_t size);
 
-/* Where the values of a variable are now: ICON exchanges time levels. Returns NULL or why they cannot be read. */
+/* The current address of a variable's values, as ICON swaps time levels. Returns NULL, or why they cannot be read. */
 const char *host_values_of(void *variable, host_values *values);
 
 #endif

@@ -96,7 +96,7 @@ static int request_fields(void)
     return 1;
 }
 
-/* Sets grid, part, layers and heights of a domain. Collective, whatever fails on this rank. */
+/* Sets grid, part, layers and heights of a domain. Collective, also after a failure on this rank. */
 static icoray_status set_domain(int domain, int has_heights)
 {
     grid_tables *grid = &grids[domain - 1];

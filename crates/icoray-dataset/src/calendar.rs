@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn dates_are_as_far_apart_as_their_calendar_says() {
+    fn differences_of_dates_follow_their_calendar() {
         let days = |calendar: &str| {
             let [from, to] = ["2004-02-28_12:00:00", "2004-03-01_12:00:30"].map(|date| seconds_of(date, calendar));
             Some((to? - from? - 30.0) / 86_400.0)
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_date_gives_none() {
+    fn texts_that_are_not_dates_give_none() {
         for units in ["months since 2000-01-01", "K", "days since tomorrow", "days since 2000-13-01", "days"] {
             assert_eq!(Clock::new(units, None), None, "{units}");
         }

@@ -383,7 +383,7 @@ impl Dataset {
     }
 }
 
-/// What `cell` has, read if it has nothing yet.
+/// The value of `cell`, which is read on first use.
 fn read_once<T>(cell: &OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&T> {
     match cell.get() {
         Some(known) => Ok(known),

@@ -44,7 +44,7 @@ impl Part {
         }
     }
 
-    /// What is appended to a variable's name.
+    /// Suffix of a variable's name.
     pub(crate) fn ending(self) -> &'static str {
         match self {
             Part::Mean => "",

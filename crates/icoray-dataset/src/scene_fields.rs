@@ -195,7 +195,7 @@ impl LayerInfo {
         }
         if heights.is_counted {
             let name = &heights.variable;
-            notes.push(format!("{name} only counts layers: shown evenly spaced (`heights` says where they lie)"));
+            notes.push(format!("{name} only numbers the layers: shown evenly spaced (`heights` sets their heights)"));
         }
         if heights.layers.planet_radius_m() != dataset.sphere_radius_m() {
             let radius_m = heights.layers.planet_radius_m();

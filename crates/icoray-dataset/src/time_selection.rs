@@ -148,7 +148,7 @@ impl TimeSelection {
 fn none_of(times: &[Option<String>]) -> Error {
     let dates = || times.iter().flatten();
     let context = match (dates().next(), dates().next_back()) {
-        (Some(first), Some(last)) => format!("none of the file's times, which are {first} to {last}"),
+        (Some(first), Some(last)) => format!("no time of the file, which has {first} to {last}"),
         _ => "the file's times have no dates, expected a number".into(),
     };
     Error::new(ErrorKind::Argument, context)
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_there_are_not_are_said() {
+    fn errors_name_times_that_do_not_exist() {
         for (text, part) in [
             ("5", "expected -5 to 4, the file's times"),
             ("-6", "expected -5 to 4"),
@@ -199,8 +199,8 @@ mod tests {
             ("-9223372036854775808", "expected -5 to 4"),
             ("3..3", "expected -5 to 4"),
             ("0..6", "expected -5 to 4"),
-            ("2004-01", "none of the file's times, which are 2003-01-30_00:00:00 to 2003-02-01_00:00:00"),
-            ("2003-02..2003-01", "none of the file's times"),
+            ("2004-01", "no time of the file, which has 2003-01-30_00:00:00 to 2003-02-01_00:00:00"),
+            ("2003-02..2003-01", "no time of the file"),
         ] {
             let error = text.parse::<TimeSelection>().unwrap().of(&times()).unwrap_err();
             assert!(error.to_string().contains(part), "{text}: {error}");
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_not_understood() {
+    fn texts_that_are_not_times_are_refused() {
         for text in ["", "now", "1.5", "2003-", "2003-01T00", "2003-01-01T", "1..2..3", "0..2003-01", "2003-01-01-01"] {
             assert_eq!(text.parse::<TimeSelection>(), Err(EXPECTED), "{text}");
         }

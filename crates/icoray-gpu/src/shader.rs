@@ -1,10 +1,11 @@
 //! The preprocessor of the shaders, whose sources are in the crate `icoray-shaders`.
 //!
 //! A line `#import NAME` includes `shaders/NAME.wgsl` before the rest of the file, once per shader. A line `#each TEXT`
-//! is replaced by one line TEXT per page of the field, with the number of the page in place of PAGE. A line `#scene TEXT`
-//! is TEXT in shaders of scenes that show more than one volume and a core, and a line `#plain TEXT` in all others;
-//! elsewhere it is left out. So are the other lines of [`Contents`]. A line `#volume TEXT` is replaced by one line TEXT per
-//! volume, with the number of the volume in place of VOLUME: drivers may bound the turns of all loops together.
+//! is replaced by one line TEXT per page of the field, with the number of the page in place of PAGE. A line `#scene
+//! TEXT` is TEXT in shaders of scenes that show more than one volume and a core, and a line `#plain TEXT` in all
+//! others; elsewhere it is left out, as are the other lines of [`Contents`]. A line `#volume TEXT` is replaced by one
+//! line TEXT per volume, with the number of the volume in place of VOLUME, as drivers may limit the iterations of all
+//! loops together.
 
 pub use icoray_shaders::SOURCES;
 

@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_no_reading_is_refused_with_its_extents() {
+    fn arrays_of_no_known_layout_are_refused_with_their_extents() {
         for extents in [
             // Tracers or time levels beside: a section of them is a field.
             vec![3, 5, 42],
@@ -289,7 +289,7 @@ mod tests {
 
     /// The grid has 42 cells, 80 corners and 120 edges.
     #[test]
-    fn an_array_over_something_else_is_refused_with_what_it_looks_like() {
+    fn arrays_at_another_location_are_refused_with_a_hint() {
         let of = |extents: &[usize], expected: &ColumnCount| {
             Shape::of_dimensions(&fortran(extents), expected, 5).map_err(|e| e.to_string())
         };

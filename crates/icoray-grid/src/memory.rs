@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_not_fit_is_refused_with_the_bytes_that_are_missing() {
+    fn tables_that_do_not_fit_are_refused_with_the_missing_bytes() {
         let error = require("a table", 5000, Some(4096)).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Memory);
         assert_eq!(error.context(), "a table: 5000 bytes (4.88 KiB) are needed, 4096 are available, 904 are missing");

@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_terminal_obeys_is_escaped_once() {
+    fn control_characters_are_escaped_once() {
         assert!(matches!(printable("Größe, m s⁻¹ \\"), Cow::Borrowed("Größe, m s⁻¹ \\")));
         let text = "a\u{1b}]0;b\u{7}\r\n\t\0\u{7f}\u{9b}2J\u{202e}c";
         let escaped = r"a\u{1b}]0;b\u{7}\r\n\t\u{0}\u{7f}\u{9b}2J\u{202e}c";

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn powers_are_exact_to_what_highlights_need() {
+    fn powers_are_exact_enough_for_highlights() {
         for exponent in [0.0f32, 0.5, 1.0, 7.3, 24.0, 200.0, 5e3] {
             for i in 1..=20_000 {
                 let x = i as f32 / 20_000.0;

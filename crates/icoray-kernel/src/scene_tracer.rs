@@ -99,8 +99,8 @@ impl Tracer for SceneTracer<'_, '_> {
     }
 }
 
-/// What the ray from `eye` along the unit vector `dir` passes and meets, in order: in the columns of `own`, whose
-/// fragments it returns too, or in all.
+/// The places that the ray from `eye` along the unit vector `dir` passes, in order: in the columns of `own`, whose
+/// fragments are returned too, or in all.
 pub fn passages(
     rays: &RaySettings,
     own: Option<&OwnedRegion>,

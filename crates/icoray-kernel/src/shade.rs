@@ -259,7 +259,7 @@ mod tests {
         Shading { ambient: 0.2, diffuse: 0.7, specular: 0.5, shininess: 8.0, towards_light: None, is_packed: false };
 
     #[test]
-    fn a_headlight_shines_fully_on_what_faces_it_from_either_side() {
+    fn a_headlight_shines_fully_on_both_sides_of_a_surface() {
         let ray = SHADING.along::<f32>(DVec3::NEG_X);
         for gradient in [[3.0, 0.0, 0.0], [-1e30, 0.0, 0.0], [1e-30, 0.0, 0.0]] {
             let s = ray.shade(gradient);

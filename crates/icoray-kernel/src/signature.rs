@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn signatures_tell_which_boundaries_and_in_which_order() {
+    fn signatures_distinguish_boundaries_and_their_order() {
         let all = [
             Boundary::Core,
             Boundary::CutFace,

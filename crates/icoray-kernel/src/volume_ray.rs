@@ -13,7 +13,7 @@ use icoray_grid::array::partition_point;
 use icoray_grid::real::{Real, lerp};
 use icoray_scene::Method;
 
-/// What the integral of one volume depends on, the same for all rays of a frame.
+/// Inputs of the integral of one volume, the same for all rays of a frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct VolumeRules<'v, T> {
     /// The transfer function.

@@ -56,7 +56,7 @@ export function animation(pictures, fps) {
   const size = new DataView(header.buffer, header.byteOffset);
   const [width, height] = [size.getUint32(0), size.getUint32(4)];
   const parts = [Uint8Array.from(SIGNATURE), chunk('IHDR', header)];
-  // What describes the first picture, its text but for its colours, is not that of all.
+  // The text chunks of the first picture do not describe all pictures; its colour chunks do.
   const kept = first.filter(({ name }) => ['sRGB', 'gAMA', 'cHRM', 'iCCP', 'pHYs', 'PLTE', 'tRNS'].includes(name));
   parts.push(...kept.map(({ name, data }) => chunk(name, data)));
   parts.push(chunk('acTL', packed([[pictures.length, 4], [0, 4]])));

@@ -35,13 +35,13 @@ function makeRow(section, key, base) {
     send(null, false);
     widget.input.focus();
   });
-  const tell = () => emit('key', { name: [section, key.name].filter(Boolean).join('.'), text: meaningOf(key) });
+  const describe = () => emit('key', { name: [section, key.name].filter(Boolean).join('.'), text: meaningOf(key) });
   const element = h(
     'div',
     {
       class: 'row',
-      onfocusin: tell,
-      onpointerenter: tell,
+      onfocusin: describe,
+      onpointerenter: describe,
       'data-find': `${section} ${key.name} ${unmarked(key.meaning)}`.toLowerCase(),
     },
     h('label', { for: id }, spoken(key.name)),

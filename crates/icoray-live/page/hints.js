@@ -1,5 +1,5 @@
-// What the generated controls cannot know from the description: comfortable ranges of sliders and first entries of
-// lists. A key that is not named here gets its control from the description.
+// Hints for generated controls that the description lacks: comfortable ranges of sliders and first entries of lists.
+// A key that is not named here gets its control from the description.
 'use strict';
 
 import { histogram, store } from './store.js';

@@ -13,7 +13,7 @@ let wanted = null;
 let isAsking = false;
 
 /**
- * Whether a probe costs nobody anything: it would end a picture that is being drawn, and a running model answers one in
+ * Whether a probe delays no picture: it would end a picture that is being drawn, and a running model answers one in
  * each of its steps.
  */
 function isFree() {

@@ -51,8 +51,8 @@ function runsOf(spacing) {
 }
 
 /**
- * Where a picture with this overlay and of this width over height shows a place on the ground: parts of its width and
- * height, or null behind the horizon.
+ * The place of a point of the ground in a picture with this overlay and aspect ratio, in parts of its width and height,
+ * or null behind the horizon.
  */
 export function placeOn({ eye, axes, half_height, radius }, aspect, direction) {
   const [forward, right, up] = axes;

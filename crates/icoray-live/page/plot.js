@@ -22,7 +22,7 @@ export function ticks(low, high, count) {
   return [...found];
 }
 
-/** As many digits as tell the ticks of an axis apart, at least `least`. */
+/** Number of digits that distinguishes the ticks of an axis, at least `least`. */
 export function tickDigits(places, least = 4) {
   const step = places.length > 1 ? Math.abs(places[1] - places[0]) : 0;
   const most = Math.max(...places.map(Math.abs));

@@ -1,4 +1,4 @@
-// What the page knows: the description, the scene, the last frame. Modules listen to its events.
+// The state of the page: the description, the scene, the last frame. Modules listen to its events.
 'use strict';
 
 import { get } from './api.js';
@@ -20,7 +20,7 @@ export function on(event, listener) {
   listeners.get(event).push(listener);
 }
 
-/** Tells the listeners of an event. */
+/** Calls the listeners of an event. */
 export function emit(event, value) {
   for (const listener of listeners.get(event) ?? []) listener(value);
 }

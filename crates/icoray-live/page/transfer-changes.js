@@ -108,7 +108,7 @@ export function isShownAlone(target, field, scene, fields) {
 /** Changes that show another field: what is given in values of the old one is dropped or becomes parts of the range. */
 export function fieldChanges(target, resolved, transfer, field, scene) {
   const changes = [{ path: target.fieldPath, value: field }];
-  // Where a surface is all that is shown, its field is the scene's, by which pictures are named.
+  // If only a surface is shown, its field is the scene's, by which pictures are named.
   if (target.path[0] === 'surfaces' && targetsOf(scene)[0].id === target.id) {
     changes.push({ path: ['field'], value: field });
   }

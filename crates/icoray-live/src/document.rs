@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused_with_its_path() {
+    fn impossible_changes_are_refused_with_the_path_of_the_key() {
         for (path, value, wanted) in [
             (json!(["field", "x"]), json!(1), "field.x: "),
             (json!(["clip", 7]), json!({}), "clip.7: entry 7, expected 0 to 2"),

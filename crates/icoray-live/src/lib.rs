@@ -213,7 +213,7 @@ impl Drop for LiveView {
 /// 128 random bits, as hexadecimal digits.
 fn token() -> Result<String> {
     let mut bytes = [0u8; 16];
-    let failed = |e| Error::new(ErrorKind::Io, format!("no random numbers for the live view's token: {e}"));
+    let failed = |e| Error::new(ErrorKind::Io, format!("cannot read random numbers for the live view's token: {e}"));
     getrandom::fill(&mut bytes).map_err(failed)?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

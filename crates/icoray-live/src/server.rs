@@ -37,7 +37,8 @@ pub(crate) struct Server {
 impl Server {
     /// Listens on this machine's loopback address, on `port`, or a free one if that is taken or `None`.
     pub fn start(port: Option<u16>, api: Api) -> Result<Self> {
-        let failed = |e: std::io::Error| Error::new(ErrorKind::Io, format!("the live view cannot listen: {e}"));
+        let failed =
+            |e: std::io::Error| Error::new(ErrorKind::Io, format!("cannot open a port for the live view: {e}"));
         let listener = listen(port).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();

@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn viewers_change_what_pictures_show() {
+    fn viewers_change_the_contents_of_pictures() {
         let read = reader(TEXT);
         let surface = "[[surfaces]]\nlayer = 0\nfield = 'w'\ntransfer = { map = 'viridis', range = [0, 1] }\n";
         let values = "[[isosurfaces]]\nvalues = [1, 2, 3]\n";
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn views_keep_their_names_and_what_they_draw_when() {
+    fn views_keep_their_names_and_schedules() {
         let text = "field = 'q'\n[[views]]\nname = 'a'\n[[views]]\nname = 'b'\nevery = 4\n[views.camera]\nlon = 1\n\
                     lat = 2\ndistance = 3\n[[views.isosurfaces]]\nvalue = 2\n";
         let read = reader(text);

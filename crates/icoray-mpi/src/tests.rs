@@ -62,8 +62,8 @@ fn each_rank_has_something_for_each() {
 
 /// Small messages and such as MPI does not send before the other side takes them, while rank 0 is away at times.
 #[test]
-fn what_is_sent_comes_in_order_and_nobody_waits() {
-    on_ranks(&[2, 3, 4], "what_is_sent_comes_in_order_and_nobody_waits", |team| {
+fn messages_arrive_in_order_and_no_rank_blocks() {
+    on_ranks(&[2, 3, 4], "messages_arrive_in_order_and_no_rank_blocks", |team| {
         const MESSAGES: usize = 200;
         let message = |rank: usize, i: usize| vec![(rank + i) as u8; if i.is_multiple_of(7) { 300_000 } else { i }];
         let (rank, size) = (team.rank(), team.size());
@@ -193,8 +193,8 @@ unsafe extern "C" fn MPI_Win_sync(win: ffi::MPI_Win) -> c_int {
 }
 
 #[test]
-fn nobody_waits_for_a_rank_whose_mpi_fails() {
-    on_ranks(&[2, 3], "nobody_waits_for_a_rank_whose_mpi_fails", |team| {
+fn no_rank_waits_for_one_whose_mpi_fails() {
+    on_ranks(&[2, 3], "no_rank_waits_for_one_whose_mpi_fails", |team| {
         let is_odd = team.rank() == 1;
         FAILS.store(is_odd, SeqCst);
         assert!(team.node(1000).unwrap().is_refused, "each rank has memory of its own");
@@ -223,8 +223,8 @@ fn ranks_of_one_host_have_one_leader() {
 /// Messages of any rank for any other, small ones and such as MPI does not send before the other side takes them, and a
 /// meeting at which ranks arrive one after the other.
 #[test]
-fn messages_go_between_all_ranks_while_nobody_waits() {
-    on_ranks(&[1, 2, 4], "messages_go_between_all_ranks_while_nobody_waits", |team| {
+fn messages_go_between_all_ranks_without_blocking() {
+    on_ranks(&[1, 2, 4], "messages_go_between_all_ranks_without_blocking", |team| {
         const MESSAGES: usize = 40;
         let letter = |from: usize, to: usize, i: usize| {
             vec![(7 * from + 3 * to + i) as u8; if i.is_multiple_of(9) { 300_000 } else { i }]

@@ -190,8 +190,8 @@ impl Window {
         let from = self.start.with_addr(start + first);
         // SAFETY: whole pages that the window's bytes lie in. What is in them stays.
         let code = unsafe { libc::madvise(from.cast(), length, libc::MADV_POPULATE_WRITE) };
-        let cannot_tell = [libc::EINVAL, libc::ENOSYS];
-        code == 0 || Error::last_os_error().raw_os_error().is_some_and(|e| cannot_tell.contains(&e))
+        let unsupported = [libc::EINVAL, libc::ENOSYS];
+        code == 0 || Error::last_os_error().raw_os_error().is_some_and(|e| unsupported.contains(&e))
     }
 }
 

@@ -1,7 +1,7 @@
-//! Calls of the NetCDF binding, which a damaged file must not make print, unwind or run for ever.
+//! Guards calls of the NetCDF binding: a damaged file must not make them print, unwind or loop.
 //!
 //! A call that waits for a disk, even for hours, uses no processor time; one that unpacks a whole file uses a time that
-//! its length bounds. A damaged structure that leads HDF5 in a circle uses more.
+//! its length bounds. An endless loop of HDF5 over a damaged structure uses more.
 
 use crate::hdf5_errors;
 use icoray::{Error, ErrorKind, Result};
@@ -82,7 +82,7 @@ pub fn watch_calls(min_time: Duration, on_hang: impl Fn(Error) + Send + 'static)
                 if used > min_time + Duration::from_secs(length / BYTES_PER_SECOND) {
                     let (path, what, used) = (call.path.display(), &call.what, used.as_secs());
                     let context =
-                        format!("{path}: {what}: no end after {used} s of processor time: not whole, or damaged");
+                        format!("{path}: {what}: no end after {used} s of processor time: incomplete or damaged");
                     on_hang(Error::new(ErrorKind::Io, context));
                 }
             }
@@ -139,7 +139,7 @@ mod tests {
         assert!(reports.try_iter().all(|error| !error.context().contains("slow.nc")));
     }
 
-    /// Set in the process whose stderr is looked at.
+    /// Set in the process whose stderr is checked.
     const CHILD: &str = "ICORAY_TEST_GUARDED_PANIC";
 
     #[test]

@@ -1,5 +1,5 @@
-//! Names of files: addresses, which the NetCDF library opens, and local files. Zarr and GRIB are recognised, to say
-//! what reads them.
+//! Names of files: addresses, which the NetCDF library opens, and local files. Errors for Zarr and GRIB name their
+//! readers.
 
 use icoray::{Error, ErrorKind, Result};
 use std::fs::File;

@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_animated_is_reported() {
+    fn pictures_that_cannot_be_animated_are_reported() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let first = picture(folder.path(), "a.png", [0, 0]);

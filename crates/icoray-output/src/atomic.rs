@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_left_of_what_fails() {
+    fn failed_writes_leave_no_file() {
         let (folder, path) = place();
         let failed = write(&path, Existing::Overwrite, "the text", |out| {
             out.write_all(b"half").unwrap();
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_cannot_be_written_are_said() {
+    fn errors_name_files_that_cannot_be_written() {
         let (folder, path) = place();
         fs::create_dir(&path).unwrap();
         for existing in [Existing::NeverModify, Existing::Overwrite] {
@@ -267,7 +267,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn texts_replace_what_is_there_and_follow_no_link() {
+    fn texts_replace_existing_files_and_follow_no_link() {
         let folder = tempfile::tempdir().unwrap();
         let [path, partial, other] = ["a.toml", "a.toml.part", "other"].map(|name| folder.path().join(name));
         fs::write(&other, "another's").unwrap();

@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_map_has_no_bar_and_every_map_says_its_scale() {
+    fn a_narrow_map_has_no_bar_and_every_map_states_its_scale() {
         assert_eq!(read(&wide_frame(159)).dimensions(), (159, 2));
         let said = texts(&frame());
         let text = |key: &str| said.iter().find(|(k, _)| k == key).unwrap().1.clone();

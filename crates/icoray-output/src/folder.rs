@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_the_way_is_said() {
+    fn obstacles_of_a_folder_are_named() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         fs::write(at("file"), "").unwrap();
@@ -108,7 +108,7 @@ mod tests {
     /// A file system in which no user can create files, not even root.
     #[cfg(target_os = "linux")]
     #[test]
-    fn what_cannot_be_written_to_is_said() {
+    fn folders_without_write_access_are_named() {
         for path in ["/proc", "/proc/pictures/more"] {
             let error = check_folder(Path::new(path)).unwrap_err();
             assert_eq!(error.kind(), icoray_grid::ErrorKind::Io);

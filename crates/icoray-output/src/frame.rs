@@ -284,7 +284,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_frame_says_over_which_values_each_map_went() {
+    fn a_frame_states_the_range_of_each_colour_map() {
         let mut frame = frame();
         let text = |frame: &Frame, key: &str| {
             let texts = frame.describe();

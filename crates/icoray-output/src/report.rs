@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_file_is_left_alone() {
+    fn a_report_that_is_not_a_file_is_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("report.csv");
         // Opening it would wait for a process at its other end.

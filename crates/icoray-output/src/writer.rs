@@ -203,7 +203,7 @@ impl Writer {
         let (queue, waiting) = bounded(options.queue);
         let (on_thread, entries) = (Arc::clone(&shared), waiting.clone());
         let thread = Builder::new().name("icoray-writer".into()).spawn(move || on_thread.run(&entries, write));
-        let thread = thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the writer's thread: {e}")))?;
+        let thread = thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot start the writer's thread: {e}")))?;
         Ok(Writer { options, queue: Some(Mutex::new(queue)), waiting, shared, thread: Some(thread) })
     }
 

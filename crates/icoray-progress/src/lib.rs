@@ -10,7 +10,7 @@ use std::time::Duration;
 
 pub use indicatif::ProgressBar as Bar;
 
-/// A stage of which nothing but its duration is known.
+/// A stage without steps: only its duration is shown.
 const STAGE: &str = "{spinner} {msg} ({elapsed})";
 /// Parts of the whole that are finished.
 const PARTS: &str = "{spinner} {msg} {bar:30} {percent:>3} %, {eta} left";
@@ -86,7 +86,7 @@ impl Progress {
         self.bar.set_position(PER_PICTURE * drawn as u64);
     }
 
-    /// What a renderer calls after each tile: it moves the bar within the picture that is being drawn.
+    /// A function for the renderer to call after each tile: it moves the bar within the current picture.
     pub fn tiles(&self) -> Arc<dyn Fn(usize, usize) + Send + Sync> {
         let bar = self.bar.clone();
         Arc::new(move |finished, total| {

@@ -1,7 +1,7 @@
 //! Arrays of Python as the library borrows them.
 //!
 //! A numpy array of native, aligned 32- or 64-bit floats is borrowed with any strides. Everything else is copied by
-//! numpy, and the copy says how many bytes it has. All assumptions about numpy's memory are here.
+//! numpy, which counts its bytes. All assumptions about numpy's memory are here.
 
 use crate::error::{argument, bad_field};
 use icoray::{Dimension, Indices, Reals};

@@ -40,9 +40,9 @@ use part::GivenRows;
 ///
 /// With `comm` the ranks of an MPI communicator draw each picture together. Then construction, `part_set`,
 /// `scene_load`, `scene_text`, `execute`, `wait` and `close` are collective: all ranks call them in the same order,
-/// whatever has failed before. Ranks of a node share no memory: with parts each draws its cells and fragments of rays are
-/// composed; with columns each has a copy of the fields. Python's lock is released in all calls. Signals are handled after a call: `execute` is not
-/// interrupted, as other ranks would wait.
+/// also after failed calls. Ranks of a node share no memory: with parts each draws its cells and fragments of rays are
+/// composed; with columns each has a copy of the fields. Python's lock is released in all calls. Signals are handled
+/// after a call: `execute` is not interrupted, as other ranks would wait.
 ///
 /// Parameters
 /// ----------

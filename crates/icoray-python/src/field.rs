@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 /// A native, aligned array of 32- or 64-bit floats is read in place, with any strides; it is read whenever a picture is
 /// rendered, and no other thread may write to it meanwhile. Anything else is copied here, once: masked arrays (masked
 /// entries become NaN), integers, half and extended floats, other byte orders, arrays of dask and of GPUs. `bytes_copied`
-/// tells. Values that are NaN, infinite or equal to `fill` are missing.
+/// counts them. Values that are NaN, infinite or equal to `fill` are missing.
 ///
 /// Parameters
 /// ----------
@@ -45,7 +45,7 @@ pub(crate) struct Field {
     pub layer_axis: Option<usize>,
     pub description: Description,
     is_constant: bool,
-    /// The last borrow of a constant array: caches know it again.
+    /// The last borrow of a constant array, by which caches identify it.
     last: Mutex<Option<icoray::Field<'static>>>,
 }
 

@@ -89,7 +89,7 @@ impl Image {
         bytes.into_pyarray(py).reshape([height, width, 4])
     }
 
-    /// What `numpy.asarray` and `matplotlib.pyplot.imshow` take: the pixels of `to_rgba8`.
+    /// The pixels of `to_rgba8`, for `numpy.asarray` and `matplotlib.pyplot.imshow`.
     #[pyo3(signature = (dtype = None, copy = None))]
     fn __array__<'py>(
         &self,

@@ -1,4 +1,4 @@
-//! Work that Ctrl-C ends.
+//! Runs work that Ctrl-C can interrupt.
 
 use crate::turn::POLL;
 use pyo3::prelude::*;
@@ -28,7 +28,7 @@ pub(crate) fn interruptible<R: Send>(
         let (done, is_done) = sync_channel::<()>(1);
         let worker = threads.spawn(move || {
             let result = work();
-            // Nobody listens after an interruption.
+            // The receiver is gone after an interruption.
             let _ = done.send(());
             result
         });

@@ -18,7 +18,7 @@ use std::sync::atomic::AtomicBool;
 
 /// Draws pictures of scenes, on threads of its own.
 ///
-/// What it derives of a grid it keeps for the next picture, and of constant fields too, so a loop over times or views
+/// It stores data derived from a grid, and from constant fields, for the next picture, so a loop over times or views
 /// uses one renderer. A colour range that a scene leaves to the first frame is that of this renderer's first frame of
 /// the field. Several threads may share a renderer; they draw one after the other, while Python's lock is released.
 ///
@@ -58,7 +58,7 @@ impl Renderer {
     /// Parameters
     /// ----------
     /// scene : Scene, str or os.PathLike
-    ///     What to draw; a text or a file as in `Scene`.
+    ///     The scene to draw; a text or a file as in `Scene`.
     /// grid : Grid
     /// layers : Layers
     /// field : Field, array_like or dict
@@ -161,7 +161,7 @@ pub(crate) fn made(threads: i64, stop: Arc<AtomicBool>) -> PyResult<icoray::Rend
 
 /// The fields of a call, which keep their arrays.
 struct GivenFields<'py> {
-    /// By name; one without a name is whatever field the scene shows first.
+    /// By name; a field without a name is the one that the scene shows first.
     named: Vec<(String, Bound<'py, Field>)>,
     unnamed: Option<Bound<'py, Field>>,
     heights: Option<Bound<'py, Field>>,

@@ -8,7 +8,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use std::fs;
 use std::path::PathBuf;
 
-/// What to draw: camera, transfer functions, light, surfaces, labels.
+/// Description of a picture: camera, transfer functions, light, surfaces, labels.
 ///
 /// Keys are those of scene files. Those that are given by name stand in place of the file's: tables are merged key by
 /// key, lists are replaced, and a key that goes instead of others (`eye` instead of `lon` and `lat`) takes their place.

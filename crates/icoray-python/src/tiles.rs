@@ -1,4 +1,4 @@
-//! How many tiles of a picture are drawn.
+//! The number of drawn tiles of a picture.
 
 use crate::interrupt::check_signals;
 use pyo3::prelude::*;

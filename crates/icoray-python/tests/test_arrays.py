@@ -75,7 +75,7 @@ def _record(wave):
 
 
 @pytest.mark.parametrize("kind", COPIES)
-def test_what_cannot_be_borrowed_is_copied_and_told(kind, renderer, scene, grid, layers, wave):
+def test_arrays_that_cannot_be_borrowed_are_copied_and_reported(kind, renderer, scene, grid, layers, wave):
     scene = scene.replace(transfer={"range": [0, 100]}) if "integers" in kind else scene
     given = COPIES[kind](wave)
     field = icoray.Field(given)
@@ -138,7 +138,7 @@ def test_one_dimension_has_a_value_per_column(renderer, scene, grid, layers, wav
     assert image.report["bytes_copied"] == 0
 
 
-def test_the_axis_of_the_layers_can_be_said(renderer, scene, layers):
+def test_the_axis_of_the_layers_can_be_given(renderer, scene, layers):
     """A grid of as many cells as layers: 12."""
     grid = icoray.Grid.icosahedral(0)
     layers = icoray.Layers.from_heights(np.linspace(0, 1e4, 12), 6.371e6)

@@ -25,7 +25,7 @@ def context(tmp_path: pathlib.Path, grid, layers):
         yield context
 
 
-def test_a_context_draws_what_a_renderer_draws(context, tmp_path, renderer, grid, layers, wave):
+def test_a_context_draws_the_pictures_of_a_renderer(context, tmp_path, renderer, grid, layers, wave):
     for step, array in enumerate((wave, wave.T.astype(np.float32), np.asfortranarray(wave))):
         context.field_set("q", array)
         context.execute(step, 60.0 * step)
@@ -317,7 +317,7 @@ def test_the_log_is_pythons(tmp_path, caplog, grid, layers, wave):
     assert "q_0.png" in levels["INFO"] and "bad scene" in levels["WARNING"] and "DEBUG" not in levels
 
 
-def test_a_context_that_is_not_closed_says_so_and_closes(tmp_path, grid, layers, wave):
+def test_a_context_that_is_not_closed_warns_and_closes(tmp_path, grid, layers, wave):
     context = icoray.Context(tmp_path, FILE)
     context.grid_set(grid)
     context.layers_set(layers)

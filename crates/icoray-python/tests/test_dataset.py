@@ -107,7 +107,7 @@ def test_levels_may_go_down(icon: Any):
     assert np.abs(image.pixels - expected.pixels).max() < 1e-5 and image.report["bytes_copied"] == 0
 
 
-def test_what_is_not_in_place_is_told(mpas: Any):
+def test_values_that_are_not_in_place_are_reported(mpas: Any):
     bytes_of_a_time = mpas.theta.values[0].nbytes
     scene = icoray.open(mpas).scene("theta", time=0, **LOOK)
     expected = icoray.render(mpas, scene=scene, time=0)
@@ -237,7 +237,7 @@ def test_times_have_any_name(mpas: Any):
         assert same(dataset.render("theta", time="2003-01-02", **LOOK), expected)
 
 
-def test_what_a_dataset_does_not_tell_is_said(mpas: Any):
+def test_options_give_facts_that_a_dataset_lacks(mpas: Any):
     theta = mpas.theta.where(mpas.theta > 300, -999)
     several = mpas.drop_vars("zgrid").assign(theta=theta.expand_dims(member=2))
     dataset = icoray.open(several, at={"member": 1}, heights=(0, 3e3), radius=1e6, missing=[-999])
@@ -359,7 +359,7 @@ WRONG: list[dict[str, Any]] = [
     {"scene": 3},
     {"derive": [{"name": 3}]},
 ]
-# Types of Rust, lines of a text that nobody wrote, options of the command and names of C.
+# Types of Rust, lines of generated text, options of the command and names of C.
 FOREIGN = re.compile(r"struct |Raw|\b[iuf](16|32|64)\b|usize|out of range integral|line \d|(^|\s)--\w|\d\.\.|icoray_")
 
 
@@ -452,11 +452,11 @@ def test_a_wrong_table_names_row_and_value(mpas: Any, mesh: icoray.Grid):
             icoray.open(*wrong)
 
 
-def test_progress_is_told(mpas: Any):
-    told: list[tuple[int, int]] = []
-    # Drawn slowly enough for it to be told at all.
-    icoray.render(mpas, "theta", size=(1200, 900), samples=16, progress=lambda done, of: told.append((done, of)))
-    assert all(0 <= done <= of for done, of in told)
+def test_progress_is_reported(mpas: Any):
+    reports: list[tuple[int, int]] = []
+    # Drawn slowly enough for a report of progress.
+    icoray.render(mpas, "theta", size=(1200, 900), samples=16, progress=lambda done, of: reports.append((done, of)))
+    assert all(0 <= done <= of for done, of in reports)
 
 
 def test_a_page_is_served_until_it_is_closed(mpas: Any):

@@ -37,7 +37,7 @@ def test_tables_are_borrowed(dtype, base, renderer, scene, grid, layers, wave):
     np.testing.assert_array_equal(renderer.render(scene, same, layers, wave).pixels, expected)
 
 
-def test_tables_of_other_layouts_are_copied_and_told(renderer, scene, grid, layers, wave):
+def test_tables_of_other_layouts_are_copied_and_reported(renderer, scene, grid, layers, wave):
     given = tables(grid)
     given["corner_cell"] = np.ascontiguousarray(given["corner_cell"].T).T
     given["edge_corner"] = given["edge_corner"].astype(">i4")

@@ -162,7 +162,7 @@ def test_native_heights_are_an_array(renderer, scene, grid, layers, wave):
         renderer.render(native, grid, layers, wave, heights=-hill)
 
 
-def test_a_scene_for_a_gpu_says_why_the_cpu_drew_it(renderer, scene, grid, layers, wave):
+def test_a_scene_for_a_gpu_reports_why_the_cpu_drew_it(renderer, scene, grid, layers, wave):
     image = renderer.render(scene.replace(backend="gpu"), grid, layers, wave)
     report = image.report
     assert (report["device"] is None) == (report["left_to_cpu"] is not None)

@@ -74,7 +74,7 @@ def printed(program: str) -> str:
     return done.stdout + done.stderr
 
 
-def test_what_is_no_communicator_is_refused():
+def test_values_that_are_not_communicators_are_refused():
     pytest.importorskip("mpi4py", reason="mpi4py is not installed")
     program = """
     import icoray

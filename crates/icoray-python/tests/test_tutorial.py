@@ -160,7 +160,7 @@ def test_arrays_in_memory_are_not_copied(run):
     assert "copied   0 bytes" in run.text("report = first.report")
 
 
-def test_errors_are_told(run):
+def test_errors_are_reported(run):
     said = run.text("vorticty")
     assert "there is no field vorticty" in said and 'did you mean "vik"?' in said
     surface, volume = (float(word) for word in run.text("error_map").split()[1::2])

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// A scene over a grid and field, ready for any method.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
-    /// What to draw.
+    /// The scene.
     pub scene: &'a Scene,
     /// The mesh.
     pub grid: &'a Grid<'a>,

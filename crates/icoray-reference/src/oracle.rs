@@ -37,8 +37,8 @@ pub const PANEL: f64 = 0.25;
 /// All pixels of a job, row by row from the top: premultiplied linear RGBA over the background. The renderer's
 /// traversal finds the frusta; the core is round, and volumes alone are shown.
 ///
-/// Unlit pixels are right to 1e-10 whatever the transfer function, lit ones to 1e-8, as far as f64 defines the picture:
-/// a step met by a value that is constant along the ray to rounding, or a value that turns inside a spike a millionth
+/// Unlit pixels are right to 1e-10 for any transfer function, lit ones to 1e-8, as far as f64 defines the picture: a
+/// step met by a value that is constant along the ray to rounding, or a value that turns inside a spike a millionth
 /// wide, magnifies the rounding of the ray's points.
 ///
 /// # Errors

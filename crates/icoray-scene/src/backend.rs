@@ -20,11 +20,11 @@ pub enum Backend {
 pub enum Adapter {
     /// The one of this number, from 0 (`icoray devices` lists them).
     Number(usize),
-    /// Those whose name holds this, whatever the case.
+    /// Devices whose name contains this text, in any case.
     Name(String),
 }
 
-/// What a person types: a number, or else a part of a name.
+/// Text of a user: a number, or else a part of a name.
 impl From<&str> for Adapter {
     fn from(text: &str) -> Self {
         text.parse().map_or_else(|_| Adapter::Name(text.to_owned()), Adapter::Number)

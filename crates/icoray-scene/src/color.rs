@@ -53,7 +53,7 @@ pub(crate) struct ColorMap {
 }
 
 impl ColorMap {
-    /// The map of this name, in whatever case; with `_r` behind it the other way round.
+    /// The map of this name, in any case; `_r` at the end reverses it.
     pub fn named(name: &str) -> Option<Self> {
         let name = name.to_ascii_lowercase();
         if let Some(forward) = name.strip_suffix("_r") {

@@ -103,7 +103,7 @@ impl Coloring {
         Coloring { is_relative: true, extinction: vec![(0.0, MEANINGLESS)], unit_length: None, ..self }
     }
 
-    /// Whether values have the same colours as in another, whatever is opaque.
+    /// Whether values have the same colours as in another, for any opacities.
     pub fn has_colors_of(&self, other: &Coloring) -> bool {
         let colors = |c: &Coloring| (c.map.clone(), c.scale, c.range, c.center);
         colors(self) == colors(other)

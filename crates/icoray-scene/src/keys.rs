@@ -65,7 +65,7 @@ pub enum DefaultValue {
 pub struct Key {
     /// Its name.
     pub name: &'static str,
-    /// What it does, in Markdown.
+    /// Its meaning, in Markdown.
     pub meaning: &'static str,
     /// Type of its value.
     pub kind: Kind,
@@ -75,7 +75,7 @@ pub struct Key {
     pub bounds: (Bound<f64>, Bound<f64>),
     /// Least and greatest number of a list's elements.
     pub count: [usize; 2],
-    /// What the other properties do not state about valid values, in Markdown.
+    /// Further restrictions of valid values, in Markdown.
     pub note: &'static str,
     /// The keys of a table.
     pub parts: &'static [&'static [Key]],
@@ -88,7 +88,7 @@ pub struct Section {
     pub name: String,
     /// Whether a scene may have several (`[[surfaces]]`).
     pub is_list: bool,
-    /// What it is for, in Markdown.
+    /// Its purpose, in Markdown.
     pub about: &'static str,
     /// Its keys, a table's own after the table.
     pub keys: Vec<ListedKey>,

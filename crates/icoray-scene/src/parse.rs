@@ -32,14 +32,14 @@ use toml::de::DeTable;
 
 keys! {
     struct RawScene {
-        /// Field of the volume. Without a volume: the field whose layers count. The first field is that of a file which
-        /// `icoray render` takes by itself, or that which a model has set first.
+        /// Field of the volume; without a volume, the field whose layers the scene has. The first field is the one that
+        /// `icoray render` selects in a file, or that a model sets first.
         field: Option<Spanned<String>> = of(Kind::Text).or_else("the first field"),
         /// Draws the steps that are multiples of this number.
         every: Option<Spanned<i64>> = integer(1..=1_000_000_000).or(1.0),
         /// Factor on heights above the planet's surface; 1 is true to scale.
         exaggeration: Option<Spanned<f64>> = number(1e-6..=1e6).or(1.0),
-        /// What is behind everything.
+        /// Colour behind the planet and all volumes.
         background: Option<Spanned<String>> = of(COLOR_OR_NONE).or_word("black"),
         /// The planet below the innermost layer; `"transparent"` is hollow, and rays continue on the far side.
         core: Option<Spanned<String>> = of(COLOR_OR_NONE).or_else("dark grey"),
@@ -59,7 +59,7 @@ keys! {
         precision: Precision = word(&["f32", "f64"]).or_word("f32"),
         /// How several ranks share a picture ([MPI](mpi.md)).
         ranks: Scheme = word(&["auto", "tiles", "fragments"]).or_word("auto"),
-        /// What renders ([GPU](gpu.md)).
+        /// Device that renders ([GPU](gpu.md)).
         backend: Backend = word(&["auto", "cpu", "gpu"]).or_word("auto"),
         /// GPU by number, or by part of its name.
         device: Option<Spanned<toml::Value>> = of(Kind::Either(&Kind::Integer, &Kind::Text))

@@ -88,8 +88,8 @@ pub struct Scene {
     pub scenery: Scenery,
     /// The light; `None` shows the transfer function's colours as they are.
     pub lighting: Option<Lighting>,
-    /// How pieces are integrated. Scenes of several volumes, or of one in the colours of another field, are
-    /// integrated to the tolerance whatever it is, and say so (`Plan::left_out`).
+    /// How pieces are integrated. Scenes of several volumes, or of one in the colours of another field, are integrated
+    /// to the tolerance with either method, as `Plan::left_out` states.
     pub method: Method,
     /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1; [`Method::Exact`] spends no more than it
     /// needs.
@@ -116,7 +116,7 @@ pub struct Scene {
     pub precision: Precision,
     /// How several ranks share out the picture.
     pub ranks: Scheme,
-    /// Who traces rays.
+    /// Device that traces rays.
     pub backend: Backend,
     /// Which of several GPUs; `None` is one of the fastest kind, another for each rank on a node.
     pub device: Option<Adapter>,

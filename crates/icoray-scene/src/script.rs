@@ -27,7 +27,7 @@ use icoray_grid::{Error, ErrorKind, Result};
 
 /// All that a scene file asks for.
 ///
-/// A file describes one picture, or several by `[[views]]`: tables with a `name` and whatever keys differ from the
+/// A file describes one picture, or several by `[[views]]`: tables with a `name` and the keys that differ from the
 /// file's own. Tables are merged key by key, arrays are replaced; a key that goes instead of others (`eye` instead of
 /// `lon` and `lat`, `knots` instead of `map`) takes their place.
 ///
@@ -196,7 +196,7 @@ impl Script {
         Ok(shots)
     }
 
-    /// Whether anything may be due at a step of which only the number is known.
+    /// Whether anything may be due at a step, from its number alone.
     pub fn may_be_due(&self, step: i64) -> bool {
         self.views.iter().any(|view| view.schedule.may_be_due(step))
     }
@@ -338,7 +338,7 @@ impl View {
         let Some(word) = template.words().find(|word| !stands(word)) else { return Ok(()) };
         let there: Vec<String> =
             Template::WORDS.iter().filter(|word| stands(word)).map(|word| format!("{{{word}}}")).collect();
-        let what = format!("{{{word}}} stands for nothing here, expected of {}", there.join(", "));
+        let what = format!("{{{word}}} is no placeholder here, expected one of {}", there.join(", "));
         Err(Error::new(ErrorKind::Scene, what))
     }
 }

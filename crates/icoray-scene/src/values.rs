@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_checked_with_what_else_a_scene_has() {
+    fn limits_of_values_depend_on_the_other_parts_of_a_scene() {
         let scene = parsed(&knots(["0.0", "1.0"]), &isosurface("0.5")).unwrap();
         let mut high = scene.clone();
         high.volumes[0].transfer.knots[1].value = 1e200;

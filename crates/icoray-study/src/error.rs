@@ -23,7 +23,7 @@ use measure::{Effort, MEASURES, Measure, Measured};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Scenes, with commas between; a name ending in * stands for all that begin so. All without it.
@@ -225,6 +225,6 @@ impl Study<'_> {
 
 const NOTE: &str = "\
 The oracle integrates the wedge interpolant. \"tetrahedra\", \"mean value\" and \"constant\" interpolate otherwise between\n\
-the same values, so that their distance from it does not go to zero with the step; that difference does not tell\n\
+the same values, so that their distance from it does not go to zero with the step; that difference does not show\n\
 which interpolant is nearer to the field. Seconds are those in the rays, without set-up such as gradients and tables.\n\
 In single precision and under light \"exact\" reports an estimate of its error; unlit in double precision a bound.\n";

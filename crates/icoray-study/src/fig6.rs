@@ -9,7 +9,7 @@ use icoray_reference::radial::{Compared, Radial};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What to draw.
+/// Options of the figure.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Bisections of the icosahedron; 5 is the paper's.

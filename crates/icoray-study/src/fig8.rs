@@ -13,7 +13,7 @@ use icoray_reference::oracle;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What to draw.
+/// Options of the figure.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Scenes, with commas between.
@@ -42,7 +42,7 @@ const PRINTED: &str = "equal,method,parameter,seconds,rmse,max_error";
 
 /// A picture with its time and error.
 struct TimedPicture {
-    /// What is equal to that of others: "step", or "time".
+    /// Quantity that is equal to that of others: "step", or "time".
     equal: &'static str,
     method: &'static str,
     parameter: String,

@@ -12,7 +12,7 @@ use icoray_reference::methods::Method;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Scenes, with commas between.

@@ -20,7 +20,7 @@ mod benchmark;
 mod cost;
 mod table;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// The adapter: its number, or a part of its name; the fastest by default.

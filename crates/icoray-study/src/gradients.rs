@@ -17,7 +17,7 @@ use std::hint::black_box;
 use std::io::Write;
 use std::time::Instant;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Bisections of the icosahedron x layers.

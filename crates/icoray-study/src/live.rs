@@ -18,7 +18,7 @@ use std::time::Instant;
 
 mod client;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Bisections of the icosahedron x layers, one size after another.
@@ -43,7 +43,7 @@ const REST: [u32; 2] = [900, 675];
 const HEAD: &str = "| grid | light | frames per second | movement to picture ms, median | 95 % | coarsest of the frames | at rest s |\n\
                     |---|---|---|---|---|---|---|";
 
-/// What a client has seen.
+/// Measurements of a client.
 struct Seen {
     /// Seconds from each movement to its picture, in rising order.
     waits_s: Vec<f64>,

@@ -10,7 +10,7 @@ use icoray_reference::oracle;
 use icoray_reference::sphere::Sphere;
 use std::io::Write;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Threads; 0 is all.

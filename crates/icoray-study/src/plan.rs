@@ -13,7 +13,7 @@ use icoray_reference::sphere::Sphere;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Bisections of the icosahedron.

@@ -22,7 +22,7 @@ use std::time::Instant;
 mod partition;
 mod sequential;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Bisections of the icosahedron; 8 gives the paper's 655,362 cells.

@@ -75,7 +75,7 @@ pub fn select<T>(all: Vec<T>, names: &[String], name: impl Fn(&T) -> &str) -> Re
     };
     if let Some(unknown) = names.iter().find(|wanted| !all.iter().any(|item| matches(item, wanted))) {
         let known: Vec<&str> = all.iter().map(&name).collect();
-        let context = format!("there is no {unknown:?}; expected of {}", known.join(", "));
+        let context = format!("there is no {unknown:?}; expected one of {}", known.join(", "));
         return Err(Error::new(ErrorKind::Argument, context));
     }
     let is_wanted = |item: &T| names.is_empty() || names.iter().any(|wanted| matches(item, wanted));

@@ -8,7 +8,7 @@ use icoray_reference::stability::{LARGE_LEVELS, LEVELS, measure_level};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What to check.
+/// Options of the check.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Meshes of up to 2.6 million cells too.

@@ -10,7 +10,7 @@ fn measured_and_planned(cell: &str) -> [f64; 2] {
 }
 
 #[test]
-fn a_frame_takes_what_its_plan_says() {
+fn a_frame_takes_the_memory_of_its_plan() {
     let directory = tempfile::tempdir().unwrap();
     let mut study = Command::new(env!("CARGO_BIN_EXE_icoray-study"));
     study.args(["speed", "--sizes", "8x26", "--pixels", "64", "--frames", "1", "--uncounted", "--threads", "2"]);

@@ -4,7 +4,7 @@ use icoray_test_support::{Need, skip};
 use std::process::Command;
 
 #[test]
-fn instructions_are_counted_or_it_is_said_that_they_are_not() {
+fn instructions_are_counted_or_reported_as_uncounted() {
     let directory = tempfile::tempdir().unwrap();
     let mut study = Command::new(env!("CARGO_BIN_EXE_icoray-study"));
     study.args(["speed", "--sizes", "2x5", "--counted", "2x5", "--pixels", "16", "--frames", "1"]);

@@ -109,7 +109,7 @@ impl Background {
             }
         };
         let thread = Builder::new().name("icoray-draw".into()).spawn(work);
-        let thread = thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the drawing thread: {e}")))?;
+        let thread = thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot start the drawing thread: {e}")))?;
         Ok(Background {
             renderer,
             writer,

@@ -218,7 +218,7 @@ mod tests {
     };
 
     #[test]
-    fn the_nearer_fragment_is_in_front_whoever_sent_it() {
+    fn the_nearer_fragment_is_in_front_for_any_order_of_ranks() {
         let (red, green) = (fragment([-1.0, -0.9], [0.5, 0.0, 0.0], 0.5), fragment([0.2, 0.3], [0.0, 1.0, 0.0], 1.0));
         for mut order in [[red, green], [green, red]] {
             let mut counts = Counts::default();
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_early_end_leaves_out_is_reported_once() {
+    fn the_error_of_early_termination_is_reported_once() {
         // Half of what comes is hidden by a fragment in front; the ray ended in the one behind with 2e-4 left.
         let front = Fragment { error: 0.0, ..fragment([-1.4, -1.3], [0.5, 0.0, 0.0], 0.5) };
         let last = Fragment { error: 2e-4, ..fragment([-1.3, f64::INFINITY], [0.0, 0.9998, 0.0], 1.0 - 2e-4) };

@@ -139,7 +139,7 @@ impl Plan {
             }
             (_, Some(part)) if part.is_of_node() => (Scheme::Fragments, "each node has its part of the grid"),
             (_, Some(_)) => (Scheme::Fragments, "each rank has its part of the grid"),
-            (Scheme::Fragments, None) => (Scheme::Fragments, "asked for; every rank has the whole grid"),
+            (Scheme::Fragments, None) => (Scheme::Fragments, "requested; every rank has the whole grid"),
             (Scheme::Auto | Scheme::Tiles, None) => (Scheme::Tiles, "every rank has the whole grid"),
         };
         Ok(Sharing::because(scheme, why))

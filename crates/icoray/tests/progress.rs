@@ -15,10 +15,10 @@ fn each_tile_is_reported_once_and_the_picture_is_the_same() {
                 [transfer]\nmap = \"viridis\"\nrange = [0, 6]\nopacity = [[0, 0.1], [6, 0.8]]\n";
     let scene = Scene::parse(text).unwrap();
     let reports = Arc::new(Mutex::new(Vec::new()));
-    let told = Arc::clone(&reports);
+    let hook = Arc::clone(&reports);
     let renderer = Renderer::new(2)
         .unwrap()
-        .with_progress(Arc::new(move |finished, total| told.lock().unwrap().push((finished, total))));
+        .with_progress(Arc::new(move |finished, total| hook.lock().unwrap().push((finished, total))));
     let frame = renderer.render(&scene, &grid, &layers, &field).unwrap();
     let mut reports = std::mem::take(&mut *reports.lock().unwrap());
     reports.sort_unstable();

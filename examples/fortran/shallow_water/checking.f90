@@ -1,4 +1,4 @@
-!> How a check is told, and what it is made with.
+!> The report of a check, and helpers of checks.
 module checking
    use kinds, only: wp
    use ranks, only: rank

@@ -169,8 +169,8 @@ contains
                  rounding, well)
    end subroutine budgets
 
-   !> Where potential vorticity is the same everywhere it stays so, however the flow goes: absolute vorticity changes by q
-   !> times the change of thickness. A noisy flow gets it from a Coriolis parameter made to fit.
+   !> Uniform potential vorticity q stays uniform in any flow: absolute vorticity changes by q times the change of
+   !> thickness. A fitted Coriolis parameter gives a noisy flow uniform q.
    subroutine uniform_vorticity(m, o, well)
       type(mesh_type), intent(in) :: m
       type(operators_type), intent(in) :: o

@@ -17,7 +17,7 @@ module model
       real(wp), allocatable :: u(:, :)  !< (layers, edges), m/s along the edge's normal
    end type state_type
 
-   !> What a step needs beside the state.
+   !> Data of a step beside the state.
    type :: stepper_type
       type(workspace) :: work
       real(wp), allocatable :: h(:, :), u(:, :), dh(:, :), du(:, :), h_next(:, :), u_next(:, :)

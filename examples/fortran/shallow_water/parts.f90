@@ -10,7 +10,7 @@ module parts
    private
    public :: part_type, choose, cut, share
 
-   !> What belongs to a part: numbers in the whole mesh, in the part's order.
+   !> Cells, corners and edges of a part: their numbers in the whole mesh, in the part's order.
    type :: part_type
       integer(ip), allocatable :: cell(:), corner(:), edge(:)
       integer :: cells_in(0:halo), corners_in(0:halo), edges_in(0:halo)

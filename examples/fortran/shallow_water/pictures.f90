@@ -97,7 +97,7 @@ contains
 
       start = clock()
       if (p%open) then
-         ! What fails here on one rank fails in icoray_execute on all.
+         ! A failure here on one rank is the status of icoray_execute on all.
          call icoray_field_set(p%context, 'height', height)
          call icoray_field_set(p%context, 'vorticity', vorticity, location=ICORAY_CORNER)
          call icoray_execute(p%context, step, time, date, ierr)
@@ -112,7 +112,7 @@ contains
       p%seconds = p%seconds + clock() - start
    end subroutine pictures_draw
 
-   !> Waits for the last picture: they are written by a thread of icoray's, and a failure is told by the next call.
+   !> Waits for the last picture: a thread of icoray writes them, and the next call returns a failure.
    subroutine pictures_close(p)
       type(pictures_type), intent(inout) :: p
       real(wp) :: start

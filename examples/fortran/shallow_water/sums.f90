@@ -1,4 +1,4 @@
-!> What all ranks have together, with the same bits on any number of them.
+!> Sums over all ranks, with the same bits on any number of them.
 module sums
    use kinds, only: wp, ik
    use ranks, only: pattern_type, rank, gather, broadcast, xor_of_ranks

@@ -20,7 +20,7 @@ module trisk
    private
    public :: workspace, new_workspace, tendencies, vorticity_at_corners, thickness_at_corners
 
-   !> What tendencies need between their loops.
+   !> Arrays that tendencies use between their loops.
    type :: workspace
       real(wp), allocatable :: flux(:, :), q_edge(:, :)  !< (layers, edges)
       real(wp), allocatable :: bernoulli(:, :)           !< (layers, cells); before, q averaged to cells

@@ -253,15 +253,15 @@ fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: 
     // Errors of extinctions change the mixture of colours.
     let rounded = rounds.x + mean.spread * min(rounds.y / max(depth, LEAST), 1.0);
     // In dense pieces the centre of the light is less certain.
-    let told = mean.off + select(3.0, 1.0, depth <= THIN) * shade.x;
+    let total = mean.off + select(3.0, 1.0, depth <= THIN) * shade.x;
     // Coarse light is not halved for the error of its shades.
     var off = mean.off;
     if !IS_LIT || lighting.max_cuts > 0u {
-        off = told;
+        off = total;
     }
     let off_by = min(rounds.y * through.y + absorbed * (rounded + ROUNDING), 1.0);
     let shaded = absorbed * shade.y;
-    let light = Radiance(mean.color * absorbed, absorbed, absorbed * told, off_by * off_by + shaded * shaded);
+    let light = Radiance(mean.color * absorbed, absorbed, absorbed * total, off_by * off_by + shaded * shaded);
     return Blend(light, off, off <= rounded);
 }
 

@@ -17,7 +17,7 @@ struct Fragment {
     // Index of its ray in `passed`, and its place among the fragments of that ray.
     ray: u32,
     number: u32,
-    // What it ends at: NOT_PAINTED, or the number of a surface layer with lines, or PAINTED_CORE, and the triangle there.
+    // Its end: NOT_PAINTED, or the number of a surface layer with lines, or PAINTED_CORE, and the triangle there.
     painted: u32,
     triangle: u32,
     entry_hi: f32,

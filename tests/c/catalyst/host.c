@@ -17,7 +17,7 @@
 #include <mpi.h>
 #endif
 
-/* What this rank has. */
+/* The part of this rank. */
 typedef struct {
     const ball *whole;
     int columns, polygons;

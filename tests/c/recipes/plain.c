@@ -1,4 +1,4 @@
-/* What the recipes draw, from plain arrays: plain STEPS, with scene.toml in the directory of the run. */
+/* Draws the pictures of the recipes from plain arrays: plain STEPS, with scene.toml in the directory of the run. */
 #include <icoray.h>
 #include <math.h>
 #include <stdio.h>

@@ -32,7 +32,7 @@ const FILE: &str = "mpas_jw_10242.nc";
 /// The word of blocks that are run in the long run only.
 const SLOW: &str = "slow";
 
-/// What a page calls that builds and installs the library.
+/// Command of pages that build and install the library.
 const INSTALLING: &str = "cargo xtask install";
 
 /// The start of the command by which a block writes its own data file.
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_are_run_in_order_where_the_machine_has_what_they_need() {
+    fn blocks_run_in_order_if_their_requirements_are_met() {
         let (script, summary) = written(true, true);
         assert_eq!(script, "block=p.md:1\necho 1\nblock=p.md:7\necho 2\nblock=p.md:10\necho 3\n");
         assert_eq!(summary, "3 blocks of commands run, 0 skipped");

@@ -1,7 +1,7 @@
-//! The features of each package, none and each alone: they must compile, as users choose them.
+//! Compiles each package without features and with each feature alone, as users select them.
 //!
-//! The other checks compile the workspace with one set of features, in which a package may use what only another one's
-//! feature has brought in.
+//! The other checks compile the workspace with one set of features, in which a package may use an item that only a
+//! feature of another package enables.
 
 use serde_json::Value;
 

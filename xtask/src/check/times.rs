@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_did_not_run_keeps_its_seconds() {
+    fn checks_that_did_not_run_keep_their_seconds() {
         let sh = xshell::Shell::new().unwrap();
         let directory = sh.create_temp_dir().unwrap();
         let file = directory.path().join(FILE);

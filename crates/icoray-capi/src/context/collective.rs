@@ -1,6 +1,6 @@
 //! Collective calls.
 //!
-//! Each begins with an agreement that every rank enters, whatever has failed on it (a poisoned or disabled context, a
+//! Each begins with an agreement that every rank enters, even after a failure on it (a poisoned or disabled context, a
 //! wrong argument, a missing field). So no rank waits for one that has returned.
 
 use super::{Context, GridInput, SceneChoice};

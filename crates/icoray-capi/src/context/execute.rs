@@ -18,7 +18,7 @@ use std::time::Instant;
 /// Statistics of fields in this step, by field name.
 type Summaries = BTreeMap<String, Summary>;
 
-/// What has failed in a step.
+/// Failures of a step.
 #[derive(Default)]
 struct Failures {
     first: Option<Failure>,
@@ -103,7 +103,7 @@ impl Context {
         self.drawn_grids.retain(|known| known.strong_count() > 0);
         self.drawn_grids.push(token);
         if let Some(holes) = grid.describe_holes() {
-            self.drawing.warn(&format!("the grid has {holes}; holes are drawn as nothing"));
+            self.drawing.warn(&format!("the grid has {holes}; only the core is drawn there"));
         }
     }
 

@@ -3,10 +3,10 @@
 //! With two time levels such an array changes at every second step, with three at every third, while the model's state
 //! changes at each. A field is reported, once, after one period of this pattern if another field of the pictures
 //! changed at the other steps, else after two. Fields that never change, change at each step or irregularly, or are set
-//! for each picture are not reported so.
+//! for each picture are not reported.
 //!
 //! A field that is set for each picture and keeps its values while the others change is one that the model computes at
-//! some steps only: it is reported once too, unless it has never changed.
+//! some steps only: it is reported once, unless it has never changed.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub(super) const SAMPLES: usize = 1024;
 /// Numbers of time levels of models.
 const LEVELS: [usize; 2] = [2, 3];
 
-/// What the values of a field look like.
+/// Pattern of a field's values over the pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Pattern {
     /// One of so many time levels.
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_right_is_not_pointed_out() {
+    fn correct_fields_are_not_reported_as_old_time_levels() {
         let quiet = |value: fn(i64) -> u64, is_given: bool| {
             let steps = (0..40).map(|s| (s, vec![("a", value(s), is_given), ("b", s as u64, false)]));
             assert_eq!(reports(steps), []);
@@ -180,7 +180,7 @@ mod tests {
 
     /// A diagnostic that a model computes for its output, seen by pictures in between.
     #[test]
-    fn what_a_model_computes_at_some_steps_is_pointed_out_once() {
+    fn fields_that_are_computed_at_some_steps_are_reported_once() {
         let both = reports((0..40).map(|s| (5 * s, vec![("a", level(s, 4), true), ("b", s as u64, true)])));
         assert_eq!(both, [(25, "a".to_owned(), Unchanged)]);
         let alone = reports((0..40).map(|s| (5 * s, vec![("a", level(s, 4), true)])));

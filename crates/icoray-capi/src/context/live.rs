@@ -1,12 +1,12 @@
 //! The page of a running model, which rank 0 serves where the scene has `[live]`.
 //!
-//! Viewers see each picture once it is written. What they set is taken by rank 0 in icoray_execute, sent to all ranks
-//! with the agreement of that call, and is the scene from then on; what they ask of the data is answered there too.
-//! Nothing waits for a viewer, and what fails for one is a sentence on the page.
+//! Viewers see each picture once it is written. In icoray_execute rank 0 takes their changes and sends them to all
+//! ranks with the agreement of that call; from then on they are part of the scene. Questions about the data are
+//! answered there too. No call waits for a viewer, and failures of viewers' requests are messages on the page.
 //!
 //! A scene that reads a field that icoray_wants_field did not want is announced to the ranks first: its fields are
-//! wanted from then on, and the next icoray_execute draws it. A process alone takes what viewers have set in
-//! icoray_wants_field, so that it draws it in the same step.
+//! wanted from then on, and the next icoray_execute draws it. A single process takes the viewers' changes in
+//! icoray_wants_field, and draws them in the same step.
 
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
@@ -28,7 +28,7 @@ use page::Page;
 /// A picture of viewers' scene may take so many times the memory of the model's own.
 const MEMORY_SHARE: u64 = 4;
 
-/// What viewers do to the scene, and on rank 0 the page.
+/// Changes of the scene by viewers, and on rank 0 the page.
 #[derive(Default)]
 pub(super) struct Viewers {
     page: Option<Page>,
@@ -122,7 +122,7 @@ impl Context {
         sent
     }
 
-    /// Takes what viewers have set before fields are computed, in a process alone: other ranks would not know of it.
+    /// Takes the viewers' changes before fields are computed, in a single process only: other ranks would miss them.
     pub(super) fn hear_viewers_early(&mut self) {
         if let (Some(page), SceneChoice::Script(script), false) =
             (&mut self.viewers.page, &self.scene, self.ranks.size() > 1)
@@ -188,7 +188,7 @@ impl Context {
             (Some(own), _) | (None, SceneChoice::Script(own)) => self.memory_of(own, stamp),
             (None, SceneChoice::Open | SceneChoice::Nothing) => Ok(0),
         };
-        // Of a scene that cannot be drawn nothing is known.
+        // The memory of a scene of the model that cannot be drawn is not known: no limit.
         let limit = own.map_or(u64::MAX, |own| MEMORY_SHARE * own);
         if bytes > limit {
             let message = format!(

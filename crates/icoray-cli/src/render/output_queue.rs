@@ -11,7 +11,7 @@ use std::time::Instant;
 /// The summary of a picture.
 pub struct PictureSummary {
     pub text: String,
-    /// What follows before and after the seconds of writing, if it is to be printed.
+    /// Details to print before and after the seconds of writing, if any.
     pub details: Option<[String; 2]>,
 }
 

@@ -1,8 +1,7 @@
 //! The files of the watched directory, as they change.
 //!
-//! Each look reads the directory and asks for the length and the time of change of its files; nothing waits for
-//! notices of the system, which network file systems do not give. A file is opened only when it has changed, and closed
-//! again.
+//! Each scan reads the directory, and the length and time of change of its files. It uses no notifications, which
+//! network file systems do not send. A file is opened only when it has changed, and closed again.
 
 use crate::isolated;
 use glob::Pattern;

@@ -112,7 +112,7 @@ impl Watch<'_> {
             return Ok(());
         }
         self.history.has_failed(moment, error.context().to_owned());
-        self.print_once(&format!("skipped   {}; it is looked at again when it changes", error.context()), out)
+        self.print_once(&format!("skipped   {}; it is read again when it changes", error.context()), out)
     }
 
     /// Leaves a time whose files have changed to the next look.

@@ -1,4 +1,4 @@
-//! What lies over the picture and around it: labels, values under the mouse, links, full screen, the light theme.
+//! Overlays and surroundings of the picture: labels, values under the mouse, links, full screen, the light theme.
 
 use crate::browser::Browser;
 use crate::looks::{TABS, looks_right};
@@ -120,7 +120,7 @@ fn the_value_under_the_mouse_is_shown_until_it_is_another() {
 }
 
 #[test]
-fn a_link_shows_what_was_shown_when_it_was_copied() {
+fn a_copied_link_shows_the_same_picture() {
     let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     browser.changed_by(|| browser.press(&["Shift Right", "Shift Up", "+"]));
     browser.changed_by(|| browser.click("#earlier"));
@@ -177,7 +177,7 @@ fn the_page_is_dark_or_light_as_the_reader_wants_it() {
 }
 
 #[test]
-fn the_page_says_that_it_draws_until_there_is_a_picture() {
+fn the_page_shows_progress_until_there_is_a_picture() {
     let Some(Shown { browser, viewer, .. }) = &Shown::start() else { return };
     // Pictures come when the test lets them.
     let source = "const own = window.fetch; const letGo = new Promise((resolve) => { window.letGo = resolve; });
@@ -213,7 +213,7 @@ fn keys_that_few_need_are_in_a_group_of_their_own() {
 }
 
 #[test]
-fn saved_scenes_are_true_of_what_is_shown() {
+fn saved_scenes_describe_the_shown_picture() {
     let Some(Shown { browser, .. }) = &Shown::start() else { return };
     // The comment about the field, the time and the command of the suggestion.
     assert!(browser.text().starts_with("field = \"theta\""), "{}", browser.text());

@@ -6,7 +6,7 @@ use crate::run::Folder;
 use std::net::TcpListener;
 
 #[test]
-fn a_page_says_that_the_program_has_ended() {
+fn a_page_shows_that_the_program_has_ended() {
     let Some(Shown { browser, viewer, folder: first }) = Shown::start() else { return };
     browser.is_quiet();
     let port = viewer.host.rsplit_once(':').unwrap().1.to_owned();
@@ -39,7 +39,7 @@ fn a_page_says_that_the_program_has_ended() {
 }
 
 #[test]
-fn an_address_without_its_token_says_so() {
+fn an_address_without_its_token_shows_an_error() {
     let Some(browser) = crate::browser::Browser::start() else { return };
     let folder = Folder::of(&Made::history());
     let viewer = folder.view(&[]);

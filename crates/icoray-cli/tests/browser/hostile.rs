@@ -1,4 +1,4 @@
-//! Files whose names and texts are markup, and pages of others.
+//! Files with markup in names and texts, and requests of foreign pages.
 
 use crate::browser::Browser;
 use crate::made::Made;

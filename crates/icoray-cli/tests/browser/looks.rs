@@ -1,4 +1,4 @@
-//! The page on a screen and on a phone: everything is in sight and can be read; fingers.
+//! The page on a screen and on a phone: visibility, contrast, and touch.
 
 use crate::browser::Browser;
 use crate::page::{PHONE, SCREEN, Shown};
@@ -67,7 +67,7 @@ fn everything_is_in_sight_on_a_screen() {
 
 /// A stage that changed with the text below it would ask for pictures of other sizes for ever.
 #[test]
-fn the_picture_keeps_its_size_whatever_is_said_of_it() {
+fn the_picture_keeps_its_size_for_any_length_of_text() {
     let Some(Shown { browser, .. }) = &Shown::start() else { return };
     for (size, is_phone) in [(PHONE, true), ([800, 560], false), (SCREEN, false)] {
         browser.resize(size, is_phone);

@@ -100,7 +100,7 @@ fn a_knot_follows_the_mouse() {
 }
 
 #[test]
-fn a_probe_shows_what_the_renderer_finds() {
+fn a_probe_shows_the_values_of_the_renderer() {
     let Some(Shown { browser, viewer, folder }) = &Shown::start() else { return };
     browser.click_at(browser.place([0.47, 0.56]), 1);
     let shown = browser.until_text("#panel-probe .value", " K");
@@ -239,7 +239,7 @@ fn an_isosurface_is_suggested_for_the_field_that_was_chosen() {
 }
 
 #[test]
-fn what_is_said_of_a_picture_is_of_the_surface_that_it_shows() {
+fn the_line_below_a_picture_describes_its_surface() {
     let Some(browser) = Browser::start() else { return };
     let folder = Folder::of(&Made::history());
     let scene = "field = 'theta'\n[[surfaces]]\nlayer = 0\nfield = 'theta'\ntransfer = { map = 'magma' }\n";

@@ -24,7 +24,7 @@ impl Two<'_> {
                 let revision = self.browser.rests();
                 (revision, self.browser.number("store.frame.number"), self.browser.text())
             });
-            // Nobody changes anything: revisions come to rest too.
+            // Without changes, revisions come to rest too.
             if first == second && first == again {
                 return first.2;
             }

@@ -1,4 +1,4 @@
-//! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
+//! The commands on small MPAS files, whose fields have the values `1000·time + column + 0.125·layer` in 42 columns.
 
 use crate::made::{Made, RECORDS, Values};
 use crate::run::{Folder, fails, has, icoray, says, scene, shows_something, software};
@@ -181,7 +181,7 @@ fn the_mesh_may_be_in_another_file() {
 }
 
 #[test]
-fn info_lists_what_the_file_holds() {
+fn info_lists_the_contents_of_a_file() {
     let mut made = Made::history();
     made.add("vn", &["Time", "nEdges"], Values::F64(vec![1.0; RECORDS * 120]));
     let folder = Folder::of_netcdf4(&made);
@@ -221,7 +221,7 @@ fn info_goes_on_where_grid_and_layers_are_bad() {
 }
 
 #[test]
-fn plan_says_what_is_left_out() {
+fn plan_prints_the_data_that_are_left_out() {
     let dark = scene("theta", 0.0, 42.0).replace("\"headlight\"", "\"none\"");
     let folder = folder(&Made::history(), &dark);
     let text = folder.prints(["plan", "made.nc", "--scene", "scene.toml"]);
@@ -260,7 +260,7 @@ fn a_reader_that_goes_away_is_no_error() {
 }
 
 #[test]
-fn options_say_what_the_file_does_not() {
+fn options_give_facts_that_a_file_lacks() {
     let mut made = Made::history();
     made.dimensions.push(("nCategories", 3));
     made.add("ice", &["nCells", "nCategories"], Values::F64((0..126).map(|i| f64::from(i % 3)).collect()));
@@ -284,7 +284,7 @@ fn options_say_what_the_file_does_not() {
 }
 
 #[test]
-fn info_lists_what_a_file_without_a_mesh_holds() {
+fn info_lists_the_variables_of_a_file_without_a_mesh() {
     let mut made = Made::of([("time", 0), ("n_node", 162)], []);
     made.add("sst", &["time", "n_node"], Values::F32(vec![0.0; 162]));
     made.last().attributes = vec![("long_name", "sea surface temperature".into()), ("units", "C".into())];

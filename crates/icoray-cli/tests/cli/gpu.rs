@@ -58,7 +58,7 @@ fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
 }
 
 #[test]
-fn processors_draw_only_where_a_gpu_is_asked_for() {
+fn processors_draw_only_if_a_gpu_is_requested() {
     let Some(adapters) = adapters() else { return };
     let folder = folder(&Made::history(), &unlit(""));
     let text = folder.render(&["-o", "out.png"]);

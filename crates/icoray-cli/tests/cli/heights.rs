@@ -1,4 +1,4 @@
-//! Heights that each column has of its own, and fields that lie on different layers.
+//! Native heights, and fields on different layers.
 
 use crate::files::folder;
 use crate::made::{HEIGHT_M, LAYERS, Made, RECORDS, Values};
@@ -88,7 +88,7 @@ fn heights_that_change_are_read_at_each_time() {
 }
 
 #[test]
-fn heights_that_a_file_has_not_are_said_before_the_first_ray() {
+fn missing_heights_are_an_error_before_the_first_ray() {
     let mut made = Made::history();
     made.variables.retain(|v| v.name != "zgrid");
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(vec![10.0, 20.0, 30.0, 40.0]));

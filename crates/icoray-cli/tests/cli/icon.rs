@@ -24,7 +24,7 @@ fn pictures_with_tables_are_those_without() {
 }
 
 #[test]
-fn info_says_what_is_known_of_layers_and_units() {
+fn info_prints_layers_and_units() {
     let folder = Folder::of_netcdf4(&Made::icon_data(Angles::Radians));
     let text = folder.prints(["info", "made.nc"]);
     has(

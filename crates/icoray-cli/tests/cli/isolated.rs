@@ -23,7 +23,7 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) {
     }
 }
 
-/// By signals of which HDF5 ends a process, whatever damage that takes in its version.
+/// Signals by which HDF5 ends a process; the necessary damage depends on its version.
 #[test]
 fn the_end_of_the_reading_process_is_an_error() {
     let folder = Folder::of_netcdf4(&Made::history());
@@ -35,7 +35,7 @@ fn the_end_of_the_reading_process_is_an_error() {
         assert_eq!(view.wait().unwrap().code(), Some(1));
         let mut complaint = String::new();
         view.stderr.take().unwrap().read_to_string(&mut complaint).unwrap();
-        let parts = ["icoray: error: ", "made.nc", "mostly by the HDF5 library", signal];
+        let parts = ["icoray: error: ", "made.nc", "usually in the HDF5 library", signal];
         assert!(parts.iter().all(|part| complaint.contains(part)) && complaint.lines().count() == 1, "{complaint}");
     }
 }

@@ -1,4 +1,4 @@
-//! Runs the built binary on small files that the tests write, and on real ones where the test data are there.
+//! Runs the built binary on small files that the tests write, and on real ones if the test data are present.
 
 #[expect(dead_code, reason = "the tests of datasets in memory use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made.rs"]

@@ -1,4 +1,5 @@
-//! An ocean with its land cut out, below which nothing is drawn: made temperatures on a real mesh of MPAS-Ocean.
+//! An ocean without land cells, under which only the core is drawn: synthetic temperatures on a real mesh of
+//! MPAS-Ocean.
 
 use crate::made::{Made, Values};
 use crate::real::data;

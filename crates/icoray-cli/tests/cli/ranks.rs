@@ -81,7 +81,7 @@ fn ranks_draw_native_heights_and_several_fields_together() {
 }
 
 #[test]
-fn what_is_wrong_on_any_rank_stops_all_and_is_said_once() {
+fn an_error_on_any_rank_stops_all_and_is_printed_once() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     fs::write(folder.path().join("taken"), "").unwrap();
     for (more, part) in [

@@ -34,7 +34,7 @@ fn times_and_layers_that_there_are_not() {
         let of = format!("--time={time}");
         refused(&scene("theta", 0.0, 1.0), &[&of], 1, &[&format!("--time {time}: expected -3 to 2")]);
     }
-    let none = "--time 2014-01: none of the file's times, which are 2013-10-25_00:00:00 to 2013-10-27_00:00:00";
+    let none = "--time 2014-01: no time of the file, which has 2013-10-25_00:00:00 to 2013-10-27_00:00:00";
     refused(&scene("theta", 0.0, 1.0), &["--time", "2014-01"], 1, &[none]);
     for layers in ["0..5", "3..", "2..2", "..1", "5..2"] {
         let said = ["layers ", ": expected at least 2 of the 4 layers of theta"];

@@ -1,4 +1,4 @@
-//! Running the binary and looking at what it left.
+//! Runs the binary and reads its output.
 
 use crate::made::Made;
 use netcdf::Options;

@@ -1,4 +1,4 @@
-//! The file that the command writes to try it on.
+//! The sample file that the command writes.
 
 use crate::run::{Folder, has};
 use std::fs;
@@ -15,7 +15,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 #[test]
-fn the_sample_is_small_and_has_a_flow_that_keeps_what_it_carries() {
+fn the_sample_is_small_and_its_flow_conserves_the_tracer() {
     let folder = Folder::new();
     let printed = folder.prints(["sample", "s.nc"]);
     assert_eq!(printed, "sample    s.nc; icoray render s.nc draws it\n");

@@ -5,7 +5,7 @@ use std::fs;
 use std::process::Command;
 
 #[test]
-fn shells_and_man_know_every_command() {
+fn completions_and_manual_pages_have_every_command() {
     let folder = Folder::new();
     folder.prints(["manual", "share"]);
     let read = |name: &str| fs::read_to_string(folder.at("share").join(name)).unwrap();
@@ -35,7 +35,7 @@ fn colour_maps_are_drawn_and_named() {
 }
 
 #[test]
-fn films_are_what_ffmpeg_makes_of_the_pixels() {
+fn films_are_made_of_the_pixels_by_ffmpeg() {
     let folder = Folder::new();
     for (name, shade) in [("a.png", 10), ("b.png", 200)] {
         image::RgbaImage::from_pixel(3, 2, image::Rgba([shade, shade, shade, 255])).save(folder.at(name)).unwrap();

@@ -150,7 +150,7 @@ fn options_change_the_looks_of_a_scene() {
 }
 
 #[test]
-fn an_isosurface_is_saved_and_what_lies_off_the_values_is_said() {
+fn an_isosurface_is_saved_and_one_off_the_values_is_reported() {
     let folder = lone();
     let said = |options: &[&str]| render(&folder, &[&["--field", "theta", "-o", "a.exr"], options].concat());
     let text = said(&["--isosurface", "2020", "--background", "white", "--light", "10,20", "--save-scene", "iso.toml"]);
@@ -167,7 +167,7 @@ fn an_isosurface_is_saved_and_what_lies_off_the_values_is_said() {
 }
 
 #[test]
-fn bad_values_are_named_with_what_was_expected() {
+fn errors_of_bad_values_state_the_expected_ones() {
     let folder = lone();
     let refused = |more: &[&str], code: i32, parts: &[&str]| {
         fails(icoray(folder.path()).args(["render", "made.nc"]).args(more), code, parts);
@@ -213,7 +213,7 @@ fn saved_scenes_are_kept_where_files_are_to_stay() {
 }
 
 #[test]
-fn files_without_a_field_say_what_to_do() {
+fn errors_of_files_without_a_field_state_the_remedy() {
     let folder = Folder::of(&Made::mesh(false));
     let parts = ["made.nc: a mesh without a field, expected a history", "icoray render HISTORY.nc --mesh made.nc"];
     folder.fails(["render", "made.nc"], 1, &parts);
@@ -235,7 +235,7 @@ fn a_field_without_values_is_an_error_and_a_constant_one_is_drawn() {
 }
 
 #[test]
-fn plan_takes_what_render_takes() {
+fn plan_takes_the_options_of_render() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     let all = "--time 1 --layers 0..3 --threads 1 --backend cpu --size 64x48 --tolerance 1e-2 -o out.png --error map.png \
                --existing never-modify --lon 10 --lat 20 --distance 3 --exaggeration 40";

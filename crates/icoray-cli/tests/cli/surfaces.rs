@@ -106,7 +106,7 @@ fn a_2d_field_lies_under_a_volume_or_an_isosurface() {
 }
 
 #[test]
-fn scenes_that_say_little_show_the_first_field() {
+fn scenes_with_few_keys_show_the_first_field() {
     let folder = folder(&Made::history(), "image = { width = 96, height = 72 }\n");
     has(&folder.render(&[]), &["picture   theta_000002.png (96 x 72)", "theta at cells, 4 layers"]);
     shows_something(&folder.at("theta_000002.png"), 96, 72);
@@ -119,7 +119,7 @@ fn scenes_that_say_little_show_the_first_field() {
 }
 
 #[test]
-fn scenes_that_say_little_show_2d_fields_as_surfaces() {
+fn scenes_with_few_keys_show_2d_fields_as_surfaces() {
     let size = "[image]\nwidth = 96\nheight = 72\n";
     let folder = folder(&flat(), size);
     let draw = |text: &str| {

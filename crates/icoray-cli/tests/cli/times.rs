@@ -26,7 +26,7 @@ fn times_are_chosen_by_number_date_and_range() {
 }
 
 #[test]
-fn layers_are_read_and_drawn_as_asked_for() {
+fn requested_layers_are_read_and_drawn() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     has(
         &folder.render(&["--time", "0", "--layers", "1..3", "-o", "some.png"]),

@@ -1,4 +1,4 @@
-//! `icoray view`: its server is asked as a page asks it, and as others should not.
+//! `icoray view`: requests of its page, and of hostile clients.
 
 use crate::made::Made;
 use crate::run::{Folder, fails, icoray, scene};
@@ -14,7 +14,7 @@ fn folder() -> Folder {
 }
 
 #[test]
-fn what_is_seen_is_what_its_scene_renders() {
+fn the_shown_picture_is_that_of_the_saved_scene() {
     let folder = folder();
     let viewer = folder.view(&[]);
     let change = r#"{"changes":[{"path":["camera","lon"],"value":30},{"path":["transfer","map"],"value":"plasma"}],
@@ -120,7 +120,7 @@ fn another_field_is_shown_in_its_own_look() {
 }
 
 #[test]
-fn the_data_are_asked() {
+fn questions_about_the_data_are_answered() {
     let folder = folder();
     folder.write("s.toml", scene("theta", 0.0, 42.0));
     let viewer = folder.view(&["--scene", "s.toml"]);
@@ -157,7 +157,7 @@ fn the_data_are_asked() {
 }
 
 #[test]
-fn hostile_clients_are_refused_and_harm_nobody() {
+fn hostile_clients_are_refused_without_harm_to_others() {
     let folder = folder();
     let viewer = folder.view(&[]);
     let page = viewer.ask_with("", "GET /", "");

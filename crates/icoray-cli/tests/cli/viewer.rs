@@ -1,4 +1,4 @@
-//! A running `icoray view`, asked as a page asks it.
+//! A running `icoray view`, and the requests of a page.
 
 use crate::run::{Folder, icoray};
 use icoray_test_support::PATIENCE;

@@ -1,4 +1,4 @@
-//! Scene files of several pictures: what is drawn when, what is kept of it, and animations.
+//! Scene files of several pictures: schedules, lists of pictures, and animations.
 
 use crate::files::folder;
 use crate::made::Made;
@@ -68,7 +68,7 @@ fn views_of_a_series_are_drawn_when_it_is_their_turn() {
 }
 
 #[test]
-fn a_scene_whose_turn_never_comes_draws_nothing_and_says_so() {
+fn a_scene_that_is_never_due_prints_a_note() {
     for trigger in ["when = \"max(theta) > 9e9\"\n", "every = 5\n", "at_times = [1e9]\n"] {
         let folder = folder(&Made::history(), &(trigger.to_owned() + &scene("theta", 0.0, 2042.0)));
         for times in ["1..", "2.."] {

@@ -353,7 +353,7 @@ fn the_mesh_may_be_in_a_file_of_its_own() {
 }
 
 #[test]
-fn what_holds_for_all_files_ends_the_watch() {
+fn errors_of_all_files_end_the_watch() {
     let made = Made::history();
     let named = scene("theta", 0.0, 2042.0) + NAMED_BY_STEP;
     let folder = folder(&made, &named);

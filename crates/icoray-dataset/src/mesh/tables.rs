@@ -32,7 +32,7 @@ impl fmt::Display for Convention {
     }
 }
 
-/// What cells and corners are where a file has triangles.
+/// Meaning of cells and corners for a file of triangles.
 const OF_TRIANGLES: &str = "corners are the triangles of the file, cells its points";
 
 /// The tables of a mesh that icoray needs, owned.

@@ -209,7 +209,7 @@ fn of_faces(
 ) -> Result<Mesh> {
     let faces = rows.len() / row;
     if let Some(middles) = given.as_ref().map(|given| given.lon.as_reals().len()).filter(|middles| *middles != faces) {
-        let context = format!("the middles of {faces} faces are {middles}, expected {faces}");
+        let context = format!("{middles} middles of faces, expected {faces}, one per face");
         return Err(Error::new(ErrorKind::Grid, context));
     }
     let around = || rows.chunks_exact(row).map(|face| face.iter().copied().filter(|i| *i >= 0));

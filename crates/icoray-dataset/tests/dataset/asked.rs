@@ -1,4 +1,4 @@
-//! What is read is what was asked for.
+//! Only the requested data are read.
 
 use crate::made::{LAYERS, Made, RECORDS, Values, value};
 use crate::memory::{expect, open};

@@ -18,7 +18,7 @@ fn made([lon, lat]: [&'static str; 2], units: [&'static str; 2], angle: impl Fn(
 }
 
 #[test]
-fn columns_are_cells_whatever_their_coordinates_are_called() {
+fn columns_are_cells_for_any_name_of_coordinates() {
     let degrees = ["degrees_east", "degrees_north"];
     for (names, units, scale) in [
         (["lon", "lat"], degrees, 180.0 / std::f64::consts::PI),

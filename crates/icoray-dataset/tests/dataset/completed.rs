@@ -1,4 +1,4 @@
-//! Meshes whose tables are made of others.
+//! Meshes with tables that are derived from others.
 
 use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};
@@ -99,7 +99,7 @@ fn positions_may_be_cartesian() {
 
 /// An ocean: of every seventh cell nothing is left, nor corners and edges that no other cell has.
 #[test]
-fn corners_of_cells_tell_where_holes_are() {
+fn corners_of_cells_show_where_holes_are() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let kept: Vec<usize> = (0..mesh.cells()).filter(|cell| cell % 7 != 0).collect();
     let mut number = vec![0i32; mesh.lon_corner_rad.len()];

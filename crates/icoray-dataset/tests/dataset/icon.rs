@@ -1,4 +1,4 @@
-//! ICON's files: with tables, or with nothing but each triangle's bounds.
+//! ICON's files: with tables, or with the bounds of each triangle alone.
 
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};

@@ -109,7 +109,7 @@ fn coordinates_that_count_layers_space_them_evenly() {
         let found = file.layer_heights("ta").unwrap();
         let [first, middle, last] = found.height_m[..] else { panic!("{found:?}") };
         assert!(found.is_counted && (first < last) == is_rising && middle == 0.5 * (first + last), "{found:?}");
-        assert!(notes(&file, "ta").contains("lev only counts layers: shown evenly spaced"));
+        assert!(notes(&file, "ta").contains("lev only numbers the layers: shown evenly spaced"));
     }
     let mut made = Made::icon_data(Angles::Degrees);
     made.variable("lev").attributes.clear();
@@ -156,7 +156,7 @@ fn pressures_of_columns_and_of_hybrid_levels_are_heights_of_the_standard_atmosph
 }
 
 #[test]
-fn heights_radius_and_marks_are_said_by_options() {
+fn options_give_heights_radius_and_marks() {
     let mut made = Made::history();
     made.f32s("theta")[9] = -999.0;
     let with = |options: DatasetOptions| opened_with(&made, &[], options);

@@ -1,4 +1,4 @@
-//! Made files of MPAS-Ocean.
+//! Synthetic files of MPAS-Ocean.
 
 use crate::made::{LAYERS, Made, RECORDS, Values};
 

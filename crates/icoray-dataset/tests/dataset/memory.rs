@@ -1,4 +1,4 @@
-//! Datasets in memory, of what [`Made`] declares, and the errors that are expected of them.
+//! Datasets in memory as declared by [`Made`], and their expected errors.
 
 use crate::made::{Made, MadeVariable, Values};
 use icoray::{Error, ErrorKind, LonLat, OwnedReals, Result};

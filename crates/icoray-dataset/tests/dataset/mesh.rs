@@ -57,7 +57,7 @@ fn tables_over_time_are_those_of_its_first_record() {
 }
 
 #[test]
-fn fields_are_listed_with_what_a_user_asks_first() {
+fn fields_are_listed_with_units_precision_and_location() {
     let file = open(&Made::history());
     assert_eq!(names(&file), ["zgrid", "theta", "w", "vorticity", "rho", "surface_pressure"]);
     let theta = file.field_info("theta").unwrap();

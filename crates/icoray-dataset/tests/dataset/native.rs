@@ -1,4 +1,4 @@
-//! Heights that each column has of its own.
+//! Native heights: those of each column.
 
 use crate::made::{LAYERS, Made, RECORDS, Values};
 use crate::made_icon::{self, Angles};

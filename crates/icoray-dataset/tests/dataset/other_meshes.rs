@@ -108,7 +108,7 @@ fn elements_of_esmf_are_polygons() {
         middles.variable("centerCoords").dimensions[0] = "few";
         middles.f64s("centerCoords").truncate(14);
         let error = opened(&data("ncol", 54), &[&middles]).unwrap_err();
-        expect(&error, ErrorKind::Grid, &["elementConn: the middles of 54 faces are 7, expected 54"]);
+        expect(&error, ErrorKind::Grid, &["elementConn: 7 middles of faces, expected 54, one per face"]);
         // Data of another grid.
         let file = opened(&rows(), &[&mesh]).unwrap();
         assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (6, true));

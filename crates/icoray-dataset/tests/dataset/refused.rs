@@ -1,4 +1,4 @@
-//! What is wrong is refused, by name.
+//! Wrong datasets are refused with the name of the fault.
 
 use crate::made::{Made, RADIUS_M, Values};
 use crate::memory::{expect, open, open_error, opened};
@@ -89,7 +89,7 @@ fn heights_that_are_none_are_refused() {
 }
 
 #[test]
-fn unknown_fields_and_times_are_answered_with_the_known() {
+fn errors_of_unknown_fields_and_times_list_the_known_ones() {
     let file = open(&Made::history());
     let error = file.read_field("tehta", 0).unwrap_err();
     expect(&error, ErrorKind::Field, &["no field tehta", "zgrid, theta, w, vorticity, rho"]);

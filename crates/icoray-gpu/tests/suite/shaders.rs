@@ -37,7 +37,7 @@ fn every_shader_parses_and_validates() {
 
 /// Code that a scene does not need is not in its shader.
 #[test]
-fn shaders_have_what_their_scenes_have() {
+fn shaders_have_the_code_of_their_scenes() {
     let named = |contents, function: &str| compose_for("picture", contents, 1).contains(&format!("fn {function}("));
     for (function, expected) in
         [("trace", [true; 3]), ("clips_behind", [false, true, true]), ("map_cut", [false, false, true])]
@@ -55,7 +55,7 @@ fn validate(name: &str, text: &str) {
 
 /// Each page has a binding and a case for values, and the same for gradients or residuals.
 #[test]
-fn a_shader_has_as_many_pages_as_are_asked_for() {
+fn a_shader_has_the_requested_number_of_pages() {
     for (shader, contents, beside) in [
         ("picture", Contents::default(), "gradients"),
         ("picture", SCENES[0], "gradients"),

@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_direction_is_zero() {
+    fn gradients_without_a_direction_are_zero() {
         for gradient in [[0.0; 3], [f32::NAN, 1.0, 0.0], [f32::INFINITY, 0.0, 1.0], [1e-44, 0.0, 0.0]] {
             assert_eq!(unpack(u64::of(gradient)), [0.0; 3], "{gradient:?}");
         }

@@ -114,7 +114,7 @@ mod tests {
 
     /// Whichever columns have no heights: an average is of whole columns.
     #[test]
-    fn averages_of_what_passes_pass() {
+    fn averages_of_valid_heights_are_valid() {
         let grid = icosahedral_grid(2);
         for every in [2, 3, 5, usize::MAX] {
             let mut values = values(grid.triangles());
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn another_shape_or_place_is_refused_with_what_was_expected() {
+    fn heights_of_another_shape_or_place_are_refused() {
         let grid = icosahedral_grid(1);
         let values = vec![0.0; 100 * LAYERS];
         for (columns, count, place) in

@@ -120,7 +120,7 @@ fn cells_that_have_numbers_are_named_by_them() {
 }
 
 #[test]
-fn another_shape_or_place_is_refused_with_what_was_expected() {
+fn heights_of_another_shape_or_place_are_refused() {
     let values = vec![0.0; CELLS * (LAYERS + 1)];
     for (shape, place) in [
         (Shape::level_fastest(CELLS, LAYERS - 1), Location::Center),

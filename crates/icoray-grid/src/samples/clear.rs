@@ -258,7 +258,7 @@ mod tests {
 
     /// Rows of all lengths, with values at the ends of the range, missing ones, NaN and zeros of both signs.
     #[test]
-    fn vectors_find_what_single_values_do() {
+    fn vectors_find_the_same_layers_as_single_values() {
         fn compare<S: Sample>(special: &[S], test: ClearTest<S>) {
             let mut random = Random::new(1);
             for length in (0..80).cycle().take(4000) {
@@ -290,7 +290,7 @@ mod tests {
 
     /// Exactly one of adjacent values is the knot's, and no range reaches its ends.
     #[test]
-    fn ranges_contain_what_normalises_to_inside() {
+    fn ranges_contain_the_values_that_normalise_to_inside() {
         let values = [0.25f32; 4];
         let field = Field::new(values.as_slice().into(), Shape::level_fastest(2, 2), Location::Center, None).unwrap();
         let samples = Samples::new(&values, &field, false, [0.1, 0.7]);

@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_leave_out_what_is_cut_and_keep_what_is_not() {
+    fn stretches_leave_out_the_cut_parts_alone() {
         let line = RayLine::new(DVec3::X * 3.0, DVec3::NEG_X, 1.4).unwrap();
         let shell = |cuts_inside, layers| {
             Clips::new(&[Clip { cuts_inside, layers, height_m: Some([0.1, 0.2]), ..NONE }], |h| 1.0 + h)

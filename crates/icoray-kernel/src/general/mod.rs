@@ -147,7 +147,7 @@ pub(crate) struct RayState<'r, 'f> {
     single: Option<SingleVolume<'r>>,
     counts: Counts,
     scratch: Scratch<'r>,
-    /// What the ray has passed, if that is recorded.
+    /// The places that the ray has passed, if they are recorded.
     passages: Option<Vec<Passage>>,
 }
 
@@ -188,7 +188,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         RayState { passages: Some(Vec::new()), ..self }
     }
 
-    /// What the ray has passed, in order.
+    /// The places that the ray has passed, in order.
     pub fn into_passages(self) -> Vec<Passage> {
         self.passages.unwrap_or_default()
     }

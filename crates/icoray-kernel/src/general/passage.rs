@@ -1,4 +1,4 @@
-//! What a single ray passes and meets, place by place, for callers that explain a pixel.
+//! The places that a single ray passes, in order, for callers that explain a pixel.
 
 use super::wedge::{Facet, Wedge};
 use super::{KernelScene, Medium};
@@ -9,7 +9,7 @@ pub(super) const PARTS: usize = 4;
 /// A place of a ray that is recorded: a part of a frustum, a surface, or the core.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Passage {
-    /// What the ray passes or meets.
+    /// The kind of the place.
     pub kind: PassageKind,
     /// The cells of the triangle over it; `None` over a hole of the mesh.
     pub cells: Option<[u32; 3]>,

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_stays_what_it_is() {
+    fn a_constant_field_stays_constant() {
         let (wedge, _) = wedge();
         let facets = [[1.0; 3], [1.5, 1.4, 1.6]].map(|radii| Facet::of_radii(&wedge, 0, radii.map(|r: f64| 1.0 / r)));
         for u in [0.0, 0.3, 0.77, 1.0] {

@@ -237,7 +237,7 @@ fn later_lines_lie_over_earlier_ones_and_only_on_their_level() {
 }
 
 #[test]
-fn what_cannot_be_seen_is_not_painted() {
+fn invisible_hits_are_not_painted() {
     let mut scene = scene();
     scene.scenery.lines = vec![lines(Pattern::Coast, 1.0), lines(Pattern::Graticule { spacing_deg: 10.0 }, 1.0)];
     let painter = Painter::new(&scene, Level::Ground).unwrap();

@@ -34,12 +34,12 @@ impl Case {
     /// The error of `light`, and its bound.
     fn error(&self, light: &Radiance<f64>) -> (f64, f64) {
         let (exact, absorbed) = self.by_sum(4_000);
-        let (off, told) = (largest_difference(&light.color, &exact), light.error + STEP_ERROR * absorbed);
-        if off <= told {
-            return (off, told);
+        let (off, reported) = (largest_difference(&light.color, &exact), light.error + STEP_ERROR * absorbed);
+        if off <= reported {
+            return (off, reported);
         }
         // A normal that swings round within few steps needs more.
-        (largest_difference(&light.color, &self.by_sum(400_000).0), told)
+        (largest_difference(&light.color, &self.by_sum(400_000).0), reported)
     }
 
     /// Its light by this number of midpoints, and the absorbed part.
@@ -132,20 +132,20 @@ fn largest_difference(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 }
 
 #[test]
-fn one_shade_is_no_farther_off_than_it_says() {
+fn one_shade_is_within_its_reported_error() {
     let mut random = Random::new(7);
     let cases = icoray_test_support::count(3_000, 200_000);
-    let mut told_little = 0;
+    let mut small = 0;
     for number in 0..cases {
         let case = case(&mut random, number);
         let light = case.lit(1e-6, 0);
-        let (off, told) = case.error(&light);
+        let (off, reported) = case.error(&light);
         let case = (case.piece, case.interpolant, case.shading);
-        assert!(off <= told, "{number}: {off} off, {told} told, {light:?}\n{case:?}");
-        told_little += usize::from(told < 1e-2 * light.alpha);
+        assert!(off <= reported, "{number}: {off} off, {reported} reported, {light:?}\n{case:?}");
+        small += usize::from(reported < 1e-2 * light.alpha);
     }
     // Errors of one are easily right.
-    assert!(told_little > cases / 3, "{told_little} of {cases}");
+    assert!(small > cases / 3, "{small} of {cases}");
 }
 
 #[test]
@@ -155,9 +155,9 @@ fn pieces_are_cut_until_they_can_be_afforded() {
         let case = case(&mut random, number);
         for color_tolerance in [5e-3, 5e-4, 5e-5] {
             let light = case.lit(color_tolerance, Lit::<f64, 4>::MAX_CUTS);
-            let (off, told) = case.error(&light);
+            let (off, reported) = case.error(&light);
             let all = (case.piece, case.interpolant, case.shading);
-            assert!(off <= told, "{number}, {color_tolerance}: {off} off, {told} told, {light:?}\n{all:?}");
+            assert!(off <= reported, "{number}, {color_tolerance}: {off} off, {reported} reported, {light:?}\n{all:?}");
             // Colours have the tolerance once more.
             let allowed = color_tolerance * (2.0 * light.alpha + ADVANCE);
             assert!(light.error <= allowed, "{number}, {color_tolerance}: {light:?}");
@@ -267,7 +267,7 @@ fn single_precision_adds_no_more_than_rounding() {
         if wide.error < 1e-4 * wide.alpha {
             let off = largest_difference(&wide.color, &narrow.color);
             let rounded = narrow.error - wide.error + 4.0 * narrow.variance.sqrt();
-            assert!(off <= rounded, "{number}: {off} of {wide:?} and {narrow:?}, {rounded} told");
+            assert!(off <= rounded, "{number}: {off} of {wide:?} and {narrow:?}, {rounded} reported");
         }
     }
 }

@@ -80,7 +80,7 @@ impl<'f> PacketFrame<'f> {
         self.budget.color_tolerance_in::<f32>(self.shading.as_ref())
     }
 
-    /// What the integral depends on.
+    /// Inputs of the integral.
     #[inline]
     pub(crate) fn rules(&self) -> VolumeRules<'f, f32> {
         let PacketFrame { spans, is_coarse, budget, shading, .. } = *self;

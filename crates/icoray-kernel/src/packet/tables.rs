@@ -19,7 +19,7 @@ pub(super) struct Tables<'t> {
     pub slopes: Slopes<'t>,
     /// The macrocells; `None` where rays do not leap.
     pub leaps: Option<Leaps<'t>>,
-    /// What is seen beside the volume; `None` where there is no more than the core.
+    /// Visible parts beside the volume; `None` if there is only the core.
     pub scene: Option<SceneTables<'t>>,
     /// Several volumes, which replace that of `source`.
     pub volumes: Option<VolumeTables<'t>>,

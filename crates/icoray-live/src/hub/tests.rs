@@ -96,7 +96,7 @@ fn questions_come_first_are_limited_and_end_with_the_program() {
 }
 
 #[test]
-fn a_program_that_draws_by_itself_takes_what_is_new_once() {
+fn a_program_that_draws_by_itself_takes_each_change_once() {
     let hub = hub();
     let taken = hub.take();
     assert!(taken.change.is_none() && taken.questions.is_empty());

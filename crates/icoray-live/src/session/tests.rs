@@ -41,7 +41,7 @@ fn a_movement_is_one_step_back() {
 }
 
 #[test]
-fn what_is_wrong_changes_nothing() {
+fn refused_changes_change_nothing() {
     let mut session = session(TEXT);
     for (bad, wanted) in [
         (
@@ -61,7 +61,7 @@ fn what_is_wrong_changes_nothing() {
 }
 
 #[test]
-fn sizes_follow_the_viewer_unless_the_scene_says_them() {
+fn sizes_follow_the_viewer_unless_the_scene_sets_them() {
     let mut session = session(TEXT);
     let sized = |size: [u32; 2], is_moving: bool| request(json!({ "size": size, "is_moving": is_moving }));
     session.change(&sized([900, 600], false)).unwrap();

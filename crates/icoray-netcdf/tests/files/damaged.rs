@@ -1,4 +1,4 @@
-//! Files that were cut off or spoilt give errors, and never values that were not stored.
+//! Truncated and damaged files give errors, never values that were not stored.
 
 use crate::made::{Made, RECORDS, value};
 use crate::memory::expect;
@@ -66,7 +66,7 @@ fn a_header_that_lies_is_an_error() {
     expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &["made.nc"]);
 }
 
-/// Whatever bytes a classic header holds, reading ends with a result: neither a panic nor the end of the process.
+/// For any bytes in a classic header, reading ends with a result: neither a panic nor the end of the process.
 #[test]
 fn spoilt_headers_end_in_a_result() {
     for (format, options) in formats().into_iter().filter(|(format, _)| format.starts_with("CDF")) {

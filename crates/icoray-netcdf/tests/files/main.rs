@@ -1,4 +1,4 @@
-//! Reads NetCDF files: small ones that the tests write themselves, and real ones where the test data are there.
+//! Reads NetCDF files: small ones that the tests write themselves, and real ones if the test data are present.
 
 mod asked;
 mod damaged;

@@ -1,4 +1,4 @@
-//! Real files, where the test data are there.
+//! Real files, if the test data are present.
 
 use crate::made::{Made, Values};
 use crate::memory::expect;

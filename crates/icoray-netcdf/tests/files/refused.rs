@@ -4,7 +4,7 @@ use crate::memory::expect;
 use icoray::ErrorKind;
 
 #[test]
-fn what_is_no_netcdf_is_refused() {
+fn files_that_are_not_netcdf_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notes.nc");
     expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc", "No such file"]);
@@ -15,7 +15,7 @@ fn what_is_no_netcdf_is_refused() {
     }
 }
 
-/// Nobody listens at port 1 of this machine, and the store is not there.
+/// No server listens at port 1 of this machine, and the store does not exist.
 #[test]
 fn addresses_are_refused_in_the_words_of_the_library() {
     let folder = tempfile::tempdir().unwrap();
@@ -28,7 +28,7 @@ fn addresses_are_refused_in_the_words_of_the_library() {
 }
 
 #[test]
-fn other_formats_are_named_with_what_reads_them() {
+fn errors_name_other_formats_and_their_readers() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("icon.grib2");
     std::fs::write(&path, b"GRIB\0\0\0\x02 and more").unwrap();

@@ -1,4 +1,4 @@
-//! Writes made datasets as NetCDF files.
+//! Writes synthetic datasets as NetCDF files.
 
 use crate::made::{Made, MadeVariable, Values};
 use netcdf::types::NcVariableType;

@@ -1,7 +1,7 @@
-//! Bytes that mean harm, in every format: whatever they are, reading ends, with a result.
+//! Damaged and hostile files of every format: for any bytes, reading ends with a result.
 //!
-//! Files are read in a process of their own, which a damaged NetCDF-4 file may end: HDF5's library is not proof against
-//! all of them. That is counted, and a panic, or a process that does not end, is never fine.
+//! Each file is read in its own process, which a damaged NetCDF-4 file may end inside HDF5. The test counts such ends;
+//! a panic, or a process that does not end, is a failure.
 
 use crate::made::{Made, RECORDS};
 use crate::made_icon::Angles;

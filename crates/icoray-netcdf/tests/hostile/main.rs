@@ -1,5 +1,5 @@
-//! Damaged files, in a test program of their own: it starts others, which would inherit the files that tests beside it
-//! have open, and HDF5's locks on them.
+//! Damaged files, in a separate test program: the processes that it starts would inherit open files of other tests, and
+//! HDF5's locks on them.
 
 mod hostile;
 #[expect(dead_code, reason = "the tests of whole files use the rest")]

@@ -83,7 +83,7 @@ macro_rules! figures {
                 = $other_value:expr,)*
         }
     ) => {
-        /// What the structs of C and Fortran are, in lines that end with a newline each.
+        /// Description of the structs of C and Fortran, in lines that end with a newline each.
         pub const ABOUT: &str = concat!($($about, "\n"),*);
 
         /// All figures, those in C first.
@@ -167,8 +167,8 @@ figures! {
     ///
     /// The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
     /// integral of the interpolated field along its ray. It does not include the error of the interpolation between
-    /// cells and layers. Of a pixel that was not traced (pixel_step) nothing is known: its error is 1, or the brightest
-    /// that the scene may show.
+    /// cells and layers. A pixel that was not traced (pixel_step) has an error of 1, or of the brightest that the scene
+    /// may show.
     struct {
         /// Step passed to icoray_execute.
         Picture step: i64 INTEGER = |f| f.stamp.step,
@@ -259,8 +259,8 @@ figures! {
         Frame fragment_bytes: u64 INTEGER = |f| f.report.counts.fragment_bytes,
         /// Seconds in which this rank composed rays of fragments.
         Frame compose_s: f64 FLOAT = |f| f.report.ranks.compose_s,
-        /// What traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU and the
-        /// reason for using the CPU, each once.
+        /// Devices that traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU
+        /// and the reason for using the CPU, each once.
         Frame drawn_on: i32 PROCESSORS = |f| match &f.report.device {
             DeviceReport { name: None, .. } => 0,
             DeviceReport { left_to_cpu: None, .. } => 1,
@@ -320,7 +320,7 @@ figures! {
             |f| f.report.colors.first().map_or(Value::None, |colors| colors.range[1].into()),
         /// Of each colour map the field, the map with its scale and how its range came to be, and the range.
         Picture colors: COLOR_MAPS = |f| Value::ColorMaps(f.report.colors.clone()),
-        /// What the plan left out.
+        /// Data that the plan left out.
         Frame left_out: TEXTS = |f| Value::Texts(f.report.left_out.clone()),
     }
 }

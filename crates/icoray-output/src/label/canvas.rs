@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_go_over_what_is_there() {
+    fn colours_are_blended_over_the_picture() {
         let mut canvas = Canvas { width: 2, height: 1, rgba: vec![0, 0, 0, 255, 9, 9, 9, 0] };
         canvas.fill(Rect { x: -3, y: -1, width: 9, height: 2 }, [200, 100, 50], 0.5);
         // Over black: half of it; over nothing: all of the colour, half there.

@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_labels_say_has_glyphs() {
+    fn all_texts_of_labels_have_glyphs() {
         let blank = FONT.glyph_id('\u{fffe}');
         for character in "−⁻⁰¹²³⁴⁵⁶⁷⁸⁹×≤≥≈±°·µθζφΔ∂∇ÄÖÜéñ–—∞".chars()
         {

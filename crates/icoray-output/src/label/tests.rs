@@ -155,7 +155,7 @@ fn arrows_stand_at_the_ends_that_have_values_beyond_them() {
 }
 
 #[test]
-fn every_place_is_where_it_says() {
+fn labels_are_at_the_place_that_the_scene_names() {
     let colored = |canvas: &Canvas, x, y| count(canvas, x, y, is_colored);
     for (place, x, y) in
         [("right", [0.8, 1.0], [0.15, 0.85]), ("left", [0.0, 0.15], [0.15, 0.85]), ("bottom", [0.15, 0.85], [0.8, 1.0])]

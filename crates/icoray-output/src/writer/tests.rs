@@ -117,7 +117,7 @@ fn a_panic_of_an_encoder_is_an_outcome() {
 }
 
 #[test]
-fn dropping_it_writes_what_waits() {
+fn dropping_the_writer_writes_queued_frames() {
     let folder = tempfile::tempdir().unwrap();
     let writer = Writer::new(WriterOptions { queue: 9, ..WriterOptions::new(folder.path()) }).unwrap();
     (1..=9).for_each(|step| drop(submit(&writer, step)));
@@ -159,7 +159,7 @@ fn one_frames_failure_does_not_stop_the_next() {
 }
 
 #[test]
-fn what_cannot_be_written_is_known_before_the_first_ray() {
+fn unwritable_names_are_reported_before_the_first_ray() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let new = |existing| Writer::new(WriterOptions { existing, ..WriterOptions::new(folder.path()) }).unwrap();

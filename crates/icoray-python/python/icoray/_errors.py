@@ -2,7 +2,7 @@
 
 
 class Error(Exception):
-    """What icoray raises; the message names the table, row or key, the value, and what was expected."""
+    """The base class of icoray's errors; the message names the table, row or key, the value, and the expected one."""
 
     kind: str = "error"
 

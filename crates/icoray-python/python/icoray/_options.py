@@ -21,7 +21,7 @@ R = TypeVar("R")
 
 
 class Facts(TypedDict, total=False):
-    """What a dataset does not tell: arguments of `icoray.open`."""
+    """Facts that a dataset may lack: arguments of `icoray.open`."""
 
     at: Mapping[str, int]
     heights: tuple[float, float]

@@ -87,7 +87,7 @@ class Dataset:
 
     @property
     def convention(self) -> str:
-        """What the mesh is: "MPAS", "ICON" (triangles), "polygons" or "points" (columns without tables)."""
+        """The kind of mesh: "MPAS", "ICON" (triangles), "polygons" or "points" (columns without tables)."""
         return self._inner.convention
 
     @property
@@ -127,9 +127,9 @@ class Dataset:
         **options: Unpack[Options],
     ) -> Image:
         """Draws a picture. The arguments are those of `icoray.render`."""
-        tell, finish = _progress(progress)
+        report, finish = _progress(progress)
         try:
-            return self._inner.render(renderer or _renderer(), _request(field, options), tell)
+            return self._inner.render(renderer or _renderer(), _request(field, options), report)
         finally:
             finish()
 
@@ -290,7 +290,7 @@ def render(
     layers : slice, (int, int) or str, optional
         The layers that are read and drawn, counted from 0.
     scene : Scene, str or os.PathLike, optional
-        What to draw and how; without it a scene is suggested for the field's values. One that names a field alone, or
+        The scene to draw; without it a scene is suggested for the field's values. One that names a field alone, or
         to which `field` gives another, has the look of the suggestion.
     view : str, optional
         The one to draw of a scene with several [[views]].
@@ -353,7 +353,7 @@ def view(
     height: int = 640,
     **options: Unpack[Options],
 ) -> View:
-    """Serves a page on which a dataset is looked at, turned and coloured; a notebook shows it in a frame.
+    """Serves the live page of a dataset; a notebook shows it in a frame.
 
     Parameters
     ----------
@@ -391,7 +391,7 @@ def _request(field: str | None, given: Options) -> dict[str, Any]:
         raise ArgumentError(f"{ends[0]}: {options[ends[0]]!r}, expected vmin and vmax together, or range=(low, high)")
     if ends:
         options["range"] = (options.pop("vmin"), options.pop("vmax"))
-    # What the suggestion takes into account; all else is put into its scene.
+    # Options of the suggestion; all others are put into its scene.
     suggested = {"exaggeration", "tolerance", "samples"}
     keys = {name: options.pop(name) for name in Look.__annotations__ if name in options and name not in suggested}
     if field is not None:
@@ -417,7 +417,7 @@ def _expect_one(options: dict[str, Any], synonym: str, name: str) -> None:
 def _progress(
     progress: bool | Callable[[int, int], object],
 ) -> tuple[Callable[[int, int], object] | None, Callable[[], object]]:
-    """What is told of progress, and what ends the bar."""
+    """The function that reports progress, and the one that ends the bar."""
     if progress is False:
         return None, lambda: None
     if progress is not True:
@@ -430,9 +430,9 @@ def _progress(
         return None, lambda: None
     bar = tqdm(unit=" tiles")
 
-    def tell(drawn: int, of: int) -> None:
+    def report(drawn: int, of: int) -> None:
         bar.total = of
         bar.update(drawn - bar.n)
 
-    return tell, bar.close
+    return report, bar.close
 

@@ -1,7 +1,7 @@
 """Datasets of xarray and uxarray as lists of variables that the compiled module reads.
 
 A store gives the names, types and dimensions of variables, their attributes, and blocks of their values. Values that
-are in memory are given as they lie there; others are loaded or computed, and told apart by a flag.
+are in memory are given in place; others are loaded or computed, and a flag distinguishes them.
 """
 
 from __future__ import annotations

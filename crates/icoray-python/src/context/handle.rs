@@ -51,7 +51,7 @@ unsafe impl Send for Open {}
 // SAFETY: as above.
 unsafe impl Sync for Open {}
 
-/// What the context reads, alive until it is replaced or the context closed.
+/// Objects that the context reads, alive until they are replaced or the context is closed.
 #[derive(Default)]
 pub(super) struct Kept {
     pub grids: BTreeMap<String, Py<Grid>>,

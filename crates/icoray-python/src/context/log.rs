@@ -12,7 +12,7 @@ use std::ffi::{CStr, c_char, c_void};
 pub(super) unsafe extern "C" fn log_to_python(_user: *mut c_void, level: i32, message: *const c_char) {
     // SAFETY: the caller's.
     let message = unsafe { CStr::from_ptr(message) }.to_string_lossy();
-    // Nobody listens while the interpreter ends.
+    // Python's logger is not available while the interpreter ends.
     let _ = Python::try_attach(|py| {
         if let Err(error) = log(py, level, &message) {
             error.write_unraisable(py, None);

@@ -9,7 +9,7 @@ use icoray_dataset::{Dataset, LayerSelection, TimeSelection};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// What a field is named by, in errors.
+/// The name of the argument in errors.
 const FIELD: &str = "the name of a field";
 
 /// The arguments, which `_render.py` has made a dict of: those that are not given are not in it.

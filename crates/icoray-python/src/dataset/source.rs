@@ -1,4 +1,4 @@
-//! Datasets of Python as sources of variables; `_store.py` has what is xarray's.
+//! Datasets of Python as sources of variables; `_store.py` has the code for xarray.
 
 use crate::array::RealArray;
 use icoray::{Dimension as Extent, Error, ErrorKind, OwnedReals, Reals, Result};
@@ -168,8 +168,8 @@ impl Block {
 
 impl Memory for Block {
     fn reals(&self) -> Reals<'_> {
-        // SAFETY: what is returned lives as long as `self`; that nobody writes to an array while it is read is asked of
-        // the caller of the Python module.
+        // SAFETY: the borrow lives as long as `self`; callers of the Python module must not write to an array while it
+        // is read.
         unsafe { self.array.reals() }.0
     }
 }

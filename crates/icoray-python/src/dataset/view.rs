@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
-/// A page on which a dataset is looked at, turned and coloured, served to browsers on this machine until it is closed.
+/// The live page of a dataset, served to browsers on this machine until it is closed.
 #[pyclass(frozen, module = "icoray")]
 pub(crate) struct View {
     address: String,
@@ -52,7 +52,7 @@ impl View {
         let (opened, layers, served) = (opened.clone(), request.layers, live.clone());
         let serve = move || Viewer::new(&opened.dataset, opened.grid(), &renderer, &layers, &served).run();
         let thread = thread::Builder::new().name("icoray view".into()).spawn(serve);
-        let thread = thread.map_err(|e| argument(format!("no thread for the page: {e}")))?;
+        let thread = thread.map_err(|e| argument(format!("cannot start the thread of the page: {e}")))?;
         Ok(View { address: live.address(), served: Mutex::new(Some(Served { live, thread })) })
     }
 }

@@ -35,7 +35,7 @@ pub struct Picture {
 
 /// A way to give a value to points of a frustum.
 pub(crate) trait Interpolant: Sync {
-    /// What is made once per frustum in which a point lies.
+    /// Data that are made once per frustum with points in it.
     type Cell;
     /// Reads a frustum's values; `None` when one is missing.
     fn cell(&self, transfer: &Transfer, frustum: &Frustum) -> Option<Self::Cell>;

@@ -84,7 +84,7 @@ impl Solid {
     }
 }
 
-/// What one triangle adds.
+/// Contribution of one triangle.
 enum Weight {
     /// Weights of its vertices.
     Of([f64; 3]),

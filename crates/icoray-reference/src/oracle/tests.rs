@@ -58,7 +58,7 @@ impl Model {
 
 /// One piece with a linear value and extinction: `∫ cσ e^{-τ}` with τ quadratic, by fine sums.
 #[test]
-fn a_linear_ramp_is_integrated_whatever_its_depth() {
+fn a_linear_ramp_of_any_depth_is_integrated() {
     let gauss = Gauss::new();
     let parsed = scene(
         1,
@@ -225,7 +225,7 @@ fn parts_of_a_volume_add_up_to_it() {
 
 /// Columns that all have the mean heights, and a surface of constant radius, which is flat over a triangle.
 #[test]
-fn what_is_written_in_two_ways_is_seen_alike() {
+fn two_spellings_of_a_scene_give_one_picture() {
     let model = with_radius();
     let heights: Vec<f64> = model.fields[1].values.iter().map(|radius| radius - 1.0).collect();
     for light in LIGHTS {

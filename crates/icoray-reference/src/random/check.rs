@@ -29,7 +29,7 @@ pub struct Checked {
     pub pixels: usize,
     /// Pixels whose error is above the reported one.
     pub beyond: usize,
-    /// Pixels whose error the oracle does not know well enough to compare it with the reported one.
+    /// Pixels with too uncertain an error of the oracle for a comparison with the reported one.
     pub undecided: usize,
     /// Largest error relative to the reported one.
     pub worst: f64,

@@ -118,7 +118,7 @@ fn numbers_just_within_the_bounds_are_taken_and_those_just_outside_are_refused()
 }
 
 #[test]
-fn lists_have_as_many_entries_as_the_schema_says() {
+fn lists_have_as_many_entries_as_the_schema_allows() {
     let counted: Vec<_> = all_keys().into_iter().filter(|(_, key)| key.count != [0, usize::MAX]).collect();
     assert_eq!(counted.len(), 12, "of knots, pairs of opacity (in [[volumes]] too), values, magnitudes, and sections");
     for (path, key) in counted {

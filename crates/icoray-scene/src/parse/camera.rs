@@ -29,7 +29,7 @@ keys! {
         altitude: Option<Spanned<f64>> = number(-0.999_999..=1e6),
         /// Position of the camera, planet radii.
         eye: Option<Spanned<[f64; 3]>> = POSITION.note("finite"),
-        /// The point it looks at.
+        /// The point at which the camera looks.
         target: Option<Spanned<[f64; 3]>> = POSITION.or_toml("[0, 0, 0]").note("not `eye`"),
         /// The direction that is up in the picture.
         up: Option<Spanned<[f64; 3]>> = POSITION.or_toml("[0, 0, 1]").note("not along the view"),

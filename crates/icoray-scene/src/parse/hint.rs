@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn hints_stand_before_the_known_words() {
+    fn hints_precede_the_list_of_known_words() {
         let error = |text: &str| with_hint(&Error::new(ErrorKind::Scene, text)).to_string();
         let unknown = "line 1: unknown field `feild`, expected one of `field`, `every`";
         assert!(error(unknown).contains("`feild` (did you mean `field`?), expected one of"), "{}", error(unknown));

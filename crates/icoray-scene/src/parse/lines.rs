@@ -15,7 +15,7 @@ keys! {
         /// Outlines of cells, of dual triangles, meridians and parallels, or coasts (Natural Earth
         /// 1:110m, and 1:50m where pixels are smaller than 0.06 degrees).
         pattern: Option<Spanned<PatternName>> = word(&["cells", "triangles", "graticule", "coast"]).or_word("graticule"),
-        /// Where the lines are; `"ground"` needs an opaque core.
+        /// Level of the lines; `"ground"` needs an opaque core.
         on: Option<Spanned<RawLayer>> = layer(&["ground", "top", "bottom"]).or_word("ground"),
         /// In place of `on`: height in metres.
         height_m: Option<Spanned<f64>> = HEIGHT_M,

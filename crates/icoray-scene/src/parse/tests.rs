@@ -73,7 +73,7 @@ fn a_good_scene_is_read() {
 }
 
 #[test]
-fn a_scene_says_who_draws() {
+fn a_scene_selects_backend_and_device() {
     let plain = Scene::parse(GOOD).unwrap();
     assert_eq!((plain.backend, plain.device), (Backend::Auto, None));
     for (keys, backend, device) in [
@@ -206,7 +206,7 @@ fn every_which_step_is_drawn() {
 }
 
 #[test]
-fn a_scene_says_how_colours_run_along_values() {
+fn a_scene_selects_the_scale_of_colours() {
     let with = |lines: &str| {
         Scene::parse(&GOOD.replacen("range = [250, 400]", lines, 1)).unwrap().volumes[0].coloring.clone().unwrap()
     };
@@ -240,7 +240,7 @@ fn opacities_are_of_values_or_of_the_range() {
 }
 
 #[test]
-fn a_map_that_is_not_named_is_one_for_everybody() {
+fn the_default_map_depends_on_a_center() {
     let name = |more: &str| {
         let text = GOOD.replacen("map = \"viridis\"", more, 1);
         Scene::parse(&text).unwrap().volumes[0].coloring.clone().unwrap().describe()

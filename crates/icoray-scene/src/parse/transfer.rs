@@ -22,7 +22,7 @@ keys! {
             of(Kind::Text).or_else("`\"viridis\"`; `\"vik\"` with `center`").note("108 names"),
         /// Reverses the map.
         reverse: bool = flag(false),
-        /// Values at the ends of the map, or how they follow the data.
+        /// Values at the ends of the map, or a table of how they follow the data.
         range: Option<Spanned<toml::Value>> = map::RANGE,
         /// Scale along which the map runs.
         scale: Option<Spanned<String>> = word(&["linear", "log", "symlog"]).or_word("linear"),

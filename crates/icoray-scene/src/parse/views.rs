@@ -196,7 +196,7 @@ fn distinct(source: &Text, live: Option<Live>, views: Vec<(View, Names)>) -> Res
     Ok(Script::new(views.into_iter().map(|(view, _)| view).collect(), live))
 }
 
-/// What a picture is added to: the key, the file, and what all that is in it have in common.
+/// Series to which a picture is added: the key, the file, and the common property of its pictures.
 fn kinds(view: &View, scene: &Scene) -> Vec<(&'static str, String, String)> {
     let series = &scene.output.series;
     let list = series.concat.as_ref();

@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_set_stays() {
+    fn settings_without_an_option_stay() {
         let mut script = Script::parse(SCENE).unwrap();
         script.set_camera(None, None, None).unwrap();
         assert_eq!(script, Script::parse(SCENE).unwrap());
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_or_is_swept_is_not_set() {
+    fn moving_and_swept_keys_are_not_set() {
         let text = format!("{SCENE}[sweep]\nlon = [0, 10]\nexaggeration = [1, 2]\n");
         let mut script = Script::parse(&text).unwrap();
         for error in [script.set_camera(Some(0.0), None, None), script.set_exaggeration(2.0)] {

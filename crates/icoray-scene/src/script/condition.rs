@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_understood_is_pointed_at() {
+    fn errors_point_at_the_part_of_a_condition() {
         for (text, part) in [
             ("", "its end at character 1, expected min, max or mean"),
             ("most(q) > 1", "\"most(q) > 1\" at character 1, expected min, max or mean"),

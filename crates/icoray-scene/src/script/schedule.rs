@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_goes_on_does_not_draw_what_the_one_before_it_drew() {
+    fn a_restarted_run_does_not_repeat_pictures() {
         let schedule = at_times(&[0.0, 25.0, 95.0, 110.0]);
         // From the beginning, whether the model's first step is 0 or 1.
         assert_eq!(due(&schedule, 0, &[0.0, 10.0]), [0]);

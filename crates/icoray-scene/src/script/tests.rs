@@ -57,7 +57,7 @@ fn views_are_due_by_their_own_triggers() {
 }
 
 #[test]
-fn statistics_are_asked_for_no_more_than_needed() {
+fn only_needed_statistics_are_requested() {
     let script = Script::parse(TEXT).unwrap();
     let mut asked = Vec::new();
     let mut statistic = |field: &str, statistic: Statistic| {

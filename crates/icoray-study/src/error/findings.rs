@@ -1,5 +1,4 @@
-//! What the runs on a scene show: whether errors are at most the reported ones, and whether a method is faster than the
-//! default one.
+//! Findings of the runs on a scene: errors beyond the reported ones, and methods that are faster than the default one.
 
 use super::measure::{MEASURES, Measure, Measured};
 use super::sweep::{EXACT, EXACT_F64};

@@ -1,4 +1,4 @@
-//! Which methods run, over which parameters.
+//! The methods that run, and their parameters.
 
 use icoray::Precision;
 use icoray_reference::methods::{Method, Sampling};

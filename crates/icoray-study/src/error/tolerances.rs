@@ -1,4 +1,4 @@
-//! What a tolerance costs and gives: seconds, frusta, true and reported errors of the kinds of scenes.
+//! Cost and errors of each tolerance: seconds, frusta, true and reported errors by kind of scene.
 
 use crate::results::{replace_section, say};
 use glam::DVec3;

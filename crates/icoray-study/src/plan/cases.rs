@@ -1,4 +1,4 @@
-//! Scenes of all kinds: dense and clear, lit, clouds with nothing between, nothing transparent.
+//! Scenes of all kinds: dense, clear, lit, separate clouds, opaque.
 
 use crate::scenes::multi_scale::{self, HEADLIGHT, TRANSFERS};
 use glam::DVec3;

@@ -131,13 +131,13 @@ impl Measured<'_> {
             return String::new();
         };
         let mut text = format!(
-            "\nWhat rays do in a second on {}, unlit, tolerance {tolerance:e}: millions of frusta that they cross, and of these read; bytes of \
-             tables and values that they read, from wherever they are served, in percent of what memory gives ({}). Where rays walk \
-             alone they interpolate in all frusta, and nothing is integrated:\n\n",
+            "\nThroughput of rays on {}, unlit, tolerance {tolerance:e}: millions of frusta per second that rays cross and read; bytes \
+             of tables and values that they read, also from caches, in percent of the memory bandwidth ({}). \"Walk alone\" \
+             interpolates in all frusta without integration:\n\n",
             cores(&[*threads]),
             table::bandwidths(self.bandwidths)
         );
-        text += &Self::head("millions of frusta/s crossed, read; of memory's", &names);
+        text += &Self::head("millions of frusta/s crossed, read; of bandwidth", &names);
         for size in self.sizes() {
             let rates = names.iter().map(|name| {
                 let mut rows = self.find(size, Light::Unlit, tolerance, name);
@@ -154,7 +154,7 @@ impl Measured<'_> {
         text
     }
 
-    /// What is left to scalar code, at the first number of threads and this tolerance.
+    /// Share of scalar code, at the first number of threads and this tolerance.
     fn scalar(&self, names: &[&str], tolerance: f64) -> String {
         let mut text = String::new();
         for (size, light) in

@@ -3,7 +3,7 @@
 use icoray::{Renderer, Result};
 use std::path::PathBuf;
 
-/// What to measure.
+/// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Bisections of the icosahedron x layers; 5x61,7x26,8x99 by default: 8x99 is the paper's largest grid.

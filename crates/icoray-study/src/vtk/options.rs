@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// What to compare.
+/// Options of the comparison.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Bisections of the icosahedron, one size after another.

@@ -24,7 +24,7 @@ pub(super) struct Environment {
     script: PathBuf,
 }
 
-/// What a process printed, or else the reason why it failed.
+/// Output of a process, or else the reason of its failure.
 pub(super) type Outcome = std::result::Result<ProcessOutput, String>;
 
 /// Names and numbers that a process printed.
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_process_says_is_found_by_name_and_missing_numbers_are_errors() {
+    fn output_of_a_process_is_found_by_name_and_missing_numbers_are_errors() {
         let output = ProcessOutput("a warning\nwedges 97280\nfirst_s 1.5\n".into());
         assert_eq!(output.number("wedges").unwrap(), 97280.0);
         assert_eq!(output.number("first_s").unwrap(), 1.5);

@@ -114,16 +114,16 @@ fn finest(max: f64, layers: usize) -> Option<u32> {
 fn fits(name: &str, line: &Line, options: &Options) -> String {
     let (gibi, layers) = (options.memory, options.layers);
     let max = line.max_wedges(gibi * GIBI);
-    let finest = finest(max, layers).map_or_else(|| "no grid".into(), |level| format!("n = {level}"));
-    let fixed = format!("{:.1} MiB whatever the grid", line.fixed / f64::from(1 << 20));
+    let finest = finest(max, layers).map_or_else(|| "none".into(), |level| format!("n = {level}"));
+    let fixed = format!("{:.1} MiB for any grid", line.fixed / f64::from(1 << 20));
     let fixed = match line.source {
-        LineSource::Reported => format!(" by its own account, and {fixed}"),
+        LineSource::Reported => format!(" as it reports, and {fixed}"),
         LineSource::Fit => format!(" and {fixed}"),
-        LineSource::Total => " with what it takes whatever the grid".to_owned(),
+        LineSource::Total => " including the fixed part".to_owned(),
     };
     format!(
-        "{name}: {:.1} bytes per wedge{fixed}; by that {gibi} GiB hold {:.1} million wedges, of grids of {layers} \
-         layers none finer than {finest}, and the paper's 655,362 cells x 99 layers, {:.0} million wedges, take {:.2} GiB (extrapolated)",
+        "{name}: {:.1} bytes per wedge{fixed}; {gibi} GiB then hold {:.1} million wedges (finest grid of {layers} layers: \
+         {finest}), and the paper's 655,362 cells x 99 layers, {:.0} million wedges, take {:.2} GiB (extrapolated)",
         line.per_wedge,
         1e-6 * max,
         1e-6 * PAPER_WEDGES,
@@ -169,15 +169,12 @@ mod tests {
         assert!(text.contains("| bunyk | 15.0 to 20.0 | 15.0 to 20.0 | 15.0 to 20.0 | 1024 |"), "{text}");
         assert!(text.contains("bunyk: 1024.0 bytes per wedge and 2.0 MiB"), "{text}");
         assert!(
-            text.contains("icoray: 1.0 bytes per wedge by its own account, and 1.0 MiB")
+            text.contains("icoray: 1.0 bytes per wedge as it reports, and 1.0 MiB")
                 && text.ends_with("\n- n=6, dense, zsweep: no\n"),
             "{text}"
         );
         // 105267 wedges; n = 4 has 51,200.
-        assert!(
-            text.contains("0.1 GiB hold 0.1 million wedges, of grids of 11 layers none finer than n = 4"),
-            "{text}"
-        );
+        assert!(text.contains("0.1 GiB then hold 0.1 million wedges (finest grid of 11 layers: n = 4)"), "{text}");
         assert_eq!([51_199.0, 51_200.0, 199.0].map(|max| finest(max, 11)), [Some(3), Some(4), None]);
         assert_eq!(Line::of(&rows[..2], "bunyk").unwrap().per_wedge, 3072.0);
         assert_eq!(Line::of(&rows, "zsweep"), None);

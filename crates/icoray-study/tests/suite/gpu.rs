@@ -1,4 +1,4 @@
-//! `icoray-study gpu` on a small grid, on whatever adapter is there.
+//! `icoray-study gpu` on a small grid, on any adapter.
 
 use crate::{rows, study};
 use icoray::ErrorKind;

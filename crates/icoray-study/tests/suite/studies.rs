@@ -1,4 +1,4 @@
-//! The studies run to their end on small grids and leave what they promise.
+//! The studies run to their end on small grids and write their results.
 
 use crate::{rows, study};
 use std::collections::HashMap;
@@ -46,7 +46,7 @@ fn error_leaves_a_table_charts_and_a_verdict() {
 }
 
 #[test]
-fn lit_scenes_have_fewer_methods_and_absent_files_are_told() {
+fn lit_scenes_have_fewer_methods_and_absent_files_are_reported() {
     let directory = tempfile::tempdir().unwrap();
     let words = ["error", "--quick", "--size", "16", "--repeats", "1", "--scenes", "radial_lit,jw_theta*"];
     let printed = run(&words, directory.path());

@@ -142,7 +142,7 @@ fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
 }
 
 #[test]
-fn what_is_wrong_with_a_job_is_known_at_once() {
+fn errors_of_a_job_are_returned_at_once() {
     let stage = Stage::new();
     let mut background = stage.background();
     let field = stage.field(1);
@@ -210,12 +210,12 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
     let mut stage = Stage::new();
     stage.scene = Arc::new(rich(&stage.scene));
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, _, copies, accepted| {
         let fields = copies.fields()?;
         let named = fields.iter().chain(fields.heights().map(|heights| ("heights", heights)));
         let seen = named.map(|(name, field)| (name.to_owned(), field.location(), field.range().0));
-        tell.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
+        sender.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
         Ok((FrameReport::default(), None))
     })
     .unwrap();
@@ -235,14 +235,14 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
         corner.fill(f32::NAN);
         let center = |name: &str| (name.to_owned(), Location::Center, Some([level; 2]));
         let t = ("t".to_owned(), Location::Corner, Some([-level; 2]));
-        let (seen, bytes) = told.recv().unwrap();
+        let (seen, bytes) = receiver.recv().unwrap();
         assert_eq!(seen, [center("q"), center("u"), t, center("heights")]);
         assert_eq!(bytes, (3 * (3 * cells * 8) + 3 * corners * 4) as u64);
     }
 }
 
 #[test]
-fn a_field_that_is_not_there_is_known_at_once() {
+fn a_missing_field_is_an_error_at_once() {
     let mut stage = Stage::new();
     let field = stage.field(1);
     stage.scene = Arc::new(rich(&stage.scene));
@@ -272,7 +272,7 @@ fn dropping_it_finishes_the_frame() {
 }
 
 #[test]
-fn a_writer_that_drops_frames_is_heard_of() {
+fn dropped_frames_of_the_writer_are_reported() {
     let stage = Stage::new();
     let field = stage.field(1);
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));

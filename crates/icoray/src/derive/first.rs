@@ -32,8 +32,7 @@ impl FirstFrames {
             return Ok(first.values.clone());
         }
         if all.len() == MAX_STEPS {
-            let context =
-                format!("{MAX_STEPS} fields of first steps are remembered already, and none more than that are");
+            let context = format!("fields of {MAX_STEPS} first steps are stored already, expected no further one");
             return Err(Error::new(ErrorKind::Scene, context));
         }
         let room = OwnedReals::buffer(field.samples(), None);

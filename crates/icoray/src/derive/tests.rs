@@ -236,7 +236,7 @@ fn first_frames_are_remembered_by_field_and_shape() {
 }
 
 #[test]
-fn a_field_without_a_name_is_what_the_first_is_made_of() {
+fn unnamed_fields_are_inputs_of_derived_fields() {
     let world = World::new(2, 2);
     let array = world.array(1, 0, true);
     let twice = ("twice", How::Combination(vec![(2.0, "q".into())]));
@@ -254,14 +254,14 @@ fn a_field_without_a_name_is_what_the_first_is_made_of() {
     let mut beside = scene("anything", &[twice]);
     beside.volumes[0].opacity = Some(Opacity { field: "twice".into(), transfer: beside.volumes[0].transfer.clone() });
     let error = world.make(&DerivedFieldCache::default(), &beside, &unnamed, |_, _| ()).unwrap_err();
-    let told = "\"twice\": the scene shows field \"q\", and there is only the first";
-    assert!(error.to_string().contains(told), "{error}");
+    let found = "\"twice\": the scene shows field \"q\", and there is only the first";
+    assert!(error.to_string().contains(found), "{error}");
     let named = Fields::new([("anything", field), ("q", field)]);
     assert_eq!(world.made("twice", &beside, &named), expected(2.0));
 }
 
 #[test]
-fn what_does_not_fit_is_named() {
+fn errors_name_fields_that_do_not_fit() {
     let world = World::new(2, 1);
     let cells = world.mesh.cells();
     let array = |columns, layers, location| {
@@ -278,14 +278,14 @@ fn what_does_not_fit_is_named() {
         let scene = scene("odd", &[("odd", how)]);
         world.make(&DerivedFieldCache::default(), &scene, &fields, |_, _| ()).unwrap_err()
     };
-    for (odd, told) in [
+    for (odd, found) in [
         ("interfaces", "162 columns of 4 layers at Center, expected 162 columns of 3 layers at Center"),
         ("corners", "320 columns of 3 layers at Corner, expected 162"),
         ("more", "163 columns of 3 layers at Center, expected 162"),
     ] {
         let error = error(How::Magnitude(names(&["q", odd])));
         assert_eq!(error.kind(), ErrorKind::Field);
-        let expected = format!("\"odd\": field {odd:?} has {told}");
+        let expected = format!("\"odd\": field {odd:?} has {found}");
         assert!(error.to_string().contains(&expected), "{error}");
     }
     let unknown = error(How::FromFirst("odd".into())).to_string();

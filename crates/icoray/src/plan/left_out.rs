@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_scene_uses_is_not_left_out() {
+    fn data_that_a_scene_uses_are_not_left_out() {
         let all = left_out_of("");
         let gradients = "gradients (5040 bytes)";
         let words = [

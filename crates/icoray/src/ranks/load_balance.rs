@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn later_ones_by_what_tiles_cost() {
+    fn later_frames_are_assigned_by_costs_of_tiles() {
         // A globe that is dearest in the middle of the left half, and nothing on the right.
         let across = RASTER.tiles_across();
         let cost = |tile: u32| {

@@ -71,7 +71,7 @@ pub(super) fn read(bytes: &[u8], rank: usize, tiling: &dyn Tiling) -> Result<Sen
     let count = tiling.pixels_of(number);
     let is_short = |channel: &Vec<f32>| channel.len() != count && channel.len() != 1;
     if channels.iter().any(is_short) {
-        return invalid(format!("a tile {number} of other than {count} pixels"));
+        return invalid(format!("tile {number} has another number of pixels, expected {count}"));
     }
     let value = |channel: &Vec<f32>, i: usize| channel[if channel.len() == 1 { 0 } else { i }];
     let pixels = (0..count).map(|i| pixel(channels.each_ref().map(|channel| value(channel, i)))).collect();

@@ -53,7 +53,7 @@ impl Pieces {
 
     /// The message that ends with this piece.
     pub fn join(&mut self, (from, mut bytes): Addressed) -> Result<Option<Message>> {
-        let cut = || Error::new(ErrorKind::Mpi, format!("a message of rank {from} is shorter than it says"));
+        let cut = || Error::new(ErrorKind::Mpi, format!("a message of rank {from} is shorter than its header states"));
         let kind = bytes.pop().ok_or_else(cut)?;
         let (body, call) = bytes.split_last_chunk().ok_or_else(cut)?;
         let (length, call) = (body.len(), u64::from_le_bytes(*call));

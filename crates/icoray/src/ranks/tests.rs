@@ -140,7 +140,7 @@ fn a_shared_picture_is_that_of_one_to_the_bit() {
 }
 
 #[test]
-fn within_a_budget_all_draw_what_rank_0_picks() {
+fn within_a_budget_all_ranks_draw_the_quality_of_rank_0() {
     let world = World::new();
     let scene = scene(600, 400, "time_budget_ms = 1\n[light]\nkind = \"headlight\"");
     for (frame, others) in together(&world, &scene, 3) {
@@ -171,7 +171,7 @@ fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<Stri
 }
 
 #[test]
-fn what_is_wrong_on_one_rank_is_everybodys_error() {
+fn an_error_on_one_rank_is_the_error_of_all() {
     for odd in 0..3 {
         let same = |errors: &[String], start: &str| {
             assert!(errors.iter().all(|e| *e == errors[0] && e.starts_with(start)), "{errors:?}");
@@ -245,7 +245,7 @@ fn ranks_with_other_tables_or_values_draw_no_picture() {
 }
 
 #[test]
-fn a_panic_on_one_rank_is_everybodys_error() {
+fn a_panic_on_one_rank_is_the_error_of_all() {
     let raster = Raster { width: 90, height: 40, step: 1 };
     let all: Vec<u32> = (0..raster.tiles()).collect();
     for odd in 0..3 {
@@ -262,11 +262,11 @@ fn a_panic_on_one_rank_is_everybodys_error() {
                 let draw = |places: &[SamplePoint], _: &mut Counts| places.iter().map(pixel).collect();
                 let gathered =
                     ranks.gather(&threads, &raster, 0.0, |give| trace(&raster, &mine, || false, draw).for_each(give));
-                let told = gathered.map(|gathered| {
+                let summary = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
                     FrameSummary::default()
                 });
-                ranks.conclude(told).map(drop)
+                ranks.conclude(summary).map(drop)
             };
             let error = frame(true).unwrap_err().to_string();
             frame(false).unwrap();
@@ -348,7 +348,7 @@ impl Team for Counted {
 }
 
 #[test]
-fn what_cannot_be_read_is_an_error_and_no_hang() {
+fn unreadable_messages_are_an_error_and_no_hang() {
     let raster = Raster { width: 20, height: 4, step: 1 };
     let threads = Threads::new(1).unwrap();
     for odd in [&[][..], &[7; 8], &[0; 8], &[0; 64], &[2; 3], &[1, 0, 0, 0, 0, 0, 0, 0, 1]] {
@@ -356,8 +356,8 @@ fn what_cannot_be_read_is_an_error_and_no_hang() {
             if ranks.rank() == 2 {
                 ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
             }
-            let told = ranks.gather(&threads, &raster, 0.0, |_| ()).map(|_| FrameSummary::default());
-            ranks.conclude(told).unwrap_err().to_string()
+            let summary = ranks.gather(&threads, &raster, 0.0, |_| ()).map(|_| FrameSummary::default());
+            ranks.conclude(summary).unwrap_err().to_string()
         });
         assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
     }

@@ -190,7 +190,7 @@ mod tests {
 
     /// Values are found again for copies of the field over the same grid, once they were stored, and for no other.
     #[test]
-    fn only_the_same_borrow_is_known() {
+    fn only_the_same_borrow_hits_the_cache() {
         let mesh = IcosahedralMesh::new(2).unwrap();
         let grids = [Grid::new(mesh.tables()).unwrap(), Grid::new(mesh.tables()).unwrap()];
         let values = vec![0.5f32; 2 * grids[0].cells()];

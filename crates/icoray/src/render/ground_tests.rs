@@ -72,7 +72,7 @@ fn pixel(scene: &Scene, frame: &Frame, lon: f64, lat: f64) -> [f32; 4] {
 }
 
 #[test]
-fn land_and_sea_are_shown_through_a_clear_shell_by_whoever_draws() {
+fn land_and_sea_are_shown_through_a_clear_shell() {
     let mut scene = earth(97);
     let as_pixel = |[r, g, b]: [f64; 3]| [r as f32, g as f32, b as f32, 1.0];
     let frame = draw(&scene, plainly, 1);
@@ -141,7 +141,7 @@ fn a_scene_of_one_color_has_no_ground() {
 }
 
 #[test]
-fn the_brightest_that_lies_behind_is_known() {
+fn the_brightest_background_includes_ground_and_lines() {
     let brightest = |scene: &Scene| allowed(scene, &Quality::default()).brightest;
     let mut scene = earth(9);
     scene.background = Some([0.0; 3]);

@@ -1,4 +1,4 @@
-//! Probes: what a pixel of a picture shows, and the values along its ray.
+//! Probes: the contents of a pixel, and the values along its ray.
 //!
 //! The ray is traced as those of pictures in double precision, unlit and with nothing left out, and each part of a
 //! frustum, surface and core that it passes is recorded (`icoray_kernel::passages`). Where ranks have parts of the grid,
@@ -17,7 +17,7 @@ use std::time::Instant;
 
 pub use super::draw::ScenePart;
 
-/// What a pixel shows, and the values along its ray.
+/// The contents of a pixel, and the values along its ray.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
     /// The part of the scene that absorbs most of the ray's light: the pixel's own light comes from it. `None` if
@@ -166,7 +166,7 @@ struct ProbedRay<'p, 'f> {
     parts: &'p [RayPart],
 }
 
-/// What a part of the scene absorbs of the ray.
+/// Part of the ray's light that a part of the scene absorbs.
 struct Absorbed<'p> {
     part: ScenePart,
     weight: f64,

@@ -47,7 +47,7 @@ mod tests {
     const ASKED: [Statistic; 3] = [Statistic::Min, Statistic::Max, Statistic::Mean];
     const LAYERS: usize = 3;
 
-    /// What each of some ranks makes of its columns; each has a part or some columns of a field, or the whole of it.
+    /// Results of `make` on each of some ranks; each has a part or some columns of a field, or the whole of it.
     fn over<T: Send>(ranks: usize, make: impl Fn(&mut Ranks, &Grid) -> T + Sync) -> Vec<T> {
         let mesh = IcosahedralMesh::new(2).unwrap();
         let grid = Grid::new(mesh.tables()).unwrap();
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn values_count_once_whoever_has_them() {
+    fn values_of_several_ranks_count_once() {
         for location in [Location::Center, Location::Corner] {
             let found = over(3, |ranks, grid| {
                 let decomposition = parts(ranks, grid);
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_all_have_is_what_rank_0_has() {
+    fn all_ranks_have_the_summary_of_rank_0() {
         // Every rank continues after any outcome on the others.
         let found = over(3, |ranks, _| {
             let values = values(4, ranks.rank() + 1, |_| true);

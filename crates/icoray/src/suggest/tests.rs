@@ -118,7 +118,7 @@ fn values_of_many_decades_have_a_logarithmic_scale() {
 }
 
 #[test]
-fn layers_of_one_value_show_what_differs_from_their_mean_or_are_cut() {
+fn layers_of_one_value_show_anomalies_or_are_cut() {
     let layers = |_: f64, _: f64, height: f64| 300.0 + 4e-3 * height;
     let bubble = move |lon: f64, lat: f64, height: f64| {
         layers(lon, lat, height) + 2.0 * (-10.0 * ((lon - 2.0).powi(2) + lat.powi(2))).exp()
@@ -145,7 +145,7 @@ fn ice_at_both_poles_is_seen_from_above_one() {
 }
 
 #[test]
-fn what_is_asked_for_is_in_the_text() {
+fn requested_settings_are_in_the_suggested_text() {
     let options = Options {
         lon_deg: Some(-60.0),
         lat_deg: Some(12.5),
@@ -221,7 +221,7 @@ fn an_isosurface_is_all_that_is_shown() {
 }
 
 #[test]
-fn what_cannot_be_shown_is_an_error() {
+fn fields_that_cannot_be_shown_are_errors() {
     let error = text_for(wave, &Options { exaggeration: Some(-1.0), ..Options::default() }).unwrap_err();
     assert_eq!(error.context(), "exaggeration -1, expected a number from 1e-6 to 1e6");
     let error = text_for(|_, _, _| f64::NAN, &Options::default()).unwrap_err();

@@ -273,7 +273,7 @@ fn parts_of_meshes_with_holes_are_bitwise_one_process() {
 }
 
 #[test]
-fn bad_heights_on_one_rank_are_everybodys_error() {
+fn bad_heights_on_one_rank_are_the_error_of_all() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let scene = scene(FAR, "", "");
     let (all, good) = (values(&mesh, Location::Center), corner_heights(&mesh));
@@ -314,7 +314,7 @@ fn bad_heights_on_one_rank_are_everybodys_error() {
 
 /// No rank waits for halos that another does not send, or reads columns of another length.
 #[test]
-fn ranks_that_have_heights_at_other_places_are_told() {
+fn ranks_that_have_heights_at_other_places_are_an_error() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let scene = scene(FAR, "", "");
     let (all, good) = (values(&mesh, Location::Center), corner_heights(&mesh));

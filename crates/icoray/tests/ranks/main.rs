@@ -1,4 +1,4 @@
-//! The tests of ranks, parts and devices from outside, in one program: pictures of several ranks, which are threads here.
+//! Tests of ranks, parts and devices through the public interface, in one program; ranks are threads here.
 
 mod columns;
 #[path = "../suite/common.rs"]

@@ -199,7 +199,7 @@ fn corners_are_averaged_over_all_that_a_cell_has() {
 
 /// At the usual tolerance parts and whole are both within their errors of the exact picture.
 #[test]
-fn parts_are_as_near_to_the_exact_picture_as_they_say() {
+fn parts_are_within_their_errors_of_the_exact_picture() {
     let mesh = IcosahedralMesh::new(4).unwrap();
     for (precision, rest) in [("f64", HOLLOW), ("f32", "core = \"#804020\"")] {
         let exact = whole(&mesh, &scene(NEAR, "f64", &format!("{rest}\ntolerance = 1e-7")), Location::Center);
@@ -272,13 +272,13 @@ fn ranks_without_cells_and_one_rank_alone_have_parts_too() {
 
 /// Data that every rank has can be drawn by fragments too, where the scene asks for it; parts cannot be drawn by tiles.
 #[test]
-fn a_scene_may_ask_for_fragments_but_not_for_what_cannot_be() {
+fn scenes_may_request_fragments_but_no_impossible_scheme() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let asked = |ranks: &str| scene(FAR, "f64", &format!("ranks = \"{ranks}\""));
     let expected = whole(&mesh, &asked("auto"), Location::Center);
     let all = values(&mesh, Location::Center);
     for (scheme, sentence) in [
-        ("fragments", "fragments: asked for; every rank has the whole grid"),
+        ("fragments", "fragments: requested; every rank has the whole grid"),
         ("auto", "tiles: every rank has the whole grid"),
     ] {
         let drawn = on_ranks(3, |ranks| {
@@ -302,13 +302,13 @@ fn a_scene_may_ask_for_fragments_but_not_for_what_cannot_be() {
     assert_same_refusal(&refused, ErrorKind::Scene, start);
 }
 
-/// Whatever does not fit is the same error on all ranks, with the cell and the ranks.
+/// A part that does not fit is the same error on all ranks, with the cell and the ranks.
 #[test]
 fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let (_, owner) = partitions(&mesh, 3).swap_remove(0);
     type Damage = fn(&mut Spread);
-    // Owned twice or by nobody; a number twice or too low; too few numbers and too many marks.
+    // Two owners or none; a number twice or too low; too few numbers and too many marks.
     let cases: [(Damage, &[&str]); 7] = [
         (|s| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
         (|s| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),

@@ -1,7 +1,7 @@
-//! Suggested scenes of fields that are spread over ranks: to the letter those of the whole field.
+//! Suggested scenes of fields that are spread over ranks equal those of the whole field, byte for byte.
 
 use crate::culled::{Culled, Mark, Style, towards};
-use crate::spread::{NOBODY, Spread};
+use crate::spread::{NO_OWNER, Spread};
 use icoray::{DistributedGrid, Error, Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape, suggest};
 use icoray_test_support::Random;
 
@@ -47,7 +47,7 @@ fn check(
         }
     });
     let expected = expected.unwrap();
-    let owner = |(cell, stays): (usize, &bool)| if *stays { Random::at(cell).below(nodes.len()) } else { NOBODY };
+    let owner = |(cell, stays): (usize, &bool)| if *stays { Random::at(cell).below(nodes.len()) } else { NO_OWNER };
     let owner: Vec<usize> = stays.iter().enumerate().map(owner).collect();
     let spread = Spread::with_corners(mesh, nodes.len(), &owner);
     let texts = spread.on_nodes(nodes, |ranks, part, grid, decomposition| {

@@ -1,8 +1,7 @@
-//! Grid tables with anything wrong in them: refused or drawn, and never a panic or a ray without end. Half of the
-//! meshes have holes.
+//! Damaged grid tables are refused or drawn, without a panic or an endless ray. Half of the meshes have holes.
 //!
-//! Right meshes are damaged at random, 2,000 times, or 60,000 in the long run, each from its seed, so that a failure
-//! can be repeated.
+//! Correct meshes are damaged at random, 2,000 times, or 60,000 in the long run, each from its own seed, so that a
+//! failure can be repeated.
 
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{

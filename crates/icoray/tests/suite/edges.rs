@@ -39,7 +39,7 @@ impl Data {
     }
 }
 
-/// The picture; what other ranks are told of its edges is the same.
+/// The picture; all ranks report the same number of edge pixels.
 fn here(drawn: Vec<Rendered>) -> Frame {
     let (frame, reports) = picture(drawn);
     assert!(reports.iter().all(|report| report.edge_pixels == frame.report.edge_pixels));
@@ -121,7 +121,7 @@ fn edges_are_a_quarter_as_far_off_at_most_and_few_pixels_have_more_rays() {
 }
 
 #[test]
-fn the_silhouette_of_the_core_covers_what_a_sphere_does() {
+fn the_silhouette_of_the_core_covers_the_area_of_a_sphere() {
     let data = Data::new(6);
     let camera = scene(SIDE, true, "", CLEAR).camera;
     // The part of a pixel from which the unit sphere is met, by rays of a fine raster.
@@ -223,7 +223,7 @@ fn edges_are_the_same_at_every_tolerance() {
 }
 
 #[test]
-fn what_has_no_edge_has_one_ray_per_pixel() {
+fn scenes_without_edges_have_one_ray_per_pixel() {
     let data = Data::new(3);
     let haze = CLEAR.replace("[[0, 0.0]]", "[[-1, 0.01], [1.2, 0.01]]");
     // Lines are smooth by themselves.

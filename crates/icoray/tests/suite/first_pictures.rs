@@ -1,5 +1,5 @@
-//! First pictures of fields of all kinds, by numbers: that there is one, that it shows the field and what is behind it,
-//! that its colours are those of the bar, and that they stand out from dark ground.
+//! Measurements of first pictures of all kinds of fields: the share of the field and of the ground behind it, hues
+//! against the colour bar, and contrast with dark ground.
 
 use crate::culled::{Culled, Mark, Style, towards};
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! The grid's checks: what is right passes, in every order that real files have, and what is wrong is named.
+//! The grid's checks: correct tables pass in every order of real files, and errors name the fault.
 
 use icoray::{ErrorKind, Grid, GridTables, IcosahedralMesh, LonLat};
 

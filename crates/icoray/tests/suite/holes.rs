@@ -166,7 +166,7 @@ fn a_hole_looks_like_missing_values() {
 
 /// A pixel whose ray meets no triangle that is missing is the whole mesh's, bit for bit.
 #[test]
-fn what_is_there_is_drawn_as_in_the_whole_mesh() {
+fn data_beside_holes_are_drawn_as_in_the_whole_mesh() {
     let renderer = Renderer::new(2).unwrap();
     let layers = Layers::from_heights(&HEIGHT_M, 6371e3).unwrap();
     let (mut same, mut meeting) = (0, 0);

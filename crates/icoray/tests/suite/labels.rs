@@ -94,7 +94,7 @@ fn labels_are_in_the_png_alone() {
 }
 
 #[test]
-fn ranges_that_follow_the_data_are_drawn_and_told() {
+fn ranges_that_follow_the_data_are_drawn_and_reported() {
     let (folder, sphere) = (tempfile::tempdir().unwrap(), Sphere::new());
     let follows = "map = \"vik\"\ncenter = 0\nrange = { union = [0, 100], hysteresis = 0.5 }\n\
                    opacity = [[0, 0.8], [0.5, 0], [1, 0.8]]";

@@ -1,5 +1,5 @@
 //! Lit volumes beside surfaces, isosurfaces, other volumes and cuts, and over layers at heights of their own: no pixel
-//! is farther from the same picture at a far finer tolerance than the two tell, and none is over its tolerance.
+//! is farther from the same picture at a far finer tolerance than both errors, and none is over its tolerance.
 
 use crate::common::{at_centers, pixel_difference};
 use icoray::{Fields, Frame, Grid, IcosahedralMesh, Layers, Precision, Renderer, Scene};
@@ -103,7 +103,7 @@ fn scene(size: u32, beside: &str, transfer: &str, camera: &str, light: &str) -> 
     Scene::parse(&text).unwrap_or_else(|error| panic!("{error}:\n{text}"))
 }
 
-/// How many pixels are farther from `fine` than both tell, how many than the tolerance, and how many tell more than it.
+/// Numbers of pixels that are farther from `fine` than both errors, farther than the tolerance, and of larger errors.
 fn wrong(frame: &Frame, fine: &Frame, tolerance: f64) -> [usize; 3] {
     let mut wrong = [0; 3];
     for i in 0..frame.pixels.len() {
@@ -119,7 +119,7 @@ fn wrong(frame: &Frame, fine: &Frame, tolerance: f64) -> [usize; 3] {
 }
 
 #[test]
-fn no_lit_pixel_is_farther_off_than_it_tells() {
+fn no_lit_pixel_is_farther_off_than_its_error() {
     let data = Data::new(3);
     let (size, all) = support::count((20, false), (28, true));
     let mut failures = Vec::new();
@@ -151,18 +151,18 @@ fn no_lit_pixel_is_farther_off_than_it_tells() {
     }
     assert!(
         failures.is_empty(),
-        "of {pixels} pixels some are beyond what they tell, beyond the tolerance, and told to be so:\n{}",
+        "of {pixels} pixels some are beyond their error, beyond the tolerance, and report more than it:\n{}",
         failures.join("\n")
     );
 }
 
 #[test]
-fn a_lit_volume_alone_tells_no_error_above_its_tolerance() {
+fn a_lit_volume_alone_reports_no_error_above_its_tolerance() {
     let data = Data::new(3);
     let size = support::count(40, 160);
     for precision in [Precision::F64, Precision::F32] {
         for (name, transfer) in TRANSFERS {
-            // Beside steps rounding in f32 is told, too.
+            // Beside steps the error contains rounding in f32, too.
             if precision == Precision::F32 && name == "steps" {
                 continue;
             }

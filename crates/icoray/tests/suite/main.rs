@@ -1,4 +1,4 @@
-//! The tests of the library from outside, in one program; those of ranks and devices are in `../ranks`.
+//! Tests of the library through its public interface, in one program; those of ranks and devices are in `../ranks`.
 
 mod common;
 mod corruption;

@@ -36,7 +36,7 @@ fn refused(rest: &str, missing: u64) -> [Option<String>; 2] {
 }
 
 #[test]
-fn a_frame_that_does_not_fit_is_refused_with_what_is_missing() {
+fn a_frame_that_does_not_fit_is_refused_with_the_missing_bytes() {
     for rest in ["", LIT, "[[surfaces]]\nlayer = \"top\"\ncolor = \"red\"\nopacity = 0.5"] {
         assert_eq!(refused(rest, 0), [None, None], "{rest}");
         for error in refused(rest, 7) {
@@ -76,7 +76,7 @@ fn derived_fields_that_do_not_fit_are_refused_before_they_are_made() {
 
 /// Gradients of a close-up are those of few cells.
 #[test]
-fn what_the_camera_cannot_see_is_not_counted() {
+fn hidden_cells_do_not_count_as_memory() {
     let mesh = IcosahedralMesh::new(5).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&[0.0, 1e3, 2e3, 3e3], 6.371e6).unwrap();
@@ -115,7 +115,7 @@ fn in_little_memory() {
     assert_eq!(error.kind(), ErrorKind::Memory);
     assert!(error.context().starts_with("a generated mesh: 7046431056 bytes (6.56 GiB) are needed, "), "{error}");
     let mesh = IcosahedralMesh::new(9).unwrap();
-    let left = icoray::memory::available().expect("Linux tells");
+    let left = icoray::memory::available().expect("Linux reports it");
     let taken = vec![0u8; left as usize - (100 << 20)];
     let error = Grid::new(mesh.tables()).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Memory);

@@ -263,7 +263,7 @@ fn isosurfaces_lie_where_values_cross_and_between_volumes() {
 }
 
 #[test]
-fn cuts_leave_out_what_they_say() {
+fn cuts_remove_their_region() {
     let data = Data::new(3);
     let none = Clip { cuts_inside: true, region: None, layers: None, height_m: None, half_space: None };
     let region = LonLatBox { lon_deg: [-10.0, 60.0], lat_deg: [0.0, 70.0] };
@@ -302,7 +302,7 @@ fn cuts_leave_out_what_they_say() {
 }
 
 #[test]
-fn a_layer_shows_its_values_and_hides_what_lies_behind() {
+fn a_layer_shows_its_values_and_hides_the_volume_behind() {
     let data = Data::new(3);
     let mut scene = small("core = \"#102030\"");
     clear(&mut scene);

@@ -117,7 +117,7 @@ fn scene(contents: &[&str], keys: &str, camera: &str, light: &str) -> Scene {
 }
 
 /// Checks packets against single rays, of which no more than `beyond` pixels in a thousand may differ by more than
-/// both tell.
+/// both errors.
 fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
     let mut exact = scene.clone();
     exact.precision = Precision::F64;
@@ -135,7 +135,7 @@ fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
 
 /// All scenes with all lights, one of the cameras and tolerances each, on concentric and on native layers.
 #[test]
-fn packets_show_what_single_rays_show() {
+fn packets_show_the_pictures_of_single_rays() {
     let model = Model::new(4);
     for (i, contents) in SCENES.into_iter().enumerate() {
         for (k, light) in LIGHTS.into_iter().enumerate() {

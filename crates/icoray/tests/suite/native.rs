@@ -101,7 +101,7 @@ fn compare(model: &Model, scene: &Scene, name: &str) {
     assert!(packets.pixels != exact.pixels && exact.pixels.iter().any(|p| p[3] > 0.5), "{name}: nothing is seen");
     let beyond = packets.error.iter().filter(|error| **error > 1.01 * scene.tolerance as f32).count();
     let steep = transfer_has_steps(scene) || scene.tolerance < 5e-5;
-    assert!(steep || beyond == 0, "{name}: {beyond} pixels tell more than the tolerance");
+    assert!(steep || beyond == 0, "{name}: {beyond} pixels report more than the tolerance");
 }
 
 fn transfer_has_steps(scene: &Scene) -> bool {
@@ -109,7 +109,7 @@ fn transfer_has_steps(scene: &Scene) -> bool {
 }
 
 #[test]
-fn packets_show_what_the_general_kernel_shows() {
+fn packets_show_the_picture_of_single_rays() {
     let model = Model::new(4, LAYERS);
     for tolerance in ["1e-2", "1e-3", "1e-4", "1e-5"] {
         for (i, camera) in CAMERAS.into_iter().enumerate() {
@@ -215,7 +215,7 @@ fn empty_space_skipping_changes_no_picture() {
     }
 }
 
-/// Packets tell where rays meet the ground: pixels with its edge in them show several rays.
+/// Packets report where rays meet the ground: pixels with its edge in them show several rays.
 #[test]
 fn edges_of_the_ground_are_smooth() {
     let model = Model::new(4, LAYERS);

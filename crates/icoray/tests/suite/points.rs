@@ -1,4 +1,4 @@
-//! Meshes of points alone: pictures against maps of the nearest point, which share nothing with triangles.
+//! Meshes of points alone: pictures against maps of the nearest point, which use no triangles.
 
 use crate::common::{at_centers, rays};
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! Probes of rays against what is known of a field, and frames that are given up.
+//! Probes of rays against analytic fields, and cancelled frames.
 
 use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, ScenePart, Shape};
 use std::sync::Arc;
@@ -77,7 +77,7 @@ fn a_probe_finds_where_the_light_comes_from() {
 }
 
 #[test]
-fn a_probe_finds_the_ground_behind_what_is_clear() {
+fn a_probe_finds_the_ground_behind_clear_volumes() {
     let renderer = Renderer::new(1).unwrap();
     with_field(false, |grid, layers, field| {
         let probe = renderer.probe(&scene(300.0, 0.5, ""), grid, layers, field, [0.5, 0.5]).unwrap().unwrap();

@@ -96,7 +96,7 @@ fn shown<'d>(noise: &'d Data, smooth: &'d Data) -> Vec<(&'static str, &'d Data, 
 }
 
 #[test]
-fn means_are_those_of_areas_within_the_errors_told() {
+fn means_are_those_of_areas_within_the_reported_errors() {
     let (noise, smooth) = (Data::noise(6), Data::smooth(5));
     for (name, data, tables) in shown(&noise, &smooth) {
         let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
@@ -109,9 +109,9 @@ fn means_are_those_of_areas_within_the_errors_told() {
             assert!(one > better * now && now < before, "{name}, {samples}: {one}, {before} and {now} off");
             before = now;
             // 144 rays do not give the mean over the area either.
-            let told = frame.sampling_error.iter().zip(&frame.error).map(|(sampling, error)| sampling + error + 5e-4);
-            let beyond =
-                off(&frame, &exact).into_iter().zip(told).filter(|(off, told)| *off > f64::from(*told)).count();
+            let errors = frame.sampling_error.iter().zip(&frame.error).map(|(sampling, error)| sampling + error + 5e-4);
+            let pixels = off(&frame, &exact).into_iter().zip(errors);
+            let beyond = pixels.filter(|(off, error)| *off > f64::from(*error)).count();
             let shown = frame.error.iter().filter(|error| **error > 0.0).count();
             // Two rays miss more steps than several.
             let share = if samples < 4 { 10 } else { 20 };
@@ -229,7 +229,7 @@ fn samples_are_taken_where_a_budget_leaves_time() {
 }
 
 #[test]
-fn nothing_is_known_of_pixels_that_are_not_traced() {
+fn pixels_that_are_not_traced_have_the_largest_error() {
     let (noise, smooth) = (Data::noise(4), Data::smooth(4));
     for (name, data, tables) in shown(&noise, &smooth).into_iter().filter(|(name, ..)| !name.starts_with("lit")) {
         let whole = data.draw(&scene(100, "tolerance = 1e-6\nantialias = false", &tables));

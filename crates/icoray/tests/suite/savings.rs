@@ -1,4 +1,4 @@
-//! What is left out where a scene does not need it changes no picture: skipped space not in a bit, packets by less than errors.
+//! Savings do not change pictures: skipped space changes no bit, packets change less than the errors.
 
 use crate::common::{FAR, count_beyond, difference};
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
@@ -273,7 +273,7 @@ fn gradients_beside_the_view_are_not_read() {
 
 /// One renderer, one field, scenes that ask for other things of it: each frame is that of a renderer of its own.
 #[test]
-fn what_is_known_of_a_field_serves_the_scenes_that_it_fits() {
+fn cached_data_of_a_field_serve_matching_scenes() {
     let model = Model::new(20, true, true);
     let grid = Grid::new(model.mesh.tables()).unwrap();
     let fill = Some(f64::from(-9e33f32));
@@ -292,7 +292,7 @@ fn what_is_known_of_a_field_serves_the_scenes_that_it_fits() {
     }
 }
 
-/// Rays in packets meet the frusta that rays one after the other meet, and differ from these by less than both tell. Where
+/// Rays in packets meet the frusta that rays one after the other meet, and differ by less than both errors. Where
 /// the mesh, the transfer function and the values are usual, hardly a piece is left to scalar code.
 #[test]
 fn packets_differ_by_less_than_errors() {

@@ -87,7 +87,7 @@ fn scene(size: u32, more: &str) -> Scene {
 }
 
 #[test]
-fn mountains_and_what_lies_over_them_are_those_of_single_points() {
+fn mountains_and_the_layers_above_match_single_points() {
     let terrain = Terrain::new(2);
     let scene = scene(20, "core = \"#405060\"");
     let frame = terrain.draw(&scene);

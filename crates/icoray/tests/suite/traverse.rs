@@ -1,4 +1,4 @@
-//! The stretches of a ray: that they join, lie on the ray, in their layer, and leave nothing of it out.
+//! The stretches of a ray join, lie on the ray and in their layer, and cover the whole ray.
 
 use glam::DVec3;
 use icoray::{ErrorKind, Frustum, Grid, IcosahedralMesh, Stretch, Traversal};
@@ -97,7 +97,7 @@ fn stretches_join_and_lie_on_the_ray() {
 }
 
 #[test]
-fn the_core_is_told_where_it_is_met_and_left() {
+fn the_core_is_listed_where_it_is_met_and_left() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let traversal = Traversal::new(&grid, &RADIUS).unwrap();
@@ -116,13 +116,13 @@ fn the_core_is_told_where_it_is_met_and_left() {
     assert!((before.t[1] - t).abs() < 1e-12);
     let hole = after.t[0] - before.t[1];
     assert!((hole - chord(&grid, RADIUS[0], eye, dir)).abs() < 1e-12, "{hole}");
-    // Breaking off at the core tells nothing more.
-    let mut told = 0;
+    // A break at the core ends the list.
+    let mut visited = 0;
     traversal.ray(eye, dir, &mut 0, |stretch| {
-        told += 1;
+        visited += 1;
         if is_core(stretch) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    assert_eq!(told, first + 1);
+    assert_eq!(visited, first + 1);
 }
 
 #[test]

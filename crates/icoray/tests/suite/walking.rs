@@ -1,4 +1,4 @@
-//! A renderer that only walks and interpolates, so that this alone can be timed.
+//! A renderer that only walks and interpolates, for measurements of these steps.
 
 use crate::common::at_centers;
 use icoray::{Grid, IcosahedralMesh, Layers, Renderer, Scene};

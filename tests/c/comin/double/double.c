@@ -94,7 +94,7 @@ void comin_var_get_shape(t_comin_var_handle *handle, int shape[5])
     memcpy(shape, of, sizeof of);
 }
 
-/* An iterator is the number of a key. The place of what plugins have added is not told: of few and many. */
+/* An iterator is the number of a key. Variables of plugins (few and many) have no key of their place. */
 static const char *const keys[] = {"units", "long_name", "hgrid_id"};
 
 static const double_variable *described(struct t_comin_var_descriptor descriptor)

@@ -1,4 +1,4 @@
-/* What the host of the double sets, and how it calls the plugin. */
+/* State that the double's host sets, and its calls of the plugin. */
 #ifndef DOUBLE_H
 #define DOUBLE_H
 

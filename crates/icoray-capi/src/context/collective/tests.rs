@@ -1,4 +1,4 @@
-//! Two ranks that are threads of this process, and what fails on one of them only.
+//! Two ranks, which are threads of this process, and failures on one of them.
 
 use super::*;
 use crate::boundary::tests::config;
@@ -111,7 +111,7 @@ fn all_have_the_scene_of_rank_0_or_none() {
 }
 
 #[test]
-fn a_bug_on_one_rank_changes_no_answer_before_all_know_of_it() {
+fn a_bug_on_one_rank_changes_no_answer_before_an_agreement() {
     for odd in [0, 1] {
         on_two(None, |model| {
             assert_eq!(model.set_scene(Some(SCENE)), ICORAY_OK);

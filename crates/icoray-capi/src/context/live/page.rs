@@ -1,4 +1,4 @@
-//! The page itself, on rank 0: its address, its scene, its questions.
+//! The page on rank 0: its address, its scene, and questions of viewers.
 
 use super::time_budget::TimeBudget;
 use crate::boundary::Outcome;
@@ -31,7 +31,7 @@ pub(super) struct Page {
     address: PathBuf,
     steered: SharedSteered,
     budget: TimeBudget,
-    /// What was taken and is not done yet: a call in which the ranks do not agree does nothing.
+    /// The change that was taken and is not applied yet: a call in which the ranks do not agree applies none.
     change: Option<Change>,
     histograms: Vec<(String, Reply<Histogram>)>,
     looks: Vec<(Box<Look>, Reply<String>)>,
@@ -82,8 +82,8 @@ impl Page {
         }
     }
 
-    /// What viewers have sent and is not done yet, where `script` of the text `current` is drawn: the scene and one
-    /// question of each kind.
+    /// Pending requests of viewers, while `script` of the text `current` is drawn: the scene and one question of each
+    /// kind.
     pub fn take(&mut self, inputs: &Inputs, script: &Script, current: &str) -> ViewerMessage {
         let mut steered = self.steered();
         if steered.fields.len() != inputs.fields.len() {

@@ -1,8 +1,8 @@
-//! The time of pictures whose scene viewers have set.
+//! The time budget of pictures of the viewers' scene.
 //!
-//! Each such picture has a budget: that of the scene, or a share more than the last picture of the model's own scene
-//! took. What one takes beyond its budget is taken from the budgets of those after it, and no change is drawn until it
-//! is made up for. So viewers cost a model no more than the budgets of its pictures, but for one picture.
+//! Each such picture has the scene's budget, or a multiple of the time of the last picture of the model's own scene.
+//! Time beyond a budget is subtracted from the budgets of later pictures, and no change is drawn until it is recovered.
+//! So viewers cost a model no more than the budgets of its pictures, except for one picture.
 
 use crate::drawing::PictureCost;
 use icoray_core::Script;
@@ -13,14 +13,14 @@ const SHARE: f64 = 2.0;
 /// The smallest budget, as that of a scene.
 const LEAST_MS: f64 = 1.0;
 
-/// What pictures may take, and what they took.
+/// Allowed and measured times of pictures.
 #[derive(Debug)]
 pub(super) struct TimeBudget {
     /// `live.time_budget_ms`.
     given_ms: Option<f64>,
     /// Milliseconds of the last picture of each view of the model's own scene.
     own_ms: BTreeMap<String, f64>,
-    /// Milliseconds beyond budgets that are not made up for.
+    /// Milliseconds beyond budgets that are not recovered yet.
     debt_ms: f64,
     /// Whether the scene is viewers', and the step since which that holds.
     is_steered: bool,
@@ -44,7 +44,7 @@ impl TimeBudget {
         self.is_steered || (self.debt_ms <= 0.0 && self.whole_ms("").is_some())
     }
 
-    /// What a picture of each view may take, milliseconds.
+    /// Time budget of a picture of each view, milliseconds.
     pub fn of_views(&self, script: &Script) -> BTreeMap<String, f64> {
         let left_ms = |view: &str| (self.whole_ms(view).unwrap_or_default() - self.debt_ms).max(LEAST_MS);
         script.views().iter().map(|view| (view.name().to_owned(), left_ms(view.name()))).collect()
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_one_picture_takes_too_long_is_taken_from_the_others() {
+    fn time_beyond_the_budget_is_subtracted_from_later_pictures() {
         let script = Script::parse(TEXT).unwrap();
         let mut budget = TimeBudget::new(Some(100.0));
         budget.begin(true, 3);

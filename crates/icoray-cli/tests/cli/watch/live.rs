@@ -1,4 +1,4 @@
-//! `icoray watch --live`: the page follows what is drawn, and what is set there is drawn next.
+//! `icoray watch --live`: the page shows each picture, and its changes apply to the next ones.
 
 use super::model::records;
 use super::{NAMED_BY_DATE, Watcher, folder};
@@ -14,7 +14,7 @@ fn pixels(path: &Path) -> image::RgbaImage {
 }
 
 #[test]
-fn a_page_follows_and_steers_what_is_drawn_next() {
+fn a_page_follows_the_watch_and_steers_the_next_picture() {
     let made = Made::history();
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
     let comes = |number: usize| {

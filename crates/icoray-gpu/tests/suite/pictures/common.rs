@@ -151,7 +151,7 @@ pub fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
 
 /// Checks that the mean error of a device is at least that of the CPU in double precision, but for this part of it, and
 /// hardly more than that of packets, `narrow`, which have the rounding of single precision too.
-pub fn assert_told(name: &str, ours: f64, (wide, narrow): (f64, f64), apart: f64) {
+pub fn assert_reported_error(name: &str, ours: f64, (wide, narrow): (f64, f64), apart: f64) {
     const ROUNDING: f64 = 7.5e-6;
     let range = (1.0 - apart) * wide - 1e-7..=((1.0 + apart) * wide).max(1.5 * narrow) + ROUNDING;
     assert!(range.contains(&ours), "{name}: {ours:e}, expected {wide:e} and rounding, as {narrow:e} of packets");
@@ -184,7 +184,7 @@ pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &
     let (ours, theirs) = (drawn.report.error, expected.report.error);
     assert_eq!(ours.certainty, theirs.certainty, "{name}");
     let packets = Renderer::new(1).unwrap().render(scene, grid, layers, field).unwrap();
-    assert_told(name, ours.mean, (theirs.mean, packets.report.error.mean), apart);
+    assert_reported_error(name, ours.mean, (theirs.mean, packets.report.error.mean), apart);
     let Counts { rays, columns, frusta, void_frusta, .. } = expected.report.counts;
     assert_eq!(counts.rays, rays, "{name}");
     // A ray through a vertex or along a layer may meet either of two frusta.

@@ -1,5 +1,5 @@
-//! How fields are uploaded: in pages, in passes, without columns and layers that no ray reads, and once. Pictures do
-//! not depend on it.
+//! Uploads of fields: in pages, in passes, without columns and layers that no ray reads, and once. Pictures do not
+//! depend on them.
 
 use super::common::*;
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};

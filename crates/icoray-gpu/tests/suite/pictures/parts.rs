@@ -208,7 +208,7 @@ fn fragments_are_those_of_the_cpu() {
                 let allowed = 5.0 + 0.001 * theirs as f64;
                 assert!(ours.abs_diff(theirs) as f64 <= allowed, "{name}: {ours}, expected about {theirs}");
             }
-            assert_told(&name, ours.error.mean, (theirs.error.mean, theirs.error.mean), 0.02);
+            assert_reported_error(&name, ours.error.mean, (theirs.error.mean, theirs.error.mean), 0.02);
         }
     }
 }

@@ -299,7 +299,7 @@ pub const ISOSURFACES: [(&str, &str); 6] = [
 ];
 
 /// Pixels at which rounding decides whether a ray grazes an isosurface, or the CPU's error, an estimate, is too
-/// small: in "several, cut, inside" one is off by 1.8e-4, told as 4e-5, and the device's by 9e-6.
+/// small: in "several, cut, inside" one is off by 1.8e-4, reported as 4e-5, and the device's by 9e-6.
 const GRAZING: usize = 2;
 
 #[test]

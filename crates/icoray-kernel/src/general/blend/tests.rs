@@ -101,7 +101,7 @@ fn random_medium(random: &mut Random, source: usize) -> Medium {
 }
 
 #[test]
-fn one_panel_tells_its_error() {
+fn one_panel_is_within_its_reported_error() {
     let mut random = Random::new(7);
     let mut ratios = Vec::new();
     for case in 0..count(500, 50_000) {
@@ -127,19 +127,19 @@ fn one_panel_tells_its_error() {
         }
         let exact = by_gauss(&parts, length);
         let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
-        assert!(off <= light.error + 1e-12, "case {case}: {off} off, {} told", light.error);
+        assert!(off <= light.error + 1e-12, "case {case}: {off} off, {} reported", light.error);
         if off > 1e-11 {
             ratios.push(light.error / off);
         }
     }
     ratios.sort_by(f64::total_cmp);
     let median = ratios[ratios.len() / 2];
-    assert!(ratios.len() > 200 && median < 40.0, "told {median} times the truth in the median of {}", ratios.len());
+    assert!(ratios.len() > 200 && median < 40.0, "{median} times the true error in the median of {}", ratios.len());
 }
 
 /// A field that rises above a value without extinction and falls back, beside another: nothing absorbs at either end.
 #[test]
-fn what_absorbs_between_two_clear_ends_is_seen() {
+fn absorption_between_two_clear_ends_is_integrated() {
     let hill = medium(0, &[knot(1.0, [1.0, 0.0, 0.0], 0.0), knot(2.0, [0.0, 1.0, 0.2], 400.0)]);
     let other = medium(0, &[knot(1.0, [0.0, 0.3, 1.0], 0.0), knot(2.0, [0.9, 0.6, 0.0], 150.0)]);
     for (length, eps) in [(0.01, 0.0), (0.1, 0.05), (1.0, -0.2)] {
@@ -217,7 +217,7 @@ fn one_colour_is_itself_to_the_digit_however_dense() {
 }
 
 #[test]
-fn light_follows_the_gradient_of_what_absorbs() {
+fn light_follows_the_gradient_of_the_absorbing_medium() {
     let white = medium(0, &[knot(0.0, [1.0; 3], 2.0), knot(1.0, [1.0; 3], 2.0)]);
     let f = segment(0.0, 1.0, 0.0, 0.0, 0.1);
     let shading = crate::shade::Shading {
@@ -312,10 +312,10 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
             let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
             // The steps' own error.
             if off > light.error + 3e-6 {
-                beyond.push(format!("{case}, {share}: {off} off, {} told", light.error));
-                assert!(off <= 3.0 * light.error + 3e-6, "{case}, {share}: {off} off, {} told", light.error);
+                beyond.push(format!("{case}, {share}: {off} off, {} reported", light.error));
+                assert!(off <= 3.0 * light.error + 3e-6, "{case}, {share}: {off} off, {} reported", light.error);
             }
-            assert!(light.error <= 1.0001 * share * light.alpha, "{case}, {share}: {} told", light.error);
+            assert!(light.error <= 1.0001 * share * light.alpha, "{case}, {share}: {} reported", light.error);
         }
     }
     // The rule is an estimate: gradients at random are harder than those of a field.

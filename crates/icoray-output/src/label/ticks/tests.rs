@@ -11,7 +11,7 @@ fn labels(scale: Scale, range: [f64; 2], max_count: usize) -> (Vec<String>, i32)
 }
 
 #[test]
-fn ticks_are_what_people_would_write() {
+fn ticks_are_numbers_that_people_would_write() {
     for (scale, range, max_count, expected, exponent) in [
         (Scale::Linear, [0.0, 1.0], 6, &["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"][..], 0),
         (Scale::Linear, [268.0, 304.0], 5, &["270", "280", "290", "300"], 0),
@@ -62,7 +62,7 @@ fn meant(label: &str, exponent: i32) -> f64 {
 }
 
 #[test]
-fn ticks_rise_within_the_range_and_say_their_values() {
+fn ticks_rise_within_the_range_and_show_their_values() {
     let mut random = Random::new(1);
     for case in 0..20_000 {
         let threshold = 10f64.powf(8.0 * random.unit() - 6.0);

@@ -8,7 +8,7 @@ use icoray::{Camera, Field, Grid, Knot, Layers, Location, OwnedReals, Result, Sc
 pub struct Case {
     /// One of [`GROUPS`](super::GROUPS).
     pub group: &'static str,
-    /// What it is, unique in its group.
+    /// Description, unique in its group.
     pub name: String,
     /// Layers in planet radii.
     pub layers: Layers,

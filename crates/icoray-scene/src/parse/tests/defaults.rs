@@ -68,7 +68,7 @@ fn a_centre_is_clear_where_no_opacity_is_given() {
 }
 
 #[test]
-fn what_is_shown_beside_the_volume_is_of_the_first_field() {
+fn surfaces_beside_the_volume_show_the_first_field() {
     let both = parsed(
         "field = \"q\"\n[transfer]\n[opacity]\nvalues = [[0, 0], [1, 0.5]]\n[[surfaces]]\n[[isosurfaces]]\nvalue = 3\n",
     );
@@ -118,7 +118,7 @@ fn fields_without_layers_are_surfaces_unless_an_opacity_is_given() {
     }
 }
 
-/// Whatever is left out, no message is serde's about a field of a struct.
+/// For any omitted key, no message is serde's about a field of a struct.
 #[test]
 fn no_key_is_missing_in_words_of_the_parser() {
     for (text, words) in [

@@ -5,7 +5,7 @@ use crate::script::Script;
 use icoray_grid::ErrorKind;
 
 #[test]
-fn near_misses_are_answered_with_what_was_meant() {
+fn near_misses_get_a_hint_at_the_known_word() {
     for (text, words) in [
         ("background = \"none\"", "\"none\" (did you mean \"transparent\"?), expected an opaque CSS colour"),
         ("background = \"Transparent\"", "did you mean \"transparent\"?"),

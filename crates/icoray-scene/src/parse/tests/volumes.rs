@@ -47,7 +47,7 @@ fn more_volumes_stand_beside_the_first() {
 }
 
 #[test]
-fn a_scene_without_a_volume_has_the_layers_of_what_it_shows() {
+fn a_scene_without_a_volume_has_the_layers_of_its_surfaces() {
     let surface = "[[surfaces]]\nlayer = 1\nfield = \"w\"\n[surfaces.transfer]\nrange = [0, 1]\n";
     let isosurface = "[[isosurfaces]]\nfield = \"q\"\nvalue = 1\ncolor = \"red\"\n";
     for (text, field) in [
@@ -65,7 +65,7 @@ fn a_scene_without_a_volume_has_the_layers_of_what_it_shows() {
 }
 
 #[test]
-fn what_lacks_or_is_too_much_is_named() {
+fn missing_and_superfluous_keys_are_named() {
     let list = format!("[[volumes]]\nfield = \"q\"\n[volumes.transfer]\n{TRANSFER}");
     let by = "[volumes.opacity]\nfield = \"w\"\nvalues = [[0, 0.0], [2, 0.5]]\n";
     let colors = "[[volumes]]\nfield = \"q\"\n[volumes.transfer]\nmap = \"vik\"\nrange = [0, 1]\n";

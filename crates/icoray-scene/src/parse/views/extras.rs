@@ -27,13 +27,13 @@ pub const KEYS: &[Key] = keys! {
         /// Name of the view.
         name = of(Kind::Text).required().note("distinct"),
     }]),
-    /// Asks a running model to serve a page on which its pictures are watched and the scene is changed by hand ([the
-    /// live view](view.md#in-the-running-model)). It stands at the top of a file. Commands that read files ignore it.
+    /// Makes a running model serve a page that shows its pictures and changes the scene by hand ([the live
+    /// view](view.md#in-the-running-model)). Only at the top of a file. Commands that read files ignore it.
     live = table(&[RawLive::KEYS]),
-    /// Renders in the background: a model copies the fields that its pictures need and goes on ([rendering while
-    /// the model computes](first-model.md#rendering-while-the-model-computes-on)). It stands at the top of a file. A model may also ask for it itself,
-    /// and `false` then changes nothing; it stays on until the model closes its context. Commands that read files ignore
-    /// it.
+    /// Renders in the background: a model copies the fields that its pictures need and continues ([rendering while the
+    /// model computes](first-model.md#rendering-while-the-model-computes-on)). Only at the top of a file. It stays on
+    /// until the model closes its context; if the model requests it itself, `false` has no effect. Commands that read
+    /// files ignore it.
     async_render = flag(false),
     /// Lists whose combinations are all drawn, at most 100,000 pictures of a step.
     sweep = table(&[sweep::KEYS]),

@@ -99,7 +99,7 @@ title = "{name}"
 }
 
 #[test]
-fn what_goes_instead_of_other_keys_takes_their_place() {
+fn alternative_keys_of_a_view_replace_each_other() {
     let camera = |over: &str, base: &str| {
         let base = BASE.replace("lon = 20.0\nlat = 45.0\ndistance = 3", base);
         shots(&format!("{base}[[views]]\nname = \"v\"\ncamera = {{ {over} }}\n"), 0)[0].camera
@@ -209,7 +209,7 @@ fn errors_of_views_sweeps_and_outputs_name_line_and_key() {
         ("[sweep]\nlon = 3", "line 21 (lon = 3)"),
         ("[sweep]\nfield = [\"a\", \"\"]", "line 21, key sweep.field | \"\""),
         ("[sweep]", "line 20, key sweep: nothing"),
-        ("[output]\nfile = \"{lon}.png\"", "line 21, key output.file: {lon} stands for nothing | of {field}"),
+        ("[output]\nfile = \"{lon}.png\"", "line 21, key output.file: {lon} is no placeholder here | one of {field}"),
         (
             "[sweep]\nlon = [1]\n[output]\nfile = \"{view}_{lon}.png\"",
             "line 23, key output.file: {view} | {field}, {lon}",
@@ -238,7 +238,7 @@ fn errors_of_views_sweeps_and_outputs_name_line_and_key() {
 }
 
 #[test]
-fn scenes_alone_know_nothing_of_scripts() {
+fn scenes_alone_refuse_keys_of_scripts() {
     for lines in ["[[views]]\nname = \"a\"", "[sweep]\nlon = [1]", "[output]\ncinema = \"a.cdb\""] {
         let error = Scene::parse(&format!("{BASE}{lines}\n")).unwrap_err().to_string();
         assert!(error.contains("unknown field"), "{error}");
@@ -295,7 +295,7 @@ fn a_moving_camera_moves_in_each_picture() {
 }
 
 #[test]
-fn what_is_kept_is_named_with_view_and_sweep() {
+fn lists_of_pictures_are_named_by_view_and_sweep() {
     let text = format!(
         "{BASE}{}",
         r#"[output]
@@ -324,7 +324,7 @@ name = "c"
 }
 
 #[test]
-fn names_that_are_left_to_icoray_have_the_date_where_that_is_asked_for() {
+fn default_names_contain_the_date_if_requested() {
     let text = format!(
         "{BASE}[sweep]\nlat = [0, 30]\n[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\n\
          output.file = \"own_{{lat}}.png\"\n"
@@ -346,7 +346,7 @@ fn names_that_are_left_to_icoray_have_the_date_where_that_is_asked_for() {
 }
 
 #[test]
-fn a_model_is_asked_for_a_page_by_its_file_alone() {
+fn only_the_file_requests_a_live_page() {
     assert_eq!(parse(BASE).live(), None);
     assert_eq!(parse(&format!("{BASE}[live]\n")).live(), Some(Live::default()));
     let script = parse(&format!(

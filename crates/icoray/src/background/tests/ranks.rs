@@ -1,4 +1,4 @@
-//! Frames that ranks draw together in the background, between calls in which the model moves messages on.
+//! Frames that ranks draw together in the background; calls of the model transfer their messages.
 
 use super::*;
 use crate::ranks::tests::on_teams;
@@ -154,7 +154,7 @@ fn failing(team: &mut LocalTeam, stage: &Stage) -> Background {
 /// A panic in a phase is the failure of all; one outside of any ends the frame on the others too. Frames behind it are
 /// drawn.
 #[test]
-fn what_fails_on_one_rank_ends_the_frame_on_all() {
+fn a_failure_on_one_rank_ends_the_frame_on_all() {
     let (stage, model) = (&Stage::new(), &Barrier::new(3));
     let said = on_teams(&[0; 3], |mut team| {
         let background = failing(&mut team, stage);
@@ -165,19 +165,19 @@ fn what_fails_on_one_rank_ends_the_frame_on_all() {
             rank.submit(rank.job(step)).unwrap();
             rank.compute();
         }
-        let told = |drawn: Drawn| match drawn.result {
+        let outcome = |drawn: Drawn| match drawn.result {
             Ok(_) => "drawn".to_string(),
             Err(error) => format!("{error}{}", if drawn.is_of_all { "" } else { ", alone" }),
         };
-        rank.outcomes().into_iter().map(told).collect::<Vec<_>>()
+        rank.outcomes().into_iter().map(outcome).collect::<Vec<_>>()
     });
     for (rank, said) in said.into_iter().enumerate() {
-        let told = |by: usize, text: &str| match by == rank {
+        let message = |by: usize, text: &str| match by == rank {
             true => format!("internal error: {text}, alone"),
             false => format!("internal error: rank {by}: {text}"),
         };
         let of_all = "internal error: rank 1: a phase".to_string();
-        let expected = [told(2, "before the frame"), told(1, "within the frame of 3"), of_all, "drawn".into()];
+        let expected = [message(2, "before the frame"), message(1, "within the frame of 3"), of_all, "drawn".into()];
         assert_eq!(said, expected, "rank {rank}");
     }
     stage.writer.wait();
@@ -186,7 +186,7 @@ fn what_fails_on_one_rank_ends_the_frame_on_all() {
 
 /// An error of a job on one rank only is refused on all, and so is a name that rank 0 may not write.
 #[test]
-fn what_is_wrong_on_one_rank_is_refused_on_all() {
+fn a_job_that_is_wrong_on_one_rank_is_refused_on_all() {
     let stage = Stage::new();
     let said = on_each(&stage, &[0, 0], Spread::Whole, |rank| {
         rank.submit(rank.job(1)).unwrap();

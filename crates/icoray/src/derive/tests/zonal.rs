@@ -125,7 +125,7 @@ fn threads_and_ranks_change_no_bit() {
 }
 
 #[test]
-fn ranks_that_derive_other_fields_are_told() {
+fn ranks_that_derive_other_fields_are_an_error() {
     let world = World::new(2, 1);
     let (array, grid) = (world.array(1, 0, true), Grid::new(world.mesh.tables()).unwrap());
     let fields = Fields::new([("q", array.field())]);
@@ -141,7 +141,7 @@ fn ranks_that_derive_other_fields_are_told() {
 
 /// A rank whose field has another number of layers would send other numbers than the rest expect.
 #[test]
-fn ranks_whose_fields_differ_are_told() {
+fn ranks_whose_fields_differ_are_an_error() {
     let world = World::new(2, 1);
     let grid = Grid::new(world.mesh.tables()).unwrap();
     let errors = on_ranks(2, |ranks| {

@@ -121,7 +121,7 @@ fn calls_fail_once_messages_are_cut_off() {
 }
 
 #[test]
-fn a_team_without_messages_of_its_own_says_so() {
+fn a_team_without_messages_of_its_own_is_an_error() {
     assert!(Ranks::alone().point_to_point().unwrap().is_none());
     let mut ranks = Ranks::new(Box::new(local_team(1).remove(0)));
     assert!(ranks.point_to_point().unwrap().is_some());

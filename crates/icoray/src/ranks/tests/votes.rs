@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn the_lowest_refusal_is_told_and_rank_0_is_heard_all_the_same() {
+fn the_error_of_the_lowest_rank_is_returned_beside_the_answer_of_rank_0() {
     let heard = on_ranks(4, |ranks| {
         let rank = ranks.rank();
         let value = format!("from {rank}").into_bytes();
@@ -18,7 +18,7 @@ fn the_lowest_refusal_is_told_and_rank_0_is_heard_all_the_same() {
 }
 
 #[test]
-fn another_step_or_another_call_is_not_of_one_mind() {
+fn ranks_at_different_steps_or_calls_do_not_agree() {
     for (other, expected) in [
         (vec![("step", "7")], "step 7, but 6 on rank 0; ranks that draw one picture must have the same"),
         (vec![("wait", "")], "is in another call than rank 0"),
@@ -37,7 +37,7 @@ fn another_step_or_another_call_is_not_of_one_mind() {
 }
 
 #[test]
-fn nobody_waits_for_a_rank_that_has_left() {
+fn no_rank_waits_for_one_that_has_left() {
     let leave = |leaves: &'static [bool]| {
         on_ranks(3, move |ranks| {
             let word = Vote { leaves: leaves[ranks.rank()], ..Vote::default() };

@@ -224,7 +224,7 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
 }
 
 #[test]
-fn fields_that_ranks_have_at_other_places_are_told() {
+fn fields_that_ranks_have_at_other_places_are_an_error() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let corners = mesh.lon_corner_rad.len();
     let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);

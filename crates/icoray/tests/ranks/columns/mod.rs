@@ -211,7 +211,7 @@ fn a_scene_may_ask_for_fragments_of_columns() {
 
 /// The tables are the part's own only where that fits on all ranks.
 #[test]
-fn what_tables_are_is_agreed_on() {
+fn ranks_agree_on_the_kind_of_their_tables() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let cells = mesh.cells();
@@ -231,7 +231,7 @@ fn what_tables_are_is_agreed_on() {
     assert_eq!(kinds(vec![halo(true), halo(false)]), ["parts"; 2]);
 }
 
-/// Whatever does not fit on one rank is the same error on all, and what fits is agreed on afterwards.
+/// Columns that do not fit on one rank are the same error on all; correct ones are accepted afterwards.
 #[test]
 fn columns_that_do_not_fit_are_refused_on_all_ranks() {
     let mesh = IcosahedralMesh::new(2).unwrap();

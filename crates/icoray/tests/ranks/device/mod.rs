@@ -1,4 +1,4 @@
-//! Pictures that a device traces some tiles of: whatever it gives or keeps, each pixel is its own or the CPU's.
+//! Pictures of which a device traces some tiles: each pixel is the device's or the CPU's.
 
 use crate::common::{at_centers, columns_of, on_nodes, on_ranks, picture};
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};
@@ -166,7 +166,7 @@ fn count_painted(frame: &Frame, alone: &Frame) -> usize {
 }
 
 #[test]
-fn what_a_device_gives_is_shown_and_the_cpu_draws_the_rest() {
+fn tiles_of_a_device_are_shown_and_the_cpu_draws_the_rest() {
     let world = World::new();
     let alone = world.draw(&Renderer::new(2).unwrap(), &scene(""));
     assert_eq!(count_painted(&alone, &alone), 0);
@@ -201,7 +201,7 @@ fn what_a_device_gives_is_shown_and_the_cpu_draws_the_rest() {
 }
 
 #[test]
-fn what_a_device_has_not_goes_to_the_cpu_unasked() {
+fn unsupported_scenes_go_to_the_cpu_at_once() {
     let world = World::new();
     let painter = Painter::new(Manner::All);
     let renderer = Renderer::new(1).unwrap().with_device(Arc::clone(&painter) as _);
@@ -352,7 +352,7 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
 }
 
 #[test]
-fn a_renderer_without_devices_says_so_where_one_is_asked_for() {
+fn a_renderer_without_devices_reports_a_requested_one() {
     let world = World::new();
     let renderer = Renderer::new(1).unwrap();
     for (keys, word) in [("", None), ("backend = \"cpu\"", None), ("backend = \"gpu\"", Some("without the GPU"))] {

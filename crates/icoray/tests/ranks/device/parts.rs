@@ -1,4 +1,4 @@
-//! Fragments that a device traces some tiles of: whatever it gives or keeps, the CPU traces the rest.
+//! Fragments of which a device traces some tiles: the CPU traces all tiles that it does not return.
 
 use super::{Manner, Painter, World, count_painted, painted, renderer_with, scene};
 use crate::common::{on_ranks, picture};
@@ -63,7 +63,7 @@ impl Device for PartPainter {
 
 /// One of two ranks has a device.
 #[test]
-fn what_a_device_gives_is_sent_and_the_cpu_traces_the_rest() {
+fn fragments_of_a_device_are_sent_and_the_cpu_traces_the_rest() {
     let world = World::new();
     let scene = scene("ranks = \"fragments\"");
     let draw = |device: Option<Arc<dyn Device>>| -> (Frame, FrameReport) {

@@ -71,8 +71,8 @@ impl Model {
         Model::new(mesh, step, (&cells, &corners), location)
     }
 
-    /// Puts NaN wherever a column is not that of `rank`: at centres those of its cells, at corners those whose first
-    /// cell is one of them.
+    /// Puts NaN into all columns but those of `rank`: at centres those of its cells, at corners those whose first cell
+    /// is one of them.
     fn spoil(
         &mut self,
         mesh: &IcosahedralMesh,

@@ -1,4 +1,4 @@
-//! In every mode of the renderer.
+//! Scenes of several fields in every mode of the renderer.
 
 use super::*;
 use icoray::device::{Device, DeviceRequest, Devices, FallbackReason};
@@ -35,9 +35,9 @@ fn threads_change_no_bit() {
     }
 }
 
-/// Packets are in single precision; `paper` is not for scenes of several volumes, which is told.
+/// Packets are in single precision; with several volumes `paper` is not supported and listed among what is left out.
 #[test]
-fn precision_is_what_is_asked_and_method_that_of_one_volume() {
+fn precision_is_the_requested_one_and_paper_is_for_one_volume() {
     let world = World::new();
     let scene = scene(FAR, "", LIT);
     let expected = world.draw(renderer(), &scene);
@@ -83,7 +83,7 @@ impl Devices for NotAsked {
 }
 
 #[test]
-fn the_cpu_draws_and_says_why() {
+fn the_cpu_draws_and_reports_the_reason() {
     let world = World::new();
     let scene = scene(FAR, "backend = \"gpu\"", "");
     let frame = world.draw(renderer().with_devices(Arc::new(NotAsked)), &scene);
@@ -106,7 +106,7 @@ fn savings_change_nothing_beyond_errors() {
 
 /// Of the same fields everything is the same the second time, whether or not it is made anew, and after other pictures.
 #[test]
-fn what_is_kept_of_fields_changes_no_bit() {
+fn cached_fields_change_no_bit() {
     let world = World::new();
     let grid = Grid::new(world.mesh.tables()).unwrap();
     let renderer = renderer();

@@ -1,4 +1,4 @@
-//! Parts over ranks of one node and of several: the picture of one process, whatever stands in halos.
+//! Parts over ranks of one node and of several: the picture of one process, for any values in halos.
 
 use super::ranks::second;
 use super::*;

@@ -1,4 +1,4 @@
-//! Over several ranks: the picture of one process.
+//! Scenes of several fields over ranks: the picture of one process.
 
 use super::*;
 use crate::common::{assert_same_refusal, at_centers, level_fastest, on_ranks, picture, refusal};
@@ -187,9 +187,9 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
     }
 }
 
-/// Whatever a rank's further fields or heights are, all ranks hear of it, and of the same.
+/// Wrong further fields or heights of one rank are the same error on all.
 #[test]
-fn one_rank_with_bad_data_is_everybodys_error() {
+fn bad_data_on_one_rank_are_the_error_of_all() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     type Damage = for<'m> fn(Fields<'m>, &'m Model) -> Fields<'m>;
     fn with<'m>(of: Fields<'m>, name: &str, field: Option<Field<'m>>) -> Fields<'m> {

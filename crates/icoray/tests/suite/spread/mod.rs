@@ -19,8 +19,8 @@ pub struct Spread {
     pub global: Vec<Vec<i64>>,
 }
 
-/// The owner of cells that are nobody's: those of a hole.
-pub const NOBODY: usize = usize::MAX;
+/// Owner of the cells of a hole.
+pub const NO_OWNER: usize = usize::MAX;
 
 impl Spread {
     /// Tables have different corners beside holes and different marks.
@@ -38,7 +38,7 @@ impl Spread {
             let mut stays: Vec<bool> = owner.iter().map(|owner| *owner == rank).collect();
             for row in mesh.corner_cell.chunks_exact(3) {
                 if row.iter().any(|cell| owner[*cell as usize] == rank) {
-                    row.iter().for_each(|cell| stays[*cell as usize] |= owner[*cell as usize] != NOBODY);
+                    row.iter().for_each(|cell| stays[*cell as usize] |= owner[*cell as usize] != NO_OWNER);
                 }
             }
             Culled::new(mesh, &stays, styles[rank % 2], [Mark::BeforeFirst, Mark::BehindLast][rank % 2], 1)
@@ -79,9 +79,9 @@ impl Spread {
     }
 }
 
-/// `owner`, where cells that do not stay are nobody's.
+/// `owner`, with [`NO_OWNER`] for cells that do not stay.
 pub fn without_holes(mut owner: Vec<usize>, stays: &[bool]) -> Vec<usize> {
-    owner.iter_mut().zip(stays).filter(|(_, stays)| !**stays).for_each(|(owner, _)| *owner = NOBODY);
+    owner.iter_mut().zip(stays).filter(|(_, stays)| !**stays).for_each(|(owner, _)| *owner = NO_OWNER);
     owner
 }
 
