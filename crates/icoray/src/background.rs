@@ -48,7 +48,7 @@ pub struct Background {
     /// Whether a step was submitted since the last [`Self::wait`]: equal on all ranks.
     is_under_way: bool,
     /// Memory of the last copies, while no frame is drawn from it.
-    spare: Copies,
+    copies: Copies,
     outcomes: Outcomes<Drawn>,
 }
 
@@ -119,7 +119,7 @@ impl Background {
             is_busy: false,
             pump,
             is_under_way: false,
-            spare: Copies::default(),
+            copies: Copies::default(),
             outcomes: Outcomes::default(),
         })
     }
@@ -180,10 +180,10 @@ impl Background {
             return Ok(Accepted { waited_s, ..Accepted::default() });
         }
         let start = Instant::now();
-        self.spare.take(ranks, &self.renderer, &accepted_jobs.jobs)?;
+        self.copies.take(ranks, &self.renderer, &accepted_jobs.jobs)?;
         let copy_s = start.elapsed().as_secs_f64();
-        let accepted = Accepted { waited_s, copy_s, bytes_copied: self.spare.bytes() };
-        let copies = &self.spare;
+        let accepted = Accepted { waited_s, copy_s, bytes_copied: self.copies.bytes() };
+        let copies = &self.copies;
         accepted_jobs.retain(ranks, refused, |job, _| check_gathered(job, copies));
         refused.sort_by_key(|(number, _)| *number);
         self.hand_over(ranks, accepted_jobs.jobs.into_iter().map(|(job, _)| job).collect(), accepted)
@@ -197,7 +197,7 @@ impl Background {
         if jobs.is_empty() {
             return Ok(accepted);
         }
-        let step = (jobs, mem::take(&mut self.spare), accepted);
+        let step = (jobs, mem::take(&mut self.copies), accepted);
         self.is_busy = self.jobs.as_ref().is_some_and(|all| all.send(step).is_ok());
         self.is_under_way = self.is_busy;
         if self.is_busy { Ok(accepted) } else { Err(gone()) }
@@ -257,7 +257,7 @@ impl Background {
 
     fn finish_step(&mut self, (drawn, copies): (Vec<Drawn>, Copies)) {
         drawn.into_iter().for_each(|drawn| self.outcomes.push(drawn));
-        self.spare = copies;
+        self.copies = copies;
         self.is_busy = false;
         // Messages of this rank may still be in flight.
         self.is_under_way &= self.pump.is_some();

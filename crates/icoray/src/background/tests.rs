@@ -31,7 +31,7 @@ file = "{step}.exr"
 mod ranks;
 
 /// All that frames need, with a grid that lives for ever as a model's does.
-struct Stage {
+struct Fixture {
     renderer: Arc<Renderer>,
     writer: Arc<Writer>,
     scene: Arc<Scene>,
@@ -40,11 +40,11 @@ struct Stage {
     folder: tempfile::TempDir,
 }
 
-impl Stage {
+impl Fixture {
     fn new() -> Self {
         let mesh: &'static IcosahedralMesh = Box::leak(Box::new(IcosahedralMesh::new(3).unwrap()));
         let folder = tempfile::tempdir().unwrap();
-        Stage {
+        Fixture {
             renderer: Arc::new(Renderer::new(2).unwrap()),
             writer: Arc::new(Writer::new(WriterOptions::new(folder.path())).unwrap()),
             scene: Arc::new(Scene::parse(SCENE).unwrap()),
@@ -105,32 +105,32 @@ fn read(path: &Path) -> Vec<[f32; 4]> {
 
 #[test]
 fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
-    let stage = Stage::new();
-    let mut background = stage.background();
+    let fixture = Fixture::new();
+    let mut background = fixture.background();
     let mut expected = Vec::new();
     for step in 1..=4 {
-        let (mut values, shape, location) = stage.values(step);
+        let (mut values, shape, location) = fixture.values(step);
         let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
-        expected.push(stage.draw(&field));
-        let accepted = background.submit(stage.job(step), &field).unwrap();
+        expected.push(fixture.draw(&field));
+        let accepted = background.submit(fixture.job(step), &field).unwrap();
         assert_eq!(accepted.bytes_copied, 8 * values.len() as u64);
         assert!(accepted.copy_s > 0.0 && (step > 1 || accepted.waited_s == 0.0), "{accepted:?}");
         // The model computes on.
         values.fill(f64::NAN);
     }
     background.wait();
-    assert_eq!(Arc::strong_count(&stage.grid), 1, "the tables are the model's again");
+    assert_eq!(Arc::strong_count(&fixture.grid), 1, "the tables are the model's again");
     let drawn = background.take_outcomes().kept;
-    stage.writer.wait();
-    assert_eq!((stage.writer.take_outcomes().done(), drawn.len()), (4, 4));
-    let report = std::fs::read_to_string(stage.folder.path().join("report.csv")).unwrap();
+    fixture.writer.wait();
+    assert_eq!((fixture.writer.take_outcomes().done(), drawn.len()), (4, 4));
+    let report = std::fs::read_to_string(fixture.folder.path().join("report.csv")).unwrap();
     let mut lines = report.lines().map(|l| l.split(',').collect::<Vec<_>>());
     let head = lines.next().unwrap();
     for ((drawn, expected), line) in drawn.iter().zip(expected).zip(lines) {
         let step = drawn.stamp.step;
-        assert!(read(&stage.folder.path().join(format!("{step}.exr"))) == expected.pixels, "frame {step}");
+        assert!(read(&fixture.folder.path().join(format!("{step}.exr"))) == expected.pixels, "frame {step}");
         let report = drawn.result.as_ref().unwrap();
-        assert_eq!((report.bytes_copied, expected.report.bytes_copied), (stage.bytes(step), 0));
+        assert_eq!((report.bytes_copied, expected.report.bytes_copied), (fixture.bytes(step), 0));
         assert_eq!((report.value_range, report.threads), (expected.report.value_range, 2));
         assert!(report.timing.copy_s > 0.0 && report.timing.render_s > 0.0);
         let cell = |column: &str| line[head.iter().position(|c| *c == column).unwrap()];
@@ -143,15 +143,15 @@ fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
 
 #[test]
 fn errors_of_a_job_are_returned_at_once() {
-    let stage = Stage::new();
-    let mut background = stage.background();
-    let field = stage.field(1);
+    let fixture = Fixture::new();
+    let mut background = fixture.background();
+    let field = fixture.field(1);
     let few = Field::new((&[0.5; 15][..]).into(), Shape::level_fastest(5, 3), Location::Center, None).unwrap();
-    assert_eq!(background.submit(stage.job(1), &few).unwrap_err().kind(), ErrorKind::Field);
-    background.submit(stage.job(1), &field).unwrap();
+    assert_eq!(background.submit(fixture.job(1), &few).unwrap_err().kind(), ErrorKind::Field);
+    background.submit(fixture.job(1), &field).unwrap();
     // Drawn, perhaps waiting to be written, perhaps written.
-    assert_eq!(background.submit(stage.job(1), &field).unwrap_err().kind(), ErrorKind::Exists);
-    background.submit(stage.job(2), &field).unwrap();
+    assert_eq!(background.submit(fixture.job(1), &field).unwrap_err().kind(), ErrorKind::Exists);
+    background.submit(fixture.job(2), &field).unwrap();
     background.wait();
     let steps: Vec<_> = background.take_outcomes().kept.iter().map(|d| d.stamp.step).collect();
     assert_eq!(steps, [1, 2]);
@@ -159,8 +159,8 @@ fn errors_of_a_job_are_returned_at_once() {
 
 #[test]
 fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
-    let stage = Stage::new();
-    let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
+    let fixture = Fixture::new();
+    let (renderer, writer) = (Arc::clone(&fixture.renderer), Arc::clone(&fixture.writer));
     let (gate, passed) = channel::<()>();
     let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, job, copies, _| {
         passed.recv().unwrap();
@@ -171,12 +171,12 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
         }
     })
     .unwrap();
-    let field = stage.field(1);
-    assert_eq!(background.submit(stage.job(1), &field).unwrap().waited_s, 0.0);
+    let field = fixture.field(1);
+    assert_eq!(background.submit(fixture.job(1), &field).unwrap().waited_s, 0.0);
     assert!(background.take_outcomes().kept.is_empty());
     for step in 2..=3 {
         gate.send(()).unwrap();
-        assert!(background.submit(stage.job(step), &field).unwrap().waited_s > 0.0);
+        assert!(background.submit(fixture.job(step), &field).unwrap().waited_s > 0.0);
     }
     gate.send(()).unwrap();
     background.wait();
@@ -184,10 +184,10 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
     let outcomes = background.take_outcomes();
     let said: Vec<_> = outcomes.errors().map(ToString::to_string).collect();
     assert_eq!(said, ["internal error: bad luck", "bad field: no luck"]);
-    assert_eq!(outcomes.kept[2].result.as_ref().unwrap().missing_values, stage.bytes(1));
-    assert_eq!(Arc::strong_count(&stage.grid), 1, "a panic gives the tables back too");
+    assert_eq!(outcomes.kept[2].result.as_ref().unwrap().missing_values, fixture.bytes(1));
+    assert_eq!(Arc::strong_count(&fixture.grid), 1, "a panic gives the tables back too");
     // The copy's memory came back from the thread, from a panic too, and serves the next one.
-    assert_eq!(background.spare.bytes(), stage.bytes(1));
+    assert_eq!(background.copies.bytes(), fixture.bytes(1));
 }
 
 /// A scene of three fields, one of them under a derived one, at the heights of their columns.
@@ -207,9 +207,9 @@ fn rich(scene: &Scene) -> Scene {
 
 #[test]
 fn all_that_a_scene_needs_is_copied_and_nothing_else() {
-    let mut stage = Stage::new();
-    stage.scene = Arc::new(rich(&stage.scene));
-    let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
+    let mut fixture = Fixture::new();
+    fixture.scene = Arc::new(rich(&fixture.scene));
+    let (renderer, writer) = (Arc::clone(&fixture.renderer), Arc::clone(&fixture.writer));
     let (sender, receiver) = channel();
     let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, _, copies, accepted| {
         let fields = copies.fields()?;
@@ -219,7 +219,7 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
         Ok((FrameReport::default(), None))
     })
     .unwrap();
-    let (cells, corners) = (stage.grid.cells(), stage.grid.triangles());
+    let (cells, corners) = (fixture.grid.cells(), fixture.grid.triangles());
     for step in 1..=3 {
         let level = step as f64;
         let mut center = vec![level; 3 * cells];
@@ -229,7 +229,7 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
         let (at_centers, at_corners) = (at_centers.unwrap(), at_corners.unwrap());
         let fields = Fields::new([("more", at_centers), ("t", at_corners), ("q", at_centers), ("u", at_centers)])
             .with_heights(at_centers);
-        background.submit(stage.job(step), fields).unwrap();
+        background.submit(fixture.job(step), fields).unwrap();
         // The model computes on.
         center.fill(f64::NAN);
         corner.fill(f32::NAN);
@@ -243,12 +243,12 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
 
 #[test]
 fn a_missing_field_is_an_error_at_once() {
-    let mut stage = Stage::new();
-    let field = stage.field(1);
-    stage.scene = Arc::new(rich(&stage.scene));
-    let mut background = stage.background();
+    let mut fixture = Fixture::new();
+    let field = fixture.field(1);
+    fixture.scene = Arc::new(rich(&fixture.scene));
+    let mut background = fixture.background();
     let mut refused = |fields: Fields| {
-        let error = background.submit(stage.job(1), fields).unwrap_err();
+        let error = background.submit(fixture.job(1), fields).unwrap_err();
         (error.kind(), error.context().to_owned())
     };
     let two = Fields::new([("q", field), ("t", field)]);
@@ -257,30 +257,30 @@ fn a_missing_field_is_an_error_at_once() {
     let all = || Fields::new(["q", "t", "u"].map(|name| (name, field)));
     let lost = "heights = \"native\", and no heights of cells and layers are given";
     assert_eq!(refused(all()), (ErrorKind::Field, lost.into()));
-    assert_eq!(background.spare.bytes(), 0, "nothing is copied of what cannot be drawn");
+    assert_eq!(background.copies.bytes(), 0, "nothing is copied of what cannot be drawn");
 }
 
 #[test]
 fn dropping_it_finishes_the_frame() {
-    let stage = Stage::new();
-    let field = stage.field(1);
-    let mut background = stage.background();
-    background.submit(stage.job(1), &field).unwrap();
+    let fixture = Fixture::new();
+    let field = fixture.field(1);
+    let mut background = fixture.background();
+    background.submit(fixture.job(1), &field).unwrap();
     drop(background);
-    stage.writer.wait();
-    assert!(stage.folder.path().join("1.exr").is_file());
+    fixture.writer.wait();
+    assert!(fixture.folder.path().join("1.exr").is_file());
 }
 
 #[test]
 fn dropped_frames_of_the_writer_are_reported() {
-    let stage = Stage::new();
-    let field = stage.field(1);
-    let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
+    let fixture = Fixture::new();
+    let field = fixture.field(1);
+    let (renderer, writer) = (Arc::clone(&fixture.renderer), Arc::clone(&fixture.writer));
     let mut background = Background::with(renderer, writer, Ranks::alone(), None, |_, job, _, _| {
         Ok((FrameReport::default(), Some(Stamp { step: job.stamp.step - 1, ..Stamp::default() })))
     })
     .unwrap();
-    background.submit(stage.job(8), &field).unwrap();
+    background.submit(fixture.job(8), &field).unwrap();
     background.wait();
     assert_eq!(background.take_outcomes().kept[0].dropped.as_ref().unwrap().step, 7);
 }
@@ -289,26 +289,26 @@ fn dropped_frames_of_the_writer_are_reported() {
 /// drawn.
 #[test]
 fn frames_of_a_step_are_drawn_of_one_copy() {
-    let stage = Stage::new();
-    let field = stage.field(1);
+    let fixture = Fixture::new();
+    let field = fixture.field(1);
     let fields = || Fields::new(["q", "t", "u", "more"].map(|name| (name, field)));
     let job = |shown: &str, file: &str| {
-        let mut scene = (*stage.scene).clone();
+        let mut scene = (*fixture.scene).clone();
         scene.volumes[0].field = shown.into();
         scene.output.file = Scene::parse(&SCENE.replace("{step}", file)).unwrap().output.file;
-        let Job { setup, stamp, notes } = stage.job(5);
+        let Job { setup, stamp, notes } = fixture.job(5);
         Job { setup: FrameSetup { scene: Arc::new(scene), ..setup }, stamp, notes }
     };
-    let mut background = stage.background();
+    let mut background = fixture.background();
     let jobs = vec![job("q", "a"), job("lost", "b"), job("t", "c"), job("q", "d")];
     let mut refused = Vec::new();
     let accepted = background.submit_all(&mut Ranks::alone(), jobs, fields(), &mut refused).unwrap();
-    assert_eq!(accepted.bytes_copied, 2 * stage.bytes(1));
+    assert_eq!(accepted.bytes_copied, 2 * fixture.bytes(1));
     assert_eq!((refused.len(), refused[0].0, refused[0].1.kind()), (1, 1, ErrorKind::Scene));
     background.wait();
-    stage.writer.wait();
+    fixture.writer.wait();
     for (file, there) in [("a", true), ("b", false), ("c", true), ("d", true)] {
-        assert_eq!(stage.folder.path().join(format!("{file}.exr")).is_file(), there, "{file}");
+        assert_eq!(fixture.folder.path().join(format!("{file}.exr")).is_file(), there, "{file}");
     }
     let drawn = background.take_outcomes().kept;
     let said: Vec<_> = drawn.iter().map(|d| (d.is_first, d.result.as_ref().unwrap().bytes_copied)).collect();

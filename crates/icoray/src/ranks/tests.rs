@@ -22,19 +22,19 @@ mod votes;
 
 const LAYERS: usize = 3;
 
-struct World {
+struct ModelData {
     mesh: IcosahedralMesh,
     layers: Layers,
     values: Vec<f32>,
 }
 
-impl World {
+impl ModelData {
     fn new() -> Self {
         let mesh = IcosahedralMesh::new(3).unwrap();
         let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
         let value = |i: usize| (i as f32 * 0.37).sin() + (i % LAYERS) as f32;
         let values = (0..mesh.cells() * LAYERS).map(value).collect();
-        World { mesh, layers, values }
+        ModelData { mesh, layers, values }
     }
 
     fn field(&self) -> Field<'_> {
@@ -73,11 +73,11 @@ pub(crate) fn on_teams<R: Send>(node_of: &[usize], work: impl Fn(LocalTeam) -> R
 }
 
 /// Two frames over `size` ranks: dealt blindly, then by cost. The picture, and the reports of the others.
-fn together(world: &World, scene: &Scene, size: usize) -> [(Frame, Vec<FrameReport>); 2] {
+fn together(model: &ModelData, scene: &Scene, size: usize) -> [(Frame, Vec<FrameReport>); 2] {
     let frames = on_ranks(size, |ranks| {
-        let grid = Grid::new(world.mesh.tables()).unwrap();
+        let grid = Grid::new(model.mesh.tables()).unwrap();
         let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
-        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap())
+        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, None, &model.layers, &model.field()).unwrap())
     });
     let mut all = [Vec::new(), Vec::new()];
     for [first, second] in frames {
@@ -105,17 +105,17 @@ fn bits(frame: &Frame) -> Vec<[u32; 5]> {
 
 #[test]
 fn a_shared_picture_is_that_of_one_to_the_bit() {
-    let world = World::new();
-    let grid = Grid::new(world.mesh.tables()).unwrap();
+    let model = ModelData::new();
+    let grid = Grid::new(model.mesh.tables()).unwrap();
     let renderer = Renderer::new(2).unwrap();
     for (width, height, more) in
         [(97, 61, ""), (64, 64, "[light]\nkind = \"headlight\""), (1, 1, ""), (5, 90, "precision = \"f64\"")]
     {
         let scene = scene(width, height, more);
-        let one = renderer.render(&scene, &grid, &world.layers, &world.field()).unwrap();
+        let one = renderer.render(&scene, &grid, &model.layers, &model.field()).unwrap();
         assert_eq!((one.report.ranks.count, one.report.ranks.bytes_received), (1, 0));
         for size in [1, 2, 3, 4, 8] {
-            for (frame, others) in together(&world, &scene, size) {
+            for (frame, others) in together(&model, &scene, size) {
                 assert_eq!(bits(&frame), bits(&one), "{width} x {height} over {size} ranks");
                 let report = &frame.report;
                 assert_eq!((report.ranks.count, others.len()), (size, size - 1));
@@ -141,31 +141,31 @@ fn a_shared_picture_is_that_of_one_to_the_bit() {
 
 #[test]
 fn within_a_budget_all_ranks_draw_the_quality_of_rank_0() {
-    let world = World::new();
+    let model = ModelData::new();
     let scene = scene(600, 400, "time_budget_ms = 1\n[light]\nkind = \"headlight\"");
-    for (frame, others) in together(&world, &scene, 3) {
+    for (frame, others) in together(&model, &scene, 3) {
         assert!(frame.report.quality.pixel_step > 1, "{}", frame.report.quality);
         assert!(others.iter().all(|other| other.quality == frame.report.quality));
         assert_eq!(frame.pixels.len(), 600 * 400);
     }
 }
 
-/// The error of each rank, if rank `odd` draws the world and the scene modified by `spoil`.
-fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<String> {
+/// The error of each rank, if rank `odd` draws the model and the scene modified by `spoil`.
+fn errors(odd: usize, spoil: impl Fn(&mut ModelData, &mut Scene) + Sync) -> Vec<String> {
     on_ranks(3, |ranks| {
-        let (mut world, mut of) = (World::new(), scene(70, 40, ""));
+        let (mut model, mut of) = (ModelData::new(), scene(70, 40, ""));
         if ranks.rank() == odd {
-            spoil(&mut world, &mut of);
+            spoil(&mut model, &mut of);
         }
         let mesh = IcosahedralMesh::new(3).unwrap();
         let grid = Grid::new(mesh.tables()).unwrap();
         let renderer = Renderer::new(1).unwrap();
-        let render = |ranks: &mut Ranks, world: &World, of: &Scene| {
-            renderer.render_over(ranks, of, &grid, None, &world.layers, &world.field()).map(drop)
+        let render = |ranks: &mut Ranks, model: &ModelData, of: &Scene| {
+            renderer.render_over(ranks, of, &grid, None, &model.layers, &model.field()).map(drop)
         };
-        let error = render(ranks, &world, &of).unwrap_err().to_string();
+        let error = render(ranks, &model, &of).unwrap_err().to_string();
         // The next frame is drawn as if nothing had been.
-        render(ranks, &World::new(), &scene(70, 40, "")).unwrap();
+        render(ranks, &ModelData::new(), &scene(70, 40, "")).unwrap();
         error
     })
 }
@@ -176,18 +176,18 @@ fn an_error_on_one_rank_is_the_error_of_all() {
         let same = |errors: &[String], start: &str| {
             assert!(errors.iter().all(|e| *e == errors[0] && e.starts_with(start)), "{errors:?}");
         };
-        let few = |world: &mut World, _: &mut Scene| {
-            world.mesh = IcosahedralMesh::new(2).unwrap();
-            world.values.truncate(world.mesh.cells() * LAYERS);
+        let few = |model: &mut ModelData, _: &mut Scene| {
+            model.mesh = IcosahedralMesh::new(2).unwrap();
+            model.values.truncate(model.mesh.cells() * LAYERS);
         };
         same(&errors(odd, few), &format!("bad field: rank {odd}: \"q\": 162 columns"));
-        let inside = |_: &mut World, scene: &mut Scene| scene.exaggeration = -1e3;
+        let inside = |_: &mut ModelData, scene: &mut Scene| scene.exaggeration = -1e3;
         same(&errors(odd, inside), &format!("bad scene: rank {odd}: "));
         // A rank with another value disagrees with rank 0; if rank 0 has it, rank 1 is the first to differ.
-        let other = |world: &mut World, _: &mut Scene| world.values[7] = 40.0;
+        let other = |model: &mut ModelData, _: &mut Scene| model.values[7] = 40.0;
         same(&errors(odd, other), &format!("MPI: rank {}: {HAS_WHOLE} \"q\" with values of hash ", odd.max(1)));
-        let higher = |world: &mut World, _: &mut Scene| {
-            world.layers = Layers::from_heights(&[0.0, 10e3, 21e3], 6.371e6).unwrap();
+        let higher = |model: &mut ModelData, _: &mut Scene| {
+            model.layers = Layers::from_heights(&[0.0, 10e3, 21e3], 6.371e6).unwrap();
         };
         same(&errors(odd, higher), &format!("MPI: rank {}: has layers", odd.max(1)));
     }
@@ -197,9 +197,9 @@ fn an_error_on_one_rank_is_the_error_of_all() {
 #[test]
 fn ranks_with_other_tables_or_values_draw_no_picture() {
     const TEXT: &str = "heights = \"native\"\n[[derive]]\nname = \"d\"\nsum = { t = 1, u = 2 }";
-    let world = World::new();
+    let model = ModelData::new();
     let heights: Vec<f64> =
-        (0..world.values.len()).map(|i| (1e4 * (i % LAYERS) as f64) + (i / LAYERS) as f64).collect();
+        (0..model.values.len()).map(|i| (1e4 * (i % LAYERS) as f64) + (i / LAYERS) as f64).collect();
     type Change = fn(&mut IcosahedralMesh, &mut [Vec<f32>; 3], &mut Vec<f64>);
     let cases: [(Change, Option<&str>); 8] = [
         (|_, _, _| (), None),
@@ -219,19 +219,19 @@ fn ranks_with_other_tables_or_values_draw_no_picture() {
         for scheme in ["tiles", "fragments"] {
             let outcomes = on_ranks(3, |ranks| {
                 let mut mesh = IcosahedralMesh::new(3).unwrap();
-                let times = |factor: f32| world.values.iter().map(|value| factor * value).collect::<Vec<f32>>();
+                let times = |factor: f32| model.values.iter().map(|value| factor * value).collect::<Vec<f32>>();
                 let (mut fields, mut heights) = ([1.0, -1.0, 0.2].map(times), heights.clone());
                 (fields[0][5], fields[0][8]) = (0.0, f32::NAN);
                 if ranks.rank() == 1 {
                     change(&mut mesh, &mut fields, &mut heights);
                 }
                 let grid = Grid::new(mesh.tables()).unwrap();
-                let of = |values| Field::new(values, *world.field().shape(), Location::Center, None).unwrap();
+                let of = |values| Field::new(values, *model.field().shape(), Location::Center, None).unwrap();
                 let [q, t, u] = fields.each_ref().map(|values| of(values.as_slice().into()));
                 let fields = Fields::new([("q", q), ("t", t), ("u", u)]).with_heights(of(heights.as_slice().into()));
                 let mut scene = scene(60, 40, &format!("ranks = \"{scheme}\"\n{TEXT}"));
                 scene.volumes.push(Volume { field: "d".into(), ..scene.volumes[0].clone() });
-                let rendered = Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &world.layers, fields);
+                let rendered = Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &model.layers, fields);
                 rendered.map(drop).map_err(|error| error.to_string())
             });
             let start = differs.map(|part| format!("MPI: rank 1: {HAS_WHOLE} {part}"));
@@ -382,13 +382,13 @@ fn each_rank_has_something_for_each() {
 /// For any number of columns sent at once: one, some, all.
 #[test]
 fn nodes_put_a_field_together_in_rounds() {
-    let world = World::new();
-    let cells = world.mesh.cells();
+    let model = ModelData::new();
+    let cells = model.mesh.cells();
     let global: Vec<i64> = (0..cells as i64).collect();
     for node_of in [&[0, 1, 0, 2, 1][..], &[0, 0, 0], &[0, 1, 2]] {
         on_nodes(node_of, |ranks| {
             let (rank, size) = (ranks.rank(), ranks.size());
-            let grid = Grid::new(world.mesh.tables()).unwrap();
+            let grid = Grid::new(model.mesh.tables()).unwrap();
             // Unevenly: the first has half of them.
             let is_own = |cell: usize| (cell % (2 * size)).saturating_sub(size) == rank;
             let owned: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
@@ -398,14 +398,14 @@ fn nodes_put_a_field_together_in_rounds() {
             let inputs =
                 GatherInputs { threads: &threads, grid: &grid, layers: &layers, derivation_inputs: Vec::new() };
             // Two of them, in other orders, and heights.
-            let backwards: Vec<f32> = world.values.iter().rev().copied().collect();
-            let heights: Vec<f64> = world.values.iter().map(|value| f64::from(*value) + 9.0).collect();
-            let of = |values| Field::new(values, *world.field().shape(), Location::Center, None).unwrap();
-            let fields = Fields::new([("a", world.field()), ("b", of(backwards.as_slice().into()))])
+            let backwards: Vec<f32> = model.values.iter().rev().copied().collect();
+            let heights: Vec<f64> = model.values.iter().map(|value| f64::from(*value) + 9.0).collect();
+            let of = |values| Field::new(values, *model.field().shape(), Location::Center, None).unwrap();
+            let fields = Fields::new([("a", model.field()), ("b", of(backwards.as_slice().into()))])
                 .with_heights(of(heights.as_slice().into()));
             for most in [1, 1000, usize::MAX / 2] {
                 let (targets, bytes) = columns.targets(&inputs, &fields).unwrap();
-                assert_eq!(bytes, 2 * (4 * world.values.len()).next_multiple_of(8) + 8 * world.values.len());
+                assert_eq!(bytes, 2 * (4 * model.values.len()).next_multiple_of(8) + 8 * model.values.len());
                 let mut node = ranks.take_node(bytes).unwrap();
                 for target in &targets {
                     columns.gather_by(ranks, &inputs, &mut node, target, most).unwrap();
@@ -421,8 +421,8 @@ fn nodes_put_a_field_together_in_rounds() {
                 };
                 let whole = gathered.fields().unwrap();
                 let [a, b] = ["a", "b"].map(|name| whole.get(name).unwrap());
-                let last = world.values.len() - 1;
-                for (i, value) in world.values.iter().enumerate() {
+                let last = model.values.len() - 1;
+                for (i, value) in model.values.iter().enumerate() {
                     let at = |field: &Field, i: usize| field.value(i / LAYERS, i % LAYERS);
                     let value = f64::from(*value);
                     assert_eq!([at(a, i), at(b, last - i)], [value; 2]);

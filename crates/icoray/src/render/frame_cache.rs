@@ -198,21 +198,21 @@ mod tests {
         let field = || Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
         let (one, other) = (field(), field());
         let copy = one;
-        let spare = FrameCache::default();
-        let finds = |spare: &FrameCache, grid: &Grid, field: &Field| {
+        let cache = FrameCache::default();
+        let finds = |cache: &FrameCache, grid: &Grid, field: &Field| {
             let mut finds = 0;
-            spare.range(&SourceKey::new(grid, field), || {
+            cache.range(&SourceKey::new(grid, field), || {
                 finds += 1;
                 field.range()
             });
             finds
         };
-        assert_eq!(finds(&spare, &grids[0], &one), 1);
-        assert_eq!(finds(&spare, &grids[0], &copy), 0);
-        assert_eq!(finds(&spare, &grids[1], &one), 1, "another grid");
-        assert_eq!(finds(&spare, &grids[1], &other), 1, "the array may have been written to");
-        assert_eq!(finds(&spare, &grids[1], &other), 0);
-        assert_eq!(finds(&spare.with_reuse(false), &grids[1], &other), 1);
+        assert_eq!(finds(&cache, &grids[0], &one), 1);
+        assert_eq!(finds(&cache, &grids[0], &copy), 0);
+        assert_eq!(finds(&cache, &grids[1], &one), 1, "another grid");
+        assert_eq!(finds(&cache, &grids[1], &other), 1, "the array may have been written to");
+        assert_eq!(finds(&cache, &grids[1], &other), 0);
+        assert_eq!(finds(&cache.with_reuse(false), &grids[1], &other), 1);
     }
 
     #[test]
@@ -229,14 +229,14 @@ mod tests {
             clear: vec![[clear.to_bits(); 2]],
             leaps: false,
         };
-        let spare = FrameCache::default();
+        let cache = FrameCache::default();
         let first = key(0.1);
-        let found = OccupancyMask { blocks: vec![7; 9], ..spare.visible.take(&first).unwrap_err().unwrap_or_default() };
+        let found = OccupancyMask { blocks: vec![7; 9], ..cache.visible.take(&first).unwrap_err().unwrap_or_default() };
         let place = found.blocks.as_ptr();
-        spare.visible.store(first.clone(), found);
-        let known = spare.visible.take(&first).expect("it is cached");
-        spare.visible.store(first, known);
-        let found = spare.visible.take(&key(0.1)).unwrap_err().unwrap();
+        cache.visible.store(first.clone(), found);
+        let known = cache.visible.take(&first).expect("it is cached");
+        cache.visible.store(first, known);
+        let found = cache.visible.take(&key(0.1)).unwrap_err().unwrap();
         assert_eq!((found.blocks.as_ptr(), found.blocks.len()), (place, 9));
     }
 }

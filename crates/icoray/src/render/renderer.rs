@@ -59,7 +59,7 @@ impl Renderer {
     /// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) when the threads cannot be started.
     pub fn new(threads: usize) -> icoray_grid::Result<Self> {
         let (devices, savings) = (None, Savings::ALL);
-        let (threads, spare) = (Threads::new(threads)?, FrameCache::default());
+        let (threads, cache) = (Threads::new(threads)?, FrameCache::default());
         let (ranges, derived) = (Ranges::default(), DerivedFieldCache::default());
         Ok(Renderer {
             threads,
@@ -69,7 +69,7 @@ impl Renderer {
             progress: None,
             stop: None,
             memory_limit: None,
-            frame_cache: spare,
+            frame_cache: cache,
             ranges,
             derived,
         })

@@ -16,7 +16,7 @@ enum Spread {
 
 /// One rank of a model.
 struct Rank<'s> {
-    stage: &'s Stage,
+    fixture: &'s Fixture,
     ranks: Ranks,
     background: Background,
     spread: Spread,
@@ -27,24 +27,24 @@ struct Rank<'s> {
 }
 
 impl<'s> Rank<'s> {
-    fn new(stage: &'s Stage, team: LocalTeam, spread: Spread, model: &'s Barrier) -> Self {
+    fn new(fixture: &'s Fixture, team: LocalTeam, spread: Spread, model: &'s Barrier) -> Self {
         let mut ranks = Ranks::new(Box::new(team));
         let (rank, size) = (ranks.rank(), ranks.size());
         let renderer = Arc::new(Renderer::new(1).unwrap());
-        let background = Background::over(&mut ranks, renderer, stage.writer.clone()).unwrap();
+        let background = Background::over(&mut ranks, renderer, fixture.writer.clone()).unwrap();
         let is_mine = |cell: &usize| spread == Spread::Whole || cell % size == rank;
-        let cells: Vec<usize> = (0..stage.grid.cells()).filter(is_mine).collect();
+        let cells: Vec<usize> = (0..fixture.grid.cells()).filter(is_mine).collect();
         let decomposition = (spread == Spread::Columns).then(|| {
             let global: Vec<i64> = cells.iter().map(|cell| *cell as i64).collect();
             let owned = vec![1; cells.len()];
             let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
-            Arc::new(Decomposition::new(&mut ranks, &stage.grid, &cells).unwrap())
+            Arc::new(Decomposition::new(&mut ranks, &fixture.grid, &cells).unwrap())
         });
-        Rank { stage, ranks, background, spread, decomposition, cells, model }
+        Rank { fixture, ranks, background, spread, decomposition, cells, model }
     }
 
     fn job(&self, step: i64) -> Job {
-        let mut job = self.stage.job(step);
+        let mut job = self.fixture.job(step);
         job.setup.decomposition = self.decomposition.clone();
         job
     }
@@ -80,9 +80,14 @@ fn values(step: i64, cells: &[usize]) -> Vec<f64> {
 }
 
 /// The results of `model` for each rank; ranks with the same number are on one node.
-fn on_each<R: Send>(stage: &Stage, nodes: &[usize], spread: Spread, model: impl Fn(&mut Rank) -> R + Sync) -> Vec<R> {
+fn on_each<R: Send>(
+    fixture: &Fixture,
+    nodes: &[usize],
+    spread: Spread,
+    model: impl Fn(&mut Rank) -> R + Sync,
+) -> Vec<R> {
     let barrier = Barrier::new(nodes.len());
-    on_teams(nodes, |team| model(&mut Rank::new(stage, team, spread, &barrier)))
+    on_teams(nodes, |team| model(&mut Rank::new(fixture, team, spread, &barrier)))
 }
 
 #[test]
@@ -94,9 +99,9 @@ fn pictures_of_ranks_are_those_of_one_process() {
         (&[0, 0], Spread::Columns),
         (&[0, 0, 1, 1], Spread::Columns),
     ] {
-        let stage = Stage::new();
-        let all: Vec<usize> = (0..stage.grid.cells()).collect();
-        let reports = on_each(&stage, nodes, spread, |rank| {
+        let fixture = Fixture::new();
+        let all: Vec<usize> = (0..fixture.grid.cells()).collect();
+        let reports = on_each(&fixture, nodes, spread, |rank| {
             for step in 1..=4 {
                 let accepted = rank.submit(rank.job(step)).unwrap();
                 assert!(accepted.bytes_copied >= 24 * rank.cells.len() as u64, "{accepted:?}");
@@ -109,14 +114,14 @@ fn pictures_of_ranks_are_those_of_one_process() {
             assert!(!rank.background.is_under_way());
             drawn.into_iter().map(|drawn| drawn.result.unwrap()).collect::<Vec<_>>()
         });
-        stage.writer.wait();
-        assert_eq!(stage.writer.take_outcomes().errors().count(), 0);
+        fixture.writer.wait();
+        assert_eq!(fixture.writer.take_outcomes().errors().count(), 0);
         for step in 1..=4 {
             let values = values(step, &all);
             let shape = Shape::level_fastest(all.len(), 3);
             let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
-            let expected = stage.draw(&field);
-            let drawn = read(&stage.folder.path().join(format!("{step}.exr")));
+            let expected = fixture.draw(&field);
+            let drawn = read(&fixture.folder.path().join(format!("{step}.exr")));
             assert!(drawn == expected.pixels, "step {step}, {spread:?} on {nodes:?}");
             for reports in &reports {
                 let report = &reports[step as usize - 1];
@@ -128,9 +133,9 @@ fn pictures_of_ranks_are_those_of_one_process() {
 }
 
 /// The background of a rank that fails at some steps: before a frame, within one, and in a phase of one.
-fn failing(team: &mut LocalTeam, stage: &Stage) -> Background {
+fn failing(team: &mut LocalTeam, fixture: &Fixture) -> Background {
     let (pumped, pump) = pumped(team.point_to_point().unwrap(), 0);
-    let (renderer, writer) = (Arc::new(Renderer::new(1).unwrap()), stage.writer.clone());
+    let (renderer, writer) = (Arc::new(Renderer::new(1).unwrap()), fixture.writer.clone());
     let (with, to) = (renderer.clone(), writer.clone());
     let fail = move |ranks: &mut Ranks, job: Job, copies: &Copies, cost| {
         match (job.stamp.step, ranks.rank()) {
@@ -155,12 +160,12 @@ fn failing(team: &mut LocalTeam, stage: &Stage) -> Background {
 /// drawn.
 #[test]
 fn a_failure_on_one_rank_ends_the_frame_on_all() {
-    let (stage, model) = (&Stage::new(), &Barrier::new(3));
+    let (fixture, model) = (&Fixture::new(), &Barrier::new(3));
     let said = on_teams(&[0; 3], |mut team| {
-        let background = failing(&mut team, stage);
+        let background = failing(&mut team, fixture);
         let ranks = Ranks::new(Box::new(team));
-        let cells = (0..stage.grid.cells()).collect();
-        let mut rank = Rank { stage, ranks, background, spread: Spread::Whole, decomposition: None, cells, model };
+        let cells = (0..fixture.grid.cells()).collect();
+        let mut rank = Rank { fixture, ranks, background, spread: Spread::Whole, decomposition: None, cells, model };
         for step in 1..=4 {
             rank.submit(rank.job(step)).unwrap();
             rank.compute();
@@ -180,15 +185,15 @@ fn a_failure_on_one_rank_ends_the_frame_on_all() {
         let expected = [message(2, "before the frame"), message(1, "within the frame of 3"), of_all, "drawn".into()];
         assert_eq!(said, expected, "rank {rank}");
     }
-    stage.writer.wait();
-    assert!(stage.folder.path().join("4.exr").is_file() && !stage.folder.path().join("2.exr").exists());
+    fixture.writer.wait();
+    assert!(fixture.folder.path().join("4.exr").is_file() && !fixture.folder.path().join("2.exr").exists());
 }
 
 /// An error of a job on one rank only is refused on all, and so is a name that rank 0 may not write.
 #[test]
 fn a_job_that_is_wrong_on_one_rank_is_refused_on_all() {
-    let stage = Stage::new();
-    let said = on_each(&stage, &[0, 0], Spread::Whole, |rank| {
+    let fixture = Fixture::new();
+    let said = on_each(&fixture, &[0, 0], Spread::Whole, |rank| {
         rank.submit(rank.job(1)).unwrap();
         let taken = rank.submit(rank.job(1)).unwrap_err();
         let few = Arc::new(Layers::from_heights(&[0.0, 1e4], 6.371e6).unwrap());
@@ -210,8 +215,8 @@ fn a_job_that_is_wrong_on_one_rank_is_refused_on_all() {
 /// Without a call that moves messages on a frame of several ranks is not drawn, and no rank waits for it.
 #[test]
 fn dropping_it_ends_a_frame_of_several_ranks() {
-    let stage = Stage::new();
-    on_each(&stage, &[0, 0], Spread::Whole, |rank| rank.submit(rank.job(1)).unwrap());
-    stage.writer.wait();
-    assert!(!stage.folder.path().join("1.exr").exists());
+    let fixture = Fixture::new();
+    on_each(&fixture, &[0, 0], Spread::Whole, |rank| rank.submit(rank.job(1)).unwrap());
+    fixture.writer.wait();
+    assert!(!fixture.folder.path().join("1.exr").exists());
 }
