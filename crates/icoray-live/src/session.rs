@@ -1,7 +1,7 @@
 //! The state that viewers change: the scene, the time, and the history for undo.
 
 use crate::document::{self, Change};
-use icoray::{LabelPlace, Level, Lines, Pattern, Scene};
+use icoray::{LabelPlace, Labels, Level, Lines, Pattern, Scene};
 use serde::Deserialize;
 
 /// Maximum number of steps that can be undone, and of bytes of their texts.
@@ -199,7 +199,7 @@ impl Session {
     }
 
     /// The scene for a frame while the user moves the picture: small, within a time budget, one ray per pixel, without
-    /// [`Self::lines_over`].
+    /// [`Self::lines_over`] and without a note on its error, as drafts are coarse, unless the scene requests it.
     pub fn moving_scene(&self, budget_ms: f64, max_size: [u32; 2]) -> Scene {
         let (scene, over) = (self.scene(), self.lines_over());
         let mut scenery = scene.scenery.clone();
@@ -208,6 +208,7 @@ impl Session {
         let max_size = self.moving_size.unwrap_or(max_size).map(f64::from);
         let part = (max_size[0] / width).min(max_size[1] / height).min(1.0);
         let side = |size: f64| ((part * size).round() as u32).max(1);
+        let noted = |labels: Labels| Labels { error_note: labels.error_note.or(Some(false)), ..labels };
         Scene {
             width: side(width),
             height: side(height),
@@ -215,6 +216,7 @@ impl Session {
             samples: 1,
             antialias: false,
             scenery,
+            labels: scene.labels.clone().map(noted),
             largest_step: ((part * COARSEST) as u32).max(1),
             ..scene.clone()
         }
