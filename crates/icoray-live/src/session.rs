@@ -3,6 +3,7 @@
 use crate::document::{self, Change};
 use icoray::{LabelPlace, Labels, Level, Lines, Pattern, Scene};
 use serde::Deserialize;
+use toml_edit::{DocumentMut, Item};
 
 /// Maximum number of steps that can be undone, and of bytes of their texts.
 const MAX_UNDO: usize = 200;
@@ -37,6 +38,17 @@ pub enum PictureSize {
     Viewer,
     /// The scene.
     Scene,
+}
+
+impl PictureSize {
+    /// That of a scene's text, which may be completed with an `[image]`: its own, or the viewer's if it has none.
+    pub fn of(text: &str) -> Self {
+        let scene = text.parse::<DocumentMut>().unwrap_or_default();
+        let views = scene.get("views").and_then(Item::as_array_of_tables);
+        let has_size =
+            scene.contains_key("image") || views.is_some_and(|views| views.iter().any(|v| v.contains_key("image")));
+        if has_size { PictureSize::SceneOrViewer } else { PictureSize::Viewer }
+    }
 }
 
 /// The initial state of a session.
