@@ -556,7 +556,7 @@ def test_uxarray_of_icon_has_triangles(uxarray: Any, icon: Any, mesh: icoray.Gri
     fields = icon[["ta"]].drop_vars(["clon", "clat", "clon_bnds", "clat_bnds"], errors="ignore")
     dataset = uxarray.UxDataset(fields.rename(ncells="n_face"), uxgrid=grid)
     opened = icoray.open(dataset)
-    assert (opened.convention, opened.cells, opened.corners) == ("ICON", mesh.cells, mesh.corners)
+    assert (opened.convention, opened.cells, opened.corners) == ("UGRID", mesh.cells, mesh.corners)
     image = opened.render("ta", time=0, **LOOK)
     assert np.abs(image.pixels - icoray.render(icon, "ta", time=0, **LOOK).pixels).max() < 1e-3
     assert image.report["bytes_copied"] == 0

@@ -87,7 +87,7 @@ class Dataset:
 
     @property
     def convention(self) -> str:
-        """What the mesh is: "MPAS", "ICON" (triangles), "polygons" or "points" (columns without tables)."""
+        """What the mesh is: "MPAS", "ICON", "UGRID", "ESMF", "FESOM2", "FVCOM", "polygons" or "points" (columns)."""
         return self._inner.convention
 
     @property
