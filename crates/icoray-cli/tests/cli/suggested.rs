@@ -123,7 +123,7 @@ fn a_scene_that_names_a_field_alone_is_the_suggestion() {
 fn a_scene_that_states_a_part_of_a_look_gets_the_rest_of_the_suggestion() {
     let folder = lone();
     let draw = |scene: &str, to: &str| {
-        folder.write("own.toml", &format!("{scene}\n[image]\nwidth = 96\nheight = 72\n"));
+        folder.write("own.toml", format!("{scene}\n[image]\nwidth = 96\nheight = 72\n"));
         folder.prints(["render", "made.nc", "--scene", "own.toml", "-o", to, "--existing", "overwrite"]);
         folder.bytes(to)
     };
