@@ -36,10 +36,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     progress.finish();
     let time = opened.times[opened.times.len() - 1];
     let reader = view::reader(&opened.file);
-    let is_suggested = selection.scene_options.scene.is_none();
-    let size = match is_suggested && selection.overrides.size.is_none() {
-        true => PictureSize::Viewer,
-        false => PictureSize::SceneOrViewer,
+    let size = match (&opened.given, selection.overrides.size) {
+        (Some(text), _) => PictureSize::of(text),
+        (None, Some(_)) => PictureSize::SceneOrViewer,
+        (None, None) => PictureSize::Viewer,
     };
     let description = view::describe(&opened.file, suggested::command(selection, None));
     let options = Options { port: args.port, size, is_framed: false };

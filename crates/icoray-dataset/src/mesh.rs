@@ -35,8 +35,8 @@ fn reader(sources: &Sources) -> Result<Option<Reader<'_>>> {
     let is_mpas = mpas::is_in(sources)? && (mpas::has_tables(sources) || columns.is_none());
     let is_icon = icon::has_triangles(sources) || icon::is_in(sources) && columns.is_none();
     let all = [
-        ugrid::find(sources)?.map(|found| boxed(move || ugrid::read(sources, &found))),
-        esmf::find(sources).map(|found| boxed(move || esmf::read(sources, found))),
+        ugrid::find(sources)?.map(|found| boxed(move || Ok(ugrid::read(sources, &found)?.named("UGRID")))),
+        esmf::find(sources).map(|found| boxed(move || Ok(esmf::read(sources, found)?.named("ESMF")))),
         triangles::find(sources).map(|found| boxed(move || triangles::read(found))),
         is_mpas.then(|| boxed(|| mpas::read(sources))),
         is_icon.then(|| boxed(|| icon::read(sources))),

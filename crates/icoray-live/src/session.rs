@@ -1,8 +1,9 @@
 //! The state that viewers change: the scene, the time, and the history for undo.
 
 use crate::document::{self, Change};
-use icoray::{LabelPlace, Level, Lines, Pattern, Scene};
+use icoray::{LabelPlace, Labels, Level, Lines, Pattern, Scene};
 use serde::Deserialize;
+use toml_edit::{DocumentMut, Item};
 
 /// Maximum number of steps that can be undone, and of bytes of their texts.
 const MAX_UNDO: usize = 200;
@@ -37,6 +38,17 @@ pub enum PictureSize {
     Viewer,
     /// The scene.
     Scene,
+}
+
+impl PictureSize {
+    /// That of a scene's text, which may be completed with an `[image]`: its own, or the viewer's if it has none.
+    pub fn of(text: &str) -> Self {
+        let scene = text.parse::<DocumentMut>().unwrap_or_default();
+        let views = scene.get("views").and_then(Item::as_array_of_tables);
+        let has_size =
+            scene.contains_key("image") || views.is_some_and(|views| views.iter().any(|v| v.contains_key("image")));
+        if has_size { PictureSize::SceneOrViewer } else { PictureSize::Viewer }
+    }
 }
 
 /// The initial state of a session.
@@ -199,7 +211,7 @@ impl Session {
     }
 
     /// The scene for a frame while the user moves the picture: small, within a time budget, one ray per pixel, without
-    /// [`Self::lines_over`].
+    /// [`Self::lines_over`] and without a note on its error, as drafts are coarse, unless the scene requests it.
     pub fn moving_scene(&self, budget_ms: f64, max_size: [u32; 2]) -> Scene {
         let (scene, over) = (self.scene(), self.lines_over());
         let mut scenery = scene.scenery.clone();
@@ -208,6 +220,7 @@ impl Session {
         let max_size = self.moving_size.unwrap_or(max_size).map(f64::from);
         let part = (max_size[0] / width).min(max_size[1] / height).min(1.0);
         let side = |size: f64| ((part * size).round() as u32).max(1);
+        let noted = |labels: Labels| Labels { error_note: labels.error_note.or(Some(false)), ..labels };
         Scene {
             width: side(width),
             height: side(height),
@@ -215,6 +228,7 @@ impl Session {
             samples: 1,
             antialias: false,
             scenery,
+            labels: scene.labels.clone().map(noted),
             largest_step: ((part * COARSEST) as u32).max(1),
             ..scene.clone()
         }

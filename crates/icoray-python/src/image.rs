@@ -4,7 +4,7 @@ use crate::error::{argument, raised};
 use crate::report;
 use icoray::Frame;
 use icoray::output::figures::Scope;
-use icoray::output::{png_bytes, write_error_map, write_picture};
+use icoray::output::{Existing, png_bytes, write_error_map, write_picture};
 use numpy::ndarray::{ArrayView2, ArrayView3};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
@@ -25,6 +25,13 @@ impl Image {
     fn size(&self) -> [usize; 2] {
         [self.frame.height as usize, self.frame.width as usize]
     }
+}
+
+/// Writes PNGs of one size as an animation: `Dataset.animate`.
+#[pyfunction]
+pub(crate) fn write_animation(py: Python, path: PathBuf, pictures: Vec<PathBuf>, fps: f64) -> PyResult<()> {
+    let written = py.detach(|| icoray::output::write_animation(&path, &pictures, fps, Existing::Overwrite));
+    written.map(drop).map_err(raised)
 }
 
 #[pymethods]

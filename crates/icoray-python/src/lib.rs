@@ -39,7 +39,7 @@ mod _icoray {
     #[pymodule_export]
     use crate::grid::Grid;
     #[pymodule_export]
-    use crate::image::Image;
+    use crate::image::{Image, write_animation};
     #[pymodule_export]
     use crate::layers::Layers;
     #[pymodule_export]

@@ -148,7 +148,8 @@ def test_a_2d_field_is_a_surface_where_the_scene_has_no_opacity(context, tmp_pat
     opacity = "opacity = [[0, 0.0], [1, 0.9]]\n"
     clear = "opacity = [[0, 0.0], [1, 0.0]]\n"
     assert opacity in FILE
-    plain = FILE.replace(opacity, "")
+    # With map and range alone the suggestion would be drawn.
+    plain = FILE.replace(opacity, 'scale = "linear"\n')
     colours = 'transfer = { map = "viridis", range = [0, 1] }\n'
     surface = FILE.replace(opacity, clear) + f'[[surfaces]]\nlayer = 0\nfield = "q"\n{colours}'
     context.scene_text(plain)

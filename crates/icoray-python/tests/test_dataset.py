@@ -403,6 +403,23 @@ def test_an_isosurface_is_all_that_is_shown(mpas: Any):
     assert "[[isosurfaces]]" in scene and "value = 300" in scene and "[transfer]" not in scene
 
 
+def test_times_are_animated_in_one_scene(mpas: Any, tmp_path: pathlib.Path):
+    pillow = pytest.importorskip("PIL.Image", reason="pillow is not installed")
+    dataset = icoray.open(mpas)
+    path = tmp_path / "film.png"
+    dataset.animate(path, "theta", times=[1, 0], fps=4, **LOOK)
+    film, scene = pillow.open(path), dataset.scene("theta", **LOOK)
+    assert (film.n_frames, film.info["duration"]) == (2, 250)
+    for frame, time in enumerate([1, 0]):
+        film.seek(frame)
+        dataset.render(scene=scene, time=time).save(tmp_path / "one.png")
+        assert (np.asarray(film) == np.asarray(pillow.open(tmp_path / "one.png"))).all()
+    with pytest.raises(icoray.ArgumentError, match=r"\.png, \.mp4 or \.gif"):
+        dataset.animate(tmp_path / "film.jpg", "theta", **LOOK)
+    with pytest.raises(TypeError, match="fsp"):
+        dataset.animate(path, "theta", fsp=4)
+
+
 def test_names_of_matplotlib_and_xarray_are_understood(mpas: Any):
     own = icoray.render(mpas, "theta", surface=1, colormap="plasma", range=(290, 310), **LOOK)
     theirs = icoray.render(mpas, "theta", level=1, cmap="plasma", vmin=290, vmax=310, **LOOK)
@@ -556,7 +573,7 @@ def test_uxarray_of_icon_has_triangles(uxarray: Any, icon: Any, mesh: icoray.Gri
     fields = icon[["ta"]].drop_vars(["clon", "clat", "clon_bnds", "clat_bnds"], errors="ignore")
     dataset = uxarray.UxDataset(fields.rename(ncells="n_face"), uxgrid=grid)
     opened = icoray.open(dataset)
-    assert (opened.convention, opened.cells, opened.corners) == ("ICON", mesh.cells, mesh.corners)
+    assert (opened.convention, opened.cells, opened.corners) == ("UGRID", mesh.cells, mesh.corners)
     image = opened.render("ta", time=0, **LOOK)
     assert np.abs(image.pixels - icoray.render(icon, "ta", time=0, **LOOK).pixels).max() < 1e-3
     assert image.report["bytes_copied"] == 0

@@ -40,7 +40,8 @@ pub struct Labels {
     pub bar: bool,
     /// Whether a label states the exaggeration, if there is one.
     pub scale_note: bool,
-    /// Whether a label states the error of pixels; `None` states it where it is above the tolerance.
+    /// Whether a label states the error of pixels; `None` states it where it is above the tolerance in
+    /// more than one in a thousand of the pixels that have one.
     pub error_note: Option<bool>,
 }
 

@@ -17,6 +17,8 @@ pub struct Painting<'s> {
     pub coloring: Option<&'s Coloring>,
     /// The source of the opacity.
     pub opacity: OpacityOf<'s>,
+    /// Whether the field has one value wherever it colours: on its own isosurface.
+    pub has_one_value: bool,
 }
 
 /// The source of opacity of a coloured volume or surface.
@@ -38,12 +40,19 @@ impl Scene {
             transfer: &volume.transfer,
             coloring: volume.coloring.as_ref(),
             opacity: volume.opacity.as_ref().map_or(OpacityOf::Itself, OpacityOf::Other),
+            has_one_value: false,
         });
-        let paints = self.scenery.paints().filter_map(|paint| match paint {
+        let isosurfaces = self.scenery.isosurfaces.iter().map(|surface| (&surface.paint, Some(surface.field.as_str())));
+        let surfaces = self.scenery.surfaces.iter().map(|surface| (&surface.paint, None));
+        let paints = surfaces.chain(isosurfaces).filter_map(|(paint, isosurface_of)| match paint {
             Paint::Plain(_) => None,
-            Paint::Field { field, transfer, coloring, by_cell: _ } => {
-                Some(Painting { field, transfer, coloring: coloring.as_ref(), opacity: OpacityOf::Surface })
-            }
+            Paint::Field { field, transfer, coloring, by_cell: _ } => Some(Painting {
+                field,
+                transfer,
+                coloring: coloring.as_ref(),
+                opacity: OpacityOf::Surface,
+                has_one_value: isosurface_of == Some(field),
+            }),
         });
         volumes.chain(paints).collect()
     }

@@ -104,6 +104,10 @@ fn a_probe_shows_the_values_of_the_renderer() {
     let Some(Shown { browser, viewer, folder }) = &Shown::start() else { return };
     browser.click_at(browser.place([0.47, 0.56]), 1);
     let shown = browser.until_text("#panel-probe .value", " K");
+    // The message about the probe lies below the middle of the picture, away from the title.
+    let is_low = browser.js("const [said, stage] = ['.said', '#stage'].map((it) => document.querySelector(it));
+         return said.offsetTop > stage.clientHeight / 2;");
+    assert_eq!(is_low, true);
     // The place that the page has asked for.
     let asked = browser.js("const names = performance.getEntriesByType('resource').map((entry) => entry.name);
          const { searchParams } = new URL(names.filter((name) => name.includes('/api/probe')).at(-1));

@@ -120,6 +120,47 @@ fn a_scene_that_names_a_field_alone_is_the_suggestion() {
 }
 
 #[test]
+fn a_scene_that_states_a_part_of_a_look_gets_the_rest_of_the_suggestion() {
+    let folder = lone();
+    let draw = |scene: &str, to: &str| {
+        folder.write("own.toml", format!("{scene}\n[image]\nwidth = 96\nheight = 72\n"));
+        folder.prints(["render", "made.nc", "--scene", "own.toml", "-o", to, "--existing", "overwrite"]);
+        folder.bytes(to)
+    };
+    let lines = "[[lines]]\npattern = \"cells\"\n";
+    for (scene, options, own) in [
+        (
+            "[transfer]\nmap = \"magma\"\nrange = [-1, 1.5]",
+            &["--cmap", "magma", "--range", "-1..1.5"][..],
+            "field = \"w\"",
+        ),
+        ("[transfer]\nmap = \"magma\"", &["--cmap", "magma"], "field = \"surface_pressure\""),
+        ("[[isosurfaces]]\nvalue = 2020", &["--isosurface", "2020"], "field = \"theta\""),
+        ("[[isosurfaces]]\nfield = \"theta\"\nvalue = 2020", &["--isosurface", "2020"], ""),
+        ("[[surfaces]]\nlayer = \"top\"", &["--surface", "top"], "field = \"vorticity\""),
+    ] {
+        let field = if own.is_empty() { "theta" } else { own.split('"').nth(1).unwrap() };
+        render(&folder, &[&["--field", field, "-o", "a.png", "--existing", "overwrite"], options].concat());
+        assert!(draw(&format!("{own}\n{scene}"), "b.png") == folder.bytes("a.png"), "{own} {scene}");
+    }
+    // Lines of its own are in place of coasts and graticule.
+    render(&folder, &["--field", "w", "--save-scene", "saved.toml", "-o", "a.png", "--existing", "overwrite"]);
+    let saved = folder.text("saved.toml");
+    let before = saved.find("[[lines]]").unwrap();
+    let after = saved.find("[labels]").unwrap();
+    let expected = format!("{}{lines}{}", &saved[..before], &saved[after..]);
+    folder.write("saved.toml", expected);
+    folder.prints(["render", "made.nc", "--scene", "saved.toml", "-o", "c.png"]);
+    assert!(draw(&format!("field = \"w\"\n{lines}"), "b.png") == folder.bytes("c.png"), "lines");
+    // Lines alone, and surfaces with labels, are as they are written.
+    for scene in [lines, "field = \"w\"\n[labels]\n[[surfaces]]\n", "field = \"w\"\n[transfer]\n"] {
+        draw(scene, "b.exr");
+        let corner = image::open(folder.at("b.exr")).unwrap().to_rgba32f().get_pixel(0, 0).0;
+        assert_eq!(corner, [0.0, 0.0, 0.0, 1.0], "{scene}: the background of the suggestion");
+    }
+}
+
+#[test]
 fn options_change_the_looks_of_a_scene() {
     let given = scene("theta", 0.0, 42.0);
     let folder = folder(&Made::history(), &given);

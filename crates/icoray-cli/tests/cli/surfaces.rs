@@ -127,8 +127,11 @@ fn scenes_with_few_keys_show_2d_fields_as_surfaces() {
         folder.render(&["-o", "out.exr"]);
         folder.bytes("out.exr")
     };
-    let surface = draw("field = \"surface_pressure\"\n[[surfaces]]\n");
-    assert!(draw("[transfer]\nmap = \"viridis\"\n") == surface, "a colour map draws another picture");
+    let surface = draw("field = \"surface_pressure\"\n[[surfaces]]\n[labels]\n");
+    assert!(
+        draw("[transfer]\nmap = \"viridis\"\nscale = \"linear\"\n") == surface,
+        "a colour map draws another picture"
+    );
     assert!(draw("") == draw("field = \"surface_pressure\"\n"), "the first field is another one");
     assert!(draw("[transfer]\nopacity = [[0, 0], [1, 0.5]]\n") != surface, "an opacity makes a film of it");
 }

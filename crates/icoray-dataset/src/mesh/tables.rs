@@ -56,6 +56,8 @@ pub struct Mesh {
     pub(super) file_corners: Option<FileCorners>,
     /// Whether the corners are Delaunay triangles of points.
     pub(super) is_of_points: bool,
+    /// The name of the file's convention where it is not that of [`Mesh::convention`], by which the tables are laid out.
+    pub(super) named: Option<&'static str>,
 }
 
 /// The corners of a file, some of which are several corners of the mesh: triangles.
@@ -141,6 +143,7 @@ impl Mesh {
             connectivity,
             file_corners: None,
             is_of_points: false,
+            named: None,
         }
     }
 
@@ -201,7 +204,7 @@ impl Mesh {
     /// A description of the tables with their sizes.
     pub fn in_words(&self) -> String {
         let [cells, corners, edges] = [self.cells(), self.corners(), self.edges()];
-        let of_triangles = || (self.kind() == "ICON").then(|| OF_TRIANGLES.to_owned());
+        let of_triangles = || (self.convention == Convention::Icon).then(|| OF_TRIANGLES.to_owned());
         let made = self.made_in_words().or_else(of_triangles).map_or_else(String::new, |made| format!("; {made}"));
         format!("{}: {cells} cells, {corners} corners, {edges} edges{made}", self.kind())
     }
@@ -213,9 +216,10 @@ impl Mesh {
         if self.is_of_points { Some(of_points.to_owned()) } else { self.file_corners.as_ref().map(cut) }
     }
 
-    /// The convention of the tables, or "points" if the mesh was made from points alone.
+    /// The name of the file's convention, or "points" if the mesh was made from points alone.
     pub fn kind(&self) -> String {
-        if self.is_of_points { "points".to_owned() } else { self.convention.to_string() }
+        let named = if self.is_of_points { Some("points") } else { self.named };
+        named.map_or_else(|| self.convention.to_string(), str::to_owned)
     }
 
     /// Number of edges.
@@ -230,6 +234,11 @@ impl Mesh {
         let Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_count, .. } = &self.connectivity;
         let indices = [cell_corner, cell_corner_count, &self.corner_cell, corner_edge, edge_corner];
         of_file + reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
+    }
+
+    /// The mesh of a file in a convention of this name; one of MPAS stays that.
+    pub(super) fn named(self, name: &'static str) -> Self {
+        Mesh { named: (self.convention != Convention::Mpas).then_some(name), ..self }
     }
 
     /// Converts a mesh, whose tables are numbered from 0, to one of MPAS, whose are from 1.

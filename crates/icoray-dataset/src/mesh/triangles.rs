@@ -9,6 +9,8 @@ use icoray::{ErrorKind, Result, circumcenter};
 
 /// Names of a table with the nodes of each triangle from 1, and of its coordinates.
 struct Names {
+    /// The model.
+    model: &'static str,
     table: &'static str,
     /// Longitude and latitude of the nodes, or one variable of both.
     nodes: &'static [&'static str],
@@ -17,9 +19,9 @@ struct Names {
 }
 
 const NAMES: [Names; 3] = [
-    Names { table: "vertex_of_cell", nodes: &["vlon", "vlat"], middles: ["clon", "clat"] },
-    Names { table: "elements", nodes: &["nodes"], middles: ["", ""] },
-    Names { table: "nv", nodes: &["lon", "lat"], middles: ["lonc", "latc"] },
+    Names { model: "ICON", table: "vertex_of_cell", nodes: &["vlon", "vlat"], middles: ["clon", "clat"] },
+    Names { model: "FESOM2", table: "elements", nodes: &["nodes"], middles: ["", ""] },
+    Names { model: "FVCOM", table: "nv", nodes: &["lon", "lat"], middles: ["lonc", "latc"] },
 ];
 
 /// A file's table of triangles.
@@ -75,5 +77,6 @@ pub(super) fn read(Triangles { table, names }: Triangles) -> Result<Mesh> {
     let circle = |triangle: &[i32; 3]| circumcenter(triangle.map(|node| nodes.direction(node)));
     let corner = middles.unwrap_or_else(|| of_directions(rows.as_chunks().0.iter().map(circle)));
     Mesh::of_triangles(source.path(), Convention::Icon, [nodes, corner], rows)
+        .map(|mesh| mesh.named(names.model))
         .map_err(|e| e.within(source.path().display()))
 }

@@ -124,6 +124,7 @@ fn nodes_of_fesom_are_cells_with_a_floor() {
         let file = opened(&data, &[&fesom(is_by_place)]).unwrap();
         assert_eq!((file.mesh().convention(), file.mesh().cells(), file.mesh().corners()), (Convention::Icon, 42, 80));
         file.mesh().grid().unwrap();
+        assert_eq!(file.mesh().kind(), "FESOM2");
         assert_eq!(file.layer_heights("temp").unwrap().height_m, [-50.0, -200.0, -600.0]);
         for (name, columns, layers, more) in [("temp", 42, 3, 0), ("w", 42, 4, 1), ("u", 80, 3, 0)] {
             let field = values(&file, name, 0);

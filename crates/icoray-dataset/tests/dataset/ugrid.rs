@@ -90,6 +90,9 @@ fn triangles_are_corners_and_nodes_are_cells() {
     let file = open(&made);
     assert_eq!((file.mesh().convention(), file.mesh().cells(), file.mesh().corners()), (Convention::Icon, 42, 80));
     let icon = open(&Made::icon_grid());
+    let words = "UGRID: 42 cells, 80 corners, 120 edges; corners are the triangles of the file, cells its points";
+    assert_eq!(file.mesh().in_words(), words);
+    assert_eq!(icon.mesh().kind(), "ICON");
     let tables = |file: &icoray_dataset::Dataset| {
         let grid = file.mesh().grid().unwrap();
         (grid.cells(), grid.triangles(), file.mesh().edges())

@@ -74,7 +74,10 @@ fn sizes_follow_the_viewer_unless_the_scene_sets_them() {
     let lines = "[[lines]]\npattern = \"coast\"\n[[lines]]\npattern = \"cells\"\n";
     for (labels, traced) in [("", 2), ("[labels]\n", 1), ("[labels]\nplace = \"below\"\n", 2)] {
         let session = self::session(&format!("{TEXT}[transfer]\n{lines}{labels}"));
-        let found = session.moving_scene(80.0, [640, 480]).scenery.lines.len();
+        let draft = session.moving_scene(80.0, [640, 480]);
+        let notes = [&draft, session.scene()].map(|scene| scene.labels.as_ref().map(|labels| labels.error_note));
+        assert_eq!(notes, if labels.is_empty() { [None; 2] } else { [Some(Some(false)), Some(None)] }, "{labels}");
+        let found = draft.scenery.lines.len();
         assert_eq!((found, session.lines_over().len()), (traced, 2 - traced), "{labels}");
     }
     // 5 of its pixels are 7 of those at rest.

@@ -81,10 +81,10 @@ impl<'s> Bar<'s> {
         }
     }
 
-    /// The bars of a scene: one for each distinct colouring by values.
+    /// The bars of a scene: one for each distinct colouring by values. The legend has the colours of isosurfaces.
     pub fn all(scene: &'s Scene) -> Vec<Self> {
         let mut shown: Vec<Painting> = Vec::new();
-        for painting in scene.paintings() {
+        for painting in scene.paintings().into_iter().filter(|painting| !painting.has_one_value) {
             let has_own = painting.opacity != OpacityOf::Surface;
             if !shown.iter().any(|before| *before == painting || !has_own && has_colors_of(before, &painting)) {
                 shown.push(painting);
@@ -95,7 +95,7 @@ impl<'s> Bar<'s> {
 
     /// `None` if colours do not depend on the value.
     fn of(painting: Painting<'s>) -> Option<Self> {
-        let Painting { field, transfer, coloring, opacity } = painting;
+        let Painting { field, transfer, coloring, opacity, has_one_value: _ } = painting;
         let coloring = coloring.and_then(|coloring| Some((coloring.scale(), coloring.fixed()?)));
         let (scale, range) = coloring.unwrap_or((Scale::Linear, transfer.range()));
         let opacity_by = if let OpacityOf::Other(other) = opacity { Some(other.field.as_str()) } else { None };

@@ -313,6 +313,10 @@ fn an_error_above_the_tolerance_has_another_colour() {
         assert_eq!(seen(&frame), 0, "{place}");
         frame.report.error.pixels_over_tolerance = 12;
         frame.report.quality.tolerance = 1e-3;
+        // Of one in a thousand pixels at most.
+        frame.report.error.p999 = 1e-3;
+        assert_eq!(seen(&frame), 0, "{place}");
+        frame.report.error.p999 = 1.1e-3;
         assert!(seen(&frame) > 50, "{place}");
         let scene = self::scene(300, 300, 3.0, &format!("place = \"{place}\"\nbar = false\nerror = false"));
         let silent = Frame { legend: Legend::of(&scene, &[1.0]), ..frame.clone() };

@@ -50,7 +50,12 @@ pub(super) fn keys(frame: &Frame, legend: &Legend) -> Vec<Key> {
     }
     let key = |field: &str| {
         let values = surfaces.iter().filter(|surface| surface.field == field).map(|surface| {
-            let color = if let Paint::Plain(color) = surface.paint { Some(color) } else { None };
+            let color = match &surface.paint {
+                Paint::Plain(color) => Some(*color),
+                Paint::Field { field: painter, transfer, .. } => {
+                    (painter == field).then(|| transfer.at(surface.value).0)
+                }
+            };
             (value(surface.value), color)
         });
         let mut values: Vec<_> = values.collect();
@@ -109,9 +114,10 @@ fn time(stamp: &Stamp) -> String {
     format!("day {days} {hours:02}:{minutes:02}{seconds}").replace('-', "−")
 }
 
-/// Whether the last note reports an error above the tolerance.
+/// Whether the last note reports an error above the tolerance: that of more than one in a thousand pixels.
 pub(super) fn is_over(frame: &Frame, legend: &Legend) -> bool {
-    legend.labels.error_note != Some(false) && frame.report.error.pixels_over_tolerance > 0
+    let [p999, tolerance] = [frame.report.error.p999, frame.report.quality.tolerance].map(|error| error as f32);
+    legend.labels.error_note != Some(false) && p999 > tolerance
 }
 
 /// Notes on the picture: exaggeration and, if requested or above the tolerance, error.

@@ -25,6 +25,7 @@ __all__ = [
     "Scene",
     "View",
     "sample",
+    "write_animation",
 ]
 
 _Path: TypeAlias = str | os.PathLike[str]
@@ -389,6 +390,7 @@ class Context:
     ) -> None: ...
 
 def sample() -> dict[str, Any]: ...
+def write_animation(path: _Path, pictures: Sequence[_Path], fps: float) -> None: ...
 @final
 class Dataset:
     def __new__(

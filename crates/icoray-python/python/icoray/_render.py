@@ -5,8 +5,9 @@ from __future__ import annotations
 import html
 import importlib
 import os
+import tempfile
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from . import _icoray
@@ -87,7 +88,7 @@ class Dataset:
 
     @property
     def convention(self) -> str:
-        """The kind of mesh: "MPAS", "ICON" (triangles), "polygons" or "points" (columns without tables)."""
+        """The kind of mesh: "MPAS", "ICON", "UGRID", "ESMF", "FESOM2", "FVCOM", "polygons" or "points" (columns)."""
         return self._inner.convention
 
     @property
@@ -132,6 +133,46 @@ class Dataset:
             return self._inner.render(renderer or _renderer(), _request(field, options), report)
         finally:
             finish()
+
+    @takes_options
+    def animate(
+        self,
+        path: str | os.PathLike[str],
+        field: str | None = None,
+        *,
+        times: Iterable[Any] | None = None,
+        fps: float = 10.0,
+        renderer: Renderer | None = None,
+        **options: Unpack[Options],
+    ) -> None:
+        """Writes an animation of several times, as `icoray animate` does.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            The animated PNG; or a film that ends in .mp4 or .gif, for which ffmpeg must be installed. An existing file
+            is replaced.
+        times : iterable, optional
+            The times in their order, each as in `icoray.render`; all without it.
+        fps : float
+            Pictures per second, 0.001 to 1000.
+        field, renderer, ...
+            As in `icoray.render`. One scene is drawn at all times: without `scene` it is suggested for `time`, the last
+            one without it.
+
+        Examples
+        --------
+        >>> import icoray
+        >>> icoray.open(icoray.sample()).animate("plume.png", "tracer", size=(80, 64), fps=2)
+        """
+        scene = self.scene(field, renderer=renderer, **options)
+        drawn = list(range(len(self.times)) if times is None else times)
+        with tempfile.TemporaryDirectory() as folder:
+            pictures = [os.path.join(folder, f"{number}.png") for number in range(len(drawn))]
+            for picture, time in zip(pictures, drawn, strict=True):
+                image = self.render(scene=scene, time=time, layers=options.get("layers"), renderer=renderer)
+                image.save(picture)
+            _icoray.write_animation(path, pictures, fps)
 
     @takes_options
     def view(

@@ -155,8 +155,8 @@ impl Dataset {
         self.opened.dataset.times().iter().map(Option::as_deref).collect()
     }
 
-    /// The conventions that the mesh follows: "MPAS", "ICON" (triangles), "polygons", or "points" for columns without
-    /// tables.
+    /// The conventions that the mesh follows: "MPAS", "ICON", "UGRID", "ESMF", "FESOM2", "FVCOM", "polygons", or "points"
+    /// for columns without tables.
     #[getter]
     fn convention(&self) -> String {
         self.opened.dataset.mesh().kind()

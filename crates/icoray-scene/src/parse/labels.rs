@@ -26,9 +26,9 @@ keys! {
         bar: Option<bool> = flag(true),
         /// Note on exaggeration.
         scale: Option<bool> = flag(true),
-        /// Note on the error; in orange (red on bright backgrounds) where pixels have an error above the tolerance,
-        /// with their number.
-        error: Option<bool> = of(Kind::Boolean).or_else("only where pixels have an error above the tolerance"),
+        /// Note on the error; in orange (red on bright backgrounds) where it is above the tolerance in more than one in a
+        /// thousand of the pixels that have one, with their number.
+        error: Option<bool> = of(Kind::Boolean).or_else("only where it is above the tolerance"),
     }
 }
 

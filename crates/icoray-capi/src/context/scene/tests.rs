@@ -28,7 +28,7 @@ core = 'transparent'
 [[views]]
 name = 'own'
 field = 'f'
-transfer = { map = 'magma' }
+transfer = { map = 'magma', unit_length = 0.1 }
 ";
 
 /// The values of a field at a step, level-fastest; the wave grows, has none at the first step, and is flat at the next.

@@ -136,6 +136,13 @@ fn there_is_a_bar_for_all_that_values_colour() {
     let knots = "{ knots = [{ value = 0, color = \"red\" }, { value = 1, color = \"blue\" }] }";
     let values = "[[isosurfaces]]\nfield = \"pv\"\nvalues = [1, 2, 3]\ncolor_by = \"w\"\ntransfer = ";
     assert_eq!(bars_of(&format!("{values}{knots}")), of(&["theta", "w"]));
+    // The legend has the colours that isosurfaces have of their own field.
+    let values = "[[isosurfaces]]\nfield = \"w\"\nvalues = [0, 1]\ntransfer = ";
+    let own = scene(64, 64, 8.0, &format!("{values}{knots}"));
+    assert_eq!(bars(&own), of(&["theta"]));
+    let keys = words::keys(&described(&own), &Legend::of(&own, &[1.0]).unwrap());
+    let colors: Vec<_> = keys[0].values.iter().map(|(_, color)| *color).collect();
+    assert_eq!(colors, [Some([1.0, 0.0, 0.0]), Some([0.0, 0.0, 1.0])]);
     // A surface in the volume's colours needs no bar of its own; one in others does.
     let like = |map: &str| {
         let transfer = format!("{{ map = \"{map}\", range = [0, 10] }}");
