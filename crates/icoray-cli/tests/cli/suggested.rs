@@ -128,28 +128,21 @@ fn a_scene_that_states_a_part_of_a_look_gets_the_rest_of_the_suggestion() {
         folder.bytes(to)
     };
     let lines = "[[lines]]\npattern = \"cells\"\n";
-    for (scene, options, own) in [
-        (
-            "[transfer]\nmap = \"magma\"\nrange = [-1, 1.5]",
-            &["--cmap", "magma", "--range", "-1..1.5"][..],
-            "field = \"w\"",
-        ),
-        ("[transfer]\nmap = \"magma\"", &["--cmap", "magma"], "field = \"surface_pressure\""),
-        ("[[isosurfaces]]\nvalue = 2020", &["--isosurface", "2020"], "field = \"theta\""),
-        ("[[isosurfaces]]\nfield = \"theta\"\nvalue = 2020", &["--isosurface", "2020"], ""),
-        ("[[surfaces]]\nlayer = \"top\"", &["--surface", "top"], "field = \"vorticity\""),
+    for (field, scene, options) in [
+        ("w", "[transfer]\nmap = \"magma\"\nrange = [-1, 1.5]", &["--cmap", "magma", "--range", "-1..1.5"][..]),
+        ("surface_pressure", "[transfer]\nmap = \"magma\"", &["--cmap", "magma"]),
+        ("theta", "[[isosurfaces]]\nvalue = 2020", &["--isosurface", "2020"]),
+        ("vorticity", "[[surfaces]]\nlayer = \"top\"", &["--surface", "top"]),
     ] {
-        let field = if own.is_empty() { "theta" } else { own.split('"').nth(1).unwrap() };
         render(&folder, &[&["--field", field, "-o", "a.png", "--existing", "overwrite"], options].concat());
-        assert!(draw(&format!("{own}\n{scene}"), "b.png") == folder.bytes("a.png"), "{own} {scene}");
+        let own = draw(&format!("field = \"{field}\"\n{scene}"), "b.png");
+        assert!(own == folder.bytes("a.png"), "{field}: {scene}");
     }
     // Lines of its own are in place of coasts and graticule.
     render(&folder, &["--field", "w", "--save-scene", "saved.toml", "-o", "a.png", "--existing", "overwrite"]);
     let saved = folder.text("saved.toml");
-    let before = saved.find("[[lines]]").unwrap();
-    let after = saved.find("[labels]").unwrap();
-    let expected = format!("{}{lines}{}", &saved[..before], &saved[after..]);
-    folder.write("saved.toml", expected);
+    let [before, after] = ["[[lines]]", "[labels]"].map(|section| saved.find(section).unwrap());
+    folder.write("saved.toml", format!("{}{lines}{}", &saved[..before], &saved[after..]));
     folder.prints(["render", "made.nc", "--scene", "saved.toml", "-o", "c.png"]);
     assert!(draw(&format!("field = \"w\"\n{lines}"), "b.png") == folder.bytes("c.png"), "lines");
     // Lines alone, and surfaces with labels, are as they are written.
