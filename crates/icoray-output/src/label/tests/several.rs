@@ -140,7 +140,7 @@ fn there_is_a_bar_for_all_that_values_colour() {
     let values = "[[isosurfaces]]\nfield = \"w\"\nvalues = [0, 1]\ntransfer = ";
     let own = scene(64, 64, 8.0, &format!("{values}{knots}"));
     assert_eq!(bars(&own), of(&["theta"]));
-    let keys = words::keys(&described(&own), &Legend::of(&own, &[1.0]).unwrap());
+    let keys = words::keys(&described_frame(&own), &Legend::of(&own, &[1.0]).unwrap());
     let colors: Vec<_> = keys[0].values.iter().map(|(_, color)| *color).collect();
     assert_eq!(colors, [Some([1.0, 0.0, 0.0]), Some([0.0, 0.0, 1.0])]);
     // A surface in the volume's colours needs no bar of its own; one in others does.
