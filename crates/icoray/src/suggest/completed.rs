@@ -13,7 +13,8 @@ const CLOSED: [&str; 4] = ["opacity", "volumes", "derive", "sweep"];
 /// Further keys that a suggestion fits to its field.
 const SUGGESTED: [&str; 5] = ["exaggeration", "light", "ground", "lines", "clip"];
 
-/// The names of the views of a scene's text that leave their look to the suggestion; the name is empty for a text without `[[views]]`.
+/// The names of the views of a scene's text that leave their look to the suggestion; the name is empty for a text without
+/// `[[views]]`.
 pub fn open_views(text: &str) -> BTreeSet<String> {
     views(text).into_iter().filter(|(_, keys)| is_open(keys)).map(|(name, _)| name).collect()
 }
