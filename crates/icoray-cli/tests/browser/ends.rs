@@ -1,15 +1,26 @@
 //! The program ends while a page is open.
 
+use crate::browser::Browser;
 use crate::made::Made;
-use crate::page::Shown;
+use crate::page::SMALL;
 use crate::run::Folder;
 use std::net::TcpListener;
+use std::process;
+
+/// A free port below those that systems give to programs that ask for any, so that no other test takes it meanwhile.
+fn free_port() -> u16 {
+    let mut ports = (20_000..32_000).cycle().skip(process::id() as usize % 12_000).take(12_000);
+    ports.find(|port| TcpListener::bind(("127.0.0.1", *port)).is_ok()).expect("a free port")
+}
 
 #[test]
 fn a_page_shows_that_the_program_has_ended() {
-    let Some(Shown { browser, viewer, folder: first }) = Shown::start() else { return };
+    let Some(browser) = Browser::start() else { return };
+    let (folder, port) = (Folder::of(&Made::history()), free_port().to_string());
+    let viewer = folder.view(&["--port", &port]);
+    browser.resize(SMALL, false);
+    browser.open(&viewer);
     browser.is_quiet();
-    let port = viewer.host.rsplit_once(':').unwrap().1.to_owned();
     browser.click("#play");
     drop(viewer);
     browser.until_text("#alert", "The program that serves this page has ended.");
@@ -25,9 +36,7 @@ fn a_page_shows_that_the_program_has_ended() {
     assert!(log.iter().all(is_network), "{log:?}");
 
     // Another program at the same port has another token.
-    let free = TcpListener::bind(format!("127.0.0.1:{port}"));
-    drop(free.expect("nobody else takes the port within milliseconds"));
-    let viewer = first.view(&["--port", &port]);
+    let viewer = folder.view(&["--port", &port]);
     browser.until_text("#alert", "Open the whole address that icoray printed");
     let log = browser.log();
     assert!(log.iter().all(is_network), "{log:?}");
@@ -40,7 +49,7 @@ fn a_page_shows_that_the_program_has_ended() {
 
 #[test]
 fn an_address_without_its_token_shows_an_error() {
-    let Some(browser) = crate::browser::Browser::start() else { return };
+    let Some(browser) = Browser::start() else { return };
     let folder = Folder::of(&Made::history());
     let viewer = folder.view(&[]);
     browser.go(&format!("http://{}/#0123", viewer.host));

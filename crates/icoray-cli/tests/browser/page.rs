@@ -7,7 +7,7 @@ use crate::viewer::Viewer;
 use serde_json::Value;
 
 /// A window in which pictures take little time, a screen with a mouse, and a phone.
-const SMALL: [u32; 2] = [800, 560];
+pub const SMALL: [u32; 2] = [800, 560];
 pub const SCREEN: [u32; 2] = [1280, 800];
 pub const PHONE: [u32; 2] = [390, 844];
 
