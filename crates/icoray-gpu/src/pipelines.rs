@@ -22,7 +22,7 @@ pub(crate) type Constants = Vec<(&'static str, u32)>;
 type Key = (&'static str, Contents, Constants);
 
 /// Largest number of compiled pipelines that are kept: viewers of a running model can ask for hundreds of kinds of
-/// scenes, and a pipeline takes up to 100 MB with lavapipe.
+/// scenes, and a pipeline takes tens of megabytes with lavapipe.
 const MAX_PIPELINES: usize = 16;
 
 /// The pipelines of a device, compiled on first use, the last used of which are kept, and the layouts of their bind
