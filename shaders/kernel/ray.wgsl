@@ -114,7 +114,10 @@ fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, t: Wide, body: 
 #painted             run_paint(ray, light, t, PAINTED_CORE);
 #painted             return true;
 #painted         }
-        radiance_over(light, radiance_plain(params.core * body, 1.0));
+        let color = params.core * body;
+        // Colour, factor and product are rounded.
+        let rounded = ROUNDING * largest(color);
+        radiance_over(light, Radiance(color, 1.0, 0.0, rounded * rounded));
     }
     return HAS_CORE;
 }

@@ -34,7 +34,7 @@ fn segment_end_slopes(s: Segment) -> vec2f {
 }
 
 fn segment_reach(s: Segment) -> f32 {
-    return 0.75 * ROUNDING * (s.size + abs(s.f0) + abs(s.f1));
+    return ROUNDING * (s.size + abs(s.f0) + abs(s.f1));
 }
 
 fn segment_extremum(s: Segment) -> Turn {

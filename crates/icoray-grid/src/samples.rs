@@ -49,6 +49,13 @@ impl SampleMapping {
         (T::of(normalised), (normalised.abs() <= T::LARGEST) & !is_fill)
     }
 
+    /// A value that is not normalised, NaN if it is missing.
+    #[inline(always)]
+    fn unscaled(&self, value: f64) -> f64 {
+        let (_, is_usual) = self.usual::<f64>(value);
+        if is_usual { value } else { self.rare(value, f64::LARGEST) / self.scale + self.shift }
+    }
+
     #[cold]
     fn rare(&self, value: f64, largest: f64) -> f64 {
         if value == self.fill || !value.is_finite() {
@@ -94,6 +101,13 @@ impl<'a, S: Sample> Samples<'a, S> {
     #[inline(always)]
     pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
         self.normal(self.at(self.element(base, layer)))
+    }
+
+    /// The value at `layer` over the cell of `base` as the model has it, so that differences between close values are
+    /// exact; NaN if it is missing, and within the limits of normalised values.
+    #[inline(always)]
+    pub fn unscaled(&self, base: isize, layer: usize) -> f64 {
+        self.reading.unscaled(self.at(self.element(base, layer)).wide())
     }
 
     /// Elements from one layer to the next.

@@ -59,7 +59,7 @@ impl<T: Real> Segment<T> {
     /// vertices.
     #[inline(always)]
     pub fn reach(&self, size: T) -> T {
-        T::of(0.75 * T::ROUNDING) * (size + self.f0.abs() + self.f1.abs())
+        T::of(T::ROUNDING) * (size + self.f0.abs() + self.f1.abs())
     }
 
     /// A range that contains all values if `ε > -3/4`: the bend then moves them by less than half of κ.

@@ -61,6 +61,7 @@ impl Ring {
 /// The values over a cell and its neighbours, and the gradients there; reused from cell to cell.
 pub(super) struct NeighborColumns<'r> {
     radius: &'r [f64],
+    /// The factor of normalisation over each layer's radius, and over each gap's thickness.
     inverse_radius: Vec<f64>,
     inverse_gap: Vec<f64>,
     own: Vec<f64>,
@@ -73,12 +74,13 @@ pub(super) struct NeighborColumns<'r> {
 }
 
 impl<'r> NeighborColumns<'r> {
-    pub fn new(radius: &'r [f64]) -> Self {
+    /// For layers with these radii, and values that `scale` normalises.
+    pub fn new(radius: &'r [f64], scale: f64) -> Self {
         let zeros = || vec![0.0; radius.len()];
         NeighborColumns {
             radius,
-            inverse_radius: radius.iter().map(|r| 1.0 / r).collect(),
-            inverse_gap: radius.windows(2).map(|w| 1.0 / (w[1] - w[0])).collect(),
+            inverse_radius: radius.iter().map(|r| scale / r).collect(),
+            inverse_gap: radius.windows(2).map(|w| scale / (w[1] - w[0])).collect(),
             own: zeros(),
             around: Vec::new(),
             total: zeros(),
@@ -93,7 +95,7 @@ impl<'r> NeighborColumns<'r> {
         let fill = |column: &mut [f64], cell: u32| {
             let base = samples.base(cell);
             for (layer, value) in read.clone().zip(&mut column[read.clone()]) {
-                *value = samples.get(base, layer);
+                *value = samples.unscaled(base, layer);
             }
         };
         fill(&mut self.own, cell);
@@ -148,13 +150,14 @@ impl<'r> NeighborColumns<'r> {
     pub fn mean_of_complete(&self, ring: &Ring, layer: usize) -> DVec3 {
         let layers = self.radius.len();
         let value = |neighbour: usize, layer: usize| self.around[neighbour * layers + layer];
-        let next = [layer.checked_sub(1), (layer + 1 < layers).then_some(layer + 1)];
+        let gaps = [layer.checked_sub(1), (layer + 1 < layers).then_some(layer)];
         let (mut sum, mut count) = (DVec3::ZERO, 0.0);
         for fan in &ring.fans {
             let [b, c] = fan.others.map_inline(|o| value(o, layer) - self.own[layer]);
             let flat = (b * fan.along[0] + c * fan.along[1]) * self.inverse_radius[layer];
-            for beyond in next.into_iter().flatten() {
-                let slope = (self.own[beyond] - self.own[layer]) / (self.radius[beyond] - self.radius[layer]);
+            for gap in gaps.into_iter().flatten() {
+                let beyond = if gap < layer { gap } else { gap + 1 };
+                let slope = (self.own[gap + 1] - self.own[gap]) * self.inverse_gap[gap];
                 let gradient = flat + slope * fan.radial;
                 let is_whole = fan.others.iter().all(|&o| !value(o, beyond).is_nan());
                 if is_whole && gradient.is_finite() {

@@ -75,15 +75,16 @@ struct NeighborColumns<'a, S> {
 }
 
 impl<S: Sample> NeighborColumns<'_, S> {
+    /// The value as the model has it.
     fn value(&self, cell: u32, layer: usize) -> f64 {
-        self.samples.get(self.samples.base(cell), layer)
+        self.samples.unscaled(self.samples.base(cell), layer)
     }
 
     /// The mean of the slopes to the layers above and below, as far as these exist.
     fn radial(&self, layer: usize) -> Option<f64> {
         let slope = |low: usize, high: usize| {
             let thickness = self.heights.radius(self.cell, high) - self.heights.radius(self.cell, low);
-            (self.value(self.cell, high) - self.value(self.cell, low)) / thickness
+            (self.value(self.cell, high) - self.value(self.cell, low)) * self.samples.scale() / thickness
         };
         let below = layer.checked_sub(1).map(|below| slope(below, layer));
         let above = (layer + 1 < self.heights.layers()).then(|| slope(layer, layer + 1));
@@ -100,7 +101,7 @@ impl<S: Sample> NeighborColumns<'_, S> {
         let (mut sum, mut count) = (DVec3::ZERO, 0);
         for others in fans {
             let [b, c] = others.map_inline(|other| place(other) - own);
-            let [to_b, to_c] = others.map_inline(|other| self.value(other, layer) - value);
+            let [to_b, to_c] = others.map_inline(|other| (self.value(other, layer) - value) * self.samples.scale());
             let volume = a.dot(b.cross(c));
             let gradient = (radial * b.cross(c) + to_b * c.cross(a) + to_c * a.cross(b)) / volume;
             if gradient.is_finite() {

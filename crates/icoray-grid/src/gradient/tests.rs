@@ -27,11 +27,16 @@ fn field_of(grid: &Grid, f: impl Fn(DVec3) -> f64) -> Vec<f64> {
 }
 
 fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
+    gradients_in(grid, values, [0.0, 1.0])
+}
+
+/// The gradients of values that are normalised to `range`.
+fn gradients_in(grid: &Grid, values: &[f64], range: [f64; 2]) -> Vec<[f32; 3]> {
     let field = Field::new(values.into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
     gradients(
         grid,
         &radii(),
-        &Samples::new(values, &field, false, [0.0, 1.0]),
+        &Samples::new(values, &field, false, range),
         0..grid.cells(),
         GradientOptions { visible: None, packed: false, single: false },
         Gradients::none(),
@@ -50,6 +55,26 @@ fn a_linear_field_has_its_own_gradient_everywhere() {
     let values = field_of(&grid, |p| p.dot(slope) + 5.0);
     for gradient in gradients_of(&grid, &values) {
         assert!(DVec3::from_array(gradient.map(f64::from)).distance(slope) < 1e-6, "{gradient:?}");
+    }
+}
+
+/// The direction across values that differ in their last digits is theirs, not that of rounding by normalisation; also
+/// beside missing values.
+#[test]
+fn a_range_scales_gradients_of_last_digits() {
+    let grid = icosahedral_grid(2);
+    let range = [8.093, 19.843];
+    for missing in [None, Some(4 * 40 + 2)] {
+        let mut digits = field_of(&grid, |p| (40.0 * p.x * p.y + 9.0 * p.z).round());
+        if let Some(missing) = missing {
+            digits[missing] = f64::NAN;
+        }
+        let values: Vec<f64> = digits.iter().map(|digit| 14.25 + digit * 8.0 * f64::EPSILON).collect();
+        let scale = 8.0 * f64::EPSILON / (range[1] - range[0]);
+        for (found, digits) in gradients_in(&grid, &values, range).iter().zip(gradients_of(&grid, &digits)) {
+            let [found, expected] = [found.map(|g| f64::from(g) / scale), digits.map(f64::from)].map(DVec3::from_array);
+            assert!(found.distance(expected) < 1e-6 * (1.0 + expected.length()), "{found} {expected}");
+        }
     }
 }
 

@@ -27,7 +27,12 @@ impl<'g> Core<'g> {
     #[inline]
     pub fn light<T: Real>(&self, hit: &SurfaceHit, over: Option<(&Grid, u32)>, body: T) -> Radiance<T> {
         let color = self.ground.map_or(self.color, |ground| ground_color(ground, hit, over));
-        Radiance::plain(color.map_inline(|c| T::of(c) * body), T::one())
+        let mut light = Radiance::plain(color.map_inline(|c| T::of(c) * body), T::one());
+        // Colour, factor and product are rounded.
+        let [r, g, b] = light.color;
+        let rounded = T::of(T::ROUNDING) * r.max(g).max(b);
+        light.variance = rounded * rounded;
+        light
     }
 
     /// The light of a spherical core at `position`, in planet radii from the centre; `over` as for [`Self::light`].

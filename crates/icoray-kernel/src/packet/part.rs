@@ -74,7 +74,7 @@ impl<V: Machine> Part<V> {
     /// vertices.
     #[inline(always)]
     pub fn reach(&self, size: Floats<V>) -> Floats<V> {
-        (self.f0.abs() + self.f1.abs() + size) * (0.375 * f32::EPSILON)
+        (self.f0.abs() + self.f1.abs() + size) * (0.5 * f32::EPSILON)
     }
 
     /// The extremum of the scalar inside the part, as [`Segment::extremum`](crate::segment::Segment::extremum).

@@ -152,7 +152,7 @@ pub fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
 /// Checks that the mean error of a device is at least that of the CPU in double precision, but for this part of it, and
 /// hardly more than that of packets, `narrow`, which have the rounding of single precision too.
 pub fn assert_reported_error(name: &str, ours: f64, (wide, narrow): (f64, f64), apart: f64) {
-    const ROUNDING: f64 = 7.5e-6;
+    const ROUNDING: f64 = 1e-5;
     let range = (1.0 - apart) * wide - 1e-7..=((1.0 + apart) * wide).max(1.5 * narrow) + ROUNDING;
     assert!(range.contains(&ours), "{name}: {ours:e}, expected {wide:e} and rounding, as {narrow:e} of packets");
 }
