@@ -7,11 +7,11 @@
 pub use options::{Options, Size};
 pub(crate) use options::{count, size};
 
-use crate::results::{Table, make_directory, progress, replace_section, say, write_file};
+use crate::results::{Table, io_error, make_directory, progress, replace_section, say, write_file};
 use benchmark::Benchmark;
 use case::Setting;
 use icoray::Result;
-use instructions::Tool;
+use instructions::{Tool, program};
 use markdown::Measured;
 use std::io::Write;
 
@@ -22,6 +22,7 @@ mod instructions;
 mod machine;
 mod markdown;
 mod options;
+mod pairs;
 mod setup;
 mod table;
 
@@ -35,10 +36,13 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     if options.bare {
         return draw(options, &settings, out);
     }
+    let counter = if options.uncounted { None } else { Some(Tool::find()) };
+    if let Some(other) = &options.against {
+        return pairs::compare(options, &settings, counter.transpose()?, other, out);
+    }
     make_directory(&options.out)?;
     let bandwidths = machine::read_bandwidths(&options.threads)?;
     say!(out, "{}", table::bandwidths(&bandwidths))?;
-    let counter = if options.uncounted { None } else { Some(Tool::find()) };
     let mut csv = Table::create(options.out.join("speed.csv"), table::COLUMNS, table::PRINTED)?;
     let (mut setups, mut memory, mut rows) = (Vec::new(), Vec::new(), Vec::new());
     let bar = progress(options.sizes().len() * settings.len(), "speed");
@@ -59,7 +63,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         }
     }
     bar.finish_and_clear();
-    let counted = counter.map(|counter| counter.and_then(|counter| counter.count_all(options, &settings)));
+    let counted = counter.map(|counter| counter.and_then(|counter| counter.count_all(&program()?, options, &settings)));
     let (rows, setups, memory, bandwidths) = (&rows, &setups, &memory, &bandwidths);
     let text = Measured { options, rows, setups, memory, bandwidths, counted }.markdown();
     write_file(&options.out.join("speed.md"), &text)?;
@@ -69,12 +73,20 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     say!(out, "\n{text}\ntables in {}", options.out.display())
 }
 
-/// Renders all frames and prints the number of frusta of the last one.
+/// Renders all frames, on request if they are paced, and prints the number of frusta of the last one.
 fn draw(options: &Options, settings: &[Setting], out: &mut dyn Write) -> Result<()> {
     for size in options.sizes() {
         let benchmark = Benchmark::new(size, options)?;
         for setting in settings {
-            let frusta = benchmark.frusta(setting, options.frames)?;
+            let request = || match options.paced {
+                true => std::io::stdin()
+                    .read_line(&mut String::new())
+                    .map(drop)
+                    .map_err(|e| io_error("standard input".as_ref(), e)),
+                false => Ok(()),
+            };
+            let answer = |seconds| if options.paced { say!(out, "seconds {seconds}") } else { Ok(()) };
+            let frusta = benchmark.frusta(setting, request, answer)?;
             say!(out, "frusta {frusta}")?;
         }
     }

@@ -134,12 +134,20 @@ impl<'o> Benchmark<'o> {
         Ok(drawn.into_iter().map(|drawn| self.row(setting, grid, crossed, drawn)).collect())
     }
 
-    /// Renders frames; returns the number of frusta of the last one.
-    pub fn frusta(&self, setting: &Setting, frames: usize) -> Result<u64> {
+    /// Renders frames; calls `before` before and `after` with its seconds after each; returns the number of frusta of the
+    /// last one.
+    pub fn frusta(
+        &self,
+        setting: &Setting,
+        mut before: impl FnMut() -> Result<()>,
+        mut after: impl FnMut(f64) -> Result<()>,
+    ) -> Result<u64> {
         let (scene, grid) = (setting.scene(self.options)?, self.sphere.grid()?);
         let mut frusta = 0;
-        for _ in 0..frames {
-            let (_, frame) = self.draw(&self.of(setting)[0], &scene, &grid)?;
+        for _ in 0..self.options.frames {
+            before()?;
+            let (seconds, frame) = self.draw(&self.of(setting)[0], &scene, &grid)?;
+            after(seconds)?;
             frusta = frame.report.counts.frusta;
         }
         Ok(frusta)

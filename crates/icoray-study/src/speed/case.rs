@@ -31,6 +31,11 @@ pub(super) struct Setting {
 }
 
 impl Setting {
+    /// Transfer function, light and tolerance.
+    pub fn name(&self) -> String {
+        format!("{} {} {:e}", self.case.name, self.light, self.tolerance)
+    }
+
     pub fn scene(&self, options: &Options) -> Result<Scene> {
         let Options { method, precision, heights, .. } = options;
         let method = if self.case.integrates { method } else { "exact" };

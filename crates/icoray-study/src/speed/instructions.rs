@@ -5,6 +5,7 @@
 
 use super::case::Setting;
 use super::options::{Light, Options, Size};
+use super::pairs::BareRun;
 use icoray::{Error, ErrorKind, Result};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -77,17 +78,17 @@ impl Tool {
         found.ok_or_else(|| Error::new(ErrorKind::Unsupported, context))
     }
 
-    /// Counts for each transfer function and light, at the first tolerance.
-    pub fn count_all(&self, options: &Options, settings: &[Setting]) -> Result<Counted> {
+    /// Counts in a build of this program, for each transfer function and light, at the first tolerance.
+    pub fn count_all(&self, program: &Path, options: &Options, settings: &[Setting]) -> Result<Counted> {
         let first = options.tolerance.first();
         let is_counted = |setting: &&Setting| !setting.case.integrates || Some(&setting.tolerance) == first;
         let settings: Vec<_> = settings.iter().filter(is_counted).collect();
         let mut counted = Counted { tool: self.name, size: options.counted, per_frustum: Vec::new() };
         let Some(any) = settings.first() else { return Ok(counted) };
-        let [none, _] = self.run(options, any, 0)?;
+        let [none, _] = self.run(program, options, any, 0)?;
         // Counts are not affected by runs in parallel.
         let per_frustum = settings.par_iter().map(|setting| {
-            let [one, frusta] = self.run(options, setting, 1)?;
+            let [one, frusta] = self.run(program, options, setting, 1)?;
             let instructions = one.saturating_sub(none) as f64 / frusta.max(1) as f64;
             Ok(PerFrustum { light: setting.light, transfer: setting.case.name, instructions })
         });
@@ -96,14 +97,10 @@ impl Tool {
     }
 
     /// Instructions of the whole program, and frusta of a frame.
-    fn run(&self, options: &Options, setting: &Setting, frames: usize) -> Result<[u64; 2]> {
-        let mut command = self.command(&program()?);
-        let [size, tolerance] = [options.counted.to_string(), setting.tolerance.to_string()];
-        let (frames, light) = (frames.to_string(), setting.light.to_string());
-        command.args(["speed", "--bare", "--pixels", "192", "--threads", "1", "--sizes", &size]);
-        command.args(["--transfers", setting.case.name, "--lights", &light, "--tolerance", &tolerance]);
-        command.args(["--method", &options.method, "--precision", &options.precision, "--frames", &frames]);
-        command.args(["--heights", &options.heights]);
+    fn run(&self, program: &Path, options: &Options, setting: &Setting, frames: usize) -> Result<[u64; 2]> {
+        let run = BareRun { size: options.counted, setting, pixels: 192, threads: 1, frames };
+        let mut command = self.command(program);
+        command.args(run.arguments(options));
         let output = command.output();
         let failed = |what: String| Error::new(ErrorKind::Io, format!("{command:?}: {what}"));
         let Output { stdout, stderr, status } = output.map_err(|e| failed(e.to_string()))?;
@@ -116,7 +113,8 @@ impl Tool {
     }
 }
 
-fn program() -> Result<PathBuf> {
+/// This program's file.
+pub(super) fn program() -> Result<PathBuf> {
     std::env::current_exe().map_err(|e| Error::new(ErrorKind::Io, format!("this program: {e}")))
 }
 

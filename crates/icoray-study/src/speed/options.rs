@@ -45,9 +45,16 @@ pub struct Options {
     /// Do not count instructions.
     #[arg(long)]
     pub uncounted: bool,
+    /// Another build of this program: renders frames of both in turn, and prints their seconds, instructions and ratios
+    /// instead.
+    #[arg(long, value_name = "PROGRAM")]
+    pub against: Option<PathBuf>,
     /// Draw and do nothing else, for a counter of instructions.
     #[arg(long, hide = true)]
     pub bare: bool,
+    /// With `--bare`: draws each frame when it has read a line, and prints its seconds.
+    #[arg(long, hide = true)]
+    pub paced: bool,
     /// Directory of speed.csv, speed.md and pictures.
     #[arg(long, default_value = "out/speed")]
     pub out: PathBuf,
