@@ -50,7 +50,11 @@ impl NcFile {
         };
         let advised = |error| zarr::advised(path, error);
         let file = guarded(path, what, || netcdf::open(address.as_deref().unwrap_or(path)).map_err(advised))?;
-        let variables = guarded(path, "the list of variables", || Ok(groups::variables(&file)))?;
+        let mut variables = guarded(path, "the list of variables", || Ok(groups::variables(&file)))?;
+        if zarr::is_folder(path) {
+            // The library has them in the order of the folder's entries, which file systems choose.
+            variables.sort_by(|one, other| one.name.cmp(&other.name));
+        }
         let mut opened = NcFile { file, path: path.to_owned(), is_address: address.is_some(), classic, variables };
         opened.variables = (&opened as &dyn Source).with_time_marked();
         Ok(opened)
