@@ -206,7 +206,7 @@ impl Dataset {
             return Ok(info);
         }
         let source = self.sources.fields();
-        let reason = match source.variable(name) {
+        let reason = match source.variable(name).filter(|variable| variable.name == name) {
             Some(variable) => {
                 let made = self.fields.iter().filter(|info| info.variable == name);
                 let made: Vec<&str> = made.map(|info| info.name.as_str()).collect();
@@ -219,10 +219,11 @@ impl Dataset {
             }
             None => {
                 let names = self.fields.iter().map(|f| f.name.as_str());
-                let elsewhere = self.sources.find(name).map_or_else(String::new, |found| {
-                    let path = found.source.path().display();
-                    format!(", but {path} has {name}: give that file among those with fields, not as `mesh`")
-                });
+                let elsewhere =
+                    self.sources.find(name).filter(|found| found.name() == name).map_or_else(String::new, |found| {
+                        let path = found.source.path().display();
+                        format!(", but {path} has {name}: give that file among those with fields, not as `mesh`")
+                    });
                 format!("there is no field {name}{}{elsewhere}", did_you_mean(name, names))
             }
         };

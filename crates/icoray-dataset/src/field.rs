@@ -107,7 +107,7 @@ impl FieldInfo {
         let columns = if axes.location == Location::Center { mesh.cells() } else { mesh.corners_in_file() };
         let info = Self::described(found, axes, columns)?;
         let Some(info) = info.filter(|info| info.time_dependent || !info.is_2d()) else { return Ok(Vec::new()) };
-        let parts = Part::all_of(found.name(), &info.description).iter().map(|part| {
+        let parts = Part::all_of(found.own_name(), &info.description).iter().map(|part| {
             let mut field = FieldInfo { part: Some(*part), ..info.clone() };
             let ending = part.ending();
             field.name += ending;
@@ -124,7 +124,7 @@ impl FieldInfo {
     fn described(found: SourceVariable, axes: Axes, columns: usize) -> Result<Option<Self>> {
         let variable = found.variable;
         let is_axis = matches!(&variable.dimensions[..], [only] if only.name == variable.name);
-        if is_axis || OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(found) {
+        if is_axis || OF_MESH.split(' ').any(|name| name == found.own_name()) || is_coordinate(found) {
             return Ok(None);
         }
         let layer = axes.layer.map(|layer| &variable.dimensions[layer]);

@@ -9,7 +9,7 @@ use super::angles::{of_directions, positions};
 use super::columns::is_coordinate;
 use super::polygons::{NONE, Polygons};
 use super::tables::{Convention, FileCorners, Mesh, Positions, missing};
-use crate::source::{Source, SourceVariable, Variable};
+use crate::source::{Source, SourceVariable, Variable, without_group};
 use crate::sources::Sources;
 use icoray::{Error, ErrorKind, Result, circumcenter, cut_polygon};
 use std::path::Path;
@@ -38,8 +38,9 @@ impl<'a> Topology<'a> {
                 continue;
             }
             let Some(face_nodes) = found.text("face_node_connectivity")? else { continue };
-            let names_it =
-                |user: &SourceVariable| user.text("mesh").ok().flatten().is_some_and(|mesh| mesh == found.name());
+            let names_it = |user: &SourceVariable| {
+                user.text("mesh").ok().flatten().is_some_and(|mesh| without_group(&mesh) == found.own_name())
+            };
             let users = source.each_variable().filter(names_it).count();
             if named.as_ref().is_none_or(|(max_users, ..)| users > *max_users) {
                 named = Some((users, found, face_nodes));
