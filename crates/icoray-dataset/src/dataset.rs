@@ -1,6 +1,6 @@
 //! A dataset, completed from others.
 
-use crate::edges::{self, Edges};
+use crate::edges::{self, Edges, EdgesInFiles};
 use crate::field::{FieldInfo, OwnedField};
 use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
@@ -394,12 +394,12 @@ fn read_once<T>(cell: &OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<
 
 /// The fields of a file. NetCDF forbids control characters in names, so a name is printed unchanged.
 fn fields_of(source: &dyn Source, sources: &Sources, mesh: &Mesh) -> Result<Vec<FieldInfo>> {
-    let has_edges = edges::are_in(sources, mesh);
+    let edges = EdgesInFiles::find(sources, mesh);
     let mut fields = Vec::new();
     for found in source.each_variable().filter(|found| !found.name().contains(char::is_control)) {
         fields.extend(FieldInfo::of(found, mesh, &sources.options)?);
-        if has_edges {
-            fields.extend(FieldInfo::at_edges(found, mesh, &sources.options)?);
+        if let Some(edges) = &edges {
+            fields.extend(FieldInfo::at_edges(found, mesh, edges, &sources.options)?);
         }
     }
     Ok(fields)
