@@ -3,15 +3,17 @@
 //! A scalar is the mean over the edges of a centre. A vector is in files as the component u along the normal n of each
 //! edge, which points from the first centre beside it to the second: (U, V) at a centre, zonal and meridional, minimise
 //! Σ (n · (U, V) − u)² over its edges. The great circle through both centres crosses the edge along n, so that n at a
-//! centre is the direction of that circle there. Tables: MPAS mesh specification 1.0; ICON's grid files; FESOM2's
-//! `fesom.mesh.diag.nc`; UGRID 1.0, where n points from the left of an edge to its right.
+//! centre is the direction of that circle there. In UGRID's files the middles of faces may be any points within these: n
+//! is the direction of the pole of the edge's great circle on its right side, at the left one of the faces as well.
+//! Tables: MPAS mesh specification 1.0; ICON's grid files; FESOM2's `fesom.mesh.diag.nc`; UGRID 1.0.
 
 use crate::field::FieldInfo;
-use crate::mesh::ugrid::{self, Topology};
+use crate::mesh::ugrid::{self, FacesOfEdges, Topology};
 use crate::mesh::{Convention, Mesh};
 use crate::source::{Dimension, SourceVariable, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use crate::values::ShapedValues;
+use glam::DVec3;
 use icoray::{Description, Error, ErrorKind, Location, Result};
 
 /// A field at centres that is made of a variable at edges.
@@ -132,15 +134,15 @@ impl<'a> EdgesInFiles<'a> {
         is_of_edges.then_some(self.location)
     }
 
-    /// Reads the centres beside each edge, of which there are `columns`.
-    fn read(&self, columns: usize) -> Result<Vec<[u32; 2]>> {
-        match &self.table {
-            Table::Centers(found) => centers(*found, columns),
-            Table::Faces(topology) => {
-                let faces = topology.faces_of_edges(columns)?;
-                Ok(faces.iter().map(|pair| pair.map(|face| u32::try_from(face).unwrap_or(NONE))).collect())
-            }
-        }
+    /// Reads the table, of edges between `columns` centres.
+    fn read(&self, columns: usize) -> Result<Edges> {
+        let topology = match &self.table {
+            Table::Centers(found) => return Ok(Edges::new(self.location, centers(*found, columns)?, columns)),
+            Table::Faces(topology) => topology,
+        };
+        let FacesOfEdges { faces, normals } = topology.faces_of_edges(columns)?;
+        let centers = faces.iter().map(|pair| pair.map(|face| u32::try_from(face).unwrap_or(NONE))).collect();
+        Ok(Edges { normals, ..Edges::new(self.location, centers, columns) })
     }
 }
 
@@ -192,13 +194,16 @@ pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: 
 /// Marks a missing centre beside an edge.
 const NONE: u32 = u32::MAX;
 
-/// The edges of each centre: 16 bytes per edge and 8 bytes per centre.
+/// The edges of each centre: 16 bytes per edge and 8 bytes per centre; of UGRID's meshes 40 bytes per edge.
 #[derive(Debug)]
 pub(crate) struct Edges {
     /// The location of the centres.
     location: Location,
     /// The two centres beside each edge: the normal points from the first to the second.
     centers: Vec<[u32; 2]>,
+    /// The pole of each edge's great circle toward which the normal points; empty if the circle through both centres
+    /// has the direction of the normal.
+    normals: Vec<DVec3>,
     /// The edges of all centres behind each other.
     edges: Vec<u32>,
     /// The first of each centre's edges in `edges`, and the end of the last one's.
@@ -219,7 +224,7 @@ impl Edges {
     pub(crate) fn read(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
         let found = EdgesInFiles::find(sources, mesh);
         let found = found.ok_or_else(|| sources.error(ErrorKind::Field, "no table has the cells beside edges"))?;
-        Ok(Self::new(info.location, found.read(info.columns)?, info.columns))
+        found.read(info.columns)
     }
 
     /// Sorts the edges by their centres, of which there are `columns`.
@@ -236,7 +241,7 @@ impl Edges {
             edges[*place] = side / 2;
             *place += 1;
         }
-        Edges { location, centers, edges, starts }
+        Edges { location, centers, normals: Vec::new(), edges, starts }
     }
 
     /// The edges of a centre, with the normals that a part needs.
@@ -244,9 +249,16 @@ impl Edges {
         let side = |edge: &u32| {
             let [first, second] = self.centers[*edge as usize];
             let (other, sign) = if first as usize == center { (second, 1.0) } else { (first, -1.0) };
-            let toward = |other: u32| mesh.direction_between(self.location, center, other as usize);
-            let is_needed = other != NONE && part != Part::Mean;
-            let normal = is_needed.then(|| toward(other).map(|component| sign * component));
+            let toward = |place: [f64; 3]| mesh.direction_toward(self.location, center, place);
+            let normal = match self.normals.get(*edge as usize) {
+                _ if part == Part::Mean => None,
+                Some(pole) => pole.is_finite().then(|| toward((*pole).into())),
+                None if other == NONE => None,
+                None => {
+                    let other = mesh.direction(self.location, other as usize);
+                    Some(toward(other).map(|component| sign * component))
+                }
+            };
             Side { edge: *edge as usize, normal }
         };
         self.edges[self.starts[center]..self.starts[center + 1]].iter().map(side).collect()

@@ -111,31 +111,51 @@ impl<'a> Topology<'a> {
         Some(tables.next()?.sizes().ok()?.items)
     }
 
-    /// The faces left and right of each edge, of `faces` faces; -1 for a missing one. A file has them, or they are the
-    /// faces with the two nodes of the edge, left and right on the way from the first to the second.
-    pub(crate) fn faces_of_edges(&self, faces: usize) -> Result<Vec<[i32; 2]>> {
-        if let Some(table) = self.edge_table(EDGE_FACES)? {
-            return Ok(table.read(faces)?.nodes.as_chunks().0.to_vec());
-        }
-        let Some(table) = self.edge_table(EDGE_NODES)? else { return Ok(Vec::new()) };
+    /// The faces beside each edge, of `faces` faces: those with its two nodes; or if the file has faces of edges alone,
+    /// these, of which the edge has the common nodes.
+    pub(crate) fn faces_of_edges(&self, faces: usize) -> Result<FacesOfEdges> {
         let nodes = self.positions(&self.nodes)?;
         let count = nodes.lon.as_reals().len();
-        let edges = table.read(count)?.nodes.as_chunks().0.to_vec();
-        let sorted = |[one, other]: [i32; 2]| [one.min(other), one.max(other)];
-        let numbers: HashMap<[i32; 2], usize> = edges.iter().map(|ends| sorted(*ends)).zip(0..).collect();
-        let mut beside = vec![[NONE; 2]; edges.len()];
         let Rows { nodes: rows, len } = self.rows(count)?;
-        for (row, face) in rows.chunks_exact(len).zip(0..) {
-            let around: Vec<i32> = row.iter().copied().filter(|node| *node >= 0).collect();
-            let middle = around.iter().map(|node| DVec3::from(nodes.direction(*node))).sum::<DVec3>();
-            for (k, node) in around.iter().enumerate() {
-                let Some(edge) = numbers.get(&sorted([*node, around[(k + 1) % around.len()]])) else { continue };
-                let [from, to] = edges[*edge].map(|node| DVec3::from(nodes.direction(node)));
-                beside[*edge][usize::from(from.cross(to).dot(middle) < 0.0)] = face;
+        let around = |face: i32| rows[len * face as usize..][..len].iter().copied().filter(|node| *node >= 0);
+        let place = |node: i32| DVec3::from(nodes.direction(node));
+        let middle = |face: i32| around(face).map(place).sum::<DVec3>();
+        if let Some(table) = self.edge_table(EDGE_NODES)? {
+            let ends = table.read(count)?.nodes.as_chunks().0.to_vec();
+            let to_right = |[from, to]: [i32; 2]| {
+                if from.min(to) < 0 { DVec3::NAN } else { place(to).cross(place(from)) }
+            };
+            let normals: Vec<DVec3> = ends.iter().map(|ends| to_right(*ends)).collect();
+            let sorted = |[one, other]: [i32; 2]| [one.min(other), one.max(other)];
+            let numbers: HashMap<[i32; 2], usize> = ends.iter().map(|ends| sorted(*ends)).zip(0..).collect();
+            let mut beside = vec![[NONE; 2]; ends.len()];
+            for face in 0..(rows.len() / len) as i32 {
+                for (one, other) in around(face).zip(around(face).cycle().skip(1)) {
+                    if let Some(edge) = numbers.get(&sorted([one, other])) {
+                        beside[*edge][usize::from(normals[*edge].dot(middle(face)) > 0.0)] = face;
+                    }
+                }
             }
+            return Ok(FacesOfEdges { faces: beside, normals });
         }
-        Ok(beside)
+        let table = self.edge_table(EDGE_FACES)?.ok_or_else(|| missing(self.face_nodes.source, EDGE_FACES))?;
+        let beside = table.read(faces)?.nodes.as_chunks().0.to_vec();
+        let from_first = |[first, second]: [i32; 2]| {
+            let is_common = |node: &i32| second >= 0 && around(second).any(|other| other == *node);
+            let mut ends = (first >= 0).then(|| around(first).filter(is_common)).into_iter().flatten().map(place);
+            let normal = ends.next().zip(ends.next()).map(|(one, other)| one.cross(other));
+            normal.map_or(DVec3::NAN, |normal| -normal * normal.dot(middle(first)).signum())
+        };
+        Ok(FacesOfEdges { normals: beside.iter().map(|faces| from_first(*faces)).collect(), faces: beside })
     }
+}
+
+/// The faces beside the edges of a mesh.
+pub(crate) struct FacesOfEdges {
+    /// Those left and right of each edge, on the way from its first node to its second; -1 for a missing one.
+    pub faces: Vec<[i32; 2]>,
+    /// The pole of each edge's great circle on the right side, of any length; NaN where it is not known.
+    pub normals: Vec<DVec3>,
 }
 
 /// A table with a row of numbers for each face or edge.
