@@ -3,8 +3,8 @@
 //! A scalar is the mean over the edges of a centre. A vector is in files as the component u along the normal n of each
 //! edge, which points from the first centre beside it to the second: (U, V) at a centre, zonal and meridional, minimise
 //! Σ (n · (U, V) − u)² over its edges. The great circle through both centres crosses the edge along n, so that n at a
-//! centre is the direction of that circle there. In UGRID's files the middles of faces may be any points within these: n
-//! is the direction of the pole of the edge's great circle on its right side, at the left one of the faces as well.
+//! centre is the direction of that circle there. In UGRID's files the middles of faces may be any points within these,
+//! and n is the direction of the pole of the edge's great circle on its right, also at the face on the left.
 //! Tables: MPAS mesh specification 1.0; ICON's grid files; FESOM2's `fesom.mesh.diag.nc`; UGRID 1.0.
 
 use crate::field::FieldInfo;
