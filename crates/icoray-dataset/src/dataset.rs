@@ -1,6 +1,6 @@
 //! A dataset, completed from others.
 
-use crate::edges::{self, Edges};
+use crate::edges::{self, Edges, EdgesInFiles};
 use crate::field::{FieldInfo, OwnedField};
 use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
@@ -206,7 +206,7 @@ impl Dataset {
             return Ok(info);
         }
         let source = self.sources.fields();
-        let reason = match source.variable(name) {
+        let reason = match source.variable(name).filter(|variable| variable.name == name) {
             Some(variable) => {
                 let made = self.fields.iter().filter(|info| info.variable == name);
                 let made: Vec<&str> = made.map(|info| info.name.as_str()).collect();
@@ -219,10 +219,11 @@ impl Dataset {
             }
             None => {
                 let names = self.fields.iter().map(|f| f.name.as_str());
-                let elsewhere = self.sources.find(name).map_or_else(String::new, |found| {
-                    let path = found.source.path().display();
-                    format!(", but {path} has {name}: give that file among those with fields, not as `mesh`")
-                });
+                let elsewhere =
+                    self.sources.find(name).filter(|found| found.name() == name).map_or_else(String::new, |found| {
+                        let path = found.source.path().display();
+                        format!(", but {path} has {name}: give that file among those with fields, not as `mesh`")
+                    });
                 format!("there is no field {name}{}{elsewhere}", did_you_mean(name, names))
             }
         };
@@ -393,12 +394,12 @@ fn read_once<T>(cell: &OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<
 
 /// The fields of a file. NetCDF forbids control characters in names, so a name is printed unchanged.
 fn fields_of(source: &dyn Source, sources: &Sources, mesh: &Mesh) -> Result<Vec<FieldInfo>> {
-    let has_edges = edges::are_in(sources, mesh);
+    let edges = EdgesInFiles::find(sources, mesh);
     let mut fields = Vec::new();
     for found in source.each_variable().filter(|found| !found.name().contains(char::is_control)) {
         fields.extend(FieldInfo::of(found, mesh, &sources.options)?);
-        if has_edges {
-            fields.extend(FieldInfo::at_edges(found, mesh, &sources.options)?);
+        if let Some(edges) = &edges {
+            fields.extend(FieldInfo::at_edges(found, mesh, edges, &sources.options)?);
         }
     }
     Ok(fields)

@@ -1,15 +1,19 @@
-//! Fields at edges, as fields at the centres beside these: MPAS's cells, ICON's triangles.
+//! Fields at edges, as fields at the centres beside these: MPAS's cells, ICON's triangles, UGRID's faces.
 //!
 //! A scalar is the mean over the edges of a centre. A vector is in files as the component u along the normal n of each
 //! edge, which points from the first centre beside it to the second: (U, V) at a centre, zonal and meridional, minimise
 //! Σ (n · (U, V) − u)² over its edges. The great circle through both centres crosses the edge along n, so that n at a
-//! centre is the direction of that circle there. Tables: MPAS mesh specification 1.0; ICON's grid files.
+//! centre is the direction of that circle there. In UGRID's files the middles of faces may be any points within these,
+//! and n is the direction of the pole of the edge's great circle on its right, also at the face on the left.
+//! Tables: MPAS mesh specification 1.0; ICON's grid files; FESOM2's `fesom.mesh.diag.nc`; UGRID 1.0.
 
 use crate::field::FieldInfo;
+use crate::mesh::ugrid::{self, FacesOfEdges, Topology};
 use crate::mesh::{Convention, Mesh};
-use crate::source::{Dimension, Variable};
+use crate::source::{Dimension, SourceVariable, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use crate::values::ShapedValues;
+use glam::DVec3;
 use icoray::{Description, Error, ErrorKind, Location, Result};
 
 /// A field at centres that is made of a variable at edges.
@@ -72,8 +76,8 @@ pub fn variable_at_edges(field: &str) -> Option<&str> {
     [Part::Zonal, Part::Meridional].into_iter().find_map(|part| field.strip_suffix(part.ending()))
 }
 
-/// The location of centres beside edges, if a dimension is that of edges.
-pub(crate) fn location_beside(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
+/// The location of centres beside edges, if a dimension is probably that of edges.
+fn location_beside(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     match mesh.convention() {
         Convention::Mpas => (dimension.name == "nEdges").then_some(Location::Center),
         Convention::Icon => (dimension.len == mesh.edges()).then_some(Location::Corner),
@@ -81,26 +85,101 @@ pub(crate) fn location_beside(mesh: &Mesh, dimension: &Dimension) -> Option<Loca
     }
 }
 
-/// Name of the table of the two centres beside each edge.
-fn table_name(mesh: &Mesh) -> &'static str {
-    if mesh.convention() == Convention::Mpas { "cellsOnEdge" } else { "adjacent_cell_of_edge" }
+/// The tables of a model for the two centres beside each edge, the likeliest first.
+fn table_names(mesh: &Mesh) -> &'static [&'static str] {
+    match mesh.convention() {
+        Convention::Mpas => &["cellsOnEdge"],
+        Convention::Icon => &["adjacent_cell_of_edge", "edge_tri"],
+        Convention::Cf => &[],
+    }
 }
 
-/// Whether a file has the table from which fields at centres are made.
-pub(crate) fn are_in(sources: &Sources, mesh: &Mesh) -> bool {
-    sources.find(table_name(mesh)).is_some()
+/// A table from which the centres beside edges follow.
+enum Table<'a> {
+    /// The numbers, from 1, of the two centres beside each edge.
+    Centers(SourceVariable<'a>),
+    /// A mesh of UGRID, whose faces are the centres.
+    Faces(Topology<'a>),
+}
+
+/// The edges of the files' mesh.
+pub(crate) struct EdgesInFiles<'a> {
+    table: Table<'a>,
+    count: usize,
+    /// The location of the centres.
+    location: Location,
+}
+
+impl<'a> EdgesInFiles<'a> {
+    /// The edges for which a file has a table; `None` if there is no table, or if the mesh's corners are not the faces
+    /// of the file.
+    pub(crate) fn find(sources: &'a Sources, mesh: &Mesh) -> Option<Self> {
+        let location = if mesh.convention() == Convention::Icon { Location::Corner } else { Location::Center };
+        if let Some(found) = table_names(mesh).iter().find_map(|name| sources.find(name)) {
+            let count = found.variable.after_time().iter().map(|dimension| dimension.len).max()?;
+            return Some(EdgesInFiles { table: Table::Centers(found), count, location });
+        }
+        let is_of_faces = location == Location::Center || mesh.corner_rows().is_none();
+        let is_ugrid = is_of_faces && mesh.convention() != Convention::Mpas;
+        let topology = if is_ugrid { ugrid::find(sources).ok()?? } else { return None };
+        Some(EdgesInFiles { count: topology.edges()?, table: Table::Faces(topology), location })
+    }
+
+    /// The location of the centres beside edges, if a dimension is that of edges.
+    pub(crate) fn location_beside(&self, dimension: &Dimension) -> Option<Location> {
+        let is_of_edges = match self.table {
+            Table::Centers(found) if found.own_name() == "cellsOnEdge" => dimension.name == "nEdges",
+            _ => dimension.len == self.count,
+        };
+        is_of_edges.then_some(self.location)
+    }
+
+    /// Reads the table, of edges between `columns` centres.
+    fn read(&self, columns: usize) -> Result<Edges> {
+        let topology = match &self.table {
+            Table::Centers(found) => return Ok(Edges::new(self.location, centers(*found, columns)?, columns)),
+            Table::Faces(topology) => topology,
+        };
+        let FacesOfEdges { faces, normals } = topology.faces_of_edges(columns)?;
+        let centers = faces.iter().map(|pair| pair.map(|face| u32::try_from(face).unwrap_or(NONE))).collect();
+        Ok(Edges { normals, ..Edges::new(self.location, centers, columns) })
+    }
+}
+
+/// The numbers, from 0, of the centres beside each edge in a table that counts them from 1.
+fn centers(found: SourceVariable, columns: usize) -> Result<Vec<[u32; 2]>> {
+    let is_transposed = match found.variable.after_time() {
+        [_, two] if two.len == 2 => false,
+        [two, _] if two.len == 2 => true,
+        _ => return Err(found.unexpected(ErrorKind::Grid, "the two cells beside each edge")),
+    };
+    let table = found.all_integers()?;
+    let count = table.len() / 2;
+    let mut centers = Vec::with_capacity(count);
+    for edge in 0..count {
+        let beside = [0, 1].map(|k| table[if is_transposed { k * count + edge } else { 2 * edge + k }]);
+        // One past the last marks a missing cell, as do numbers below 1.
+        if let Some(number) = beside.iter().find(|number| **number > columns as i32 + 1) {
+            let name = found.name();
+            let context = format!("{name}: cell {number} beside edge {}, expected 1 to {columns}", edge + 1);
+            return Err(found.error(ErrorKind::Grid, context));
+        }
+        let is_there = |number: &i32| (1..=columns as i32).contains(number);
+        centers.push(beside.map(|number| Some(number).filter(is_there).map_or(NONE, |number| number as u32 - 1)));
+    }
+    Ok(centers)
 }
 
 /// The reason why a variable at edges is not a field itself; `made` are the names of fields that are made of it.
 pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: &[&str]) -> Option<String> {
     variable.dimensions.iter().find_map(|dimension| location_beside(mesh, dimension))?;
-    let table = table_name(mesh);
+    let table = table_names(mesh).first()?;
     let has_triangles = ["vertex_of_cell", "clon"].iter().any(|name| sources.find(name).is_some());
     if made.is_empty() && mesh.convention() == Convention::Icon && !has_triangles {
         return None;
     }
     Some(match made {
-        [] if !are_in(sources, mesh) => format!(
+        [] if EdgesInFiles::find(sources, mesh).is_none() => format!(
             "variable {variable} is at edges, and variable {table}, which has the cells beside each, is missing: \
              {IN_ANOTHER_FILE}"
         ),
@@ -115,13 +194,16 @@ pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: 
 /// Marks a missing centre beside an edge.
 const NONE: u32 = u32::MAX;
 
-/// The edges of each centre: 16 bytes per edge and 8 bytes per centre.
+/// The edges of each centre: 16 bytes per edge and 8 bytes per centre; of UGRID's meshes 40 bytes per edge.
 #[derive(Debug)]
 pub(crate) struct Edges {
     /// The location of the centres.
     location: Location,
     /// The two centres beside each edge: the normal points from the first to the second.
     centers: Vec<[u32; 2]>,
+    /// The pole of each edge's great circle toward which the normal points; empty if the circle through both centres
+    /// has the direction of the normal.
+    normals: Vec<DVec3>,
     /// The edges of all centres behind each other.
     edges: Vec<u32>,
     /// The first of each centre's edges in `edges`, and the end of the last one's.
@@ -140,28 +222,9 @@ struct Side {
 impl Edges {
     /// Reads the table for the fields that `info` and others are.
     pub(crate) fn read(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
-        let (name, columns) = (table_name(mesh), info.columns);
-        let found = sources.find(name);
-        let found = found.ok_or_else(|| sources.error(ErrorKind::Field, format_args!("variable {name} is missing")))?;
-        let is_transposed = match found.variable.after_time() {
-            [_, two] if two.len == 2 => false,
-            [two, _] if two.len == 2 => true,
-            _ => return Err(found.unexpected(ErrorKind::Grid, "the two cells beside each edge")),
-        };
-        let table = found.all_integers()?;
-        let count = table.len() / 2;
-        let mut centers = Vec::with_capacity(count);
-        for edge in 0..count {
-            let beside = [0, 1].map(|k| table[if is_transposed { k * count + edge } else { 2 * edge + k }]);
-            // One past the last marks a missing cell, as do numbers below 1.
-            if let Some(number) = beside.iter().find(|number| **number > columns as i32 + 1) {
-                let context = format!("{name}: cell {number} beside edge {}, expected 1 to {columns}", edge + 1);
-                return Err(found.error(ErrorKind::Grid, context));
-            }
-            let is_there = |number: &i32| (1..=columns as i32).contains(number);
-            centers.push(beside.map(|number| Some(number).filter(is_there).map_or(NONE, |number| number as u32 - 1)));
-        }
-        Ok(Self::new(info.location, centers, columns))
+        let found = EdgesInFiles::find(sources, mesh);
+        let found = found.ok_or_else(|| sources.error(ErrorKind::Field, "no table has the cells beside edges"))?;
+        found.read(info.columns)
     }
 
     /// Sorts the edges by their centres, of which there are `columns`.
@@ -178,7 +241,7 @@ impl Edges {
             edges[*place] = side / 2;
             *place += 1;
         }
-        Edges { location, centers, edges, starts }
+        Edges { location, centers, normals: Vec::new(), edges, starts }
     }
 
     /// The edges of a centre, with the normals that a part needs.
@@ -186,9 +249,16 @@ impl Edges {
         let side = |edge: &u32| {
             let [first, second] = self.centers[*edge as usize];
             let (other, sign) = if first as usize == center { (second, 1.0) } else { (first, -1.0) };
-            let toward = |other: u32| mesh.direction_between(self.location, center, other as usize);
-            let is_needed = other != NONE && part != Part::Mean;
-            let normal = is_needed.then(|| toward(other).map(|component| sign * component));
+            let toward = |place: [f64; 3]| mesh.direction_toward(self.location, center, place);
+            let normal = match self.normals.get(*edge as usize) {
+                _ if part == Part::Mean => None,
+                Some(pole) => pole.is_finite().then(|| toward((*pole).into())),
+                None if other == NONE => None,
+                None => {
+                    let other = mesh.direction(self.location, other as usize);
+                    Some(toward(other).map(|component| sign * component))
+                }
+            };
             Side { edge: *edge as usize, normal }
         };
         self.edges[self.starts[center]..self.starts[center + 1]].iter().map(side).collect()

@@ -1,6 +1,6 @@
 //! The fields of a file: over columns and layers, or 2D ones over columns only.
 
-use crate::edges::{Part, location_beside};
+use crate::edges::{EdgesInFiles, Part};
 use crate::mesh::{Convention, Mesh, is_coordinate};
 use crate::options::DatasetOptions;
 use crate::source::{Dimension, Kind, SourceVariable};
@@ -25,7 +25,7 @@ const OF_MESH: &str = "\
 /// Dimensions of tables, which are no layers: points, edges and neighbours of a triangle or a point in ICON's files,
 /// ends of an interval, and those of tables of MPAS, FESOM, FVCOM, ESMF and SCRIP; with blanks between.
 const OF_TABLES: &str = "\
-    nv ne nc no nvertex vertices bnds nb2 n2 n3 \
+    nv ne nc no nvertex vertices bnds nb2 n2 n3 n4 \
     maxEdges maxEdges2 vertexDegree TWO THREE R3 FIFTEEN StrLen \
     three four maxnode maxelem \
     coordDim maxNodePElement grid_corners";
@@ -100,14 +100,19 @@ impl FieldInfo {
 
     /// Describes the fields at centres that are made of a variable at edges; of one that does not change with time only
     /// if it has layers, as others are tables of the mesh.
-    pub(crate) fn at_edges(found: SourceVariable, mesh: &Mesh, options: &DatasetOptions) -> Result<Vec<Self>> {
-        let Some(axes) = Axes::of(&found.variable.dimensions, &options.at, |d| location_beside(mesh, d)) else {
+    pub(crate) fn at_edges(
+        found: SourceVariable,
+        mesh: &Mesh,
+        edges: &EdgesInFiles,
+        options: &DatasetOptions,
+    ) -> Result<Vec<Self>> {
+        let Some(axes) = Axes::of(&found.variable.dimensions, &options.at, |d| edges.location_beside(d)) else {
             return Ok(Vec::new());
         };
         let columns = if axes.location == Location::Center { mesh.cells() } else { mesh.corners_in_file() };
         let info = Self::described(found, axes, columns)?;
         let Some(info) = info.filter(|info| info.time_dependent || !info.is_2d()) else { return Ok(Vec::new()) };
-        let parts = Part::all_of(found.name(), &info.description).iter().map(|part| {
+        let parts = Part::all_of(found.own_name(), &info.description).iter().map(|part| {
             let mut field = FieldInfo { part: Some(*part), ..info.clone() };
             let ending = part.ending();
             field.name += ending;
@@ -124,7 +129,7 @@ impl FieldInfo {
     fn described(found: SourceVariable, axes: Axes, columns: usize) -> Result<Option<Self>> {
         let variable = found.variable;
         let is_axis = matches!(&variable.dimensions[..], [only] if only.name == variable.name);
-        if is_axis || OF_MESH.split(' ').any(|name| name == variable.name) || is_coordinate(found) {
+        if is_axis || OF_MESH.split(' ').any(|name| name == found.own_name()) || is_coordinate(found) {
             return Ok(None);
         }
         let layer = axes.layer.map(|layer| &variable.dimensions[layer]);

@@ -1,6 +1,7 @@
 //! Selects the variables of a file that look like physical fields.
 
 use crate::field::FieldInfo;
+use crate::source::without_group;
 
 /// Variables of heights, thicknesses, the vertical grid and the mesh: lower case, with blanks between.
 const GRID_VARIABLES: &str = "\
@@ -30,7 +31,7 @@ fn is_beside_levels(info: &FieldInfo) -> bool {
 }
 
 fn is_physical(info: &FieldInfo) -> bool {
-    let name = info.name.to_ascii_lowercase();
+    let name = without_group(&info.name).to_ascii_lowercase();
     let long_name = info.description.long_name.as_deref().unwrap_or("").to_ascii_lowercase();
     let is_of_grid = GRID_VARIABLES.split(' ').any(|known| known == name) || BASE.iter().any(|end| name.ends_with(end));
     let is_geometry = info.description.is_length() && GEOMETRY.iter().any(|word| long_name.contains(word));

@@ -12,7 +12,7 @@ mod points;
 mod polygons;
 mod tables;
 mod triangles;
-mod ugrid;
+pub(crate) mod ugrid;
 
 pub(crate) use columns::{is_angle, is_coordinate};
 pub(crate) use one_mesh::{expect as expect_one_mesh, expect_one_name};

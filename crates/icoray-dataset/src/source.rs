@@ -50,8 +50,8 @@ impl Dimension {
     /// A dimension; it is that of time if its name, without the path of a group, is `time` in any case or
     /// `time_counter`.
     pub fn new(name: String, len: usize) -> Self {
-        let name_in_group = name.rsplit('/').next().unwrap_or_default();
-        let is_time = name_in_group.eq_ignore_ascii_case("time") || name_in_group == "time_counter";
+        let own_name = without_group(&name);
+        let is_time = own_name.eq_ignore_ascii_case("time") || own_name == "time_counter";
         Dimension { name, len, is_time }
     }
 }
@@ -65,6 +65,11 @@ pub struct Variable {
     pub kind: Kind,
     /// Its dimensions.
     pub dimensions: Vec<Dimension>,
+}
+
+/// A name without the path of a group.
+pub(crate) fn without_group(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or_default()
 }
 
 impl Variable {
@@ -192,9 +197,10 @@ impl dyn Source + '_ {
         Error::new(kind, format!("{}: {context}", self.path().display()))
     }
 
-    /// The variable of that name.
+    /// The variable of that name, or else the first of that name in a group.
     pub fn variable(&self, name: &str) -> Option<&Variable> {
-        self.variables().iter().find(|v| v.name == name)
+        let (name, all) = (name.trim_start_matches('/'), || self.variables().iter());
+        all().find(|v| v.name == name).or_else(|| all().find(|v| without_group(&v.name) == name))
     }
 
     /// The variable of that name, with its source.
@@ -232,7 +238,8 @@ impl dyn Source + '_ {
     /// # Errors
     /// As [`Source::attribute`].
     pub fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
-        self.attribute(Some(variable), attribute).map(text)
+        let name = self.variable(variable).map_or(variable, |found| &found.name);
+        self.attribute(Some(name), attribute).map(text)
     }
 }
 
@@ -247,6 +254,11 @@ impl<'a> SourceVariable<'a> {
     /// Its name.
     pub fn name(self) -> &'a str {
         &self.variable.name
+    }
+
+    /// Its name without the path of its group, which conventions determine.
+    pub fn own_name(self) -> &'a str {
+        without_group(self.name())
     }
 
     /// An error about the source.

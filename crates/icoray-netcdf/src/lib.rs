@@ -1,8 +1,8 @@
 //! NetCDF files of models as [`Dataset`]s: classic ones (CDF-1, CDF-2, CDF-5) and NetCDF-4.
 //!
 //! The NetCDF library accepts one call at a time in the whole process; reading from several threads gains nothing.
-//! A path may be an address (`https://`, `s3://`, NCZarr's `file://`), which that library opens. Variables in groups
-//! are named by their paths, `group/name`.
+//! A path may be an address (`https://`, `s3://`, NCZarr's `file://`) or a Zarr store of version 2, which that library
+//! opens. Variables in groups are named by their paths, `group/name`.
 //!
 //! Damaged classic files give errors. A damaged NetCDF-4 file may end the process inside the HDF5 library, or keep it
 //! there for ever: [`watch_calls`] finds the latter. The command `icoray` therefore reads such files in a child
@@ -30,6 +30,7 @@ mod names;
 mod nc_file;
 mod outline;
 mod sample_file;
+mod zarr;
 
 pub use guard::{end_process, watch_calls};
 pub use icoray_dataset::Dataset;

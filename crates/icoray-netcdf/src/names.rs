@@ -1,29 +1,33 @@
-//! Names of files: addresses, which the NetCDF library opens, and local files. Errors for Zarr and GRIB name their
-//! readers.
+//! Names of files: addresses, which the NetCDF library opens, and local files. Errors for GRIB name its readers.
 
+use crate::zarr;
 use icoray::{Error, ErrorKind, Result};
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Entries of a directory of which one is in each Zarr store: of version 2, consolidated, and of version 3.
-const ZARR: [&str; 4] = [".zgroup", ".zarray", ".zmetadata", "zarr.json"];
-
-/// Whether a name is an address (`https://`, `s3://`, NCZarr's `file://`), not a local file.
-pub(crate) fn is_address(path: &Path) -> bool {
-    path.to_string_lossy().contains("://") && !path.exists()
+/// The address that the NetCDF library opens: a name that is one (`https://`, `s3://`, NCZarr's `file://`), that of a
+/// Zarr store, or of a file whose name is followed by `#mode=`; `None` for other local files.
+pub(crate) fn address(path: &Path) -> Option<PathBuf> {
+    let text = path.to_string_lossy();
+    let of_file = |file: &Path, mode: &str| {
+        let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+        PathBuf::from(format!("file://{}#mode={mode}", absolute.display()))
+    };
+    match text.split_once("#mode=") {
+        _ if zarr::is_folder(path) => Some(of_file(path, "zarr,file")),
+        _ if path.exists() => None,
+        _ if text.contains("://") => Some(path.to_owned()),
+        Some((file, mode)) => Some(of_file(file.as_ref(), mode)),
+        None => None,
+    }
 }
 
-/// Fails where a local file is absent or none, and says what to do with a Zarr store and with GRIB.
+/// Fails where a local file is absent or none, and says what to do with GRIB.
 pub(crate) fn expect_netcdf(path: &Path) -> Result<()> {
     let shown = path.display();
     let error = |what: String| Error::new(ErrorKind::Io, format!("{shown}: {what}"));
     let io = |e: std::io::Error| error(e.to_string());
-    if ZARR.iter().any(|name| path.join(name).exists()) {
-        return Err(error(format!(
-            "a Zarr store, expected a NetCDF file: in Python `icoray.open(\"{shown}\")` reads it with xarray and zarr"
-        )));
-    }
     if !std::fs::metadata(path).map_err(io)?.is_file() {
         return Err(error("not a file".to_owned()));
     }

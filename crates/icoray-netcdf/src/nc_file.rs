@@ -3,7 +3,7 @@
 
 use crate::classic::ClassicLayout;
 use crate::guard::guarded;
-use crate::{filters, groups, names};
+use crate::{filters, groups, names, zarr};
 use icoray::{Error, ErrorKind, OwnedReals, Result};
 use icoray_dataset::{Attribute, Kind, Source, Variable};
 use netcdf::types::NcVariableType;
@@ -19,6 +19,7 @@ const MAX_RATIO: u64 = 8192;
 pub(crate) struct NcFile {
     file: netcdf::File,
     path: PathBuf,
+    is_address: bool,
     classic: Option<ClassicLayout>,
     variables: Vec<Variable>,
 }
@@ -38,16 +39,23 @@ unsafe impl NcTypeDescriptor for Char {
 impl NcFile {
     pub(crate) fn open(path: &Path) -> Result<Self> {
         let damaged = |e| format!("{}: the header is damaged or cut off: {e}", path.display());
-        let (classic, what) = if names::is_address(path) {
+        let address = names::address(path);
+        let (classic, what) = if let Some(address) = &address {
+            zarr::expect_readable(path, address)?;
             (None, "the NetCDF library cannot open this address")
         } else {
             names::expect_netcdf(path)?;
             let classic = ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
             (classic, "not a NetCDF file, or damaged or cut off")
         };
-        let file = guarded(path, what, || netcdf::open(path))?;
-        let variables = guarded(path, "the list of variables", || Ok(groups::variables(&file)))?;
-        let mut opened = NcFile { file, path: path.to_owned(), classic, variables };
+        let advised = |error| zarr::advised(path, error);
+        let file = guarded(path, what, || netcdf::open(address.as_deref().unwrap_or(path)).map_err(advised))?;
+        let mut variables = guarded(path, "the list of variables", || Ok(groups::variables(&file)))?;
+        if zarr::is_folder(path) {
+            // The library has them in the order of the folder's entries, which file systems choose.
+            variables.sort_by(|one, other| one.name.cmp(&other.name));
+        }
+        let mut opened = NcFile { file, path: path.to_owned(), is_address: address.is_some(), classic, variables };
         opened.variables = (&opened as &dyn Source).with_time_marked();
         Ok(opened)
     }
@@ -98,7 +106,10 @@ impl NcFile {
         guarded(&self.path, format_args!("variable {name}"), || {
             let variable = self.file.variable(name).ok_or("no such variable")?;
             let read = variable.get_values_into(&mut values, Extents::try_from((start, count))?);
-            read.map_err(|error| filters::missing(&self.path, name).map_or(error, netcdf::Error::from))
+            read.map_err(|error| match filters::missing(&self.path, name) {
+                Some(missing) => missing.into(),
+                None => zarr::advised(&self.path, error),
+            })
         })?;
         Ok(values)
     }
@@ -106,7 +117,7 @@ impl NcFile {
     /// Fails if a NetCDF-4 file is too small for the bytes of a variable at any compression: memory that the system
     /// promises and does not have would end the process. The length at an address is not known.
     fn expect_plausible(&self, variable: &Variable, bytes: u64) -> Result<()> {
-        if names::is_address(&self.path) || self.classic.is_some() {
+        if self.is_address || self.classic.is_some() {
             return Ok(());
         }
         let length = self.length()?;

@@ -78,7 +78,7 @@ impl Outline {
     /// [`ErrorKind::Io`]: the file cannot be opened.
     pub fn is_classic(path: impl AsRef<Path>) -> Result<bool> {
         let path = path.as_ref();
-        if names::is_address(path) {
+        if names::address(path).is_some() {
             return Ok(false);
         }
         classic::is_classic(path).map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display())))

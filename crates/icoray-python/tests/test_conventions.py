@@ -252,6 +252,23 @@ def test_files_are_read_as_others_read_them(
     assert np.ptp(image.pixels[..., :3]) > 0.5
 
 
+def test_edges_of_uxarray_are_those_of_the_file(tmp_path: pathlib.Path):
+    uxarray = pytest.importorskip("uxarray", reason="uxarray is not installed")
+    mesh = datasets.grid()
+    vertices, edges, of_edge = (np.asarray(table) for table in (mesh.corner_cell, mesh.corner_edge, mesh.edge_corner))
+    ends = np.array([sorted(set(vertices[a]) & set(vertices[b])) for a, b in of_edge], np.int32)
+    at_edges = values(*places(mesh)[0])[ends].mean(axis=1)
+    dataset = ugrid(mesh, 1, False)
+    dataset["ends"] = (("edge", "two"), ends + 1, {"start_index": np.int32(1)})
+    dataset.mesh.attrs["edge_node_connectivity"] = "ends"
+    dataset = dataset.assign(q=(("time", "edge"), at_edges[None]), mean=("face", at_edges[edges].mean(axis=1)))
+    dataset.to_netcdf(tmp_path / "edges.nc")
+    look: dict[str, Any] = {"size": (96, 80), "lon": 10, "lat": 15, "cmap": "viridis", "range": (285, 316)}
+    expected = icoray.render(dataset, "mean", **look).pixels
+    for data in (dataset, uxarray.open_dataset(tmp_path / "edges.nc", tmp_path / "edges.nc")):
+        assert np.abs(icoray.render(data, "q", **look).pixels - expected).max() < 1e-3
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_zarr_stores_are_opened(version: int, tmp_path: pathlib.Path):
     pytest.importorskip("zarr", reason="zarr is not installed")

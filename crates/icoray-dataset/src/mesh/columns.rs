@@ -6,7 +6,7 @@
 
 use super::angles::positions;
 use super::tables::{Convention, Mesh, Positions};
-use crate::source::{Dimension, SourceVariable};
+use crate::source::{Dimension, SourceVariable, without_group};
 use crate::sources::Sources;
 use icoray::{OwnedReals, OwnedTables, Result};
 use std::path::Path;
@@ -44,7 +44,7 @@ pub(super) fn find(sources: &Sources) -> Option<Columns<'_>> {
         let all = || source.each_variable().filter(|found| found.variable.kind.is_real());
         for lon in all().filter(|found| is_angle(*found, 0)) {
             let [column] = lon.variable.after_time() else { continue };
-            let named = NAMES.iter().find(|[name, _]| *name == lon.name()).and_then(|[_, lat]| source.find(lat));
+            let named = NAMES.iter().find(|[name, _]| *name == lon.own_name()).and_then(|[_, lat]| source.find(lat));
             let is_beside = |lat: &SourceVariable| lat.variable.after_time() == lon.variable.after_time();
             let other = || all().find(|lat| is_beside(lat) && is_angle(*lat, 1));
             let Some(lat) = named.filter(is_beside).or_else(other) else { continue };
@@ -63,7 +63,7 @@ pub(crate) fn is_angle(found: SourceVariable, which: usize) -> bool {
     let text = |attribute: &str| found.text(attribute).ok().flatten();
     text("standard_name").is_some_and(|name| name == ["longitude", "latitude"][which])
         || text("units").is_some_and(|units| UNITS[which].contains(&units.as_str()))
-        || NAMES.iter().any(|names| names[which] == found.name())
+        || NAMES.iter().any(|names| names[which] == found.own_name())
 }
 
 /// Whether a variable is a coordinate of a mesh: a longitude or latitude, or named by one of UGRID's attributes for
@@ -72,7 +72,7 @@ pub(crate) fn is_coordinate(found: SourceVariable) -> bool {
     let names_it = |topology: SourceVariable| {
         ["node_coordinates", "face_coordinates", "edge_coordinates"].iter().any(|attribute| {
             let names = topology.text(attribute).ok().flatten();
-            names.is_some_and(|names| names.split_whitespace().any(|name| name == found.name()))
+            names.is_some_and(|names| names.split_whitespace().any(|name| without_group(name) == found.own_name()))
         })
     };
     let mut scalars = found.source.each_variable().filter(|other| other.variable.dimensions.is_empty());

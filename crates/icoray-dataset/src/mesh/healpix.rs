@@ -72,7 +72,7 @@ fn numbers_of_pixels(source: &dyn Source) -> Option<SourceVariable<'_>> {
         |found: &SourceVariable| found.text("standard_name").ok().flatten().as_deref() == Some("healpix_index");
     let is_column = |v: &Variable| v.kind.is_number() && v.after_time().len() == 1;
     let mut columns = source.each_variable().filter(|found| is_column(found.variable));
-    columns.find(|found| found.name() == "cell" || is_index(found))
+    columns.find(|found| found.own_name() == "cell" || is_index(found))
 }
 
 /// The place of a pixel's centre.

@@ -268,10 +268,20 @@ impl Mesh {
             && [&self.center, &self.corner] == [&other.center, &other.corner]
     }
 
-    /// Zonal and meridional component of the direction from a centre to another one: of two cells or of two corners.
-    pub(crate) fn direction_between(&self, location: Location, from: usize, to: usize) -> [f64; 2] {
-        let of = if location == Location::Center { &self.center } else { &self.corner };
-        let ([lon, lat], [x, y, z]) = (of.at(from), of.direction(to as i32));
+    /// Positions of cells or corners.
+    fn positions(&self, location: Location) -> &Positions {
+        if location == Location::Center { &self.center } else { &self.corner }
+    }
+
+    /// The unit vector of the position of a cell or corner.
+    pub(crate) fn direction(&self, location: Location, column: usize) -> [f64; 3] {
+        self.positions(location).direction(column as i32)
+    }
+
+    /// Zonal and meridional component of the direction from a cell or corner to a place on the sphere, given as a
+    /// vector of any length.
+    pub(crate) fn direction_toward(&self, location: Location, from: usize, [x, y, z]: [f64; 3]) -> [f64; 2] {
+        let [lon, lat] = self.positions(location).at(from);
         let [east, north] =
             [y * lon.cos() - x * lon.sin(), z * lat.cos() - (x * lon.cos() + y * lon.sin()) * lat.sin()];
         [east, north].map(|part| part / east.hypot(north))

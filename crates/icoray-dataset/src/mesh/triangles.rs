@@ -38,7 +38,7 @@ pub(super) fn find(sources: &Sources) -> Option<Triangles<'_>> {
             let table = source.find(names.table)?;
             let is_place = |v: &Variable| v.kind.is_real() && v.after_time().len() + names.nodes.len() == 3;
             let are_places = || names.nodes.iter().all(|name| source.variable(name).is_some_and(is_place));
-            let is_found = table.name() == NAMES[0].table || has_threes(table.variable) && are_places();
+            let is_found = table.own_name() == NAMES[0].table || has_threes(table.variable) && are_places();
             is_found.then_some(Triangles { table, names })
         })
     })

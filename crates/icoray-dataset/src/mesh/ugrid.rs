@@ -9,9 +9,11 @@ use super::angles::{of_directions, positions};
 use super::columns::is_coordinate;
 use super::polygons::{NONE, Polygons};
 use super::tables::{Convention, FileCorners, Mesh, Positions, missing};
-use crate::source::{Source, SourceVariable, Variable};
+use crate::source::{Source, SourceVariable, Variable, without_group};
 use crate::sources::Sources;
+use glam::DVec3;
 use icoray::{Error, ErrorKind, Result, circumcenter, cut_polygon};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// Names in uxarray's datasets; those of other tools are in the attributes of the mesh's variable.
@@ -19,8 +21,14 @@ const FACE_NODES: &str = "face_node_connectivity";
 const NODES: [&str; 2] = ["node_lon", "node_lat"];
 const FACES: [&str; 2] = ["face_lon", "face_lat"];
 
+/// Attributes that name tables of edges: of the faces beside each, and of the nodes at its ends.
+const EDGE_FACES: &str = "edge_face_connectivity";
+const EDGE_NODES: &str = "edge_node_connectivity";
+
 /// Names of the variables of a mesh.
-pub(super) struct Topology<'a> {
+pub(crate) struct Topology<'a> {
+    /// The variable with these names, which uxarray's datasets lack.
+    variable: Option<SourceVariable<'a>>,
     face_nodes: SourceVariable<'a>,
     /// The name of the dimension that counts faces, if the file has it.
     face_dimension: Option<String>,
@@ -38,8 +46,9 @@ impl<'a> Topology<'a> {
                 continue;
             }
             let Some(face_nodes) = found.text("face_node_connectivity")? else { continue };
-            let names_it =
-                |user: &SourceVariable| user.text("mesh").ok().flatten().is_some_and(|mesh| mesh == found.name());
+            let names_it = |user: &SourceVariable| {
+                user.text("mesh").ok().flatten().is_some_and(|mesh| without_group(&mesh) == found.own_name())
+            };
             let users = source.each_variable().filter(names_it).count();
             if named.as_ref().is_none_or(|(max_users, ..)| users > *max_users) {
                 named = Some((users, found, face_nodes));
@@ -50,7 +59,7 @@ impl<'a> Topology<'a> {
             None => Ok(source.find(FACE_NODES).map(|face_nodes| {
                 let faces = FACES.iter().all(|name| source.variable(name).is_some());
                 let faces = faces.then(|| FACES.map(str::to_owned));
-                Topology { face_nodes, face_dimension: None, nodes: NODES.map(str::to_owned), faces }
+                Topology { variable: None, face_nodes, face_dimension: None, nodes: NODES.map(str::to_owned), faces }
             })),
         }
     }
@@ -71,49 +80,151 @@ impl<'a> Topology<'a> {
         let faces = two(found.text("face_coordinates")?).filter(is_there);
         let faces = faces.map(|names| lon_first(source, names)).transpose()?;
         let face_dimension = found.text("face_dimension")?;
-        Ok(Topology { face_nodes, face_dimension, nodes: lon_first(source, nodes)?, faces })
+        Ok(Topology { variable: Some(found), face_nodes, face_dimension, nodes: lon_first(source, nodes)?, faces })
     }
 
     /// The nodes of each face, of which there are `nodes`.
     fn rows(&self, nodes: usize) -> Result<Rows> {
-        let table = self.face_nodes;
+        let dimension = self.face_dimension.clone();
+        RowTable { table: self.face_nodes, item: "face", dimension, expected: "at least 3 nodes" }.read(nodes)
+    }
+
+    /// Positions of nodes or faces.
+    fn positions(&self, [lon, lat]: &[String; 2]) -> Result<Positions> {
+        let source = self.face_nodes.source;
+        let found = source.find(lon).ok_or_else(|| missing(source, lon))?;
+        positions(source, [lon, lat], found.variable.after_time().first().map_or("", |d| &d.name))
+    }
+
+    /// The table of edges in an attribute of the mesh's variable; in uxarray's datasets, the one of that name.
+    fn edge_table(&self, attribute: &str) -> Result<Option<RowTable<'a>>> {
+        let text = |attribute| self.variable.map_or(Ok(None), |variable| variable.text(attribute));
+        let name = if self.variable.is_some() { text(attribute)? } else { Some(attribute.to_owned()) };
+        let table = name.and_then(|name| self.face_nodes.source.find(&name));
+        let dimension = text("edge_dimension")?;
+        Ok(table.map(|table| RowTable { table, item: "edge", dimension, expected: "2 faces or nodes" }))
+    }
+
+    /// The number of edges for which the file has the faces beside them or the nodes at their ends.
+    pub(crate) fn edges(&self) -> Option<usize> {
+        let mut tables = [EDGE_FACES, EDGE_NODES].into_iter().filter_map(|name| self.edge_table(name).ok()?);
+        Some(tables.next()?.sizes().ok()?.items)
+    }
+
+    /// The faces beside each edge, of `faces` faces: those with its two nodes; or if the file has faces of edges alone,
+    /// these, of which the edge has the common nodes.
+    pub(crate) fn faces_of_edges(&self, faces: usize) -> Result<FacesOfEdges> {
+        let nodes = self.positions(&self.nodes)?;
+        let count = nodes.lon.as_reals().len();
+        let Rows { nodes: rows, len } = self.rows(count)?;
+        let around = |face: i32| rows[len * face as usize..][..len].iter().copied().filter(|node| *node >= 0);
+        let place = |node: i32| DVec3::from(nodes.direction(node));
+        let middle = |face: i32| around(face).map(place).sum::<DVec3>();
+        if let Some(table) = self.edge_table(EDGE_NODES)? {
+            let ends = table.read(count)?.nodes.as_chunks().0.to_vec();
+            let to_right = |[from, to]: [i32; 2]| {
+                if from.min(to) < 0 { DVec3::NAN } else { place(to).cross(place(from)) }
+            };
+            let normals: Vec<DVec3> = ends.iter().map(|ends| to_right(*ends)).collect();
+            let sorted = |[one, other]: [i32; 2]| [one.min(other), one.max(other)];
+            let numbers: HashMap<[i32; 2], usize> = ends.iter().map(|ends| sorted(*ends)).zip(0..).collect();
+            let mut beside = vec![[NONE; 2]; ends.len()];
+            for face in 0..(rows.len() / len) as i32 {
+                for (one, other) in around(face).zip(around(face).cycle().skip(1)) {
+                    if let Some(edge) = numbers.get(&sorted([one, other])) {
+                        beside[*edge][usize::from(normals[*edge].dot(middle(face)) > 0.0)] = face;
+                    }
+                }
+            }
+            return Ok(FacesOfEdges { faces: beside, normals });
+        }
+        let table = self.edge_table(EDGE_FACES)?.ok_or_else(|| missing(self.face_nodes.source, EDGE_FACES))?;
+        let beside = table.read(faces)?.nodes.as_chunks().0.to_vec();
+        let from_first = |[first, second]: [i32; 2]| {
+            let is_common = |node: &i32| second >= 0 && around(second).any(|other| other == *node);
+            let mut ends = (first >= 0).then(|| around(first).filter(is_common)).into_iter().flatten().map(place);
+            let normal = ends.next().zip(ends.next()).map(|(one, other)| one.cross(other));
+            normal.map_or(DVec3::NAN, |normal| -normal * normal.dot(middle(first)).signum())
+        };
+        Ok(FacesOfEdges { normals: beside.iter().map(|faces| from_first(*faces)).collect(), faces: beside })
+    }
+}
+
+/// The faces beside the edges of a mesh.
+pub(crate) struct FacesOfEdges {
+    /// Those left and right of each edge, on the way from its first node to its second; -1 for a missing one.
+    pub faces: Vec<[i32; 2]>,
+    /// The pole of each edge's great circle on the right side, of any length; NaN where it is not known.
+    pub normals: Vec<DVec3>,
+}
+
+/// A table with a row of numbers for each face or edge.
+struct RowTable<'a> {
+    table: SourceVariable<'a>,
+    /// What has a row, in words.
+    item: &'static str,
+    /// The name of the dimension that counts these, if the file has it.
+    dimension: Option<String>,
+    /// The numbers of a row, in words.
+    expected: &'static str,
+}
+
+/// The layout of a [`RowTable`].
+struct RowSizes {
+    items: usize,
+    len: usize,
+    is_transposed: bool,
+}
+
+impl RowTable<'_> {
+    fn sizes(&self) -> Result<RowSizes> {
+        let RowTable { table, item, dimension, expected } = self;
+        let unexpected = |what: String| Err(table.unexpected(ErrorKind::Grid, what));
         let [first, second] = match table.variable.after_time() {
             [first, second] if table.variable.kind.is_number() => [first, second],
-            _ => return Err(table.unexpected(ErrorKind::Grid, "the nodes of each face, as integers")),
+            _ => return unexpected(format!("the {expected} of each {item}, as integers")),
         };
-        // Without the attribute the dimension of faces is the first; no mesh has fewer faces than a face has nodes.
-        let is_transposed = match &self.face_dimension {
+        // Without the attribute the dimension of items is the first; no mesh has fewer of them than numbers in a row.
+        let is_transposed = match dimension {
             Some(name) => *name == second.name && *name != first.name,
             None => first.len < second.len,
         };
-        let [faces, row] = if is_transposed { [second.len, first.len] } else { [first.len, second.len] };
-        if row < 3 {
-            return Err(table.unexpected(ErrorKind::Grid, format_args!("at least 3 nodes of each of {faces} faces")));
+        let [items, len] = if is_transposed { [second.len, first.len] } else { [first.len, second.len] };
+        match *item {
+            "face" if len < 3 => unexpected(format!("{expected} of each of {items} faces")),
+            "edge" if len != 2 => unexpected(format!("{expected} of each of {items} edges")),
+            _ => Ok(RowSizes { items, len, is_transposed }),
         }
+    }
+
+    /// Reads the rows, whose numbers are of `count` nodes or faces.
+    fn read(&self, count: usize) -> Result<Rows> {
+        let RowTable { table, item, .. } = self;
+        let RowSizes { items, len, is_transposed } = self.sizes()?;
         let table_values = table.all_numbers()?;
         let fill = table.numbers("_FillValue")?.first().copied();
         let is_from_1 = || {
             let is_there = |number: &&f64| Some(**number) != fill && !number.is_nan();
             let there = || table_values.iter().filter(is_there);
-            there().any(|number| *number == nodes as f64) && !there().any(|number| *number == 0.0)
+            there().any(|number| *number == count as f64) && !there().any(|number| *number == 0.0)
         };
         let given = table.numbers("start_index")?.first().copied();
         let base = given.unwrap_or_else(|| if is_from_1() { 1.0 } else { 0.0 });
-        let mut numbers = Vec::with_capacity(table_values.len());
-        for i in 0..faces * row {
-            let (face, place) = (i / row, i % row);
-            let number = table_values[if is_transposed { place * faces + face } else { i }];
+        let mut nodes = Vec::with_capacity(table_values.len());
+        for i in 0..items * len {
+            let (row, place) = (i / len, i % len);
+            let number = table_values[if is_transposed { place * items + row } else { i }];
             let node = number - base;
             // Marks of other tools lie far outside.
             let is_marked = Some(number) == fill || number.is_nan() || node < 0.0 || node >= f64::from(i32::MAX);
-            if !is_marked && node >= nodes as f64 {
-                let of = nodes as f64 - 1.0 + base;
-                let context = format!("{} of face {face} is {number}, expected {base} to {of}", table.name());
+            if !is_marked && node >= count as f64 {
+                let last = count as f64 - 1.0 + base;
+                let context = format!("{} of {item} {row} is {number}, expected {base} to {last}", table.name());
                 return Err(table.error(ErrorKind::Grid, context));
             }
-            numbers.push(if is_marked { NONE } else { node as i32 });
+            nodes.push(if is_marked { NONE } else { node as i32 });
         }
-        Ok(Rows { nodes: numbers, len: row })
+        Ok(Rows { nodes, len })
     }
 }
 
@@ -127,20 +238,15 @@ fn lon_first(source: &dyn Source, [one, two]: [String; 2]) -> Result<[String; 2]
 }
 
 /// The mesh of the first source that has one.
-pub(super) fn find(sources: &Sources) -> Result<Option<Topology<'_>>> {
+pub(crate) fn find(sources: &Sources) -> Result<Option<Topology<'_>>> {
     sources.others_first().map(Topology::of).find_map(Result::transpose).transpose()
 }
 
 pub(super) fn read(sources: &Sources, topology: &Topology) -> Result<Mesh> {
-    let Topology { face_nodes, nodes, faces, .. } = topology;
-    let read = |[lon, lat]: &[String; 2]| {
-        let source = face_nodes.source;
-        let found = source.find(lon).ok_or_else(|| missing(source, lon))?;
-        positions(source, [lon, lat], found.variable.after_time().first().map_or("", |d| &d.name))
-    };
-    let nodes = read(nodes)?;
+    let nodes = topology.positions(&topology.nodes)?;
     let rows = topology.rows(nodes.lon.as_reals().len())?;
-    of_rows(sources, *face_nodes, nodes, faces.as_ref().map(read).transpose()?, rows)
+    let faces = topology.faces.as_ref().map(|names| topology.positions(names)).transpose()?;
+    of_rows(sources, topology.face_nodes, nodes, faces, rows)
 }
 
 /// The nodes of each face, from 0 and with marks after the last one, in rows of one length.

@@ -141,3 +141,126 @@ fn components_normal_to_edges_of_triangles_are_vectors_at_triangles() {
     let error = opened(&data, &[&grid]).unwrap().read_field("vn_zonal", 0).unwrap_err();
     expect(&error, ErrorKind::Grid, &["grid.nc: adjacent_cell_of_edge: cell 82 beside edge 6, expected 1 to 80"]);
 }
+
+/// A mesh of UGRID with a table of its edges: `beside` has the faces left and right of each, `ends` its nodes.
+fn ugrid(table: &'static str, [nodes, faces]: [[&[f64]; 2]; 2], rows: Vec<i32>, ends: &[i32]) -> Made {
+    let row = rows.len() / faces[0].len();
+    let dimensions = [("face", faces[0].len()), ("node", nodes[0].len()), ("row", row), ("edge", EDGES), ("two", 2)];
+    let mut made = Made::of(dimensions, []);
+    made.dimensions.extend([("time", 0), ("lev", LAYERS)]);
+    made.add("mesh", &[], Values::I32(vec![0])).attributes = vec![
+        ("cf_role", "mesh_topology".into()),
+        ("node_coordinates", "node_x node_y".into()),
+        ("face_coordinates", "face_x face_y".into()),
+        ("face_node_connectivity", "face_nodes".into()),
+        (table, "of_edges".into()),
+    ];
+    let places = [("node", ["node_x", "node_y"], nodes), ("face", ["face_x", "face_y"], faces)];
+    for (dimension, names, angles) in places {
+        for (name, angle) in names.into_iter().zip(angles) {
+            made.add(name, &[dimension], Values::F64(angle.to_vec())).attributes = vec![("units", "radians".into())];
+        }
+    }
+    made.add("face_nodes", &["face", "row"], Values::I32(rows));
+    made.add("of_edges", &["edge", "two"], Values::I32(ends.to_vec()));
+    made
+}
+
+/// The ends of each edge, as seen from outside with the first place beside it on the left of the way between them.
+fn ends_with_left(ends: &[i32], beside: &[[i32; 2]], [nodes, faces]: [[&[f64]; 2]; 2]) -> Vec<i32> {
+    let place = |[lon, lat]: [&[f64]; 2], i: i32| direction(lon[i as usize], lat[i as usize]);
+    let turned = ends.as_chunks().0.iter().zip(beside).map(|([one, other], [left, _])| {
+        let is_left = dot(cross(place(nodes, *one), place(nodes, *other)), place(faces, *left)) > 0.0;
+        if is_left { [*one, *other] } else { [*other, *one] }
+    });
+    turned.flatten().collect()
+}
+
+/// Shifts the middles of faces by a fifth of the way to their first node, off the circles through both of an edge's;
+/// returns the largest deviation of the zonal component from that of the rotation there.
+fn with_middles_elsewhere(made: &mut Made, [nodes, faces]: [[&[f64]; 2]; 2], rows: &[i32]) -> f64 {
+    let row = rows.len() / faces[0].len();
+    let places = (0..faces[0].len()).map(|face| {
+        let node = rows[face * row] as usize;
+        let (from, to) = (direction(faces[0][face], faces[1][face]), direction(nodes[0][node], nodes[1][node]));
+        let [x, y, z] = [0, 1, 2].map(|k| 0.8 * from[k] + 0.2 * to[k]);
+        [y.atan2(x), z.atan2(x.hypot(y))]
+    });
+    let places: Vec<[f64; 2]> = places.collect();
+    for (k, name) in ["face_x", "face_y"].into_iter().enumerate() {
+        *made.f64s(name) = places.iter().map(|place| place[k]).collect();
+    }
+    let zonal = open(made).read_field("un_zonal", 0).unwrap();
+    let value = |face: usize| zonal.field().unwrap().value(face, 0);
+    places
+        .iter()
+        .enumerate()
+        .map(|(face, [lon, lat])| (value(face) - rotation(*lon, *lat)[0]).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn edges_of_ugrid_are_known_by_their_faces_or_their_nodes() {
+    let mesh = IcosahedralMesh::new(1).unwrap();
+    let cells: [&[f64]; 2] = [&mesh.lon_center_rad, &mesh.lat_center_rad];
+    let corners: [&[f64]; 2] = [&mesh.lon_corner_rad, &mesh.lat_corner_rad];
+    let beside_cells = beside(&mut Made::mesh(false));
+    let beside_corners: Vec<[i32; 2]> = mesh.edge_corner.as_chunks().0.to_vec();
+    let polygons = (mesh.cell_corner.clone(), [corners, cells], beside_cells.clone(), mesh.edge_corner.clone());
+    let triangles = (mesh.corner_cell.clone(), [cells, corners], beside_corners, beside_cells.concat());
+    for (rows, places, beside, ends) in [polygons, triangles] {
+        for table in ["edge_face_connectivity", "edge_node_connectivity"] {
+            let of_nodes = ends_with_left(&ends, &beside, places);
+            let of_edges = if table == "edge_node_connectivity" { of_nodes } else { beside.concat() };
+            let mut made = ugrid(table, places, rows.clone(), &of_edges);
+            add_rotation(&mut made, "un", "edge", &beside, places[1]);
+            made.last().attributes = vec![("long_name", "velocity normal to edges".into())];
+            let values = (0..EDGES).map(|edge| f64::from(beside[edge][0] + beside[edge][1]));
+            made.add("sum", &["time", "edge"], Values::F64(values.collect()));
+            let file = open(&made);
+            expect_rotation(&file, "un", places[1], &[]);
+            let (sum, face) = (file.read_field("sum", 0).unwrap(), 7);
+            let own: Vec<f64> =
+                beside.iter().filter(|pair| pair.contains(&face)).map(|[a, b]| f64::from(a + b)).collect();
+            let mean = own.iter().sum::<f64>() / own.len() as f64;
+            assert!((sum.field().unwrap().value(face as usize, 0) - mean).abs() < 1e-9, "{table}");
+            let off = with_middles_elsewhere(&mut made, places, &rows);
+            assert!(off < 0.08 * dot(OMEGA, OMEGA).sqrt(), "{table}: {off}");
+            // A table of other shape is none.
+            made.variable("of_edges").dimensions.reverse();
+            made.variable("of_edges").dimensions[0] = "row";
+            made.variable("of_edges").values = Values::I32(vec![0; EDGES * (rows.len() / places[1][0].len())]);
+            expect(&open(&made).field_info("un_zonal").unwrap_err(), ErrorKind::Field, &["there is no field un_zonal"]);
+        }
+    }
+}
+
+/// FESOM2's elements left and right of each edge, of which the right one may be missing.
+#[test]
+fn edges_of_fesom_have_a_table() {
+    let mesh = IcosahedralMesh::new(1).unwrap();
+    let beside: Vec<[i32; 2]> = mesh.edge_corner.as_chunks().0.to_vec();
+    let mut made = Made::of([("nod2", 42), ("elem", 80), ("n2", 2), ("n3", 3), ("edg_n", EDGES)], []);
+    made.dimensions.extend([("time", 0), ("lev", LAYERS)]);
+    made.add("elements", &["elem", "n3"], Values::I32(mesh.corner_cell.iter().map(|cell| cell + 1).collect()));
+    made.add("nodes", &["n2", "nod2"], Values::F64([&mesh.lon_center_rad[..], &mesh.lat_center_rad].concat()));
+    made.add(
+        "edge_tri",
+        &["n2", "edg_n"],
+        Values::I32((0..2 * EDGES).map(|i| beside[i % EDGES][i / EDGES] + 1).collect()),
+    );
+    add_rotation(&mut made, "un", "edg_n", &beside, [&mesh.lon_corner_rad, &mesh.lat_corner_rad]);
+    made.last().attributes = vec![("long_name", "velocity normal to edges".into())];
+    // Two edges of element 3 lack their other element.
+    let of_element: Vec<usize> = (0..EDGES).filter(|edge| beside[*edge].contains(&3)).collect();
+    for edge in &of_element[..2] {
+        let other = beside[*edge].iter().position(|element| *element != 3).unwrap();
+        made.i32s("edge_tri")[other * EDGES + edge] = [0, -999][other];
+    }
+    let file = open(&made);
+    assert_eq!(file.field_info("un_zonal").unwrap().location, Location::Corner);
+    let value = |element: usize| file.read_field("un_zonal", 0).unwrap().field().unwrap().value(element, 0);
+    assert!(value(3).is_nan());
+    let expected = rotation(mesh.lon_corner_rad[70], mesh.lat_corner_rad[70])[0];
+    assert!((value(70) - expected).abs() < 1e-9);
+}

@@ -5,6 +5,7 @@ mod columns;
 mod completed;
 mod conventions;
 mod edges;
+mod groups;
 mod icon;
 mod icon_sea;
 mod layers;

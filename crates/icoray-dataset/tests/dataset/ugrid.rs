@@ -227,7 +227,7 @@ fn coordinates_are_no_fields_and_the_topology_goes_before_names() {
     let file = open(&made);
     assert_eq!(names(&file), ["depth"]);
     assert_eq!((file.mesh().cells(), file.mesh().corners()), (42, 80));
-    // Values at edges, of which only ICON has a table.
+    // Values at edges, of which the file has no table.
     made.dimensions.push(("edges", 120));
     made.add("flow", &["edges"], Values::F64(vec![1.0; 120]));
     let error = open(&made).field_info("flow").unwrap_err().to_string();

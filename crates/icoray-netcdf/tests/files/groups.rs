@@ -1,8 +1,6 @@
-//! Variables in groups of NetCDF-4 files, and files at addresses.
+//! Variables in groups of NetCDF-4 files.
 
 use crate::made::{Made, RECORDS, value};
-use crate::memory::{self, expect};
-use icoray::ErrorKind;
 use netcdf::{Extents, NcTypeDescriptor, Options};
 
 /// Values of a variable over times, `columns` and `layers`.
@@ -58,25 +56,4 @@ fn variables_of_groups_have_their_paths() {
     let heights = file.layer_heights("physics/clouds/q").unwrap();
     assert_eq!((heights.variable.as_str(), heights.height_m), ("physics/lev", vec![100.0, 300.0]));
     assert!(file.field_info("other/r").is_err());
-}
-
-/// NCZarr's store of a directory, where the library has NCZarr; else the library says that it has not.
-#[test]
-fn addresses_are_opened_by_the_library() {
-    let folder = tempfile::tempdir().unwrap();
-    let address = format!("file://{}#mode=nczarr,file", folder.path().join("made.zarr").display());
-    if let Err(error) = netcdf::create_with(&address, Options::NETCDF4) {
-        expect(&icoray_netcdf::open(&address).unwrap_err(), ErrorKind::Io, &[&address, &error.to_string()]);
-        return;
-    }
-    let mut made = Made::history();
-    // Not every version of NCZarr has unlimited dimensions.
-    made.dimensions.iter_mut().filter(|(name, _)| *name == "Time").for_each(|(_, len)| *len = RECORDS);
-    made.write_to(address.as_ref(), Options::NETCDF4);
-    let (file, expected) = (icoray_netcdf::open(&address).unwrap(), memory::open(&made));
-    assert!(file.mesh().is_same(expected.mesh()));
-    for name in ["theta", "rho"] {
-        let [found, expected] = [&file, &expected].map(|dataset| dataset.read_field(name, 1).unwrap());
-        assert_eq!(format!("{found:?}"), format!("{expected:?}"), "{name}");
-    }
 }

@@ -18,3 +18,4 @@ mod memory;
 mod real;
 mod refused;
 mod written;
+mod zarr;

@@ -35,11 +35,4 @@ fn errors_name_other_formats_and_their_readers() {
     let parts =
         ["icon.grib2: a file of GRIB 2", "cdo -f nc copy", "icon.grib2 NEW.nc` converts it", "xarray and cfgrib"];
     expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &parts);
-    for name in [".zgroup", ".zmetadata", "zarr.json"] {
-        let store = folder.path().join(format!("{name}.zarr"));
-        std::fs::create_dir(&store).unwrap();
-        std::fs::write(store.join(name), "{}").unwrap();
-        let parts = ["a Zarr store", "icoray.open(\"", "xarray and zarr"];
-        expect(&icoray_netcdf::open(&store).unwrap_err(), ErrorKind::Io, &parts);
-    }
 }

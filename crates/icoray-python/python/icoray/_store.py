@@ -219,7 +219,10 @@ def _names(grid: Any) -> dict[str, str]:
 def _grid(grid: Any) -> Store:
     """Mesh tables of a grid of uxarray: int64, marked by the least of all, and degrees."""
     xarray = importlib.import_module("xarray")
-    names = ("node_lon", "node_lat", "face_lon", "face_lat", "face_node_connectivity")
+    names = ["node_lon", "node_lat", "face_lon", "face_lat", "face_node_connectivity"]
+    # Those of a file, whose order is that of its values: uxarray derives edges in an order of its own.
+    of_file = getattr(grid, "_ds", ())
+    names += [name for name in ("edge_node_connectivity", "edge_face_connectivity") if name in of_file]
     tables = {}
     for name in names:
         table = getattr(grid, name)
@@ -227,7 +230,8 @@ def _grid(grid: Any) -> Store:
     for name in names[:4]:
         tables[name].attrs["units"] = "degrees"
     # uxarray keeps the attribute of files whose tables count from 1, and makes tables that count from 0.
-    tables["face_node_connectivity"].attrs["start_index"] = 0
+    for name in names[4:]:
+        tables[name].attrs["start_index"] = 0
     radius = getattr(grid, "attrs", {}).get("sphere_radius") if isinstance(getattr(grid, "attrs", {}), Mapping) else None
     if radius is None and hasattr(grid, "_ds"):
         radius = grid._ds.attrs.get("sphere_radius")

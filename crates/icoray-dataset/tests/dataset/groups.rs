@@ -1,0 +1,71 @@
+//! Meshes and fields in groups, whose variables have their paths as names.
+
+use crate::made::{Made, RECORDS, Values};
+use crate::made_icon::Angles;
+use crate::memory::{expect, names, open};
+use icoray::{ErrorKind, IcosahedralMesh};
+
+/// The same file with its fields in the group `run` and all else in `grid`; `fields` are the names of the former.
+fn grouped(made: &Made, fields: &[&str]) -> Made {
+    let mut grouped = made.clone();
+    for variable in &mut grouped.variables {
+        let group = if fields.contains(&variable.name) { "run" } else { "grid" };
+        variable.name = format!("{group}/{}", variable.name).leak();
+    }
+    grouped
+}
+
+/// Triangles of UGRID, whose topology names the other variables without their group.
+fn ugrid() -> Made {
+    let mesh = IcosahedralMesh::new(1).unwrap();
+    let mut made = Made::of([("face", 80), ("node", 42), ("three", 3)], []);
+    made.add("topology", &[], Values::I32(vec![0])).attributes = vec![
+        ("cf_role", "mesh_topology".into()),
+        ("node_coordinates", "x y".into()),
+        ("face_node_connectivity", "faces".into()),
+    ];
+    made.add("x", &["node"], Values::F64(mesh.lon_center_rad)).attributes = vec![("units", "radians".into())];
+    made.add("y", &["node"], Values::F64(mesh.lat_center_rad)).attributes = vec![("units", "radians".into())];
+    made.add("faces", &["face", "three"], Values::I32(mesh.corner_cell));
+    made.add("q", &["face"], Values::F64((0..80).map(f64::from).collect()));
+    made
+}
+
+/// Columns with coordinates alone.
+fn columns() -> Made {
+    let mesh = IcosahedralMesh::new(1).unwrap();
+    let mut made = Made::of([("ncol", 42)], []);
+    for (name, angle) in [("lon", &mesh.lon_center_rad), ("lat", &mesh.lat_center_rad)] {
+        made.add(name, &["ncol"], Values::F64(angle.iter().map(|rad| rad.to_degrees()).collect()));
+    }
+    made.add("q", &["ncol"], Values::F64((0..42).map(f64::from).collect()));
+    made
+}
+
+#[test]
+fn every_convention_is_found_in_groups() {
+    for made in [Made::history(), Made::icon_data(Angles::Degrees), Made::dynamico(Angles::Radians), ugrid(), columns()]
+    {
+        let expected = open(&made);
+        let file = open(&grouped(&made, &names(&expected)));
+        assert!(file.mesh().is_same(expected.mesh()), "{:?}", names(&expected));
+        let paths: Vec<String> = names(&expected).iter().map(|name| format!("run/{name}")).collect();
+        assert_eq!(names(&file), paths);
+        assert_eq!(file.times(), expected.times());
+        for (path, name) in paths.iter().zip(names(&expected)) {
+            for time in [0, RECORDS - 1].into_iter().filter(|time| *time < expected.times().len()) {
+                let [found, expected] = [(&file, path.as_str()), (&expected, name)].map(|(dataset, name)| {
+                    let owned = dataset.read_field(name, time).unwrap();
+                    (format!("{:?}", owned.values()), dataset.layer_heights(name).map(|h| h.height_m).ok())
+                });
+                assert_eq!(found, expected, "{path}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_field_in_a_group_has_its_path() {
+    let file = open(&grouped(&columns(), &["q"]));
+    expect(&file.field_info("q").unwrap_err(), ErrorKind::Field, &["there is no field q; fields in the file: run/q"]);
+}
