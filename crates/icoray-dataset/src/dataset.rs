@@ -6,7 +6,7 @@ use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
 use crate::joined::Joined;
 use crate::likely_fields::likely_fields;
-use crate::mesh::{self, Convention, Mesh};
+use crate::mesh::{self, Mesh, MeshLayout};
 use crate::options::DatasetOptions;
 use crate::radius;
 use crate::raster;
@@ -190,10 +190,10 @@ impl Dataset {
     /// The locations of fields, with their sizes.
     fn sizes_in_words(&self) -> String {
         let (cells, corners) = (self.mesh.cells(), self.mesh.corners_in_file());
-        match self.mesh.convention() {
-            Convention::Mpas => format!("{cells} cells (nCells) or {corners} vertices (nVertices)"),
-            Convention::Icon => format!("{corners} triangles or their {cells} points"),
-            Convention::Cf => format!("{cells} cells or {corners} corners"),
+        match self.mesh.layout() {
+            MeshLayout::Mpas => format!("{cells} cells (nCells) or {corners} vertices (nVertices)"),
+            MeshLayout::Triangles => format!("{corners} triangles or their {cells} points"),
+            MeshLayout::Polygons => format!("{cells} cells or {corners} corners"),
         }
     }
 

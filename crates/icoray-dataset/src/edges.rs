@@ -9,7 +9,7 @@
 
 use crate::field::FieldInfo;
 use crate::mesh::ugrid::{self, FacesOfEdges, Topology};
-use crate::mesh::{Convention, Mesh};
+use crate::mesh::{Mesh, MeshLayout};
 use crate::source::{Dimension, SourceVariable, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use crate::values::ShapedValues;
@@ -78,19 +78,19 @@ pub fn variable_at_edges(field: &str) -> Option<&str> {
 
 /// The location of centres beside edges, if a dimension is probably that of edges.
 fn location_beside(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
-    match mesh.convention() {
-        Convention::Mpas => (dimension.name == "nEdges").then_some(Location::Center),
-        Convention::Icon => (dimension.len == mesh.edges()).then_some(Location::Corner),
-        Convention::Cf => None,
+    match mesh.layout() {
+        MeshLayout::Mpas => (dimension.name == "nEdges").then_some(Location::Center),
+        MeshLayout::Triangles => (dimension.len == mesh.edges()).then_some(Location::Corner),
+        MeshLayout::Polygons => None,
     }
 }
 
 /// The tables of a model for the two centres beside each edge, the likeliest first.
 fn table_names(mesh: &Mesh) -> &'static [&'static str] {
-    match mesh.convention() {
-        Convention::Mpas => &["cellsOnEdge"],
-        Convention::Icon => &["adjacent_cell_of_edge", "edge_tri"],
-        Convention::Cf => &[],
+    match mesh.layout() {
+        MeshLayout::Mpas => &["cellsOnEdge"],
+        MeshLayout::Triangles => &["adjacent_cell_of_edge", "edge_tri"],
+        MeshLayout::Polygons => &[],
     }
 }
 
@@ -114,13 +114,13 @@ impl<'a> EdgesInFiles<'a> {
     /// The edges for which a file has a table; `None` if there is no table, or if the mesh's corners are not the faces
     /// of the file.
     pub(crate) fn find(sources: &'a Sources, mesh: &Mesh) -> Option<Self> {
-        let location = if mesh.convention() == Convention::Icon { Location::Corner } else { Location::Center };
+        let location = if mesh.layout() == MeshLayout::Triangles { Location::Corner } else { Location::Center };
         if let Some(found) = table_names(mesh).iter().find_map(|name| sources.find(name)) {
             let count = found.variable.after_time().iter().map(|dimension| dimension.len).max()?;
             return Some(EdgesInFiles { table: Table::Centers(found), count, location });
         }
         let is_of_faces = location == Location::Center || mesh.corner_rows().is_none();
-        let is_ugrid = is_of_faces && mesh.convention() != Convention::Mpas;
+        let is_ugrid = is_of_faces && mesh.layout() != MeshLayout::Mpas;
         let topology = if is_ugrid { ugrid::find(sources).ok()?? } else { return None };
         Some(EdgesInFiles { count: topology.edges()?, table: Table::Faces(topology), location })
     }
@@ -175,7 +175,7 @@ pub(crate) fn reason(sources: &Sources, mesh: &Mesh, variable: &Variable, made: 
     variable.dimensions.iter().find_map(|dimension| location_beside(mesh, dimension))?;
     let table = table_names(mesh).first()?;
     let has_triangles = ["vertex_of_cell", "clon"].iter().any(|name| sources.find(name).is_some());
-    if made.is_empty() && mesh.convention() == Convention::Icon && !has_triangles {
+    if made.is_empty() && mesh.layout() == MeshLayout::Triangles && !has_triangles {
         return None;
     }
     Some(match made {

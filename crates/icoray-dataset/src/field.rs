@@ -1,7 +1,7 @@
 //! The fields of a file: over columns and layers, or 2D ones over columns only.
 
 use crate::edges::{EdgesInFiles, Part};
-use crate::mesh::{Convention, Mesh, is_coordinate};
+use crate::mesh::{Mesh, MeshLayout, is_coordinate};
 use crate::options::DatasetOptions;
 use crate::source::{Dimension, Kind, SourceVariable};
 use crate::stored::{Decoder, Packing};
@@ -297,7 +297,7 @@ fn is_field(found: SourceVariable, axes: &Axes) -> Result<bool> {
 /// various names in ICON's files and are `ncol` in those of CAM.
 fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     let name = dimension.name.as_bytes();
-    let is_mpas = mesh.convention() == Convention::Mpas && matches!(name, [b'n', b'A'..=b'Z', ..]);
+    let is_mpas = mesh.layout() == MeshLayout::Mpas && matches!(name, [b'n', b'A'..=b'Z', ..]);
     match dimension.name.as_str() {
         "nCells" if is_mpas => Some(Location::Center),
         "nVertices" if is_mpas => Some(Location::Corner),

@@ -7,7 +7,7 @@ mod sigma;
 mod thickness;
 
 use crate::field::FieldInfo;
-use crate::mesh::{Convention, Mesh};
+use crate::mesh::{Mesh, MeshLayout};
 use crate::radius::EARTH_M;
 use crate::source::{SourceVariable, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
@@ -190,7 +190,7 @@ impl MeanHeights {
 
 /// Whether a field's layers are the levels of MPAS's models, or interfaces between them.
 fn is_over_mpas_levels(mesh: &Mesh, info: &FieldInfo) -> bool {
-    mesh.convention() == Convention::Mpas && info.layer_dimension.starts_with("nVertLevels")
+    mesh.layout() == MeshLayout::Mpas && info.layer_dimension.starts_with("nVertLevels")
 }
 
 /// Interfaces of MPAS-Atmosphere, or of MPAS-Ocean: from the depths that all columns share, or else from thicknesses.
@@ -253,7 +253,7 @@ fn of_others<'a>(
 /// Heights of the coordinate of a field's layers, which all columns share; `None` if no file has one. In MPAS files it
 /// may have another name than the dimension, such as `t_iso_levels(nIsoLevelsT)`, if it is of pressures.
 fn of_axis<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<ReadHeights<'a>>> {
-    let is_mpas = mesh.convention() == Convention::Mpas;
+    let is_mpas = mesh.layout() == MeshLayout::Mpas;
     let is_over = |v: &Variable| v.lies_at_times_over(&[&info.layer_dimension]);
     for source in sources.all() {
         let own = source.find(&info.layer_dimension);
@@ -271,9 +271,9 @@ fn of_axis<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Op
 
 /// Number and location of the columns with heights: ICON's triangles, other models' cells.
 fn height_columns(mesh: &Mesh) -> (usize, Location) {
-    match mesh.convention() {
-        Convention::Icon => (mesh.corners_in_file(), Location::Corner),
-        Convention::Mpas | Convention::Cf => (mesh.cells(), Location::Center),
+    match mesh.layout() {
+        MeshLayout::Triangles => (mesh.corners_in_file(), Location::Corner),
+        MeshLayout::Mpas | MeshLayout::Polygons => (mesh.cells(), Location::Center),
     }
 }
 
@@ -290,7 +290,7 @@ impl<'a> HeightColumns<'a> {
             let Some(info) = FieldInfo::of(found, mesh, &sources.options)? else { continue };
             let is_same = info.layer_dimension == of.layer_dimension;
             // Interfaces are a dimension of another name in ICON's files.
-            let is_alike = mesh.convention() != Convention::Mpas && (0..=1).any(|more| info.layers == of.layers + more);
+            let is_alike = mesh.layout() != MeshLayout::Mpas && (0..=1).any(|more| info.layers == of.layers + more);
             let is_over_columns = (info.columns, info.location) == height_columns(mesh);
             if found.variable.kind.is_real() && is_over_columns && (is_same || is_alike) {
                 return Ok(Some(HeightColumns { found, info }));

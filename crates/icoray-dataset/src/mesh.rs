@@ -16,7 +16,7 @@ pub(crate) mod ugrid;
 
 pub(crate) use columns::{is_angle, is_coordinate};
 pub(crate) use one_mesh::{expect as expect_one_mesh, expect_one_name};
-pub use tables::{Convention, Mesh};
+pub use tables::{Mesh, MeshLayout};
 
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, Result};
@@ -35,8 +35,8 @@ fn reader(sources: &Sources) -> Result<Option<Reader<'_>>> {
     let is_mpas = mpas::is_in(sources)? && (mpas::has_tables(sources) || columns.is_none());
     let is_icon = icon::has_triangles(sources) || icon::is_in(sources) && columns.is_none();
     let all = [
-        ugrid::find(sources)?.map(|found| boxed(move || Ok(ugrid::read(sources, &found)?.named("UGRID")))),
-        esmf::find(sources).map(|found| boxed(move || Ok(esmf::read(sources, found)?.named("ESMF")))),
+        ugrid::find(sources)?.map(|found| boxed(move || Ok(ugrid::read(sources, &found)?.with_format("UGRID")))),
+        esmf::find(sources).map(|found| boxed(move || Ok(esmf::read(sources, found)?.with_format("ESMF")))),
         triangles::find(sources).map(|found| boxed(move || triangles::read(found))),
         is_mpas.then(|| boxed(|| mpas::read(sources))),
         is_icon.then(|| boxed(|| icon::read(sources))),

@@ -2,7 +2,7 @@
 
 use crate::field::{Entry, FieldInfo, OwnedField};
 use crate::floor::Floor;
-use crate::mesh::{Convention, Mesh};
+use crate::mesh::{Mesh, MeshLayout};
 use crate::source::SourceVariable;
 use crate::sources::Sources;
 use icoray::{ErrorKind, Location, Result};
@@ -32,9 +32,9 @@ impl Sea {
         if let Some(floor) = Floor::read(sources, mesh)? {
             return Ok(Some(Sea::Floor(floor)));
         }
-        match mesh.convention() {
-            Convention::Icon => Ok(Mask::read(sources, mesh)?.map(Sea::Mask)),
-            Convention::Mpas | Convention::Cf => Ok(None),
+        match mesh.layout() {
+            MeshLayout::Triangles => Ok(Mask::read(sources, mesh)?.map(Sea::Mask)),
+            MeshLayout::Mpas | MeshLayout::Polygons => Ok(None),
         }
     }
 

@@ -4,7 +4,7 @@ use super::thickness::{self, Columns};
 use super::{HeightColumns, ICON_COLUMNS, LayerHeights, expect, is_over_mpas_levels, looked_for, of_axis, sigma};
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
-use crate::mesh::{Convention, Mesh};
+use crate::mesh::{Mesh, MeshLayout};
 use crate::source::{Kind, SourceVariable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
@@ -91,13 +91,13 @@ impl<'a> HeightVariable<'a> {
     fn description(self, sources: &Sources, mesh: &Mesh) -> String {
         let name = self.found.name();
         let at_times = if self.time_dependent(sources) { ", those of each time" } else { "" };
-        match mesh.convention() {
+        match mesh.layout() {
             _ if self.kind == HeightKind::Sigma => format!("{name} of each column, between its depth and sea surface"),
             _ if self.kind == HeightKind::Thicknesses => {
                 format!("{name} of each column added up {}{at_times}", thickness::start(sources))
             }
-            Convention::Mpas | Convention::Cf => format!("{name} of each column{at_times}"),
-            Convention::Icon => format!("{name} of each triangle, averaged to cells{at_times}"),
+            MeshLayout::Mpas | MeshLayout::Polygons => format!("{name} of each column{at_times}"),
+            MeshLayout::Triangles => format!("{name} of each triangle, averaged to cells{at_times}"),
         }
     }
 }

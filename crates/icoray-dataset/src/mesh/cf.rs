@@ -9,7 +9,7 @@ use super::angles::{distance, of_directions, positions, read_bounds};
 use super::columns::{number_of_fields, of_points};
 use super::points;
 use super::polygons::Polygons;
-use super::tables::{Convention, Mesh, Positions};
+use super::tables::{Mesh, MeshLayout, Positions};
 use crate::source::{Source, SourceVariable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result, circumcenter};
@@ -87,7 +87,7 @@ impl<'a> PolygonVariables<'a> {
         let (numbers, first) = points::number(directions.into_iter(), SAME * shortest);
         let points = bounds.of_rows(&first);
         let mesh = match are_corners {
-            true => Mesh::of_triangles(source.path(), Convention::Icon, [points, center], numbers),
+            true => Mesh::of_triangles(source.path(), MeshLayout::Triangles, [points, center], numbers),
             false => Mesh::of_polygons(source.path(), [center, points], Polygons::of_rows(&numbers, row)),
         };
         mesh.map_err(|e| e.within(source.path().display()))

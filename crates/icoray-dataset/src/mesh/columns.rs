@@ -5,7 +5,7 @@
 //! Format: CF conventions 1.11, §4.1, §4.2 and §5.2.
 
 use super::angles::positions;
-use super::tables::{Convention, Mesh, Positions};
+use super::tables::{Mesh, MeshLayout, Positions};
 use crate::source::{Dimension, SourceVariable, without_group};
 use crate::sources::Sources;
 use icoray::{OwnedReals, OwnedTables, Result};
@@ -103,6 +103,6 @@ pub(super) fn of_points(path: &Path, center: Positions, name: &str) -> Result<Me
         of_points.map_err(|e| e.within(format_args!("{}: {name}", path.display())))?;
     let [lon, lat] = corner.map(OwnedReals::F64);
     let places = [center, Positions { lon, lat }];
-    let mesh = Mesh::of_tables(path, Convention::Cf, places, corner_cell, connectivity);
+    let mesh = Mesh::of_tables(path, MeshLayout::Polygons, places, corner_cell, connectivity);
     Ok(Mesh { is_of_points: true, ..mesh })
 }

@@ -2,7 +2,7 @@
 
 use super::angles::{self, of_directions};
 use super::polygons::{NONE, Polygons, cells_of_corners, ends_of_edges};
-use super::tables::{Convention, Mesh, Positions, find, missing};
+use super::tables::{Mesh, MeshLayout, Positions, find, missing};
 use crate::source::{Source, SourceVariable};
 use crate::sources::Sources;
 use icoray::{Connectivity, ErrorKind, Result};
@@ -115,7 +115,7 @@ impl Tables {
             } => {
                 let connectivity =
                     Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count };
-                Ok(Mesh::of_tables(source.path(), Convention::Mpas, places, corner_cell, connectivity))
+                Ok(Mesh::of_tables(source.path(), MeshLayout::Mpas, places, corner_cell, connectivity))
             }
             lacking => {
                 let [cells, corners] = [0, 1].map(|k| places[k].lon.as_reals().len());

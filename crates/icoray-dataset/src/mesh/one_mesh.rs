@@ -2,7 +2,7 @@
 
 use super::angles::{distance, positions};
 use super::columns::NAMES;
-use super::tables::{Convention, Mesh};
+use super::tables::{Mesh, MeshLayout};
 use crate::source::{Source, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result};
@@ -43,10 +43,10 @@ pub(crate) fn expect_one_name<'a>(sources: impl Iterator<Item = &'a dyn Source>)
 }
 
 fn expect_sizes(source: &dyn Source, mesh: &Mesh) -> Result<()> {
-    let dimensions: &[(&str, usize)] = match mesh.convention() {
-        Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners_in_file())],
-        Convention::Icon => &[("ncells", mesh.corners_in_file()), ("cell", mesh.corners_in_file())],
-        Convention::Cf => &[("ncells", mesh.cells()), ("cell", mesh.cells())],
+    let dimensions: &[(&str, usize)] = match mesh.layout() {
+        MeshLayout::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners_in_file())],
+        MeshLayout::Triangles => &[("ncells", mesh.corners_in_file()), ("cell", mesh.corners_in_file())],
+        MeshLayout::Polygons => &[("ncells", mesh.cells()), ("cell", mesh.cells())],
     };
     for &(dimension, expected) in dimensions {
         let there = source.dimension_len(dimension)?.unwrap_or(expected);

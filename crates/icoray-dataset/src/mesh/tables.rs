@@ -5,30 +5,30 @@ use super::polygons::Polygons;
 use crate::source::{Kind, Source, SourceVariable};
 use crate::sources::IN_ANOTHER_FILE;
 use icoray::{Connectivity, Error, ErrorKind, Grid, GridTables, Location, LonLat, OwnedReals, Result};
-use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// The model whose conventions a file follows.
+/// How a file's tables lay a mesh out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Convention {
-    /// MPAS: hexagons with their tables; fields at cells or corners.
+pub enum MeshLayout {
+    /// Hexagons with MPAS's tables; fields at cells or corners.
     Mpas,
-    /// ICON, and UGRID of triangles: triangles, which are the corners of the hexagons around their points; fields at
-    /// corners or, rarely, at cells.
-    Icon,
+    /// Triangles, as ICON and FESOM2 have them, and UGRID: the corners of the hexagons around their points. Fields at
+    /// corners or, in ICON rarely, at cells.
+    Triangles,
     /// Polygons: with their bounds over one dimension, according to the CF conventions 1.11, §7.1, as written by
     /// DYNAMICO, with fields at cells; or UGRID's, with fields at faces or nodes; or columns without tables, with
     /// fields at these.
-    Cf,
+    Polygons,
 }
 
-impl fmt::Display for Convention {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Convention::Mpas => "MPAS",
-            Convention::Icon => "ICON",
-            Convention::Cf => "polygons",
-        })
+impl MeshLayout {
+    /// The name of the format whose files usually have this layout.
+    fn format(self) -> &'static str {
+        match self {
+            MeshLayout::Mpas => "MPAS",
+            MeshLayout::Triangles => "ICON",
+            MeshLayout::Polygons => "polygons",
+        }
     }
 }
 
@@ -47,7 +47,7 @@ const OF_TRIANGLES: &str = "corners are the triangles of the file, cells its poi
 #[derive(Debug)]
 pub struct Mesh {
     pub(super) path: PathBuf,
-    pub(super) convention: Convention,
+    pub(super) layout: MeshLayout,
     pub(super) center: Positions,
     pub(super) corner: Positions,
     pub(super) corner_cell: Vec<i32>,
@@ -56,8 +56,8 @@ pub struct Mesh {
     pub(super) file_corners: Option<FileCorners>,
     /// Whether the corners are Delaunay triangles of points.
     pub(super) is_of_points: bool,
-    /// The name of the file's convention where it is not that of [`Mesh::convention`], by which the tables are laid out.
-    pub(super) named: Option<&'static str>,
+    /// The name of the file's format.
+    pub(super) format: &'static str,
 }
 
 /// The corners of a file, some of which are several corners of the mesh: triangles.
@@ -104,46 +104,46 @@ impl Mesh {
     /// A mesh of triangles of cells, numbered from 0, with the positions of cells and of these corners.
     pub(super) fn of_triangles(
         path: &Path,
-        convention: Convention,
+        layout: MeshLayout,
         places: [Positions; 2],
         corner_cell: Vec<i32>,
     ) -> Result<Self> {
         let connectivity = Connectivity::new(&corner_cell, places[0].lon.as_reals().len())?;
-        Ok(Self::of_tables(path, convention, places, corner_cell, connectivity))
+        Ok(Self::of_tables(path, layout, places, corner_cell, connectivity))
     }
 
     /// A mesh of polygons, with the positions of cells and of the polygons' corners. If a corner joins more than 3
     /// cells, the polygon of their middles is cut into triangles, which are the mesh's corners.
     pub(super) fn of_polygons(path: &Path, [center, corner]: [Positions; 2], polygons: Polygons) -> Result<Self> {
-        let (convention, count) = (Convention::Cf, corner.lon.as_reals().len());
+        let (layout, count) = (MeshLayout::Polygons, corner.lon.as_reals().len());
         if polygons.joins_more_than_3(count) {
             let (corner_cell, row) = polygons.triangles(count, |cell| center.direction(cell))?;
             let places = [center, corner.of_rows(&row)];
             let file_corners = Some(FileCorners { count, row });
-            return Ok(Mesh { file_corners, ..Self::of_triangles(path, convention, places, corner_cell)? });
+            return Ok(Mesh { file_corners, ..Self::of_triangles(path, layout, places, corner_cell)? });
         }
         let corner_cell = polygons.corner_cells(count)?;
-        Ok(Self::of_tables(path, convention, [center, corner], corner_cell, polygons.connectivity(count)?))
+        Ok(Self::of_tables(path, layout, [center, corner], corner_cell, polygons.connectivity(count)?))
     }
 
     /// A mesh from all its tables.
     pub(super) fn of_tables(
         path: &Path,
-        convention: Convention,
+        layout: MeshLayout,
         [center, corner]: [Positions; 2],
         corner_cell: Vec<i32>,
         connectivity: Connectivity,
     ) -> Self {
         Mesh {
             path: path.to_owned(),
-            convention,
+            layout,
             center,
             corner,
             corner_cell,
             connectivity,
             file_corners: None,
             is_of_points: false,
-            named: None,
+            format: layout.format(),
         }
     }
 
@@ -170,9 +170,9 @@ impl Mesh {
         Grid::new(self.tables()).map_err(|e| e.within(self.path.display()))
     }
 
-    /// The model whose conventions the file follows.
-    pub fn convention(&self) -> Convention {
-        self.convention
+    /// How the file's tables lay the mesh out.
+    pub fn layout(&self) -> MeshLayout {
+        self.layout
     }
 
     /// Number of cells: MPAS's `nCells`, the points of ICON's triangles.
@@ -204,9 +204,9 @@ impl Mesh {
     /// A description of the tables with their sizes.
     pub fn in_words(&self) -> String {
         let [cells, corners, edges] = [self.cells(), self.corners(), self.edges()];
-        let of_triangles = || (self.convention == Convention::Icon).then(|| OF_TRIANGLES.to_owned());
+        let of_triangles = || (self.layout == MeshLayout::Triangles).then(|| OF_TRIANGLES.to_owned());
         let made = self.made_in_words().or_else(of_triangles).map_or_else(String::new, |made| format!("; {made}"));
-        format!("{}: {cells} cells, {corners} corners, {edges} edges{made}", self.kind())
+        format!("{}: {cells} cells, {corners} corners, {edges} edges{made}", self.format())
     }
 
     /// A description of corners that are not the file's.
@@ -216,10 +216,9 @@ impl Mesh {
         if self.is_of_points { Some(of_points.to_owned()) } else { self.file_corners.as_ref().map(cut) }
     }
 
-    /// The name of the file's convention, or "points" if the mesh was made from points alone.
-    pub fn kind(&self) -> String {
-        let named = if self.is_of_points { Some("points") } else { self.named };
-        named.map_or_else(|| self.convention.to_string(), str::to_owned)
+    /// The name of the file's format, or "points" if the mesh was made from points alone.
+    pub fn format(&self) -> &'static str {
+        if self.is_of_points { "points" } else { self.format }
     }
 
     /// Number of edges.
@@ -236,9 +235,9 @@ impl Mesh {
         of_file + reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
     }
 
-    /// The mesh of a file in a convention of this name; one of MPAS stays that.
-    pub(super) fn named(self, name: &'static str) -> Self {
-        Mesh { named: (self.convention != Convention::Mpas).then_some(name), ..self }
+    /// The mesh of a file in a format of this name; one of MPAS stays that.
+    pub(super) fn with_format(self, name: &'static str) -> Self {
+        Mesh { format: if self.layout == MeshLayout::Mpas { self.format } else { name }, ..self }
     }
 
     /// Converts a mesh, whose tables are numbered from 0, to one of MPAS, whose are from 1.
@@ -246,12 +245,12 @@ impl Mesh {
         let Connectivity { corner_edge, edge_corner, cell_corner, .. } = &mut self.connectivity;
         let tables = [cell_corner, &mut self.corner_cell, corner_edge, edge_corner];
         tables.into_iter().flatten().for_each(|entry| *entry += 1);
-        Mesh { convention: Convention::Mpas, ..self }
+        Mesh { layout: MeshLayout::Mpas, format: MeshLayout::Mpas.format(), ..self }
     }
 
     /// The number of the first cell, corner and edge.
     fn index_base(&self) -> i32 {
-        i32::from(self.convention == Convention::Mpas)
+        i32::from(self.layout == MeshLayout::Mpas)
     }
 
     /// The file of the tables, as given.
@@ -261,7 +260,7 @@ impl Mesh {
 
     /// Whether all tables are equal, in any file: data derived from one mesh are valid for the other.
     pub fn is_same(&self, other: &Mesh) -> bool {
-        self.convention == other.convention
+        self.layout == other.layout
             && self.connectivity == other.connectivity
             && self.file_corners == other.file_corners
             && self.corner_cell == other.corner_cell

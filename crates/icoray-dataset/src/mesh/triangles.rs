@@ -2,7 +2,7 @@
 //! `fesom.mesh.diag.nc` without UGRID's variables, and of FVCOM.
 
 use super::angles::{of_directions, positions, positions_of_pairs};
-use super::tables::{Convention, Mesh, missing};
+use super::tables::{Mesh, MeshLayout, missing};
 use crate::source::{SourceVariable, Variable};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Result, circumcenter};
@@ -76,7 +76,7 @@ pub(super) fn read(Triangles { table, names }: Triangles) -> Result<Mesh> {
     }
     let circle = |triangle: &[i32; 3]| circumcenter(triangle.map(|node| nodes.direction(node)));
     let corner = middles.unwrap_or_else(|| of_directions(rows.as_chunks().0.iter().map(circle)));
-    Mesh::of_triangles(source.path(), Convention::Icon, [nodes, corner], rows)
-        .map(|mesh| mesh.named(names.model))
+    Mesh::of_triangles(source.path(), MeshLayout::Triangles, [nodes, corner], rows)
+        .map(|mesh| mesh.with_format(names.model))
         .map_err(|e| e.within(source.path().display()))
 }

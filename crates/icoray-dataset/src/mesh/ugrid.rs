@@ -8,7 +8,7 @@
 use super::angles::{of_directions, positions};
 use super::columns::is_coordinate;
 use super::polygons::{NONE, Polygons};
-use super::tables::{Convention, FileCorners, Mesh, Positions, missing};
+use super::tables::{FileCorners, Mesh, MeshLayout, Positions, missing};
 use crate::source::{Source, SourceVariable, Variable, without_group};
 use crate::sources::Sources;
 use glam::DVec3;
@@ -277,15 +277,15 @@ pub(super) fn of_rows(
     let path = table.source.path();
     let mesh = of_faces(path, nodes, given, rows, are_nodes_cells)
         .map_err(|e| e.within(format_args!("{}: {}", path.display(), table.name())))?;
-    let is_mpas = mesh.convention == Convention::Cf && mesh.file_corners.is_none() && super::mpas::is_in(sources)?;
+    let is_mpas = mesh.layout == MeshLayout::Polygons && mesh.file_corners.is_none() && super::mpas::is_in(sources)?;
     Ok(if is_mpas { mesh.into_mpas() } else { mesh })
 }
 
 impl Mesh {
     /// The tables of a mesh of faces, numbered from 0: `nodes` are directions of any length, of which `faces` has a row
     /// of `row` for each face, in order around it, with -1 after the last one. If all faces are triangles they are the
-    /// corners of cells around the nodes, as for ICON ([`Convention::Icon`]); otherwise faces are cells and nodes their
-    /// corners ([`Convention::Cf`]). `middles` are directions of the faces' middles; without them triangles have the
+    /// corners of cells around the nodes, as for ICON ([`MeshLayout::Triangles`]); otherwise faces are cells and nodes their
+    /// corners ([`MeshLayout::Polygons`]). `middles` are directions of the faces' middles; without them triangles have the
     /// middles of their circles, and others the means of their nodes. Messages name `path`.
     ///
     /// # Errors
@@ -340,5 +340,5 @@ fn of_faces(
         None => of_directions(corner_cell.as_chunks().0.iter().map(middle)),
     };
     let file_corners = (!are_triangles).then_some(FileCorners { count: faces, row: of_face });
-    Ok(Mesh { file_corners, ..Mesh::of_triangles(path, Convention::Icon, [nodes, corner], corner_cell)? })
+    Ok(Mesh { file_corners, ..Mesh::of_triangles(path, MeshLayout::Triangles, [nodes, corner], corner_cell)? })
 }

@@ -4,7 +4,7 @@ use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};
 use crate::memory::{direction_of, expect, names, open, open_error, opened, values};
 use icoray::{ErrorKind, Grid, IcosahedralMesh, Location};
-use icoray_dataset::Convention;
+use icoray_dataset::MeshLayout;
 
 /// The cells of each triangle, sorted, by the triangle's number.
 fn triangles(grid: &Grid) -> Vec<[u32; 3]> {
@@ -156,7 +156,7 @@ fn points_of_triangles_are_enough() {
     made.add("topography_c", &["ncells"], Values::F32((0..80).map(|i| i as f32).collect()));
     let file = open(&made);
     let (grid, expected) = (file.mesh().grid().unwrap(), whole.mesh().grid().unwrap());
-    assert_eq!((triangles(&grid), file.mesh().convention()), (triangles(&expected), Convention::Icon));
+    assert_eq!((triangles(&grid), file.mesh().layout()), (triangles(&expected), MeshLayout::Triangles));
     assert_eq!(file.likely_fields()[0].name, "ta");
     assert!(file.field_info("topography_c").unwrap().is_2d());
     // The middles are as far from each of their points.
@@ -181,7 +181,7 @@ fn hexagons_with_bounds_are_a_mesh() {
                 made.remove("lat");
             }
             let file = open(&made);
-            assert_eq!(file.mesh().convention(), Convention::Cf);
+            assert_eq!(file.mesh().layout(), MeshLayout::Polygons);
             let grid = file.mesh().grid().unwrap();
             assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (162, 320, 480));
             assert_eq!(grid.void_triangles(), 0);

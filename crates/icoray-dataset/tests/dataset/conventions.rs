@@ -4,7 +4,7 @@ use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
 use crate::memory::{expect, names, open, opened, opened_with, source, values};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
-use icoray_dataset::{Combined, Convention, Dataset, DatasetOptions};
+use icoray_dataset::{Combined, Dataset, DatasetOptions, MeshLayout};
 
 /// Longitudes and latitudes of the cells of [`Made::mesh`] and of the same mesh a quarter of a turn to the east.
 fn places(turn: f64) -> [Vec<f64>; 2] {
@@ -122,9 +122,9 @@ fn nodes_of_fesom_are_cells_with_a_floor() {
     data.add("u", &["time", "nz1", "elem"], Values::F64(vec![0.0; 80 * 3]));
     let tables = [true, false].map(|is_by_place| {
         let file = opened(&data, &[&fesom(is_by_place)]).unwrap();
-        assert_eq!((file.mesh().convention(), file.mesh().cells(), file.mesh().corners()), (Convention::Icon, 42, 80));
+        assert_eq!((file.mesh().layout(), file.mesh().cells(), file.mesh().corners()), (MeshLayout::Triangles, 42, 80));
         file.mesh().grid().unwrap();
-        assert_eq!(file.mesh().kind(), "FESOM2");
+        assert_eq!(file.mesh().format(), "FESOM2");
         assert_eq!(file.layer_heights("temp").unwrap().height_m, [-50.0, -200.0, -600.0]);
         for (name, columns, layers, more) in [("temp", 42, 3, 0), ("w", 42, 4, 1), ("u", 80, 3, 0)] {
             let field = values(&file, name, 0);

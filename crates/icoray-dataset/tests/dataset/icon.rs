@@ -4,7 +4,7 @@ use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
 use crate::memory::{direction_of, expect, names, open, open_error, opened, values};
 use icoray::{ErrorKind, Location};
-use icoray_dataset::{Convention, Dataset};
+use icoray_dataset::{Dataset, MeshLayout};
 
 /// The places of each triangle's points, sorted.
 fn triangles(file: &Dataset) -> Vec<Vec<[i64; 3]>> {
@@ -23,7 +23,7 @@ fn triangles(file: &Dataset) -> Vec<Vec<[i64; 3]>> {
 #[test]
 fn bounds_give_the_triangles_that_the_tables_give() {
     let with_tables = open(&Made::icon_grid());
-    assert_eq!(with_tables.mesh().convention(), Convention::Icon);
+    assert_eq!(with_tables.mesh().layout(), MeshLayout::Triangles);
     let expected = triangles(&with_tables);
     assert_eq!((with_tables.mesh().cells(), expected.len(), with_tables.mesh().edges()), (42, 80, 120));
     for angles in [Angles::Radians, Angles::Degrees, Angles::Degrees32] {

@@ -3,7 +3,7 @@
 use crate::made::{Made, Values, value};
 use crate::memory::{names, open, open_error, opened, values};
 use icoray::{ColumnCount, IcosahedralMesh, Location};
-use icoray_dataset::Convention;
+use icoray_dataset::MeshLayout;
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_4;
 
@@ -64,8 +64,8 @@ fn polygons_are_cells_and_nodes_are_corners() {
     let file = open(&made);
     let grid = file.mesh().grid().unwrap();
     assert_eq!(
-        (file.mesh().convention(), grid.cells(), grid.triangles(), file.mesh().edges()),
-        (Convention::Cf, 42, 80, 120)
+        (file.mesh().layout(), grid.cells(), grid.triangles(), file.mesh().edges()),
+        (MeshLayout::Polygons, 42, 80, 120)
     );
     assert_eq!(file.field_info("theta").unwrap().location, Location::Center);
     assert_eq!(file.field_info("vorticity").unwrap().location, Location::Corner);
@@ -88,11 +88,11 @@ fn triangles_are_corners_and_nodes_are_cells() {
     made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
     made.field("ta", "nf", 80);
     let file = open(&made);
-    assert_eq!((file.mesh().convention(), file.mesh().cells(), file.mesh().corners()), (Convention::Icon, 42, 80));
+    assert_eq!((file.mesh().layout(), file.mesh().cells(), file.mesh().corners()), (MeshLayout::Triangles, 42, 80));
     let icon = open(&Made::icon_grid());
     let words = "UGRID: 42 cells, 80 corners, 120 edges; corners are the triangles of the file, cells its points";
     assert_eq!(file.mesh().in_words(), words);
-    assert_eq!(icon.mesh().kind(), "ICON");
+    assert_eq!(icon.mesh().format(), "ICON");
     let tables = |file: &icoray_dataset::Dataset| {
         let grid = file.mesh().grid().unwrap();
         (grid.cells(), grid.triangles(), file.mesh().edges())

@@ -158,8 +158,8 @@ impl Dataset {
     /// The conventions that the mesh follows: "MPAS", "ICON", "UGRID", "ESMF", "FESOM2", "FVCOM", "polygons", or "points"
     /// for columns without tables.
     #[getter]
-    fn convention(&self) -> String {
-        self.opened.dataset.mesh().kind()
+    fn convention(&self) -> &'static str {
+        self.opened.dataset.mesh().format()
     }
 
     /// Number of cells: the points of ICON's triangles.
@@ -231,7 +231,7 @@ impl Dataset {
     fn __repr__(&self) -> String {
         let dataset = &self.opened.dataset;
         let (cells, fields, times) = (dataset.mesh().cells(), dataset.fields().len(), dataset.times().len());
-        let (name, convention) = (dataset.path().display(), dataset.mesh().kind());
+        let (name, convention) = (dataset.path().display(), dataset.mesh().format());
         let name = printable(&name.to_string()).into_owned();
         format!("<icoray.Dataset {name}: {convention}, {cells} cells, {fields} fields, {times} times>")
     }
