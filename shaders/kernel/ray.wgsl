@@ -100,7 +100,7 @@ fn void_column(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: Ra
 
 // The factor that lighting gives to the colour of a spherical core.
 fn round_body(ray: ptr<function, Ray>, line: RayLine, t: Wide) -> f32 {
-    if HAS_CORE && IS_LIT {
+    if IS_LIT {
         return ray_shading_solid((*ray).shading, normalize(ray_line_position(line, t).hi));
     }
     return 1.0;
@@ -108,15 +108,16 @@ fn round_body(ray: ptr<function, Ray>, line: RayLine, t: Wide) -> f32 {
 
 // Returns true if the core ends the ray; `body` is the factor of its colour.
 fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, t: Wide, body: f32) -> bool {
-    if HAS_CORE {
-#scene         scene_boundary(BOUNDARY_CORE, (*light).alpha, t);
-#painted         if PAINTS_CORE {
-#painted             run_paint(ray, light, t, PAINTED_CORE);
-#painted             return true;
-#painted         }
-        radiance_over(light, radiance_plain(params.core * body, 1.0));
+    if params.has_core == 0u {
+        return false;
     }
-    return HAS_CORE;
+#scene     scene_boundary(BOUNDARY_CORE, (*light).alpha, t);
+#painted     if params.paints_core != 0u {
+#painted         run_paint(ray, light, t, PAINTED_CORE);
+#painted         return true;
+#painted     }
+    radiance_over(light, radiance_plain(params.core * body, 1.0));
+    return true;
 }
 
 fn frustum(ray: ptr<function, Ray>, light: ptr<function, Radiance>, segment: Segment, interpolant: FrustumInterpolant) -> bool {
