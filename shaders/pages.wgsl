@@ -31,8 +31,8 @@ fn pages_base(cell: u32) -> Base {
     return Base(page, number * params.column_stride);
 }
 
-// Of a field without its lowest or highest layers, a missing one has the values of the next existing one: both are in one
-// clear span, with all between them.
+// Of a field without its lowest or highest layers, a missing one has the values of the next existing one: both are in
+// one clear span, with all between them.
 fn pages_at(base: Base, layer: u32) -> u32 {
     let row = clamp(layer, params.first_layer, params.last_layer) - params.first_layer;
     return base.first + row * params.layer_stride;

@@ -39,8 +39,8 @@ pub const READING_FILES: [&str; 3] = ["icoray-netcdf", "icoray-cli", "icoray-tes
 /// Of `--all`: long counts, and valgrind, take longer in `icoray` without optimisation than its compilation with some.
 const OPTIMISED: &str = "profile.dev.package.icoray.opt-level=1";
 
-/// The package of the default run whose library has no documentation, which `--lib` would select all the same.
-const UNDOCUMENTED: &str = "icoray-capi";
+/// Libraries with the sources of `icoray-capi`, whose documentation is its header. `--lib` would select them.
+const UNDOCUMENTED: [&str; 4] = ["icoray-capi", "icoray-context", "icoray-capi-test", "icoray-capi-mpi"];
 
 /// The features of `--all` besides the default ones.
 const FEATURES: &str = "icoray-tests/mpi";
@@ -60,7 +60,8 @@ impl Suite<'_> {
     /// A cargo command on the packages of the default run.
     fn cargo_default(&self, subcommand: &str) -> Cmd<'_> {
         let reading_files = READING_FILES.iter().filter(|_| self.reads_files);
-        let packages = DEFAULT.iter().chain(reading_files).filter(|name| subcommand != "doc" || **name != UNDOCUMENTED);
+        let packages = DEFAULT.iter().chain(reading_files);
+        let packages = packages.filter(|name| subcommand != "doc" || !UNDOCUMENTED.contains(name));
         let packages = packages.flat_map(|package| ["--package", package]);
         self.workspace.cargo([subcommand, "--no-default-features"]).args(packages)
     }
@@ -94,10 +95,11 @@ pub fn lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
 
 pub fn documentation(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     // With the features of the lints, which have compiled the dependencies.
-    let cargo = suite.cargo("doc", FEATURES_OF_RANKS).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings");
+    let excluded = UNDOCUMENTED.iter().filter(|_| suite.all).flat_map(|package| ["--exclude", package]);
+    let cargo = suite.cargo("doc", FEATURES_OF_RANKS).args(excluded).arg("--no-deps");
     // Those features include dev-dependencies', which cargo selects only where it selects examples, tests or benches.
-    let with_dev = ["--lib", "--bin", "xtask", "--examples"];
-    step.quiet(if suite.all { cargo } else { cargo.args(with_dev) })
+    let cargo = cargo.args(["--lib", "--bin", "xtask", "--examples"]);
+    step.quiet(cargo.env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 /// Packages the crates that are to be published, and compiles each from its own files.

@@ -223,8 +223,8 @@ impl Context {
         agree(&mut self.ranks, mine, "icoray_execute", Vec::new(), &()).outcome
     }
 
-    /// The answer to a viewer's question: once all ranks have what `given` returns, `answer` computes it on each. A panic
-    /// of either is a failure. Collective.
+    /// The answer to a viewer's question: once all ranks have what `given` returns, `answer` computes it on each. A
+    /// panic of either is a failure. Collective.
     fn asked<G, T>(
         &mut self,
         given: impl FnOnce(&Inputs) -> Outcome<G>,

@@ -43,8 +43,8 @@ pub const THICK_M: [f64; 5] = [0.0, 3e3, 5e3, 12e3, 20e3];
 
 /// This test's device. If there is none, skips the test.
 ///
-/// Tests that run side by side have a device each, as lavapipe compiles the shaders of a device one after the other. The
-/// next tests use them again, with their pipelines.
+/// Tests that run side by side have a device each, as lavapipe compiles the shaders of a device one after the other.
+/// Later tests use them again, with their pipelines.
 pub fn gpu() -> Option<Arc<Gpu>> {
     static OPEN: Mutex<Vec<Arc<Gpu>>> = Mutex::new(Vec::new());
     thread_local!(static OWN: OnceCell<Option<Arc<Gpu>>> = const { OnceCell::new() });
