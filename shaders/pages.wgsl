@@ -7,8 +7,6 @@
 override PAGES: u32 = 1u;
 // Otherwise every cell has a column with the cell's number.
 override HAS_PLACES: bool = false;
-// Otherwise some of the lowest or highest layers are missing.
-override HAS_ALL_LAYERS: bool = true;
 
 // The numbers of cells' columns.
 @group(0) @binding(10) var<storage, read> places: array<u32>;
@@ -33,12 +31,10 @@ fn pages_base(cell: u32) -> Base {
     return Base(page, number * params.column_stride);
 }
 
-// A missing layer has the values of the next existing one: both are in one clear span, with all between them.
+// Of a field without its lowest or highest layers, a missing one has the values of the next existing one: both are in
+// one clear span, with all between them.
 fn pages_at(base: Base, layer: u32) -> u32 {
-    var row = layer;
-    if !HAS_ALL_LAYERS {
-        row = clamp(layer, params.first_layer, params.last_layer) - params.first_layer;
-    }
+    let row = clamp(layer, params.first_layer, params.last_layer) - params.first_layer;
     return base.first + row * params.layer_stride;
 }
 

@@ -47,13 +47,15 @@ struct Params {
     // Layers that the device has.
     first_layer: u32,
     last_layer: u32,
+    // Whether rays end at the core, and whether the host computes its light.
+    has_core: u32,
+    paints_core: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
 
 // Code that a scene does not need is omitted from its shader.
 override IS_EXACT: bool = true;
-override HAS_CORE: bool = true;
 override HAS_VOID: bool = true;
 override HAS_STEPS: bool = true;
 // With at most five spans, the span is found by comparing with `params.knots`.
@@ -61,5 +63,3 @@ override FEW_KNOTS: bool = false;
 override IS_LIT: bool = true;
 // Whether rays are traced through a part of the cells.
 override IN_PARTS: bool = false;
-// Whether the host computes the light of the core.
-override PAINTS_CORE: bool = false;

@@ -100,7 +100,7 @@ fn void_column(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: Ra
 
 // The factor that lighting gives to the colour of a spherical core.
 fn round_body(ray: ptr<function, Ray>, line: RayLine, t: Wide) -> f32 {
-    if HAS_CORE && IS_LIT {
+    if IS_LIT {
         return ray_shading_solid((*ray).shading, normalize(ray_line_position(line, t).hi));
     }
     return 1.0;
@@ -108,18 +108,19 @@ fn round_body(ray: ptr<function, Ray>, line: RayLine, t: Wide) -> f32 {
 
 // Returns true if the core ends the ray; `body` is the factor of its colour.
 fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, t: Wide, body: f32) -> bool {
-    if HAS_CORE {
-#scene         scene_boundary(BOUNDARY_CORE, (*light).alpha, t);
-#painted         if PAINTS_CORE {
-#painted             run_paint(ray, light, t, PAINTED_CORE);
-#painted             return true;
-#painted         }
-        let color = params.core * body;
-        // Colour, factor and product are rounded.
-        let rounded = ROUNDING * largest(color);
-        radiance_over(light, Radiance(color, 1.0, 0.0, rounded * rounded));
+    if params.has_core == 0u {
+        return false;
     }
-    return HAS_CORE;
+#scene     scene_boundary(BOUNDARY_CORE, (*light).alpha, t);
+#painted     if params.paints_core != 0u {
+#painted         run_paint(ray, light, t, PAINTED_CORE);
+#painted         return true;
+#painted     }
+    let color = params.core * body;
+    // Colour, factor and product are rounded.
+    let rounded = ROUNDING * largest(color);
+    radiance_over(light, Radiance(color, 1.0, 0.0, rounded * rounded));
+    return true;
 }
 
 fn frustum(ray: ptr<function, Ray>, light: ptr<function, Radiance>, segment: Segment, interpolant: FrustumInterpolant) -> bool {

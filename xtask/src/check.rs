@@ -105,14 +105,15 @@ static CHECKS: &[Check] = &[
     check("tests", Always, Ordered, suite::tests),
     // Its link takes minutes on one processor.
     check("install and link", WithAll, Beside, |suite, step, _| link::check(suite.workspace, step)),
-    check("examples in the documentation", Always, Ordered, suite::examples),
+    // Cargo compiles those of one package after the other.
+    check("examples in the documentation", Always, Beside, suite::examples),
     check("tests of the command over ranks", WithAll, Ordered, suite::rank_tests),
+    check("documentation", Always, Ordered, |suite, step, _| suite::documentation(suite, step)),
     // After the command is built for the last time, which it uses.
     check("Python package", WithAll, Beside, python::tests),
     // They install the library, too. Its links leave processors to what follows.
     check("commands of the pages", Always, BesideNext, book::run_commands),
     check("features", WithAll, Ordered, |suite, step, _| features::check(suite, step)),
-    check("documentation", Always, Ordered, |suite, step, _| suite::documentation(suite, step)),
     check("crates as they are published", WithAll, Ordered, |suite, step, _| suite::published(suite, step)),
     check("links of the pages", Always, Ordered, |suite, step, _| book::check_links(suite.workspace, step)),
     check("the book", WithAll, Ordered, the_book),

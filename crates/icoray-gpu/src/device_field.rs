@@ -83,12 +83,7 @@ impl DeviceField {
 
     /// The override constants of shaders that read this field.
     pub fn constants(&self) -> Constants {
-        let FieldLayout { pages, has_all_layers, .. } = self.layout;
-        vec![
-            ("PAGES", pages as u32),
-            ("HAS_PLACES", u32::from(self.cells.places.is_some())),
-            ("HAS_ALL_LAYERS", u32::from(has_all_layers)),
-        ]
+        vec![("PAGES", self.layout.pages as u32), ("HAS_PLACES", u32::from(self.cells.places.is_some()))]
     }
 
     /// The parameters of all rays of a picture of this field, without those of a dispatch.

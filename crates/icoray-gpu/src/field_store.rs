@@ -22,6 +22,12 @@ const GRADIENT_BYTES: usize = 3 * size_of::<f32>();
 /// Bound of the components of gradients, as in `shaders/gradient.wgsl`.
 const MAX_GRADIENT: f32 = 1e30;
 
+/// Largest number of pages on a device, where each page of values is accompanied by a page of gradients.
+fn max_pages(ctx: &Context) -> usize {
+    let bindings = ctx.limits.max_storage_buffers_per_shader_stage - NON_PAGE_STORAGE_BUFFERS;
+    (bindings / 2).min(MAX_PAGES) as usize
+}
+
 /// The fields that are in use or were used last.
 #[derive(Debug)]
 pub(crate) struct FieldStore {
@@ -48,10 +54,7 @@ impl FieldStore {
             None => (VALUE_BYTES, VALUE_BYTES),
         };
         let page = ctx.max_buffer_size(BufferUsages::STORAGE) / (layers * largest) as u64;
-        // Each page of values is accompanied by a page of gradients.
-        let bindings = ctx.limits.max_storage_buffers_per_shader_stage - NON_PAGE_STORAGE_BUFFERS;
-        let pages = (bindings / 2).min(MAX_PAGES);
-        [page, (u64::from(pages) * page).min(self.max_bytes / (layers * all) as u64)]
+        [page, (max_pages(ctx) as u64 * page).min(self.max_bytes / (layers * all) as u64)]
     }
 
     /// Whether the whole field of a job fits into one page.
@@ -99,8 +102,10 @@ impl FieldStore {
             let reason = format!("{bytes} bytes of the field, expected at most {max} on {name}");
             return Err(FallbackReason::new(reason));
         }
-        let pages = columns.div_ceil(page as usize);
+        // A power of two: each number of pages has a shader of its own, and it changes with the camera.
+        let pages = columns.div_ceil(page as usize).next_power_of_two().min(max_pages(ctx));
         let page_columns = columns.div_ceil(pages);
+        let pages = columns.div_ceil(page_columns);
         let layout = FieldLayout { layers, page_columns, pages, has_all_layers, is_level_fastest };
         let count = layout.page_columns * layout.layers.len();
         let gradient_key = GradientKey::new(job);

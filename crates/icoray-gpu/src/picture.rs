@@ -91,19 +91,16 @@ impl<'p> Picture<'p> {
     /// The override constants of the picture's shader; `in_parts` if it traces fragments through a part of the grid.
     pub fn constants(&self, in_parts: bool) -> Constants {
         let (job, scene) = (self.job, self.job.scene());
+        let has_several = job.scenery().is_some_and(|scenery| !scenery.volumes.is_empty());
         let flags = [
-            // Several volumes are integrated to the tolerance with either method.
-            (
-                "IS_EXACT",
-                scene.method == Method::Exact || job.scenery().is_some_and(|scenery| !scenery.volumes.is_empty()),
-            ),
-            ("HAS_CORE", scene.core.is_some()),
-            ("HAS_VOID", job.grid().void_triangles() > 0),
+            // Several volumes are integrated to the tolerance with either method, and have other transfer functions.
+            ("IS_EXACT", has_several || scene.method == Method::Exact),
+            // Parts have holes, and beside the code of other scenes that of holes costs little.
+            ("HAS_VOID", in_parts || job.scenery().is_some() || job.grid().void_triangles() > 0),
             ("HAS_STEPS", job.spans().iter().chain(volume_spans(job)).any(device::Span::is_narrow)),
-            ("FEW_KNOTS", few_knots(job).is_some()),
+            ("FEW_KNOTS", !has_several && few_knots(job).is_some()),
             ("IS_LIT", job.quality().lights != Lights::Off),
             ("IN_PARTS", in_parts),
-            ("PAINTS_CORE", job.has_ground()),
         ];
         flags.map(|(name, is)| (name, u32::from(is))).to_vec()
     }
@@ -135,6 +132,8 @@ impl<'p> Picture<'p> {
             max_steps: 1000 + 40 * triangles.isqrt() as u32,
             knots: few_knots(job).unwrap_or_default(),
             core: scene.core.unwrap_or_default().map(|c| c as f32),
+            has_core: u32::from(scene.core.is_some()),
+            paints_core: u32::from(job.has_ground()),
             layers: job.radius().len() as u32,
             index_base: grid.tables().index_base,
             triangles: grid.triangles() as u32,

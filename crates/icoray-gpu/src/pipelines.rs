@@ -131,3 +131,33 @@ pub(crate) fn dispatch<'g>(
     (0..).zip(groups).for_each(|(i, group)| pass.set_bind_group(i, group, &[]));
     pass.dispatch_workgroups(x, y, 1);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adapters::find;
+    use icoray::device::DeviceRequest;
+    use icoray_test_support::{Need, skip_because};
+    use std::path::Path;
+
+    #[test]
+    fn a_pipeline_too_many_drops_the_least_recently_used() {
+        let wanted = DeviceRequest { adapter: None, or_processor: true, node_rank: 0 };
+        let opened = find(&wanted, Path::new("/dev")).and_then(|adapter| Context::open(&adapter, None));
+        let ctx = match opened {
+            Ok(ctx) => ctx,
+            Err(reason) => return skip_because(Need::Gpu, reason),
+        };
+        let pipelines = Pipelines::new(&ctx);
+        // Kinds of a small shader.
+        let get = |kind: usize| {
+            let shader = ("gradient", Contents::default(), &pipelines.gradient);
+            pipelines.get(&ctx, shader, 1, vec![("PAGES", kind as u32 + 1)]).unwrap()
+        };
+        let first: Vec<_> = (0..MAX_PIPELINES).map(get).collect();
+        assert!(get(0) == first[0]);
+        get(MAX_PIPELINES);
+        assert!((2..MAX_PIPELINES).all(|kind| get(kind) == first[kind]) && get(0) == first[0]);
+        assert!(get(1) != first[1]);
+    }
+}

@@ -1,10 +1,10 @@
 //! The Python module `icoray._icoray`: grids, fields, scenes, renderers and contexts over numpy arrays.
 //!
-//! Layout: [`array`] arrays that are borrowed, or copied where they cannot be; [`grid`], [`layers`], [`field`],
-//! [`scene`] the inputs; [`dataset`] all of them in a dataset of xarray or uxarray, and its live page; [`renderer`]
-//! frames of this process, with Ctrl-C ([`turn`], [`interrupt`]); [`image`] and [`report`] the picture of a frame and
-//! its cost; [`context`] the contexts of the C interface, whose sources this crate builds as `icoray_context`; [`mpi`]
-//! ranks over mpi4py; [`error`] Python's classes of errors.
+//! Layout: `array` arrays that are borrowed, or copied where they cannot be; `grid`, `layers`, `field`,
+//! `scene` the inputs; `dataset` all of them in a dataset of xarray or uxarray, and its live page; `renderer`
+//! frames of this process, with Ctrl-C (`turn`, `interrupt`); `image` and `report` the picture of a frame and
+//! its cost; `context` the contexts of the C interface, whose sources this crate builds as `icoray_context`; `mpi`
+//! ranks over mpi4py; `error` Python's classes of errors.
 
 mod array;
 mod context;

@@ -167,7 +167,7 @@ fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
         let triangle = walk.contour.triangle;
         let is_own = has_column && part_has(triangle);
         if has_run && !is_own {
-            let meets_core = HAS_CORE && near_core.is_there && !wide_less(run_to, near_core.t);
+            let meets_core = params.has_core != 0u && near_core.is_there && !wide_less(run_to, near_core.t);
             if is_over || meets_core || run.goes_on || !fragment_is_clear(light) {
                 run_add(run_to, light, NOT_PAINTED);
             }
@@ -183,7 +183,7 @@ fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
         let column = walk_next_column(&walk, line);
         ray.columns++;
         if !is_own {
-            is_over = HAS_CORE && behind_core.is_there && wide_less(behind_core.t, column.exit.t);
+            is_over = params.has_core != 0u && behind_core.is_there && wide_less(behind_core.t, column.exit.t);
             continue;
         }
         if !has_run {

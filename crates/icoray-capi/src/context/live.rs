@@ -8,6 +8,7 @@
 //! wanted from then on, and the next icoray_execute draws it. A single process takes the viewers' changes in
 //! icoray_wants_field, and draws them in the same step.
 
+use super::inputs::Inputs;
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::ranks::agree;
@@ -15,7 +16,7 @@ use crate::types::icoray_status;
 use crate::viewer_message::{LookRequest, ProbeRequest, ViewerMessage};
 use icoray_core::output::Stamp;
 use icoray_core::suggest::Completion;
-use icoray_core::{ColumnCount, Plan, Script, Shot};
+use icoray_core::{ColumnCount, Plan, Ranks, Renderer, Script, Shot};
 use icoray_live::Histogram;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -222,15 +223,27 @@ impl Context {
         agree(&mut self.ranks, mine, "icoray_execute", Vec::new(), &()).outcome
     }
 
+    /// The answer to a viewer's question: once all ranks have what `given` returns, `answer` computes it on each. A
+    /// panic of either is a failure. Collective.
+    fn asked<G, T>(
+        &mut self,
+        given: impl FnOnce(&Inputs) -> Outcome<G>,
+        answer: impl FnOnce(&Renderer, &mut Ranks, G) -> Outcome<T>,
+    ) -> Outcome<T> {
+        let mine = caught(|| given(&self.inputs));
+        let given = self.agree_for_viewers(mine)?;
+        caught(|| answer(self.drawing.renderer(), &mut self.ranks, given))
+    }
+
     /// Counts the values of a field. Collective.
     fn answer_histogram(&mut self, name: &str) {
-        let mine = caught(|| self.inputs.condition_field(name));
-        let agreed = self.agree_for_viewers(mine);
-        let found = agreed.and_then(|known| {
-            let (renderer, decomposition) = (self.drawing.renderer(), known.decomposition.as_deref());
-            let bins = Histogram::FINE_BINS;
-            caught(|| Ok(renderer.histogram(&mut self.ranks, &known.field, decomposition, bins)?))
-        });
+        let found = self.asked(
+            |inputs| inputs.condition_field(name),
+            |renderer, ranks, known| {
+                let decomposition = known.decomposition.as_deref();
+                Ok(renderer.histogram(ranks, &known.field, decomposition, Histogram::FINE_BINS)?)
+            },
+        );
         if let Some(page) = &mut self.viewers.page {
             page.answer_histogram(name, found, &self.inputs);
         }
@@ -246,18 +259,16 @@ impl Context {
 
     /// Follows the ray through a place of a view's picture. Collective.
     fn answer_probe(&mut self, at: [f64; 2], view: &str, script: &Script, stamp: &Stamp) {
-        let mine = caught(|| {
+        let given = |inputs: &Inputs| {
             let shot = script.views().iter().find(|its| its.name() == view).and_then(|its| its.shots(stamp).next());
             let gone = || Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, format!("the view {view:?} is gone"));
-            let given = self.inputs.frame_inputs(shot.ok_or_else(gone)?)?;
+            let given = inputs.frame_inputs(shot.ok_or_else(gone)?)?;
             given.check_whole()?;
             Ok(given)
-        });
-        let agreed = self.agree_for_viewers(mine);
-        let found = agreed.and_then(|given| {
-            let (renderer, data) = (self.drawing.renderer(), given.setup.distributed_grid());
-            let (scene, fields) = (&given.setup.scene, given.fields.clone());
-            caught(|| Ok(renderer.probe_decomposed(&mut self.ranks, scene, data, fields, at)?))
+        };
+        let found = self.asked(given, |renderer, ranks, given| {
+            let (scene, data) = (&given.setup.scene, given.setup.distributed_grid());
+            Ok(renderer.probe_decomposed(ranks, scene, data, given.fields.clone(), at)?)
         });
         if let Some(page) = &mut self.viewers.page {
             page.answer_probe(found, stamp, &self.inputs);
@@ -284,18 +295,23 @@ impl Context {
 mod tests {
     use super::*;
     use crate::boundary::tests::config;
-    use icoray_core::Ranks;
     use icoray_core::ranks::local_team;
     use std::thread::scope;
 
+    /// A panic of one rank before the ranks agree, and of all in the answer: a failure, which the page shows.
     #[test]
-    fn an_internal_error_of_a_viewers_question_closes_no_context() {
+    fn a_panic_of_a_viewers_question_closes_no_context() {
         let ask = |ranks: Ranks| {
             let mut context = Context::new(&config(), "", &ranks, 1).unwrap();
             let is_root = ranks.is_root();
             context.join(ranks).unwrap();
-            let outcome = context.agree_for_viewers(caught(|| if is_root { panic!("a bug") } else { Ok(()) }));
-            assert_eq!(outcome.unwrap_err().status, icoray_status::ICORAY_ERR_INTERNAL);
+            let before = |_: &Inputs| if is_root { panic!("a bug before") } else { Ok(()) };
+            let before = context.asked(before, |_, _, ()| Ok(()));
+            let answer = context.asked(|_| Ok(()), |_, _, ()| -> Outcome<()> { panic!("a bug of the answer") });
+            for (outcome, bug) in [(before, "a bug before"), (answer, "a bug of the answer")] {
+                let Failure { status, message, .. } = outcome.unwrap_err();
+                assert!(status == icoray_status::ICORAY_ERR_INTERNAL && message.contains(bug), "{message}");
+            }
             context.refuse_if_over().unwrap();
             context.refuse_if_poisoned().unwrap();
             assert!(!context.is_over);

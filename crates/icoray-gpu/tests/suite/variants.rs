@@ -79,28 +79,28 @@ impl Reach<'_> {
     }
 }
 
-fn constants(is: [bool; 6]) -> [(&'static str, f64); 6] {
-    let names = ["IS_EXACT", "HAS_CORE", "HAS_VOID", "HAS_STEPS", "IS_LIT", "FEW_KNOTS"];
+fn constants(is: [bool; 5]) -> [(&'static str, f64); 5] {
+    let names = ["IS_EXACT", "HAS_VOID", "HAS_STEPS", "IS_LIT", "FEW_KNOTS"];
     std::array::from_fn(|i| (names[i], f64::from(u8::from(is[i]))))
 }
 
 #[test]
 fn simple_scenes_have_no_code_of_other_features() {
-    // Unlit, an opaque core, no holes, no steps, four knots.
-    let plain = reached(&constants([true, true, false, false, false, true]));
+    // Unlit, no holes, no steps, four knots.
+    let plain = reached(&constants([true, false, false, false, true]));
     println!("{plain:?}");
     for needed in ["trace", "frustum", "spans_find", "spans_follow", "knots_below", "integrate", "exact", "core"] {
         assert!(plain.contains(needed), "{needed}");
     }
     // Scenes that need a function have it, so that a renamed function fails the test.
     for (name, is) in [
-        ("spans_search", [true, true, false, false, false, false]),
-        ("spans_walk", [true, true, false, false, false, false]),
-        ("near_steps", [true, true, false, true, false, true]),
-        ("linear", [false, true, false, false, false, true]),
-        ("lit_light", [true, true, false, false, true, true]),
-        ("ray_shading_mean", [true, true, false, false, true, true]),
-        ("gradients_get", [true, true, false, false, true, true]),
+        ("spans_search", [true, false, false, false, false]),
+        ("spans_walk", [true, false, false, false, false]),
+        ("near_steps", [true, false, true, false, true]),
+        ("linear", [false, false, false, false, true]),
+        ("lit_light", [true, false, false, true, true]),
+        ("ray_shading_mean", [true, false, false, true, true]),
+        ("gradients_get", [true, false, false, true, true]),
     ] {
         assert!(!plain.contains(name), "{name} is in the shader of one volume and a core");
         assert!(reached(&constants(is)).contains(name), "{name} is in no shader");

@@ -6,7 +6,8 @@ use glam::DVec3;
 use icoray::{Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Method, Renderer, Savings, Scene};
 use icoray_gpu::Gpu;
 use icoray_test_support::{Need, skip_because};
-use std::sync::{Arc, OnceLock};
+use std::cell::OnceCell;
+use std::sync::{Arc, Mutex, PoisonError};
 
 pub const RMSE: f64 = 2e-5;
 pub const MAX: f64 = 1e-3;
@@ -40,11 +41,23 @@ pub const CORES: [&str; 2] = ["exaggeration = 60\ncore = \"gray\"", "exaggeratio
 pub const EARTH_M: f64 = 6_371_229.0;
 pub const THICK_M: [f64; 5] = [0.0, 3e3, 5e3, 12e3, 20e3];
 
-/// The device. If there is none, skips the test.
+/// This test's device. If there is none, skips the test.
+///
+/// Tests that run side by side have a device each, as lavapipe compiles the shaders of a device one after the other.
+/// Later tests use them again, with their pipelines.
 pub fn gpu() -> Option<Arc<Gpu>> {
-    static GPU: OnceLock<Result<Arc<Gpu>, String>> = OnceLock::new();
-    let open = || Gpu::new(None).map(Arc::new).map_err(|reason| reason.to_string());
-    GPU.get_or_init(open).clone().inspect_err(|reason| skip_because(Need::Gpu, reason)).ok()
+    static OPEN: Mutex<Vec<Arc<Gpu>>> = Mutex::new(Vec::new());
+    thread_local!(static OWN: OnceCell<Option<Arc<Gpu>>> = const { OnceCell::new() });
+    let open = || {
+        let mut all = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(free) = all.iter().find(|gpu| Arc::strong_count(gpu) == 1) {
+            return Some(Arc::clone(free));
+        }
+        let new = Gpu::new(None).inspect_err(|reason| skip_because(Need::Gpu, reason)).ok()?;
+        all.push(Arc::new(new));
+        all.last().cloned()
+    };
+    OWN.with(|own| own.get_or_init(open).clone())
 }
 
 /// A renderer that draws on the device.
