@@ -48,6 +48,9 @@ fn plane_vertex_q(seen: PlaneVertex) -> Wide {
 // A length that is negligible on any planet and whose square does not underflow.
 const TINY: f32 = 1e-15;
 
+// The least distance from the centre of a line that passes it, as in `plane.rs`, but more than the rounding here.
+const LEAST_B: f32 = 1e-12;
+
 // The plane of the great circle from `from_` towards `to`; if these are equal or opposite, q is 0.
 fn plane_through(from_: Wide3, to: Wide3) -> Plane {
     let upwards = wide3_cross(from_, to);
@@ -143,6 +146,9 @@ fn ray_line_new(eye: Wide3, dir: Wide3, outer: Wide) -> RayLine {
         }
     }
     line.plane = Plane(x, dir, wide3_cross(x, dir));
+    if line.start.hi < 0.0 {
+        line.b = wide_max(line.b, wide(LEAST_B));
+    }
     return line;
 }
 

@@ -32,6 +32,43 @@ pub(crate) struct Leaps<'t> {
     inner2: f64,
 }
 
+/// A core that is hollow.
+pub(crate) struct HollowCore<'t> {
+    macrocells: &'t Macrocells,
+    /// Square of the radius below which there are no layers.
+    radius2: f64,
+}
+
+impl<'t> HollowCore<'t> {
+    /// The hollow core of a frame; `None` if rays do not leap over it.
+    #[inline]
+    pub fn new(frame: &'t PacketFrame<'_>) -> Option<Self> {
+        let PacketFrame { grid, shell, packets, .. } = *frame;
+        if !packets.leaps_core {
+            return None;
+        }
+        let macrocells = grid.macrocells();
+        // On a facet of radius R are points with radii from R down to R times its lowest place.
+        let radius = shell.inner() * macrocells.lowest_facet * (1.0 - ROUNDING);
+        Some(HollowCore { macrocells, radius2: radius * radius })
+    }
+
+    /// The distance at which a ray leaves the hollow core, if it is in it at `t` and a leap is worthwhile, and a triangle
+    /// nearby.
+    #[inline]
+    pub fn exit(&self, line: &RayLine, t: f64) -> Option<(f64, u32)> {
+        let half2 = self.radius2 - line.b * line.b;
+        // Longer than several macrocells, seen from the sphere's centre.
+        let is_worth = half2 > 0.0 && half2.sqrt() - t > 4.0 * self.macrocells.map.width() * self.radius2.sqrt();
+        let at = half2.max(0.0).sqrt();
+        (is_worth && t >= -at).then(|| {
+            let map = &self.macrocells.map;
+            let cell = map.find(line.b * line.plane.x + at * line.plane.y);
+            (at, self.macrocells.triangle_in(map.number(cell)))
+        })
+    }
+}
+
 /// Fraction of a macrocell's width by which a ray continues behind its border: with [`CENTRE`] less than the margin of
 /// its triangles.
 const STEP: f64 = 1e-5;

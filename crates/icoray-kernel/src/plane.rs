@@ -94,6 +94,10 @@ impl Plane {
 /// A length that is negligible on any planet and whose square does not underflow.
 const TINY: f64 = 1e-100;
 
+/// The least distance from the centre of a line that passes it, planet radii: more than the rounding of directions. With
+/// less, a vertex below the eye could be taken for one beyond the opposite end.
+const LEAST_B: f64 = 1e-14;
+
 /// A ray clipped to the sphere around the outermost layer, in its plane.
 #[derive(Debug, Clone, Copy)]
 pub struct RayLine {
@@ -110,7 +114,8 @@ pub struct RayLine {
 impl RayLine {
     /// The part of the ray from `eye` along the unit vector `dir` inside the sphere of radius `outer`, if any.
     ///
-    /// A line through the centre has no plane of its own; any plane through it gives the same values.
+    /// A line through the centre has no plane of its own; any plane through it gives the same values. The line is moved
+    /// aside by [`LEAST_B`].
     #[inline]
     pub fn new(eye: DVec3, dir: DVec3, outer: f64) -> Option<Self> {
         let along = eye.dot(dir);
@@ -131,6 +136,7 @@ impl RayLine {
         let upright = |x: DVec3| (x - x.dot(dir) * dir).try_normalize();
         let x = (b > 0.0).then(|| upright(closest / b)).flatten().and_then(upright);
         let x = x.unwrap_or_else(|| dir.any_orthonormal_vector());
+        let b = if start < 0.0 { b.max(LEAST_B) } else { b };
         Some(RayLine { plane: Plane { x, y: dir, q: x.cross(dir) }, b, start, end })
     }
 

@@ -13,7 +13,7 @@
 
 use crate::counts::Counts;
 use crate::general::Levels;
-use crate::leap::Leaps;
+use crate::leap::{HollowCore, Leaps};
 use crate::shade::RayShading;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Target};
@@ -107,8 +107,10 @@ fn trace_frame<const N: usize>(
         Target::Light(_) => None,
         Target::Fragments(own, _) => Some(*own),
     };
-    let leaps = if region.is_none() { Leaps::new(frame) } else { None };
-    let tables = Tables { leaps, ..Tables::new(frame, region)? };
+    let mut tables = Tables::new(frame, region)?;
+    if region.is_none() {
+        (tables.leaps, tables.hollow) = (Leaps::new(frame), HollowCore::new(frame));
+    }
     if tracer.scene.is_volume_alone() {
         let layers = Concentric::<false>::new(frame.shell)?;
         trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
@@ -316,6 +318,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     fn columns(&mut self) {
         let simd = self.simd;
         if self.fresh != 0 {
+            self.leap_core();
             let step = mask::<V>(simd, self.fresh);
             let apexes = self.lanes.step::<L>(simd, &self.tables.mesh, step);
             let bases = self.tables.source.bases(simd, apexes, self.fresh);

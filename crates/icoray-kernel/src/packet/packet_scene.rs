@@ -18,6 +18,8 @@ pub struct PacketScene<'f> {
     joined: Option<OccupancyMask>,
     /// For each gap, the bits of the cuts that contain it.
     pub(crate) clips_of_gaps: Vec<u32>,
+    /// Whether rays leap over the hollow core.
+    pub(crate) leaps_core: bool,
 }
 
 /// Several volumes, or one whose opacity is that of another field, in single precision.
@@ -61,7 +63,8 @@ impl<'f> PacketScene<'f> {
     /// A scene between layers of these radii, planet radii (mean ones under native heights); `None` if there are more
     /// cuts than packets support: then rays are traced one at a time.
     ///
-    /// Rays may leap over empty space if `leaps` is set, where the only mask has macrocells or several are joined.
+    /// Rays may leap over empty space if `leaps` is set: over a hollow core, and where the only mask has macrocells or
+    /// several are joined.
     pub fn new(scene: &KernelScene<'f>, radius: &[f64], leaps: bool) -> Option<Self> {
         const CLEAR: [KernelKnot; 1] = [KernelKnot { value: 0.0, color: [0.0; 3], extinction: 0.0 }];
         let (source, knots) = match scene.media.as_slice() {
@@ -81,7 +84,8 @@ impl<'f> PacketScene<'f> {
             let joined = OccupancyMask::joined(&scene.visible, scene.grid, radius.len(), scene.beside);
             if leaps { joined.with_macrocells(scene.grid, radius.len()) } else { joined }
         });
-        Some(PacketScene { shell: Shell::new(radius), spans, samples, volumes, joined, clips_of_gaps })
+        let leaps_core = leaps && scene.core.is_none();
+        Some(PacketScene { shell: Shell::new(radius), spans, samples, volumes, joined, clips_of_gaps, leaps_core })
     }
 
     /// The visible blocks of the scene from which this was made.

@@ -7,7 +7,7 @@ use super::medium::SpanTables;
 use super::read::Source;
 use super::scene::SceneTables;
 use super::several::VolumeTables;
-use crate::leap::Leaps;
+use crate::leap::{HollowCore, Leaps};
 use crate::owned_region::OwnedRegion;
 use icoray_simd::Table;
 
@@ -19,6 +19,8 @@ pub(super) struct Tables<'t> {
     pub slopes: Slopes<'t>,
     /// The macrocells; `None` where rays do not leap.
     pub leaps: Option<Leaps<'t>>,
+    /// The hollow core; `None` where rays do not leap over it.
+    pub hollow: Option<HollowCore<'t>>,
     /// Visible parts beside the volume; `None` if there is only the core.
     pub scene: Option<SceneTables<'t>>,
     /// Several volumes, which replace that of `source`.
@@ -44,6 +46,7 @@ impl<'t> Tables<'t> {
             source: Source::new(frame.samples),
             spans: SpanTables::new(frame.spans)?,
             leaps: None,
+            hollow: None,
             scene: None,
             volumes: None,
             own,

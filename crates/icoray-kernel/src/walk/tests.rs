@@ -113,6 +113,23 @@ fn random_rays_are_walked_to_their_end() {
     assert!(columns > rays as usize, "only {columns} columns: the rays missed");
 }
 
+/// Rays through the centre, from an eye above each vertex: all triangles around the vertex lie behind the ray.
+#[test]
+fn rays_from_above_vertices_through_the_centre_reach_the_far_side() {
+    for level in 0..4 {
+        let (mesh, lon, lat) = uneven(level);
+        let center = LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() };
+        let grid = Grid::new(GridTables { center, ..mesh.tables() }).unwrap();
+        for cell in 0..grid.cells() as u32 {
+            for far in [1.05, 1.3, 1.5, 2.7, 11.0, 300.0] {
+                let eye = grid.direction(cell) * far;
+                must_walk(&grid, eye, -eye.normalize(), 0);
+                must_walk(&grid, eye, -grid.direction(cell), 0);
+            }
+        }
+    }
+}
+
 /// A million rays in the long run. Over holes of all kinds, from inside the shell above them too, into and out of data,
 /// to and from void triangles.
 #[test]

@@ -43,6 +43,7 @@ impl Setting {
             "method = \"{method}\"\nprecision = \"{precision}\"\nheights = \"{heights}\"\ntolerance = {:e}",
             self.tolerance
         );
+        let rest = if options.hollow { format!("core = \"transparent\"\n{rest}") } else { rest };
         let light = if self.light == Light::Lit { multi_scale::HEADLIGHT } else { "" };
         let mut scene = multi_scale::scene(options.pixels(), self.case.opacity, &rest, light)?;
         if !self.case.integrates {

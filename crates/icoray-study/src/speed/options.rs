@@ -39,6 +39,9 @@ pub struct Options {
     /// The layers' heights: mean, or native over mountains.
     #[arg(long, default_value = "mean")]
     pub heights: String,
+    /// The core is hollow instead of opaque: rays pass through to the far side.
+    #[arg(long)]
+    pub hollow: bool,
     /// Grid on which instructions are counted, by perf or valgrind.
     #[arg(long, value_parser = size, default_value = "4x31")]
     pub counted: Size,

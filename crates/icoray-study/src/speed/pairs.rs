@@ -33,7 +33,8 @@ impl BareRun<'_> {
              --tolerance {tolerance} --method {method} --precision {precision} --heights {heights} --frames {frames}",
             case.name
         );
-        line.split_whitespace().map(str::to_owned).collect()
+        let hollow = options.hollow.then_some("--hollow");
+        line.split_whitespace().chain(hollow).map(str::to_owned).collect()
     }
 }
 

@@ -125,6 +125,29 @@ fn leaps_change_no_bit() {
     }
 }
 
+/// Rays leap over a hollow core, whatever shows in the shell: the same bits and frusta, with fewer columns.
+#[test]
+fn a_leap_over_a_hollow_core_changes_no_bit() {
+    let model = Model::new(6, true, true);
+    let savings = Savings { lanes: true, ..LEAPS };
+    let in_core = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
+    let beside = "|[light]\nkind = \"headlight\"\n[[surfaces]]\nlayer = 2\ncolor = \"white\"\nopacity = 0.2\n\
+        [[lines]]\npattern = \"graticule\"\nspacing = 10\nheight_m = -0.3";
+    for camera in [FAR, INSIDE, in_core] {
+        for rest in ["", "|[light]\nkind = \"headlight\"", beside] {
+            let scene = scene(camera, DENSE, &format!("core = \"transparent\"\n{rest}"));
+            let walks = Savings { empty_space: false, ..savings };
+            let [walked, leapt] = [walks, savings].map(|savings| model.draw(&scene, savings));
+            assert!(walked.pixels == leapt.pixels, "{camera}, {rest}: other pixels");
+            assert!(walked.error == leapt.error, "{camera}, {rest}: other errors");
+            let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts);
+            assert_eq!((all.rays, all.frusta), (passed.rays, passed.frusta), "{camera}, {rest}");
+            let (few, many) = (passed.columns, all.columns);
+            assert!(few < many && (camera != FAR || 4 * few < 3 * many), "{camera}, {rest}: {few} of {many}");
+        }
+    }
+}
+
 /// Cloud water: zero but in few places, and a second one that is 0.3 there, which f32 does not hold exactly.
 fn clouds(rest: f32, is_level_fastest: bool) -> Model {
     let mut model = Model::new(40, is_level_fastest, false);

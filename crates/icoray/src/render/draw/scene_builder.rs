@@ -151,7 +151,10 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
 
     /// Whether rays leap over empty space between concentric layers.
     fn leaps(&self) -> bool {
-        self.context.device.is_err() && self.context.part.is_none() && self.terrain.key.is_none()
+        self.savings.empty_space
+            && self.context.device.is_err()
+            && self.context.part.is_none()
+            && self.terrain.key.is_none()
     }
 
     /// The scene for packets of rays.
