@@ -1,6 +1,7 @@
 //! Savings do not change pictures: skipped space changes no bit, packets change less than the errors.
 
 use crate::common::{FAR, count_beyond, difference};
+use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
 
 const NONE: Savings = Savings { ends: true, ..Savings::NONE };
@@ -125,10 +126,22 @@ fn leaps_change_no_bit() {
     }
 }
 
-/// Rays leap over a hollow core, whatever shows in the shell: the same bits and frusta, with fewer columns.
+/// Rays leap over a hollow core, whatever shows in the shell, and over holes of the mesh: the same bits and frusta, with
+/// fewer columns.
 #[test]
 fn a_leap_over_a_hollow_core_changes_no_bit() {
     let model = Model::new(6, true, true);
+    let mut holes = holes(&model.mesh);
+    let (_, stays) = holes.swap_remove(holes.len() / 2);
+    let culled = Culled::new(&model.mesh, &stays, Style::Triangles, Mark::MinusOne, 0);
+    let with_holes = |scene: &Scene, savings: Savings| {
+        let grid = culled.grid();
+        let values: Vec<f64> = (0..6 * grid.cells()).map(|i| (0.01 * i as f64).sin()).collect();
+        let shape = Shape::level_fastest(grid.cells(), 6);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let renderer = Renderer::new(2).unwrap().with_savings(savings);
+        renderer.render(scene, &grid, &model.layers, &field).unwrap()
+    };
     let savings = Savings { lanes: true, ..LEAPS };
     let in_core = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
     let beside = "|[light]\nkind = \"headlight\"\n[[surfaces]]\nlayer = 2\ncolor = \"white\"\nopacity = 0.2\n\
@@ -137,13 +150,15 @@ fn a_leap_over_a_hollow_core_changes_no_bit() {
         for rest in ["", "|[light]\nkind = \"headlight\"", beside] {
             let scene = scene(camera, DENSE, &format!("core = \"transparent\"\n{rest}"));
             let walks = Savings { empty_space: false, ..savings };
-            let [walked, leapt] = [walks, savings].map(|savings| model.draw(&scene, savings));
-            assert!(walked.pixels == leapt.pixels, "{camera}, {rest}: other pixels");
-            assert!(walked.error == leapt.error, "{camera}, {rest}: other errors");
-            let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts);
-            assert_eq!((all.rays, all.frusta), (passed.rays, passed.frusta), "{camera}, {rest}");
-            let (few, many) = (passed.columns, all.columns);
-            assert!(few < many && (camera != FAR || 4 * few < 3 * many), "{camera}, {rest}: {few} of {many}");
+            let whole = [walks, savings].map(|savings| model.draw(&scene, savings));
+            for [walked, leapt] in [whole, [walks, savings].map(|savings| with_holes(&scene, savings))] {
+                assert!(walked.pixels == leapt.pixels, "{camera}, {rest}: other pixels");
+                assert!(walked.error == leapt.error, "{camera}, {rest}: other errors");
+                let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts);
+                assert_eq!((all.rays, all.frusta), (passed.rays, passed.frusta), "{camera}, {rest}");
+                let (few, many) = (passed.columns, all.columns);
+                assert!(few < many && (camera != FAR || 4 * few < 3 * many), "{camera}, {rest}: {few} of {many}");
+            }
         }
     }
 }
