@@ -115,7 +115,7 @@ impl RayLine {
     /// The part of the ray from `eye` along the unit vector `dir` inside the sphere of radius `outer`, if any.
     ///
     /// A line through the centre has no plane of its own; any plane through it gives the same values. The line is moved
-    /// aside by [`LEAST_B`].
+    /// aside by 1e-14 planet radii.
     #[inline]
     pub fn new(eye: DVec3, dir: DVec3, outer: f64) -> Option<Self> {
         let along = eye.dot(dir);
