@@ -4,7 +4,7 @@
 //! build follows a frame of the other, so that noise of the machine affects both.
 
 use super::case::Setting;
-use super::instructions::{Counted, Tool};
+use super::instructions::Tool;
 use super::options::{Options, Size, cores};
 use crate::results::say;
 use icoray::{Error, ErrorKind, Result};
@@ -65,8 +65,8 @@ pub(super) fn compare(
         }
     }
     let Some(counter) = counter else { return Ok(()) };
-    let counted = programs.map(|program| counter.count_all(program, options, settings));
-    let [other, this]: [Counted; 2] = [counted[0].clone()?, counted[1].clone()?];
+    let count = |program: &Path| counter.count_all(program, options, settings);
+    let [other, this] = [count(other)?, count(&this)?];
     say!(out, "\n| instructions per frustum, {}, by {} | other | this | other / this |", other.size, other.tool)?;
     say!(out, "| --- | ---: | ---: | ---: |")?;
     for (other, this) in other.per_frustum.iter().zip(&this.per_frustum) {
