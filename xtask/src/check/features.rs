@@ -9,6 +9,10 @@ use super::suite::Suite;
 use crate::error::Error;
 use crate::step::Step;
 
+/// Packages without features that are selected beside each feature, so that cargo selects the same features of crates
+/// from crates.io for all of them, and compiles these crates once. Each package is compiled alone without features.
+const COMPANIONS: [&str; 6] = ["icoray-gpu", "icoray-live", "icoray-mpi", "icoray-netcdf", "icoray-reference", "xtask"];
+
 /// Features that are left out: they compile NetCDF and HDF5 from their sources, which takes minutes and a newer CMake than
 /// Debian's.
 const LEFT_OUT: [&str; 1] = ["static"];
@@ -22,8 +26,12 @@ pub fn check(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     let sets = sets(&metadata)?;
     let mut failures = Vec::new();
     for (package, feature) in &sets {
-        let cargo = suite.workspace.cargo(["check", "--no-default-features", "--package", package]);
-        if let Err(error) = step.quiet(cargo.args(feature.iter().flat_map(|feature| ["--features", feature]))) {
+        let mut cargo = suite.workspace.cargo(["check", "--no-default-features", "--package", package]);
+        if let Some(feature) = feature {
+            cargo = cargo.arg(format!("--features={package}/{feature}"));
+            cargo = cargo.args(COMPANIONS.iter().flat_map(|companion| ["--package", companion]));
+        }
+        if let Err(error) = step.quiet(cargo) {
             failures.push(format!("{package} with {}: {error}", feature.as_deref().unwrap_or("no feature")));
         }
     }

@@ -1,4 +1,5 @@
-//! Test programs: built by one cargo command, and run side by side, as many at a time as there are processors.
+//! Test programs: built by one cargo command, and run side by side, as many at a time as there are processors, but for one
+//! that runs alone.
 //!
 //! `cargo test` runs one program after the other: processors idle while the last tests of a program run, or wait for
 //! ranks, for a browser or for files.
@@ -18,10 +19,13 @@ use crate::side_by_side::side_by_side;
 use crate::step::{Step, lines_of, print_error};
 use crate::workspace::{Workspace, library_path};
 
+/// The program whose ranks of MPI wait by polling, as many as eight at a time: beside another program they take its
+/// processors from it, and both last longer than one after the other.
+const ALONE: &str = "icoray-tests ranks";
+
 /// The programs that take longest, in this order: they start first, so that none of them runs alone at the end.
-const LONGEST: [&str; 8] = [
+const LONGEST: [&str; 7] = [
     "icoray-gpu suite",
-    "icoray-tests ranks",
     "icoray-tests accuracy",
     "icoray-tests interface",
     "icoray ranks",
@@ -80,7 +84,8 @@ pub fn run<'a>(
         (program.name, started.elapsed().as_secs_f64(), lines.join("\n"), outcome)
     };
     let (mut failed, mut count) = (Vec::new(), 0);
-    side_by_side(programs, work, |(name, seconds, output, outcome)| {
+    let (alone, programs): (Vec<_>, Vec<_>) = programs.into_iter().partition(|program| program.name == ALONE);
+    let mut take = |(name, seconds, output, outcome): (String, f64, String, Result<(), String>)| {
         let [passed, failures, _] = results(&output);
         record.tally.add_tests(&output, outcome.is_ok());
         count += passed + failures;
@@ -90,7 +95,9 @@ pub fn run<'a>(
             print_error(&format!("{output}\n{sentence}"));
             failed.push(name);
         }
-    });
+    };
+    alone.into_iter().for_each(|program| take(work(program)));
+    side_by_side(programs, work, take);
     if !failed.is_empty() {
         return Err(Error(format!("tests failed: {}", failed.join(", "))));
     }
