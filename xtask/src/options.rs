@@ -70,7 +70,7 @@ const TEST_ENVIRONMENT: &str = "\
 Environment:
   ICORAY_REQUIRE=LIST   Fail tests that would be skipped for want of these, separated by commas: all, or some of
                         long, gpu, mpi, mpich, fortran, c++, make, binutils, sanitizers, valgrind, chromium, python,
-                        mdbook, counters, mount, glibc, memory, terminal, comin, catalyst, data
+                        mdbook, counters, mount, glibc, memory, terminal, comin, catalyst, zarr, data
   ICORAY_TEST_DATA=DIR  Where the files of models are [default: ../shared/data]
   ICORAY_COMIN=DIR      Where ICON's ComIn is installed
   ICORAY_CATALYST=DIR   Where Kitware's libcatalyst is installed";

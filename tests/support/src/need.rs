@@ -71,6 +71,8 @@ needs! {
     Comin "comin", "no ComIn";
     /// Kitware's libcatalyst with MPI and its headers, in the prefix that ICORAY_CATALYST names.
     Catalyst "catalyst", "no libcatalyst";
+    /// A NetCDF library that reads Zarr.
+    Zarr "zarr", "the NetCDF library has no Zarr";
     /// The files of models: see [`data_file`](crate::data_file).
     Data "data", "no test data";
 }
