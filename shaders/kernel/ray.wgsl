@@ -214,6 +214,9 @@ fn monotone(
             }
             break;
         }
+        if roundoff.absorbed_before < 0.0 {
+            roundoff.absorbed_before = (*light).alpha;
+        }
         rest = segment_part(rest, end, vec2f(1.0, f1));
         from_ = to;
         at = lerp(at, 1.0, end.x);

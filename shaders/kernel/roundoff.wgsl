@@ -34,6 +34,8 @@ struct Roundoff {
     steepest: f32,
     flattest: f32,
     start: MediumSample,
+    // What the ray has absorbed before the first cut; -1 if there is none.
+    absorbed_before: f32,
     // The piece before the cut, if there is one.
     has_last: bool,
     last: MediumSample,
@@ -44,7 +46,7 @@ fn roundoff_new(segment: Segment, start: MediumSample) -> Roundoff {
     let ends = vec2f(segment.f0, segment.f1);
     let flattest = abs(ends.y - ends.x);
     let steepest = flattest + abs(segment.kappa);
-    return Roundoff(segment.length, ends, segment_reach(segment), steepest, flattest, start, false, start, 0.0);
+    return Roundoff(segment.length, ends, segment_reach(segment), steepest, flattest, start, -1.0, false, start, 0.0);
 }
 
 fn roundoff_rise(roundoff: ptr<function, Roundoff>) -> f32 {
@@ -91,7 +93,9 @@ fn roundoff_shift(roundoff: ptr<function, Roundoff>, light: ptr<function, Radian
     // At an extremum the place of a cut is the root of the reach of rounding.
     let reach = (*roundoff).reach;
     let shift = min(sqrt(reach / (reach + (*roundoff).steepest)), reach / (reach + (*roundoff).flattest));
-    roundoff_moved(light, (*light).alpha, (*roundoff).length * shift, (*roundoff).start, end);
+    let before = (*roundoff).absorbed_before;
+    let absorbed = select(before, (*light).alpha, before < 0.0);
+    roundoff_moved(light, absorbed, (*roundoff).length * shift, (*roundoff).start, end);
 }
 
 fn roundoff_moved(light: ptr<function, Radiance>, alpha: f32, length: f32, before: MediumSample, behind: MediumSample) {

@@ -59,6 +59,8 @@ pub(super) struct Roundoff<T> {
     steepest: T,
     flattest: T,
     start: MediumSample<T>,
+    /// What the ray has absorbed before the first cut.
+    pub absorbed_before: Option<T>,
     /// The piece before the cut: its medium and length.
     last: Option<(MediumSample<T>, T)>,
 }
@@ -70,7 +72,7 @@ impl<T: Real> Roundoff<T> {
         let ends = [segment.f0, segment.f1];
         let flattest = (segment.f1 - segment.f0).abs();
         let steepest = flattest + segment.kappa.abs();
-        Roundoff { length: segment.length, ends, reach, steepest, flattest, start, last: None }
+        Roundoff { length: segment.length, ends, reach, steepest, flattest, start, absorbed_before: None, last: None }
     }
 
     #[inline]
@@ -111,13 +113,15 @@ impl<T: Real> Roundoff<T> {
         T::of(2.0) * self.reach / (self.reach + near)
     }
 
-    /// Adds the effect at the segment's end, in the medium `end`.
+    /// Adds the effect of a shift of all cuts, at the segment's end, in the medium `end`. The displaced light is seen
+    /// through what lies before the first cut.
     #[inline]
     pub fn shift(&self, light: &mut Radiance<T>, end: &MediumSample<T>) {
         // At an extremum the place of a cut is the root of the reach of rounding.
         let root = (self.reach / (self.reach + self.steepest)).sqrt();
         let shift = self.length * root.min(self.reach / (self.reach + self.flattest));
-        self.add_displacement(light, light.alpha, shift, [&self.start, end]);
+        let absorbed = self.absorbed_before.unwrap_or(light.alpha);
+        self.add_displacement(light, absorbed, shift, [&self.start, end]);
     }
 
     /// Adds the effect of `length` of the segment being in one medium instead of the other. If extinction rises, the

@@ -165,6 +165,7 @@ impl<'v, T: Real> VolumeRay<'v, T> {
                 error_bound.shift(&mut self.light, &MediumSample::at(span, f1));
                 return k;
             }
+            error_bound.absorbed_before.get_or_insert(self.light.alpha);
             rest = rest.part(end, (one, f1));
             (from, at) = (to, lerp(at, one, end.0));
             k = if rising { k + 1 } else { k - 1 };
