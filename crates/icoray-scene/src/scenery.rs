@@ -169,6 +169,8 @@ pub enum Pattern {
     },
     /// Coast lines: Natural Earth 1:110m, and 1:50m where pixels are smaller than 0.06 degrees.
     Coast,
+    /// Borders between countries: Natural Earth's, at the scales of coasts.
+    Borders,
     /// Lines and outlines of polygons of a file.
     Outlines(Arc<Outlines>),
 }

@@ -9,9 +9,9 @@
 //! the screen. So lines are as wide in pixels at the limb as in the middle, and their edges are smoothed over one
 //! pixel. Lines closer to each other than `CROWDED` pixels, or than `CROWDED` times their width, fade out.
 
-mod coast;
 mod core;
 mod graticule;
+mod line_map;
 mod mesh;
 mod paint;
 mod region;
@@ -19,14 +19,14 @@ mod screen_jacobian;
 #[cfg(test)]
 mod tests;
 
-pub use coast::coast_runs;
 pub use core::Core;
+pub use line_map::coast_runs;
 pub use paint::Painter;
 pub use screen_jacobian::SurfaceHit;
 
-use coast::Coast;
 use icoray_grid::Grid;
 use icoray_scene::{Level, Scene};
+use line_map::LineMap;
 use screen_jacobian::{ScreenJacobian, View};
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ const COARSEST: f64 = 3.0;
 pub struct Ground {
     eye: View,
     /// Linear RGB of land and sea, if they differ, and the coast between them.
-    shores: Option<([f64; 3], [f64; 3], Arc<Coast>)>,
+    shores: Option<([f64; 3], [f64; 3], Arc<LineMap>)>,
     base: [f64; 3],
     painter: Option<Painter>,
 }
@@ -53,7 +53,7 @@ impl Ground {
         let ground = scene.scenery.ground;
         let [land, ocean] = [ground.land, ground.ocean].map(|color| color.unwrap_or(core));
         let eye = View::of(scene);
-        let shores = (land != ocean).then(|| (land, ocean, Coast::of(&eye)));
+        let shores = (land != ocean).then(|| (land, ocean, LineMap::of_coasts(&eye)));
         let painter = Painter::new(scene, Level::Ground);
         let has_one_color = shores.is_none() && painter.is_none() && land == core;
         (!has_one_color).then_some(Ground { eye, shores, base: land, painter })
@@ -71,7 +71,7 @@ impl Ground {
 }
 
 /// The colour of land or sea, mixed within half a pixel of the coast.
-fn shore(jacobian: &ScreenJacobian, (land, ocean, coast): &([f64; 3], [f64; 3], Arc<Coast>)) -> [f64; 3] {
+fn shore(jacobian: &ScreenJacobian, (land, ocean, coast): &([f64; 3], [f64; 3], Arc<LineMap>)) -> [f64; 3] {
     let far = coast.distance(jacobian, 0.5, COARSEST).unwrap_or(0.5);
     let part = if coast.is_land(jacobian.lon_deg(), jacobian.lat_deg()) { 0.5 + far } else { 0.5 - far };
     [0, 1, 2].map(|k| ocean[k] + part * (land[k] - ocean[k]))

@@ -1,6 +1,6 @@
 //! The lines of a level, each pattern over the previous ones.
 
-use super::coast::Coast;
+use super::line_map::LineMap;
 use super::screen_jacobian::{ScreenJacobian, SurfaceHit, View};
 use super::{CROWDED, graticule, mesh, region};
 use icoray_grid::Grid;
@@ -14,11 +14,11 @@ pub struct Painter {
     lines: Vec<Painted>,
 }
 
-/// Lines, and the coasts or outlines that they show.
+/// Lines, and the map of those that are not computed.
 #[derive(Debug)]
 struct Painted {
     lines: Lines,
-    coast: Option<Arc<Coast>>,
+    map: Option<Arc<LineMap>>,
 }
 
 /// Width of a pattern's lines.
@@ -33,12 +33,13 @@ impl Painter {
     pub fn new(scene: &Scene, level: Level) -> Option<Self> {
         let eye = View::of(scene);
         let painted = |lines: &Lines| {
-            let coast = match &lines.pattern {
-                Pattern::Coast => Some(Coast::of(&eye)),
-                Pattern::Outlines(outlines) => Some(Coast::of_outlines(outlines)),
+            let map = match &lines.pattern {
+                Pattern::Coast => Some(LineMap::of_coasts(&eye)),
+                Pattern::Borders => Some(LineMap::of_borders(&eye)),
+                Pattern::Outlines(outlines) => Some(LineMap::of_outlines(outlines)),
                 Pattern::Cells | Pattern::Triangles | Pattern::Graticule { .. } => None,
             };
-            Painted { lines: lines.clone(), coast }
+            Painted { lines: lines.clone(), map }
         };
         let lines: Vec<_> = scene.scenery.lines.iter().filter(|lines| lines.on == level).map(painted).collect();
         (!lines.is_empty()).then_some(Painter { eye, lines })
@@ -53,7 +54,7 @@ impl Painter {
 
     pub(super) fn light(&self, jacobian: &ScreenJacobian, triangle: Option<(&Grid, u32)>) -> [f64; 4] {
         let mut light = [0.0; 4];
-        for Painted { lines, coast } in &self.lines {
+        for Painted { lines, map } in &self.lines {
             let pen = LineStyle { width: lines.width_px };
             let inside = lines.region.map_or(1.0, |limits| region::inside(&limits, jacobian, pen));
             if inside == 0.0 {
@@ -61,8 +62,8 @@ impl Painter {
             }
             let covered = match (&lines.pattern, triangle) {
                 (Pattern::Graticule { spacing_deg }, _) => graticule::covered(*spacing_deg, jacobian, pen),
-                (Pattern::Coast | Pattern::Outlines(_), _) => {
-                    coast.as_ref().map_or(0.0, |coast| covered(coast, jacobian, pen))
+                (Pattern::Coast | Pattern::Borders | Pattern::Outlines(_), _) => {
+                    map.as_ref().map_or(0.0, |map| covered(map, jacobian, pen))
                 }
                 (Pattern::Cells, Some((grid, triangle))) => mesh::cells(grid, triangle, jacobian, pen),
                 (Pattern::Triangles, Some((grid, triangle))) => mesh::triangles(grid, triangle, jacobian, pen),
@@ -93,14 +94,14 @@ impl LineStyle {
     }
 }
 
-fn covered(coast: &Coast, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
-    /// Distance of coasts in degrees at which they are worth distinguishing.
+fn covered(map: &LineMap, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
+    /// Distance of lines in degrees at which they are worth distinguishing.
     const APART: f64 = 5.0;
     let shown = pen.shows(APART.to_radians() * jacobian.min_stretch());
     if shown == 0.0 {
         return 0.0;
     }
-    // Farther coasts are not shown.
-    let distance = coast.distance(jacobian, pen.reach(), 2.0 * APART);
+    // Farther lines are not shown.
+    let distance = map.distance(jacobian, pen.reach(), 2.0 * APART);
     shown * distance.map_or(0.0, |distance| pen.covers(distance))
 }

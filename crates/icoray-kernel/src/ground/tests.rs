@@ -2,6 +2,7 @@
 
 mod sampled;
 
+use super::line_map::{BORDERS, COASTS};
 use super::*;
 use crate::walk::locate;
 use glam::DVec3;
@@ -47,8 +48,9 @@ fn graticule(spacing: i32) -> Vec<Vec<DVec3>> {
     parallels.chain(meridians).collect()
 }
 
-fn coasts(camera: Camera) -> Vec<Vec<DVec3>> {
-    coast::segments(&View::of(&Scene { camera, ..scene() })).iter().map(|[from, to]| polyline(*from, *to)).collect()
+fn map_lines(runs: [&[u8]; 2], camera: Camera) -> Vec<Vec<DVec3>> {
+    let scale = line_map::scale(&View::of(&Scene { camera, ..scene() }));
+    line_map::segments(runs[scale]).iter().map(|[from, to]| polyline(*from, *to)).collect()
 }
 
 fn arc(from: DVec3, to: DVec3) -> Vec<DVec3> {
@@ -72,6 +74,7 @@ fn lines_are_those_of_a_picture_sampled_many_times() {
     let globe = Camera::above(20.0, 35.0, 3.0, 45.0).unwrap();
     let pole = Camera::above(30.0, 88.0, 1.5, 40.0).unwrap();
     let near = Camera::above(12.3, 41.0, 1.3, 5.0).unwrap();
+    let alps = Camera::above(9.0, 47.0, 1.3, 10.0).unwrap();
     let at_180 = Camera::above(180.0, -17.0, 1.3, 9.0).unwrap();
     let limb = at_limb(80.0, 10.0, 6.0);
     let file = std::env::temp_dir().join(format!("icoray-lines-{}.geojson", std::process::id()));
@@ -87,10 +90,11 @@ fn lines_are_those_of_a_picture_sampled_many_times() {
         ("pole", pole, graticule_of(10.0), 2.0, graticule(10)),
         ("limb", at_limb(20.0, 35.0, 5.0), graticule_of(5.0), 2.0, graticule(5)),
         ("limb at 180", at_limb(130.0, 0.0, 8.0), graticule_of(3.0), 1.5, graticule(3)),
-        ("coast", near, Pattern::Coast, 1.5, coasts(near)),
-        ("coast at 180", at_180, Pattern::Coast, 1.0, coasts(at_180)),
+        ("coast", near, Pattern::Coast, 1.5, map_lines(COASTS, near)),
+        ("coast at 180", at_180, Pattern::Coast, 1.0, map_lines(COASTS, at_180)),
+        ("borders", alps, Pattern::Borders, 1.5, map_lines(BORDERS, alps)),
         ("outlines", at_180, Pattern::Outlines(outlines), 1.5, ring),
-        ("coast at the limb", limb, Pattern::Coast, 1.2, coasts(limb)),
+        ("coast at the limb", limb, Pattern::Coast, 1.2, map_lines(COASTS, limb)),
     ];
     for (name, camera, pattern, width, polylines) in cases {
         let mut scene = scene();

@@ -12,9 +12,10 @@ use toml::Spanned;
 
 keys! {
     pub(super) struct RawLines {
-        /// Outlines of cells, of dual triangles, meridians and parallels, or coasts (Natural Earth
-        /// 1:110m, and 1:50m where pixels are smaller than 0.06 degrees).
-        pattern: Option<Spanned<PatternName>> = word(&["cells", "triangles", "graticule", "coast"]).or_word("graticule"),
+        /// Outlines of cells, of dual triangles, meridians and parallels, coasts or borders between countries
+        /// (Natural Earth 1:110m, and 1:50m where pixels are smaller than 0.06 degrees).
+        pattern: Option<Spanned<PatternName>> =
+            word(&["cells", "triangles", "graticule", "coast", "borders"]).or_word("graticule"),
         /// Level of the lines; `"ground"` needs an opaque core.
         on: Option<Spanned<RawLayer>> = layer(&["ground", "top", "bottom"]).or_word("ground"),
         /// In place of `on`: height in metres.
@@ -42,6 +43,7 @@ enum PatternName {
     Triangles,
     Graticule,
     Coast,
+    Borders,
 }
 
 pub(super) fn lines(source: &Text, raw: &Spanned<RawLines>, has_core: bool) -> Result<Lines> {
@@ -64,6 +66,7 @@ pub(super) fn lines(source: &Text, raw: &Spanned<RawLines>, has_core: bool) -> R
             Some(PatternName::Cells) => Pattern::Cells,
             Some(PatternName::Triangles) => Pattern::Triangles,
             Some(PatternName::Coast) => Pattern::Coast,
+            Some(PatternName::Borders) => Pattern::Borders,
             Some(PatternName::Graticule) | None => {
                 Pattern::Graticule { spacing_deg: source.number(raw.spacing.as_ref(), "spacing")? }
             }

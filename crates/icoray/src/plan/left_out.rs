@@ -28,6 +28,7 @@ pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: 
         (has_surfaces, "surfaces".into()),
         (!scenery.lines.is_empty(), "lines".into()),
         (has_coasts, "table of coasts".into()),
+        (has_lines(|pattern| *pattern == Pattern::Borders), "table of borders".into()),
         (!scenery.clips.is_empty(), "clips".into()),
         (scenery.heights == Heights::Native, "native heights".into()),
         (
@@ -75,6 +76,7 @@ mod tests {
             "surfaces",
             "lines",
             "table of coasts",
+            "table of borders",
             "clips",
             "native heights",
         ];
@@ -86,6 +88,7 @@ mod tests {
             (cells, &["table cell_corner", "table corner", "lines"]),
             ("[[lines]]\npattern = \"triangles\"", &["lines"]),
             ("[[lines]]\npattern = \"coast\"", &["lines", "table of coasts"]),
+            ("[[lines]]\npattern = \"borders\"", &["lines", "table of borders"]),
             ("[ground]\nland = \"red\"", &["table of coasts"]),
             ("core = \"transparent\"\n\n", &["the far side behind the core"]),
             (&format!("{surface}color = \"red\""), &["surfaces"]),

@@ -23,6 +23,7 @@ fn lines_show_a_pattern_somewhere() {
         region: None,
     };
     assert_eq!(lines(""), plain);
+    assert_eq!(shown("[[lines]]\npattern = \"borders\"").lines[0].pattern, Pattern::Borders);
     for (keys, on) in [
         ("on = \"ground\"", Level::Ground),
         ("on = \"top\"", Level::Top),

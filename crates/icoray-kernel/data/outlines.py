@@ -1,9 +1,13 @@
-"""Writes land-SCALE.bin: npm pack world-atlas@2.0.2; python land.py land-SCALE.json > land-SCALE.bin, of 110m and 50m
+"""Writes land-SCALE.bin and borders-SCALE.bin, of 110m and 50m, from the files of `npm pack world-atlas@2.0.2`
 
-The files of world-atlas are TopoJSON of Natural Earth's land. land-SCALE.bin has its coast lines as runs of points:
-the number of points (u16), then longitude and latitude of each (i16, in 1/180 degree), all little-endian. Lines are straight
-in longitude and latitude, end at longitudes 180 and -180 where they cross them, and have land on one side. Edges along
-these longitudes, which cut islands in two, are left out: no coast runs there.
+    python outlines.py land-SCALE.json > land-SCALE.bin
+    python outlines.py countries-SCALE.json > borders-SCALE.bin
+
+The files of world-atlas are TopoJSON of Natural Earth's land and countries. Those written here have coast lines, and lines
+between two countries, as runs of points: the number of points (u16), then longitude and latitude of each (i16, in 1/180
+degree), all little-endian. Lines are straight in longitude and latitude and end at longitudes 180 and -180 where they
+cross them; coast lines have land on one side. Edges along these longitudes, which cut islands in two, are left out: no
+coast or border runs there.
 """
 
 import json
@@ -24,11 +28,16 @@ def arcs_of(topology):
         yield points
 
 
-def rings_of(topology):
+def number_rings_of(geometry):
+    """The rings of a geometry, each as the numbers of its arcs; ~k is arc k from its end to its start."""
+    polygons = geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
+    return [ring for polygon in polygons for ring in polygon]
+
+
+def coasts_of(topology):
     arcs = list(arcs_of(topology))
     for geometry in topology["objects"]["land"]["geometries"]:
-        polygons = geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
-        for ring in (ring for polygon in polygons for ring in polygon):
+        for ring in number_rings_of(geometry):
             points = []
             for number in ring:
                 arc = arcs[number] if number >= 0 else arcs[~number][::-1]
@@ -36,8 +45,17 @@ def rings_of(topology):
             yield points
 
 
+def borders_of(topology):
+    """The arcs that two countries share."""
+    countries = {}
+    for country, geometry in enumerate(topology["objects"]["countries"]["geometries"]):
+        for number in (number for ring in number_rings_of(geometry) for number in ring):
+            countries.setdefault(max(number, ~number), set()).add(country)
+    yield from (points for k, points in enumerate(arcs_of(topology)) if len(countries.get(k, ())) == 2)
+
+
 def runs_of(ring):
-    """The coast lines of a ring, each within longitudes -180 to 180."""
+    """The parts of a line, each within longitudes -180 to 180."""
     run = []
     for (lon, lat), (next_lon, next_lat) in zip(ring, ring[1:]):
         if abs(lon) == abs(next_lon) == 180:
@@ -64,7 +82,8 @@ def runs_of(ring):
 
 with open(sys.argv[1]) as file:
     topology = json.load(file)
-for run in (run for ring in rings_of(topology) for run in runs_of(ring)):
+lines = coasts_of(topology) if "countries" not in topology["objects"] else borders_of(topology)
+for run in (run for line in lines for run in runs_of(line)):
     points = [(round(UNITS * lon), round(UNITS * lat)) for lon, lat in run]
     points = [point for i, point in enumerate(points) if i == 0 or point != points[i - 1]]
     if len(points) > 1:

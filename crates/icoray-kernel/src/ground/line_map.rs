@@ -1,5 +1,5 @@
-//! Coast lines: Natural Earth's land at 1:110 million, or at 1:50 million for near pictures, straight in longitude and
-//! latitude from point to point.
+//! Coasts and borders of countries: Natural Earth's at 1:110 million, or at 1:50 million for near pictures; and lines of
+//! files. All are straight in longitude and latitude from point to point.
 //!
 //! Whether a place is land follows from the number of lines north of it on its meridian, as the North Pole is sea; so
 //! neither the longitude at which polygons are cut nor the South Pole need edges of their own. For distances the lines
@@ -13,16 +13,20 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
-/// Runs of points, written by `data/land.py`, at 1:110 million and at 1:50 million.
-static LAND: [&[u8]; 2] = [include_bytes!("../../data/land-110m.bin"), include_bytes!("../../data/land-50m.bin")];
+/// Runs of points, written by `data/outlines.py`, at 1:110 million and at 1:50 million.
+pub(super) static COASTS: [&[u8]; 2] =
+    [include_bytes!("../../data/land-110m.bin"), include_bytes!("../../data/land-50m.bin")];
+/// The same of the borders between countries.
+pub(super) static BORDERS: [&[u8]; 2] =
+    [include_bytes!("../../data/borders-110m.bin"), include_bytes!("../../data/borders-50m.bin")];
 
 /// The coasts at 1:110 million: runs of points, each of 16-bit numbers, their count first, then longitude and latitude of
 /// each in steps of 1/180 degree, all of them little-endian.
 pub fn coast_runs() -> &'static [u8] {
-    LAND[0]
+    COASTS[0]
 }
 
-/// Size of a pixel, degrees, below which the coasts have the larger scale.
+/// Size of a pixel, degrees, below which lines have the larger scale.
 const NEAR_DEG: f64 = 0.06;
 
 /// Steps per degree in the encoding.
@@ -38,34 +42,45 @@ const BINS: [usize; 2] = [180, 90];
 /// From one longitude and latitude, in degrees, to another.
 pub(super) type Segment = [[f64; 2]; 2];
 
-/// Coast lines, or those of a file, sorted.
+/// Coasts, borders, or lines of a file, sorted by place.
 #[derive(Debug)]
-pub(super) struct Coast {
+pub(super) struct LineMap {
     /// The lines over each degree of longitude.
     strips: Vec<Vec<Segment>>,
     /// The ends of pieces of lines in each bin.
     bins: Vec<Vec<[DVec3; 2]>>,
 }
 
-impl Coast {
+impl LineMap {
     /// The coasts of the Earth for a camera, sorted at the first request.
-    pub fn of(view: &View) -> Arc<Self> {
-        static COASTS: [OnceLock<Arc<Coast>>; 2] = [OnceLock::new(), OnceLock::new()];
-        Arc::clone(COASTS[scale(view)].get_or_init(|| Arc::new(Coast::new(&segments(view)))))
+    pub fn of_coasts(view: &View) -> Arc<Self> {
+        static SORTED: [OnceLock<Arc<LineMap>>; 2] = [OnceLock::new(), OnceLock::new()];
+        Self::at_scale_of(view, COASTS, &SORTED)
+    }
+
+    /// The borders between countries for a camera, sorted at the first request.
+    pub fn of_borders(view: &View) -> Arc<Self> {
+        static SORTED: [OnceLock<Arc<LineMap>>; 2] = [OnceLock::new(), OnceLock::new()];
+        Self::at_scale_of(view, BORDERS, &SORTED)
+    }
+
+    fn at_scale_of(view: &View, runs: [&[u8]; 2], sorted: &[OnceLock<Arc<Self>>; 2]) -> Arc<Self> {
+        let scale = scale(view);
+        Arc::clone(sorted[scale].get_or_init(|| Arc::new(Self::new(&segments(runs[scale])))))
     }
 
     /// The lines of a file, sorted once while it is in use.
     pub fn of_outlines(outlines: &Arc<Outlines>) -> Arc<Self> {
-        static SORTED: Mutex<Vec<(Weak<Outlines>, Arc<Coast>)>> = Mutex::new(Vec::new());
+        static SORTED: Mutex<Vec<(Weak<Outlines>, Arc<LineMap>)>> = Mutex::new(Vec::new());
         let mut sorted = SORTED.lock().unwrap_or_else(PoisonError::into_inner);
         sorted.retain(|(of, _)| of.strong_count() > 0);
-        if let Some((_, coast)) = sorted.iter().find(|(of, _)| of.as_ptr() == Arc::as_ptr(outlines)) {
-            return Arc::clone(coast);
+        if let Some((_, map)) = sorted.iter().find(|(of, _)| of.as_ptr() == Arc::as_ptr(outlines)) {
+            return Arc::clone(map);
         }
         let pairs = outlines.runs().iter().flat_map(|run| run.windows(2));
-        let coast = Arc::new(Coast::new(&pairs.map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>()));
-        sorted.push((Arc::downgrade(outlines), Arc::clone(&coast)));
-        coast
+        let map = Arc::new(LineMap::new(&pairs.map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>()));
+        sorted.push((Arc::downgrade(outlines), Arc::clone(&map)));
+        map
     }
 
     fn new(segments: &[Segment]) -> Self {
@@ -84,10 +99,10 @@ impl Coast {
                 }
             }
         }
-        Coast { strips, bins }
+        LineMap { strips, bins }
     }
 
-    /// Whether there is land at a longitude of -180 to 180 and a latitude, in degrees.
+    /// Whether there is land, if these are coasts, at a longitude of -180 to 180 and a latitude, in degrees.
     pub fn is_land(&self, lon: f64, lat: f64) -> bool {
         let lon = if lon >= 180.0 { lon - 360.0 } else { lon };
         let strip = ((lon + 180.0) as usize).min(STRIPS - 1);
@@ -99,7 +114,7 @@ impl Coast {
         self.strips[strip].iter().filter(is_north).count() % 2 == 1
     }
 
-    /// Pixels to the nearest coast if they are fewer than `reach`, and if `reach` pixels are no more than `widest`
+    /// Pixels to the nearest line if they are fewer than `reach`, and if `reach` pixels are no more than `widest`
     /// degrees.
     pub fn distance(&self, jacobian: &ScreenJacobian, reach: f64, widest: f64) -> Option<f64> {
         let around = reach / jacobian.min_stretch();
@@ -139,14 +154,14 @@ fn columns([a, b]: [f64; 2]) -> impl Iterator<Item = usize> {
     (west..=east.min(west + count - 1)).map(move |column| column.rem_euclid(count) as usize)
 }
 
-/// The number in [`LAND`] of the coasts for a camera.
-fn scale(view: &View) -> usize {
+/// The number of the scale for a camera, in [`COASTS`] and [`BORDERS`].
+pub(super) fn scale(view: &View) -> usize {
     usize::from(view.least_pixel().to_degrees() < NEAR_DEG)
 }
 
-/// All lines for a camera.
-pub(super) fn segments(view: &View) -> Vec<Segment> {
-    let mut rest = LAND[scale(view)];
+/// The lines of encoded runs of points.
+pub(super) fn segments(runs: &[u8]) -> Vec<Segment> {
+    let mut rest = runs;
     let mut segments = Vec::new();
     while let Some((count, points)) = rest.split_first_chunk::<2>() {
         let (points, others) = points.split_at(4 * usize::from(u16::from_le_bytes(*count)));

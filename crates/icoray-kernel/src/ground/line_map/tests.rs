@@ -10,7 +10,7 @@ fn views() -> [View; 2] {
 
 #[test]
 fn islands_that_are_small_are_seen_from_near() {
-    let [far, near] = views().map(|view| Coast::of(&view));
+    let [far, near] = views().map(|view| LineMap::of_coasts(&view));
     for (name, lon, lat) in [("Mallorca", 3.0, 39.6), ("Gotland", 18.5, 57.4)] {
         assert!(!far.is_land(lon, lat) && near.is_land(lon, lat), "{name}");
     }
@@ -18,7 +18,7 @@ fn islands_that_are_small_are_seen_from_near() {
 
 #[test]
 fn places_are_where_they_are() {
-    let coasts = views().map(|view| Coast::of(&view));
+    let coasts = views().map(|view| LineMap::of_coasts(&view));
     let land = [
         ("Paris", 2.35, 48.86),
         ("Ulaanbaatar", 106.9, 47.9),
@@ -57,10 +57,43 @@ fn places_are_where_they_are() {
     }
 }
 
+/// Pixels of a picture from above to the nearest border, within 5 pixels of 0.05 degrees.
+fn distance_to_border(lon: f64, lat: f64) -> Option<f64> {
+    let view = View::new(Camera::above(lon, lat, 1.05, 30.0).unwrap(), 700);
+    let place = unit_vector(lon.to_radians(), lat.to_radians());
+    let jacobian = ScreenJacobian::new(&view, &SurfaceHit::round(place)).unwrap();
+    LineMap::of_borders(&view).distance(&jacobian, 0.25_f64.to_radians() * jacobian.min_stretch(), 1.0)
+}
+
+#[test]
+fn borders_lie_between_countries_and_on_no_coast() {
+    let between = [
+        ("the Rhine at Strasbourg", 7.8, 48.58),
+        ("the 49th parallel", -110.0, 49.0),
+        ("Egypt and Sudan", 29.0, 22.0),
+        ("the Russian-Mongolian border", 107.8, 49.7),
+        ("Argentina and Chile on Tierra del Fuego", -68.61, -53.5),
+    ];
+    for (name, lon, lat) in between {
+        assert!(distance_to_border(lon, lat).is_some(), "{name}");
+    }
+    let inside = [
+        ("Paris", 2.35, 48.86),
+        ("the coast of Portugal", -9.2, 38.7),
+        ("Chukotka at 180", 180.0, 67.0),
+        ("the South Pole", 0.0, -90.0),
+        ("the Antarctic at 180", 180.0, -84.5),
+        ("the Pacific", -150.0, 0.0),
+    ];
+    for (name, lon, lat) in inside {
+        assert_eq!(distance_to_border(lon, lat), None, "{name}");
+    }
+}
+
 #[test]
 fn a_way_that_crosses_an_odd_number_of_coasts_leads_from_land_to_sea() {
     let [view, _] = views();
-    let (coast, all) = (Coast::of(&view), segments(&view));
+    let (coast, all) = (LineMap::of_coasts(&view), segments(COASTS[scale(&view)]));
     let mut random = Random::new(1);
     let cross =
         |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0;
@@ -80,7 +113,7 @@ fn a_way_that_crosses_an_odd_number_of_coasts_leads_from_land_to_sea() {
 
 #[test]
 fn a_part_of_the_earth_is_land() {
-    let coast = Coast::of(&views()[1]);
+    let coast = LineMap::of_coasts(&views()[1]);
     let mut random = Random::new(1);
     let count = 40_000;
     let is_land = |_: &i32| {
@@ -109,7 +142,7 @@ fn brute(place: DVec3, all: &[Segment]) -> f64 {
 #[test]
 fn distances_are_those_to_the_nearest_of_all_coasts() {
     let [view, _] = views();
-    let (coast, all) = (Coast::of(&view), segments(&view));
+    let (coast, all) = (LineMap::of_coasts(&view), segments(COASTS[scale(&view)]));
     let mut random = Random::new(1);
     let mut near = 0;
     let poles = [[0.0, -90.0], [10.0, 90.0], [180.0, -84.5], [-180.0, -16.2], [179.99, 68.9], [-179.99, 65.0]];
