@@ -1,7 +1,7 @@
 //! Options that change a scene: its camera, size, quality and device.
 
 use crate::gpu::DeviceOptions;
-use icoray::{Error, ErrorKind, LightSource, Lighting, Result, Scene, Script};
+use icoray::{Error, ErrorKind, LightSource, Lighting, Lines, Result, Scene, Script};
 
 /// Options that replace keys of a scene.
 #[derive(clap::Args)]
@@ -24,6 +24,9 @@ pub struct Overrides {
     /// "headlight", "none", or longitude and latitude below a sun, such as 90,20; also instead of the scene's
     #[arg(long, value_name = "KIND", allow_hyphen_values = true, value_parser = light)]
     pub light: Option<Light>,
+    /// Draw the borders between countries; also on the ground of a scene
+    #[arg(long)]
+    pub borders: bool,
     /// Draw no title and no colour bar
     #[arg(long)]
     pub no_labels: bool,
@@ -110,6 +113,7 @@ impl Overrides {
             ("--exaggeration", self.exaggeration.is_some()),
             ("--background", self.background.is_some()),
             ("--light", self.light.is_some()),
+            ("--borders", self.borders),
             ("--no-labels", self.no_labels),
             ("--size", self.size.is_some()),
             ("--tolerance", self.tolerance.is_some()),
@@ -148,6 +152,12 @@ impl Overrides {
             if let Some(Light(source)) = self.light {
                 let usual = scene.lighting.or(scene_of("[light]")?.lighting);
                 scene.lighting = source.and_then(|source| Some(Lighting { source, ..usual? }));
+            }
+            if self.borders && scene.core.is_some() {
+                let borders = scene_of("[[lines]]\npattern = \"borders\"\nwidth = 0.8\nopacity = 0.5")?;
+                let is_missing = |lines: &Lines| !scene.scenery.lines.iter().any(|own| own.pattern == lines.pattern);
+                let borders: Vec<_> = borders.scenery.lines.into_iter().filter(is_missing).collect();
+                scene.scenery.lines.extend(borders);
             }
             if self.no_labels {
                 scene.labels = None;

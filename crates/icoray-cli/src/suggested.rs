@@ -72,6 +72,7 @@ fn options(selection: &Selection, time: usize) -> suggest::Options {
         isosurface: scene_options.isosurface,
         background: overrides.background.clone(),
         light: overrides.light.map(|light| light.0),
+        has_borders: overrides.borders,
         is_unlabelled: overrides.no_labels,
         size: overrides.size,
         tolerance: overrides.tolerance,

@@ -178,6 +178,11 @@ fn options_change_the_looks_of_a_scene() {
         let changed = draw("scene.toml", &options, "changed.exr");
         assert!(changed != plain && changed == draw("edited.toml", &[], "edited.exr"), "{options:?}");
     }
+    let borders = "[[lines]]\npattern = \"borders\"\nwidth = 0.8\nopacity = 0.5\n";
+    folder.write("edited.toml", given.clone() + borders);
+    let bordered = draw("edited.toml", &[], "edited.exr");
+    assert!(bordered != plain && bordered == draw("scene.toml", &["--borders"], "changed.exr"), "borders differ");
+    assert!(bordered == draw("edited.toml", &["--borders"], "changed.exr"), "borders are drawn twice");
     folder.write("edited.toml", given.clone() + "[labels]\n");
     let labelled = draw("edited.toml", &[], "a.png");
     assert!(labelled != draw("edited.toml", &["--no-labels"], "b.png"), "labels stay");

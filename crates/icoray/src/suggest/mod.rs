@@ -91,6 +91,8 @@ pub struct Options {
     pub background: Option<String>,
     /// Source of light; the inner `None` is no light.
     pub light: Option<Option<LightSource>>,
+    /// Draws the borders between countries, on an Earth.
+    pub has_borders: bool,
     /// Omits title and colour bar.
     pub is_unlabelled: bool,
     /// Width and height of the picture, pixels.

@@ -158,6 +158,7 @@ fn requested_settings_are_in_the_suggested_text() {
         isosurface: None,
         background: Some("white".into()),
         light: Some(Some(LightSource::Sun { lon_deg: 20.0, lat_deg: -5.0 })),
+        has_borders: true,
         is_unlabelled: true,
         is_timeless: true,
         is_length: false,
@@ -173,6 +174,7 @@ fn requested_settings_are_in_the_suggested_text() {
     let scene = Scene::parse(&text).unwrap();
     assert_eq!((scene.background, &scene.labels), (Some([1.0; 3]), &None));
     assert_eq!(scene.lighting.unwrap().source, LightSource::Sun { lon_deg: 20.0, lat_deg: -5.0 });
+    assert!(scene.scenery.lines.iter().any(|lines| lines.pattern == Pattern::Borders));
     let title = text_for(wave, &Options { is_timeless: true, ..Options::default() }).unwrap();
     assert!(title.contains("[labels]") && !title.contains("{time}"), "{title}");
     let [lon, lat, distance, _] = scene.camera.place();

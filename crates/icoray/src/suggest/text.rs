@@ -233,6 +233,9 @@ impl Suggested<'_> {
             if is_earth {
                 lines("coast", "Natural Earth", "1.2", "0.6");
             }
+            if is_earth && self.options.has_borders {
+                lines("borders", "between countries, of Natural Earth", "0.8", "0.5");
+            }
             lines("graticule", "meridians and parallels", "0.7", "0.25");
             put(&mut text, "spacing", &number(self.spacing_deg()), "degrees");
         }
