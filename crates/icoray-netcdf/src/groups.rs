@@ -1,8 +1,8 @@
 //! The variables of a file, those of NetCDF-4's groups by their paths.
 
 use icoray_dataset::{Dimension, Kind, Variable};
-use netcdf::Group;
 use netcdf::types::{FloatType, NcVariableType};
+use netcdf::{AttributeValue, Group};
 use std::collections::HashMap;
 
 /// The names in a [`Variable`] of the dimensions that a group and those around it declare.
@@ -19,6 +19,12 @@ pub(crate) fn variables(file: &netcdf::File) -> Vec<Variable> {
         None => found.extend(file.variables().map(|variable| describe(&variable, "", &Names::new()))),
     }
     found
+}
+
+/// The attribute of a group itself, else that of the first group inside which has one of this name.
+pub(crate) fn attribute(group: &Group<'_>, name: &str) -> Option<netcdf::Result<AttributeValue>> {
+    let own = group.attribute(name).map(|attribute| attribute.value());
+    own.or_else(|| group.groups().find_map(|inner| attribute(&inner, name)))
 }
 
 /// Appends the variables of a group and of those in it; `path` ends with `/`, and is empty of the root.

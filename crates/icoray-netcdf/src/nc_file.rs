@@ -163,7 +163,8 @@ impl Source for NcFile {
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
         let Some(variable) = variable else {
             let value = guarded(&self.path, format_args!("attribute {name}"), || {
-                self.file.attribute(name).map(|a| a.value()).transpose()
+                let found = self.file.root().and_then(|root| groups::attribute(&root, name));
+                found.or_else(|| self.file.attribute(name).map(|a| a.value())).transpose()
             });
             return value.map(|value| value.and_then(attribute));
         };

@@ -57,3 +57,21 @@ fn variables_of_groups_have_their_paths() {
     assert_eq!((heights.variable.as_str(), heights.height_m), ("physics/lev", vec![100.0, 300.0]));
     assert!(file.field_info("other/r").is_err());
 }
+
+#[test]
+fn attributes_of_groups_count_where_the_file_has_none() {
+    let mut made = Made::history();
+    made.attributes.retain(|(name, _)| *name != "sphere_radius");
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let radius_m = || icoray_netcdf::open(&path).unwrap().sphere_radius_m();
+    let of_earth = radius_m();
+    let mut file = netcdf::append(&path).unwrap();
+    let mut model = file.add_group("model").unwrap();
+    model.add_group("mesh").unwrap().add_attribute("sphere_radius", 3_389_500.0).unwrap();
+    file.close().unwrap();
+    assert_eq!(radius_m(), 3_389_500.0);
+    let mut file = netcdf::append(&path).unwrap();
+    file.add_attribute("sphere_radius", 1_000_000.0).unwrap();
+    file.close().unwrap();
+    assert_eq!((radius_m(), of_earth > 6e6), (1_000_000.0, true), "the file's own comes first");
+}
