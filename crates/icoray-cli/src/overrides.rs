@@ -132,7 +132,7 @@ impl Overrides {
     /// Changes the scenes of a file.
     ///
     /// # Errors
-    /// As [`Script::set_camera`] and [`Script::set_exaggeration`].
+    /// As [`Script::set_camera`] and [`Script::set_exaggeration`]; [`ErrorKind::Scene`] for borders on no ground.
     pub fn apply(&self, script: &mut Script) -> Result<()> {
         let camera = script.set_camera(self.lon, self.lat, self.distance);
         camera.map_err(|e| e.within("--lon, --lat, --distance"))?;
@@ -153,7 +153,12 @@ impl Overrides {
                 let usual = scene.lighting.or(scene_of("[light]")?.lighting);
                 scene.lighting = source.and_then(|source| Some(Lighting { source, ..usual? }));
             }
-            if self.borders && scene.core.is_some() {
+            if self.borders {
+                if scene.core.is_none() {
+                    let context = "--borders: borders lie on the ground, and the scene's core is \"transparent\"; expected \
+                                   another core, or [[lines]] with pattern = \"borders\" and on = \"top\" in the scene";
+                    return Err(Error::new(ErrorKind::Scene, context));
+                }
                 let borders = scene_of("[[lines]]\npattern = \"borders\"\nwidth = 0.8\nopacity = 0.5")?;
                 let is_missing = |lines: &Lines| !scene.scenery.lines.iter().any(|own| own.pattern == lines.pattern);
                 let borders: Vec<_> = borders.scenery.lines.into_iter().filter(is_missing).collect();

@@ -183,6 +183,9 @@ fn options_change_the_looks_of_a_scene() {
     let bordered = draw("edited.toml", &[], "edited.exr");
     assert!(bordered != plain && bordered == draw("scene.toml", &["--borders"], "changed.exr"), "borders differ");
     assert!(bordered == draw("edited.toml", &["--borders"], "changed.exr"), "borders are drawn twice");
+    folder.write("edited.toml", format!("core = \"transparent\"\n{given}"));
+    let hollow = ["render", "made.nc", "--scene", "edited.toml", "--borders", "-o", "a.exr"];
+    folder.fails(hollow, 1, &["--borders: borders lie on the ground", "on = \"top\""]);
     folder.write("edited.toml", given.clone() + "[labels]\n");
     let labelled = draw("edited.toml", &[], "a.png");
     assert!(labelled != draw("edited.toml", &["--no-labels"], "b.png"), "labels stay");
