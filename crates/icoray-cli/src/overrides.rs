@@ -24,7 +24,7 @@ pub struct Overrides {
     /// "headlight", "none", or longitude and latitude below a sun, such as 90,20; also instead of the scene's
     #[arg(long, value_name = "KIND", allow_hyphen_values = true, value_parser = light)]
     pub light: Option<Light>,
-    /// Draw the borders between countries; also on the ground of a scene
+    /// Draw the borders between countries, if the planet is the Earth; also on the ground of a scene
     #[arg(long)]
     pub borders: bool,
     /// Draw no title and no colour bar

@@ -57,7 +57,7 @@ fn places_are_where_they_are() {
     }
 }
 
-/// Pixels of a picture from above to the nearest border, within 5 pixels of 0.05 degrees.
+/// Pixels to the nearest border, if it is within a quarter of a degree.
 fn distance_to_border(lon: f64, lat: f64) -> Option<f64> {
     let view = View::new(Camera::above(lon, lat, 1.05, 30.0).unwrap(), 700);
     let place = unit_vector(lon.to_radians(), lat.to_radians());
