@@ -86,7 +86,8 @@ first! {
         columns(&FIRST, &[(2, ""), (3, ""), (4, ""), (8, ""), (4, "2"), (8, "3"), (3, "1")]);
     pictures_in_the_background_are_those_of_the_call_to_the_byte:
         background(&FIRST, &[(1, ""), (2, ""), (4, ""), (4, "2")]);
-    columns_are_put_together_where_a_node_has_no_memory_to_share: columns_without_shared_memory(&FIRST);
+    columns_are_put_together_where_a_node_has_no_memory_to_share: without_shared_memory(&FIRST, "mpi_columns", "one");
+    parts_are_put_together_where_a_node_has_no_memory_to_share: without_shared_memory(&FIRST, "mpi_parts", "one/whole");
     what_fails_on_one_rank_fails_on_all: refusals(&FIRST, &[2, 3, 4]);
     /// A model that draws where `icoray_wants` says so comes to its end, whichever call fails on whichever rank.
     no_failure_of_one_rank_leaves_others_waiting: failures(&FIRST, &[2, 4]);
@@ -178,15 +179,18 @@ fn background(mpi: &Mpi, runs: &[(usize, &str)]) {
 
 /// In a mount namespace with another `/dev/shm`, where this user may make one. Open MPI itself is to do without, too;
 /// MPICH makes its window elsewhere than where room is looked for then, so that only its pages show it.
-fn columns_without_shared_memory(mpi: &Mpi) {
-    let run = Run::new(mpi, "mpi_columns");
+fn without_shared_memory(mpi: &Mpi, program: &'static str, alone: &str) {
+    let run = Run::new(mpi, program);
     let mut inner = run.on(3, "", "small");
     let Some(mut outer) = with_small_disk(inner.arg("small"), "64m", "/dev/shm") else { return };
     run.alone(15);
     let (name, value) =
         if mpi.is_open_mpi() { ("OMPI_MCA_btl", "self,tcp") } else { ("OMPI_MCA_osc_sm_backing_directory", "/") };
     checked(outer.env(name, value), run.name, 20);
-    assert!(files(&run.at("small/contiguous")) == files(&run.at("one")), "the pictures differ");
+    let [small, mut one] = ["small/contiguous", alone].map(|to| files(&run.at(to)));
+    // Fragments differ in last digits.
+    one.retain(|name, _| program != "mpi_parts" || name != "f32_inside.exr");
+    assert!(one.iter().all(|(name, bytes)| small[name] == *bytes), "the pictures differ");
 }
 
 #[test]
@@ -261,7 +265,8 @@ fn mpich_does_the_same() {
         failures(&MPICH, &[2]);
         columns(&MPICH, &[(3, ""), (4, "2")]);
         background(&MPICH, &[(2, ""), (4, "2")]);
-        columns_without_shared_memory(&MPICH);
+        without_shared_memory(&MPICH, "mpi_columns", "one");
+        without_shared_memory(&MPICH, "mpi_parts", "one/whole");
     }
 }
 

@@ -265,19 +265,6 @@ static void leaves(const char *directory, const World *w)
     free(owner);
 }
 
-/* Takes all memory that can be shared, in a file system that is this test's own. */
-static void take_all(void)
-{
-    static const char zeros[65536];
-    FILE *file = fopen("/dev/shm/icoray_test", "wb");
-    CHECK(file != NULL);
-    while (file != NULL && fwrite(zeros, sizeof zeros, 1, file) == 1 && fflush(file) == 0) {
-    }
-    if (file != NULL) {
-        fclose(file);
-    }
-}
-
 /* Number of nodes into which the environment divides this one. */
 static double count_nodes(void)
 {
@@ -297,10 +284,9 @@ int main(int argc, char **argv)
     }
     begin(&argc, &argv);
     w = world(4, 5);
-    if (is_small && rank == 0) {
+    if (is_small) {
         take_all();
     }
-    MPI_Barrier(MPI_COMM_WORLD);
     sharing = is_small     ? "(tiles: every rank has the whole grid, the field is assembled once per rank, as nodes"
               : ranks == 1 ? "(tiles: every rank has the whole grid)"
                            : "(tiles: every rank has the whole grid, the field is assembled once per node)";

@@ -17,6 +17,9 @@ int end(const char *program);
 /* A context of all ranks of a communicator, with the grid, layers and field of a world; pictures go to directory. */
 icoray_ctx *together(MPI_Comm comm, const char *directory, const World *w, icoray_config config);
 
+/* Takes all memory that can be shared, in a file system that is this test's own. Collective. */
+void take_all(void);
+
 /* A context of this process alone, with the same. */
 icoray_ctx *alone(const char *directory, const World *w);
 

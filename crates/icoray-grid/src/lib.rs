@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 pub mod array;
+pub mod block;
 mod description;
 mod error;
 pub mod field;

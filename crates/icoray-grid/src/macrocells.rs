@@ -9,6 +9,7 @@ use crate::array::MapInline;
 use crate::grid::Grid;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Mean number of triangles per macrocell.
@@ -179,16 +180,16 @@ fn components(place: DVec3, axis: u32) -> [f64; 3] {
 
 /// The macrocells of a grid, with those that each triangle overlaps.
 #[derive(Debug)]
-pub struct Macrocells {
+pub struct Macrocells<'a> {
     /// The division of the sphere.
     pub map: CubeMap,
     /// Its division into groups.
     pub groups: CubeMap,
     /// For each triangle the number of the first macrocell that it overlaps, shifted by two bits that mark whether it
     /// overlaps the next column and the next row; [`MANY`] if it overlaps others.
-    of_triangle: Vec<u32>,
+    of_triangle: Cow<'a, [u32]>,
     /// A triangle in each macrocell, at which searches start.
-    triangle_in: Vec<u32>,
+    triangle_in: Cow<'a, [u32]>,
     /// [`Grid::lowest_facet`].
     pub lowest_facet: f64,
 }
@@ -242,9 +243,9 @@ impl JoinedBits {
 /// Marks that a triangle's macrocells are found from its vertices.
 const MANY: u32 = u32::MAX;
 
-impl Macrocells {
+impl<'a> Macrocells<'a> {
     /// The macrocells of a grid, in parallel.
-    pub(crate) fn new(grid: &Grid) -> Self {
+    pub(crate) fn new(grid: &Grid) -> Macrocells<'static> {
         let map = CubeMap::new(grid.triangles());
         let triangle_in: Vec<AtomicU32> = (0..map.count()).map(|_| AtomicU32::new(u32::MAX)).collect();
         let of = |triangle: u32| {
@@ -256,12 +257,27 @@ impl Macrocells {
             });
             code(&map, &corners(grid, triangle))
         };
-        let of_triangle = (0..grid.triangles() as u32).into_par_iter().with_min_len(CHUNK).map(of).collect();
+        let of_triangle: Vec<u32> = (0..grid.triangles() as u32).into_par_iter().with_min_len(CHUNK).map(of).collect();
         let triangle_in = triangle_in.into_iter().map(AtomicU32::into_inner);
         let triangle_in =
             triangle_in.map(|triangle| grid.nearest_valid_triangle(triangle.min(grid.triangles() as u32)));
-        let groups = map.groups();
-        Macrocells { map, groups, of_triangle, triangle_in: triangle_in.collect(), lowest_facet: grid.lowest_facet() }
+        let triangle_in: Vec<u32> = triangle_in.collect();
+        Self::of_arrays(grid.lowest_facet(), of_triangle.into(), triangle_in.into())
+    }
+
+    /// The macrocells with these [arrays](Self::arrays).
+    pub(crate) fn of_arrays<'s>(
+        lowest_facet: f64,
+        of_triangle: Cow<'s, [u32]>,
+        triangle_in: Cow<'s, [u32]>,
+    ) -> Macrocells<'s> {
+        let map = CubeMap::new(of_triangle.len());
+        Macrocells { map, groups: map.groups(), of_triangle, triangle_in, lowest_facet }
+    }
+
+    /// The macrocells of each triangle, and a triangle in each macrocell.
+    pub(crate) fn arrays(&self) -> [&[u32]; 2] {
+        [&self.of_triangle, &self.triangle_in]
     }
 
     /// A triangle in or near a macrocell.
@@ -323,7 +339,7 @@ impl Macrocells {
 
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.of_triangle.as_slice()) + size_of_val(self.triangle_in.as_slice())
+        size_of_val(&*self.of_triangle) + size_of_val(&*self.triangle_in)
     }
 }
 

@@ -23,7 +23,7 @@ pub(crate) enum Ahead {
 
 /// The macrocells of a frame.
 pub(crate) struct Leaps<'t> {
-    macrocells: &'t Macrocells,
+    macrocells: &'t Macrocells<'t>,
     visible: &'t OccupancyMask,
     shell: &'t Shell,
     /// Squares of the lowest and the highest radius in the gaps of each block.
@@ -34,7 +34,7 @@ pub(crate) struct Leaps<'t> {
 
 /// A core that is hollow.
 pub(crate) struct HollowCore<'t> {
-    macrocells: &'t Macrocells,
+    macrocells: &'t Macrocells<'t>,
     /// Square of the radius below which there are no layers.
     radius2: f64,
 }

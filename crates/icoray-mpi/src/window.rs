@@ -116,6 +116,9 @@ struct Window {
 // by the thread that makes calls on the host's context.
 unsafe impl Send for Window {}
 
+// SAFETY: a shared reference gives the memory to be read only.
+unsafe impl Sync for Window {}
+
 impl Window {
     /// `None` on all ranks if MPI cannot allocate or map it on some, or the system lacks memory. Collective.
     fn new(group: MpiCommunicator, bytes: usize) -> Result<Option<Self>> {

@@ -33,7 +33,10 @@ impl Grid<'_> {
     /// # Panics
     /// If they do not fit into memory; [`Self::make_half_edges`] returns an error instead.
     pub fn half_edges(&self) -> &[HalfEdge] {
-        made(&self.half_edges, || self.all_sides().unwrap_or_else(|error| panic!("{error}"))).as_slice()
+        match &self.shared {
+            Some((half_edges, _)) => half_edges,
+            None => made(&self.half_edges, || self.all_sides().unwrap_or_else(|error| panic!("{error}"))).as_slice(),
+        }
     }
 
     /// Makes the half-edges unless they exist, in parallel.
@@ -41,7 +44,7 @@ impl Grid<'_> {
     /// # Errors
     /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if they do not fit.
     pub fn make_half_edges(&self) -> Result<()> {
-        if self.half_edges.get().is_none() {
+        if self.shared.is_none() && self.half_edges.get().is_none() {
             let new = self.all_sides()?;
             self.half_edges.get_or_init(|| new);
         }
@@ -51,7 +54,7 @@ impl Grid<'_> {
     /// Bytes of the half-edges, and whether they have been made.
     pub fn half_edge_bytes(&self) -> (u64, bool) {
         let bytes = if self.can_number_sides() { self.beyond.len() * size_of::<[HalfEdge; 3]>() } else { 0 };
-        (bytes as u64, self.half_edges.get().is_some())
+        (bytes as u64, self.shared.is_some() || self.half_edges.get().is_some())
     }
 
     fn can_number_sides(&self) -> bool {

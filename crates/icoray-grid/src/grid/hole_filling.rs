@@ -22,7 +22,9 @@ use super::table_names::{named_row, number_of, rows};
 use super::tables::GridTables;
 use super::triangle_orientation::TriangleOrientation;
 use crate::error::{Error, Result};
+use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Bisections of the icosahedron that gives the synthetic points: 162 of them, 17° apart. With 2562 a ray over a rank's
@@ -34,7 +36,8 @@ const TURNS: u32 = 8;
 const STRIPES: f64 = 64.0;
 
 /// A triangle without data, counter-clockwise from outside.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
 pub(super) struct Void {
     /// Cells, or synthetic points numbered on from the last cell.
     pub cells: [u32; 3],
@@ -52,23 +55,24 @@ pub(super) struct Hole {
 }
 
 /// A side of the rim and the triangles on both sides.
-#[derive(Debug, Clone, Copy)]
-struct RimSide {
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct RimSide {
     triangle: u32,
     /// The vertex of `triangle` opposite the side.
-    opposite: u8,
+    opposite: u32,
     void: u32,
 }
 
 /// The void triangles that close a mesh, and the sides at which they meet it; empty for a whole sphere.
 #[derive(Debug, Default)]
-pub(super) struct HoleFilling {
-    void: Vec<Void>,
+pub(super) struct HoleFilling<'a> {
+    pub void: Cow<'a, [Void]>,
     /// Sorted by triangle and vertex.
-    rim: Vec<RimSide>,
+    pub rim: Cow<'a, [RimSide]>,
 }
 
-impl HoleFilling {
+impl HoleFilling<'_> {
     pub fn void(&self) -> &[Void] {
         &self.void
     }
@@ -78,14 +82,14 @@ impl HoleFilling {
     /// # Panics
     /// When that side is not on the rim.
     pub fn across(&self, triangle: u32, k: usize) -> u32 {
-        let key = (triangle, k as u8);
+        let key = (triangle, k as u32);
         let place = self.rim.binary_search_by_key(&key, |side| (side.triangle, side.opposite));
         self.rim[place.expect("every side of the rim is in its list")].void
     }
 
     /// The sides of rims, sorted: triangle, vertex opposite, void triangle beyond.
     pub fn rim(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
-        self.rim.iter().map(|side| [side.triangle, u32::from(side.opposite), side.void])
+        self.rim.iter().map(|side| [side.triangle, side.opposite, side.void])
     }
 
     /// All holes; the table has `rows` rows.
@@ -114,7 +118,7 @@ impl HoleFilling {
     }
 
     pub fn bytes(&self) -> usize {
-        size_of_val(self.void.as_slice()) + size_of_val(self.rim.as_slice())
+        size_of_val(&*self.void) + size_of_val(&*self.rim)
     }
 }
 
@@ -136,7 +140,7 @@ pub(super) fn fill_holes(
     t: &GridTables,
     direction: &mut Vec<[f64; 3]>,
     orientations: &[TriangleOrientation],
-) -> Result<HoleFilling> {
+) -> Result<HoleFilling<'static>> {
     let sides = rim(t, orientations);
     let mut by_ends = HashMap::with_capacity(sides.len());
     for (i, side) in sides.iter().enumerate() {
@@ -277,7 +281,7 @@ fn cut(
     direction: &mut Vec<[f64; 3]>,
     sides: &[Side],
     PatchedSphere { triangulation, vertex }: &PatchedSphere,
-) -> Result<HoleFilling> {
+) -> Result<HoleFilling<'static>> {
     const COVERED: u32 = u32::MAX;
     let ends = |side: &Side| (vertex[&side.from], vertex[&side.to]);
     let of_rim: HashMap<(u32, u32), usize> = sides.iter().enumerate().map(|(i, s)| (ends(s), i)).collect();
@@ -322,7 +326,7 @@ fn cut(
     }
     for side in sides {
         let void = number[beyond_side(side) as usize];
-        rim.push(RimSide { triangle: side.triangle, opposite: side.opposite, void });
+        rim.push(RimSide { triangle: side.triangle, opposite: side.opposite.into(), void });
     }
     rim.sort_unstable_by_key(|side| (side.triangle, side.opposite));
     // Vertices become cells, or synthetic points in the order of their occurrence.
@@ -342,7 +346,7 @@ fn cut(
         });
         void.push(Void { cells, beyond });
     }
-    Ok(HoleFilling { void, rim })
+    Ok(HoleFilling { void: void.into(), rim: rim.into() })
 }
 
 fn overlap(t: &GridTables, a: &Side, b: &Side) -> Error {

@@ -6,7 +6,8 @@
 //!
 //! Derived and owned are a unit vector per cell (24 bytes); a byte per triangle, its `TriangleOrientation`, with the
 //! side opposite each vertex and the winding of the row; and the three triangles around each triangle (12 bytes), so
-//! that rays read two tables instead of four. The model's tables are borrowed. A mesh with holes is closed with void
+//! that rays read two tables instead of four. The model's tables are borrowed. Ranks of a node share all of them
+//! (`shared.rs`). A mesh with holes is closed with void
 //! triangles (`hole_filling.rs`), whose numbers follow the last row of the table; a whole sphere has none.
 
 mod check;
@@ -16,6 +17,7 @@ pub mod half_edges;
 mod hole_filling;
 mod owned;
 mod points;
+mod shared;
 mod table_names;
 mod tables;
 mod triangle_orientation;
@@ -37,6 +39,7 @@ use glam::DVec3;
 use half_edges::HalfEdge;
 use hole_filling::{Hole, HoleFilling};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock, Weak};
 use triangle_orientation::TriangleOrientation;
 
@@ -59,11 +62,11 @@ use triangle_orientation::TriangleOrientation;
 pub struct Grid<'a> {
     tables: GridTables<'a>,
     /// Unit vectors of the cells, followed by those of synthetic points.
-    direction: Vec<[f64; 3]>,
-    orientations: Vec<TriangleOrientation>,
+    direction: Cow<'a, [[f64; 3]]>,
+    orientations: Cow<'a, [TriangleOrientation]>,
     /// The triangle beyond the side opposite each vertex, of void triangles too.
-    beyond: Vec<[u32; 3]>,
-    hole_filling: HoleFilling,
+    beyond: Cow<'a, [[u32; 3]]>,
+    hole_filling: HoleFilling<'a>,
     /// A data triangle at which searches start.
     start: u32,
     /// Global number of each cell in the model; empty if it is the cell's row.
@@ -75,7 +78,9 @@ pub struct Grid<'a> {
     /// The result of [`Self::half_edges`].
     half_edges: OnceLock<Vec<HalfEdge>>,
     /// The result of [`Self::macrocells`].
-    macrocells: OnceLock<Macrocells>,
+    macrocells: OnceLock<Macrocells<'static>>,
+    /// Half-edges and macrocells that another process made.
+    shared: Option<(&'a [HalfEdge], Macrocells<'a>)>,
     /// The result of [`Self::table_hashes`].
     table_hashes: OnceLock<[(&'static str, u64); 6]>,
     life: Arc<()>,
@@ -121,9 +126,9 @@ impl<'a> Grid<'a> {
         let cell_number = &[];
         Ok(Grid {
             tables,
-            direction,
-            orientations,
-            beyond,
+            direction: direction.into(),
+            orientations: orientations.into(),
+            beyond: beyond.into(),
             hole_filling,
             start,
             cell_number,
@@ -131,6 +136,7 @@ impl<'a> Grid<'a> {
             longest_side: OnceLock::new(),
             half_edges: OnceLock::new(),
             macrocells: OnceLock::new(),
+            shared: None,
             table_hashes: OnceLock::new(),
             life: Arc::default(),
         })
@@ -206,14 +212,17 @@ impl<'a> Grid<'a> {
         Arc::downgrade(&self.life)
     }
 
-    /// Bytes that icoray owns for this grid beside the model's tables.
+    /// Bytes that icoray owns for this grid beside the model's tables, or that the ranks of a node share.
     pub fn derived_bytes(&self) -> usize {
-        size_of_val(self.direction.as_slice())
-            + size_of_val(self.orientations.as_slice())
-            + size_of_val(self.beyond.as_slice())
+        let shared = self.shared.as_ref().map(|(half_edges, macrocells)| (*half_edges, macrocells));
+        let half_edges = self.half_edges.get().map(Vec::as_slice).or(shared.map(|(half_edges, _)| half_edges));
+        let macrocells = self.macrocells.get().or(shared.map(|(_, macrocells)| macrocells));
+        size_of_val(&*self.direction)
+            + size_of_val(&*self.orientations)
+            + size_of_val(&*self.beyond)
             + self.hole_filling.bytes()
-            + self.half_edges.get().map_or(0, |all| size_of_val(all.as_slice()))
-            + self.macrocells.get().map_or(0, Macrocells::bytes)
+            + half_edges.map_or(0, size_of_val)
+            + macrocells.map_or(0, Macrocells::bytes)
     }
 
     /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0),
@@ -278,8 +287,11 @@ impl<'a> Grid<'a> {
     }
 
     /// The coarse map by which rays leap over empty space, made at the first call, in parallel.
-    pub fn macrocells(&self) -> &Macrocells {
-        made(&self.macrocells, || Macrocells::new(self))
+    pub fn macrocells(&self) -> &Macrocells<'_> {
+        match &self.shared {
+            Some((_, macrocells)) => macrocells,
+            None => made(&self.macrocells, || Macrocells::new(self)),
+        }
     }
 
     /// Name and hash of each table: of all positions and all numbers, except unused ones of `cell_corner`. Numbers are

@@ -74,9 +74,13 @@ impl OwnedGrid {
         self.0.borrow_dependent()
     }
 
+    pub(super) fn tables(&self) -> &OwnedTables {
+        self.0.borrow_owner()
+    }
+
     /// Bytes of the tables and of those derived from them.
     pub fn bytes(&self) -> usize {
-        self.0.borrow_owner().bytes() + self.grid().derived_bytes()
+        self.tables().bytes() + self.grid().derived_bytes()
     }
 }
 

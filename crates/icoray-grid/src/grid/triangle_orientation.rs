@@ -4,9 +4,12 @@
 //! wind alike. Both are determined once when the grid is checked and stored here, instead of sorting or copying the
 //! tables.
 
+use bytemuck::{Pod, Zeroable};
+
 /// Two bits per vertex: the `corner_edge` column of the side opposite it, or 3 if no triangle of the table lies beyond;
 /// bit 6: the row winds clockwise from outside; bit 7: a cell of the row is missing, it is no triangle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+#[repr(transparent)]
 pub struct TriangleOrientation(u8);
 
 impl TriangleOrientation {

@@ -12,14 +12,13 @@
 use super::cells::{PartCells, PartCorners};
 use super::corner_halo::CornerHalo;
 use super::corner_owners::OwnCorners;
-use super::mesh::{NodeMesh, Numbers};
+use super::mesh::{MeshMemory, Numbers, SharedGrid};
 use super::nodes::Nodes;
 use super::part::Agreed;
 use super::supply::{ColumnLookup, Supply};
 use super::{Node, NodeFields, Part, Ranks, Stored, bad};
 use crate::fields::Fields;
 use icoray_grid::ColumnCount;
-use icoray_grid::grid::OwnedGrid;
 use icoray_grid::heights::check_corner_columns;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Result};
@@ -72,7 +71,11 @@ pub(crate) struct GatherInputs<'a> {
 /// The grid that the ranks of a node have together.
 #[derive(Debug)]
 pub(crate) struct NodeGrid {
-    grid: OwnedGrid,
+    grid: SharedGrid,
+    /// Bytes of its tables and of those derived from them, if this rank wrote them.
+    pub bytes: usize,
+    /// Whether some ranks have their own memory although they should share it.
+    pub is_refused: bool,
     /// The node's own part of it, if there are other nodes.
     pub part: Option<Part>,
 }
@@ -80,11 +83,6 @@ pub(crate) struct NodeGrid {
 impl NodeGrid {
     pub fn grid(&self) -> &Grid<'_> {
         self.grid.grid()
-    }
-
-    /// Bytes of its tables and of those derived from them.
-    pub fn bytes(&self) -> usize {
-        self.grid.bytes()
     }
 }
 
@@ -103,20 +101,29 @@ impl Columns {
         let nodes = Nodes::find(ranks)?;
         let corner = own_corners.as_ref().map(OwnCorners::numbers);
         let numbers = Numbers { grid, global: &global, owner: &owner, corner, rank: ranks.rank() };
-        let mesh = NodeMesh::new(ranks, &numbers, &nodes)?;
+        let memory = MeshMemory::new(ranks, &numbers, &nodes)?;
+        let mesh = ranks.collective(memory.mesh())?;
         let lookup = ranks.attempt(|| Ok(ColumnLookup::new(&numbers)));
         let lookup = ranks.collective(lookup)?;
         let [center, corner] = Supply::of_parts(ranks, (&numbers, &lookup), &mesh, &nodes, own_corners.as_ref())?;
         let halo = Some(Arc::new(CornerHalo::find(ranks, &numbers, &lookup, own_corners.as_ref())?));
         let part = if nodes.is_one() { None } else { Some(Part::of_node(ranks, &mesh, &nodes)?) };
-        let node_grid = Some(Arc::new(NodeGrid { grid: mesh.grid, part }));
+        let MeshMemory { grid: node_grid, grid_bytes: bytes, is_refused, numbers } = memory;
+        ranks.keep_node(numbers);
+        let node_grid = Some(Arc::new(NodeGrid { grid: node_grid, bytes, is_refused, part }));
         let has_corner_numbers = own_corners.is_some();
         Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid, halo })
     }
 
-    /// Bytes of the tables that this rank made for its node's mesh: 0 if ranks have the whole grid's.
+    /// Whether ranks have the tables of their parts, not those of the whole grid.
+    pub fn has_parts(&self) -> bool {
+        self.node_grid.is_some()
+    }
+
+    /// Bytes of the tables of the node's mesh, which its ranks share, at the rank that made them; 0 at others, and if
+    /// ranks have the whole grid's.
     pub fn table_bytes(&self) -> usize {
-        self.node_grid.as_ref().map_or(0, |node| node.bytes())
+        self.node_grid.as_ref().map_or(0, |node| node.bytes)
     }
 
     /// As [`Decomposition::drawn_grid`](super::Decomposition::drawn_grid).

@@ -47,7 +47,8 @@ pub use decomposition::{Decomposition, DistributedGrid};
 pub(crate) use gather::{FrameSummary, TileAssignment};
 pub use local::{LocalTeam, local_nodes, local_team};
 pub use message_queue::{Communicator, MessageQueue};
-pub(crate) use node::Node;
+use node::Returned;
+pub(crate) use node::{LentNode, Node};
 pub use node::{NodeMemory, NodeShare};
 pub(crate) use node_fields::{NodeFields, Stored};
 pub use part::Part;
@@ -159,6 +160,9 @@ pub struct Ranks {
     /// Memory of this rank's node that no frame uses, in the same order on all ranks. Dropped before the team that
     /// allocated it.
     nodes: Vec<Node>,
+    /// Memory of nodes that was lent and returned, and the number of times that any was lent.
+    returned: Returned,
+    lent: u64,
     /// The transport; `None` for a single process.
     team: Option<Box<dyn Team>>,
     /// A rank that closed its context before the others; no messages are exchanged after that.

@@ -2,7 +2,9 @@
 
 use super::Ranks;
 use icoray_grid::{Error, Result};
+use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Memory of a node. Its ranks write to it together, then read: writes are allowed between [`Self::begin`] and
 /// [`Self::settle`], reads at all other times, and both calls are collective over the node.
@@ -14,7 +16,7 @@ use std::fmt;
 /// # Panics
 /// [`Self::put`] outside of these two or beyond the memory, [`Self::bytes`] between them.
 #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
-pub trait NodeMemory: Send {
+pub trait NodeMemory: Send + Sync {
     /// Waits until all ranks have finished reading.
     fn begin(&mut self) -> Result<()>;
 
@@ -80,6 +82,8 @@ impl NodeMemory for OwnMemory {
 pub(crate) struct Node {
     pub memory: Box<dyn NodeMemory>,
     bytes: usize,
+    /// Whether this rank is the lowest of those that share it.
+    is_leader: bool,
     /// Whether some ranks have their own memory although they should share it.
     pub is_refused: bool,
     /// One rank of each other node, which takes in the columns that this one sends there. Ranks of a node have
@@ -100,13 +104,75 @@ impl Node {
         Node {
             memory: share.memory,
             bytes,
+            is_leader: share.leader == rank,
             is_refused: shares.iter().any(|(_, is_refused)| *is_refused),
             partners: leaders.map(partner).collect(),
         }
     }
+
+    /// The leader's `write` puts bytes at offsets; the others read them afterwards. Collective.
+    pub fn write(
+        &mut self,
+        ranks: &mut Ranks,
+        write: impl FnOnce(&mut dyn FnMut(usize, &[u8])) -> Result<()>,
+    ) -> Result<()> {
+        self.memory.begin()?;
+        let memory = &mut self.memory;
+        let written =
+            ranks.attempt(|| if self.is_leader { write(&mut |at, bytes| memory.put(at, bytes)) } else { Ok(()) });
+        self.memory.settle()?;
+        ranks.collective(written)
+    }
+}
+
+/// Memory of nodes that was lent and returned, by the numbers under which it was lent.
+#[derive(Default)]
+pub(super) struct Returned(Arc<Mutex<BTreeMap<u64, Node>>>);
+
+impl Returned {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<u64, Node>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Memory of a node that is lent until this is dropped, at any time and on any thread.
+pub(crate) struct LentNode {
+    number: u64,
+    node: Option<Node>,
+    returned: Returned,
+}
+
+impl LentNode {
+    /// All bytes of the memory.
+    pub fn bytes(&self) -> &[u8] {
+        self.node.as_ref().map_or(&[], |node| node.memory.bytes())
+    }
+}
+
+impl Drop for LentNode {
+    fn drop(&mut self) {
+        self.returned.lock().extend(self.node.take().map(|node| (self.number, node)));
+    }
 }
 
 impl Ranks {
+    /// Lends memory whose contents outlive frames; it can be used again once all ranks have dropped it. Collective.
+    pub(crate) fn lend(&mut self, node: Node) -> LentNode {
+        self.lent += 1;
+        LentNode { number: self.lent, node: Some(node), returned: Returned(Arc::clone(&self.returned.0)) }
+    }
+
+    /// Takes back lent memory that all ranks have dropped. Collective.
+    pub(crate) fn reclaim(&mut self) -> Result<()> {
+        let mine: Vec<u64> = self.returned.lock().keys().copied().collect();
+        let all = self.share_values(&mine)?;
+        for number in mine.into_iter().filter(|number| all.iter().all(|others| others.contains(number))) {
+            let node = self.returned.lock().remove(&number);
+            self.nodes.extend(node);
+        }
+        Ok(())
+    }
+
     /// The memory of this rank's node, of at least `bytes` bytes, equal on all ranks; to be returned to
     /// [`Self::keep_node`], for the next frame. Collective.
     pub(crate) fn take_node(&mut self, bytes: usize) -> Result<Node> {

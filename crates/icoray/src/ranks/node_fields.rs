@@ -104,14 +104,14 @@ impl NodeFields {
         self.grid.as_ref()?.part.as_ref()
     }
 
-    /// Bytes of the tables that this rank has of its node's mesh.
+    /// As [`Columns::table_bytes`](super::Columns::table_bytes).
     pub fn table_bytes(&self) -> usize {
-        self.grid.as_ref().map_or(0, |node| node.bytes())
+        self.grid.as_ref().map_or(0, |node| node.bytes)
     }
 
     /// Whether some ranks have their own memory although they should share it.
     pub fn is_refused(&self) -> bool {
-        self.node.is_refused
+        self.node.is_refused || self.grid.as_ref().is_some_and(|grid| grid.is_refused)
     }
 
     /// Returns the memory for the next frame.

@@ -92,7 +92,7 @@ impl Part {
 
     /// The part that the ranks of a node share. Collective.
     pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Self> {
-        let grid = mesh.grid();
+        let grid = mesh.grid;
         let owns_cell: Vec<bool> = mesh.owner.iter().map(|owner| nodes.is_mate(*owner as usize)).collect();
         // Cells are in the order of their numbers.
         let lowest = |triangle: u32| grid.triangle(triangle).into_iter().min().unwrap_or(0);
@@ -100,7 +100,7 @@ impl Part {
         let owns_triangle: Vec<bool> = (0..grid.triangles() as u32).map(owns).collect();
         let (sends, receives) = node_partners(ranks, mesh, nodes)?;
         let tables = PartTables { owns_cell, owns_triangle, sends, receives };
-        Part::of_mates(ranks, grid, (mesh.global.clone(), tables), nodes.mates(), true)
+        Part::of_mates(ranks, grid, (mesh.global.to_vec(), tables), nodes.mates(), true)
     }
 
     /// The part of `tables`, whose cells have these numbers, shared by `mates`. Collective.
@@ -307,7 +307,7 @@ fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(C
         let leader = nodes.leader_of(owner as usize);
         partners.iter().copied().find(|partner| nodes.leader_of(*partner) == leader)
     };
-    for (row, owner) in (0u32..).zip(&mesh.owner).filter(|(_, owner)| !nodes.is_mate(**owner as usize)) {
+    for (row, owner) in (0u32..).zip(mesh.owner).filter(|(_, owner)| !nodes.is_mate(**owner as usize)) {
         if let Some(partner) = partner_of(*owner) {
             requests[partner].push(mesh.global[row as usize]);
             receives[partner].push(row);

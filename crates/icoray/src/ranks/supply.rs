@@ -121,11 +121,11 @@ impl ColumnLookup {
     /// The own cells that this rank supplies to its node and, as requested by their leaders, to other nodes, on which
     /// their positions must be the same as here. Collective.
     fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
-        let [here, there] = [numbers.grid, mesh.grid()].map(|grid| grid.tables().center);
+        let [here, there] = [numbers.grid, mesh.grid].map(|grid| grid.tables().center);
         let position = |of: &LonLat, row: u32| [of.lon_rad.get(row as usize), of.lat_rad.get(row as usize)];
         let mut requests = vec![Vec::new(); ranks.size()];
         let mut supply = Supply::default();
-        for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(&mesh.owner)) {
+        for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(mesh.owner)) {
             if let Some(column) = self.cells.get(cell) {
                 supply.own.push((*column, row));
             } else if nodes.is_leader() && !nodes.is_mate(*owner as usize) {

@@ -440,6 +440,35 @@ fn nodes_put_a_field_together_in_rounds() {
 }
 
 #[test]
+fn lent_memory_is_used_again_once_all_ranks_have_dropped_it() {
+    let counts = on_nodes(&[0, 1, 0], |ranks| {
+        let free = |ranks: &mut Ranks| {
+            ranks.reclaim().unwrap();
+            ranks.nodes.len()
+        };
+        let [mut first, second] = [(); 2].map(|()| {
+            let mut node = ranks.take_node(16).unwrap();
+            let written = node.write(ranks, |put| {
+                put(8, &[7; 8]);
+                Ok(())
+            });
+            written.unwrap();
+            Some(ranks.lend(node))
+        });
+        assert!([&first, &second].into_iter().flatten().all(|lent| lent.bytes()[8..] == [7; 8]));
+        if ranks.rank() != 1 {
+            first = None;
+        }
+        let while_one_reads = free(ranks);
+        drop(first);
+        let after = free(ranks);
+        thread::spawn(move || drop(second)).join().unwrap();
+        [while_one_reads, after, free(ranks)]
+    });
+    assert_eq!(counts, [[0, 1, 2]; 3]);
+}
+
+#[test]
 fn processors_are_shared_by_the_ranks_of_a_node_whose_masks_overlap() {
     let sharing = |node_of: &[usize], masks: &[&[u8]]| {
         on_nodes(node_of, |ranks| ranks.sharing_processors(masks[ranks.rank()]).unwrap())

@@ -1,6 +1,7 @@
 //! The mesh that the ranks of a node have together: their own cells and, around them, cells of other nodes.
 //!
-//! It is joined from the pieces that the ranks send of their parts. Cells are in the order of their numbers in the
+//! The leader of a node joins it from the pieces that the ranks send of their parts, and writes it to memory that they
+//! share; where they cannot, each joins it. Cells are in the order of their numbers in the
 //! whole grid, and rows of tables have the order of the rank that owns the cell: sums over them equal those over the
 //! whole grid to the bit.
 
@@ -8,42 +9,143 @@ mod piece;
 
 use super::nodes::Nodes;
 use super::wire::{decode, encode};
-use super::{Ranks, bad};
+use super::{LentNode, Node, Ranks, bad};
+use icoray_grid::block;
 use icoray_grid::grid::{OwnedGrid, OwnedTables};
 use icoray_grid::threads::Threads;
 use icoray_grid::{Connectivity, Grid};
 use icoray_grid::{Error, ErrorKind, Result};
 use piece::{CellRow, NodePiece};
 pub(super) use piece::{Corner, CornerKey, Numbers};
+use self_cell::self_cell;
+use std::fmt;
 
 /// Entry for a missing neighbour, in tables that count from 0.
 const MISSING: i32 = -1;
 
 /// A node's mesh.
-#[derive(Debug)]
-pub(super) struct NodeMesh {
-    pub grid: OwnedGrid,
+pub(super) struct NodeMesh<'n> {
+    pub grid: &'n Grid<'n>,
     /// Number of each cell in the whole grid, rising.
-    pub global: Vec<u64>,
+    pub global: &'n [u64],
     /// Rank that owns each cell.
-    pub owner: Vec<u32>,
+    pub owner: &'n [u32],
     /// Key of each corner, equal on all ranks.
-    pub corners: Vec<Corner>,
+    pub corners: &'n [Corner],
     /// The rank whose piece contains each of the first corners, which are those with own cells of the node.
-    pub reporter: Vec<u32>,
+    pub reporter: &'n [u32],
 }
 
-impl NodeMesh {
+impl NodeMesh<'_> {
+    /// The row of a cell of the whole grid.
+    pub fn row(&self, global: u64) -> Option<u32> {
+        self.global.binary_search(&global).ok().map(|row| row as u32)
+    }
+
+    /// The rank that has the values of fields at a corner if it has the corner: the owner of its first cell.
+    pub fn supplier(&self, corner: &Corner) -> Option<usize> {
+        let row = self.row(corner.first()?)?;
+        Some(self.owner[row as usize] as usize)
+    }
+}
+
+/// A node's mesh in memory that its ranks share. The leader joins the parts.
+pub(super) struct MeshMemory {
+    pub grid: SharedGrid,
+    /// Bytes of the grid, if this rank wrote them.
+    pub grid_bytes: usize,
+    /// Whether some ranks have their own memory although they should share it.
+    pub is_refused: bool,
+    /// The arrays of [`NodeMesh`] beside the grid, in their order.
+    pub numbers: Node,
+}
+
+impl MeshMemory {
     /// Joins the parts of this rank's node. Collective.
     pub fn new(ranks: &mut Ranks, numbers: &Numbers, nodes: &Nodes) -> Result<Self> {
         let piece = ranks.attempt(|| Ok(encode(&numbers.piece(nodes))));
         let piece = ranks.collective(piece)?;
-        let mut messages = vec![Vec::new(); ranks.size()];
-        nodes.mates().into_iter().for_each(|mate| messages[mate].clone_from(&piece));
-        drop(piece);
-        let received = ranks.exchange(messages)?;
         let base = i64::from(numbers.grid.tables().index_base);
-        let mesh = ranks.attempt(|| Self::of(&received, base));
+        let mut joined = JoinedMesh::at(ranks, &[nodes.leader_of(ranks.rank())], &piece, base)?;
+        let mine = joined.as_ref().map_or([0; 2], |mesh| mesh.lengths);
+        let lengths = ranks.share_values(&mine)?;
+        let most = |k: usize| lengths.iter().map(|lengths| lengths[k]).max().unwrap_or(0);
+        ranks.reclaim()?;
+        let (mut numbers, mut grid) = (ranks.take_node(most(0))?, ranks.take_node(most(1))?);
+        let is_refused = numbers.is_refused || grid.is_refused;
+        if is_refused {
+            joined = JoinedMesh::at(ranks, &nodes.mates(), &piece, base)?;
+        }
+        let mut grid_bytes = 0;
+        numbers.write(ranks, |put| {
+            joined.iter().for_each(|mesh| block::write(&mesh.numbers(), &mut *put));
+            Ok(())
+        })?;
+        grid.write(ranks, |put| {
+            let Some(mesh) = &joined else { return Ok(()) };
+            grid_bytes = mesh.lengths[1];
+            mesh.grid.with_arrays(|arrays| block::write(arrays, put))
+        })?;
+        drop(joined);
+        let grid = BlockAndGrid::try_new(ranks.lend(grid), |memory| Grid::of_block(memory.bytes()));
+        let grid = SharedGrid(ranks.collective(grid)?);
+        Ok(MeshMemory { grid, grid_bytes, is_refused, numbers })
+    }
+
+    pub fn mesh(&self) -> Result<NodeMesh<'_>> {
+        let numbers = self.numbers.memory.bytes();
+        Ok(NodeMesh {
+            grid: self.grid.grid(),
+            global: block::array(numbers, 0)?,
+            owner: block::array(numbers, 1)?,
+            corners: block::array(numbers, 2)?,
+            reporter: block::array(numbers, 3)?,
+        })
+    }
+}
+
+self_cell!(
+    struct BlockAndGrid {
+        owner: LentNode,
+        #[covariant]
+        dependent: Grid,
+    }
+);
+
+/// A grid in the memory of a node.
+pub(super) struct SharedGrid(BlockAndGrid);
+
+impl SharedGrid {
+    pub fn grid(&self) -> &Grid<'_> {
+        self.0.borrow_dependent()
+    }
+}
+
+impl fmt::Debug for SharedGrid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "grid of {} cells in a node's memory", self.grid().cells())
+    }
+}
+
+/// A node's mesh in memory of the rank that joined it.
+struct JoinedMesh {
+    grid: OwnedGrid,
+    global: Vec<u64>,
+    owner: Vec<u32>,
+    corners: Vec<Corner>,
+    reporter: Vec<u32>,
+    /// Lengths of the blocks of [`Self::numbers`] and of the grid.
+    lengths: [usize; 2],
+}
+
+impl JoinedMesh {
+    /// Sends this rank's `piece` to the ranks `to`, and joins those that it receives. Collective.
+    fn at(ranks: &mut Ranks, to: &[usize], piece: &[u8], base: i64) -> Result<Option<Self>> {
+        let mut messages = vec![Vec::new(); ranks.size()];
+        to.iter().for_each(|rank| messages[*rank] = piece.to_vec());
+        let received = ranks.exchange(messages)?;
+        let is_joined = received.iter().any(|bytes| !bytes.is_empty());
+        let mesh = ranks.attempt(|| is_joined.then(|| Self::of(&received, base)).transpose());
         ranks.collective(mesh)
     }
 
@@ -66,23 +168,24 @@ impl NodeMesh {
         let cell_number = global.iter().map(|number| *number as i64 + base).collect();
         let tables = OwnedTables { cell_number, ..tables(&cells, &global, &corners)? };
         // A thread of its own: neither uses the caller's threads nor starts the process-wide pool.
-        let grid = Threads::new(1)?.run(|| OwnedGrid::new(tables))?;
-        Ok(NodeMesh { grid, owner: cells.iter().map(|cell| cell.owner).collect(), global, corners, reporter })
+        let (grid, length) = Threads::new(1)?.run(|| {
+            let grid = OwnedGrid::new(tables)?;
+            let length = grid.with_arrays(block::length)?;
+            Ok((grid, length))
+        })?;
+        let owner = cells.iter().map(|cell| cell.owner).collect();
+        let mut mesh = JoinedMesh { grid, global, owner, corners, reporter, lengths: [0, length] };
+        mesh.lengths[0] = block::length(&mesh.numbers());
+        Ok(mesh)
     }
 
-    /// The row of a cell of the whole grid.
-    pub fn row(&self, global: u64) -> Option<u32> {
-        self.global.binary_search(&global).ok().map(|row| row as u32)
-    }
-
-    /// The rank that has the values of fields at a corner if it has the corner: the owner of its first cell.
-    pub fn supplier(&self, corner: &Corner) -> Option<usize> {
-        let row = self.row(corner.first()?)?;
-        Some(self.owner[row as usize] as usize)
-    }
-
-    pub fn grid(&self) -> &Grid<'_> {
-        self.grid.grid()
+    fn numbers(&self) -> [&[u8]; 4] {
+        [
+            bytemuck::cast_slice(&self.global),
+            bytemuck::cast_slice(&self.owner),
+            bytemuck::cast_slice(&self.corners),
+            bytemuck::cast_slice(&self.reporter),
+        ]
     }
 }
 

@@ -3,11 +3,13 @@
 
 use crate::ranks::cells::NONE;
 use crate::ranks::nodes::Nodes;
+use bytemuck::{Pod, Zeroable};
 use icoray_grid::Grid;
 use serde::{Deserialize, Serialize};
 
 /// A corner in the form that all ranks share.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Corner {
     /// Numbers of its cells in the whole grid, in the order of the model's table; [`NONE`] for a missing one.
     cells: [u64; 3],

@@ -218,7 +218,7 @@ fn ranks_agree_on_the_kind_of_their_tables() {
     let kinds = |locals: Vec<Local>| {
         on_nodes(&vec![0; locals.len()], |ranks| match decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap() {
             Decomposition::Whole => "whole",
-            Decomposition::Columns(columns) if columns.table_bytes() > 0 => "parts",
+            Decomposition::Columns(columns) if columns.has_parts() => "parts",
             Decomposition::Columns(_) => "columns",
         })
     };
