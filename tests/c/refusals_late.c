@@ -136,7 +136,7 @@ void dropped(void)
 {
     static const int32_t queues[] = {0, 1, 3};
     static const char far_scene[] =
-        "field = \"f\"\nbackend = \"cpu\"\n[image]\nwidth = 256\nheight = 256\n"
+        "field = \"f\"\nbackend = \"cpu\"\n[image]\nwidth = 64\nheight = 64\n"
         "[camera]\nlon = 10\nlat = 40\ndistance = 400\n"
         "[transfer]\nmap = \"viridis\"\nrange = [0, 2]\nopacity = [[0, 0.1], [2, 0.9]]\n";
     enum { FRAMES = 12 };
