@@ -212,9 +212,9 @@ module icoray
     !> Bytes of fields that were copied: 0, or those of the fields with async_render. For columns distributed over
     !> ranks: bytes of columns that this rank wrote to the memory of its node.
     integer(c_int64_t) :: bytes_copied = 0
-    !> Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh
-    !> that the ranks of this node have together; averages that this rank wrote to the memory of its node count
-    !> here.
+    !> Bytes derived from the field: averages of corner fields, gradients; averages that this rank wrote to the
+    !> memory of its node count here. With parts, one rank of each node counts the tables of the node's mesh, which
+    !> its ranks share.
     integer(c_int64_t) :: bytes_derived = 0
     !> Largest number of bytes that icoray has held at once in this process, over all contexts and meshes; without
     !> memory that the ranks of a node share.

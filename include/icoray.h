@@ -333,9 +333,9 @@ typedef struct icoray_frame_report {
    */
   uint64_t bytes_copied;
   /**
-   * Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh
-   * that the ranks of this node have together; averages that this rank wrote to the memory of its node count
-   * here.
+   * Bytes derived from the field: averages of corner fields, gradients; averages that this rank wrote to the
+   * memory of its node count here. With parts, one rank of each node counts the tables of the node's mesh, which
+   * its ranks share.
    */
   uint64_t bytes_derived;
   /**
