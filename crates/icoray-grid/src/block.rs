@@ -1,6 +1,6 @@
 //! Arrays in one block of bytes, for memory that processes share: one of them writes it, all read it in place.
 //!
-//! A block begins with a directory, the offset and the length of each array in bytes; arrays begin at multiples of 8.
+//! A block begins with a directory, the offset and the length of each array in bytes; arrays begin at cache lines.
 
 use crate::error::{Error, ErrorKind, Result};
 use bytemuck::Pod;
@@ -8,11 +8,14 @@ use bytemuck::Pod;
 /// Offset and length of an array.
 type Entry = [u64; 2];
 
+/// Bytes of a cache line: no record of an array lies in two if its size divides this.
+const LINE: usize = 64;
+
 /// The directory of a block, and the block's length in bytes.
 fn directory(arrays: &[&[u8]]) -> (Vec<Entry>, usize) {
     let mut end = size_of::<Entry>() * arrays.len();
     let entry = |array: &&[u8]| {
-        let start = end.next_multiple_of(8);
+        let start = end.next_multiple_of(LINE);
         end = start + array.len();
         [start as u64, array.len() as u64]
     };

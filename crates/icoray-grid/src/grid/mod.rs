@@ -7,8 +7,8 @@
 //! Derived and owned are a unit vector per cell (24 bytes); a byte per triangle, its `TriangleOrientation`, with the
 //! side opposite each vertex and the winding of the row; and the three triangles around each triangle (12 bytes), so
 //! that rays read two tables instead of four. The model's tables are borrowed. Ranks of a node share all of them
-//! (`shared.rs`). A mesh with holes is closed with void
-//! triangles (`hole_filling.rs`), whose numbers follow the last row of the table; a whole sphere has none.
+//! (`shared.rs`). A mesh with holes is closed with void triangles (`hole_filling.rs`), whose numbers follow the last
+//! row of the table; a whole sphere has none.
 
 mod check;
 mod constrained_delaunay;

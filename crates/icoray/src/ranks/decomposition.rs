@@ -33,7 +33,8 @@ impl Decomposition {
     /// If `cells` has a row for each cell of the grid on all ranks, the tables are those of the rank's part, row by
     /// row. Else the tables are those of the whole grid on all ranks, and the numbers of cells are rows of these.
     ///
-    /// Ranks of a node share the tables of their joined parts ([`Columns::table_bytes`]).
+    /// Ranks of a node share the tables of their joined parts ([`Columns::table_bytes`]), in memory of `ranks`, which is
+    /// to be dropped last.
     ///
     /// # Errors
     /// Equal on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) if numbers or marks do not fit the grid,

@@ -1,9 +1,8 @@
 //! The mesh that the ranks of a node have together: their own cells and, around them, cells of other nodes.
 //!
 //! The leader of a node joins it from the pieces that the ranks send of their parts, and writes it to memory that they
-//! share; where they cannot, each joins it. Cells are in the order of their numbers in the
-//! whole grid, and rows of tables have the order of the rank that owns the cell: sums over them equal those over the
-//! whole grid to the bit.
+//! share; where they cannot, each joins it. Cells are in the order of their numbers in the whole grid, and rows of
+//! tables have the order of the rank that owns the cell: sums over them equal those over the whole grid to the bit.
 
 mod piece;
 
