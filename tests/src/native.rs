@@ -110,7 +110,7 @@ pub fn linked(library: &Path) -> [OsString; 2] {
 /// own, and has other builds of the library.
 pub fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
     let mut command = Command::new(program);
-    in_directory(&mut command, directory);
+    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
     command
 }
 
@@ -141,11 +141,6 @@ pub fn with_small_disk(inner: &Command, bytes: &str, place: &str) -> Option<Comm
     outer.arg(inner.get_program()).args(inner.get_args());
     outer.envs(inner.get_envs().filter_map(|(name, value)| Some((name, value?))));
     Some(outer)
-}
-
-/// Lets a command run in `directory`, without that search path.
-pub(crate) fn in_directory(command: &mut Command, directory: &Path) {
-    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
 }
 
 /// Runs a program that checks, and sees that neither it nor the library had anything else to say. `least` is how many

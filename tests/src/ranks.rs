@@ -1,6 +1,6 @@
 //! Programs on several ranks of MPI.
 
-use crate::native::{in_directory, mpi_library, mpich_library, succeeded, text};
+use crate::native::{mpi_library, mpich_library, succeeded, text};
 use crate::programs::Program;
 use icoray_test_support::{Need, has_tool, runs_long, skip};
 use std::path::{Path, PathBuf};
@@ -56,9 +56,8 @@ impl Mpi {
     /// # Panics
     /// When MPI is not there.
     pub fn on_ranks(&self, ranks: usize, program: &Path, directory: &Path) -> Command {
-        let mut command = icoray_test_support::on_ranks(self.run, ranks);
-        in_directory(&mut command, directory);
-        command.arg(program);
+        let mut command = icoray_test_support::on_ranks(self.run, ranks, directory);
+        command.env_remove("LD_LIBRARY_PATH").arg(program);
         command
     }
 

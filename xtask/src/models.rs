@@ -4,11 +4,12 @@
 use std::path::PathBuf;
 use std::{fs, thread};
 
+use icoray_test_support::mpi_variables;
 use xshell::{Cmd, cmd};
 
 use crate::error::Error;
 use crate::libclang;
-use crate::mpi::{self, Mpi};
+use crate::mpi::Mpi;
 use crate::step::Step;
 use crate::workspace::Workspace;
 
@@ -95,7 +96,7 @@ impl<'a> ShallowWater<'a> {
         let processors = thread::available_parallelism().map_or(1, usize::from);
         let threads = (processors / ranks).max(1).to_string();
         let run = self.workspace.linked(&self.mpi.run, &self.products)?;
-        let run = run.args(["-n", &ranks.to_string()]).envs(mpi::ANYWHERE);
+        let run = run.args(["-n", &ranks.to_string()]).envs(mpi_variables(&self.folder()));
         Ok(run.arg(self.folder().join("shallow_water")).args(["--threads", &threads]))
     }
 }

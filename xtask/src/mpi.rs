@@ -33,18 +33,6 @@ impl Mpi {
     }
 }
 
-/// Variables with which Open MPI's launcher starts any number of ranks on any machine: more ranks than processors, of
-/// which those that wait leave theirs to others, without copies that containers forbid, and as root. Others do not read
-/// these.
-pub const ANYWHERE: [(&str, &str); 6] = [
-    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-    ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-    ("OMPI_MCA_mpi_yield_when_idle", "1"),
-    ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
-    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-];
-
 /// Fails unless there are compilers for C and Fortran of one MPI.
 pub fn check_compilers() -> Result<(), String> {
     partner(&cc()?, "mpifort").map(drop)

@@ -18,8 +18,9 @@ fn on_ranks(sizes: &[usize], test: &str, work: fn(&mut MpiTeam)) {
     if !has_tool(Need::Mpi, "mpirun") {
         return;
     }
+    let directory = tempfile::tempdir().unwrap();
     for size in sizes {
-        let mut run = icoray_test_support::on_ranks("mpirun", *size);
+        let mut run = icoray_test_support::on_ranks("mpirun", *size, directory.path());
         run.env(RANK, "");
         run.arg(std::env::current_exe().unwrap()).args([&format!("tests::{test}"), "--exact"]);
         let output = run.output().unwrap();

@@ -34,6 +34,12 @@ opacity = [[0, 0.0], [1, 0.9]]
 """
 
 
+@pytest.fixture(scope="session", autouse=True)
+def mpi_files(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Files of Open MPI's own lie where no other launcher removes the place while one of these tests starts."""
+    os.environ["OMPI_MCA_orte_tmpdir_base"] = str(tmp_path_factory.mktemp("mpi"))
+
+
 @pytest.fixture(scope="session")
 def grid() -> icoray.Grid:
     return icoray.Grid.icosahedral(3)

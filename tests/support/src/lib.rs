@@ -16,6 +16,7 @@ mod random;
 pub use need::Need;
 pub use random::Random;
 
+use std::ffi::OsStr;
 use std::fmt::Display;
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -81,22 +82,28 @@ pub fn runs(command: &mut Command) -> bool {
     command.output().is_ok_and(|output| output.status.success())
 }
 
-/// A command that runs a program on so many ranks by the launcher `mpirun`, and that stops it where it hangs. The
-/// program and its arguments are to be added.
-pub fn on_ranks(mpirun: &str, ranks: usize) -> Command {
+/// A command that runs a program on so many ranks by the launcher `mpirun`, in a directory that no other run uses at the
+/// time, and that stops it where it hangs. The program and its arguments are to be added.
+pub fn on_ranks(mpirun: &str, ranks: usize, directory: &Path) -> Command {
     let mut run = Command::new("timeout");
     run.args(["--kill-after=5", &PATIENCE.as_secs().to_string(), mpirun, "-n", &ranks.to_string()]);
-    // Open MPI's: more ranks than processors, of which those that wait leave theirs to other tests, no copies that
-    // containers forbid, and as root. Others do not look at these.
-    run.envs([
-        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-        ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
-        ("OMPI_MCA_mpi_yield_when_idle", "1"),
-        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-    ]);
+    run.current_dir(directory).envs(mpi_variables(directory));
     run
+}
+
+/// Variables with which Open MPI's launcher starts any number of ranks on any machine: more ranks than processors, of
+/// which those that wait leave theirs to others, without copies that containers forbid, and as root. Its own files lie
+/// below the directory, as launchers with one place for them remove it while others start. Other MPIs do not read these.
+pub fn mpi_variables(directory: &Path) -> [(&'static str, &OsStr); 7] {
+    [
+        ("OMPI_MCA_rmaps_base_oversubscribe", "1".as_ref()),
+        ("OMPI_MCA_hwloc_base_binding_policy", "none".as_ref()),
+        ("OMPI_MCA_mpi_yield_when_idle", "1".as_ref()),
+        ("OMPI_MCA_btl_vader_single_copy_mechanism", "none".as_ref()),
+        ("OMPI_MCA_orte_tmpdir_base", directory.as_os_str()),
+        ("OMPI_ALLOW_RUN_AS_ROOT", "1".as_ref()),
+        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1".as_ref()),
+    ]
 }
 
 /// The path of the data file `name`. If it is not there, skips for [`Need::Data`].

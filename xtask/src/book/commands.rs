@@ -9,13 +9,15 @@ use std::collections::BTreeMap;
 use std::process::Command;
 use std::time::Instant;
 
+use icoray_test_support::mpi_variables;
+
 use super::markdown::{Fence, Page};
 use crate::check::{Record, Suite};
 use crate::error::Error;
+use crate::requirements;
 use crate::side_by_side::side_by_side;
 use crate::step::{Step, lines_of};
 use crate::workspace::{Workspace, is_required};
-use crate::{mpi, requirements};
 
 /// Names behind `needs=`, and the Debian packages that they stand for. `data` is the data files and what reads them.
 const NEEDS: [(&str, &[&str]); 5] = [
@@ -57,7 +59,7 @@ pub fn scripted(workspace: &Workspace, name: &str, profile: &str, script: &str) 
     sh.remove_path(&folder)?;
     sh.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
     let command = sh.cmd("bash").arg(SCRIPT).env("ROOT", &workspace.root).env("DATA", workspace.data());
-    let command = command.env("PROGRAMS", workspace.products(profile)).env("FILE", FILE).envs(mpi::ANYWHERE);
+    let command = command.env("PROGRAMS", workspace.products(profile)).env("FILE", FILE).envs(mpi_variables(&folder));
     let mut command = Command::from(command);
     command.current_dir(folder);
     Ok(command)

@@ -14,8 +14,8 @@ fn on_ranks(ranks: usize, folder: &Path, more: &[&str]) -> Option<Output> {
     if !has_tool(Need::Mpi, "mpirun") {
         return None;
     }
-    let mut run = icoray_test_support::on_ranks("mpirun", ranks);
-    run.current_dir(folder).env("HDF5_USE_FILE_LOCKING", "FALSE");
+    let mut run = icoray_test_support::on_ranks("mpirun", ranks, folder);
+    run.env("HDF5_USE_FILE_LOCKING", "FALSE");
     run.arg(env!("CARGO_BIN_EXE_icoray")).args(["render", "made.nc", "--scene", "scene.toml", "-v"]).args(more);
     Some(run.output().unwrap())
 }
