@@ -137,44 +137,50 @@ fn contour_backward(plane: Plane, contour: ptr<function, Contour>) {
 
 fn middle_of(triangle: u32) -> Wide3 {
     let cells = grid_triangle(triangle);
-    let two = wide3_add(grid_direction(cells.x), grid_direction(cells.y));
-    return wide3_normalize(wide3_add(two, grid_direction(cells.z)));
+    var sum = Wide3(vec3f(0.0), vec3f(0.0));
+    for (var k = 0u; k < 3u; k++) {
+        sum = wide3_add(sum, grid_direction(cells[k]));
+    }
+    return wide3_normalize(sum);
 }
 
-fn locate(from_: u32, target_: Wide3) -> u32 {
-    var triangle = grid_standing(from_);
-    var start = middle_of(triangle);
-    var goal = target_;
-    let is_half_a_turn = wide3_dot(start, target_).hi < -0.5;
-    if is_half_a_turn {
-        // Half a turn leaves the direction open; stop over at a right angle.
-        goal = any_orthonormal_vector(target_);
-        if wide3_dot(goal, start).hi < 0.0 {
-            goal = wide3_neg(goal);
+// The contour of the ray's plane at its start: on the way, that of a plane from the triangle `hint` to there, or of two,
+// as half a turn leaves the direction open and takes a stop at a right angle. One loop follows them all, since compilers
+// put a function's code at each of its calls.
+fn contour_at_start(line: RayLine, hint: u32) -> Contour {
+    let start = wide3_normalize(ray_line_position(line, line.start));
+    var triangle = grid_standing(hint);
+    var contour: Contour;
+    for (var leg = 0u; leg < 3u; leg++) {
+        var plane = line.plane;
+        var goal = ray_line_at(line, line.start);
+        if leg < 2u {
+            let middle = middle_of(triangle);
+            var stop = start;
+            if leg == 0u && wide3_dot(middle, start).hi < -0.5 {
+                stop = any_orthonormal_vector(start);
+                if wide3_dot(stop, middle).hi < 0.0 {
+                    stop = wide3_neg(stop);
+                }
+            } else {
+                leg = 1u;
+            }
+            plane = plane_through(middle, stop);
+            if all(plane.q.hi == vec3f(0.0)) {
+                continue;
+            }
+            goal = plane_point(plane, stop);
         }
-    }
-    for (var leg = 0u; leg < 2u; leg++) {
-        triangle = locate_short(triangle, start, goal);
-        if !is_half_a_turn {
-            break;
+        contour = contour_near(plane, triangle);
+        while leg == 2u && !is_lost && point_cross(goal, contour_entry(&contour).point).hi > 0.0 && may_step() {
+            contour_backward(plane, &contour);
         }
-        start = middle_of(triangle);
-        goal = target_;
+        while !is_lost && point_cross(goal, contour_exit(&contour).point).hi <= 0.0 && may_step() {
+            contour_forward(plane, &contour);
+        }
+        triangle = contour.triangle;
     }
-    return triangle;
-}
-
-fn locate_short(from_: u32, middle: Wide3, target_: Wide3) -> u32 {
-    let plane = plane_through(middle, target_);
-    if all(plane.q.hi == vec3f(0.0)) {
-        return from_;
-    }
-    let goal = plane_point(plane, target_);
-    var contour = contour_near(plane, from_);
-    while !is_lost && point_cross(goal, contour_exit(&contour).point).hi <= 0.0 && may_step() {
-        contour_forward(plane, &contour);
-    }
-    return contour.triangle;
+    return contour;
 }
 
 // One end of a ray's path through a column. Weights are those of the column's second and third vertex.
@@ -204,15 +210,8 @@ struct ContourPoint {
 }
 
 fn walk_new(line: RayLine, hint: u32) -> Walk {
-    let triangle = locate(hint, wide3_normalize(ray_line_position(line, line.start)));
-    var contour = contour_near(line.plane, triangle);
+    var contour = contour_at_start(line, hint);
     let start = ray_line_at(line, line.start);
-    while !is_lost && point_cross(start, contour_entry(&contour).point).hi > 0.0 && may_step() {
-        contour_backward(line.plane, &contour);
-    }
-    while !is_lost && point_cross(start, contour_exit(&contour).point).hi <= 0.0 && may_step() {
-        contour_forward(line.plane, &contour);
-    }
     let entry = contour_entry(&contour);
     let place = walk_clip(
         ContourPoint(entry.point, vec2f(entry.w.hi, 0.0)),

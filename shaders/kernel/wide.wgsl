@@ -121,17 +121,15 @@ fn wide_div(a: Wide, b: Wide) -> Wide {
     return wide_add(both, wide(opaque(rest.hi / b.hi)));
 }
 
-// Newton's steps from f32's root; 0 below 0.
+// Two of Newton's steps from f32's root; 0 below 0. There is no branch: it is inlined at many places.
 fn wide_sqrt(a: Wide) -> Wide {
-    if a.hi <= 0.0 {
-        return wide(0.0);
-    }
-    var root = wide(opaque(sqrt(a.hi)));
-    for (var i = 0; i < 2; i++) {
-        let off = wide_sub(a, wide_mul(root, root));
-        root = wide_add(root, wide(opaque(off.hi / (2.0 * root.hi))));
-    }
-    return root;
+    let root = wide_sqrt_step(a, wide_sqrt_step(a, wide(opaque(sqrt(max(a.hi, 1.2e-38))))));
+    return Wide(select(0.0, root.hi, a.hi > 0.0), select(0.0, root.lo, a.hi > 0.0));
+}
+
+fn wide_sqrt_step(a: Wide, root: Wide) -> Wide {
+    let off = wide_sub(a, wide_mul(root, root));
+    return wide_add(root, wide(opaque(off.hi / (2.0 * root.hi))));
 }
 
 // a - b to the digits of f32, which suffice for a small difference of two wide numbers: if the upper halves are close,

@@ -168,10 +168,13 @@ fn scene_frustum(
     var is_over = false;
     while !is_over {
         if shown_to > 0.0 && next < crossing_count && crossings[next].u <= start {
-            if crossings[next].surface < MAX_SURFACES {
-                is_over = scene_isosurface(ray, light, crossings[next], column, way, own);
+            let crossing = crossings[next];
+            // Optical depth of matter before the surface that may be behind it.
+            let depth = crossing.off * own.segment.length * volumes_extinction(own, crossing.u);
+            if crossing.surface < MAX_SURFACES {
+                is_over = scene_isosurface(ray, light, crossing, column, way, own, depth);
             } else {
-                is_over = scene_sphere(ray, light, line, crossings[next], column, way, own);
+                is_over = scene_sphere(ray, light, line, crossing, column, way, own, depth);
             }
             next++;
         } else if start < shown_to {
@@ -213,6 +216,7 @@ fn scene_isosurface(
     column: Column,
     way: GapWay,
     own: FieldSegment,
+    depth: f32,
 ) -> bool {
     let found = isosurface_color((*ray).shading, crossing, column, way, own);
     if !found.is_there {
@@ -225,8 +229,6 @@ fn scene_isosurface(
     var here = radiance_plain(found.color, opacity);
     let off = opacity * (found.off + 4.0 * ROUNDING);
     here.variance = off * off;
-    // Matter before the surface that may be behind it.
-    let depth = crossing.off * own.segment.length * volumes_extinction(own, crossing.u);
     let shifted = opacity * absorbed_by(depth);
     here.variance += shifted * shifted;
     radiance_over(light, here);
@@ -242,6 +244,7 @@ fn scene_sphere(
     column: Column,
     way: GapWay,
     own: FieldSegment,
+    depth: f32,
 ) -> bool {
     let length = wide_apart(column.exit.t, column.entry.t);
     let t = wide_add(column.entry.t, wide((way.a.u + crossing.u * way.part) * length));
@@ -270,8 +273,6 @@ fn scene_sphere(
         }
     }
     if painted != 0u {
-        // Matter before the surface that may be behind it.
-        let depth = crossing.off * own.segment.length * volumes_extinction(own, crossing.u);
         let shifted = here.alpha * absorbed_by(depth);
         here.variance += shifted * shifted;
         scene_boundary(boundary_surface_layer(number, painted), (*light).alpha, t);

@@ -42,10 +42,18 @@ fn map_enter(k: u32, column: Column, way: GapWay, own: FieldSegment) -> bool {
 fn map_follow(map: VolumeMap, near: u32, f: f32, is_falling: bool) -> u32 {
     var k = near;
     let last = map.first_span + map.span_count - 1u;
-    while k < last && (f > spans[k].high || (f == spans[k].high && !is_falling)) {
+    loop {
+        let high = spans[k].high;
+        if k >= last || !select(f > high, f >= high, !is_falling) {
+            break;
+        }
         k++;
     }
-    while k > map.first_span && (f < spans[k].low || (f == spans[k].low && is_falling)) {
+    loop {
+        let low = spans[k].low;
+        if k <= map.first_span || !select(f < low, f <= low, is_falling) {
+            break;
+        }
         k--;
     }
     return k;

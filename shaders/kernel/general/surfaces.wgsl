@@ -12,11 +12,7 @@ struct SurfaceColor {
     is_there: bool,
 }
 
-// The colour of a value of a material's field; `reach` is the rounding error of the value.
-fn material_of_value(material: Material, value: f32, reach: f32) -> SurfaceColor {
-    return spans_color(material.first_span, material.span_count, value, reach);
-}
-
+// The colour of a value in these spans; `reach` is the rounding error of the value.
 fn spans_color(first: u32, count: u32, value: f32, reach: f32) -> SurfaceColor {
     var k = first;
     let last = first + count - 1u;
@@ -37,16 +33,20 @@ fn material_on_layer(material: Material, column: Column, layer: u32, tau: f32) -
         surface_values[material.first_value + column.cells.y],
         surface_values[material.first_value + column.cells.z],
     );
+    var value: f32;
+    var reach: f32;
     if material.kind == MATERIAL_CELLS {
-        let value = values[column_nearest(column, tau)];
-        return material_of_value(material, value, ROUNDING * abs(value));
+        value = values[column_nearest(column, tau)];
+        reach = ROUNDING * abs(value);
+    } else {
+#concentric         let chord = chord_over(values, column.entry.weight, column.exit.weight);
+#native         let weights = native_weights(column, layer, tau);
+#native         let chord = chord_over(values, weights, weights);
+        value = select(chord_at(chord, tau), ENDLESS, chord.is_void);
+        let size = abs(values);
+        reach = 4.0 * ROUNDING * (size.x + size.y + size.z);
     }
-#concentric     let chord = chord_over(values, column.entry.weight, column.exit.weight);
-#native     let weights = native_weights(column, layer, tau);
-#native     let chord = chord_over(values, weights, weights);
-    let value = select(chord_at(chord, tau), ENDLESS, chord.is_void);
-    let size = abs(values);
-    return material_of_value(material, value, 4.0 * ROUNDING * (size.x + size.y + size.z));
+    return spans_color(material.first_span, material.span_count, value, reach);
 }
 
 // The vertex whose direction is nearest to that of a place: its Voronoi cell contains the place.

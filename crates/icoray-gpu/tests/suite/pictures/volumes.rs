@@ -37,9 +37,9 @@ const SCENES: [(&str, &[&str]); 10] = [
     ("of one field", &[ONE, THIN]),
     ("dense", &[ONE, DENSE]),
     ("opacity of another field", &[BY_OTHER]),
-    ("three", &[BY_OTHER, THIN, OTHER]),
-    ("first one clear", &[CLEAR, OTHER, THIN]),
     ("four", &[ONE, OTHER, BY_OTHER, THIN]),
+    ("four, opacity of another field first", &[BY_OTHER, THIN, OTHER, ONE]),
+    ("four, the first one clear", &[CLEAR, OTHER, THIN, ONE]),
     ("cut, with an isosurface", &[ONE, OTHER, REGION, ISO]),
     ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE, HIGH]),
 ];
