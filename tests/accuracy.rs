@@ -1,10 +1,9 @@
-//! Pictures against references, their errors, and the instructions that they take.
+//! Pictures against references, and their errors.
 
 #[path = "../crates/icoray/tests/suite/culled/mod.rs"]
 mod culled;
 mod errors;
 mod holes;
-mod instructions;
 mod pictures;
 mod random;
 

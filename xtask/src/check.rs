@@ -104,7 +104,7 @@ static CHECKS: &[Check] = &[
     check("lints", Always, Ordered, |suite, step, _| suite::lints(suite, step)),
     check("tests", Always, Ordered, suite::tests),
     // Its link takes minutes on one processor.
-    check("install and link", WithAll, Beside, |suite, step, _| link::check(suite.workspace, step)),
+    check("install and link", WithAll, Beside, |suite, step, record| link::check(suite.workspace, step, record)),
     // Cargo compiles those of one package after the other.
     check("examples in the documentation", Always, Beside, suite::examples),
     check("tests of the command over ranks", WithAll, Ordered, suite::rank_tests),
@@ -187,14 +187,25 @@ fn run_checks(checks: &[&Check], suite: &Suite, steps: &mut Steps, record: &mut 
 
 /// The book, where there is mdBook to build it.
 fn the_book(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
-    if system::output("mdbook", ["--version"]).is_none() {
-        if is_required("mdbook") {
-            return Err(Error("ICORAY_REQUIRE names mdbook, and the machine lacks it".into()));
-        }
-        record.tally.add_skipped("no mdbook", 1);
+    if !has_program("mdbook", record)? {
         return Ok(());
     }
     step.quiet(suite.workspace.shell.cmd("bash").arg("docs/build.sh"))
+}
+
+/// Whether the machine has a program. If not, counts a skipped test.
+///
+/// # Errors
+/// If `ICORAY_REQUIRE` names it.
+pub fn has_program(name: &str, record: &mut Record) -> Result<bool, Error> {
+    let is_there = system::output(name, ["--version"]).is_some();
+    if !is_there && is_required(name) {
+        return Err(Error(format!("ICORAY_REQUIRE names {name}, and the machine lacks it")));
+    }
+    if !is_there {
+        record.tally.add_skipped(&format!("no {name}"), 1);
+    }
+    Ok(is_there)
 }
 
 #[cfg(test)]

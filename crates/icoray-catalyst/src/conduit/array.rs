@@ -102,7 +102,7 @@ impl Array<'_> {
     }
 
     fn read<T: Copy>(&self, i: usize) -> T {
-        debug_assert_eq!(size_of::<T>(), self.kind.bytes());
+        assert_eq!(size_of::<T>(), self.kind.bytes());
         // SAFETY: a number of this type lies there, which need not be aligned.
         unsafe { self.address(i).cast::<T>().read_unaligned() }
     }

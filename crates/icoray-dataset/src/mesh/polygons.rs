@@ -89,7 +89,7 @@ impl Polygons {
             for &corner in around {
                 let place = places(&mut table, corner, corners, 3).map_err(|e| e.within(format!("cell {cell}")))?;
                 let is_put = put(place, cell as i32);
-                debug_assert!(is_put, "corner {corner} has more than 3 cells");
+                assert!(is_put, "corner {corner} has more than 3 cells");
             }
         }
         Ok(table)

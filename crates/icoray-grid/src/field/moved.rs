@@ -23,7 +23,7 @@ impl CenterField {
             OwnedReals::F32(memory) => OwnedReals::F32(filled(field, &between, memory, |v| v as f32)),
             OwnedReals::F64(memory) => OwnedReals::F64(filled(field, &between, memory, |v| v)),
         };
-        debug_assert_eq!(field.location(), Location::Center);
+        assert_eq!(field.location(), Location::Center);
         CenterField { values, shape, number: next_number() }
     }
 }

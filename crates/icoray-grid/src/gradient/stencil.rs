@@ -206,7 +206,7 @@ impl<S: Sample> Pass<'_, '_, S> {
             }
             first = (first + VECTOR).min(last);
         }
-        debug_assert!(last + VECTOR <= size);
+        assert!(last + VECTOR <= size);
     }
 
     /// The gradients on 16 layers from `first` on, and a mask of the rejected ones.
