@@ -27,10 +27,7 @@ fn point_dot(a: Point, b: Point) -> Wide {
 }
 
 fn point_lerp(a: Point, b: Point, w: Wide) -> Point {
-    return Point(
-        wide_add(a.x, wide_mul(w, wide_sub(b.x, a.x))),
-        wide_add(a.y, wide_mul(w, wide_sub(b.y, a.y))),
-    );
+    return Point(wide_lerp(a.x, b.x, w), wide_lerp(a.y, b.y, w));
 }
 
 fn plane_vertex_is_left(seen: PlaneVertex) -> bool {

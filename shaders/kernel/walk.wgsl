@@ -144,9 +144,9 @@ fn middle_of(triangle: u32) -> Wide3 {
     return wide3_normalize(sum);
 }
 
-// The contour of the ray's plane at its start: on the way, that of a plane from the triangle `hint` to there, or of two,
-// as half a turn leaves the direction open and takes a stop at a right angle. One loop follows them all, since compilers
-// put a function's code at each of its calls.
+// The contour of the ray's plane at its start. The way there from the triangle `hint` follows one plane, or two, as half
+// a turn leaves the direction open and takes a stop at a right angle. One loop follows all planes, since compilers put a
+// function's code at each of its calls.
 fn contour_at_start(line: RayLine, hint: u32) -> Contour {
     let start = wide3_normalize(ray_line_position(line, line.start));
     var triangle = grid_standing(hint);
@@ -188,6 +188,8 @@ struct ColumnEnd {
     t: Wide,
     rho: Wide,
     weight: vec2f,
+#native     // The lower halves of the weights.
+#native     weight_lo: vec2f,
 }
 
 struct Column {
@@ -207,6 +209,17 @@ struct Walk {
 struct ContourPoint {
     point: Point,
     weight: vec2f,
+#native     weight_lo: vec2f,
+}
+
+fn contour_point(point: Point, second: Wide, third: Wide) -> ContourPoint {
+#concentric     return ContourPoint(point, vec2f(second.hi, third.hi));
+#native     return ContourPoint(point, vec2f(second.hi, third.hi), vec2f(second.lo, third.lo));
+}
+
+fn column_end(t: Wide, rho: Wide, place: ContourPoint) -> ColumnEnd {
+#concentric     return ColumnEnd(t, rho, place.weight);
+#native     return ColumnEnd(t, rho, place.weight, place.weight_lo);
 }
 
 fn walk_new(line: RayLine, hint: u32) -> Walk {
@@ -214,7 +227,7 @@ fn walk_new(line: RayLine, hint: u32) -> Walk {
     let start = ray_line_at(line, line.start);
     let entry = contour_entry(&contour);
     let place = walk_clip(
-        ContourPoint(entry.point, vec2f(entry.w.hi, 0.0)),
+        contour_point(entry.point, entry.w, wide(0.0)),
         walk_exit_place(&contour, contour_exit(&contour)),
         start,
     );
@@ -222,11 +235,10 @@ fn walk_new(line: RayLine, hint: u32) -> Walk {
 }
 
 fn walk_exit_place(contour: ptr<function, Contour>, crossing: Crossing) -> ContourPoint {
-    let w = crossing.w.hi;
     if plane_vertex_is_left((*contour).apex) {
-        return ContourPoint(crossing.point, vec2f(w, 1.0 - w));
+        return contour_point(crossing.point, crossing.w, wide_sub(wide(1.0), crossing.w));
     }
-    return ContourPoint(crossing.point, vec2f(0.0, w));
+    return contour_point(crossing.point, wide(0.0), crossing.w);
 }
 
 fn walk_clip(a: ContourPoint, b: ContourPoint, to: Point) -> ContourPoint {
@@ -236,7 +248,11 @@ fn walk_clip(a: ContourPoint, b: ContourPoint, to: Point) -> ContourPoint {
     if whole.hi < 0.0 {
         w = wide_min(wide_max(wide_div(before, whole), wide(0.0)), wide(1.0));
     }
-    return ContourPoint(point_lerp(a.point, b.point, w), a.weight + w.hi * (b.weight - a.weight));
+    let point = point_lerp(a.point, b.point, w);
+#concentric     return ContourPoint(point, a.weight + w.hi * (b.weight - a.weight));
+#native     let second = wide_lerp(Wide(a.weight.x, a.weight_lo.x), Wide(b.weight.x, b.weight_lo.x), w);
+#native     let third = wide_lerp(Wide(a.weight.y, a.weight_lo.y), Wide(b.weight.y, b.weight_lo.y), w);
+#native     return contour_point(point, second, third);
 }
 
 // The next column; the walk is over with the ray's last one.
@@ -258,8 +274,8 @@ fn walk_next_column(walk: ptr<function, Walk>, line: RayLine) -> Column {
     let rho1 = height(ray_line_at(line, t1), exit_place.point);
     let column = Column(
         vec3u(contour.left.cell, contour.right.cell, contour.apex.cell),
-        ColumnEnd((*walk).last_t, (*walk).last_rho, entry_place.weight),
-        ColumnEnd(t1, rho1, exit_place.weight),
+        column_end((*walk).last_t, (*walk).last_rho, entry_place),
+        column_end(t1, rho1, exit_place),
     );
     (*walk).last_t = t1;
     (*walk).last_rho = rho1;
@@ -267,7 +283,7 @@ fn walk_next_column(walk: ptr<function, Walk>, line: RayLine) -> Column {
     if !(*walk).is_over {
         contour_forward(line.plane, &contour);
         (*walk).contour = contour;
-        (*walk).from_ = ContourPoint(crossing.point, vec2f(crossing.w.hi, 0.0));
+        (*walk).from_ = contour_point(crossing.point, crossing.w, wide(0.0));
     }
     return column;
 }

@@ -156,6 +156,10 @@ fn wide_min(a: Wide, b: Wide) -> Wide {
     return a;
 }
 
+fn wide_lerp(a: Wide, b: Wide, w: Wide) -> Wide {
+    return wide_add(a, wide_mul(w, wide_sub(b, a)));
+}
+
 fn wide3_neg(a: Wide3) -> Wide3 {
     return Wide3(-a.hi, -a.lo);
 }

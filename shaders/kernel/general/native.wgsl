@@ -40,9 +40,10 @@ struct FacetEnd {
 }
 
 fn facet_end(end: ColumnEnd, a: Wide, b: Wide, c: Wide) -> FacetEnd {
-    let rest = wide_sub(wide_sub(wide(1.0), wide(end.weight.x)), wide(end.weight.y));
-    let second = wide_times(b, end.weight.x);
-    let third = wide_times(c, end.weight.y);
+    let weights = array<Wide, 2>(Wide(end.weight.x, end.weight_lo.x), Wide(end.weight.y, end.weight_lo.y));
+    let rest = wide_sub(wide_sub(wide(1.0), weights[0]), weights[1]);
+    let second = wide_mul(b, weights[0]);
+    let third = wide_mul(c, weights[1]);
     let sum = wide_add(wide_mul(wide_max(rest, wide(0.0)), a), wide_add(second, third));
     return FacetEnd(wide_mul(end.rho, sum), end.rho.hi * vec2f(second.hi, third.hi));
 }

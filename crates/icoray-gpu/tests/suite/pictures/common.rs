@@ -149,7 +149,7 @@ pub fn each_mesh_with_holes(draw: impl Fn(&str, &Grid, &Layers, &Field)) {
 
 pub fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
     let text = format!(
-        "field = \"f\"\nantialias = false\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
+        "field = \"f\"\nantialias = false\n{rest}\n[image]\nwidth = 48\nheight = 40\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
     );
     Scene::parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }

@@ -153,7 +153,8 @@ fn parts_of_scenes_make_the_picture_of_the_whole() {
         check_devices(&name, &drawn.1, has_gpu);
         assert_eq!(count_beyond(&drawn.0, &expected, 0.0), 0, "{name}: pixels beyond their errors");
         let is_seen = |pixel: &&[f32; 4]| pixel[0] != pixel[2];
-        assert!(drawn.0.pixels.iter().filter(is_seen).count() > 1000, "{what}: little is seen");
+        let seen = drawn.0.pixels.iter().filter(is_seen).count();
+        assert!(seen > drawn.0.pixels.len() / 4, "{what}: {seen} pixels are seen");
     }
 }
 

@@ -260,7 +260,7 @@ fn surfaces_without_a_volume() {
     let Some(_) = gpu() else { return };
     let text = |place: &str, rest: &str| {
         let text = format!(
-            "antialias = false\nexaggeration = 60\ncore = \"transparent\"\n[image]\nwidth = 72\nheight = 60\n\
+            "antialias = false\nexaggeration = 60\ncore = \"transparent\"\n[image]\nwidth = 48\nheight = 40\n\
              [camera]\n{FAR}\n[[surfaces]]\n{place}\nfield = \"f\"\n\
              transfer = {{ map = \"turbo\", range = [-0.5, 0.5] }}\nopacity = 0.5\n{rest}"
         );
@@ -331,7 +331,7 @@ fn isosurfaces_without_a_volume() {
     let far: Vec<f64> = sphere.values.iter().map(|x| 1e6 + f64::from(*x)).collect();
     for lamp in ["", HEAD] {
         let text = format!(
-            "antialias = false\nexaggeration = 60\ncore = \"gray\"\n[image]\nwidth = 72\nheight = 60\n\
+            "antialias = false\nexaggeration = 60\ncore = \"gray\"\n[image]\nwidth = 48\nheight = 40\n\
              [camera]\n{FAR}\n[[isosurfaces]]\nfield = \"f\"\nvalue = 1000000.25\ncolor = \"orange\"\nopacity = 0.5\n\
              {lamp}"
         );

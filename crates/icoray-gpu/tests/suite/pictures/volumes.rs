@@ -51,7 +51,7 @@ pub fn contents(name: &str) -> String {
 
 pub fn scene_of(camera: &str, contents: &[&str], rest: &str, light: &str) -> Scene {
     let text = format!(
-        "antialias = false\n{rest}\n[image]\nwidth = 64\nheight = 56\n[camera]\n{camera}\n{}{light}\n",
+        "antialias = false\n{rest}\n[image]\nwidth = 48\nheight = 40\n[camera]\n{camera}\n{}{light}\n",
         contents.concat()
     );
     Scene::parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
