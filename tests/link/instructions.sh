@@ -23,17 +23,22 @@ dense lit native 1160'
 # Largest difference from these, percent. If frames need fewer, write them down above.
 tolerance=10
 
-# count FRAME...: the instructions of a run, and its frusta.
+# count FRAME...: prints the instructions of a run, and its frusta.
 count() {
-    valgrind --tool=callgrind --callgrind-out-file=/dev/null ./frusta "$@" 2>&1 |
-        awk '/Collected/ { count = $NF } /^frusta/ { frusta = $2 } END { print count, frusta }'
+    local printed counted frusta
+    printed=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null ./frusta "$@" 2>&1) ||
+        { echo "$printed" >&2; return 1; }
+    counted=$(awk '/Collected/ { print $NF }' <<<"$printed") frusta=$(awk '/^frusta/ { print $2 }' <<<"$printed")
+    [ -n "$counted" ] && [ -n "$frusta" ] || { echo "$printed" >&2; return 1; }
+    echo "$counted $frusta"
 }
 
-read -r without _ < <(count span unlit mean 0)
+counts=$(count span unlit mean 0)
+without=${counts% *}
 failed=0
 while read -r transfer light heights expected; do
-    read -r whole frusta < <(count "$transfer" "$light" "$heights" 1)
-    found=$(((whole - without) / frusta))
+    counts=$(count "$transfer" "$light" "$heights" 1)
+    found=$(((${counts% *} - without) / ${counts#* }))
     echo "$transfer, $light, $heights heights: $found instructions per frustum"
     difference=$((100 * (found - expected)))
     if [ $((difference < 0 ? -difference : difference)) -gt $((tolerance * expected)) ]; then
