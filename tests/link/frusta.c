@@ -4,25 +4,13 @@
  * Draws that many frames of 2562 cells with 31 layers on one thread, and prints how many frusta they read. The field
  * and the transfer functions are those of `icoray-study speed`; "span" has two knots. Writes to the current directory.
  */
-#include <icoray.h>
+#include "../c/check.h"
+
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { LAYERS = 31, PIXELS = 192, KNOTS = 16 };
 static const double RADIUS = 6371e3; /* metres */
 static const double WAVES[4][2] = {{3, 0.5}, {7, 0.25}, {17, 0.15}, {41, 0.1}};
-
-static void check(icoray_ctx *ctx, icoray_status status)
-{
-    char message[1024] = "";
-    if (status != ICORAY_OK) {
-        icoray_last_error(ctx, message, sizeof message);
-        fprintf(stderr, "frusta: status %d: %s\n", (int)status, message);
-        exit(EXIT_FAILURE);
-    }
-}
 
 /* The field at a direction and a radius in planet radii. */
 static double value_at(const double d[3], double r)
@@ -57,7 +45,7 @@ static void set_scene(icoray_ctx *ctx, const char *transfer, const char *light, 
                           128 + 8 * i, 90 + 6 * (i % 5), 255 - 12 * i, opacity_at(transfer, value));
     }
     sprintf(scene + length, "]\n");
-    check(ctx, icoray_scene_text(ctx, scene));
+    OK(icoray_scene_text(ctx, scene));
 }
 
 int main(int argc, char **argv)
@@ -69,8 +57,8 @@ int main(int argc, char **argv)
         fprintf(stderr, "frusta span|dense|thin unlit|lit mean|native FRAMES\n");
         return EXIT_FAILURE;
     }
-    check(NULL, icoray_mesh_create(4, &mesh));
-    check(NULL, icoray_mesh_grid(mesh, &grid));
+    OK(icoray_mesh_create(4, &mesh));
+    OK(icoray_mesh_grid(mesh, &grid));
 
     double radius[LAYERS], top = 0.15 * RADIUS;
     float *q = calloc((size_t)grid.cells * LAYERS, sizeof *q);
@@ -94,26 +82,24 @@ int main(int argc, char **argv)
         .struct_size = sizeof layers, .count = LAYERS, .radius_m = radius, .planet_radius_m = RADIUS};
     icoray_array array = {.struct_size = sizeof array, .data = q, .type = ICORAY_F32, .location = ICORAY_CENTER,
                           .columns = grid.cells, .layers = LAYERS, .column_stride = LAYERS, .layer_stride = 1};
-    check(NULL, icoray_open_serial(&config, &ctx));
-    check(ctx, icoray_grid_set(ctx, &grid));
-    check(ctx, icoray_layers_set(ctx, &layers));
-    check(ctx, icoray_field_set(ctx, "q", &array));
+    OK(icoray_open_serial(&config, &ctx));
+    OK(icoray_grid_set(ctx, &grid));
+    OK(icoray_layers_set(ctx, &layers));
+    OK(icoray_field_set(ctx, "q", &array));
     array.data = height;
     array.type = ICORAY_F64;
-    check(ctx, icoray_heights_set(ctx, &array));
+    OK(icoray_heights_set(ctx, &array));
     set_scene(ctx, argv[1], argv[2], argv[3]);
 
-    icoray_frame_report report = {.struct_size = sizeof report};
     uint64_t frusta = 0;
     for (int step = 0; step < atoi(argv[4]); step++) {
-        check(ctx, icoray_execute(ctx, step, step, NULL));
-        check(ctx, icoray_report(ctx, &report));
-        frusta += report.frusta;
+        OK(icoray_execute(ctx, step, step, NULL));
+        frusta += report_of(ctx).frusta;
     }
-    check(ctx, icoray_close(&ctx));
-    check(NULL, icoray_mesh_free(&mesh));
+    OK(icoray_close(&ctx));
+    OK(icoray_mesh_free(&mesh));
     free(q);
     free(height);
     printf("frusta %llu\n", (unsigned long long)frusta);
-    return EXIT_SUCCESS;
+    return verdict("frames");
 }

@@ -8,7 +8,7 @@
 set -euo pipefail
 sources=$1 prefix=$2
 unset LD_LIBRARY_PATH
-cc -std=c99 -O2 "$sources/tests/link/frusta.c" -o frusta \
+cc -std=c99 -O2 "$sources/tests/link/frusta.c" "$sources/tests/c/check.c" -o frusta \
     -I"$prefix/include" -L"$prefix/lib" -licoray -lm -Wl,-rpath,"$prefix/lib"
 
 # Instructions per frustum read that were reached on the instruction set that valgrind has (AVX2), by transfer function,
@@ -28,7 +28,7 @@ count() {
     local printed counted frusta
     printed=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null ./frusta "$@" 2>&1) ||
         { echo "$printed" >&2; return 1; }
-    counted=$(awk '/Collected/ { print $NF }' <<<"$printed") frusta=$(awk '/^frusta/ { print $2 }' <<<"$printed")
+    counted=$(awk '/Collected/ { print $NF }' <<<"$printed") frusta=$(awk '/^frusta / { print $2 }' <<<"$printed")
     [ -n "$counted" ] && [ -n "$frusta" ] || { echo "$printed" >&2; return 1; }
     echo "$counted $frusta"
 }
