@@ -1,5 +1,5 @@
 /*
- * A frame whose instructions link.sh counts: frusta span|dense|thin unlit|lit mean|native FRAMES
+ * A frame whose instructions instructions.sh counts: frusta span|dense|thin unlit|lit mean|native FRAMES
  *
  * Draws that many frames of 2562 cells with 31 layers on one thread, and prints how many frusta they read. The field
  * and the transfer functions are those of `icoray-study speed`; "span" has two knots. Writes to the current directory.
