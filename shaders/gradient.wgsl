@@ -40,10 +40,11 @@ fn rests_get(base: Base, layer: u32) -> f32 {
     return select(pair.x, pair.y, (at & 1u) == 1u);
 }
 
-// A value of the field with all its digits.
+// A value of the field with all its digits. Equal values must have equal remainders, so that their difference, which
+// gives the normal its direction, is 0: a driver must not fuse this product with a difference.
 fn value_get(base: Base, layer: u32) -> Wide {
     let value = samples_get(base, layer);
-    return Wide(value, rests_get(base, layer) * abs(value) * ROUNDING);
+    return Wide(value, opaque(rests_get(base, layer) * abs(value) * ROUNDING));
 }
 
 // The value next to that at a vertex: one layer further.

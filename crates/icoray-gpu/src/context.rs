@@ -2,32 +2,68 @@
 
 use crate::pool::{BufferPool, PooledBuffer};
 use icoray::device::FallbackReason;
+use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use wgpu::BufferUsages;
 
 /// Largest number of storage buffers of a shader besides its pages, which come in pairs.
 pub(crate) const NON_PAGE_STORAGE_BUFFERS: u32 = 17;
 
-/// An open device.
-#[derive(Debug)]
-pub(crate) struct Context {
+/// Open devices that nobody uses. None is ever closed: with NVIDIA's driver the process waits for ever if one thread
+/// closes a device while another compiles a shader (seen with 580.159).
+static IDLE: Mutex<Vec<OpenDevice>> = Mutex::new(Vec::new());
+
+/// An open device of an adapter.
+#[derive(Debug, Clone)]
+pub(crate) struct OpenDevice {
     info: wgpu::AdapterInfo,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
     pub limits: wgpu::Limits,
-    pub pool: Arc<BufferPool>,
-    buffers_created: AtomicU64,
     /// Why the device is unusable: that it was lost, or an error outside all error scopes.
     failure: Arc<OnceLock<String>>,
 }
 
-impl Context {
-    /// Opens `adapter`, with storage bindings of at most `max_binding` bytes.
-    pub fn open(adapter: &wgpu::Adapter, max_binding: Option<u64>) -> Result<Self, FallbackReason> {
+/// An open device and what belongs to its user, who has it alone.
+#[derive(Debug)]
+pub(crate) struct Context {
+    open: OpenDevice,
+    pub pool: Arc<BufferPool>,
+    buffers_created: AtomicU64,
+}
+
+impl Deref for Context {
+    type Target = OpenDevice;
+
+    fn deref(&self) -> &OpenDevice {
+        &self.open
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        self.pool.clear();
+        // Frees the memory of what was dropped.
+        drop(self.device.poll(wgpu::PollType::Poll));
+        if self.check().is_ok() {
+            IDLE.lock().unwrap_or_else(PoisonError::into_inner).push(self.open.clone());
+        }
+    }
+}
+
+impl OpenDevice {
+    /// Opens `adapter`, with storage bindings of at most `max_binding` bytes, or takes a device that is open so.
+    fn new(adapter: &wgpu::Adapter, max_binding: Option<u64>) -> Result<Self, FallbackReason> {
         let (info, mut limits) = (adapter.get_info(), adapter.limits());
         let binding = &mut limits.max_storage_buffer_binding_size;
         *binding = max_binding.map_or(*binding, |max| max.min(*binding));
+        let fits = |idle: &OpenDevice| (&idle.info, &idle.limits) == (&info, &limits) && idle.failure.get().is_none();
+        let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(at) = idle.iter().position(fits) {
+            return Ok(idle.swap_remove(at));
+        }
+        drop(idle);
         let (has, needed) = (limits.max_storage_buffers_per_shader_stage, NON_PAGE_STORAGE_BUFFERS + 2);
         if has < needed {
             let name = &info.name;
@@ -54,8 +90,15 @@ impl Context {
                 drop(lost.set(format!("the device is lost: {message}")));
             }
         });
-        let (pool, buffers_created) = (Arc::default(), AtomicU64::default());
-        let context = Context { info, device, queue, limits, pool, buffers_created, failure };
+        Ok(OpenDevice { info, device, queue, limits, failure })
+    }
+}
+
+impl Context {
+    /// Opens `adapter`, with storage bindings of at most `max_binding` bytes.
+    pub fn open(adapter: &wgpu::Adapter, max_binding: Option<u64>) -> Result<Self, FallbackReason> {
+        let open = OpenDevice::new(adapter, max_binding)?;
+        let context = Context { open, pool: Arc::default(), buffers_created: AtomicU64::default() };
         context.check()?;
         Ok(context)
     }
@@ -165,5 +208,34 @@ impl Context {
 
     fn write<T: bytemuck::NoUninit>(&self, buffer: &wgpu::Buffer, elements: &[T]) -> Result<(), FallbackReason> {
         self.scoped(|| self.queue.write_buffer(buffer, 0, bytemuck::cast_slice(elements)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adapters::find;
+    use icoray::device::DeviceRequest;
+    use icoray_test_support::{Need, skip_because};
+    use std::path::Path;
+
+    /// A device that is no longer used is taken again, one in use or a lost one is not.
+    #[test]
+    fn devices_stay_open() {
+        let wanted = DeviceRequest { adapter: None, or_processor: true, node_rank: 0 };
+        // Limits of this test alone.
+        let open = || find(&wanted, Path::new("/dev")).and_then(|adapter| Context::open(&adapter, Some(77 << 20)));
+        let first = match open() {
+            Ok(ctx) => ctx,
+            Err(reason) => return skip_because(Need::Gpu, reason),
+        };
+        let (second, device) = (open().unwrap(), first.device.clone());
+        assert!(second.device != device);
+        drop(first);
+        let again = open().unwrap();
+        assert!(again.device == device);
+        again.failure.set("lost".into()).unwrap();
+        drop(again);
+        assert!(open().unwrap().device != device);
     }
 }

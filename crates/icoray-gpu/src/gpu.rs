@@ -41,11 +41,12 @@ pub struct MemoryLimits {
 /// An open GPU.
 #[derive(Debug)]
 pub struct Gpu {
-    ctx: Context,
     pipelines: Pipelines,
     entries: RayEntryCache,
     meshes: MeshCache,
     fields: FieldStore,
+    /// Dropped last: it frees the memory of the others.
+    ctx: Context,
 }
 
 impl Gpu {
@@ -69,10 +70,10 @@ impl Gpu {
         let ctx = Context::open(&find(wanted, Path::new("/dev"))?, limits.binding)?;
         Ok(Gpu {
             pipelines: Pipelines::new(&ctx),
-            ctx,
             entries: RayEntryCache::default(),
             meshes: MeshCache::default(),
             fields: FieldStore::new(limits.field.unwrap_or(u64::MAX)),
+            ctx,
         })
     }
 

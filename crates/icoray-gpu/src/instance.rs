@@ -2,6 +2,7 @@
 
 use icoray::device::FallbackReason;
 use std::ffi::CStr;
+use std::sync::OnceLock;
 use wgpu::hal::vulkan;
 use wgpu::hal::{InstanceDescriptor, api::Vulkan};
 
@@ -22,12 +23,17 @@ fn has_dynamic_linker() -> bool {
     true
 }
 
-/// Opens Vulkan.
+/// The process's Vulkan, opened at the first call and never closed: NVIDIA's driver takes a second to open.
 ///
 /// # Errors
 /// A [`FallbackReason`] if there is no Vulkan loader, or the program cannot load drivers.
+pub fn instance() -> Result<&'static wgpu::Instance, FallbackReason> {
+    static OPENED: OnceLock<Result<wgpu::Instance, FallbackReason>> = OnceLock::new();
+    OPENED.get_or_init(open).as_ref().map_err(Clone::clone)
+}
+
 #[allow(unsafe_code)]
-pub(crate) fn instance() -> Result<wgpu::Instance, FallbackReason> {
+fn open() -> Result<wgpu::Instance, FallbackReason> {
     if !has_dynamic_linker() {
         return Err(FallbackReason::new("the program is wholly static, and can load no drivers"));
     }

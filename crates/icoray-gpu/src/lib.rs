@@ -51,4 +51,5 @@ mod visible_layers;
 
 pub use adapters::{Kind, Listed, list};
 pub use gpu::{Gpu, Gpus, MemoryLimits};
+pub use instance::instance;
 pub use peaks::Peaks;

@@ -93,12 +93,13 @@ fn memory_rate(ctx: &Context) -> Result<f64, FallbackReason> {
 
 /// Increases the number of workgroups until they take some milliseconds.
 fn flops(ctx: &Context) -> Result<f64, FallbackReason> {
+    let max = u64::from(ctx.limits.max_compute_workgroups_per_dimension);
     let mut workgroups = 64;
     loop {
         let bytes = (4 * WORKGROUP * workgroups) as usize;
         let products = ctx.buffer("products", bytes, BufferUsages::STORAGE)?;
         let seconds = pass_seconds(ctx, "multiply", &[&products], workgroups)?;
-        if seconds > 5e-3 || workgroups == 1 << 15 {
+        if seconds > 5e-3 || 4 * workgroups > max {
             return Ok((workgroups * WORKGROUP) as f64 * FLOPS / seconds);
         }
         workgroups *= 4;

@@ -120,7 +120,8 @@ fn shades_of_gradients_and_of_the_core() {
     for ((shading, gradient), got) in cases.iter().zip(got.chunks_exact(6)) {
         let [body, highlight] = shading.shade(*gradient);
         let normal = direction(*gradient);
-        worst[0] = worst[0].max(ulps(got[0], body, 0.0));
+        // Drivers may fuse the products of a cosine with its sum, which then need not cancel.
+        worst[0] = worst[0].max(ulps(got[0], body, shading.diffuse));
         // The error of a highlight grows with its exponent; weak highlights have none of their own.
         let sharp = 1.0 + f64::from(shading.shininess);
         worst[1] = worst[1].max(ulps(got[1], highlight, 1e-6) / sharp);
@@ -338,7 +339,8 @@ fn pieces_under_light() {
             let is_same = (got[4] - expected[4]).abs() <= 1e-3 * expected[4] + 1e-8;
             for k in 0..4 {
                 let off = (got[k] - expected[k]).abs();
-                if is_same {
+                // A large error can be the largest possible one, and hides on which side of a kink a shade is.
+                if is_same && expected[4] < 1e-3 {
                     worst = worst.max(f64::from(off));
                 } else {
                     assert!(off <= got[4] + expected[4] + 1e-6 * expected[3], "{what}");

@@ -1,6 +1,7 @@
 //! Runs WGSL code once per row of a table of inputs, and inputs that several tests share.
 
 use icoray::device::Span;
+use icoray_gpu::instance;
 use icoray_gpu::layout::Params;
 use icoray_gpu::shader::expand;
 use icoray_test_support::{Need, skip_because};
@@ -48,13 +49,12 @@ pub struct Device {
 impl Device {
     /// Opens the first adapter. If there is none, skips the test.
     pub fn open() -> Option<Self> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-            backends: wgpu::Backends::VULKAN,
-            ..wgpu::InstanceDescriptor::new_without_display_handle()
-        });
+        let instance = instance().inspect_err(|reason| skip_because(Need::Gpu, reason)).ok()?;
         let adapter = pollster::block_on(instance.request_adapter(&Default::default()));
         let adapter = adapter.inspect_err(|e| skip_because(Need::Gpu, e)).ok()?;
         let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
+        // Not to be closed while other tests compile shaders: NVIDIA's driver would wait for ever.
+        std::mem::forget(device.clone());
         Some(Device { device, queue })
     }
 
@@ -94,7 +94,7 @@ impl Device {
             @group(1) @binding(1) var<storage, read_write> outputs: array<f32>;
             @compute @workgroup_size(64) fn table(@builtin(global_invocation_id) id: vec3u) {{
             let i = id.x;
-            if i >= {rows}u || params.zero != 0u {{ return; }}
+            if i >= ({rows}u ^ params.zero) {{ return; }}
             {body}
             var row = all;
             for (var k = 0u; k < {results}u; k++) {{ outputs[{results}u * i + k] = row[k]; }}

@@ -170,7 +170,8 @@ fn clear_layers_are_not_uploaded() {
     assert_eq!(unread(&one), None);
 }
 
-/// Later frames reuse the buffers of the first one.
+/// Later frames reuse the buffers of the first one, but for the up to 8 staging buffers, which are created while the
+/// device still copies from the others.
 #[test]
 fn later_frames_create_no_buffers() {
     let Some(gpu) = gpu() else { return };
@@ -180,7 +181,7 @@ fn later_frames_create_no_buffers() {
     let (tables, layers) = planet(5, 30);
     let grid = Grid::new(tables.tables()).unwrap();
     let mut created = Vec::new();
-    for step in 0..5 {
+    for step in 0..10 {
         let value = |c: usize, l: usize| wave(grid.direction(c as u32), l + step, 30) as f32;
         let values = Values::new(grid.cells(), 30, value);
         let frame = renderer.render(&scene(FAR, SMOOTH, CORES[0]), &grid, &layers, &values.fields()[step % 2]);
@@ -189,7 +190,7 @@ fn later_frames_create_no_buffers() {
         assert!(device.name.is_some() && device.bytes_uploaded > 30 * grid.cells() as u64, "{report:?}");
         created.push(gpu.buffers_created());
     }
-    assert!(created[0] > 0 && created.iter().all(|&n| n == created[0]), "{created:?}");
+    assert!(created[0] > 0 && created[9] < created[0] + 8, "{created:?}");
 }
 
 /// Scenes of one field share its upload. Another borrow of the same memory is another field, because the model may have
