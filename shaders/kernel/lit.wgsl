@@ -20,12 +20,14 @@ fn light_spread_of(piece: Segment, span: Span) -> LightSpread {
     let from_ = span_extinction(span, piece.f0);
     let to = span_extinction(span, piece.f1);
     let sum = from_ + to + LEAST;
+    let all = 0.5 * piece.length * sum;
     // Depths beyond 1e3 have the largest spread already; the limit keeps their squares finite.
-    let depth = min(0.5 * piece.length * sum, 1e3);
+    let depth = min(all, 1e3);
     let rise = (to - from_) / sum;
     let forward = min(depth, 3.0) * (5.0 / 60.0 - (1.0 / 60.0) * rise * rise);
     let bent = min(abs(span.extinction_slope * piece.kappa) / sum, 1e3);
-    return LightSpread((1.0 / 6.0) * rise - forward, min(0.02 * depth * depth + 0.2 * bent, 0.5));
+    let error_bound = min(0.02 * depth * depth + 0.2 * bent, 0.5);
+    return LightSpread((1.0 / 6.0) * rise - forward, error_bound, 1.0 / max(all, 1.0));
 }
 
 fn color_change_of(piece: Segment, span: Span) -> ColorChange {

@@ -4,13 +4,15 @@
 struct LightSpread {
     centre: f32,
     error_bound: f32,
+    // Fraction of the piece, from its start, in which most of the light is.
+    extent: f32,
 }
 
 struct NormalTurn {
     mean: vec3f,
     rise: vec3f,
     bend: vec3f,
-    // The largest component of the gradients.
+    // The largest component of the gradients where most of the light is.
     size: f32,
     angle: f32,
     angle2: f32,
@@ -73,8 +75,8 @@ fn normal_turn_of(at_a: vec3f, at_m: vec3f, at_b: vec3f, eps: f32, spread: Light
     let along = (1.0 / 400.0) * angle2 + (1.0 / 30.0) * centre * angle + 0.03 * bulge;
     let has_gap = (has_a || has_m || has_b) && !(has_a && has_m && has_b);
     return NormalTurn(
-        mean, rise, bend, size, angle, angle2, bend_length, uneven * bend_length + bulge * bulging + lost, angle2 * along,
-        spread, angle2 > 4.0 || (has_gap && !(is_at_start || is_at_end)),
+        mean, rise, bend, max(largest(abs(at_a)), spread.extent * size), angle, angle2, bend_length,
+        uneven * bend_length + bulge * bulging + lost, angle2 * along, spread, angle2 > 4.0 || (has_gap && !(is_at_start || is_at_end)),
     );
 }
 

@@ -48,6 +48,8 @@ pub struct LightSpread<T> {
     pub centre: T,
     /// Error of the centre.
     pub error_bound: T,
+    /// Fraction of the piece, from its start, in which most of the light is.
+    pub extent: T,
 }
 
 impl<T: Real> LightSpread<T> {
@@ -63,7 +65,8 @@ impl<T: Real> LightSpread<T> {
         let forward = depth.min(T::of(3.0)) * (T::of(5.0 / 60.0) - T::of(1.0 / 60.0) * rise * rise);
         let bent = (span.extinction_slope() * piece.kappa).abs() / sum;
         let error_bound = (T::of(0.02) * depth * depth + T::of(0.2) * bent).min(T::of(0.5));
-        LightSpread { centre: T::of(1.0 / 6.0) * rise - forward, error_bound }
+        let extent = T::one() / depth.max(T::one());
+        LightSpread { centre: T::of(1.0 / 6.0) * rise - forward, error_bound, extent }
     }
 }
 
@@ -199,7 +202,7 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let largest = |of: &[T]| of.iter().fold(T::zero(), |most, x| most.max(x.abs()));
         let FrustumInterpolant { from, to, .. } = self.interpolant;
         let mixed_of = self.gradient_size.max(largest(&from[1..])).max(largest(&to[1..]));
-        let deviation = self.shading.deviation_of(mixed_of, largest(gradients.as_flattened()));
+        let deviation = self.shading.deviation_of(mixed_of, mean.size);
         let [rounded, _] = self.shading.deviations;
         let light = shaded(self.shading, piece, self.span, &mean, (light, rounded));
         let turned = (deviation - rounded).max(T::zero());

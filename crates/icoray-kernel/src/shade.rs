@@ -79,6 +79,8 @@ pub struct MeanShade<T> {
     pub tilt: T,
     /// Error of a channel per absorbed light.
     pub off: T,
+    /// Size of the gradients where most of the light is.
+    pub size: T,
 }
 
 /// Brightness of a piece, and the change of its colour along it.
@@ -154,7 +156,7 @@ impl<T: Real> RayShading<T> {
         // A mean cosine has an error of two last digits, and its power that times the exponent.
         let rounded = T::of(4.0) * color.brightest * body + T::of(3.0) * self.sharpness * highlight;
         let off = if turn.is_wild { most } else { dim + faint + T::of(T::ROUNDING) * rounded };
-        MeanShade { shade: Shade { body, highlight }, tilt, off }
+        MeanShade { shade: Shade { body, highlight }, tilt, off, size: turn.size }
     }
 
     /// Factor for the colour, factor for the colour's change, and the error of both.

@@ -32,6 +32,8 @@ pub struct NormalTurn<T> {
     pub rise: [T; 3],
     /// Sum of the normals at the ends, minus twice that in the middle.
     pub bend: [T; 3],
+    /// The largest component of the gradients where most of the light is.
+    pub size: T,
     /// Twice the larger of the turns of the two halves, as a chord; its square is exact.
     pub angle: T,
     /// Square of it.
@@ -69,7 +71,7 @@ impl<T: Real> NormalTurn<T> {
     #[inline(always)]
     pub fn of(gradients: &[[T; 3]; 3], eps: T, spread: LightSpread<T>) -> Self {
         let (zero, one, two) = (T::zero(), T::one(), T::of(2.0));
-        let [a, m, b] = scaled(gradients);
+        let ([a, m, b], largest) = scaled(gradients);
         let ((na, a2), (nm, m2), (nb, b2)) = (normal(&a), normal(&m), normal(&b));
         let [has_a, has_m, has_b] = [a2, m2, b2].map_inline(is_there);
         let is_at_start = !has_a & has_m & has_b;
@@ -102,6 +104,7 @@ impl<T: Real> NormalTurn<T> {
             mean,
             rise,
             bend,
+            size: a.iter().fold(spread.extent, |most, x| most.max(x.abs())) * largest,
             angle,
             angle2,
             bend_length,
@@ -152,15 +155,15 @@ impl<T: Real> Cosine<T> {
 /// Unit vector of a gradient of any size; zero if it vanishes.
 #[inline(always)]
 pub fn direction<T: Real>(gradient: &[T; 3]) -> [T; 3] {
-    let [x] = scaled(&[*gradient]);
+    let ([x], _) = scaled(&[*gradient]);
     let (normal, _) = normal(&x);
     normal
 }
 
-/// Gradients divided by the largest component of all; zero where that is infinite. The square of a gradient of
+/// Gradients divided by the largest component of all, and that; zero where it is infinite. The square of a gradient of
 /// 1e30 is no f32.
 #[inline(always)]
-fn scaled<T: Real, const N: usize>(gradients: &[[T; 3]; N]) -> [[T; 3]; N] {
+fn scaled<T: Real, const N: usize>(gradients: &[[T; 3]; N]) -> ([[T; 3]; N], T) {
     let mut largest = T::min_positive_value();
     for [x, y, z] in gradients {
         largest = largest.max(x.abs()).max(y.abs()).max(z.abs());
@@ -171,7 +174,7 @@ fn scaled<T: Real, const N: usize>(gradients: &[[T; 3]; N]) -> [[T; 3]; N] {
     for gradient in &mut scaled {
         *gradient = gradient.map_inline(|x| if is_usual { x * scale } else { T::zero() });
     }
-    scaled
+    (scaled, largest)
 }
 
 /// The unit vector of a scaled gradient, and its squared length; zero where it is less than 1e-15.

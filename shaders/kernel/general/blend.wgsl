@@ -86,7 +86,7 @@ fn volume_shade(
     // The three places may miss dense media entirely.
     let share = (a + 4.0 * m + b) * (1.0 / 6.0) + LEAST;
     let bent = abs((a - m) + (b - m)) / share;
-    let spread = LightSpread((b - a) / (12.0 * share), min(0.2 * bent + 0.5 * unseen, 0.5));
+    let spread = LightSpread((b - a) / (12.0 * share), min(0.2 * bent + 0.5 * unseen, 0.5), 1.0);
     let rise = colors[2] - colors[0];
     let bends = abs(colors[0] - colors[1] - colors[1] + colors[2]);
     let bend = 2.0 * max(bends.x, max(bends.y, bends.z));

@@ -282,7 +282,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         for (k, part) in self.parts.iter().enumerate() {
             let parts = nodes.each_ref().map_inline(|node| &lit[node.lit + k]);
             let absorbs = [0, 1, 2].map_inline(|i| through[i] * parts[i].medium.extinction);
-            let MeanShade { shade, tilt, off: part_off } = part.mean_shade(shading, parts, (absorbs, unseen));
+            let MeanShade { shade, tilt, off: part_off, size } = part.mean_shade(shading, parts, (absorbs, unseen));
             let rise = [0, 1, 2].map_inline(|k| parts[2].medium.color[k] - parts[0].medium.color[k]);
             for (node, LitNode { medium, .. }) in nodes.iter_mut().zip(parts) {
                 let lit = |k: usize| medium.color[k] * shade.body + shade.highlight + tilt * rise[k];
@@ -291,8 +291,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             // The three places may miss dense media entirely.
             let share = simpson(absorbs) + f64::MIN_POSITIVE;
             off += share * part_off;
-            let [a, m, b] = parts.map_inline(|part| largest(&part.gradient));
-            deviation += share * shading.deviation_of(part.gradient_size, a.max(m).max(b));
+            deviation += share * shading.deviation_of(part.gradient_size, size);
             sum += share;
         }
         [off / sum, deviation / sum]
@@ -311,7 +310,11 @@ impl MediumPiece<'_> {
     ) -> MeanShade<f64> {
         let mean = simpson([a, m, b]) + f64::MIN_POSITIVE;
         let bent = (a - m - m + b).abs() / mean;
-        let spread = LightSpread { centre: (b - a) / (12.0 * mean), error_bound: (0.2 * bent + 0.5 * unseen).min(0.5) };
+        let spread = LightSpread {
+            centre: (b - a) / (12.0 * mean),
+            error_bound: (0.2 * bent + 0.5 * unseen).min(0.5),
+            extent: 1.0,
+        };
         let eps = self.segments[1].eps;
         let turn = NormalTurn::of(&parts.map_inline(|part| part.gradient), eps, spread);
         let [start, middle, end] = parts.map_inline(|part| &part.medium.color);
@@ -320,12 +323,6 @@ impl MediumPiece<'_> {
         let change = most(&|k| end[k] - start[k]) + bend;
         shading.mean(&turn, &ColorChange { brightest: self.spans[0].brightest(), change, bend, eps })
     }
-}
-
-/// The largest component of a vector.
-#[inline]
-pub(super) fn largest(vector: &[f64; 3]) -> f64 {
-    vector.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
 /// Simpson's mean.

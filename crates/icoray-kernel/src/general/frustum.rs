@@ -1,6 +1,6 @@
 //! Volumes and surfaces along a ray between two layers of a column, in order.
 
-use super::blend::{Blend, BlendBuffers, MediumPiece, largest};
+use super::blend::{Blend, BlendBuffers, MediumPiece};
 use super::passage::{PARTS, Passage, PassageKind, shares};
 use super::single::VertexBounds;
 use super::surfaces::{Material, SurfaceHeight};
@@ -408,6 +408,12 @@ impl<'r> RayState<'r, '_> {
 #[inline]
 fn at_vertices(scene: &KernelScene, wedge: &Wedge, gap: usize, source: usize) -> [[[f64; 3]; 3]; 2] {
     [gap - 1, gap].map_inline(|layer| scene.sources[source].gradients_at(wedge.cells, layer))
+}
+
+/// The largest component of a vector.
+#[inline]
+fn largest(vector: &[f64; 3]) -> f64 {
+    vector.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
 /// The largest component of gradients at vertices.

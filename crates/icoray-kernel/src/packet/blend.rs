@@ -96,7 +96,7 @@ impl<V: Machine> VolumeNodes<V> {
         let share = simpson::<V>([a, m, b]) + f32::MIN_POSITIVE;
         let bent = (a - m - m + b).abs() / share;
         let error_bound = unseen.mul_add(0.5, bent * 0.2).min(0.5);
-        let spread = Spread { centre: (b - a) / (share * 12.0), error_bound };
+        let spread = Spread { centre: (b - a) / (share * 12.0), error_bound, extent: all(simd, 1.0) };
         let Shade { body, tilt, highlight, off, deviation } =
             lit.shade_of(simd, shading, (course, range, lit.eps), spread, &self.change);
         for k in 0..3 {

@@ -12,6 +12,7 @@ pub(super) type Vectors<V> = [Floats<V>; 3];
 pub(super) struct Spread<V: Machine> {
     pub centre: Floats<V>,
     pub error_bound: Floats<V>,
+    pub extent: Floats<V>,
 }
 
 impl<V: Machine> Spread<V> {
@@ -25,7 +26,7 @@ impl<V: Machine> Spread<V> {
         let forward = depth.min(3.0) * (rise * rise).mul_add(-1.0 / 60.0, 5.0 / 60.0);
         let bent = (medium.slope * part.kappa).abs() * inverse;
         let error_bound = (depth * depth * 0.02 + bent * 0.2).min(0.5);
-        Spread { centre: rise * (1.0 / 6.0) - forward, error_bound }
+        Spread { centre: rise * (1.0 / 6.0) - forward, error_bound, extent: all(simd, 1.0) / depth.max(1.0) }
     }
 }
 
@@ -34,7 +35,7 @@ pub(super) struct Turns<V: Machine> {
     mean: Vectors<V>,
     rise: Vectors<V>,
     bend: Vectors<V>,
-    /// The largest component of the gradients.
+    /// The largest component of the gradients where most of the light is.
     pub size: Floats<V>,
     pub angle: Floats<V>,
     pub angle2: Floats<V>,
@@ -77,7 +78,7 @@ impl<V: Machine> Turns<V> {
     /// The turn between the gradients at start, middle and end of a piece with this relative change of height.
     #[inline(always)]
     pub fn of(simd: V, gradients: &[Vectors<V>; 3], eps: Floats<V>, spread: Spread<V>) -> Self {
-        let ([a, m, b], size) = scaled(simd, gradients);
+        let ([a, m, b], largest) = scaled(simd, gradients);
         let (start, middle, end) = (Normal::of(simd, &a), Normal::of(simd, &m), Normal::of(simd, &b));
         let nm = middle.unit;
         let (mut na, mut nb) = (start.unit, end.unit);
@@ -122,7 +123,7 @@ impl<V: Machine> Turns<V> {
             mean,
             rise,
             bend,
-            size,
+            size: a[0].abs().max(a[1].abs()).max(a[2].abs()).max(spread.extent) * largest,
             angle,
             angle2,
             bend_length,

@@ -57,7 +57,8 @@ impl AlongRay {
 
     /// `mean_shade` of a piece with these gradients at its start, middle and end.
     pub fn mean(&self, piece: [f32; 5], span: &Span, gradients: &[[f32; 3]; 3]) -> MeanShade {
-        let shade::MeanShade { shade, tilt, off } = lit::mean_shade(&self.kernel(), &segment(piece), span, gradients);
+        let shade::MeanShade { shade, tilt, off, .. } =
+            lit::mean_shade(&self.kernel(), &segment(piece), span, gradients);
         [shade.body, shade.highlight, tilt, off]
     }
 
@@ -66,7 +67,7 @@ impl AlongRay {
         let [r, g, b, absorbed, error, variance] = light;
         let light = Radiance { color: [r, g, b], alpha: absorbed, error, variance };
         let [body, highlight, tilt, off] = mean;
-        let mean = shade::MeanShade { shade: shade::Shade { body, highlight }, tilt, off };
+        let mean = shade::MeanShade { shade: shade::Shade { body, highlight }, tilt, off, size: 1.0 };
         let shading = self.kernel();
         let deviation = shading.deviation_of(0.0, 1.0);
         let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
