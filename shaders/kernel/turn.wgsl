@@ -76,7 +76,8 @@ fn normal_turn_of(at_a: vec3f, at_m: vec3f, at_b: vec3f, eps: f32, spread: Light
     let has_gap = (has_a || has_m || has_b) && !(has_a && has_m && has_b);
     return NormalTurn(
         mean, rise, bend, max(largest(abs(at_a)), spread.extent * size), angle, angle2, bend_length,
-        uneven * bend_length + bulge * bulging + lost, angle2 * along, spread, angle2 > 4.0 || (has_gap && !(is_at_start || is_at_end)),
+        uneven * bend_length + bulge * bulging + lost, angle2 * along, spread,
+        angle2 > 4.0 || (has_gap && !(is_at_start || is_at_end)),
     );
 }
 

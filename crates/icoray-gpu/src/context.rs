@@ -10,8 +10,8 @@ use wgpu::BufferUsages;
 /// Largest number of storage buffers of a shader besides its pages, which come in pairs.
 pub(crate) const NON_PAGE_STORAGE_BUFFERS: u32 = 17;
 
-/// Open devices that nobody uses. None is ever closed: with NVIDIA's driver the process waits for ever if one thread
-/// closes a device while another compiles a shader (seen with 580.159).
+/// Open devices that nobody uses. Only lost ones are closed: with NVIDIA's driver the process waits for ever if one
+/// thread closes a device while another compiles a shader (seen with 580.159).
 static IDLE: Mutex<Vec<OpenDevice>> = Mutex::new(Vec::new());
 
 /// An open device of an adapter.
