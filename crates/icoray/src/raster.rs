@@ -168,20 +168,25 @@ impl Raster {
     /// # Panics
     /// If a tile is missing or occurs twice.
     pub fn assemble(&self, tiles: &[Tile]) -> (Vec<Pixel>, Counts) {
-        let [across, down] = self.nodes();
-        let mut is_there = vec![false; self.tiles() as usize];
-        let mut nodes = vec![Pixel::default(); across as usize * down as usize];
+        let [across, down] = self.nodes().map(|n| n as usize);
+        let mut by_number: Vec<Option<&Tile>> = vec![None; self.tiles() as usize];
         let mut counts = Counts::default();
-        for Tile { number, counts: of_tile, pixels, .. } in tiles {
-            assert!(!std::mem::replace(&mut is_there[*number as usize], true), "tile {number} came twice");
-            counts += *of_tile;
-            let [[x0, x1], [y0, _]] = self.extent(*number).map(|side| side.map(|at| at as usize));
-            for (row, line) in pixels.chunks_exact(x1 - x0).enumerate() {
-                let start = (y0 + row) * across as usize + x0;
-                nodes[start..start + line.len()].copy_from_slice(line);
-            }
+        for tile in tiles {
+            assert!(by_number[tile.number as usize].replace(tile).is_none(), "tile {} came twice", tile.number);
+            counts += tile.counts;
         }
-        assert!(is_there.iter().all(|there| *there), "a tile is missing");
+        // Pages of memory are much of the time, so that threads share their first use.
+        let mut nodes: Vec<Pixel> = (0..across * down).into_par_iter().map(|_| Pixel::default()).collect();
+        let side = self.side() as usize;
+        let rows = by_number.par_chunks(self.tiles_across() as usize).zip(nodes.par_chunks_mut(across * side));
+        rows.for_each(|(tiles, nodes)| {
+            for (x0, tile) in (0..across).step_by(side).zip(tiles) {
+                let lines = tile.expect("a tile is missing").pixels.chunks_exact(side.min(across - x0));
+                for (line, nodes) in lines.zip(nodes.chunks_exact_mut(across)) {
+                    nodes[x0..x0 + line.len()].copy_from_slice(line);
+                }
+            }
+        });
         if self.step == 1 { (nodes, counts) } else { (self.fill(&nodes), counts) }
     }
 

@@ -14,6 +14,7 @@ use icoray_grid::Result;
 use icoray_output::Legend;
 use icoray_output::{ErrorSummary, Frame, FrameReport, RanksReport, SamplingReport, Timing};
 use icoray_scene::name::Stamp;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -58,13 +59,16 @@ pub(super) fn draw(
         else {
             return Ok(summary);
         };
-        let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
-        summary.error = ErrorSummary::of(&error, certainty(scene, &quality), quality.tolerance);
+        let error: Vec<f32> = renderer.run(|| drawn.par_iter().map(|p| p.error).collect());
+        let summarize = || ErrorSummary::of(&error, certainty(scene, &quality), quality.tolerance);
+        let colors = || drawn.par_iter().map(|p| p.color).collect();
+        let pixels: Vec<_>;
+        (summary.error, pixels) = renderer.run(|| rayon::join(summarize, colors));
         summary.counts = counts;
         summary.edge_pixels = edge_pixels;
         let cells_per_pixel = ranks.attempt(|| Ok(cells_per_pixel(scene, grid, part, work.radius)))?;
         summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: reported, cells_per_pixel };
-        picture = Some((drawn, error, off));
+        picture = Some((pixels, error, off));
         Ok(summary)
     });
     let summary = ranks.conclude(summary)?;
@@ -86,13 +90,13 @@ pub(super) fn draw(
         ..FrameReport::default()
     };
     on_device.report_to(&mut report);
-    let Some((drawn, error, sampling_error)) = picture else {
+    let Some((pixels, error, sampling_error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };
     Ok(Rendered::Here(Frame {
         width: scene.width,
         height: scene.height,
-        pixels: drawn.iter().map(|p| p.color).collect(),
+        pixels,
         error,
         sampling_error,
         field: scene.field().to_owned(),
