@@ -1,6 +1,6 @@
 //! The adapters of this machine, and the choice of one.
 
-use crate::instance::instance;
+use crate::instance::{instance, keep};
 use icoray::Adapter;
 use icoray::device::{DeviceRequest, FallbackReason};
 use std::fmt;
@@ -22,6 +22,17 @@ pub enum Kind {
     Virtual,
     /// A CPU driver such as lavapipe, which is no faster than the CPU renderer.
     Processor,
+}
+
+impl From<wgpu::DeviceType> for Kind {
+    fn from(of: wgpu::DeviceType) -> Self {
+        match of {
+            wgpu::DeviceType::DiscreteGpu => Kind::Discrete,
+            wgpu::DeviceType::IntegratedGpu => Kind::Integrated,
+            wgpu::DeviceType::VirtualGpu => Kind::Virtual,
+            wgpu::DeviceType::Cpu | wgpu::DeviceType::Other => Kind::Processor,
+        }
+    }
 }
 
 impl fmt::Display for Kind {
@@ -49,13 +60,7 @@ pub struct Listed {
 impl Listed {
     fn of(adapter: &wgpu::Adapter) -> Self {
         let wgpu::AdapterInfo { name, driver, driver_info, device_type, .. } = adapter.get_info();
-        let kind = match device_type {
-            wgpu::DeviceType::DiscreteGpu => Kind::Discrete,
-            wgpu::DeviceType::IntegratedGpu => Kind::Integrated,
-            wgpu::DeviceType::VirtualGpu => Kind::Virtual,
-            wgpu::DeviceType::Cpu | wgpu::DeviceType::Other => Kind::Processor,
-        };
-        Listed { name, driver: format!("{driver} {driver_info}"), kind }
+        Listed { name, driver: format!("{driver} {driver_info}"), kind: device_type.into() }
     }
 }
 
@@ -71,7 +76,12 @@ pub fn list() -> Result<&'static [Listed], FallbackReason> {
 }
 
 fn adapters() -> Result<Vec<wgpu::Adapter>, FallbackReason> {
-    Ok(pollster::block_on(instance()?.enumerate_adapters(wgpu::Backends::VULKAN)))
+    let instance = instance()?;
+    let all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    if all.iter().any(|adapter| Listed::of(adapter).kind != Kind::Processor) {
+        keep(instance);
+    }
+    Ok(all)
 }
 
 /// The number of the adapter that `wanted` selects: among those that fit, one of the fastest kind. The ranks of a node

@@ -23,13 +23,19 @@ fn has_dynamic_linker() -> bool {
     true
 }
 
-/// The process's Vulkan, opened at the first call and never closed: NVIDIA's driver takes a second to open.
+static KEPT: OnceLock<wgpu::Instance> = OnceLock::new();
+
+/// Opens Vulkan. Where there is a GPU, it stays open until the process ends.
 ///
 /// # Errors
 /// A [`FallbackReason`] if there is no Vulkan loader, or the program cannot load drivers.
-pub fn instance() -> Result<&'static wgpu::Instance, FallbackReason> {
-    static OPENED: OnceLock<Result<wgpu::Instance, FallbackReason>> = OnceLock::new();
-    OPENED.get_or_init(open).as_ref().map_err(Clone::clone)
+pub fn instance() -> Result<wgpu::Instance, FallbackReason> {
+    KEPT.get().cloned().map_or_else(open, Ok)
+}
+
+/// Keeps Vulkan open.
+pub(crate) fn keep(instance: wgpu::Instance) {
+    KEPT.get_or_init(|| instance);
 }
 
 #[allow(unsafe_code)]
