@@ -23,6 +23,7 @@ fn has_dynamic_linker() -> bool {
     true
 }
 
+/// Vulkan where there is a GPU; the first list of adapters, which is made once, sets it.
 static KEPT: OnceLock<wgpu::Instance> = OnceLock::new();
 
 /// Opens Vulkan. Where there is a GPU, it stays open until the process ends.
