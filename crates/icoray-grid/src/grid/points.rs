@@ -20,6 +20,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::memory;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 
 /// Points nearer to each other than this count as one, radians: 2 m on the Earth. Meridians at 0 and 2π in f32 differ
 /// by 1.7e-7.
@@ -46,7 +47,8 @@ const BYTES: u64 = 400;
 
 impl OwnedTables {
     /// The tables of a mesh whose cells are points, of a whole sphere or of regions, and whose corners are the Delaunay
-    /// triangles of the points, with their circumcentres as positions. The same points give the same tables. Of points
+    /// triangles of the points, with their circumcentres as positions. The same points give the same tables, and in
+    /// another order the same triangles. Of points
     /// less than 3e-7 rad (2 m on the Earth) apart, as a lat-lon grid has at its poles and at a repeated meridian, one
     /// is a vertex of triangles; the others are cells that no picture shows.
     ///
@@ -152,24 +154,32 @@ fn extremes(directions: &[[f64; 3]]) -> Vec<u32> {
     let ways = mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad);
     let ways: Vec<DVec3> = ways.map(|(lon, lat)| check::unit_vector(*lon, *lat)).collect();
     let along = |way: DVec3, row: u32| DVec3::from_array(directions[row as usize]).dot(way);
+    let by_place = |a: u32, b: u32| order_of_places(directions, a, b);
     let farthest = |rows: &[u32], way: DVec3| {
-        let farther = |a: &&u32, b: &&u32| along(way, **a).total_cmp(&along(way, **b)).then(b.cmp(a));
+        let farther = |a: &&u32, b: &&u32| along(way, **a).total_cmp(&along(way, **b)).then(by_place(**b, **a));
         rows.iter().max_by(farther).copied()
     };
     let of = |rows: &[u32]| ways.iter().filter_map(|way| farthest(rows, *way)).collect::<Vec<u32>>();
     let all: Vec<u32> = (0..directions.len() as u32).collect();
     let found: Vec<u32> = all.par_chunks(1 << 14).flat_map_iter(of).collect();
     let mut found = of(&found);
-    found.sort_unstable();
+    found.sort_unstable_by(|a, b| by_place(*a, *b));
     found.dedup();
     found
+}
+
+/// The order of two rows by their directions, in which points have one order for any numbers.
+fn order_of_places(directions: &[[f64; 3]], a: u32, b: u32) -> Ordering {
+    let bits = |row: u32| directions[row as usize].map(f64::to_bits);
+    bits(a).cmp(&bits(b)).then(a.cmp(&b))
 }
 
 /// The rows in the order in which they are inserted.
 fn in_order(directions: &[[f64; 3]]) -> Vec<u32> {
     let place = |row: u32| {
         // Half of the points are in the last round, a quarter in the one before, and so on.
-        let round = u64::from(row).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(32);
+        let mix = |hash: u64, x: f64| (hash ^ x.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(32);
+        let round = directions[row as usize].into_iter().fold(1, mix);
         let round = round.wrapping_mul(0xd6e8_feb8_6659_fd93).leading_zeros();
         let scale = f64::from(1 << (CURVE_BITS - 1));
         let spread = |x: f64| {
@@ -180,7 +190,9 @@ fn in_order(directions: &[[f64; 3]]) -> Vec<u32> {
         (63 - round, x | y << 1 | z << 2, row)
     };
     let mut order: Vec<(u32, u64, u32)> = (0..directions.len() as u32).into_par_iter().map(place).collect();
-    order.par_sort_unstable();
+    order.par_sort_unstable_by(|(round, curve, row), (other_round, other_curve, other)| {
+        (round, curve).cmp(&(other_round, other_curve)).then_with(|| order_of_places(directions, *row, *other))
+    });
     order.into_iter().map(|(_, _, row)| row).collect()
 }
 

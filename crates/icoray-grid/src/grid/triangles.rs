@@ -4,6 +4,7 @@ use super::constrained_delaunay::{CENTER, coord};
 use crate::error::{Error, Result};
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
+use std::cmp::Ordering;
 
 /// Entry for a missing neighbour, in tables that count from 0.
 const NONE: i32 = -1;
@@ -75,16 +76,17 @@ pub fn circumcenter(points: [[f64; 3]; 3]) -> [f64; 3] {
 
 /// Cuts a polygon of points into triangles by Delaunay's rule: no point of the polygon lies in the circumcircle of a
 /// triangle. `polygon` has different numbers of points, in order around it in either direction, and `at` their places.
-/// If points lie on one circle, the numbers decide: the triangles are the same for any first point and direction of the
-/// polygon. The polygon is convex.
-pub fn cut_polygon<N: Copy + Ord>(polygon: &[N], at: impl Fn(N) -> [f64; 3]) -> Vec<[N; 3]> {
+/// If points lie on one circle, their places decide: the triangles are the same for any numbers, first point and direction
+/// of the polygon. The polygon is convex.
+pub fn cut_polygon<N: Copy>(polygon: &[N], at: impl Fn(N) -> [f64; 3]) -> Vec<[N; 3]> {
     if let [a, b, c] = *polygon {
         return vec![[a, b, c]];
     }
     let mut polygon = polygon.to_vec();
-    let least = (0..polygon.len()).min_by_key(|i| polygon[*i]).unwrap_or(0);
+    let order = |a: N, b: N| at(a).partial_cmp(&at(b)).unwrap_or(Ordering::Equal);
+    let least = (0..polygon.len()).min_by(|i, j| order(polygon[*i], polygon[*j])).unwrap_or(0);
     polygon.rotate_left(least);
-    let is_reversed = polygon.len() > 2 && polygon[1] > polygon[polygon.len() - 1];
+    let is_reversed = polygon.len() > 2 && order(polygon[1], polygon[polygon.len() - 1]).is_gt();
     if is_reversed {
         polygon[1..].reverse();
     }
@@ -284,6 +286,14 @@ mod tests {
                 assert_eq!(cut(&polygon), expected);
                 polygon.reverse();
                 assert_eq!(cut(&polygon), expected);
+                // Numbers from the other end.
+                let last = corners as i32 - 1;
+                let renumbered: Vec<i32> = polygon.iter().map(|k| last - k).collect();
+                let mut triangles = cut_polygon(&renumbered, |k| at(last - k).to_array());
+                triangles.iter_mut().for_each(|triangle| *triangle = triangle.map(|k| last - k));
+                triangles.iter_mut().for_each(|triangle| triangle.sort_unstable());
+                triangles.sort_unstable();
+                assert_eq!(triangles, expected);
                 for [a, b, c] in &expected {
                     let [a, b, c] = [*a, *b, *c].map(at);
                     let normal = (b - a).cross(c - a);

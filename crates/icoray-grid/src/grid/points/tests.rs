@@ -49,6 +49,35 @@ fn points_of_a_mesh_in_any_order_give_its_triangles() {
     assert_eq!((void_triangles(&tables), tables.corner_cell.len()), (0, mesh.corner_cell.len()));
 }
 
+/// On lines of symmetry four points lie on one circle exactly.
+#[test]
+fn points_on_one_circle_in_any_order_give_the_same_triangles() {
+    let side = |i: usize| [-0.75, -0.25, 0.25, 0.75][i % 4];
+    let on_cube = (0..96).map(|i| {
+        let mut point = [side(i), side(i / 4), 1.0 - 2.0 * (i / 16 % 2) as f64];
+        point.rotate_left(i / 32);
+        [point[1].atan2(point[0]), point[2].atan2(point[0].hypot(point[1]))]
+    });
+    let points: Vec<[f64; 2]> = on_cube.collect();
+    let triangles = |order: &[usize]| -> HashSet<[usize; 3]> {
+        let tables = made(&order.iter().map(|i| points[*i]).collect::<Vec<_>>()).unwrap();
+        let of_row = |row: &[i32; 3]| {
+            let mut row = row.map(|cell| order[cell as usize]);
+            row.sort_unstable();
+            row
+        };
+        tables.corner_cell.as_chunks().0.iter().map(of_row).collect()
+    };
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    let expected = triangles(&order);
+    assert_eq!(expected.len(), 2 * (points.len() - 2));
+    let mut random = Random::new(12);
+    for _ in 0..20 {
+        (1..order.len()).rev().for_each(|i| order.swap(i, random.below(i + 1)));
+        assert_eq!(triangles(&order), expected);
+    }
+}
+
 /// No circumcircle contains another point: the definition, without the code of the triangulation.
 #[test]
 fn circumcircles_are_empty() {
