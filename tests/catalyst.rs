@@ -4,7 +4,7 @@
 mod faults;
 mod hosts;
 
-use hosts::{Host, compiled, ended_well, prepared, sources, temporary, with_icoray};
+use hosts::{Host, compiled, ended_well, has_view, prepared, sources, temporary, with_icoray};
 use icoray_test_support::{Need, runs_long, skip, skip_because};
 use icoray_tests::native::{command, root, succeeded, text};
 use icoray_tests::pictures::{Pictures, assert_distinct, assert_same, pictures};
@@ -24,7 +24,8 @@ fn assert_drew(run: &Path, expected: &Pictures) {
     assert_same(&drawn(run), expected, run.display());
 }
 
-/// What whole arrays in one process show, in a scene on native heights where there are hills.
+/// What whole arrays in one process show, in a scene on native heights where there are hills. A scene of one field has
+/// its name after these, as hexahedra have heights of points or of elements.
 fn direct(directory: &Path, shape: &str, heights: &str) -> Pictures {
     direct_in(directory, shape, heights, heights)
 }
@@ -38,12 +39,23 @@ fn direct_in(directory: &Path, shape: &str, heights: &str, scene: &str) -> Pictu
     let run = prepared(directory, &format!("direct {shape} {heights} {scene}"), scene);
     succeeded(command(&program, &run).args(["scene.toml", shape, heights, &STEPS.to_string()]));
     let expected = drawn(&run);
-    assert_eq!(expected.len(), 5);
+    let [of_theta, of_q] = ["theta", "q"].map(|field| if has_view(scene, field) { STEPS } else { 0 });
+    assert_eq!(expected.len(), of_theta + of_q.div_ceil(2));
     assert_distinct(&expected, 500);
     expected
 }
 
-const CASES: [(&str, &str); 4] = [("wedges", "flat"), ("wedges", "hills"), ("prisms", "flat"), ("prisms", "hills")];
+const CASES: [(&str, &str); 9] = [
+    ("wedges", "flat"),
+    ("wedges", "hills"),
+    ("prisms", "flat"),
+    ("prisms", "hills"),
+    ("hexes", "flat"),
+    ("hexes", "hills theta"),
+    ("hexes", "hills q"),
+    ("points", "flat"),
+    ("points", "hills"),
+];
 const ORDERS: [&str; 6] = ["column", "level", "top", "shuffled", "float", "strided"];
 
 /// Draws with a host all shapes in all orders, on 1 to 3 ranks.
@@ -57,7 +69,8 @@ fn draws_the_same(directory: &Path, host: &Host, ranks: &[usize]) {
                 let log = host.run(ranks, &run, &["scene.toml", shape, heights, &STEPS.to_string(), order]);
                 let is_copied = order == "shuffled";
                 let said = log.matches("icoray: warning: ").count();
-                assert_eq!(said, if is_copied { 2 } else { 0 }, "{log}");
+                let fields = ["theta", "q"].into_iter().filter(|field| has_view(heights, field)).count();
+                assert_eq!(said, if is_copied { fields } else { 0 }, "{log}");
                 assert_eq!(log.matches("are copied for each picture").count(), said, "{log}");
                 assert!(ranks > 1 || is_copied || log.contains("\n0 bytes copied"), "{log}");
                 assert!(!is_copied || !log.contains("\n0 bytes copied"), "{log}");
@@ -75,6 +88,27 @@ fn hosts_draw_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     draws_the_same(directory, &Host::of_double(directory, true), &[1, 2, 3]);
+}
+
+/// A single layer of elements, of triangles and quadrilaterals on a sphere, and of points: values are surfaces.
+#[test]
+fn single_layers_are_surfaces() {
+    let Some(directory) = FIRST.directory() else { return };
+    for (levels, shapes) in [("LEVELS=1", &["wedges", "hexes", "points"][..]), ("LEVELS=2", &["wedges", "prisms"])] {
+        let directory = temporary(directory.path(), levels);
+        let option = format!("-D{levels}");
+        with_icoray("cc", &directory.join("direct"), &[&option], &["direct.c", "ball.c"], &[]);
+        let host = Host::of_kind(&directory, levels, true);
+        for shape in shapes {
+            let expected = direct(&directory, shape, "opaque");
+            for ranks in [1, 3] {
+                let run = prepared(&directory, &format!("{shape} {ranks}"), "opaque");
+                let log = host.run(ranks, &run, &["scene.toml", shape, "opaque", &STEPS.to_string(), "level"]);
+                assert!(!log.contains("icoray:"), "{log}");
+                assert_drew(&run, &expected);
+            }
+        }
+    }
 }
 
 /// A host without MPI, and one whose Conduit is a library of its own.
@@ -130,12 +164,14 @@ fn ranks_without_elements_draw_with_the_others() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let host = Host::of_double(directory, true);
-    let expected = direct(directory, "wedges", "flat");
-    for kind in ["empty", "no data", "mesh state"] {
-        let run = prepared(directory, kind, "flat");
-        let log = host.run(3, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", kind]);
-        assert!(!log.contains("icoray:"), "{kind}: {log}");
-        assert_drew(&run, &expected);
+    for shape in ["wedges", "hexes", "points"] {
+        let expected = direct(directory, shape, "flat");
+        for kind in ["empty", "no data", "mesh state"] {
+            let run = prepared(directory, &format!("{shape} {kind}"), "flat");
+            let log = host.run(3, &run, &["scene.toml", shape, "flat", &STEPS.to_string(), "column", kind]);
+            assert!(!log.contains("icoray:"), "{shape} {kind}: {log}");
+            assert_drew(&run, &expected);
+        }
     }
 }
 
@@ -145,7 +181,7 @@ fn meshes_of_each_step_are_drawn() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     let host = Host::of_double(directory, true);
-    for shape in ["wedges", "prisms"] {
+    for shape in ["wedges", "prisms", "points"] {
         let [flat, hills] = ["flat", "hills"].map(|heights| direct_in(directory, shape, heights, "hills"));
         let mut moving = flat;
         moving.extend(hills.into_iter().filter(|(name, _)| name.ends_with("1.png")));

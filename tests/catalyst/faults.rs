@@ -15,7 +15,7 @@ fn no_failure_ends_the_host() {
         ("no scene", "scene.toml", "catalyst/scripts has no path that ends in .toml", 0),
         ("", "nowhere.toml", "nowhere.toml: cannot read the scene", 0),
         ("type", "scene.toml", "channel grid: ", 0),
-        ("shape", "scene.toml", "elements of shape \"tet\", expected \"wedge\"", 0),
+        ("shape", "scene.toml", "elements of shape \"tet\", expected \"polyhedral\" (prisms) or one of \"wedge\"", 0),
         ("ghosts", "scene.toml", "field vtkGhostType marks ", 0),
         ("rank", "scene.toml", "rank 2: ", 0),
         // The other view is drawn at steps 0 to 3, this one at step 0.

@@ -106,11 +106,24 @@ pub(super) fn temporary(directory: &Path, name: &str) -> PathBuf {
     to
 }
 
-/// A directory for a run, with the test's scene.
-pub(super) fn prepared(directory: &Path, name: &str, heights: &str) -> PathBuf {
+/// A directory for a run, with the test's scene: in it are the views that `kind` names or else all, on native heights
+/// where there are "hills", and without opacities if it is "opaque".
+pub(super) fn prepared(directory: &Path, name: &str, kind: &str) -> PathBuf {
     let scene = std::fs::read_to_string(root().join("tests/c/catalyst/scene.toml")).unwrap();
-    let scene = if heights == "hills" { format!("heights = \"native\"\n{scene}") } else { scene };
+    let is_shown = |part: &&str| {
+        let mut others = ["theta", "q"].into_iter().filter(|field| !has_view(kind, field));
+        others.all(|field| !part.contains(&format!("field = \"{field}\"")))
+    };
+    let shown: Vec<&str> = scene.split("[[views]]").filter(is_shown).collect();
+    let heights = if kind.starts_with("hills") { "heights = \"native\"\n" } else { "" };
+    let scene = heights.to_owned() + &shown.join("[[views]]");
+    let is_kept = |line: &&str| kind != "opaque" || !line.starts_with("transfer.opacity");
     let to = temporary(directory, name);
-    std::fs::write(to.join("scene.toml"), scene).unwrap();
+    std::fs::write(to.join("scene.toml"), scene.lines().filter(is_kept).collect::<Vec<_>>().join("\n")).unwrap();
     to
+}
+
+/// Whether the scene of a kind has a view of a field.
+pub(super) fn has_view(kind: &str, field: &str) -> bool {
+    kind.split_once(' ').is_none_or(|(_, only)| only == field)
 }

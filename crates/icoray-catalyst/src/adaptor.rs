@@ -4,8 +4,8 @@ use crate::blueprint::Topology;
 use crate::channels::{Channel, NamedField, Place, Places, named_fields, places_of};
 use crate::conduit::Node;
 use crate::context::Context;
-use crate::fields::{CopiedField, CopiedValues, NamedGrid, set, set_empty};
-use crate::grid::{HostGrid, HostMesh, Setting};
+use crate::fields::{CopiedField, CopiedValues, set, set_empty};
+use crate::grid::{HostGrid, HostMeshes, Setting};
 use crate::peers::Peers;
 use crate::team;
 use icoray::{Error, ErrorKind, Result};
@@ -38,7 +38,7 @@ pub struct Adaptor {
 #[derive(Default)]
 struct Slot {
     grid: Option<HostGrid>,
-    tables: HostMesh,
+    tables: HostMeshes,
 }
 
 impl Adaptor {
@@ -159,8 +159,9 @@ impl Adaptor {
 
     /// Sets the heights of the first grid that the scene has now: a context has those of one.
     fn set_heights(&self, places: &Places) {
-        let grids = places.grids();
-        let first = grids.keys().find_map(|name| self.grids.get(name)?.grid.as_ref()?.heights(name));
+        let heights =
+            |(name, place): (String, &Place)| self.grids.get(&name)?.grid.as_ref()?.heights(place.kind.is_at_elements);
+        let first = places.grids().into_iter().find_map(heights);
         // What fails here is in the log.
         let _ = self.context.set_heights(first.as_ref());
     }
@@ -171,7 +172,7 @@ impl Adaptor {
         let (mut given, mut refused) = (BTreeSet::new(), BTreeSet::new());
         for NamedField { name, field, grid, is_in_scene } in named_fields(channels, places) {
             let Some(on) = self.grids.get(&grid).and_then(|slot| slot.grid.as_ref()) else { continue };
-            match set(&self.context, &name, field, NamedGrid { grid: on, name: &grid }, is_in_scene) {
+            match set(&self.context, &name, field, on, is_in_scene) {
                 Ok(copy) => {
                     copy.into_iter().for_each(|copy| self.keep(&name, copy));
                     given.insert(name);
@@ -220,9 +221,9 @@ impl Adaptor {
             return Err(failure.clone());
         }
         let on = self.grids.get(&grid).and_then(|slot| slot.grid.as_ref());
-        let empty = on.filter(|on| on.elements.elements == 0);
+        let empty = on.filter(|on| on.elements.layout.elements == 0);
         let empty = empty.ok_or_else(|| "the host gives no such field on this rank".to_owned())?;
-        set_empty(&self.context, name, &place.kind, NamedGrid { grid: empty, name: &grid }).map_err(|e| e.to_string())
+        set_empty(&self.context, name, &place.kind, empty).map_err(|e| e.to_string())
     }
 
     /// Whether the context has a grid, of this step or an earlier one.

@@ -98,18 +98,19 @@ impl<'a> Topology<'a> {
     /// Its arrays.
     ///
     /// # Errors
-    /// [`icoray::ErrorKind::Grid`] names what is no mesh of wedges or prisms in Cartesian coordinates, or marks ghosts.
+    /// [`icoray::ErrorKind::Grid`] names what is no mesh of known elements in Cartesian coordinates, or marks ghosts.
     pub fn geometry(self) -> Result<Geometry<'a>> {
         self.refuse_ghosts()?;
         let name = self.name;
         let within = |e: Error| e.within(format_args!("topology {name}"));
         let kind = self.node.text_at("type").unwrap_or_default();
-        if kind != "unstructured" {
-            return Err(within(Error::grid(format!("type {kind:?}, expected \"unstructured\""))));
+        if !["unstructured", "points"].contains(&kind.as_str()) {
+            return Err(within(Error::grid(format!("type {kind:?}, expected \"unstructured\" or \"points\""))));
         }
         let points = self.points().map_err(within)?;
-        let elements = Elements::of(self.node, points[0].len()).map_err(within)?;
-        Ok(Geometry { points, elements })
+        let count = points[0].len();
+        let elements = if kind == "points" { Ok(Elements::of_points(count)) } else { Elements::of(self.node, count) };
+        Ok(Geometry { points, elements: elements.map_err(within)? })
     }
 
     fn points(self) -> Result<[Array<'a>; 3]> {

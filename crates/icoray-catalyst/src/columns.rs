@@ -1,8 +1,10 @@
-//! Columns of points and elements, found by following the vertical edges of prisms.
+//! Columns of points and elements, found by following the vertical edges of prisms, or by the directions of points.
 //!
 //! A vertical edge joins a point with the one above it in the same column, for any order of points and elements and for
 //! layers of any thickness: nothing is rounded. The radii of a column's ends determine which of them is the inner one.
+//! Points without edges are in one column if they have the same direction from the origin.
 
+use crate::directions::Directions;
 use crate::elements::Elements;
 use glam::DVec3;
 use icoray::{Error, Result};
@@ -10,14 +12,19 @@ use std::collections::HashMap;
 
 const NONE: u32 = u32::MAX;
 
-/// The columns of a mesh of prisms on a sphere.
+/// Points that are no farther apart, as seen from the origin, are in one column, radians: hosts have places in 32 bits.
+const SAME: f64 = 1e-6;
+
+/// The columns of a mesh on a sphere.
 #[derive(Debug, Default)]
 pub struct Columns {
-    /// Number of points in a column; one more than elements.
+    /// Number of points in a column.
     pub levels: usize,
+    /// Number of elements in a column: one less for prisms, and as many for elements on a sphere and for points.
+    pub layers: usize,
     /// The points of each column from the innermost outwards, column by column, in the order of their innermost points.
     pub points: Vec<u32>,
-    /// The columns of points around each column of elements.
+    /// The columns of points around each column of elements; none if elements are points.
     pub polygons: Vec<Vec<u32>>,
     /// The elements of each of these from the innermost outwards, in the order of their innermost elements.
     pub elements: Vec<u32>,
@@ -32,10 +39,84 @@ impl Columns {
         if elements.len() >= NONE as usize {
             return Err(Error::grid(format!("{} elements on one rank, expected fewer than {NONE}", elements.len())));
         }
-        let links = Links::of(elements, &place)?;
-        let (levels, points) = links.chains(&place)?;
-        let (polygons, of_polygons) = stacks(elements, &place, levels, &points)?;
-        Ok(Columns { levels, points, polygons, elements: of_polygons })
+        match elements.points_on_sphere() {
+            Some(1) => Self::of_points(elements, place),
+            Some(_) => Self::on_sphere(elements),
+            None => {
+                let (levels, points) = Links::of(elements, &place)?.chains(&place)?;
+                let (polygons, of_polygons) = stacks(elements, &place, levels, &points)?;
+                Ok(Columns { levels, layers: levels.saturating_sub(1), points, polygons, elements: of_polygons })
+            }
+        }
+    }
+
+    /// The columns of elements that are points.
+    fn of_points(elements: &Elements, place: impl Fn(u32) -> DVec3) -> Result<Self> {
+        let (mut directions, mut columns) = (Directions::new(SAME), Vec::<Vec<PointElement>>::new());
+        for element in 0..elements.len() {
+            let point = elements.numbers_of(element)?[0];
+            let (DVec3 { x, y, z }, radius) = (place(point), place(point).length());
+            if !(radius > 0.0 && radius.is_finite()) {
+                return Err(Error::grid(format!(
+                    "point {point} at ({x}, {y}, {z}), expected a place around the origin"
+                )));
+            }
+            let column = directions.find_or_add([x, y, z].map(|x| x / radius));
+            columns.resize_with(columns.len().max(column + 1), Vec::new);
+            columns[column].push(PointElement { radius, point, element: element as u32 });
+        }
+        for column in &mut columns {
+            column.sort_by(|a, b| a.radius.total_cmp(&b.radius));
+            if let Some(pair) = column.windows(2).find(|pair| pair[0].radius == pair[1].radius) {
+                let [a, b] = [0, 1].map(|k| pair[k].point);
+                return Err(Error::grid(format!("points {a} and {b} are in one place, expected each once")));
+            }
+        }
+        columns.sort_unstable_by_key(|column| column[0].point);
+        let of = |number: fn(&PointElement) -> u32| -> Vec<Vec<u32>> {
+            columns.iter().map(|column| column.iter().map(number).collect()).collect()
+        };
+        let points = of(|element| element.point);
+        let levels = common_length(&points)
+            .map_err(|e| e.within(format_args!("points of one direction from the origin, within {SAME} radians")))?;
+        let elements = of(|element| element.element).concat();
+        Ok(Columns { levels, layers: levels, points: points.concat(), polygons: Vec::new(), elements })
+    }
+
+    /// The columns of polygons on a sphere: of one point and one element each.
+    fn on_sphere(elements: &Elements) -> Result<Self> {
+        let polygon = |element| polygon_of(element, elements.numbers_of(element)?.into_iter());
+        let mut polygons = (0..elements.len()).map(polygon).collect::<Result<Vec<_>>>()?;
+        let mut points = polygons.concat();
+        points.sort_unstable();
+        points.dedup();
+        let mut column_of = vec![NONE; elements.points()];
+        points.iter().enumerate().for_each(|(column, point)| column_of[*point as usize] = column as u32);
+        polygons.iter_mut().flatten().for_each(|point| *point = column_of[*point as usize]);
+        let elements = (0..elements.len() as u32).collect();
+        Ok(Columns { levels: usize::from(!points.is_empty()), layers: 1, points, polygons, elements })
+    }
+}
+
+/// An element that is a point.
+struct PointElement {
+    radius: f64,
+    point: u32,
+    element: u32,
+}
+
+/// The number of points of all columns.
+fn common_length(columns: &[Vec<u32>]) -> Result<usize> {
+    let Some(first) = columns.first() else { return Ok(0) };
+    match columns.iter().find(|column| column.len() != first.len()) {
+        None => Ok(first.len()),
+        Some(other) => Err(Error::grid(format!(
+            "the column of point {} has {} points, that of point {} has {}; expected as many in all columns",
+            other[0],
+            other.len(),
+            first[0],
+            first.len()
+        ))),
     }
 }
 
@@ -103,24 +184,32 @@ impl Links {
             if first > last {
                 chain.reverse();
             }
-            if let Some(other) = chains.first().filter(|other| other.len() != chain.len()) {
-                return Err(Error::grid(format!(
-                    "the column of point {end} has {} points, that of point {} has {}; expected as many in all columns",
-                    chain.len(),
-                    other[0],
-                    other.len()
-                )));
-            }
             chains.push(chain);
         }
+        let levels = common_length(&chains)?;
         let left = (0..self.0.len()).find(|&point| self.0[point][0] != NONE && !is_seen[point]);
         if let Some(point) = left {
             return Err(Error::grid(format!("the vertical edges of point {point} form a ring")));
         }
         chains.sort_unstable_by_key(|chain| chain[0]);
-        let levels = chains.first().map_or(0, Vec::len);
         Ok((levels, chains.concat()))
     }
+}
+
+/// The corners of an element: a quadrilateral with a point twice, as at the pole of a lat-lon grid, is a triangle.
+fn polygon_of(element: usize, corners: impl Iterator<Item = u32>) -> Result<Vec<u32>> {
+    let mut polygon: Vec<u32> = corners.collect();
+    polygon.dedup();
+    if polygon.len() > 1 && polygon.first() == polygon.last() {
+        polygon.pop();
+    }
+    if polygon.len() < 3 {
+        return Err(Error::grid(format!(
+            "element {element} has {} different corners, expected 3 or more",
+            polygon.len()
+        )));
+    }
+    Ok(polygon)
 }
 
 /// Columns of elements: the columns of points around each, and the elements from the innermost outwards.
@@ -147,7 +236,7 @@ fn stacks(
                 one.1, one.0, other.1, other.0
             )));
         }
-        let polygon: Vec<u32> = edges.iter().map(|[a, _]| at[*a as usize].0).collect();
+        let polygon = polygon_of(element, edges.iter().map(|[a, _]| at[*a as usize].0))?;
         let mut key = polygon.clone();
         key.sort_unstable();
         let stack = *known.entry(key).or_insert_with(|| {
@@ -177,6 +266,7 @@ fn stacks(
 mod tests {
     use super::*;
     use crate::conduit::{Array, NumberType};
+    use crate::elements::Shape;
     use icoray::IcosahedralMesh;
 
     /// The wedges of layers over the triangles of an icosahedral mesh, whose points and elements are numbered so.
@@ -202,9 +292,13 @@ mod tests {
     }
 
     fn elements(table: &[i64], points: usize) -> Elements<'_> {
+        elements_of("wedge", table, points)
+    }
+
+    fn elements_of<'a>(shape: &str, table: &'a [i64], points: usize) -> Elements<'a> {
         // SAFETY: the numbers of the slice.
         let connectivity = unsafe { Array::new(table.as_ptr().cast(), NumberType::I64, table.len(), 8) };
-        Elements::Wedges { connectivity, points }
+        Elements::Uniform { shape: Shape::named(shape).unwrap(), connectivity: Some(connectivity), points }
     }
 
     /// A step through all numbers below `count`, in no order.
@@ -254,9 +348,63 @@ mod tests {
         // All numbers are the same one.
         // SAFETY: a number, at no distance from itself.
         let connectivity = unsafe { Array::new([0_i64].as_ptr().cast(), NumberType::I64, 6 << 32, 0) };
-        let error =
-            Columns::find(&Elements::Wedges { connectivity, points: 6 }, |_| DVec3::ZERO).unwrap_err().to_string();
+        let wedge = Shape::named("wedge").unwrap();
+        let elements = Elements::Uniform { shape: wedge, connectivity: Some(connectivity), points: 6 };
+        let error = Columns::find(&elements, |_| DVec3::ZERO).unwrap_err().to_string();
         assert!(error.contains("4294967296 elements on one rank, expected fewer than 4294967295"), "{error}");
+    }
+
+    #[test]
+    fn hexahedra_stand_in_columns_along_any_of_their_axes() {
+        // Thin ones: points 0 to 3 in order around the axis z, and the same twice above.
+        let place = |point: u32| {
+            let [x, y] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]][point as usize % 4];
+            DVec3::new(0.01 * x, 0.01 * y, 1.0) * (1.0 + 1e-5 * f64::from(point / 4))
+        };
+        for lower in [[0, 1, 2, 3, 4, 5, 6, 7], [0, 4, 5, 1, 3, 7, 6, 2], [1, 2, 6, 5, 0, 3, 7, 4]] {
+            let table = [[4, 5, 6, 7, 8, 9, 10, 11], lower].concat();
+            let found = Columns::find(&elements_of("hex", &table, 12), place).unwrap();
+            assert_eq!((found.levels, found.layers, &found.elements[..]), (3, 2, &[1, 0][..]));
+            assert_eq!(found.points, [0, 4, 8, 1, 5, 9, 2, 6, 10, 3, 7, 11]);
+            assert_eq!(found.polygons, [[0, 1, 2, 3]]);
+        }
+    }
+
+    #[test]
+    fn points_of_one_direction_are_a_column() {
+        // Three columns from the top, in which places are rounded.
+        let place = |point: u32| {
+            let at = [DVec3::X, DVec3::Y, DVec3::Z][point as usize % 3] + f64::from(point / 3) * 1e-7;
+            at.normalize() * (7.0 - f64::from(point / 3))
+        };
+        let found = Columns::find(&Elements::of_points(12), place).unwrap();
+        assert_eq!((found.levels, found.layers, found.polygons.len()), (4, 4, 0));
+        assert_eq!(found.points, [9, 6, 3, 0, 10, 7, 4, 1, 11, 8, 5, 2]);
+        let found = Columns::find(&elements_of("point", &[4, 2, 1, 5], 12), place).unwrap();
+        assert_eq!((found.levels, &found.points[..], &found.elements[..]), (2, &[4, 1, 5, 2][..], &[0, 2, 3, 1][..]));
+        let refused = |points: usize, place: &dyn Fn(u32) -> DVec3| {
+            Columns::find(&Elements::of_points(points), place).unwrap_err().to_string()
+        };
+        let message = refused(11, &place);
+        assert!(message.contains("the column of point 9 has 4 points, that of point 8 has 3"), "{message}");
+        assert!(message.contains("one direction from the origin, within 0.000001 radians"), "{message}");
+        let message = refused(12, &|point| place(point.min(10)));
+        assert!(message.contains("points 10 and 11 are in one place, expected each once"), "{message}");
+        let message = refused(3, &|point| DVec3::new(f64::NAN, 0.0, f64::from(point)));
+        assert!(message.contains("point 0 at (NaN, 0, 0), expected a place around the origin"), "{message}");
+    }
+
+    #[test]
+    fn elements_on_a_sphere_are_columns_of_one() {
+        // The last one is a triangle at a pole.
+        let found = |quads: &[i64]| Columns::find(&elements_of("quad", quads, 8), |_| DVec3::X);
+        let columns = found(&[1, 2, 4, 3, 3, 4, 6, 5, 5, 6, 7, 7]).unwrap();
+        assert_eq!((columns.levels, columns.layers, &columns.elements[..]), (1, 1, &[0, 1, 2][..]));
+        assert_eq!(columns.points, [1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!(columns.polygons, [&[0, 1, 3, 2][..], &[2, 3, 5, 4], &[4, 5, 6]]);
+        let message = found(&[1, 2, 4, 3, 5, 6, 6, 5]).unwrap_err().to_string();
+        assert!(message.contains("element 1 has 2 different corners, expected 3 or more"), "{message}");
+        assert_eq!(Columns::find(&elements_of("tri", &[], 7), |_| DVec3::X).unwrap().levels, 0);
     }
 
     #[test]

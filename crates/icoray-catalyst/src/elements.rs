@@ -1,4 +1,4 @@
-//! Elements of a topology as prisms: pairs of points, one above the other.
+//! Elements of a topology: prisms, as pairs of points, one above the other; polygons on a sphere; single points.
 
 use crate::conduit::{Array, Node};
 use glam::DVec3;
@@ -7,11 +7,33 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// The elements of a topology. Their points are below `points`.
 pub enum Elements<'a> {
-    /// Six points each: a triangle, and the points above or below its own in the same order.
-    Wedges { connectivity: Array<'a>, points: usize },
+    /// Elements of one shape. Without a connectivity they are the points.
+    Uniform { shape: &'static Shape, connectivity: Option<Array<'a>>, points: usize },
     /// Faces each, and the points of each face.
     Polyhedra { faces: Box<Lists<'a>>, face_points: Box<Lists<'a>>, points: usize },
 }
+
+/// A shape of elements that have as many points each.
+pub struct Shape {
+    name: &'static str,
+    /// Number of points of a cap.
+    sides: usize,
+    /// Number of caps: 2 of prisms, whose points are in the same order in both, and 1 of elements on a sphere.
+    caps: usize,
+}
+
+const SHAPES: [Shape; 5] = [
+    Shape { name: "wedge", sides: 3, caps: 2 },
+    Shape { name: "hex", sides: 4, caps: 2 },
+    Shape { name: "tri", sides: 3, caps: 1 },
+    Shape { name: "quad", sides: 4, caps: 1 },
+    POINT,
+];
+const POINT: Shape = Shape { name: "point", sides: 1, caps: 1 };
+
+/// Places of the points of a hexahedron: the edges along each of its three axes, in order around it.
+const EDGES_OF_HEXAHEDRON: [[[usize; 2]; 4]; 3] =
+    [[[0, 4], [1, 5], [2, 6], [3, 7]], [[0, 1], [3, 2], [7, 6], [4, 5]], [[0, 3], [1, 2], [5, 6], [4, 7]]];
 
 /// Lists of numbers, one behind the other or at offsets.
 pub struct Lists<'a> {
@@ -29,36 +51,42 @@ impl<'a> Elements<'a> {
     /// The elements of a topology's node over so many points.
     ///
     /// # Errors
-    /// [`icoray::ErrorKind::Grid`] for shapes that are no prisms, and for arrays that are missing or too short.
+    /// [`icoray::ErrorKind::Grid`] for other shapes, and for arrays that are missing or too short.
     pub fn of(topology: Node<'a>, points: usize) -> Result<Self> {
         let elements = topology.at("elements").ok_or_else(|| Error::grid("no elements"))?;
-        let shape = elements.text_at("shape").unwrap_or_default();
-        match shape.as_str() {
-            "wedge" => {
-                let connectivity = integers(elements, "elements/connectivity", "connectivity")?;
-                if !connectivity.len().is_multiple_of(6) {
-                    let what =
-                        format!("elements/connectivity has {} numbers, expected 6 per wedge", connectivity.len());
-                    return Err(Error::grid(what));
-                }
-                Ok(Elements::Wedges { connectivity, points })
-            }
-            "polyhedral" => {
-                let faces = topology.at("subelements").ok_or_else(|| Error::grid("no subelements"))?;
-                let face_points = Lists::of(faces, "subelements/connectivity", points)?;
-                let faces = Lists::of(elements, "elements/connectivity", face_points.len())?;
-                Ok(Elements::Polyhedra { faces: Box::new(faces), face_points: Box::new(face_points), points })
-            }
-            _ => Err(Error::grid(format!(
-                "elements of shape {shape:?}, expected \"wedge\" (a triangle of three columns) or \"polyhedral\" (prisms)"
-            ))),
+        let name = elements.text_at("shape").unwrap_or_default();
+        if name == "polyhedral" {
+            let faces = topology.at("subelements").ok_or_else(|| Error::grid("no subelements"))?;
+            let face_points = Lists::of(faces, "subelements/connectivity", points)?;
+            let faces = Lists::of(elements, "elements/connectivity", face_points.len())?;
+            return Ok(Elements::Polyhedra { faces: Box::new(faces), face_points: Box::new(face_points), points });
         }
+        let shape = Shape::named(&name).ok_or_else(|| {
+            let known: Vec<_> = SHAPES.iter().map(|shape| format!("{:?}", shape.name)).collect();
+            Error::grid(format!(
+                "elements of shape {name:?}, expected \"polyhedral\" (prisms) or one of {}",
+                known.join(", ")
+            ))
+        })?;
+        let connectivity = integers(elements, "elements/connectivity", "connectivity")?;
+        if !connectivity.len().is_multiple_of(shape.points()) {
+            let [found, expected] = [connectivity.len(), shape.points()];
+            let what = format!("elements/connectivity has {found} numbers, expected {expected} per {name}");
+            return Err(Error::grid(what));
+        }
+        Ok(Elements::Uniform { shape, connectivity: Some(connectivity), points })
+    }
+
+    /// All points of a topology.
+    pub fn of_points(points: usize) -> Self {
+        Elements::Uniform { shape: &POINT, connectivity: None, points }
     }
 
     /// Number of elements.
     pub fn len(&self) -> usize {
         match self {
-            Elements::Wedges { connectivity, .. } => connectivity.len() / 6,
+            Elements::Uniform { shape, connectivity: Some(all), .. } => all.len() / shape.points(),
+            Elements::Uniform { points, .. } => *points,
             Elements::Polyhedra { faces, .. } => faces.len(),
         }
     }
@@ -66,24 +94,49 @@ impl<'a> Elements<'a> {
     /// Number of points that elements may have.
     pub fn points(&self) -> usize {
         match self {
-            Elements::Wedges { points, .. } | Elements::Polyhedra { points, .. } => *points,
+            Elements::Uniform { points, .. } | Elements::Polyhedra { points, .. } => *points,
         }
     }
 
-    /// The vertical edges of an element, in order around it. `place` gives the place of a point.
+    /// Number of points of each element on a sphere, 1 if elements are points; `None` for prisms.
+    pub fn points_on_sphere(&self) -> Option<usize> {
+        match self {
+            Elements::Uniform { shape, .. } if shape.caps == 1 => Some(shape.sides),
+            _ => None,
+        }
+    }
+
+    /// The points of an element, or the faces of a polyhedron, in their order.
+    ///
+    /// # Errors
+    /// [`icoray::ErrorKind::Grid`] names a number out of range.
+    pub fn numbers_of(&self, element: usize) -> Result<Vec<u32>> {
+        match self {
+            Elements::Uniform { shape, connectivity, points } => {
+                let number = |k: usize| connectivity.map_or(k as i64, |all| all.integer(k));
+                let places = shape.points() * element..shape.points() * (element + 1);
+                places.map(|k| point(number(k), *points, element)).collect()
+            }
+            Elements::Polyhedra { faces, .. } => faces.list(element),
+        }
+    }
+
+    /// The vertical edges of a prism, in order around it. `place` gives the place of a point.
     ///
     /// # Errors
     /// [`icoray::ErrorKind::Grid`] names the element that is no prism, or a number out of range.
     pub fn vertical_edges(&self, element: usize, place: impl Fn(u32) -> DVec3) -> Result<Vec<[u32; 2]>> {
+        let numbers = self.numbers_of(element)?;
         match self {
-            Elements::Wedges { connectivity, points } => (0..3)
-                .map(|k| {
-                    let of = |k| point(connectivity.integer(6 * element + k), *points, element);
-                    Ok([of(k)?, of(k + 3)?])
-                })
-                .collect(),
-            Elements::Polyhedra { faces, face_points, .. } => {
-                let faces = faces.list(element)?.into_iter().map(|face| face_points.list(face as usize));
+            Elements::Uniform { shape: Shape { sides: 4, .. }, .. } => {
+                let edges = EDGES_OF_HEXAHEDRON.map(|edges| edges.map(|edge| edge.map(|k| numbers[k])).to_vec());
+                Ok(most_upright(edges, place).unwrap_or_default())
+            }
+            Elements::Uniform { shape: Shape { sides, .. }, .. } => {
+                Ok((0..*sides).map(|k| [numbers[k], numbers[k + sides]]).collect())
+            }
+            Elements::Polyhedra { face_points, .. } => {
+                let faces = numbers.into_iter().map(|face| face_points.list(face as usize));
                 let faces = faces.collect::<Result<Vec<_>>>()?;
                 prism(&faces, place).ok_or_else(|| {
                     let sizes: Vec<_> = faces.iter().map(|face| face.len().to_string()).collect();
@@ -96,7 +149,10 @@ impl<'a> Elements<'a> {
     /// Adds all numbers to a fingerprint.
     pub fn hash(&self, to: &mut Xxh3) {
         match self {
-            Elements::Wedges { connectivity, .. } => connectivity.hash(to),
+            Elements::Uniform { shape, connectivity, .. } => {
+                to.update(shape.name.as_bytes());
+                connectivity.iter().for_each(|all| all.hash(to));
+            }
             Elements::Polyhedra { faces, face_points, .. } => {
                 for lists in [faces, face_points] {
                     lists.numbers.hash(to);
@@ -105,6 +161,18 @@ impl<'a> Elements<'a> {
                 }
             }
         }
+    }
+}
+
+impl Shape {
+    /// The shape that Blueprint calls so.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        SHAPES.iter().find(|shape| shape.name == name)
+    }
+
+    /// Number of points of an element.
+    fn points(&self) -> usize {
+        self.sides * self.caps
     }
 }
 
@@ -164,22 +232,22 @@ fn point(number: i64, end: usize, element: usize) -> Result<u32> {
     Err(Error::grid(format!("element {element} has {number}, expected 0 to {}", end as i64 - 1)))
 }
 
-/// The vertical edges of a prism with these faces, in the order of one of its two caps. The caps of a hexahedron are the
-/// two opposite faces that are one above the other, seen from the origin.
+/// The vertical edges of a prism with these faces, in the order of one of its two caps.
 fn prism(faces: &[Vec<u32>], place: impl Fn(u32) -> DVec3) -> Option<Vec<[u32; 2]>> {
     let sides = faces.len().checked_sub(2).filter(|sides| *sides >= 3)?;
     let caps: Vec<usize> = (0..faces.len()).filter(|&i| faces[i].len() == sides).collect();
     let pairs = caps.iter().enumerate().flat_map(|(k, &i)| caps[k + 1..].iter().map(move |&j| (i, j)));
-    let mut found: Option<(f64, Vec<[u32; 2]>)> = None;
-    for (i, j) in pairs {
-        let Some(edges) = edges_between(faces, i, j) else { continue };
-        let [a, b] = [i, j].map(|cap| direction(&faces[cap], &place));
-        let apart = a.distance_squared(b);
-        if found.as_ref().is_none_or(|(nearest, _)| apart < *nearest) {
-            found = Some((apart, edges));
-        }
-    }
-    found.map(|(_, edges)| edges)
+    most_upright(pairs.filter_map(|(i, j)| edges_between(faces, i, j)), place)
+}
+
+/// Of edges between two opposite faces, those whose faces are one above the other, seen from the origin: a hexahedron has
+/// three pairs of such faces.
+fn most_upright(all: impl IntoIterator<Item = Vec<[u32; 2]>>, place: impl Fn(u32) -> DVec3) -> Option<Vec<[u32; 2]>> {
+    let apart = |edges: &[[u32; 2]]| {
+        let [a, b] = [0, 1].map(|end| edges.iter().map(|edge| place(edge[end])).sum::<DVec3>().normalize());
+        a.distance_squared(b)
+    };
+    all.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
 /// The edges from each point of face `i` to the one of face `j`, of faces that are all quadrilaterals but these.
@@ -203,11 +271,6 @@ fn edges_between(faces: &[Vec<u32>], i: usize, j: usize) -> Option<Vec<[u32; 2]>
         }
     }
     lower.iter().zip(above).map(|(from, to)| Some([*from, to?])).collect()
-}
-
-/// The direction of a face from the origin.
-fn direction(face: &[u32], place: impl Fn(u32) -> DVec3) -> DVec3 {
-    face.iter().map(|point| place(*point)).sum::<DVec3>().normalize()
 }
 
 #[cfg(test)]

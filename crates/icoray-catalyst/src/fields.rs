@@ -2,7 +2,7 @@
 
 use crate::blueprint::{Association, BlueprintField};
 use crate::conduit::{Array, NumberType};
-use crate::context::{ColumnValues, Context};
+use crate::context::Context;
 use crate::grid::HostGrid;
 use crate::order::{Layout, Order};
 use crate::strides::Strides;
@@ -22,22 +22,6 @@ impl FieldKind {
             is_at_elements: field.association == Association::Element,
             is_f64: field.values.kind() != NumberType::F32,
         }
-    }
-
-    fn values<'a>(&self, on: NamedGrid<'a>, data: *const u8, strides: Strides) -> ColumnValues<'a> {
-        ColumnValues {
-            data: data.cast(),
-            is_f64: self.is_f64,
-            is_at_corners: self.is_at_elements == on.grid.has_triangles,
-            columns: on.grid.columns[usize::from(self.is_at_elements)],
-            layers: self.layout(on.grid).layers,
-            strides,
-            grid: on.name,
-        }
-    }
-
-    fn layout<'a>(&self, on: &'a HostGrid) -> &'a Layout {
-        if self.is_at_elements { &on.elements } else { &on.points }
     }
 }
 
@@ -80,13 +64,6 @@ pub struct CopiedField {
     pub reason: &'static str,
 }
 
-/// A grid of the context with its name.
-#[derive(Clone, Copy)]
-pub struct NamedGrid<'a> {
-    pub grid: &'a HostGrid,
-    pub name: &'a str,
-}
-
 /// Sets a field in place, or as a copy if `may_copy`, which is returned.
 ///
 /// # Errors
@@ -95,11 +72,12 @@ pub fn set(
     context: &Context,
     name: &str,
     field: &BlueprintField,
-    on: NamedGrid,
+    on: &HostGrid,
     may_copy: bool,
 ) -> Result<Option<CopiedField>> {
     let (kind, values) = (FieldKind::of(field), &field.values);
-    let layout = kind.layout(on.grid);
+    let columns = on.columns_of(kind.is_at_elements);
+    let layout = &columns.layout;
     let what = if kind.is_at_elements { "elements" } else { "points" };
     if values.len() != layout.elements {
         let message = format!("{} values, expected one for each of the {} {what}", values.len(), layout.elements);
@@ -108,7 +86,7 @@ pub fn set(
     let reason = match in_place(values, layout) {
         Ok(strides) => {
             let data = if values.is_empty() { std::ptr::dangling() } else { values.address(0) };
-            context.set_field(name, &kind.values(on, data, strides))?;
+            context.set_field(name, &columns.values(kind.is_f64, data, strides))?;
             return Ok(None);
         }
         Err(reason) => reason,
@@ -117,7 +95,7 @@ pub fn set(
         return Err(Error::new(ErrorKind::Field, format!("its values {reason}, and the scene does not name it")));
     }
     let copy = CopiedValues::of(values, layout, kind.is_f64);
-    context.set_field(name, &kind.values(on, copy.data(), Strides::by_column(layout.layers)))?;
+    context.set_field(name, &columns.values(kind.is_f64, copy.data(), Strides::by_column(layout.layers)))?;
     Ok(Some(CopiedField { values: copy, reason }))
 }
 
@@ -125,9 +103,10 @@ pub fn set(
 ///
 /// # Errors
 /// Those of the context.
-pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, on: NamedGrid) -> Result<()> {
-    let strides = Strides::by_column(kind.layout(on.grid).layers);
-    context.set_field(name, &kind.values(on, std::ptr::dangling::<f64>().cast(), strides))
+pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, on: &HostGrid) -> Result<()> {
+    let columns = on.columns_of(kind.is_at_elements);
+    let strides = Strides::by_column(columns.layout.layers);
+    context.set_field(name, &columns.values(kind.is_f64, std::ptr::dangling(), strides))
 }
 
 /// The strides of values that can be read where they are, or why they cannot.

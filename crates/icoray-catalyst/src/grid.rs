@@ -6,34 +6,43 @@ use crate::context::{ColumnValues, Context};
 use crate::order::Layout;
 use crate::peers::Peers;
 use crate::strides::Strides;
-use crate::surface::{OwnedRows, Piece, Surface, direction_of, directions};
+use crate::surface::{OwnedRows, Piece, Placement, Surface, direction_of, directions};
 use glam::DVec3;
 use icoray::{Error, Grid, GridTables, Result};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
-/// A grid that the context has, with what fields on it need.
+/// A grid that the context has, or two where values at points need one of their own, with what fields on it need.
 pub struct HostGrid {
     fingerprint: Fingerprint,
-    /// Where the host's points and elements are.
-    pub points: Layout,
-    pub elements: Layout,
+    pub points: HostColumns,
+    pub elements: HostColumns,
     /// Unit vectors of the columns of points.
     directions: Vec<[f64; 3]>,
-    nodes: OwnedRows,
-    /// This rank's columns at points and at elements; 0 at points if it owns none.
-    pub columns: [usize; 2],
-    /// Whether elements are triangles, so that fields at points are at cells' centres.
-    pub has_triangles: bool,
-    /// Heights of points, column by column, if the scene may need them; read by the context.
-    heights: Option<Vec<f64>>,
+    /// The columns of points around each column of elements, where there are two grids.
+    polygons: Vec<Vec<u32>>,
+    /// Heights of points and, where there are two grids, those midway between for elements, column by column, if the
+    /// scene may need them; read by the context.
+    heights: Option<[Vec<f64>; 2]>,
 }
 
-/// The tables of a grid that the context has, which it reads until it has another one of that name.
+/// Columns of points or of elements as those of a grid of the context.
+pub struct HostColumns {
+    /// Where the host's values are.
+    pub layout: Layout,
+    /// The name of grid and layers.
+    grid: String,
+    is_at_corners: bool,
+    /// Rows of this rank's columns in the grid; at points none if it owns none.
+    rows: OwnedRows,
+}
+
+/// The tables of the grids that the context has, which it reads until it has another one of that name.
 #[derive(Default)]
-pub struct HostMesh(Option<Box<Mesh>>);
+pub struct HostMeshes([Option<Box<Mesh>>; 2]);
 
 /// Inputs of a grid.
 pub struct Setting<'a> {
@@ -68,6 +77,8 @@ struct Radii {
 
 /// How far columns move, radians, before they are others: hosts have places in 32 bits.
 const SAME: f64 = 1e-6;
+/// Thickness of the shell above a single layer of points, in its radii: a context has two layers or more.
+const THICKNESS: f64 = 1e-3;
 
 impl HostGrid {
     /// Brings the context's grid up to date with what the host has now: its geometry, or `None` on a rank without any.
@@ -78,7 +89,7 @@ impl HostGrid {
     pub fn update(
         grid: Option<Self>,
         geometry: Result<Option<Geometry>>,
-        tables: &mut HostMesh,
+        tables: &mut HostMeshes,
         setting: &mut Setting,
     ) -> Result<Self> {
         let seen = Error::of_panics(|| {
@@ -109,12 +120,16 @@ impl HostGrid {
             return Change::None;
         }
         let is_same = |geometry: &Geometry| {
+            let layout = &self.points.layout;
             now.topology == self.fingerprint.topology
-                && geometry.points[0].len() == self.points.elements
+                && geometry.points[0].len() == layout.elements
                 && self.directions.iter().enumerate().all(|(column, known)| {
-                    let points: Vec<u32> = (0..self.points.layers).map(|level| self.points.at(column, level)).collect();
-                    let direction = direction_of(&points, |point| geometry.point(point));
-                    direction.is_ok_and(|direction| (direction - DVec3::from_array(*known)).abs().max_element() < SAME)
+                    let points: Vec<u32> = (0..layout.layers).map(|level| layout.at(column, level)).collect();
+                    let place = |point| geometry.point(point);
+                    let is_rising = points.windows(2).all(|pair| place(pair[0]).length() <= place(pair[1]).length());
+                    let direction = direction_of(&points, place);
+                    is_rising
+                        && direction.is_ok_and(|found| (found - DVec3::from_array(*known)).abs().max_element() < SAME)
                 })
         };
         if geometry.is_some_and(is_same) { Change::Radii } else { Change::All }
@@ -124,104 +139,163 @@ impl HostGrid {
     fn made(
         geometry: Option<&Geometry>,
         fingerprint: Fingerprint,
-        tables: &mut HostMesh,
+        tables: &mut HostMeshes,
         Setting { name, context, peers, .. }: &mut Setting,
     ) -> Result<Self> {
         let found = Error::of_panics(|| match geometry {
-            Some(geometry) => found(geometry),
+            Some(geometry) => found(geometry).map_err(|e| e.within(*name)),
             None => Ok((Columns::default(), Piece::default())),
         });
         let (columns, piece) = match found {
             Ok((columns, piece)) => (Some(columns), Ok(piece)),
             Err(error) => (None, Err(error)),
         };
-        let directions = piece.as_ref().map_or_else(|_| Vec::new(), |piece| piece.directions.clone());
-        let pieces = peers.share_all(piece)?;
+        let mut pieces = peers.share_all(piece)?;
         let columns = columns.unwrap_or_default();
-        let levels = pieces.iter().map(|piece| piece.levels).max().unwrap_or(0);
-        if let Some(other) = pieces.iter().find(|piece| piece.levels != 0 && piece.levels != levels) {
-            return Err(Error::grid(format!(
-                "columns of {} and of {levels} points, expected as many on all ranks",
-                other.levels
-            )));
-        }
-        if levels == 0 {
-            return Err(Error::grid("no elements on any rank"));
-        }
+        let [levels, layers] = common_sizes(&pieces)?;
         let rank = peers.rank();
-        let Surface { mesh, nodes, faces, has_triangles } = peers.agree(|| Surface::of(&pieces, rank, name))?;
+        let Surface { meshes, points, elements } = peers.agree(|| Surface::of(&pieces, rank, name))?;
+        let Piece { directions, mut polygons, .. } = pieces.swap_remove(rank);
         drop(pieces);
-        peers.share_all(tables.set(mesh, name, context))?;
-        if peers.size() > 1 {
-            let (cells, corners) = if has_triangles { (&nodes, &faces) } else { (&faces, &nodes) };
-            context.set_part(name, cells, corners)?;
+        if meshes.len() == 1 {
+            polygons.clear();
         }
-        let [points, elements] =
+        for (number, mesh) in meshes.into_iter().enumerate() {
+            let grid = name_of(number, name);
+            peers.share_all(tables.set(number, mesh, &grid, context))?;
+            if peers.size() > 1 {
+                let none = OwnedRows::default();
+                let rows = |is_at_corners| {
+                    let mut placements = [&points, &elements].into_iter();
+                    let found = placements.find(|at| at.mesh == number && at.is_at_corners == is_at_corners);
+                    found.map_or(&none, |at| &at.rows)
+                };
+                context.set_part(&grid, rows(false), rows(true))?;
+            }
+        }
+        let [of_points, of_elements] =
             geometry.map_or([0, 0], |geometry| [geometry.points[0].len(), geometry.elements.len()]);
-        let own = [nodes.row.len(), faces.row.len()];
         Ok(HostGrid {
             fingerprint,
-            points: Layout::of(columns.points, levels, points),
-            elements: Layout::of(columns.elements, levels - 1, elements),
+            points: HostColumns::new(points, name, Layout::of(columns.points, levels, of_points)),
+            elements: HostColumns::new(elements, name, Layout::of(columns.elements, layers, of_elements)),
             directions,
-            columns: own,
-            has_triangles,
-            nodes,
+            polygons,
             heights: None,
         })
     }
 
     /// Sets the layers' radii and finds the heights of points. Collective.
     fn set_radii(&mut self, geometry: Option<&Geometry>, setting: &mut Setting) -> Result<()> {
-        let Setting { name, planet_radius, context, peers } = setting;
-        let levels = self.points.layers;
+        let Setting { planet_radius, context, peers, .. } = setting;
+        let levels = self.points.layout.layers;
         let at = |column: usize, level: usize| {
-            geometry.map_or(0.0, |geometry| geometry.point(self.points.at(column, level)).length())
+            geometry.map_or(0.0, |geometry| geometry.point(self.points.layout.at(column, level)).length())
         };
-        let own: Vec<usize> = (0..self.columns[0]).filter(|&column| self.nodes.is_owned[column] != 0).collect();
+        let is_owned = &self.points.rows.is_owned;
+        let own: Vec<usize> = (0..is_owned.len()).filter(|&column| is_owned[column] != 0).collect();
         let all = peers.share_all(Error::of_panics(|| Ok(Radii::of(&own, levels, at))))?;
         let columns: usize = all.iter().map(|radii| radii.columns).sum();
         let mean = |level: usize| all.iter().map(|radii| radii.sum[level]).sum::<f64>() / columns as f64;
-        let radii: Vec<f64> = (0..levels).map(mean).collect();
+        let mut radii: Vec<f64> = (0..levels).map(mean).collect();
         let planet_radius = planet_radius.unwrap_or(radii[0]);
         let set = Error::of_panics(|| {
-            let height = |i: usize| at(i / levels, i % levels) - planet_radius;
-            let heights = context.may_need_heights().then(|| (0..self.columns[0] * levels).map(height).collect());
-            context.set_layers(name, &radii, planet_radius)?;
+            let needs_heights = levels > 1 && context.may_need_heights();
+            let heights = needs_heights.then(|| self.heights_above(planet_radius, at));
+            if levels == 1 {
+                radii.push(radii[0] * (1.0 + THICKNESS));
+            }
+            for grid in BTreeSet::from([&self.points.grid, &self.elements.grid]) {
+                context.set_layers(grid, &radii, planet_radius)?;
+            }
             Ok(heights)
         });
         self.heights = peers.agree(|| set)?;
         Ok(())
     }
 
-    /// The heights of layers, if the scene may need them.
-    pub fn heights<'a>(&self, grid: &'a str) -> Option<ColumnValues<'a>> {
-        let heights = self.heights.as_ref()?;
-        Some(ColumnValues {
-            data: heights.as_ptr().cast(),
-            is_f64: true,
-            is_at_corners: !self.has_triangles,
-            columns: self.columns[0],
-            layers: self.points.layers,
-            strides: Strides::by_column(self.points.layers),
-            grid,
-        })
+    /// Heights of points and, where there are two grids, at elements: the means of the points around.
+    fn heights_above(&self, planet_radius: f64, radius: impl Fn(usize, usize) -> f64) -> [Vec<f64>; 2] {
+        let levels = self.points.layout.layers;
+        let height = |i: usize| radius(i / levels, i % levels) - planet_radius;
+        let at_elements = |polygon: &Vec<u32>| {
+            let mean = |level: usize| {
+                let sum: f64 = polygon.iter().map(|column| radius(*column as usize, level)).sum();
+                sum / polygon.len() as f64 - planet_radius
+            };
+            (0..levels).map(mean).collect::<Vec<_>>()
+        };
+        let at_points = (0..self.points.rows.row.len() * levels).map(height).collect();
+        [at_points, self.polygons.iter().flat_map(at_elements).collect()]
+    }
+
+    /// Columns of points or of elements.
+    pub fn columns_of(&self, is_at_elements: bool) -> &HostColumns {
+        if is_at_elements { &self.elements } else { &self.points }
+    }
+
+    /// The heights of layers for values at points or at elements, if the scene may need them.
+    pub fn heights(&self, is_at_elements: bool) -> Option<ColumnValues<'_>> {
+        let [at_points, at_elements] = self.heights.as_ref()?;
+        let has_own = is_at_elements && self.elements.grid != self.points.grid;
+        let (columns, heights) = if has_own { (&self.elements, at_elements) } else { (&self.points, at_points) };
+        let layers = self.points.layout.layers;
+        let values = columns.values(true, heights.as_ptr().cast(), Strides::by_column(layers));
+        Some(ColumnValues { layers, ..values })
     }
 }
 
-impl HostMesh {
-    /// Whether the context has a grid of this name.
-    pub fn are_set(&self) -> bool {
-        self.0.is_some()
+impl HostColumns {
+    /// The columns of a mesh of the grid `name`.
+    fn new(Placement { mesh, is_at_corners, rows }: Placement, name: &str, layout: Layout) -> Self {
+        HostColumns { layout, grid: name_of(mesh, name), is_at_corners, rows }
     }
 
-    /// Gives the context a grid of these tables.
-    fn set(&mut self, mesh: Mesh, name: &str, context: &Context) -> Result<()> {
+    /// Values of these columns, of which the first is at `data`.
+    pub fn values(&self, is_f64: bool, data: *const u8, strides: Strides) -> ColumnValues<'_> {
+        ColumnValues {
+            data: data.cast(),
+            is_f64,
+            is_at_corners: self.is_at_corners,
+            columns: self.rows.row.len(),
+            layers: self.layout.layers,
+            strides,
+            grid: &self.grid,
+        }
+    }
+}
+
+/// The name of the first or second mesh of the grid `name`.
+fn name_of(mesh: usize, name: &str) -> String {
+    if mesh == 0 { name.to_owned() } else { format!("{name} at points") }
+}
+
+/// Numbers of points and of elements in a column, the same on all ranks with elements.
+fn common_sizes(pieces: &[Piece]) -> Result<[usize; 2]> {
+    let mut sizes = pieces.iter().filter(|piece| piece.levels != 0).map(|piece| [piece.levels, piece.layers]);
+    let first = sizes.next().ok_or_else(|| Error::grid("no elements on any rank"))?;
+    match sizes.find(|size| *size != first) {
+        None => Ok(first),
+        Some([levels, layers]) => Err(Error::grid(format!(
+            "columns of {levels} points and {layers} elements, and of {} and {}, expected as many on all ranks",
+            first[0], first[1]
+        ))),
+    }
+}
+
+impl HostMeshes {
+    /// Whether the context has a grid of this name.
+    pub fn are_set(&self) -> bool {
+        self.0[0].is_some()
+    }
+
+    /// Gives the context a grid of these tables, the first or second of a topology.
+    fn set(&mut self, number: usize, mesh: Mesh, name: &str, context: &Context) -> Result<()> {
         let mesh = Box::new(mesh);
         // SAFETY: the tables lie on the heap, and stay until the context has another grid of this name or is closed.
         let tables = unsafe { std::mem::transmute::<GridTables<'_>, GridTables<'static>>(mesh.tables()) };
         context.set_grid(name, Arc::new(Grid::new(tables)?))?;
-        self.0 = Some(mesh);
+        self.0[number] = Some(mesh);
         Ok(())
     }
 }
@@ -238,7 +312,7 @@ fn found(geometry: &Geometry) -> Result<(Columns, Piece)> {
     let mut columns = Columns::find(&geometry.elements, place)?;
     let directions = directions(&columns, place)?;
     let polygons = std::mem::take(&mut columns.polygons);
-    let piece = Piece { levels: columns.levels, directions, polygons };
+    let piece = Piece { levels: columns.levels, layers: columns.layers, directions, polygons };
     Ok((columns, piece))
 }
 

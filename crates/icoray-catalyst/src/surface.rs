@@ -4,8 +4,9 @@
 //! same whole mesh together. Columns of different ranks in one place are one node of the mesh.
 
 use crate::columns::Columns;
+use crate::directions::{Directions, apart};
 use glam::DVec3;
-use icoray::{Error, ErrorKind, Result};
+use icoray::{Error, Result};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -16,22 +17,34 @@ use std::path::Path;
 pub struct Piece {
     /// Number of points in a column; 0 on a rank without elements.
     pub levels: usize,
+    /// Number of elements in a column.
+    pub layers: usize,
     /// Unit vectors of the columns of points.
     pub directions: Vec<[f64; 3]>,
-    /// The columns around each column of elements.
+    /// The columns around each column of elements; none if elements are points.
     pub polygons: Vec<Vec<u32>>,
 }
 
-/// The whole mesh, and which part of it this rank has.
+/// The mesh of the sphere, and which part of it this rank has.
+///
+/// Values at points and at elements are on one mesh: its cells and corners. Only where more than three columns of
+/// elements meet in a column of points, columns of points are the cells of a second mesh.
 pub struct Surface {
-    /// Its tables.
-    pub mesh: Mesh,
-    /// Rows of this rank's columns of points in the mesh, and whether this rank owns them.
-    pub nodes: OwnedRows,
-    /// The same of this rank's columns of elements, all of which it owns.
-    pub faces: OwnedRows,
-    /// Whether elements are triangles: corners of the cells around the points.
-    pub has_triangles: bool,
+    /// One mesh or two.
+    pub meshes: Vec<Mesh>,
+    /// This rank's columns of points.
+    pub points: Placement,
+    /// This rank's columns of elements, all of which it owns unless they are points.
+    pub elements: Placement,
+}
+
+/// Columns as rows of a mesh.
+pub struct Placement {
+    /// The number of the mesh.
+    pub mesh: usize,
+    /// Whether they are its corners; otherwise its cells.
+    pub is_at_corners: bool,
+    pub rows: OwnedRows,
 }
 
 /// Rows of the whole mesh's tables.
@@ -80,53 +93,67 @@ impl Surface {
     /// # Errors
     /// [`icoray::ErrorKind::Grid`] names columns and elements that two ranks have, or one has twice.
     pub fn of(pieces: &[Piece], rank: usize, name: &str) -> Result<Self> {
-        let nodes = Nodes::of(pieces)?;
-        let mut faces: Vec<&[u32]> = Vec::new();
-        let mut starts = Vec::new();
-        for piece in pieces {
-            starts.push(faces.len());
-            faces.extend(piece.polygons.iter().map(Vec::as_slice));
+        let nodes = Nodes::of(pieces).map_err(|e| e.within(name))?;
+        let Faces { table, row, starts } = Faces::of(pieces, &nodes).map_err(|e| e.within(name))?;
+        let (path, directions, own_nodes) = (Path::new(name), &nodes.directions.all, nodes.of_rank(rank));
+        let own = starts[rank]..starts[rank + 1];
+        let own_faces = OwnedRows { is_owned: vec![1; own.len()], row: own.map(|face| face as i64).collect() };
+        let at = |mesh, is_at_corners, rows| Placement { mesh, is_at_corners, rows };
+        if pieces.iter().flat_map(|piece| &piece.polygons).all(|polygon| polygon.len() == 3) {
+            let is_of_points = table.is_empty();
+            let mesh = Mesh::of_nodes(path, directions, table, row)?;
+            let elements = if is_of_points { at(0, false, own_nodes.clone()) } else { at(0, true, own_faces) };
+            return Ok(Surface { meshes: vec![mesh], points: at(0, false, own_nodes), elements });
         }
-        let rank_of = |face: usize| starts.partition_point(|start| *start <= face) - 1;
-        let row = faces.iter().map(|face| face.len()).max().unwrap_or(0).max(3);
-        let has_triangles = faces.iter().all(|face| face.len() == 3);
-        let mut table = Vec::with_capacity(row * faces.len());
-        let mut known: HashMap<Vec<i32>, usize> = HashMap::new();
-        for (i, face) in faces.iter().enumerate() {
-            let of = rank_of(i);
-            let start = table.len();
-            table.extend(face.iter().map(|node| nodes.number[of][*node as usize] as i32));
-            let mut key = table[start..].to_vec();
-            key.sort_unstable();
-            if let Some(other) = known.insert(key, i) {
-                let [a, b] = [other, i].map(|face| (face - starts[rank_of(face)], rank_of(face)));
-                return Err(Error::grid(format!(
-                    "the column of elements {} of rank {} is also that of {} of rank {}; expected each on one rank, without \
-                     ghosts",
-                    b.0, b.1, a.0, a.1
-                )));
+        let middles: Vec<[f64; 3]> = table.chunks_exact(row).map(|face| centroid(face, directions)).collect();
+        let mesh = Mesh::of_faces(path, directions, &middles, table.clone(), row)?;
+        let elements = at(0, false, own_faces);
+        if mesh.corners_in_file() == mesh.corners() {
+            return Ok(Surface { meshes: vec![mesh], points: at(0, true, own_nodes), elements });
+        }
+        let meshes = vec![mesh, Mesh::of_nodes(path, directions, table, row)?];
+        Ok(Surface { meshes, points: at(1, false, own_nodes), elements })
+    }
+}
+
+/// The columns of elements of all ranks as faces of one mesh.
+struct Faces {
+    /// The nodes of each, with -1 after the last one.
+    table: Vec<i32>,
+    /// Length of a row of the table.
+    row: usize,
+    /// The first face of each rank, and the number of all.
+    starts: Vec<usize>,
+}
+
+impl Faces {
+    fn of(pieces: &[Piece], nodes: &Nodes) -> Result<Self> {
+        let row = pieces.iter().flat_map(|piece| &piece.polygons).map(Vec::len).max().unwrap_or(0).max(3);
+        let (mut table, mut starts) = (Vec::new(), vec![0]);
+        let mut known: HashMap<Vec<i32>, [usize; 2]> = HashMap::new();
+        for (rank, (piece, number)) in pieces.iter().zip(&nodes.number).enumerate() {
+            for (i, polygon) in piece.polygons.iter().enumerate() {
+                let start = table.len();
+                table.extend(polygon.iter().map(|node| number[*node as usize] as i32));
+                let mut key = table[start..].to_vec();
+                key.sort_unstable();
+                if let Some([other, of_rank]) = known.insert(key, [i, rank]) {
+                    return Err(Error::grid(format!(
+                        "the column of elements {i} of rank {rank} is also that of {other} of rank {of_rank}; expected each \
+                         on one rank, without ghosts"
+                    )));
+                }
+                table.resize(start + row, -1);
             }
-            table.resize(start + row, -1);
+            starts.push(table.len() / row);
         }
-        let middles: Option<Vec<[f64; 3]>> =
-            (!has_triangles).then(|| table.chunks_exact(row).map(|face| centroid(face, &nodes.directions)).collect());
-        let mesh = Mesh::of_faces(Path::new(name), &nodes.directions, middles.as_deref(), table, row)?;
-        if mesh.corners_in_file() != mesh.corners() {
-            let what =
-                "more than 3 columns of elements meet in a column of points, expected prisms on hexagons or triangles";
-            return Err(Error::new(ErrorKind::Unsupported, what));
-        }
-        let count = pieces[rank].polygons.len();
-        let own_faces =
-            OwnedRows { row: (0..count).map(|i| (starts[rank] + i) as i64).collect(), is_owned: vec![1; count] };
-        Ok(Surface { mesh, nodes: nodes.of_rank(rank), faces: own_faces, has_triangles })
+        Ok(Faces { table, row, starts })
     }
 }
 
 /// The columns of points of all ranks as nodes of one mesh.
 struct Nodes {
-    /// Unit vectors.
-    directions: Vec<[f64; 3]>,
+    directions: Directions,
     /// The node of each column of each rank.
     number: Vec<Vec<usize>>,
     /// The lowest rank that has each node.
@@ -135,28 +162,20 @@ struct Nodes {
 
 impl Nodes {
     fn of(pieces: &[Piece]) -> Result<Self> {
-        let within = tolerance(pieces);
-        let mut buckets: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
-        let mut nodes = Nodes { directions: Vec::new(), number: Vec::new(), owner: Vec::new() };
+        let mut nodes = Nodes { directions: Directions::new(tolerance(pieces)), number: Vec::new(), owner: Vec::new() };
         for (rank, piece) in pieces.iter().enumerate() {
-            let first = nodes.directions.len();
+            let first = nodes.owner.len();
             let mut number = Vec::with_capacity(piece.directions.len());
             for direction in &piece.directions {
-                let known = around(*direction, within).into_iter().filter_map(|key| buckets.get(&key)).flatten();
-                let same = known.copied().find(|&node| apart(nodes.directions[node], *direction) <= within);
-                if let Some(node) = same.filter(|node| *node >= first) {
+                let node = nodes.directions.find_or_add(*direction);
+                if node >= first && node < nodes.owner.len() {
                     let other = number.iter().position(|n| *n == node).unwrap_or(0);
                     return Err(Error::grid(format!(
                         "columns {other} and {} of rank {rank} are in one place: points are duplicated, expected shared ones",
                         number.len()
                     )));
                 }
-                let node = same.unwrap_or_else(|| {
-                    nodes.directions.push(*direction);
-                    nodes.owner.push(rank);
-                    buckets.entry(bucket(*direction, within)).or_default().push(nodes.directions.len() - 1);
-                    nodes.directions.len() - 1
-                });
+                nodes.owner.resize(nodes.directions.all.len(), rank);
                 number.push(node);
             }
             nodes.number.push(number);
@@ -188,29 +207,10 @@ fn tolerance(pieces: &[Piece]) -> f64 {
         }
     }
     let rounding = 1e-6_f64;
-    rounding.max(1e-3 * shortest).min(0.25 * shortest).max(f64::MIN_POSITIVE)
-}
-
-/// Cubes that are twice as wide as what columns may be apart.
-fn bucket(direction: [f64; 3], within: f64) -> [i64; 3] {
-    direction.map(|x| (x / (2.0 * within)).floor() as i64)
-}
-
-/// The cubes that may have a column in the same place.
-fn around(direction: [f64; 3], within: f64) -> Vec<[i64; 3]> {
-    let mut keys: Vec<[i64; 3]> = Vec::new();
-    for signs in 0..8 {
-        let shifted = [0, 1, 2].map(|k| direction[k] + if signs >> k & 1 == 0 { -within } else { within });
-        let key = bucket(shifted, within);
-        if !keys.contains(&key) {
-            keys.push(key);
-        }
+    if shortest.is_infinite() {
+        return rounding;
     }
-    keys
-}
-
-fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
-    DVec3::from_array(a).distance(DVec3::from_array(b))
+    rounding.max(1e-3 * shortest).min(0.25 * shortest).max(f64::MIN_POSITIVE)
 }
 
 /// The direction of a polygon's centroid: of the flat triangles from its first node, each weighted by its area.
@@ -237,7 +237,7 @@ mod tests {
             |i: usize| [lat.get(i).cos() * lon.get(i).cos(), lat.get(i).cos() * lon.get(i).sin(), lat.get(i).sin()];
         (0..ranks)
             .map(|rank| {
-                let (mut local, mut piece) = (HashMap::new(), Piece { levels: 2, ..Piece::default() });
+                let (mut local, mut piece) = (HashMap::new(), Piece { levels: 2, layers: 1, ..Piece::default() });
                 for (_, triangle) in mesh.corner_cell.chunks_exact(3).enumerate().filter(|(i, _)| i % ranks == rank) {
                     let polygon = triangle.iter().map(|cell| {
                         *local.entry(*cell).or_insert_with(|| {
@@ -261,10 +261,12 @@ mod tests {
             let mut owned = vec![0; mesh.cells()];
             for rank in 0..3 {
                 let surface = Surface::of(&pieces, rank, "test").unwrap();
-                assert_eq!((surface.mesh.cells(), surface.mesh.corners()), (mesh.cells(), mesh.corner_cell.len() / 3));
-                assert_eq!(surface.mesh.grid().unwrap().void_triangles(), 0);
-                assert!(surface.has_triangles && surface.faces.is_owned.iter().all(|owned| *owned == 1));
-                let rows = &surface.nodes;
+                let [made] = &surface.meshes[..] else { panic!("one mesh") };
+                assert_eq!((made.cells(), made.corners()), (mesh.cells(), mesh.corner_cell.len() / 3));
+                assert_eq!(made.grid().unwrap().void_triangles(), 0);
+                let elements = &surface.elements;
+                assert!(elements.is_at_corners && elements.rows.is_owned.iter().all(|owned| *owned == 1));
+                let rows = &surface.points.rows;
                 rows.row.iter().zip(&rows.is_owned).for_each(|(row, own)| owned[*row as usize] += own);
             }
             assert!(owned.iter().all(|count| *count == 1), "each cell has one owner");
@@ -285,16 +287,30 @@ mod tests {
     }
 
     #[test]
-    fn elements_of_four_sides_are_refused() {
+    fn elements_of_four_sides_have_a_mesh_of_elements_and_one_of_points() {
         // A hat on a box: at its brim two sides and two triangles meet.
         let ring = |z: f64| [[1.0, 0.0, z], [0.0, 1.0, z], [-1.0, 0.0, z], [0.0, -1.0, z]];
-        let directions = [&ring(1.0)[..], &ring(-1.0), &[[0.0, 0.0, 1.0]]].concat();
+        let directions = [&ring(1.0)[..], &ring(-1.0), &[[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]].concat();
         let sides = (0..4u32).map(|k| vec![k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4]);
-        let fans = (0..4u32).map(|k| vec![k, (k + 1) % 4, 8]);
-        let piece = Piece { levels: 2, directions, polygons: sides.chain(fans).collect() };
-        let error = Surface::of(&[piece], 0, "test").err().unwrap();
-        assert_eq!(error.kind(), ErrorKind::Unsupported);
-        assert!(error.to_string().contains("more than 3 columns of elements meet"), "{error}");
+        let fans = (0..8u32).map(|k| vec![k, (k + 1) % 4 + k / 4 * 4, 8 + k / 4]);
+        let piece = Piece { levels: 2, layers: 1, directions, polygons: sides.chain(fans).collect() };
+        let surface = Surface::of(&[piece], 0, "test").unwrap();
+        assert!(surface.meshes.iter().all(|mesh| mesh.grid().unwrap().void_triangles() == 0));
+        assert_eq!(surface.meshes.iter().map(Mesh::cells).collect::<Vec<_>>(), [12, 10]);
+        let places = [&surface.elements, &surface.points].map(|at| (at.mesh, at.is_at_corners, at.rows.row.len()));
+        assert_eq!(places, [(0, false, 12), (1, false, 10)]);
+    }
+
+    #[test]
+    fn points_of_ranks_are_one_mesh_of_their_triangles() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let mut pieces = pieces(&mesh, 2, 0.0);
+        pieces.iter_mut().for_each(|piece| piece.polygons.clear());
+        let [first, second] = [0, 1].map(|rank| Surface::of(&pieces, rank, "test").unwrap());
+        assert_eq!((first.meshes[0].cells(), first.meshes[0].corners()), (mesh.cells(), mesh.corner_cell.len() / 3));
+        assert_eq!(first.points.rows, first.elements.rows);
+        let owned = |surface: &Surface| surface.points.rows.is_owned.iter().sum::<i32>() as usize;
+        assert_eq!(owned(&first) + owned(&second), mesh.cells());
     }
 
     #[test]

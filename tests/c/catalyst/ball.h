@@ -1,20 +1,29 @@
-/* Meshes of wedges and of prisms over an icosahedral mesh, with heights and values. */
+/* Meshes of wedges and of prisms over an icosahedral mesh, of hexahedra over a cubed sphere, and of points, with heights
+ * and values. */
 #ifndef BALL_H
 #define BALL_H
 
 #include "icoray.h"
 
-enum { LAYERS = 5, LEVELS = LAYERS + 1 };
+/* Points of a column; with one the elements are triangles and quadrilaterals on a sphere. */
+#ifndef LEVELS
+#define LEVELS 6
+#endif
+
+typedef enum { WEDGES, PRISMS, HEXES, POINTS } ball_shape;
 
 /* Columns of points, and the polygons of columns around each column of elements: triangles of wedges, with points at
- * cells; or the cells as prisms, with points at corners. */
+ * cells; the cells as prisms, with points at corners; quadrilaterals; or each column of points itself. */
 typedef struct {
-    int is_wedges, columns, polygons;
+    ball_shape shape;
+    int columns, polygons;
+    int layers; /* elements of a column */
     int *polygon, *sides; /* six per polygon */
     double *x; /* unit vectors of columns */
 } ball;
 
-ball ball_make(int is_wedges);
+/* The mesh of a shape by its name. */
+ball ball_make(const char *shape);
 
 /* The radius of a point: spheres, or layers over hills. */
 double ball_radius(const ball *of, int column, int level, int has_hills);

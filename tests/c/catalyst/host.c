@@ -1,4 +1,5 @@
-/* A host that was built against libcatalyst: host SCENE wedges|prisms flat|hills STEPS ORDER [FAULT].
+/* A host that was built against libcatalyst: host SCENE wedges|prisms|hexes|points flat|hills STEPS
+ * ORDER [FAULT].
  *
  * It gives its mesh anew at each step, in memory that it frees after the step. ORDER of points and elements: "column"
  * (level-fastest), "level" (column-fastest), "top" (level-fastest, from the outermost), "shuffled"; "float" and "strided"
@@ -131,41 +132,48 @@ static int64_t *numbers(conduit_node *to, const char *path, int64_t count, void 
     return table;
 }
 
-static void give_wedges(conduit_node *to, const part *of, void **memory, int *used)
+/* The places of a hexahedron's points, where its vertical edges are those of another axis. */
+static const int TURNED[8] = {0, 4, 5, 1, 3, 7, 6, 2};
+
+/* Elements of as many points each: wedges, hexahedra, triangles, quadrilaterals or points. */
+static void give_uniform(conduit_node *to, const part *of, void **memory, int *used)
 {
-    int64_t count = (int64_t)of->polygons * LAYERS;
-    int64_t *table = numbers(to, MESH "topologies/mesh/elements/connectivity", 6 * count, memory, used);
-    conduit_node_set_path_char8_str(to, MESH "topologies/mesh/elements/shape", "wedge");
+    static const char *const names[2][5] = {{"", "point", "", "tri", "quad"}, {"", "point", "", "wedge", "hex"}};
+    int layers = of->whole->layers, sides = of->whole->sides[0], size = (layers < LEVELS ? 2 : 1) * sides;
+    int64_t count = (int64_t)of->polygons * layers;
+    int64_t *table = numbers(to, MESH "topologies/mesh/elements/connectivity", size * count, memory, used);
+    conduit_node_set_path_char8_str(to, MESH "topologies/mesh/elements/shape", names[size > sides][sides]);
     if (count == 0) {
         /* Arrays of nothing may be of any type. */
         give(to, of, MESH "topologies/mesh/elements/connectivity", array(of, 0, memory, used), 0);
     }
     for (int64_t i = 0; i < count; i++) {
-        int polygon = (int)(i / LAYERS), layer = (int)(i % LAYERS);
-        int64_t element = place(of, polygon, layer, of->polygons, LAYERS);
-        for (int k = 0; k < 6; k++) {
-            /* Some wedges are upside down, and begin with another point. */
-            int turn = of->order[0] == 's' && element % 3 == 1, corner = (k + (turn ? 2 : 0)) % 3;
+        int polygon = (int)(i / layers), layer = (int)(i % layers);
+        int64_t element = place(of, polygon, layer, of->polygons, layers);
+        for (int k = 0; k < size; k++) {
+            /* Some elements are upside down, and begin with another point; others stand on another side. */
+            int turn = of->order[0] == 's' && element % 3 == 1, corner = (k + (turn ? 2 : 0)) % sides;
             int column = of->local[of->whole->polygon[6 * of->polygon[polygon] + corner]];
-            int level = layer + ((k < 3) == turn);
-            table[6 * element + k] = place(of, column, level, of->columns, LEVELS);
+            int level = layer + (size > sides && (k < sides) == turn);
+            int at = size == 8 && of->order[0] == 's' && element % 3 == 2 ? TURNED[k] : k;
+            table[size * element + at] = place(of, column, level, of->columns, LEVELS);
         }
     }
 }
 
 static void give_prisms(conduit_node *to, const part *of, void **memory, int *used)
 {
-    int64_t elements = (int64_t)of->polygons * LAYERS, caps = (int64_t)of->polygons * LEVELS, sides = 0;
+    int64_t elements = (int64_t)of->polygons * of->whole->layers, caps = (int64_t)of->polygons * LEVELS, sides = 0;
     for (int i = 0; i < of->polygons; i++) {
         sides += of->whole->sides[of->polygon[i]];
     }
-    int64_t faces = caps + sides * LAYERS, side = caps, at = 0, face_at = 0;
+    int64_t faces = caps + sides * of->whole->layers, side = caps, at = 0, face_at = 0;
     conduit_node_set_path_char8_str(to, MESH "topologies/mesh/elements/shape", "polyhedral");
     conduit_node_set_path_char8_str(to, MESH "topologies/mesh/subelements/shape", "polygonal");
-    int64_t *connectivity = numbers(to, MESH "topologies/mesh/elements/connectivity", 2 * elements + sides * LAYERS, memory, used);
+    int64_t *connectivity = numbers(to, MESH "topologies/mesh/elements/connectivity", 2 * elements + sides * of->whole->layers, memory, used);
     int64_t *sizes = numbers(to, MESH "topologies/mesh/elements/sizes", elements, memory, used);
     int64_t *offsets = numbers(to, MESH "topologies/mesh/elements/offsets", elements, memory, used);
-    int64_t *points = numbers(to, MESH "topologies/mesh/subelements/connectivity", sides * LEVELS + 4 * sides * LAYERS, memory, used);
+    int64_t *points = numbers(to, MESH "topologies/mesh/subelements/connectivity", sides * LEVELS + 4 * sides * of->whole->layers, memory, used);
     int64_t *face_sizes = numbers(to, MESH "topologies/mesh/subelements/sizes", faces, memory, used);
     for (int64_t cap = 0; cap < caps; cap++) {
         int polygon = of->polygon[cap / LEVELS];
@@ -177,10 +185,10 @@ static void give_prisms(conduit_node *to, const part *of, void **memory, int *us
     }
     int64_t *element_of = malloc((size_t)(elements + 1) * sizeof *element_of);
     for (int64_t i = 0; i < elements; i++) {
-        element_of[place(of, (int)(i / LAYERS), (int)(i % LAYERS), of->polygons, LAYERS)] = i;
+        element_of[place(of, (int)(i / of->whole->layers), (int)(i % of->whole->layers), of->polygons, of->whole->layers)] = i;
     }
     for (int64_t element = 0; element < elements; element++) {
-        int local = (int)(element_of[element] / LAYERS), layer = (int)(element_of[element] % LAYERS);
+        int local = (int)(element_of[element] / of->whole->layers), layer = (int)(element_of[element] % of->whole->layers);
         int polygon = of->polygon[local], count = of->whole->sides[polygon];
         offsets[element] = at;
         sizes[element] = 2 + count;
@@ -203,7 +211,7 @@ static void give_prisms(conduit_node *to, const part *of, void **memory, int *us
 static void give_field(conduit_node *to, const part *of, const char *name, int is_at_points, int step, void **memory, int *used)
 {
     char path[96];
-    int columns = is_at_points ? of->columns : of->polygons, levels = is_at_points ? LEVELS : LAYERS;
+    int columns = is_at_points ? of->columns : of->polygons, levels = is_at_points ? LEVELS : of->whole->layers;
     int64_t count = (int64_t)columns * levels;
     double *values = array(of, count, memory, used);
     for (int64_t i = 0; i < count; i++) {
@@ -223,9 +231,12 @@ static void give_field(conduit_node *to, const part *of, const char *name, int i
 static void give_mesh(conduit_node *to, const part *of, int has_hills, int is_bad, void **memory, int *used)
 {
     give_points(to, of, has_hills, is_bad, memory, used);
-    conduit_node_set_path_char8_str(to, MESH "topologies/mesh/type", "unstructured");
+    int is_implicit = of->whole->shape == POINTS && of->order[0] != 's';
+    conduit_node_set_path_char8_str(to, MESH "topologies/mesh/type", is_implicit ? "points" : "unstructured");
     conduit_node_set_path_char8_str(to, MESH "topologies/mesh/coordset", "coords");
-    (of->whole->is_wedges ? give_wedges : give_prisms)(to, of, memory, used);
+    if (!is_implicit) {
+        (of->whole->shape == PRISMS ? give_prisms : give_uniform)(to, of, memory, used);
+    }
 }
 
 #define IS(name) (strcmp(fault, name) == 0)
@@ -245,7 +256,7 @@ static void give_fields(conduit_node *to, const part *of, int step, int is_rank,
     if (IS("count")) {
         /* Integers, which no scene has asked for. */
         give_field(to, of, "count", 0, step, memory, used);
-        numbers(to, MESH "fields/count/values", (int64_t)of->polygons * LAYERS, memory, used);
+        numbers(to, MESH "fields/count/values", (int64_t)of->polygons * of->whole->layers, memory, used);
     }
     if (IS("two")) {
         static double nothing[1];
@@ -296,7 +307,7 @@ int main(int argc, char **argv)
         return 2;
     }
     const char *fault = argc > 6 ? argv[6] : "";
-    int is_wedges = strcmp(argv[2], "wedges") == 0, has_hills = strcmp(argv[3], "hills") == 0;
+    int has_hills = strncmp(argv[3], "hills", 5) == 0;
     conduit_node *params = conduit_node_create();
 #ifdef HOST_MPI
     MPI_Init(&argc, &argv);
@@ -304,7 +315,7 @@ int main(int argc, char **argv)
     MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     conduit_node_set_path_int64(params, "catalyst/mpi_comm", MPI_Comm_c2f(MPI_COMM_WORLD));
 #endif
-    ball whole = ball_make(is_wedges);
+    ball whole = ball_make(argv[2]);
     part of = part_of(&whole, rank, ranks, argv[5]);
     int is_on_one = IS("empty") || IS("no data") || IS("mesh state");
     if (is_on_one && ranks > 1) {

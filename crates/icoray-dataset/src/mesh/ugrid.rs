@@ -6,7 +6,7 @@
 //! Format: UGRID conventions 1.0, <https://ugrid-conventions.github.io/ugrid-conventions>.
 
 use super::angles::{of_directions, positions};
-use super::columns::is_coordinate;
+use super::columns::{is_coordinate, of_points};
 use super::polygons::{NONE, Polygons};
 use super::tables::{FileCorners, Mesh, MeshLayout, Positions, missing};
 use crate::source::{Source, SourceVariable, Variable, without_group};
@@ -282,24 +282,34 @@ pub(super) fn of_rows(
 }
 
 impl Mesh {
-    /// The tables of a mesh of faces, numbered from 0: `nodes` are directions of any length, of which `faces` has a row
-    /// of `row` for each face, in order around it, with -1 after the last one. If all faces are triangles they are the
-    /// corners of cells around the nodes, as for ICON ([`MeshLayout::Triangles`]); otherwise faces are cells and nodes their
-    /// corners ([`MeshLayout::Polygons`]). `middles` are directions of the faces' middles; without them triangles have the
-    /// middles of their circles, and others the means of their nodes. Messages name `path`.
+    /// The tables of a mesh whose cells are faces, numbered from 0: `nodes` are directions of any length, of which
+    /// `faces` has a row of `row` for each face, in order around it, with -1 after the last one. The nodes are corners
+    /// ([`MeshLayout::Polygons`]), and `middles` are directions of the faces' middles. Messages name `path`.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] and [`ErrorKind::Unsupported`] name a face or node that does not fit a mesh of cells whose
-    /// corners each join three of them.
+    /// [`ErrorKind::Grid`] and [`ErrorKind::Unsupported`] name a face or node that does not fit a mesh.
     pub fn of_faces(
         path: &Path,
         nodes: &[[f64; 3]],
-        middles: Option<&[[f64; 3]]>,
+        middles: &[[f64; 3]],
         faces: Vec<i32>,
         row: usize,
     ) -> Result<Self> {
-        let positions = |of: &[[f64; 3]]| of_directions(of.iter().copied());
-        of_faces(path, positions(nodes), middles.map(positions), Rows { nodes: faces, len: row }, false)
+        let [nodes, middles] = [nodes, middles].map(|of| of_directions(of.iter().copied()));
+        of_faces(path, nodes, Some(middles), Rows { nodes: faces, len: row }, false)
+    }
+
+    /// As [`Mesh::of_faces`], of the mesh whose cells are the nodes ([`MeshLayout::Triangles`]): its corners are the
+    /// faces, cut into triangles, or the Delaunay triangles of the nodes if there are no faces.
+    ///
+    /// # Errors
+    /// As [`Mesh::of_faces`] and [`OwnedTables::of_points`](icoray::OwnedTables::of_points).
+    pub fn of_nodes(path: &Path, nodes: &[[f64; 3]], faces: Vec<i32>, row: usize) -> Result<Self> {
+        let nodes = of_directions(nodes.iter().copied());
+        if faces.is_empty() {
+            return of_points(path, nodes, "points");
+        }
+        of_faces(path, nodes, None, Rows { nodes: faces, len: row }, true)
     }
 }
 
