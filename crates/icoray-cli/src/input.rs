@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 pub struct Input {
     /// Files of MPAS, ICON or another model with the fields, mostly with the mesh too: several files of one run are one
-    /// series by their dates, whose variables may be in files of their own. Addresses (https://, s3://, NCZarr's
-    /// file://) and Zarr stores of version 2 are opened by the NetCDF library
+    /// series by their dates, whose variables may be in files of their own. Addresses (https://, s3://) are
+    /// opened by the NetCDF library; Zarr stores are folders, or https://HOST/PATH/STORE.zarr
     #[arg(value_name = "FILE.nc", required = true)]
     pub files: Vec<PathBuf>,
     /// Draw differences: the values less those of these files, of the same mesh and layers, at the same dates

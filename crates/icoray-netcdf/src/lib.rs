@@ -1,8 +1,8 @@
 //! NetCDF files of models as [`Dataset`]s: classic ones (CDF-1, CDF-2, CDF-5) and NetCDF-4.
 //!
 //! The NetCDF library accepts one call at a time in the whole process; reading from several threads gains nothing.
-//! A path may be an address (`https://`, `s3://`, NCZarr's `file://`) or a Zarr store of version 2, which that library
-//! opens. Variables in groups are named by their paths, `group/name`.
+//! A path may be an address (`https://`, `s3://`) that this library opens. Zarr stores of versions 2 and 3, in folders and
+//! on web servers, are read without it. Variables in groups are named by their paths, `group/name`.
 //!
 //! Damaged classic files give errors. A damaged NetCDF-4 file may end the process inside the HDF5 library, or keep it
 //! there for ever: [`watch_calls`] finds the latter. The command `icoray` therefore reads such files in a child
@@ -42,6 +42,7 @@ use icoray_dataset::{Combined, DatasetOptions, Mesh, Source, Variable};
 use nc_file::NcFile;
 use std::path::Path;
 use std::sync::Arc;
+use zarr::ZarrStore;
 
 /// Opens a file that holds the mesh and, mostly, fields; reads the mesh tables.
 ///
@@ -89,8 +90,8 @@ pub fn open_all(
 /// # Errors
 /// [`ErrorKind::Io`](icoray::ErrorKind::Io) when the file is absent, not NetCDF or damaged.
 pub fn contents(path: impl AsRef<Path>) -> Result<Vec<String>> {
-    let file = NcFile::open(path.as_ref())?;
-    let source: &dyn Source = &file;
+    let opened = opened(path.as_ref())?;
+    let source = &*opened;
     let line = |variable: &Variable| -> Result<String> {
         let text = |attribute: &str| source.text_of(&variable.name, attribute);
         let units = text("units")?.map(|units| format!("[{units}]"));
@@ -101,6 +102,12 @@ pub fn contents(path: impl AsRef<Path>) -> Result<Vec<String>> {
 }
 
 fn all_opened(paths: &[impl AsRef<Path>]) -> Result<Vec<Box<dyn Source>>> {
-    let opened = |path: &_| -> Result<Box<dyn Source>> { Ok(Box::new(NcFile::open(AsRef::as_ref(path))?)) };
-    paths.iter().map(opened).collect()
+    paths.iter().map(|path| opened(path.as_ref())).collect()
+}
+
+fn opened(path: &Path) -> Result<Box<dyn Source>> {
+    Ok(match zarr::Location::of(path) {
+        Some(location) => Box::new(ZarrStore::open(path, &location)?),
+        None => Box::new(NcFile::open(path)?),
+    })
 }

@@ -1,13 +1,12 @@
 //! Names of files: addresses, which the NetCDF library opens, and local files. Errors for GRIB name its readers.
 
-use crate::zarr;
 use icoray::{Error, ErrorKind, Result};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The address that the NetCDF library opens: a name that is one (`https://`, `s3://`, NCZarr's `file://`), that of a
-/// Zarr store, or of a file whose name is followed by `#mode=`; `None` for other local files.
+/// The address that the NetCDF library opens: a name that is one (`https://`, `s3://`), or that of a file whose name is
+/// followed by `#mode=`; `None` for other local files.
 pub(crate) fn address(path: &Path) -> Option<PathBuf> {
     let text = path.to_string_lossy();
     let of_file = |file: &Path, mode: &str| {
@@ -15,7 +14,6 @@ pub(crate) fn address(path: &Path) -> Option<PathBuf> {
         PathBuf::from(format!("file://{}#mode={mode}", absolute.display()))
     };
     match text.split_once("#mode=") {
-        _ if zarr::is_folder(path) => Some(of_file(path, "zarr,file")),
         _ if path.exists() => None,
         _ if text.contains("://") => Some(path.to_owned()),
         Some((file, mode)) => Some(of_file(file.as_ref(), mode)),

@@ -3,7 +3,7 @@
 
 use crate::classic::ClassicLayout;
 use crate::guard::guarded;
-use crate::{filters, groups, names, zarr};
+use crate::{filters, groups, names};
 use icoray::{Error, ErrorKind, OwnedReals, Result};
 use icoray_dataset::{Attribute, Kind, Source, Variable};
 use netcdf::types::NcVariableType;
@@ -40,21 +40,15 @@ impl NcFile {
     pub(crate) fn open(path: &Path) -> Result<Self> {
         let damaged = |e| format!("{}: the header is damaged or cut off: {e}", path.display());
         let address = names::address(path);
-        let (classic, what) = if let Some(address) = &address {
-            zarr::expect_readable(path, address)?;
+        let (classic, what) = if address.is_some() {
             (None, "the NetCDF library cannot open this address")
         } else {
             names::expect_netcdf(path)?;
             let classic = ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
             (classic, "not a NetCDF file, or damaged or cut off")
         };
-        let advised = |error| zarr::advised(path, error);
-        let file = guarded(path, what, || netcdf::open(address.as_deref().unwrap_or(path)).map_err(advised))?;
-        let mut variables = guarded(path, "the list of variables", || Ok(groups::variables(&file)))?;
-        if zarr::is_folder(path) {
-            // The library has them in the order of the folder's entries, which file systems choose.
-            variables.sort_by(|one, other| one.name.cmp(&other.name));
-        }
+        let file = guarded(path, what, || netcdf::open(address.as_deref().unwrap_or(path)))?;
+        let variables = guarded(path, "the list of variables", || Ok(groups::variables(&file)))?;
         let mut opened = NcFile { file, path: path.to_owned(), is_address: address.is_some(), classic, variables };
         opened.variables = (&opened as &dyn Source).with_time_marked();
         Ok(opened)
@@ -108,7 +102,7 @@ impl NcFile {
             let read = variable.get_values_into(&mut values, Extents::try_from((start, count))?);
             read.map_err(|error| match filters::missing(&self.path, name) {
                 Some(missing) => missing.into(),
-                None => zarr::advised(&self.path, error),
+                None => error,
             })
         })?;
         Ok(values)
