@@ -13,7 +13,6 @@ mod host;
 mod messages;
 #[cfg(test)]
 mod tests;
-mod window;
 mod world;
 
 pub use communicator::MpiCommunicator;

@@ -3,7 +3,7 @@
 use crate::communicator::{MpiCommunicator, is_finalized};
 use crate::error::{check, failed};
 use icoray::Result;
-use icoray::ranks::{Communicator, NodeShare};
+use icoray::ranks::Communicator;
 use mpi::ffi;
 use std::ffi::c_int;
 use std::sync::atomic::Ordering::Relaxed;
@@ -101,15 +101,15 @@ impl Communicator for MpiCommunicator {
     }
 
     fn place_on_host(&self) -> Result<[usize; 2]> {
-        let host = self.host_group()?;
-        Ok([host.rank, self.leader(&host)?])
-    }
-
-    fn memory_leader(&self) -> Result<usize> {
-        self.leader(&self.node_group()?)
-    }
-
-    fn node(&self, bytes: usize) -> Result<NodeShare> {
-        self.share_node(bytes)
+        let (comm, key) = (self.handle, self.rank as c_int);
+        let host = MpiCommunicator::new("MPI_Comm_split_type", self.is_given_up.clone(), |new| {
+            // SAFETY: a communicator of ours and a handle that is written.
+            unsafe { ffi::MPI_Comm_split_type(comm, ffi::RSMPI_COMM_TYPE_SHARED, key, ffi::RSMPI_INFO_NULL, new) }
+        })?;
+        let mut leader = self.rank as u64;
+        // SAFETY: a number on each rank, there until the call returns.
+        let code = unsafe { ffi::MPI_Bcast((&raw mut leader).cast(), 1, ffi::RSMPI_UINT64_T, 0, host.handle) };
+        check("MPI_Bcast", code)?;
+        Ok([host.rank, leader as usize])
     }
 }

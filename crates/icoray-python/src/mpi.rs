@@ -3,7 +3,6 @@
 //!
 //! Calls are made on the thread that calls the context, with Python's lock, which mpi4py releases while it waits. As in
 //! icoray-mpi, the communicator is duplicated, so that messages of the host are not received here.
-//! Ranks of a node do not share memory.
 
 mod communicator;
 mod messages;

@@ -68,10 +68,10 @@ def part() -> tuple[icoray.Grid, np.ndarray, int]:
 def main(mode: str, directory: str) -> None:
     comm: object = COMM.py2f() if mode == "fortran" else COMM
     is_async = mode == "async"
-    scene = SCENE_TEXT.replace(".exr", ".png") if mode == "parts" else SCENE_TEXT
+    scene = 'ranks = "fragments"\n' + SCENE_TEXT.replace(".exr", ".png") if mode == "fragments" else SCENE_TEXT
     with icoray.Context(directory, scene, comm, threads=1, async_render=is_async) as context:
         context.layers_set(LAYERS)
-        if mode == "parts":
+        if mode in ("parts", "fragments"):
             grid, cells, owned = part()
             context.grid_set(grid)
             context.part_set(cells, owned)

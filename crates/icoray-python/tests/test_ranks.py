@@ -28,7 +28,7 @@ def run(mode: str, ranks: int, directory: pathlib.Path) -> list[pathlib.Path]:
     command = [MPIRUN, *options, "-n", str(ranks), sys.executable, str(program), mode, str(directory)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and done.stdout.count("rank ") == ranks, done.stdout + done.stderr
-    return [directory / f"q_{step}.{'png' if mode == 'parts' else 'exr'}" for step in range(3)]
+    return [directory / f"q_{step}.{'png' if mode == 'fragments' else 'exr'}" for step in range(3)]
 
 
 def expected(path: pathlib.Path, step: int, location: str = "cell") -> None:
@@ -48,7 +48,7 @@ def expected(path: pathlib.Path, step: int, location: str = "cell") -> None:
         np.testing.assert_array_equal(png_pixels(path), renderer.render(SCENE, grid, layers, wave).to_rgba8())
 
 
-@pytest.mark.parametrize("mode", ["whole", "columns", "corners", "fortran", "async", "failure"])
+@pytest.mark.parametrize("mode", ["whole", "columns", "corners", "parts", "fortran", "async", "failure"])
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 def test_ranks_draw_the_bits_of_one(mode, ranks, tmp_path):
     for step, picture in enumerate(run(mode, ranks, tmp_path)):
@@ -58,9 +58,9 @@ def test_ranks_draw_the_bits_of_one(mode, ranks, tmp_path):
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
-def test_parts_make_the_picture_of_the_whole(ranks, tmp_path):
+def test_fragments_make_the_picture_of_the_whole(ranks, tmp_path):
     """To the tolerance: each rank draws its cells, and the fragments of rays are composed."""
-    for step, picture in enumerate(run("parts", ranks, tmp_path)):
+    for step, picture in enumerate(run("fragments", ranks, tmp_path)):
         expected(tmp_path / "one.png", step)
         difference = png_pixels(picture).astype(int) - png_pixels(tmp_path / "one.png")
         # A thousandth in linear light may be 3 of 255 in the darkest colours.

@@ -16,7 +16,7 @@ use crate::system::output;
 use crate::workspace::Workspace;
 
 /// The packages of the default run: everything but GPU, MPI, references and the study.
-const DEFAULT: [&str; 14] = [
+const DEFAULT: [&str; 15] = [
     "icoray-grid",
     "icoray-scene",
     "icoray-simd",
@@ -27,6 +27,7 @@ const DEFAULT: [&str; 14] = [
     "icoray-live",
     "icoray-dataset",
     "icoray-progress",
+    "icoray-shared-memory",
     "first-picture",
     "icoray-test-support",
     "xtask",

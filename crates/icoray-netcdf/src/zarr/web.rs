@@ -6,8 +6,8 @@ use ureq::http::{Response, StatusCode};
 use zarrs::storage::byte_range::{ByteRange, ByteRangeIterator};
 use zarrs::storage::{Bytes, MaybeBytes, MaybeBytesIterator, ReadableStorageTraits, StorageError, StoreKey};
 
-/// Longest wait for a server's answer to begin.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Longest wait for a server's answer to begin, and for its end.
+const PATIENCE: [Duration; 2] = [Duration::from_secs(30), Duration::from_secs(600)];
 /// Largest file of a store.
 const MOST_BYTES: u64 = 1 << 36;
 
@@ -21,8 +21,9 @@ impl WebStore {
     pub fn new(address: &str) -> Self {
         let config = Agent::config_builder()
             .http_status_as_error(false)
-            .timeout_connect(Some(PATIENCE))
-            .timeout_recv_response(Some(PATIENCE));
+            .timeout_connect(Some(PATIENCE[0]))
+            .timeout_recv_response(Some(PATIENCE[0]))
+            .timeout_recv_body(Some(PATIENCE[1]));
         WebStore { address: address.trim_end_matches('/').to_owned(), agent: config.build().into() }
     }
 

@@ -5,9 +5,13 @@
 use super::message_queue::{Communicator, MessageQueue};
 use super::pieces::Pieces;
 use super::pump::gone;
+use super::shared_node::{NodeGroup, SharedNode, new_name};
 use super::tree::{Link, Message, Tree};
+use super::wire::{decode, encode};
 use super::{NAP, NodeShare, PointToPoint, Team};
 use icoray_grid::Result;
+use icoray_shared_memory::SharedMemory;
+use std::sync::{Arc, Mutex};
 use std::thread::{sleep, yield_now};
 use std::time::{Duration, Instant};
 
@@ -20,6 +24,8 @@ const EAGER: Duration = Duration::from_micros(100);
 pub struct CommunicatorTeam<C: Communicator> {
     tree: Tree<Letters<C>>,
     host_leader: usize,
+    /// Where ranks meet that share memory, once they do.
+    meeting: Option<Arc<Mutex<MessageQueue<C>>>>,
 }
 
 /// Messages of a communicator.
@@ -38,11 +44,37 @@ impl<C: Communicator> CommunicatorTeam<C> {
     pub fn new(comm: C) -> Result<Self> {
         let [host_rank, host_leader] = comm.place_on_host()?;
         let letters = Letters { queue: MessageQueue::new(comm), pieces: Pieces::default(), host_rank };
-        Ok(CommunicatorTeam { tree: Tree::new(letters), host_leader })
+        Ok(CommunicatorTeam { tree: Tree::new(letters), host_leader, meeting: None })
     }
 
     fn comm(&self) -> &C {
         self.tree.link.queue.comm()
+    }
+
+    /// The ranks that share memory with this one. Collective.
+    fn node_members(&mut self) -> Result<Vec<usize>> {
+        let mine = NodeGroup::of(self.tree.link.host_rank, self.host_leader);
+        let all = self.share(&encode(&mine))?;
+        let groups = all.iter().map(|bytes| decode(bytes)).collect::<Result<Vec<NodeGroup>>>()?;
+        Ok((0..groups.len()).filter(|rank| groups[*rank] == mine).collect())
+    }
+
+    /// Memory that these ranks have mapped; `None` on all of them if one of them cannot. Collective.
+    fn mapped(&mut self, members: &[usize], bytes: usize) -> Result<Option<SharedMemory>> {
+        let (leader, is_alone) = (members[0], members.len() == 1);
+        let name = new_name();
+        let made = (leader == self.rank() && !is_alone).then(|| SharedMemory::create(&name, bytes).ok()).flatten();
+        let names = self.share(if made.is_some() { name.as_bytes() } else { &[] })?;
+        let of_leader = String::from_utf8_lossy(&names[leader]);
+        let opened = || (!of_leader.is_empty()).then(|| SharedMemory::open(&of_leader, bytes).ok()).flatten();
+        let memory = made.or_else(opened);
+        let place = members.iter().take_while(|member| **member < self.rank()).count();
+        let memory = memory.filter(|memory| memory.populate(place, members.len()).is_ok());
+        let is_mapped = self.share(&[u8::from(memory.is_some())])?;
+        if leader == self.rank() && !of_leader.is_empty() {
+            SharedMemory::remove(&of_leader);
+        }
+        Ok(memory.filter(|_| members.iter().all(|member| is_mapped[*member] == [1])))
     }
 
     /// Makes a collective call; returns when all messages of this rank in it are sent, so that no rank waits for the
@@ -59,7 +91,7 @@ impl<C: Communicator> CommunicatorTeam<C> {
 }
 
 /// Yields the processor, or sleeps if this rank has waited for some time since `since`.
-fn pause(since: Instant) {
+pub(super) fn pause(since: Instant) {
     if since.elapsed() < EAGER { yield_now() } else { sleep(NAP) }
 }
 
@@ -157,10 +189,22 @@ impl<C: Communicator> Team for CommunicatorTeam<C> {
     }
 
     fn memory_leader(&mut self) -> Result<usize> {
-        self.comm().memory_leader()
+        Ok(self.node_members()?[0])
     }
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
-        self.comm().node(bytes)
+        let members = self.node_members()?;
+        let mapped = self.mapped(&members, bytes)?;
+        let meeting = match &self.meeting {
+            Some(meeting) => meeting.clone(),
+            None => Arc::new(Mutex::new(MessageQueue::new(self.comm().duplicate()?))),
+        };
+        self.meeting = Some(meeting.clone());
+        Ok(match mapped {
+            Some(memory) => {
+                NodeShare { leader: members[0], is_refused: false, memory: Box::new(SharedNode { memory, meeting }) }
+            }
+            None => NodeShare { is_refused: members.len() > 1, ..NodeShare::alone(self.rank(), bytes) },
+        })
     }
 }

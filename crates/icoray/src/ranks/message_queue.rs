@@ -1,7 +1,7 @@
 //! Messages over the non-blocking requests of MPI, over any binding. No call waits in MPI, which would occupy a
 //! processor.
 
-use super::{NodeShare, PointToPoint};
+use super::PointToPoint;
 use icoray_grid::Result;
 use std::collections::VecDeque;
 use std::fmt;
@@ -50,16 +50,6 @@ pub trait Communicator: fmt::Debug + Send + Sized + 'static {
 
     /// This process's number among those of its host, from 0, and the rank of the first of these. Collective.
     fn place_on_host(&self) -> Result<[usize; 2]>;
-
-    /// As [`Team::memory_leader`](super::Team::memory_leader).
-    fn memory_leader(&self) -> Result<usize> {
-        Ok(self.rank())
-    }
-
-    /// As [`Team::node`](super::Team::node).
-    fn node(&self, bytes: usize) -> Result<NodeShare> {
-        Ok(NodeShare::alone(self.rank(), bytes))
-    }
 }
 
 /// Messages in flight on a communicator.

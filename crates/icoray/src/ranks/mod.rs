@@ -32,6 +32,7 @@ mod packed;
 mod part;
 mod pieces;
 mod pump;
+mod shared_node;
 mod supply;
 mod tree;
 mod wire;

@@ -1,0 +1,131 @@
+//! Memory that the processes of a host share: a file in `/dev/shm` that all of them have mapped.
+//!
+//! Writing to a page for which there is no space there ends the process by a signal, so the free space is checked first
+//! and every page is populated before it is used.
+
+#[cfg(target_os = "linux")]
+mod mapping;
+#[cfg(not(target_os = "linux"))]
+mod unsupported;
+
+#[cfg(target_os = "linux")]
+use mapping::Mapping;
+use std::io::Result;
+#[cfg(not(target_os = "linux"))]
+use unsupported::Mapping;
+
+/// Memory in a file that this process has mapped. Processes write to it together, then read: each calls
+/// [`Self::begin`], [`Self::put`] and [`Self::settle`], and no process is between the first and the last of these while
+/// another one reads. Barriers are the caller's.
+#[derive(Debug)]
+pub struct SharedMemory {
+    mapping: Mapping,
+    /// Whether processes may write to it.
+    is_open: bool,
+}
+
+impl SharedMemory {
+    /// Creates the file `name`, of zeros, for this user alone. `name` has no slash.
+    ///
+    /// # Errors
+    /// The file exists, or there is no room for it.
+    pub fn create(name: &str, bytes: usize) -> Result<Self> {
+        Ok(SharedMemory { mapping: Mapping::create(name, bytes)?, is_open: false })
+    }
+
+    /// Maps the file `name`, which another process has created with as many bytes.
+    ///
+    /// # Errors
+    /// There is no such file, or it cannot be mapped.
+    pub fn open(name: &str, bytes: usize) -> Result<Self> {
+        Ok(SharedMemory { mapping: Mapping::open(name, bytes)?, is_open: false })
+    }
+
+    /// Removes the file's name, once all processes have opened it. The memory lives until the last of them drops it.
+    pub fn remove(name: &str) {
+        Mapping::remove(name);
+    }
+
+    /// Populates the pages of one of `parts` equal parts of the memory, so that they are near this process.
+    ///
+    /// # Errors
+    /// The system lacks memory, where it reports that (Linux from 5.14).
+    pub fn populate(&self, part: usize, parts: usize) -> Result<()> {
+        self.mapping.populate(part, parts)
+    }
+
+    /// Begins to write.
+    pub fn begin(&mut self) {
+        self.is_open = true;
+    }
+
+    /// Writes bytes at offset `at`, which no other process writes to.
+    ///
+    /// # Panics
+    /// Outside of [`Self::begin`] and [`Self::settle`], or beyond the memory.
+    pub fn put(&mut self, at: usize, bytes: &[u8]) {
+        assert!(self.is_open, "bytes are written between `begin` and `settle` only");
+        self.mapping.put(at, bytes);
+    }
+
+    /// Ends writing.
+    pub fn settle(&mut self) {
+        self.is_open = false;
+    }
+
+    /// All bytes, aligned to a page.
+    ///
+    /// # Panics
+    /// Between [`Self::begin`] and [`Self::settle`].
+    pub fn bytes(&self) -> &[u8] {
+        assert!(!self.is_open, "processes are writing");
+        self.mapping.bytes()
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use std::io::ErrorKind;
+
+    /// The name of a file of this process.
+    fn name(of: &str) -> String {
+        format!("icoray-test-{}-{of}", std::process::id())
+    }
+
+    #[test]
+    fn one_writes_and_the_other_reads() {
+        let name = name("two");
+        let mut writer = SharedMemory::create(&name, 10_001).unwrap();
+        let reader = SharedMemory::open(&name, 10_001).unwrap();
+        assert_eq!(SharedMemory::create(&name, 1).unwrap_err().kind(), ErrorKind::AlreadyExists);
+        assert!(SharedMemory::open(&name, 20_000).is_err(), "beyond its end");
+        SharedMemory::remove(&name);
+        assert_eq!(SharedMemory::open(&name, 1).unwrap_err().kind(), ErrorKind::NotFound);
+        for memory in [&writer, &reader] {
+            (0..3).for_each(|part| memory.populate(part, 3).unwrap());
+        }
+        assert!(reader.bytes().len() == 10_001 && reader.bytes().iter().all(|byte| *byte == 0));
+        writer.begin();
+        writer.put(9_999, &[7, 8]);
+        writer.settle();
+        assert_eq!(reader.bytes()[9_998..], [0, 7, 8]);
+    }
+
+    #[test]
+    fn memory_beyond_the_free_space_is_refused() {
+        let name = name("large");
+        assert_eq!(SharedMemory::create(&name, 1 << 50).unwrap_err().kind(), ErrorKind::StorageFull);
+        assert_eq!(SharedMemory::open(&name, 1).unwrap_err().kind(), ErrorKind::NotFound, "no file is left");
+    }
+
+    #[test]
+    #[should_panic = "processes are writing"]
+    fn nothing_is_read_while_processes_write() {
+        let name = name("open");
+        let mut memory = SharedMemory::create(&name, 8).unwrap();
+        SharedMemory::remove(&name);
+        memory.begin();
+        memory.bytes();
+    }
+}
